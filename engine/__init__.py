@@ -1,0 +1,1 @@
+"""The physics of a Plinko board: exact, seeded, replayable bit for bit."""

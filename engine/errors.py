@@ -1,0 +1,32 @@
+"""The engine's error tree. Every message names the bad value and what would be right.
+
+EngineError (a ValueError)
+├── BoardError        a board that cannot be played; `field` says where
+├── SeedError         not an integer 0 <= seed < 2^64
+├── ParameterError    a solver's or a drop's parameter out of range; `field` says which
+└── RecordError       a drop record that is malformed; `field` says where
+"""
+
+
+class EngineError(ValueError):
+    """Root of all errors that the engine raises about its input."""
+
+    def __init__(self, message: str, *, field: str = "") -> None:
+        super().__init__(message)
+        self.field = field
+
+
+class BoardError(EngineError):
+    """A board that cannot be played. `field` is its path in the JSON form, as `pegs[3].radius`."""
+
+
+class SeedError(EngineError):
+    """A seed that is not an integer 0 <= seed < 2^64."""
+
+
+class ParameterError(EngineError):
+    """A parameter of a solver, a drop or a world that is out of range."""
+
+
+class RecordError(EngineError):
+    """A drop record that lacks a field or holds one of the wrong type."""
