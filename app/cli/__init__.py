@@ -1,0 +1,99 @@
+"""The `plinko` command: one file per subcommand, each imported only when it is asked for."""
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+import click
+
+COMMANDS = ("serve", "drop", "simulate", "render", "verify", "boards")
+"""Subcommands, in the order of the help. `name` lives in `app/cli/name.py` as `command`."""
+
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
+EXIT_BROKEN_PIPE = 141  # 128 + SIGPIPE
+
+
+class _LazyGroup(click.Group):
+    """A group that imports a subcommand when it is named, so that one pays for what one runs."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names in the order of COMMANDS."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import the subcommand, or return None for an unknown name."""
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(f"app.cli.{cmd_name}").command
+        return command
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run the subcommand; a reader that went away (`plinko … | head`) is no error of ours."""
+        try:
+            result: object = super().invoke(ctx)
+            sys.stdout.flush()
+        except BrokenPipeError:
+            # What is still buffered has nowhere to go, and flushing it at exit would warn.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return EXIT_BROKEN_PIPE
+        return result
+
+
+@click.group(
+    cls=_LazyGroup,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+@click.version_option(package_name="plinko-server", message="%(version)s")
+@click.pass_context
+def plinko(ctx: click.Context) -> None:
+    """A Plinko whose physics is true: seeded drops that replay bit for bit.
+
+    BOARD is a preset's name (see `plinko boards`) or the path of a board's JSON file.
+    """
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code; errors are one line on stderr."""
+    try:
+        result = plinko.main(arguments, prog_name="plinko", standalone_mode=False)
+    except click.ClickException as error:
+        return _fail(_usage_message(error))
+    except (click.Abort, KeyboardInterrupt):
+        return EXIT_INTERRUPTED
+    except OSError as error:
+        return _fail(_os_message(error))
+    except Exception as error:
+        # Any other error is a bug of ours and keeps its traceback.
+        if not _is_input_error(error):
+            raise
+        return _fail(str(error))
+    return result if isinstance(result, int) else 0
+
+
+def _fail(message: str) -> int:
+    click.echo(f"plinko: {' '.join(message.split())}", err=True)
+    return EXIT_BAD_INPUT
+
+
+def _usage_message(error: click.ClickException) -> str:
+    message = error.format_message().rstrip(".")
+    if isinstance(error, click.UsageError) and error.ctx is not None:
+        return f"{message} (see `{error.ctx.command_path} --help`)"
+    return message
+
+
+def _os_message(error: OSError) -> str:
+    reason = error.strerror or str(error)
+    return f"{error.filename}: {reason}" if error.filename is not None else reason
+
+
+def _is_input_error(error: Exception) -> bool:
+    from app.errors import AppError
+    from engine.errors import EngineError
+
+    return isinstance(error, EngineError | AppError)

@@ -1,0 +1,73 @@
+"""`plinko drop`: one seeded drop, for people or as JSON."""
+
+from typing import TYPE_CHECKING
+
+import click
+
+from app.cli import common
+
+if TYPE_CHECKING:
+    from engine import Drop
+
+
+@click.command(name="drop", short_help="Drop one ball and say where it lands.")
+@common.board_argument
+@common.start_options
+@common.solver_options
+@click.option("--json", "as_json", is_flag=True, help="Print the whole record as one JSON object.")
+def command(
+    board: str,
+    seed: str,
+    x: float | None,
+    solver: str,
+    dt: float | None,
+    substeps: int | None,
+    as_json: bool,
+) -> None:
+    """Drop one ball on BOARD and say where it lands.
+
+    The same board and seed give the same drop to the last bit, wherever it is computed; the digest
+    proves it. `plinko verify` reads what --json prints.
+    """
+    how = common.read_solver(solver, dt, substeps)
+    number = common.read_seed(seed)
+
+    from engine import drop
+
+    d = drop(common.load_board(board), seed=number, x=x, **how.options)
+    if as_json:
+        common.print_json(d.record())
+    else:
+        common.print_fields(_summary(d, how))
+
+
+def _summary(d: "Drop", how: common.Solver) -> dict[str, str]:
+    bins = d.board.bins
+    if d.bin is None:
+        result = {"bin": f"none: {d.unsettled}", "score": "1 (the stake back)"}
+    else:
+        result = {
+            "bin": f"{d.bin} of 0 to {bins.count - 1}",
+            "score": f"{d.score:g}",
+        }
+    return {
+        "board": d.board.name,
+        "seed": str(d.seed),
+        "solver": str(how),
+        "start": f"x = {d.x_start:.6f} m",
+        **result,
+        "end": f"x = {d.x_end:.6f} m after {d.duration:.6f} s",
+        "impacts": _impacts(d),
+        "digest": d.digest,
+    }
+
+
+def _impacts(d: "Drop") -> str:
+    """Count of impacts, and of each kind that occurs: `61 (60 peg, 1 landing)`."""
+    import numpy as np
+
+    from engine.constants import KIND_NAMES
+
+    counts = np.bincount(d.impacts["kind"], minlength=len(KIND_NAMES))
+    kinds = ", ".join(f"{n} {name}" for n, name in zip(counts, KIND_NAMES, strict=True) if n)
+    return f"{len(d.impacts)} ({kinds})" if kinds else "0"

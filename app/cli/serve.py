@@ -1,0 +1,37 @@
+"""`plinko serve`: the game server, with a flag for every setting."""
+
+from typing import Any
+
+import click
+
+from app.settings import Option, Settings, options
+
+
+def _flag(row: Option) -> click.Option:
+    """The flag of one setting. No default of its own: unset leaves the environment's value."""
+    kind = type(row.default)
+    shown = ",".join(row.default) if kind is tuple else str(row.default)
+    return click.Option(
+        [row.flag, row.name],
+        type=str if kind is tuple else kind,
+        metavar={int: "N", float: "X"}.get(kind, "TEXT"),
+        help=row.text + (f"  [{shown}]" if shown else ""),
+    )
+
+
+@click.command(
+    name="serve",
+    short_help="Run the game server.",
+    epilog="Each flag can be set as PLINKO_NAME in the environment too; the flag wins.",
+    params=[_flag(row) for row in options()],
+)
+def command(**flags: Any) -> None:
+    """Run the game server and print its address; Ctrl-C stops it."""
+    origins = flags.get("allowed_origins")
+    if origins is not None:
+        flags["allowed_origins"] = tuple(filter(None, map(str.strip, origins.split(","))))
+    settings = Settings.load(overrides=flags)
+
+    from app.main import run
+
+    run(settings)
