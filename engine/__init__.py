@@ -1,1 +1,26 @@
 """The physics of a Plinko board: exact, seeded, replayable bit for bit."""
+
+from engine.batch import DropBatch, drop_many
+from engine.board import Board
+from engine.constants import PHYSICS_VERSION
+from engine.drop import Drop, drop
+from engine.errors import BoardError, EngineError, ParameterError, RecordError, SeedError
+from engine.presets import preset_names
+from engine.verify import Verification, verify
+
+__all__ = [
+    "PHYSICS_VERSION",
+    "Board",
+    "BoardError",
+    "Drop",
+    "DropBatch",
+    "EngineError",
+    "ParameterError",
+    "RecordError",
+    "SeedError",
+    "Verification",
+    "drop",
+    "drop_many",
+    "preset_names",
+    "verify",
+]

@@ -1,0 +1,82 @@
+"""The digest of a drop: SHA-256 over a canonical encoding of what was simulated and what came out.
+
+All numbers little-endian, floats as their raw IEEE 754 bits (a NaN as one fixed value):
+
+    bytes    "plinko drop"
+    32 bytes the board's digest
+    uint32   PHYSICS_VERSION
+    uint8    solver: 0 exact, 1 stepped; for stepped then float64 dt, uint32 substeps,
+             float64 correction
+    5 x f8   the start: x, y, vx, vy, omega
+    uint8    outcome (engine.solvers.outcome)
+    uint64   number of events, then for each 6 x f8 (t, x, y, vx, vy, omega after it) and
+             2 x int32 (kind, index)
+"""
+
+import hashlib
+import struct
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.constants import PHYSICS_VERSION
+from engine.parameters import Solver
+
+_EVENT = np.dtype([("floats", "<f8", (6,)), ("marks", "<i4", (2,))])
+_NAN_BITS = np.uint64(0x7FF8000000000000)
+
+
+def float_bits(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Little-endian float64 of `values`, every NaN replaced by the one quiet NaN without sign."""
+    floats = np.array(values, "<f8")
+    floats.view("<u8")[np.isnan(floats)] = _NAN_BITS
+    return floats
+
+
+def drop_digest(
+    board_digest: str,
+    solver: Solver,
+    start: npt.ArrayLike,
+    outcome: int,
+    events: npt.NDArray[np.float64],
+    marks: npt.NDArray[np.int32],
+) -> str:
+    """Hex digest of one drop; events, shape (n, 6), and marks, shape (n, 2), from its log."""
+    rows = np.zeros(len(events), _EVENT)
+    rows["floats"] = float_bits(events)
+    rows["marks"] = marks
+    sha = hashlib.sha256(b"plinko drop")
+    sha.update(bytes.fromhex(board_digest))
+    sha.update(struct.pack("<I", PHYSICS_VERSION))
+    sha.update(solver.encoded())
+    sha.update(float_bits(start).tobytes())
+    sha.update(struct.pack("<BQ", outcome, len(rows)))
+    sha.update(rows.tobytes())
+    return sha.hexdigest()
+
+
+def outcomes_digest(
+    board_digest: str,
+    solver: Solver,
+    bins: npt.NDArray[np.int32],
+    durations: npt.NDArray[np.float64],
+    impact_counts: npt.NDArray[np.int32],
+    x_ends: npt.NDArray[np.float64],
+) -> str:
+    """Hex digest of a batch in the order of its seeds; all arrays of shape (n,).
+
+    The drop's head up to the solver under the name "plinko drops", then a row per drop: int32 bin
+    (-1 if it did not land), float64 duration, int32 impacts, float64 end.
+    """
+    row = np.dtype([("bin", "<i4"), ("duration", "<f8"), ("impacts", "<i4"), ("x_end", "<f8")])
+    rows = np.zeros(len(bins), row)
+    rows["bin"] = bins
+    rows["duration"] = float_bits(durations)
+    rows["impacts"] = impact_counts
+    rows["x_end"] = float_bits(x_ends)
+    sha = hashlib.sha256(b"plinko drops")
+    sha.update(bytes.fromhex(board_digest))
+    sha.update(struct.pack("<I", PHYSICS_VERSION))
+    sha.update(solver.encoded())
+    sha.update(rows.tobytes())
+    return sha.hexdigest()

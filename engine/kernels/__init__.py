@@ -1,0 +1,1 @@
+"""Numba functions on scalars and arrays: + - * / and sqrt on float64, in a fixed order."""

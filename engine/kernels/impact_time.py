@@ -1,0 +1,358 @@
+"""The first instant at which a flying ball touches a circle or a line.
+
+The distance function of a contact is f(s) > 0 before it and f(s) = 0 at it. Every search here
+rests on one bound: if f'' >= m on [s, s + h], then f(s + d) >= f + f' d + m d^2 / 2 for d <= h,
+so f has no root before the minorant has one. Stepping to the minorant's root can neither skip a
+contact nor report one that lies behind; it converges from the left, and at least quadratically
+because m tends to f'' as the horizon h shrinks. `docs/physics.md` derives the bounds.
+
+Right after an impact f(0) = 0 is known; the root there is divided out (f(s) / s is searched)
+instead of being dodged with an epsilon.
+"""
+
+from math import sqrt
+
+from engine.kernels.flight import SERIES_LIMIT, basis, phi2
+from engine.kernels.jit import kernel
+
+NO_HIT = -1.0
+# A search that is still moving after this many steps sits within rounding of its root. Seen in
+# practice: at most 12.
+MAX_STEPS = 100
+
+
+@kernel
+def minorant_root(f: float, fd: float, m: float) -> float:
+    """Smallest d > 0 with f + fd d + m d^2 / 2 = 0 for f > 0, or NO_HIT."""
+    discriminant = fd * fd - 2.0 * m * f
+    if discriminant < 0.0:
+        return NO_HIT
+    divisor = sqrt(discriminant) - fd
+    if divisor <= 0.0:
+        return NO_HIT
+    return 2.0 * f / divisor
+
+
+@kernel
+def stays_positive(f: float, fd: float, m: float, h: float) -> bool:
+    """Whether f + fd d + m d^2 / 2 > 0 on all of [0, h], for f > 0; no square root taken."""
+    slope_at_end = fd + m * h
+    if m <= 0.0 or slope_at_end <= 0.0:
+        return f + 0.5 * h * (fd + slope_at_end) > 0.0
+    return fd >= 0.0 or fd * fd < 2.0 * m * f
+
+
+@kernel
+def third_derivative_bound(va: float, aa: float, qa: float, k: float, horizon: float) -> float:
+    """Lower bound, at most 0, of f''' on [0, horizon] for f = |q(s)|^2 - D^2.
+
+    va = v.a, aa = a.a, qa = q.a at s = 0. With a(s) = a e^(-ks): f''' = 6 v.a - 2 k q.a.
+    """
+    bound = 0.0
+    if va < 0.0:
+        bound = 6.0 * va
+    if k > 0.0:
+        rise = qa + 0.5 * aa * horizon * horizon
+        if va > 0.0:
+            rise += va * horizon
+        if rise > 0.0:
+            bound -= 2.0 * k * rise
+    return bound
+
+
+@kernel
+def circle_hit(
+    qx: float,
+    qy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    d2: float,
+    horizon: float,
+    best: float,
+) -> float:
+    """First s in [0, min(horizon, best)] at which |q(s)|^2 = d2 is entered, or NO_HIT.
+
+    (qx, qy) is the ball's centre from the circle's, d2 the square of the contact distance; k times
+    horizon must not exceed SERIES_LIMIT. `best` only ends the search early: the root found does
+    not depend on it.
+    """
+    f = qx * qx + qy * qy - d2
+    fd = 2.0 * (qx * vx + qy * vy)
+    va = vx * ax + vy * ay
+    aa = ax * ax + ay * ay
+    qa = qx * ax + qy * ay
+    low3 = third_derivative_bound(va, aa, qa, k, horizon)
+    if f <= 0.0:
+        if fd < 0.0:
+            return 0.0
+        return circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, best)
+    fdd = 2.0 * (vx * vx + vy * vy + qa)
+    reach = min(horizon, best)
+    if stays_positive(f, fd, fdd + low3 * reach, reach):
+        return NO_HIT
+    return circle_search(qx, qy, vx, vy, ax, ay, k, d2, horizon, best, 0.0, f, fd, fdd, low3)
+
+
+@kernel
+def circle_search(
+    qx: float,
+    qy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    d2: float,
+    horizon: float,
+    best: float,
+    s: float,
+    f: float,
+    fd: float,
+    fdd: float,
+    low3: float,
+) -> float:
+    """`circle_hit` from a time s with f > 0 on, where f, f' and f'' are given."""
+    h = horizon - s
+    for _ in range(MAX_STEPS):
+        m = fdd + low3 * h
+        step = minorant_root(f, fd, m)
+        if step == NO_HIT or step > h:
+            if s + h >= horizon:
+                return NO_HIT
+            step = h  # no root within the trusted part: go to its end and trust more
+            h = h + h
+        else:
+            h = step
+        before = s
+        s = s + step
+        if s > best:
+            return NO_HIT
+        if s == before:
+            return s
+        decay, phi, psi = basis(k, s)
+        px = qx + vx * s + ax * psi
+        py = qy + vy * s + ay * psi
+        ux = vx + ax * phi
+        uy = vy + ay * phi
+        f = px * px + py * py - d2
+        if f <= 0.0:
+            return s
+        fd = 2.0 * (px * ux + py * uy)
+        fdd = 2.0 * (ux * ux + uy * uy + decay * (px * ax + py * ay))
+        if h > horizon - s:
+            h = horizon - s
+            if h <= 0.0:
+                return NO_HIT
+    return s
+
+
+@kernel
+def circle_hit_again(
+    qx: float,
+    qy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    horizon: float,
+    best: float,
+) -> float:
+    """First s in (0, min(horizon, best)] at which a circle touched at s = 0 is hit again.
+
+    Searches g(s) = f(s) / s, in which the root at 0 is divided out. g'' >= min(f''') / 3. A ball
+    that does not leave (g(0) <= 0 and g'(0) <= 0) hits at once: 0.
+    """
+    va = vx * ax + vy * ay
+    aa = ax * ax + ay * ay
+    qa = qx * ax + qy * ay
+    low3 = third_derivative_bound(va, aa, qa, k, horizon)
+    m = low3 / 3.0
+    g0 = 2.0 * (qx * vx + qy * vy)
+    g = g0
+    gd = vx * vx + vy * vy + qa
+    s = 0.0
+    step = NO_HIT
+    if g > 0.0:
+        step = minorant_root(g, gd, m)
+    elif gd <= 0.0:
+        return 0.0
+    elif m < 0.0:
+        step = -2.0 * gd / m
+    for _ in range(MAX_STEPS):
+        if step == NO_HIT:
+            return NO_HIT
+        before = s
+        s = s + step
+        if s > horizon or s > best:
+            return NO_HIT
+        if s == before:
+            return s
+        c = 0.5
+        if k > 0.0:
+            c = phi2(k * s)
+        c1 = s * c
+        c1d = 1.0 - k * c1 - c
+        wx = vx + ax * c1
+        wy = vy + ay * c1
+        ww = wx * wx + wy * wy
+        g = g0 + 2.0 * qa * c1 + s * ww
+        if g <= 0.0:
+            return s
+        gd = 2.0 * qa * c1d + ww + 2.0 * s * c1d * (wx * ax + wy * ay)
+        step = minorant_root(g, gd, m)
+    return s
+
+
+@kernel
+def circle_hit_after_leaving(
+    qx: float,
+    qy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    d2: float,
+    horizon: float,
+    best: float,
+) -> float:
+    """First s in (0, min(horizon, best)] at which a circle that the ball rolled off is hit again.
+
+    Where the normal force vanishes f = f' = f'' = 0, so f(s) = s^3 h(s) with
+    h(s) >= h(0) + s min(f'''') / 24: the search starts beyond the root-free stretch this gives.
+    """
+    va = vx * ax + vy * ay
+    vv = vx * vx + vy * vy
+    h0 = va + k * vv / 3.0
+    if h0 <= 0.0:
+        return 0.0
+    if k == 0.0:
+        return NO_HIT  # f'''' = 6 a.a >= 0 for ever
+    aa = ax * ax + ay * ay
+    a = sqrt(aa)
+    speed = sqrt(vv) + a * horizon
+    low4 = -8.0 * k * speed * a - 2.0 * k * k * a * (sqrt(d2) + speed * horizon)
+    s = -24.0 * h0 / low4
+    if s >= horizon or s > best:
+        return NO_HIT
+    decay, phi, psi = basis(k, s)
+    px = qx + vx * s + ax * psi
+    py = qy + vy * s + ay * psi
+    ux = vx + ax * phi
+    uy = vy + ay * phi
+    f = px * px + py * py - d2
+    if f <= 0.0:
+        return s
+    fd = 2.0 * (px * ux + py * uy)
+    fdd = 2.0 * (ux * ux + uy * uy + decay * (px * ax + py * ay))
+    qa = qx * ax + qy * ay
+    low3 = third_derivative_bound(va, aa, qa, k, horizon)
+    return circle_search(qx, qy, vx, vy, ax, ay, k, d2, horizon, best, s, f, fd, fdd, low3)
+
+
+@kernel
+def line_hit(h: float, hd: float, hdd: float, k: float, horizon: float, best: float) -> float:
+    """First s in [0, min(horizon, best)] at which h(s) = h + hd s + hdd psi(s) turns negative.
+
+    h is the distance left to a line, hd and hdd its first two derivatives at s = 0. h'' keeps its
+    sign during a flight, so h turns negative at most once. With h <= 0 at the start: 0 if the ball
+    goes on inwards, else the entry that follows its exit. NO_HIT if there is none.
+    """
+    if h > 0.0:
+        return _line_search(h, hd, hdd, k, horizon, best)
+    if hd < 0.0:
+        return 0.0
+    if hdd >= 0.0:
+        return NO_HIT
+    exit_time = _line_exit(h, hd, hdd, k, min(horizon, best))
+    if exit_time == NO_HIT:
+        return NO_HIT
+    decay, phi, _ = basis(k, exit_time)
+    rest = min(horizon, best) - exit_time
+    entry = line_hit_again(hd + hdd * phi, hdd * decay, k, rest, rest)
+    return NO_HIT if entry == NO_HIT else exit_time + entry
+
+
+@kernel
+def _line_search(h: float, hd: float, hdd: float, k: float, horizon: float, best: float) -> float:
+    """`line_hit` for h > 0."""
+    m = hdd
+    if hdd > 0.0:
+        m = hdd * (1.0 - k * horizon)  # h'' = hdd e^(-ks) >= hdd (1 - ks)
+    s = 0.0
+    a = h
+    b = hd
+    for _ in range(MAX_STEPS):
+        if stays_positive(a, b, m, horizon - s):
+            return NO_HIT
+        step = minorant_root(a, b, m)
+        before = s
+        s = s + step
+        if step == NO_HIT or s > horizon or s > best:
+            return NO_HIT
+        if s == before:
+            return s
+        _, phi, psi = basis(k, s)
+        a = h + hd * s + hdd * psi
+        if a <= 0.0:
+            return s
+        b = hd + hdd * phi
+    return s
+
+
+@kernel
+def _line_exit(h: float, hd: float, hdd: float, k: float, limit: float) -> float:
+    """First s <= limit with h(s) >= 0 for h < 0, hd > 0, hdd < 0, or NO_HIT.
+
+    h is concave, so its tangents lie above it and Newton's steps from the left fall short of the
+    root, never beyond it.
+    """
+    s = 0.0
+    a = h
+    b = hd
+    for _ in range(MAX_STEPS):
+        if b <= 0.0:
+            return NO_HIT
+        before = s
+        s = s - a / b
+        if s > limit:
+            return NO_HIT
+        _, phi, psi = basis(k, s)
+        a = h + hd * s + hdd * psi
+        if a >= 0.0 or s == before:
+            return s
+        b = hd + hdd * phi
+    return NO_HIT
+
+
+@kernel
+def line_hit_again(hd: float, hdd: float, k: float, horizon: float, best: float) -> float:
+    """First s in (0, min(horizon, best)] at which a line touched at s = 0 is hit again.
+
+    The root at 0 divided out leaves hd + hdd psi(s) / s = 0. psi(s) / s is concave and at most
+    s / 2, so Newton's steps from 2 hd / -hdd stay to the left of the root.
+    """
+    if hd <= 0.0:
+        return 0.0 if hdd < 0.0 or hd < 0.0 else NO_HIT
+    if hdd >= 0.0:
+        return NO_HIT
+    target = -hd / hdd
+    s = 2.0 * target
+    if k == 0.0:
+        return s if s <= horizon and s <= best else NO_HIT
+    for _ in range(MAX_STEPS):
+        if s > horizon or s > best or k * s > SERIES_LIMIT:
+            return NO_HIT
+        c = phi2(k * s)
+        gap = target - s * c
+        if gap <= 0.0:
+            return s
+        before = s
+        s = s + gap / (1.0 - k * s * c - c)
+        if s == before:
+            return s
+    return s

@@ -1,0 +1,95 @@
+"""The two solvers as the caller names them: frozen parameters, checked once."""
+
+import math
+import struct
+from dataclasses import dataclass
+from typing import ClassVar, Final, Literal
+
+from engine.errors import ParameterError
+
+SolverName = Literal["exact", "stepped"]
+
+DEFAULT_DT: Final = 1.0 / 60.0
+DEFAULT_SUBSTEPS: Final = 4
+DEFAULT_CORRECTION: Final = 0.6
+
+
+def number(value: object, field: str, low: float, high: float) -> float:
+    """Return `value` as a float in [low, high]; ParameterError naming `field` and value if not."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ParameterError(f"{field} {value!r} is not a number", field=field)
+    if not low <= value <= high:  # a NaN fails this too
+        raise ParameterError(f"{field} {value!r} is not from {low:g} to {high:g}", field=field)
+    return float(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Exact:
+    """The event-driven solver; it has nothing to set."""
+
+    name: ClassVar[SolverName] = "exact"
+
+    def encoded(self) -> bytes:
+        """Bytes of the solver in a digest."""
+        return b"\x00"
+
+    def fields(self) -> dict[str, float]:
+        """What a record says of the solver besides its name."""
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
+class Stepped:
+    """The fixed-step solver: frame dt in s, substeps per frame, positional correction factor."""
+
+    dt: float = DEFAULT_DT
+    substeps: int = DEFAULT_SUBSTEPS
+    correction: float = DEFAULT_CORRECTION
+
+    name: ClassVar[SolverName] = "stepped"
+
+    def __post_init__(self) -> None:
+        number(self.dt, "dt", 1e-6, 0.1)
+        number(self.substeps, "substeps", 1, 1000)
+        if not isinstance(self.substeps, int):
+            raise ParameterError(
+                f"substeps {self.substeps!r} is not a whole number", field="substeps"
+            )
+        number(self.correction, "correction", 0.4, 0.8)
+
+    @property
+    def h(self) -> float:
+        """Length of a substep, s."""
+        return self.dt / self.substeps
+
+    def encoded(self) -> bytes:
+        """Bytes of the solver in a digest."""
+        return b"\x01" + struct.pack("<dId", self.dt, self.substeps, self.correction)
+
+    def fields(self) -> dict[str, float]:
+        """What a record says of the solver besides its name."""
+        return {"dt": self.dt, "substeps": self.substeps, "correction": self.correction}
+
+
+Solver = Exact | Stepped
+
+
+def make_solver(
+    name: str,
+    dt: float = DEFAULT_DT,
+    substeps: int = DEFAULT_SUBSTEPS,
+    correction: float = DEFAULT_CORRECTION,
+) -> Solver:
+    """Return the solver called `name`; the other parameters are read by `stepped` alone."""
+    if name == "exact":
+        return Exact()
+    if name == "stepped":
+        return Stepped(dt, substeps, correction)
+    raise ParameterError(f"solver {name!r} is neither 'exact' nor 'stepped'", field="solver")
+
+
+def start_position(value: object, low: float, high: float) -> float:
+    """Return an explicit start as a float; ParameterError unless it is finite and in [low, high]."""
+    if isinstance(value, int | float) and not isinstance(value, bool) and not math.isfinite(value):
+        raise ParameterError(f"x {value!r} is not a finite number", field="x")
+    return number(value, "x", low, high)

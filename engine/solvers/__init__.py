@@ -1,0 +1,1 @@
+"""The two solvers: `exact`, event by event, and `stepped`, by fixed steps."""

@@ -1,0 +1,228 @@
+"""The stepped solver: fixed substeps of semi-implicit Euler, swept so that nothing tunnels.
+
+Each substep first gives the ball its new velocity, then moves it along a straight line at that
+velocity; what it meets on the way it bounces off at once. The path is therefore a chain of straight
+pieces, with an error of the order of the substep.
+"""
+
+from math import sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.kernels.flight import basis
+from engine.kernels.impulse import bounce
+from engine.kernels.jit import kernel
+from engine.kernels.layout import DISTANCE, LENGTH, NX, NY, TX, TY, Layout, X, Y, bucket_of
+from engine.kernels.log import (
+    EVENTS,
+    IMPACTS,
+    IN_FLIGHT,
+    OMEGA,
+    PX,
+    PY,
+    THETA,
+    VX,
+    VY,
+    Log,
+    T,
+    note_segment,
+)
+from engine.kernels.surface import friction_of, restitution_of, touch
+from engine.kernels.sweep import sweep
+from engine.solvers.landing import land, note_impact
+from engine.solvers.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, TIME_LIMIT
+
+State = npt.NDArray[np.float64]
+
+FLYING = -1
+"""A substep that ended with the ball still on its way."""
+
+MAX_HITS = 16
+"""Impacts in one substep. A ball that meets more is caught between surfaces; it waits where it is
+for the next substep, so it cannot be pushed through."""
+
+
+@kernel
+def push_out(board: Layout, state: State, correction: float) -> None:
+    """Move a ball out of what it overlaps, by the fraction `correction` of the depth."""
+    bucket = bucket_of(board, state[PX], state[PY])
+    if bucket < 0:
+        return
+    for k in range(board.starts[bucket], board.starts[bucket + 1]):
+        surface = board.items[board.members[k]]
+        dx = state[PX] - surface[X]
+        dy = state[PY] - surface[Y]
+        if surface[DISTANCE] > 0.0:
+            dd = dx * dx + dy * dy
+            if dd >= surface[DISTANCE] * surface[DISTANCE] or dd == 0.0:
+                continue
+            distance = sqrt(dd)
+            push = correction * (surface[DISTANCE] - distance) / distance
+            state[PX] += push * dx
+            state[PY] += push * dy
+        else:
+            foot = dx * surface[TX] + dy * surface[TY]
+            d = dx * surface[NX] + dy * surface[NY]
+            if abs(d) >= board.radius or not 0.0 <= foot <= surface[LENGTH]:
+                continue
+            push = correction * (board.radius - abs(d))
+            if d < 0.0:
+                push = -push
+            state[PX] += push * surface[NX]
+            state[PY] += push * surface[NY]
+
+
+@kernel
+def _move(state: State, s: float) -> None:
+    """Move the state along its straight line by s seconds."""
+    state[T] += s
+    state[PX] += state[VX] * s
+    state[PY] += state[VY] * s
+    state[THETA] += state[OMEGA] * s
+
+
+@kernel
+def _bounce_off(
+    board: Layout, state: State, item: int, side: float, threshold: float, log: Log
+) -> None:
+    """Bounce off `item`; an approach slower than the threshold does not rebound."""
+    nx, ny, state[PX], state[PY] = touch(board, item, side, state[PX], state[PY])
+    approach = -(state[VX] * nx + state[VY] * ny)
+    if approach <= 0.0:
+        return
+    restitution = restitution_of(board, item)
+    if approach < threshold:
+        restitution = 0.0
+    state[VX], state[VY], state[OMEGA], _ = bounce(
+        state[VX],
+        state[VY],
+        state[OMEGA],
+        nx,
+        ny,
+        board.radius,
+        restitution,
+        friction_of(board, item),
+    )
+    if approach >= threshold:
+        note_impact(board, state, item, log)
+
+
+@kernel
+def substep(
+    board: Layout, state: State, h: float, decay: float, gain: float, correction: float, log: Log
+) -> int:
+    """Advance a ball by h seconds; decay = exp(-k h), gain = (1 - decay) / k.
+
+    Returns FLYING or an outcome. v <- v decay + g gain is the closed form of drag and gravity over
+    the substep. An approach below twice the speed that gravity adds in a substep is a ball that
+    lies on a surface, and does not rebound.
+    """
+    state[VX] = state[VX] * decay
+    state[VY] = state[VY] * decay + board.gravity * gain
+    threshold = 2.0 * board.gravity * h
+    rest = h
+    hits = 0
+    while rest > 0.0 and hits < MAX_HITS:
+        bucket = bucket_of(board, state[PX], state[PY])
+        if bucket < 0:
+            return ESCAPED
+        speed = sqrt(state[VX] * state[VX] + state[VY] * state[VY])
+        window = rest
+        if speed * rest > board.travel:
+            window = board.travel / speed
+        s, item, side = sweep(board, bucket, state[PX], state[PY], state[VX], state[VY], window)
+        note_segment(log, state, IN_FLIGHT, 0.0, 0.0, 0.0)
+        if state[VY] > 0.0 and state[PY] + state[VY] * s >= board.bins_y:
+            _move(state, (board.bins_y - state[PY]) / state[VY])
+            return LANDED
+        _move(state, s)
+        rest -= s
+        if item >= 0:
+            hits += 1
+            _bounce_off(board, state, item, side, threshold, log)
+        elif s < window:
+            return ESCAPED
+    push_out(board, state, correction)
+    return FLYING
+
+
+@kernel
+def _same(a: State, b: State) -> bool:
+    """Whether nothing but the time differs."""
+    return bool(
+        a[PX] == b[PX]
+        and a[PY] == b[PY]
+        and a[VX] == b[VX]
+        and a[VY] == b[VY]
+        and a[OMEGA] == b[OMEGA]
+    )
+
+
+@kernel
+def trace_stepped(
+    board: Layout,
+    state: State,
+    h: float,
+    correction: float,
+    max_events: int,
+    max_time: float,
+    log: Log,
+) -> tuple[int, int]:
+    """Follow a ball from `state` (at time 0; changed in place) until its drop ends.
+
+    Returns the outcome and the bin, -1 if it did not land. A ball whose state one substep leaves as
+    it was stays so for ever: it is balanced.
+    """
+    decay, gain, _ = basis(board.drag, h)
+    before = np.zeros(7)
+    steps = 0
+    while True:
+        before[:] = state
+        outcome = substep(board, state, h, decay, gain, correction, log)
+        if outcome == LANDED:
+            return LANDED, land(board, state, log)
+        if outcome != FLYING:
+            return outcome, -1
+        steps += 1
+        state[T] = steps * h
+        if _same(state, before):
+            return BALANCED, -1
+        if log.counts[EVENTS] >= max_events:
+            return EVENT_LIMIT, -1
+        if not state[T] <= max_time:
+            return TIME_LIMIT, -1
+
+
+@kernel
+def trace_stepped_many(
+    board: Layout,
+    xs: npt.NDArray[np.float64],
+    y: float,
+    h: float,
+    correction: float,
+    max_events: int,
+    max_time: float,
+    log: Log,
+    bins: npt.NDArray[np.int32],
+    durations: npt.NDArray[np.float64],
+    x_ends: npt.NDArray[np.float64],
+    impacts: npt.NDArray[np.int32],
+    outcomes: npt.NDArray[np.int8],
+) -> None:
+    """Drop a ball at rest from each (xs[i], y) and write down its outcome; all arrays shape (n,).
+
+    `log` has room for nothing: it only counts.
+    """
+    state = np.zeros(7)
+    for i in range(xs.shape[0]):
+        state[:] = 0.0
+        state[PX] = xs[i]
+        state[PY] = y
+        log.counts[:] = 0
+        outcome, where = trace_stepped(board, state, h, correction, max_events, max_time, log)
+        bins[i] = where
+        outcomes[i] = outcome
+        durations[i] = state[T]
+        x_ends[i] = state[PX]
+        impacts[i] = log.counts[IMPACTS]
