@@ -1,0 +1,160 @@
+"""The server's error tree, and the one place where HTTP statuses and close codes are assigned.
+
+AppError                  `code` is its stable slug, `field` names the bad value's place
+├── SettingError          a setting that cannot be used (start-up only)
+├── MalformedError        not JSON, or a message of no known shape
+│   └── UnknownMessageError
+├── InvalidValueError     well-formed, but a value is out of range
+├── NotFoundError
+│   ├── UnknownBoardError
+│   └── UnknownRoomError
+├── OriginError           a page of another site asked
+├── TooLargeError         a body or a message over its limit
+├── LimitError            a limit was reached; `retry_after` seconds when waiting helps
+│   ├── RateLimitError
+│   ├── BallLimitError
+│   ├── RoomFullError
+│   └── RoomLimitError
+├── BusyError             the server cannot take more work now
+├── AbuseError            a client that goes on sending what it was told not to
+└── SlowClientError       a client that does not read what it is sent
+
+Errors of the engine (`engine.errors`) pass through unchanged and are assigned here beside these.
+"""
+
+from dataclasses import dataclass
+
+from engine.errors import BoardError, EngineError, ParameterError, RecordError, SeedError
+
+
+class AppError(Exception):
+    """Root of the server's errors; the message names the bad value and what would be right."""
+
+    def __init__(self, message: str, *, field: str = "", retry_after: float | None = None) -> None:
+        super().__init__(message)
+        self.field = field
+        self.retry_after = retry_after
+
+
+class SettingError(AppError):
+    """A setting that cannot be used."""
+
+
+class MalformedError(AppError):
+    """Not JSON, or JSON of the wrong shape."""
+
+
+class UnknownMessageError(MalformedError):
+    """A message whose `type` is not one of the protocol's."""
+
+
+class InvalidValueError(AppError):
+    """A value out of its range or of the wrong type."""
+
+
+class NotFoundError(AppError):
+    """Something asked for by name that is not there."""
+
+
+class UnknownBoardError(NotFoundError):
+    """No preset and no registered board has this name or digest."""
+
+
+class UnknownRoomError(NotFoundError):
+    """No room has this id."""
+
+
+class OriginError(AppError):
+    """A request from a page of a site that is neither this one nor an allowed one."""
+
+
+class TooLargeError(AppError):
+    """A body or a message over its limit."""
+
+
+class LimitError(AppError):
+    """A limit was reached."""
+
+
+class RateLimitError(LimitError):
+    """Too many drops or messages a second."""
+
+
+class BallLimitError(LimitError):
+    """The room holds as many balls as it may."""
+
+
+class RoomFullError(LimitError):
+    """The room has as many clients as it may."""
+
+
+class RoomLimitError(LimitError):
+    """The server holds as many rooms as it may, all in use."""
+
+
+class BusyError(AppError):
+    """The queue for heavy work is full."""
+
+
+class AbuseError(AppError):
+    """Too many bad messages from one client."""
+
+
+class SlowClientError(AppError):
+    """A client that did not read for longer than the grace period, or fell too far behind."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What an error becomes outside: an HTTP status and title, an event code, a close code."""
+
+    status: int
+    code: str
+    title: str
+    close: int = 1008
+
+
+# Close codes below 4000 are RFC 6455's; 4004 and 4008 are ours, after HTTP's 404 and 408, because
+# no standard code tells a page 'do not come back' and 'come back, you were too slow'.
+ANSWERS: dict[type[Exception], Answer] = {
+    AppError: Answer(500, "server-error", "The server failed", 1011),
+    MalformedError: Answer(400, "malformed", "Malformed request", 1007),
+    UnknownMessageError: Answer(400, "unknown-message", "Unknown message type"),
+    InvalidValueError: Answer(422, "invalid-value", "Invalid value"),
+    NotFoundError: Answer(404, "not-found", "Not found", 4004),
+    UnknownBoardError: Answer(404, "unknown-board", "Unknown board", 4004),
+    UnknownRoomError: Answer(404, "unknown-room", "Unknown room", 4004),
+    OriginError: Answer(403, "foreign-origin", "Foreign origin"),
+    TooLargeError: Answer(413, "too-large", "Too large", 1009),
+    LimitError: Answer(429, "limit-reached", "Limit reached", 1013),
+    RateLimitError: Answer(429, "rate-limited", "Too many requests"),
+    BallLimitError: Answer(429, "too-many-balls", "Too many balls in the room", 1013),
+    RoomFullError: Answer(429, "room-full", "The room is full", 1013),
+    RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),
+    BusyError: Answer(503, "busy", "The server is busy", 1013),
+    AbuseError: Answer(429, "abuse", "Too many bad messages"),
+    SlowClientError: Answer(408, "too-slow", "The client is too slow", 4008),
+    EngineError: Answer(422, "invalid-value", "Invalid value"),
+    BoardError: Answer(422, "bad-board", "The board cannot be played"),
+    SeedError: Answer(422, "bad-seed", "Invalid seed"),
+    ParameterError: Answer(422, "bad-parameter", "Invalid parameter"),
+    RecordError: Answer(422, "bad-record", "Malformed drop record"),
+}
+
+RETRY_AFTER = 1.0  # seconds; what 429 and 503 suggest when the error knows nothing better
+
+
+def answer(error: Exception) -> Answer:
+    """The `Answer` assigned to the nearest class of `error`; a plain 500 for a stranger."""
+    for kind in type(error).__mro__:
+        if kind in ANSWERS:
+            return ANSWERS[kind]
+    return ANSWERS[AppError]
+
+
+def retry_after(error: Exception) -> int | None:
+    """Whole seconds after which trying again makes sense, or None when it does not."""
+    if answer(error).status not in (429, 503):
+        return None
+    seconds = error.retry_after if isinstance(error, AppError) else None
+    return max(1, int(-(-(RETRY_AFTER if seconds is None else seconds) // 1)))

@@ -1,0 +1,91 @@
+"""The ticker: one asyncio task for all rooms that are awake, drift-free, asleep when none is."""
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+
+
+class Schedule:
+    """When ticks are due, pure: the caller brings the time in seconds of a monotonic clock.
+
+    Deadline k is start + k * period, computed afresh from k, so neither late wake-ups nor rounding
+    add up. After a pause at most `max_catch_up` ticks are due at once and the rest is given up:
+    a server that was stopped for a minute must not spend the next one catching up.
+    """
+
+    def __init__(self, period: float, max_catch_up: int) -> None:
+        self.period = period
+        self.max_catch_up = max_catch_up
+        self.overruns = 0  # times that more than one tick was due
+        self.skipped = 0  # ticks given up
+        self._start = 0.0
+        self._done = 0
+
+    def start(self, now: float) -> None:
+        """Begin at `now`; the first tick is due one period later."""
+        self._start = now
+        self._done = 0
+
+    def delay(self, now: float) -> float:
+        """Seconds from `now` until the next tick is due; never negative."""
+        return max(0.0, self._start + (self._done + 1) * self.period - now)
+
+    def due(self, now: float) -> int:
+        """How many ticks to run at `now`; counts them as run."""
+        # The small share of a period forgives rounding: woken on the very deadline, it is due.
+        behind = int((now - self._start) / self.period + 1e-9) - self._done
+        if behind <= 0:
+            return 0
+        self._done += behind
+        if behind > 1:
+            self.overruns += 1
+            self.skipped += max(0, behind - self.max_catch_up)
+        return min(behind, self.max_catch_up)
+
+
+class Ticker:
+    """Calls `tick(n)` when n ticks are due, as long as `tick` says that something still moves."""
+
+    def __init__(
+        self,
+        schedule: Schedule,
+        tick: Callable[[int], bool],
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
+    ) -> None:
+        self.schedule = schedule
+        self.ticks = 0
+        self.wakeups = 0  # times it left its sleep; does not grow while nothing moves
+        self.asleep = True
+        self._tick = tick
+        self._clock = clock
+        self._sleep = sleep
+        self._wake = asyncio.Event()
+
+    def wake(self) -> None:
+        """Something moves: start ticking, unless already at it."""
+        self._wake.set()
+
+    async def run(self) -> None:
+        """Tick whenever woken, until cancelled."""
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            self.wakeups += 1
+            self.asleep = False
+            self.schedule.start(self._clock())
+            while await self._next_tick():
+                pass
+            self.asleep = not self._wake.is_set()
+
+    async def _next_tick(self) -> bool:
+        # uvloop caches its clock per turn of the loop; a turn spent here keeps the long sleep from
+        # being measured from before the broadcast that came just ahead of it.
+        await self._sleep(0.0)
+        await self._sleep(self.schedule.delay(self._clock()))
+        due = self.schedule.due(self._clock())
+        if due == 0:
+            return True
+        self.ticks += due
+        return self._tick(due)

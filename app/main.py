@@ -1,0 +1,235 @@
+"""The application and how it is run: parts put together here, started and stopped here."""
+
+import asyncio
+import contextlib
+import functools
+import gc
+import importlib.metadata
+import signal
+import socket
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+from starlette.middleware.cors import CORSMiddleware
+
+from app import problems, schemas
+from app.boards import Boards
+from app.errors import SettingError
+from app.hub import Hub
+from app.limits import KeyedBuckets
+from app.middleware import BodyLimit, OriginCheck, SecurityHeaders
+from app.protocol import shorten
+from app.rooms import Rooms
+from app.routes import boards, drops, health, page, rooms, ws
+from app.services import Services
+from app.settings import Settings, static_directory
+from app.transport import Connection
+from app.workers import Workers
+from engine import Board, World, drop, preset_names
+from engine.errors import BoardError
+
+_DESCRIPTION = """\
+A Plinko board whose physics is true. The same board and seed give the same path, to the last bit,
+here, in a live room, on the command line and on any other machine; a drop's `digest` says so.
+
+Lengths are in metres (x right, y down), times in seconds, angles in radians. Seeds are integers
+0 <= seed < 2^64, written as decimal strings because JSON readers round large numbers. Errors are
+RFC 9457 problem details whose `detail` names the bad value. Live play is on the WebSocket
+`/ws/rooms/{id}`.
+"""
+
+_TAGS = [
+    {"name": "boards", "description": "Boards by name or by content."},
+    {"name": "drops", "description": "Drops as values: computed, replayed, drawn, verified."},
+    {"name": "rooms", "description": "Live tables that any number of people watch."},
+    {"name": "health", "description": "For those who run the server."},
+]
+
+
+def create_app(settings: Settings | None = None) -> FastAPI:
+    """The application for `settings`; raises SettingError when the main board cannot be used."""
+    settings = settings or Settings()
+    app = FastAPI(
+        title="Plinko",
+        version=version(),
+        summary="Seeded drops, replayable bit for bit",
+        description=_DESCRIPTION,
+        openapi_tags=_TAGS,
+        # The interactive pages load their code from another site, which the content security
+        # policy forbids; /openapi.json opens in any such tool.
+        docs_url=None,
+        redoc_url=None,
+        lifespan=_lifespan,
+    )
+    app.state.services = _services(settings)
+    problems.install(app)
+    for router in (boards.router, drops.router, rooms.router, health.router, ws.router):
+        app.include_router(router)
+    app.mount("/", page.Page(static_directory()), name="page")
+    # The last one added is the first to see a request.
+    app.add_middleware(BodyLimit, max_body=settings.max_body)
+    if settings.allowed_origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=settings.allowed_origins,
+            allow_methods=["GET", "POST"],
+            allow_headers=["content-type"],
+            expose_headers=["etag", "location", "retry-after"],
+        )
+    app.add_middleware(OriginCheck, allowed=settings.allowed_origins)
+    app.add_middleware(SecurityHeaders)
+    app.openapi = functools.partial(_openapi, app)  # type: ignore[method-assign]
+    return app
+
+
+def version() -> str:
+    """The installed release, or that there is none, in a checkout that was not installed."""
+    try:
+        return importlib.metadata.version("plinko-server")
+    except importlib.metadata.PackageNotFoundError:
+        return "0+checkout"
+
+
+def _services(settings: Settings) -> Services:
+    known = Boards(settings.max_boards)
+    hub = Hub(settings.max_clients)
+    return Services(
+        settings=settings,
+        version=version(),
+        boards=known,
+        hub=hub,
+        rooms=Rooms(settings, known, hub, _main_board(settings.board)),
+        workers=Workers(settings.workers, settings.max_jobs),
+        room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
+    )
+
+
+def _main_board(name: str) -> Board:
+    """The board of the room `main`: a preset or a JSON file."""
+    try:
+        return Board.preset(name) if name in preset_names() else Board.from_json(Path(name))
+    except (BoardError, OSError) as error:
+        raise SettingError(f"board {shorten(name)}: {error}", field="board") from error
+
+
+@contextlib.asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    """Start the ticker once the physics is compiled; stop it and the workers at the end."""
+    server: Services = app.state.services
+    await asyncio.to_thread(_warm_up, server.boards.presets["triangle-8"])
+    server.warm = True
+    server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
+    try:
+        yield
+    finally:
+        server.ticking.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await server.ticking
+        server.workers.close()
+
+
+def _warm_up(board: Board) -> None:
+    """Run each kind of drop once, so that no request waits for a compiler."""
+    drop(board, seed=0)
+    drop(board, seed=0, solver="stepped")
+    world = World(board, solver="exact")
+    world.add(seed=0)
+    world.step()
+
+
+def _openapi(app: FastAPI) -> dict[str, Any]:
+    """The OpenAPI document, with the schemas that requests are really decoded by."""
+    if app.openapi_schema is None:
+        document = get_openapi(
+            title=app.title,
+            version=app.version,
+            summary=app.summary,
+            description=app.description,
+            tags=app.openapi_tags,
+            routes=app.routes,
+        )
+        document.setdefault("components", {})["schemas"] = schemas.components()
+        for path in document["paths"].values():
+            for operation in path.values():
+                # The framework's own 422 has another shape than what this server sends.
+                refusal = operation["responses"].get("422")
+                if refusal and "HTTPValidationError" in str(refusal):
+                    del operation["responses"]["422"]
+        app.openapi_schema = document
+    return app.openapi_schema
+
+
+class Server(uvicorn.Server):
+    """uvicorn's server, which says where it is once it can be used."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start, then leave what lives for good out of every later garbage collection."""
+        await super().startup(sockets)
+        # A full collection walks every live object, numba's included, and holds up the ticker for
+        # some 50 ms; frozen objects are not walked.
+        gc.collect()
+        gc.freeze()
+        for listener in sockets or ():
+            print(f"Plinko is at {_address(listener)}", flush=True)  # noqa: T201 - it says where
+
+
+def run(settings: Settings | None = None) -> None:
+    """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen or has no board."""
+    settings = settings or Settings()
+    app = create_app(settings)
+    listener = _listen(settings)
+    server = Server(server_config(app, settings))
+    # uvicorn raises the signal that stopped it once more when all is done; an orderly end is none.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)
+    server.run(sockets=[listener])
+
+
+def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
+    """How uvicorn is to serve: fast parser and loop, no compression, no log line a request."""
+    return uvicorn.Config(
+        app,
+        host=settings.host,
+        port=settings.port,
+        loop="uvloop",
+        http="httptools",
+        ws=Connection,  # websockets-sansio, with a way out of a full write buffer
+        ws_per_message_deflate=False,  # costs five to eight times the frame
+        ws_max_size=settings.max_message,
+        access_log=False,
+        log_level="warning",
+        server_header=False,
+        timeout_graceful_shutdown=settings.shutdown_grace,
+    )
+
+
+def _listen(settings: Settings) -> socket.socket:
+    """A listening socket; raises SettingError naming the address that cannot be had."""
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if settings.send_buffer:
+            # Connections inherit it. What the kernel holds for a client is as stale as it is long.
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, settings.send_buffer)
+        listener.bind((settings.host, settings.port))
+        listener.listen(2048)
+        listener.setblocking(False)
+    except OSError as error:
+        listener.close()
+        raise SettingError(
+            f"cannot listen on {settings.host} port {settings.port}: {error.strerror or error}",
+            field="port",
+        ) from error
+    return listener
+
+
+def _address(listener: socket.socket) -> str:
+    """The address to open in a browser; the wildcard is this machine too."""
+    host, port = listener.getsockname()[:2]
+    host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+    return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"

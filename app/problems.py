@@ -1,0 +1,90 @@
+"""Errors as RFC 9457 problem details: the one place where an exception becomes an HTTP answer."""
+
+import logging
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+
+from app.errors import AppError, InvalidValueError, answer, retry_after
+from app.protocol import shorten
+from app.schemas import Problem
+from engine.errors import EngineError
+
+MEDIA_TYPE = "application/problem+json"
+
+_log = logging.getLogger("plinko")
+
+
+def problem_of(error: Exception, path: str = "") -> Problem:
+    """The problem details of an error; a stranger's message stays inside."""
+    known = isinstance(error, AppError | EngineError)
+    assigned = answer(error)
+    return Problem(
+        type=f"urn:plinko:problem:{assigned.code}",
+        title=assigned.title,
+        status=assigned.status,
+        detail=str(error) if known else "An error of the server's own, which it has logged.",
+        code=assigned.code,
+        field=getattr(error, "field", "") or None,
+        instance=path or None,
+    )
+
+
+def problem_response(error: Exception, path: str = "") -> Response:
+    """The HTTP response for an error."""
+    problem = problem_of(error, path)
+    headers = {}
+    seconds = retry_after(error)
+    if seconds is not None:
+        headers["retry-after"] = str(seconds)
+    return Response(msgspec.json.encode(problem), problem.status, headers, MEDIA_TYPE)
+
+
+async def _known_error(request: Request, error: Exception) -> Response:
+    return problem_response(error, request.url.path)
+
+
+async def _unknown_error(request: Request, error: Exception) -> Response:
+    _log.error("%s %s failed: %r", request.method, request.url.path, error)
+    return problem_response(error, request.url.path)
+
+
+async def _bad_parameter(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    return problem_response(_named(error.errors()), request.url.path)
+
+
+def _named(errors: Sequence[Any]) -> InvalidValueError:
+    """The first of the framework's findings, with the bad value in its message."""
+    first = errors[0]
+    field = str(first["loc"][-1])
+    message = first["msg"][:1].lower() + first["msg"][1:]
+    return InvalidValueError(f"{field} {shorten(first.get('input'))}: {message}", field=field)
+
+
+async def _http_error(request: Request, error: Exception) -> Response:
+    """What the framework says by itself: no such path, no such method."""
+    assert isinstance(error, HTTPException)
+    problem = Problem(
+        type="about:blank",
+        title=error.detail,
+        status=error.status_code,
+        detail=f"{request.method} {request.url.path}: {error.detail}",
+        code=error.detail.lower().replace(" ", "-"),
+        instance=request.url.path,
+    )
+    headers = dict(error.headers or {})
+    return Response(msgspec.json.encode(problem), problem.status, headers, MEDIA_TYPE)
+
+
+def install(app: FastAPI) -> None:
+    """Let every error of the application leave it as problem details."""
+    app.add_exception_handler(AppError, _known_error)
+    app.add_exception_handler(EngineError, _known_error)
+    app.add_exception_handler(RequestValidationError, _bad_parameter)
+    app.add_exception_handler(HTTPException, _http_error)
+    app.add_exception_handler(Exception, _unknown_error)

@@ -1,0 +1,168 @@
+"""A room, pure: commands go in, events and frames come out. No I/O, no clock, no asyncio.
+
+The state is the engine's World and what is counted beside it. Whoever holds the room sends what
+comes out of it. Given the same commands at the same ticks, a room does the same again: chance and
+time come in as arguments.
+"""
+
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from engine.world import Contact as EngineContact
+from engine.world import Landing as EngineLanding
+
+from app import protocol
+from app.errors import BallLimitError
+from engine import PHYSICS_VERSION, Board, World
+
+MODE = "independent"
+SOLVER = "exact"  # independent balls: each path depends on its own seed alone
+
+QUIET = 0.05  # m/s; slower impacts are not told: a ball settling on a peg makes hundreds, unheard
+
+
+@dataclass(frozen=True, slots=True)
+class DropCommand:
+    """Put a ball in: 0 <= seed < 2^64, and `x` in metres where the player chose the start."""
+
+    seed: int
+    x: float | None = None
+
+
+class Room:
+    """One board, the balls in flight over it, and the count of what came of the others."""
+
+    def __init__(self, room_id: str, board: Board, *, tick_rate: int, max_balls: int) -> None:
+        self.id = room_id
+        self.board = board
+        self.tick_rate = tick_rate
+        self.max_balls = max_balls
+        self.world = World(board, solver=SOLVER, dt=1.0 / tick_rate)
+        self.extent = protocol.Extent(*board.extent)
+        self.velocity_scale = protocol.velocity_scale_of(board, self.extent)
+        self.seq = 0
+        self.drops = 0
+        self.unsettled = 0
+        self.histogram = [0] * board.bins.count
+        self._starts: dict[int, protocol.BallStart] = {}
+        self._bounced: set[int] = set()
+        self._board_json = msgspec.Raw(msgspec.json.encode(board.to_dict()))
+
+    @property
+    def awake(self) -> bool:
+        """Whether anything moves."""
+        return self.world.awake
+
+    @property
+    def balls(self) -> list[protocol.BallStart]:
+        """The balls in flight, by age."""
+        return list(self._starts.values())
+
+    def drop(self, command: DropCommand) -> protocol.Accepted:
+        """Take a drop; returns the event that says so.
+
+        Raises BallLimitError when the room is full, the engine's errors for a bad seed or start;
+        the room is then as it was.
+        """
+        if len(self._starts) >= self.max_balls:
+            raise BallLimitError(f"room {self.id!r} already holds {self.max_balls} balls")
+        ball = self.world.add(command.seed, command.x)
+        accepted = protocol.Accepted(
+            ball=ball,
+            seed=str(command.seed),
+            x=self.world.drop_of(ball).x_start,
+            explicit_x=command.x is not None,
+            tick=self.world.tick,
+        )
+        self._starts[ball] = protocol.BallStart(ball, accepted.seed, accepted.x, accepted.tick)
+        self.drops += 1
+        self.seq += 1
+        return accepted
+
+    def step(self, *, watched: bool) -> list[protocol.Event]:
+        """One tick on; returns the events to announce, in order.
+
+        With nobody watching only landings are turned into events: contacts have no listener.
+        """
+        self.world.step()
+        events: list[protocol.Event] = []
+        for happened in self.world.take_events():
+            if isinstance(happened, EngineLanding):
+                events.append(self._land(happened))
+            elif watched and happened.speed >= QUIET:
+                events.append(self._contact(happened))
+        self.seq += len(events)
+        if watched:
+            bodies = self.world.bodies
+            self._bounced.update(bodies["id"][bodies["bounced"] != 0].tolist())
+        return events
+
+    def frame(self) -> bytes:
+        """The snapshot of this moment; bounces are flagged since the frame before."""
+        bodies = self.world.bodies
+        if self._bounced:
+            bounced = np.isin(bodies["id"], list(self._bounced))
+            self._bounced.clear()
+        else:
+            bounced = np.zeros(len(bodies), np.bool_)
+        return protocol.encode_snapshot(
+            self.world.tick, self.seq, bodies, bounced, self.extent, self.velocity_scale
+        )
+
+    def stats(self) -> protocol.Stats:
+        """What has happened here so far."""
+        return protocol.Stats(self.drops, list(self.histogram), self.unsettled)
+
+    def hello(self, server_time: float, limits: protocol.Limits) -> protocol.Hello:
+        """The full state, from which a client that comes or comes back starts."""
+        return protocol.Hello(
+            protocol=protocol.PROTOCOL_VERSION,
+            physics_version=PHYSICS_VERSION,
+            room=self.id,
+            board_name=self.board.name,
+            board_digest=self.board.digest,
+            board=self._board_json,
+            slots=list(self.board.slots),
+            solver=SOLVER,
+            mode=MODE,
+            tick_rate=self.tick_rate,
+            tick=self.world.tick,
+            seq=self.seq,
+            server_time=server_time,
+            extent=self.extent,
+            velocity_scale=self.velocity_scale,
+            limits=limits,
+            balls=self.balls,
+            stats=self.stats(),
+        )
+
+    def _land(self, landing: EngineLanding) -> protocol.Landed:
+        del self._starts[landing.ball]
+        if landing.bin is None:
+            self.unsettled += 1
+        else:
+            self.histogram[landing.bin] += 1
+        return protocol.Landed(
+            ball=landing.ball,
+            seed=str(landing.seed),
+            bin=landing.bin,
+            score=landing.score,
+            tick=landing.tick,
+            t=landing.duration,
+            x_end=landing.x_end,
+            digest=landing.digest,
+            unsettled=landing.unsettled,
+        )
+
+    def _contact(self, contact: EngineContact) -> protocol.Contact:
+        return protocol.Contact(
+            ball=contact.ball,
+            tick=self.world.tick,
+            t=contact.t,
+            x=contact.x,
+            y=contact.y,
+            kind=contact.kind,
+            index=contact.index,
+            speed=contact.speed,
+        )

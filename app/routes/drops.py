@@ -1,0 +1,226 @@
+"""Drops: compute one, replay it by its address, as a record, as a picture, as frames; verify."""
+
+import functools
+import secrets
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from fastapi import APIRouter, Query, Request, Response
+
+from app.errors import InvalidValueError
+from app.protocol import parse_x
+from app.routes.common import (
+    Server,
+    body_of,
+    cache_headers,
+    documented,
+    is_current,
+    not_modified,
+    optional_seed,
+    read,
+    reply,
+    resolve_board,
+)
+from app.schemas import DropRecord, DropRequest, Frames, Verdict
+from app.services import Services
+from engine import Board, Drop, drop, verify
+from engine.seeding import parse_seed
+
+router = APIRouter(prefix="/api/v1", tags=["drops"])
+
+_MAX_FRAMES = 100_000  # rows of one reply, about 10 MB of JSON
+
+X = Annotated[float | None, Query(description="Explicit start in metres; else the seed decides.")]
+SolverName = Annotated[str, Query(description="`exact` or `stepped`.")]
+Dt = Annotated[float, Query(description="Step of the stepped solver, in seconds.")]
+Substeps = Annotated[int, Query(description="Substeps a step, of the stepped solver.")]
+Width = Annotated[int, Query(ge=64, le=2048, description="Width of the picture in pixels.")]
+Fps = Annotated[float, Query(gt=0, le=1000, description="Frames a second.")]
+
+
+@dataclass(frozen=True, slots=True)
+class _Ask:
+    """Everything that decides a drop."""
+
+    board: Board
+    seed: int
+    x: float | None
+    solver: str
+    dt: float
+    substeps: int
+
+    def drop(self) -> Drop:
+        """Compute it; raises the engine's errors."""
+        return drop(
+            self.board, self.seed, x=self.x, solver=self.solver, dt=self.dt, substeps=self.substeps
+        )
+
+
+@router.post(
+    "/drops",
+    summary="Compute a drop",
+    responses=documented(DropRecord, 400, 404, 413, 422, 503),
+    openapi_extra=body_of(DropRequest, {"board": "triangle-16", "seed": "42"}),
+)
+async def post_drop(request: Request, server: Server) -> Response:
+    """Drop a ball and reply with the whole record: start, every impact, bin, score and digest.
+
+    Without a seed the server draws one; the record names it, so the drop can be replayed.
+    """
+    body = await read(request, DropRequest)
+    _check_step(server, body.solver, body.dt, body.substeps)
+    seed = optional_seed(body.seed)
+    ask = _Ask(
+        await resolve_board(server, body.board),
+        secrets.randbits(64) if seed is None else seed,
+        parse_x(body.x),
+        body.solver,
+        body.dt,
+        body.substeps,
+    )
+    record = await server.workers.run(lambda: ask.drop().record())
+    return reply(record, headers={"etag": f'"{record["digest"]}"'})
+
+
+@router.get(
+    "/drops/{board}/{seed}.png",
+    summary="Draw a drop",
+    responses=documented(
+        None, 304, 404, 422, 503, description="The path over the board", media_type="image/png"
+    ),
+)
+async def get_picture(
+    board: str,
+    seed: str,
+    request: Request,
+    server: Server,
+    x: X = None,
+    solver: SolverName = "exact",
+    dt: Dt = 1.0 / 60.0,
+    substeps: Substeps = 4,
+    width: Width = 760,
+) -> Response:
+    """The whole path of the ball, drawn over the board."""
+    _check_step(server, solver, dt, substeps)
+    ask = _Ask(server.boards.find(board), parse_seed(seed), x, solver, dt, substeps)
+    done = await server.workers.run(ask.drop)
+    etag = f"{done.digest}.png.{width}"
+    if is_current(request, etag):
+        return not_modified(etag)
+    picture = await server.workers.run(functools.partial(_draw, done, width))
+    return Response(picture, headers=cache_headers(etag), media_type="image/png")
+
+
+@router.get(
+    "/drops/{board}/{seed}/frames",
+    summary="Sample a drop",
+    responses=documented(Frames, 304, 404, 422, 503),
+)
+async def get_frames(
+    board: str,
+    seed: str,
+    request: Request,
+    server: Server,
+    x: X = None,
+    solver: SolverName = "exact",
+    dt: Dt = 1.0 / 60.0,
+    substeps: Substeps = 4,
+    fps: Fps = 60.0,
+) -> Response:
+    """The ball's state at times 0, 1/fps, 2/fps … and at the landing itself."""
+    _check_step(server, solver, dt, substeps)
+    ask = _Ask(server.boards.find(board), parse_seed(seed), x, solver, dt, substeps)
+    done = await server.workers.run(ask.drop)
+    etag = f"{done.digest}.frames.{fps!r}"
+    if is_current(request, etag):
+        return not_modified(etag)
+    body = await server.workers.run(functools.partial(_sample, done, fps))
+    return reply(body, headers=cache_headers(etag))
+
+
+@router.get(
+    "/drops/{board}/{seed}",
+    summary="Replay a drop",
+    responses=documented(DropRecord, 304, 404, 422, 503),
+)
+async def get_drop(
+    board: str,
+    seed: str,
+    request: Request,
+    server: Server,
+    x: X = None,
+    solver: SolverName = "exact",
+    dt: Dt = 1.0 / 60.0,
+    substeps: Substeps = 4,
+) -> Response:
+    """The record of a drop, decided by its address alone, and so cacheable; ETag is its digest."""
+    _check_step(server, solver, dt, substeps)
+    ask = _Ask(server.boards.find(board), parse_seed(seed), x, solver, dt, substeps)
+    record = await server.workers.run(lambda: ask.drop().record())
+    digest = record["digest"]
+    if is_current(request, digest):
+        return not_modified(digest)
+    return reply(record, headers=cache_headers(digest))
+
+
+@router.post(
+    "/verify",
+    summary="Verify a drop's record",
+    responses=documented(Verdict, 400, 413, 422, 503),
+    openapi_extra=body_of(DropRecord, None),
+)
+async def post_verify(request: Request, server: Server) -> Response:
+    """Compute the drop of a record again and say whether every bit of it is reproduced.
+
+    A record that does not hold is no error: `ok` is false and `field` the first that differs.
+    """
+    record = await read(request, dict[str, Any])
+    _check_step(server, record.get("solver"), record.get("dt"), record.get("substeps"))
+    verdict = await server.workers.run(functools.partial(verify, record))
+    return reply(Verdict(verdict.ok, verdict.field, verdict.expected, verdict.actual))
+
+
+def _check_step(server: Services, solver: Any, dt: Any, substeps: Any) -> None:
+    """Raise InvalidValueError for steps so short that the drop would keep a thread for minutes.
+
+    Anything else about the values is the engine's to judge.
+    """
+    numbers = isinstance(dt, int | float) and isinstance(substeps, int)
+    shortest = server.settings.min_step
+    if solver == "stepped" and numbers and 0.0 < dt < shortest * substeps:
+        raise InvalidValueError(
+            f"dt {dt!r} in {substeps} substeps makes steps shorter than {shortest:g} s; "
+            "compute it with the command line",
+            field="dt",
+        )
+
+
+def _draw(done: Drop, width: int) -> bytes:
+    # Imported when the first picture is asked for: without one, Pillow is never loaded.
+    from app.render import drop_png  # noqa: PLC0415
+
+    return drop_png(done, width)
+
+
+def _sample(done: Drop, fps: float) -> Frames:
+    """The states at `fps` and at the landing; raises InvalidValueError when they are too many."""
+    count = int(done.duration * fps) + 1
+    if count > _MAX_FRAMES:
+        raise InvalidValueError(
+            f"fps {fps:g} makes {count} frames of a drop of {done.duration:g} s; "
+            f"at most {_MAX_FRAMES}",
+            field="fps",
+        )
+    times = np.arange(count) / fps
+    if times[-1] < done.duration:
+        times = np.append(times, done.duration)
+    states = done.states(times)
+    return Frames(
+        board_digest=done.board.digest,
+        digest=done.digest,
+        fps=fps,
+        duration=done.duration,
+        fields=list(states.dtype.names or ()),
+        frames=states.tolist(),
+    )

@@ -1,0 +1,142 @@
+"""The WebSocket of a room: a reader and a writer for each client, and how the two end."""
+
+import asyncio
+import contextlib
+import time
+
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+
+from app import protocol
+from app.errors import (
+    AbuseError,
+    AppError,
+    MalformedError,
+    SlowClientError,
+    answer,
+)
+from app.hub import Client, Frame, Mailbox
+from app.limits import TokenBucket, spend
+from app.room import Room
+from app.routes.common import Server
+from app.services import Services
+from app.transport import sever
+from engine.errors import EngineError
+from engine.seeding import parse_seed
+
+router = APIRouter()
+
+# Bad messages are answered, not punished, unless they keep coming: a typo is free, a flood is not.
+_STRIKES = 20
+_STRIKES_FORGIVEN = 1.0  # a second
+
+_CLOSE_SECONDS = 1.0  # for the close frame to find room in a buffer that has some
+
+
+@router.websocket("/ws/rooms/{room_id}")
+async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
+    """Watch and play in a room; docs/protocol.md has every message."""
+    await socket.accept()
+    error: AppError | None = None
+    try:
+        room = server.rooms.find(room_id)
+        error = await Session(socket, server, room).run()
+    except AppError as refused:
+        error = refused
+        with contextlib.suppress(WebSocketDisconnect):
+            await socket.send_text(protocol.encode_event(_event(refused)).decode())
+    if error is not None:
+        await _close(socket, error, server.settings.client_linger)
+
+
+async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
+    """Close with the reason; a client that does not read gets `linger` seconds to find it."""
+    if isinstance(error, SlowClientError):
+        sever(socket.scope, linger)
+    # RFC 6455 leaves 123 bytes for the reason.
+    reason = str(error).encode()[:120].decode(errors="ignore")
+    with contextlib.suppress(WebSocketDisconnect, TimeoutError, RuntimeError):
+        async with asyncio.timeout(_CLOSE_SECONDS):
+            await socket.close(answer(error).close, reason)
+
+
+def _event(error: Exception, ref: object = None) -> protocol.Error:
+    return protocol.Error(code=answer(error).code, detail=str(error), ref=ref)
+
+
+class Session:
+    """One client in one room."""
+
+    def __init__(self, socket: WebSocket, server: Services, room: Room) -> None:
+        settings = server.settings
+        now = time.monotonic()
+        self.socket = socket
+        self.server = server
+        self.room = room
+        self.client = Client(
+            next(server.client_ids),
+            self._send,
+            Mailbox(settings.max_queue, settings.max_queue_bytes),
+            settings.client_grace,
+        )
+        self._messages = TokenBucket(settings.message_rate, 2 * settings.message_rate, now)
+        self._drops = TokenBucket(settings.drop_rate, 2 * settings.drop_rate, now)
+        self._strikes = TokenBucket(_STRIKES_FORGIVEN, _STRIKES, now)
+
+    async def run(self) -> AppError | None:
+        """Serve the client until it leaves, or return why it must; raises RoomFullError."""
+        self.server.rooms.enter(self.room, self.client)
+        tasks = [asyncio.create_task(self._read()), asyncio.create_task(self.client.write())]
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self.server.hub.leave(self.room.id, self.client)
+            for task in tasks:
+                task.cancel()
+            ended = await asyncio.gather(*tasks, return_exceptions=True)
+        for outcome in ended:
+            if isinstance(outcome, AppError):
+                return outcome
+            if isinstance(outcome, Exception) and not isinstance(outcome, WebSocketDisconnect):
+                raise outcome
+        return None
+
+    async def _send(self, frame: Frame) -> None:
+        if isinstance(frame, bytes):
+            await self.socket.send_bytes(frame)
+        else:
+            await self.socket.send_text(frame)
+
+    async def _read(self) -> None:
+        """Take messages until the client disconnects; raises AbuseError."""
+        while True:
+            message = await self.socket.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            data = message.get("text")
+            try:
+                await self._take(message.get("bytes") if data is None else data)
+            except (AppError, EngineError) as error:
+                self._answer(error, protocol.peek(data, "ref") if data else None)
+
+    async def _take(self, data: str | bytes | None) -> None:
+        """Carry out one message; raises what is wrong with it."""
+        now = time.monotonic()
+        spend(self._messages, now, "messages")
+        if not isinstance(data, str):
+            raise MalformedError("a binary frame is no message; send JSON in a text frame")
+        message = protocol.decode_message(data)
+        if isinstance(message, protocol.PingMessage):
+            self.client.post(protocol.encode_event(self._pong(message)).decode())
+            return
+        spend(self._drops, now, "drops")
+        seed = None if message.seed is None else parse_seed(message.seed)
+        x = protocol.parse_x(message.x)
+        await self.server.rooms.drop(self.room, seed, x, client=self.client.id, ref=message.ref)
+
+    def _pong(self, ping: protocol.PingMessage) -> protocol.Pong:
+        return protocol.Pong(t=ping.t, tick=self.room.world.tick, server_time=time.monotonic())
+
+    def _answer(self, error: AppError | EngineError, ref: object) -> None:
+        if not self._strikes.take(time.monotonic()):
+            raise AbuseError(f"too many bad messages; the last: {error}")
+        self.client.post(protocol.encode_event(_event(error, ref)).decode())

@@ -1,0 +1,291 @@
+"""Request and reply bodies of the REST interface: one definition decodes, encodes and documents.
+
+Values with a parser of their own (seeds, boards, starts) stay `Any` here, so that the parser that
+knows what is wrong names it; what they may be is said in the description.
+"""
+
+import contextlib
+import json
+from typing import Annotated, Any, Literal, NoReturn, TypeVar
+
+import msgspec
+from msgspec import Meta
+
+from app.errors import InvalidValueError, MalformedError
+from app.protocol import BallStart, Extent, Stats
+
+T = TypeVar("T")
+
+BoardRef = Annotated[
+    Any,
+    Meta(
+        description="A preset's name, the digest of a registered board, or a whole board object.",
+        examples=["triangle-16"],
+        extra_json_schema={"anyOf": [{"type": "string"}, {"type": "object"}]},
+    ),
+]
+SeedIn = Annotated[
+    Any,
+    Meta(
+        description="0 <= seed < 2^64, as a decimal string or an integer; without it the server "
+        "draws one.",
+        examples=["42"],
+        extra_json_schema={"anyOf": [{"type": "string"}, {"type": "integer"}, {"type": "null"}]},
+    ),
+]
+StartIn = Annotated[
+    Any,
+    Meta(
+        description="Explicit start in metres; without it the seed decides.",
+        examples=[0.1],
+        extra_json_schema={"anyOf": [{"type": "number"}, {"type": "null"}]},
+    ),
+]
+Seed = Annotated[str, Meta(description="The seed, as a decimal string.", examples=["42"])]
+Digest = Annotated[
+    str, Meta(description="SHA-256, 64 hexadecimal digits.", pattern="^[0-9a-f]{64}$")
+]
+Solver = Annotated[
+    Literal["exact", "stepped"],
+    Meta(description="`exact`: event-driven, no stepping error. `stepped`: fixed steps of `dt`."),
+]
+
+
+class Problem(msgspec.Struct, frozen=True, omit_defaults=True):
+    """An error, as RFC 9457 problem details; `detail` names the bad value."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    code: Annotated[str, Meta(description="Stable slug of the kind of error.")]
+    field: Annotated[str | None, Meta(description="Where the bad value is, if in one place.")] = (
+        None
+    )
+    instance: str | None = None
+
+
+class BoardSummary(msgspec.Struct, frozen=True):
+    """A board in a list."""
+
+    name: str
+    digest: Digest
+    preset: bool
+    bins: int
+    pegs: int
+    rows: Annotated[int | None, Meta(description="Rows of pegs, of a triangle preset.")]
+    risk: Annotated[
+        Literal["low", "medium", "high"] | None,
+        Meta(description="Which payout table, of a triangle preset."),
+    ]
+    multipliers: list[float]
+
+
+class BoardList(msgspec.Struct, frozen=True):
+    """The presets, then the registered boards."""
+
+    boards: list[BoardSummary]
+
+
+class BoardView(msgspec.Struct, frozen=True):
+    """A whole board under its digest."""
+
+    name: str
+    digest: Digest
+    board: Annotated[Any, Meta(extra_json_schema={"type": "object"})]
+
+
+class DropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A drop to compute."""
+
+    board: BoardRef
+    seed: SeedIn = None
+    x: StartIn = None
+    solver: Solver = "exact"
+    dt: Annotated[float, Meta(description="Step in seconds, of the stepped solver.")] = 1.0 / 60.0
+    substeps: Annotated[int, Meta(description="Substeps a step, of the stepped solver.")] = 4
+
+
+class DropRecord(msgspec.Struct, frozen=True):
+    """A whole drop; feed it to `POST verify` as it is. The fields of `plinko drop --json`."""
+
+    board: BoardRef
+    board_digest: Digest
+    seed: Annotated[str | None, Meta(description="The seed, as a decimal string.")]
+    solver: Solver
+    physics_version: Any
+    bin: Annotated[int | None, Meta(description="Bin landed in; null when it never settles.")]
+    score: Annotated[float, Meta(description="The bin's multiplier; 1 when it never settles.")]
+    duration: Annotated[float, Meta(description="Seconds from start to landing.")]
+    x_end: Annotated[float, Meta(description="Where it crossed into the bin, in metres.")]
+    impacts: Annotated[
+        list[tuple[float, float, float, float, float, float, int, int]],
+        Meta(description="[t, x, y, vx, vy, omega, kind, index] right after each impact."),
+    ]
+    digest: Digest
+    x: Annotated[float | None, Meta(description="Only when the start was explicit.")] = None
+    dt: Annotated[float | None, Meta(description="Only with the stepped solver.")] = None
+    substeps: Annotated[int | None, Meta(description="Only with the stepped solver.")] = None
+
+
+class Frames(msgspec.Struct, frozen=True):
+    """The states of a ball at a steady rate, and at the landing."""
+
+    board_digest: Digest
+    digest: Digest
+    fps: float
+    duration: float
+    fields: list[str]
+    frames: list[tuple[float, float, float, float, float, float, float]]
+
+
+class Verdict(msgspec.Struct, frozen=True):
+    """Whether a record's drop was reproduced, and the first field that differs if not."""
+
+    ok: bool
+    field: str | None
+    expected: Annotated[Any, Meta(description="What the record says.")]
+    actual: Annotated[Any, Meta(description="What the engine computes.")]
+
+
+class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A room to open."""
+
+    board: BoardRef
+    mode: Annotated[Literal["independent"], Meta(description="Balls do not touch each other.")] = (
+        "independent"
+    )
+
+
+class RoomSummary(msgspec.Struct, frozen=True):
+    """A room in a list."""
+
+    id: str
+    board_name: str
+    board_digest: Digest
+    mode: str
+    tick: int
+    awake: Annotated[bool, Meta(description="Whether anything moves.")]
+    balls: Annotated[int, Meta(description="Balls in flight.")]
+    clients: int
+    drops: Annotated[int, Meta(description="Drops accepted so far.")]
+
+
+class RoomList(msgspec.Struct, frozen=True):
+    """The open rooms. Every preset's name is also a room, opened when first asked for."""
+
+    rooms: list[RoomSummary]
+
+
+class RoomView(msgspec.Struct, frozen=True):
+    """A room with its balls in flight and what came of the others."""
+
+    id: str
+    board_name: str
+    board_digest: Digest
+    mode: str
+    solver: Solver
+    tick: int
+    tick_rate: int
+    awake: bool
+    clients: int
+    extent: Extent
+    balls: list[BallStart]
+    stats: Stats
+
+
+class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A ball for a room."""
+
+    seed: SeedIn = None
+    x: StartIn = None
+
+
+class RoomDrop(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A ball accepted in a room; how it ends once it is waited for."""
+
+    room: str
+    ball: int
+    seed: Seed
+    x: float
+    tick: Annotated[int, Meta(description="The room's tick at which it starts.")]
+    landed: Annotated[
+        Any, Meta(description="The `landed` event, with `wait=1`.", extra_json_schema={})
+    ] = None
+
+
+class TickerHealth(msgspec.Struct, frozen=True):
+    """The ticker's counts since the start."""
+
+    asleep: bool
+    ticks: int
+    wakeups: int
+    overruns: int
+    skipped: int
+
+
+class Health(msgspec.Struct, frozen=True):
+    """That the process answers, and its clock's counts."""
+
+    status: str
+    version: str
+    physics_version: Any
+    ticker: TickerHealth
+
+
+class Readiness(msgspec.Struct, frozen=True):
+    """Whether the server can take drops; each check by itself."""
+
+    ready: bool
+    checks: dict[str, bool]
+
+
+DOCUMENTED = (
+    Problem,
+    BoardList,
+    BoardView,
+    DropRequest,
+    DropRecord,
+    Frames,
+    Verdict,
+    RoomRequest,
+    RoomList,
+    RoomView,
+    RoomDropRequest,
+    RoomDrop,
+    Health,
+    Readiness,
+)
+
+
+def components() -> dict[str, Any]:
+    """The JSON Schemas of all bodies, by name, for OpenAPI's components."""
+    return msgspec.json.schema_components(DOCUMENTED, ref_template="#/components/schemas/{name}")[1]
+
+
+def decode(body: bytes, kind: type[T]) -> T:
+    """A JSON body as `kind`.
+
+    Raises MalformedError for what is not JSON, InvalidValueError for a wrong shape or for NaN and
+    its kin, which JSON does not have.
+    """
+    try:
+        return msgspec.json.decode(body, type=kind)
+    except msgspec.ValidationError as error:
+        raise InvalidValueError(f"body: {error}", field="body") from None
+    except RecursionError:
+        raise MalformedError("the body's JSON is nested too deeply", field="body") from None
+    except (msgspec.DecodeError, ValueError) as error:
+        _explain(body, error)
+
+
+def _explain(body: bytes, error: Exception) -> NoReturn:
+    """Raise the error that says best why `body` is not JSON."""
+
+    def no_constant(name: str) -> NoReturn:
+        raise InvalidValueError(f"body: {name} is not a JSON number", field="body")
+
+    # What is not JSON in any dialect keeps the first reader's message.
+    with contextlib.suppress(ValueError, RecursionError):
+        json.loads(body, parse_constant=no_constant)
+    raise MalformedError(f"the body is not JSON: {error}", field="body") from None

@@ -1,0 +1,34 @@
+"""What the routes work with: made once at start-up, handed to each request."""
+
+import asyncio
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import count
+
+from app.boards import Boards
+from app.hub import Hub
+from app.limits import KeyedBuckets
+from app.rooms import Rooms
+from app.settings import Settings
+from app.workers import Workers
+
+
+@dataclass(slots=True)
+class Services:
+    """The server's parts, and whether it is ready."""
+
+    settings: Settings
+    version: str
+    boards: Boards
+    hub: Hub
+    rooms: Rooms
+    workers: Workers
+    room_drops: KeyedBuckets
+    warm: bool = False
+    ticking: "asyncio.Task[None] | None" = None
+    client_ids: Iterator[int] = field(default_factory=count)
+
+    @property
+    def ticker_runs(self) -> bool:
+        """Whether the ticker's task lives, asleep or not."""
+        return self.ticking is not None and not self.ticking.done()

@@ -1,0 +1,161 @@
+"""All settings of the server in one table: default, range, environment name, flag, meaning."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import Field, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from app.errors import SettingError
+
+ENV_PREFIX = "PLINKO_"
+
+
+def _setting(default: Any, text: str, low: float | None = None, high: float | None = None) -> Any:
+    return field(default=default, metadata={"text": text, "low": low, "high": high})
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Everything that can be set; validated once, at construction (raises SettingError)."""
+
+    host: str = _setting("127.0.0.1", "address to listen on; 0.0.0.0 for every interface")
+    port: int = _setting(8000, "port to listen on; 0 takes a free one", 0, 65535)
+    board: str = _setting("triangle-16", "board of the room `main`: a preset's name or a JSON file")
+    allowed_origins: tuple[str, ...] = _setting(
+        (), "comma-separated origins of other sites whose pages may connect"
+    )
+    tick_rate: int = _setting(60, "ticks and snapshots a second, in Hz", 1, 1000)
+    max_catch_up: int = _setting(5, "ticks run at once after a pause; the rest is given up", 1, 60)
+    max_body: int = _setting(1 << 20, "largest request body, in bytes", 1024, 1 << 30)
+    max_message: int = _setting(4096, "largest WebSocket message taken, in bytes", 256, 1 << 20)
+    message_rate: float = _setting(60.0, "messages a second from one client", 0.1, 1e6)
+    drop_rate: float = _setting(20.0, "drops a second from one client", 0.1, 1e6)
+    max_balls: int = _setting(200, "balls in flight in one room", 1, 65535)
+    max_clients: int = _setting(1000, "clients in one room", 1, 1_000_000)
+    max_rooms: int = _setting(1000, "rooms held at once; idle ones make way", 1, 1_000_000)
+    max_boards: int = _setting(256, "registered boards held; the least used make way", 1, 1_000_000)
+    max_queue: int = _setting(256, "event frames waiting for one client", 8, 1_000_000)
+    max_queue_bytes: int = _setting(1 << 20, "event bytes waiting for one client", 1 << 16, 1 << 30)
+    send_buffer: int = _setting(
+        1 << 16, "kernel's send buffer of a connection, in bytes; 0 leaves it", 0, 1 << 30
+    )
+    client_grace: float = _setting(
+        5.0, "seconds that a client may leave unread what it is sent", 0.1, 3600
+    )
+    client_linger: float = _setting(
+        5.0, "seconds that a client closed for slowness has to read why", 0.0, 3600
+    )
+    workers: int = _setting(2, "threads for drops, pictures and board checks", 1, 256)
+    max_jobs: int = _setting(64, "jobs waiting for those threads before 503", 1, 1_000_000)
+    min_step: float = _setting(
+        1e-4, "shortest substep of a stepped drop, in seconds; bounds the work", 1e-9, 0.1
+    )
+    wait_limit: float = _setting(
+        30.0, "longest wait of `?wait=1` for a landing, in seconds", 0.1, 3600
+    )
+    shutdown_grace: int = _setting(3, "seconds that open requests get at shutdown", 1, 3600)
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            _check(entry, getattr(self, entry.name))
+
+    @classmethod
+    def load(
+        cls,
+        environ: Mapping[str, str] | None = None,
+        overrides: Mapping[str, object] | None = None,
+    ) -> "Settings":
+        """Settings from PLINKO_* variables, then from flags; an override of None leaves it as is.
+
+        Raises SettingError naming the variable or flag. Other PLINKO_* variables are left alone:
+        orchestrators put their own there (a service called plinko gets PLINKO_SERVICE_HOST).
+        """
+        environ = os.environ if environ is None else environ
+        known = {entry.name: entry for entry in fields(cls)}
+        values: dict[str, Any] = {}
+        for variable, text in environ.items():
+            name = variable.removeprefix(ENV_PREFIX).lower()
+            if variable.startswith(ENV_PREFIX) and name in known:
+                values[name] = _parse(known[name], text, variable)
+        for name, value in (overrides or {}).items():
+            if name not in known:
+                raise SettingError(f"{name!r} is not a setting", field=name)
+            if value is not None:
+                values[name] = value
+        return cls(**values)
+
+
+def _parse(entry: "Field[Any]", text: str, variable: str) -> object:
+    """`text` as the type of the setting's default."""
+    kind: Any = type(entry.default)
+    if kind is tuple:
+        return tuple(part.strip() for part in text.split(",") if part.strip())
+    try:
+        return kind(text)
+    except ValueError:
+        raise SettingError(
+            f"{variable}={text!r} is not {_wanted(entry)}", field=entry.name
+        ) from None
+
+
+def _check(entry: "Field[Any]", value: Any) -> None:
+    """Raise SettingError unless `value` has the setting's type and lies in its range."""
+    kind: Any = type(entry.default)
+    good = isinstance(value, kind) or (kind is float and isinstance(value, int))
+    low, high = entry.metadata["low"], entry.metadata["high"]
+    if good and low is not None:
+        # Written so that NaN, which compares false with everything, is refused.
+        good = not isinstance(value, bool) and low <= value <= high
+    if not good or value == "":
+        raise SettingError(f"{entry.name}={value!r} is not {_wanted(entry)}", field=entry.name)
+
+
+def _wanted(entry: "Field[Any]") -> str:
+    names = {int: "a whole number", float: "a number", str: "a text", tuple: "a list of texts"}
+    wanted = names[type(entry.default)]
+    low, high = entry.metadata["low"], entry.metadata["high"]
+    return wanted if low is None else f"{wanted} from {low:,g} to {high:,g}"
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One row of the table: what the command line's flags and the documentation are made from."""
+
+    name: str
+    variable: str
+    flag: str
+    default: Any
+    text: str
+
+
+def options() -> tuple[Option, ...]:
+    """The table of settings, in order."""
+    return tuple(
+        Option(
+            entry.name,
+            ENV_PREFIX + entry.name.upper(),
+            "--" + entry.name.replace("_", "-"),
+            entry.default,
+            entry.metadata["text"],
+        )
+        for entry in fields(Settings)
+    )
+
+
+def table() -> str:
+    """The table of settings in Markdown, as docs/api.md shows it."""
+    lines = ["| flag of `plinko serve` | environment | default | meaning |", "|---|---|---|---|"]
+    for row in options():
+        shown = ",".join(row.default) if isinstance(row.default, tuple) else str(row.default)
+        lines.append(
+            f"| `{row.flag}` | `{row.variable}` | {f'`{shown}`' if shown else ''} | {row.text} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def static_directory() -> Path:
+    """The page's files: packaged beside this module in a wheel, at the top of a checkout."""
+    here = Path(__file__).resolve().parent
+    packaged = here / "static"
+    return packaged if packaged.is_dir() else here.parent / "static"
