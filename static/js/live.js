@@ -1,0 +1,203 @@
+// A live table: joins connection, clock and balls, and says what to draw and what happened.
+
+import { dropPath, getJson, socketUrl } from "./api.js";
+import { TickClock } from "./clock.js";
+import { Connection } from "./connection.js";
+import { decodeEvents, decodeSnapshot } from "./protocol.js";
+import { Table } from "./table.js";
+
+/**
+ * @typedef {object} LiveListener
+ * @property {(hello: any, counts: number[]) => void} onTable a table is there, or there again
+ * @property {(state: "connecting" | "live" | "asleep" | "reconnecting" | "closed", detail?: string)
+ *   => void} onState
+ * @property {(played: import("./session.js").Played) => void} onPlayed a drop of ours has settled
+ * @property {(bin: number) => void} onHit a ball, whosever, lies in a bin
+ * @property {(message: string) => void} onError
+ * @property {() => void} onChange there is something new to draw
+ */
+
+/** One room, through reconnections. */
+export class LiveTable {
+  /** @type {Table | null} */
+  table = null;
+  #refs = 0;
+  /** Drops asked for and not yet settled, by ref. */
+  #mine = new Map();
+  #state = "connecting";
+
+  /** @param {string} room @param {LiveListener} listener */
+  constructor(room, listener) {
+    this.room = room;
+    this.listener = listener;
+    this.connection = new Connection(socketUrl(room), {
+      onText: (text) => decodeEvents(text).forEach((event) => this.#take(event)),
+      onBytes: (bytes) => this.#snapshot(bytes),
+      onLost: (waitMs) => this.#lost(waitMs),
+      onRefused: (reason) => this.#setState("closed", reason),
+    });
+  }
+
+  /**
+   * @param {{seed: string | null, x: number | null}} ask
+   * @returns {boolean} false when there is no line: nothing was sent
+   */
+  drop({ seed, x }) {
+    const ref = `d${this.#refs}`;
+    this.#refs += 1;
+    const message = { type: "drop", ref, ...(seed !== null && { seed }), ...(x !== null && { x }) };
+    if (!this.table || !this.connection.send(message)) return false;
+    this.#mine.set(ref, { ref, ball: null });
+    this.connection.expectNews(true);
+    return true;
+  }
+
+  /** @param {number} nowMs @returns {number} table time to draw, s */
+  time(nowMs) {
+    return this.clock ? this.clock.renderTick(nowMs) / this.clock.rate : 0;
+  }
+
+  /**
+   * Settles what is due: scores, histogram, messages.
+   * @param {number} due table time up to which landings count, s
+   * @param {number} t table time at which their bins light up, s
+   */
+  settle(due, t) {
+    if (!this.table) return;
+    for (const ball of this.table.settle(due, t)) this.#settled(ball);
+    this.#rest();
+  }
+
+  /** @returns {{x: number, y: number}[][]} the way our last ball took, as lines */
+  ownPaths() {
+    return this.table?.lastPath ? [this.table.lastPath.line()] : [];
+  }
+
+  close() {
+    this.connection.close();
+  }
+
+  #take(event) {
+    const handlers = {
+      hello: () => this.#hello(event),
+      accepted: () => this.#accepted(event),
+      contact: () => this.table?.applyContact(event),
+      landed: () => this.#landed(event),
+      error: () => this.#refused(event),
+    };
+    // A newer server may send more kinds; what this page does not know it can do without.
+    handlers[event.type]?.();
+    this.listener.onChange();
+  }
+
+  #hello(hello) {
+    this.connection.settled();
+    this.hello = hello;
+    this.scale = { extent: hello.extent, velocityScale: hello.velocity_scale };
+    this.clock = new TickClock({ rate: hello.tick_rate });
+    this.table = new Table(hello);
+    this.listener.onTable(hello, hello.stats.histogram);
+    this.#reclaim(hello);
+    this.#setState(this.table.flying ? "live" : "asleep");
+    this.connection.expectNews(this.table.flying);
+  }
+
+  /** After a lost line: our balls are still flying here, or have landed where their seed says. */
+  #reclaim(hello) {
+    for (const drop of [...this.#mine.values()]) {
+      if (!drop.ball) {
+        this.#mine.delete(drop.ref);
+        this.listener.onError("The line broke before the table took a drop. Its stake is back.");
+        continue;
+      }
+      const { seed, x } = drop.ball;
+      const there = hello.balls.find((ball) => ball.seed === seed && ball.x === x);
+      if (there) {
+        drop.ball = Object.assign(this.table.balls.get(there.ball), {
+          mine: true, explicit: drop.ball.explicit,
+        });
+      } else {
+        this.#recover(drop);
+      }
+    }
+  }
+
+  /** @param {{ref: string, ball: any}} drop landed while nobody told us */
+  async #recover({ ref, ball }) {
+    this.#mine.delete(ref);
+    try {
+      const played = this.#playedOf(ball);
+      const record = await getJson(dropPath(played));
+      this.listener.onPlayed({ ...played, bin: record.bin, score: record.score });
+    } catch (error) {
+      this.listener.onError(`What became of seed ${ball.seed} is unknown: ${error.message}`);
+    }
+  }
+
+  #accepted(event) {
+    const drop = this.#mine.get(event.ref);
+    if (!this.table.flying) this.clock.restart();
+    this.clock.observe(event.tick, performance.now());
+    const ball = this.table.accept(event, drop !== undefined);
+    if (drop) drop.ball = ball;
+    this.#setState("live");
+    this.connection.expectNews(true);
+  }
+
+  #landed(event) {
+    this.table?.applyLanded(event);
+    // Nobody looks at a hidden tab, and it gets no frames: what landed there counts at once.
+    if (document.visibilityState === "hidden") {
+      this.settle(Number.POSITIVE_INFINITY, this.time(performance.now()));
+    }
+  }
+
+  #settled(ball) {
+    const { bin, score, unsettled } = ball.landed;
+    if (bin !== null) this.listener.onHit(bin);
+    for (const [ref, drop] of this.#mine) {
+      if (drop.ball !== ball) continue;
+      this.#mine.delete(ref);
+      this.listener.onPlayed({ ...this.#playedOf(ball), bin, score, unsettled });
+    }
+  }
+
+  #playedOf({ seed, x, explicit }) {
+    const { board_name: name, board_digest: digest } = this.hello;
+    return { board: name || digest, seed, x: explicit ? x : null };
+  }
+
+  #refused(event) {
+    this.#mine.delete(event.ref);
+    this.listener.onError(event.detail);
+    this.#rest();
+  }
+
+  #snapshot(bytes) {
+    if (!this.table) return;
+    const snapshot = decodeSnapshot(bytes, this.scale);
+    this.clock.observe(snapshot.tick, performance.now());
+    this.table.applySnapshot(snapshot);
+    this.listener.onChange();
+  }
+
+  #lost(waitMs) {
+    this.#setState("reconnecting", `${Math.max(1, Math.round(waitMs / 1000))} s`);
+  }
+
+  /** Nothing in flight and nothing asked for: the line may be silent as long as it likes. */
+  #rest() {
+    const waiting = [...this.#mine.values()].some((drop) => !drop.ball);
+    const flying = [...this.table.balls.values()].some((ball) => !ball.landed);
+    if (flying || waiting || this.#state === "reconnecting") return;
+    this.connection.expectNews(false);
+    const showing = [...this.table.balls.values()].some((ball) => !ball.settled);
+    if (!showing) this.#setState("asleep");
+  }
+
+  #setState(state, detail) {
+    if (state === this.#state && detail === undefined) return;
+    this.#state = state;
+    this.listener.onState(state, detail);
+  }
+}

@@ -1,0 +1,111 @@
+// The wire: snapshot bytes and event text in, plain values out. Pure; knows no socket.
+
+export const PROTOCOL = 1;
+const MAGIC = 0x50;
+const VERSION = 1;
+const HEADER_BYTES = 12;
+const BALL_BYTES = 12;
+const BOUNCED = 1;
+
+/** Bytes or text that do not follow the protocol. The message names the bad value. */
+export class ProtocolError extends Error {}
+
+/**
+ * How quantised numbers become SI units; both come with the hello.
+ * @typedef {object} Scale
+ * @property {{x_min: number, x_max: number, y_min: number, y_max: number}} extent metres
+ * @property {number} velocityScale m/s of one velocity step
+ */
+
+/**
+ * One tick of a room, as columns: ball i is ids[i], x[i], …
+ * @typedef {object} Snapshot
+ * @property {number} tick
+ * @property {number} eventCount events the room had sent when this was encoded
+ * @property {number} count balls
+ * @property {Uint16Array} ids ball id mod 65536
+ * @property {Float64Array} x metres
+ * @property {Float64Array} y metres, down
+ * @property {Float64Array} angle radians, clockwise, within one turn
+ * @property {Float64Array} vx m/s
+ * @property {Float64Array} vy m/s
+ * @property {Uint8Array} bounced 1 when it hit something since the snapshot before
+ */
+
+/**
+ * @param {ArrayBuffer} buffer
+ * @param {Scale} scale
+ * @returns {Snapshot}
+ */
+export function decodeSnapshot(buffer, { extent, velocityScale }) {
+  const view = new DataView(buffer);
+  const count = checkHeader(view);
+  const snapshot = {
+    tick: view.getUint32(4, true),
+    eventCount: view.getUint32(8, true),
+    count,
+    ids: new Uint16Array(count),
+    x: new Float64Array(count),
+    y: new Float64Array(count),
+    angle: new Float64Array(count),
+    vx: new Float64Array(count),
+    vy: new Float64Array(count),
+    bounced: new Uint8Array(count),
+  };
+  const xStep = (extent.x_max - extent.x_min) / 65535;
+  const yStep = (extent.y_max - extent.y_min) / 65535;
+  for (let i = 0, at = HEADER_BYTES; i < count; i += 1, at += BALL_BYTES) {
+    snapshot.ids[i] = view.getUint16(at, true);
+    snapshot.x[i] = extent.x_min + view.getUint16(at + 2, true) * xStep;
+    snapshot.y[i] = extent.y_min + view.getUint16(at + 4, true) * yStep;
+    snapshot.angle[i] = (view.getUint8(at + 6) / 256) * 2 * Math.PI;
+    snapshot.bounced[i] = view.getUint8(at + 7) & BOUNCED;
+    snapshot.vx[i] = view.getInt16(at + 8, true) * velocityScale;
+    snapshot.vy[i] = view.getInt16(at + 10, true) * velocityScale;
+  }
+  return snapshot;
+}
+
+/** @param {DataView} view @returns {number} how many balls follow */
+function checkHeader(view) {
+  if (view.byteLength < HEADER_BYTES) {
+    throw new ProtocolError(`snapshot of ${view.byteLength} bytes is shorter than its header`);
+  }
+  if (view.getUint8(0) !== MAGIC) {
+    throw new ProtocolError(`snapshot starts with ${view.getUint8(0)}, not ${MAGIC}`);
+  }
+  if (view.getUint8(1) !== VERSION) {
+    throw new ProtocolError(`snapshot version ${view.getUint8(1)} is not ${VERSION}`);
+  }
+  const count = view.getUint16(2, true);
+  const expected = HEADER_BYTES + count * BALL_BYTES;
+  if (view.byteLength !== expected) {
+    throw new ProtocolError(
+      `snapshot of ${count} balls has ${view.byteLength} bytes, not ${expected}`,
+    );
+  }
+  return count;
+}
+
+/**
+ * @param {string} text one event, or the array of a tick's events
+ * @returns {({type: string} & Record<string, any>)[]} in the order they happened
+ */
+export function decodeEvents(text) {
+  let data;
+  try {
+    data = JSON.parse(text);
+  } catch (cause) {
+    throw new ProtocolError(`event is not JSON: ${text.slice(0, 80)}`, { cause });
+  }
+  const events = Array.isArray(data) ? data : [data];
+  for (const event of events) {
+    if (typeof event?.type !== "string") {
+      throw new ProtocolError(`event has no type: ${text.slice(0, 80)}`);
+    }
+    if (event.type === "hello" && event.protocol !== PROTOCOL) {
+      throw new ProtocolError(`the server speaks protocol ${event.protocol}, not ${PROTOCOL}`);
+    }
+  }
+  return events;
+}
