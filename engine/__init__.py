@@ -7,6 +7,7 @@ from engine.drop import Drop, drop
 from engine.errors import BoardError, EngineError, ParameterError, RecordError, SeedError
 from engine.presets import preset_names
 from engine.verify import Verification, verify
+from engine.world import World
 
 __all__ = [
     "PHYSICS_VERSION",
@@ -19,6 +20,7 @@ __all__ = [
     "RecordError",
     "SeedError",
     "Verification",
+    "World",
     "drop",
     "drop_many",
     "preset_names",

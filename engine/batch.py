@@ -23,7 +23,7 @@ from engine.parameters import (
     Stepped,
     make_solver,
 )
-from engine.seeding import parse_seed, start_xs
+from engine.seeding import SEED_LIMIT, parse_seed, start_xs
 from engine.solvers.exact import trace_many
 from engine.solvers.outcome import LANDED, MAX_EVENTS, MAX_TIME
 from engine.solvers.stepped import trace_stepped_many
@@ -130,9 +130,9 @@ def drop_many(
 
 def seed_array(seeds: npt.ArrayLike) -> npt.NDArray[np.uint64]:
     """Return `seeds` as uint64, shape (n,); SeedError names the first that is no seed."""
-    if isinstance(seeds, range) and (not seeds or 0 <= min(seeds) <= max(seeds) < 1 << 64):
-        offsets = np.arange(len(seeds), dtype=np.uint64) * np.uint64(seeds.step % (1 << 64))
-        return np.uint64(seeds.start % (1 << 64)) + offsets
+    if isinstance(seeds, range) and seeds and min(seeds) >= 0 and max(seeds) < SEED_LIMIT:
+        offsets = np.arange(len(seeds), dtype=np.uint64) * np.uint64(seeds.step % SEED_LIMIT)
+        return np.uint64(seeds.start) + offsets
     given = np.asarray(seeds)
     if given.ndim != 1:
         raise SeedError(f"seeds have {given.ndim} dimensions instead of one", field="seeds")
@@ -153,7 +153,7 @@ def _explicit_starts(board: Board, xs: npt.ArrayLike, count: int) -> npt.NDArray
     return starts
 
 
-def _thread_count(threads: int | None) -> int:
+def _thread_count(threads: object) -> int:
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     if isinstance(threads, bool) or not isinstance(threads, int) or not 1 <= threads <= 1024:
@@ -195,7 +195,7 @@ def _run_chunk(batch: DropBatch, row: int) -> int:
     if isinstance(solver, Stepped):
         trace_stepped_many(
             layout, batch.x_start[part], y, solver.h, solver.correction,
-            MAX_EVENTS, MAX_TIME, log, *results,
+            MAX_EVENTS, log, *results,
         )  # fmt: skip
     else:
         trace_many(layout, batch.x_start[part], y, MAX_EVENTS, MAX_TIME, log, *results)

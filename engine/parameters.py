@@ -89,7 +89,7 @@ def make_solver(
 
 
 def start_position(value: object, low: float, high: float) -> float:
-    """Return an explicit start as a float; ParameterError unless it is finite and in [low, high]."""
+    """Return an explicit start as a float; ParameterError unless finite and in [low, high]."""
     if isinstance(value, int | float) and not isinstance(value, bool) and not math.isfinite(value):
         raise ParameterError(f"x {value!r} is not a finite number", field="x")
     return number(value, "x", low, high)

@@ -65,7 +65,7 @@ def follow_from(
         end = start.copy()
         if isinstance(solver, Stepped):
             outcome, where = trace_stepped(
-                layout, end, solver.h, solver.correction, max_events, MAX_TIME, log
+                layout, end, solver.h, solver.correction, max_events, log
             )
         else:
             outcome, where = trace(layout, end, max_events, MAX_TIME, log, new_series())

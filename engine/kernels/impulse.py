@@ -1,4 +1,4 @@
-"""Impulses at an impact: restitution along the normal, Coulomb friction with spin along the tangent.
+"""Impulses at an impact: restitution along the normal, Coulomb friction with spin across it.
 
 Every impulse is per unit mass of the ball. The tangent of a normal n is t = (-n_y, n_x); a ball of
 radius R on a fixed surface slips there at u - omega R, where u = v.t. Friction changes v.t by j_t

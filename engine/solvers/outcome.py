@@ -17,7 +17,7 @@ REASONS = (
 )
 
 MAX_EVENTS = 100_000
-"""Events in one drop. A drop on the presets has tens; only a ball that bounces for ever has more."""
+"""Events in one drop. On the presets it has tens; only a ball that bounces for ever has more."""
 
 MAX_TIME = 1000.0
 """Seconds of one drop."""

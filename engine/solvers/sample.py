@@ -82,3 +82,27 @@ def sample(
             continue
         row = segment_at(segments, 0, segments.shape[0], times[i])
         sample_segment(board, segments, row, times[i], straight, series, out[i])
+
+
+@kernel
+def sample_crowd(
+    board: Layout,
+    segments: Array,
+    first: npt.NDArray[np.int64],
+    last: npt.NDArray[np.int64],
+    times: Array,
+    out: Array,
+) -> None:
+    """State of each of n balls at its own time, times[i], into `out`, shape (n, 7).
+
+    Ball i's segments are the rows first[i] to last[i] of `segments`; first[i] is moved on to the
+    segment in use, so times must not decrease from call to call.
+    """
+    series = new_series()
+    for i in range(times.shape[0]):
+        row = first[i]
+        while row + 1 < last[i] and segments[row + 1, T] <= times[i]:
+            row += 1
+        first[i] = row
+        sample_segment(board, segments, row, times[i], False, series, out[i])
+        out[i, T] = times[i]

@@ -21,6 +21,7 @@ from engine.kernels.log import (
     OMEGA,
     PX,
     PY,
+    STATE_SIZE,
     THETA,
     VX,
     VY,
@@ -31,7 +32,14 @@ from engine.kernels.log import (
 from engine.kernels.surface import friction_of, restitution_of, touch
 from engine.kernels.sweep import sweep
 from engine.solvers.landing import land, note_impact
-from engine.solvers.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, TIME_LIMIT
+from engine.solvers.outcome import (
+    BALANCED,
+    ESCAPED,
+    EVENT_LIMIT,
+    LANDED,
+    MAX_TIME,
+    TIME_LIMIT,
+)
 
 State = npt.NDArray[np.float64]
 
@@ -160,38 +168,89 @@ def _same(a: State, b: State) -> bool:
 
 
 @kernel
-def trace_stepped(
+def step_on(
     board: Layout,
     state: State,
+    before: State,
+    steps: int,
     h: float,
+    decay: float,
+    gain: float,
     correction: float,
-    max_events: int,
-    max_time: float,
     log: Log,
+) -> int:
+    """Substep number `steps` (from 0) of a drop: FLYING or an outcome.
+
+    A ball whose state one substep leaves as it was stays so for ever: it is balanced. `before` is
+    work space, shape (7,).
+    """
+    before[:] = state
+    outcome = substep(board, state, h, decay, gain, correction, log)
+    if outcome != FLYING:
+        return outcome
+    state[T] = (steps + 1) * h
+    if _same(state, before):
+        return BALANCED
+    if not state[T] <= MAX_TIME:
+        return TIME_LIMIT
+    return FLYING
+
+
+@kernel
+def trace_stepped(
+    board: Layout, state: State, h: float, correction: float, max_events: int, log: Log
 ) -> tuple[int, int]:
     """Follow a ball from `state` (at time 0; changed in place) until its drop ends.
 
-    Returns the outcome and the bin, -1 if it did not land. A ball whose state one substep leaves as
-    it was stays so for ever: it is balanced.
+    Returns the outcome and the bin, -1 if it did not land.
     """
     decay, gain, _ = basis(board.drag, h)
-    before = np.zeros(7)
+    before = np.zeros(STATE_SIZE)
     steps = 0
     while True:
-        before[:] = state
-        outcome = substep(board, state, h, decay, gain, correction, log)
+        outcome = step_on(board, state, before, steps, h, decay, gain, correction, log)
         if outcome == LANDED:
             return LANDED, land(board, state, log)
         if outcome != FLYING:
             return outcome, -1
-        steps += 1
-        state[T] = steps * h
-        if _same(state, before):
-            return BALANCED, -1
         if log.counts[EVENTS] >= max_events:
             return EVENT_LIMIT, -1
-        if not state[T] <= max_time:
-            return TIME_LIMIT, -1
+        steps += 1
+
+
+@kernel
+def step_crowd(
+    board: Layout,
+    states: State,
+    steps: npt.NDArray[np.int64],
+    substeps: int,
+    h: float,
+    correction: float,
+    log: Log,
+    log_ends: npt.NDArray[np.int64],
+    outcomes: npt.NDArray[np.int64],
+    bins: npt.NDArray[np.int64],
+) -> None:
+    """Advance balls that do not touch each other by one frame of `substeps` substeps.
+
+    states (n, 7) and steps (n,), the substeps each ball has behind it, are changed in place. Ball
+    i's events end at row log_ends[i] of the log; outcomes[i] is FLYING or how its drop ended, and
+    bins[i] where.
+    """
+    decay, gain, _ = basis(board.drag, h)
+    before = np.zeros(STATE_SIZE)
+    for i in range(states.shape[0]):
+        outcomes[i] = FLYING
+        bins[i] = -1
+        for _ in range(substeps):
+            outcome = step_on(board, states[i], before, steps[i], h, decay, gain, correction, log)
+            steps[i] += 1
+            if outcome != FLYING:
+                outcomes[i] = outcome
+                if outcome == LANDED:
+                    bins[i] = land(board, states[i], log)
+                break
+        log_ends[i] = log.counts[EVENTS]
 
 
 @kernel
@@ -202,7 +261,6 @@ def trace_stepped_many(
     h: float,
     correction: float,
     max_events: int,
-    max_time: float,
     log: Log,
     bins: npt.NDArray[np.int32],
     durations: npt.NDArray[np.float64],
@@ -214,13 +272,13 @@ def trace_stepped_many(
 
     `log` has room for nothing: it only counts.
     """
-    state = np.zeros(7)
+    state = np.zeros(STATE_SIZE)
     for i in range(xs.shape[0]):
         state[:] = 0.0
         state[PX] = xs[i]
         state[PY] = y
         log.counts[:] = 0
-        outcome, where = trace_stepped(board, state, h, correction, max_events, max_time, log)
+        outcome, where = trace_stepped(board, state, h, correction, max_events, log)
         bins[i] = where
         outcomes[i] = outcome
         durations[i] = state[T]
