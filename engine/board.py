@@ -2,10 +2,10 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import InitVar, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
-from engine import board_digest, board_json, validation
+from engine import board_check, board_digest, board_json, validation
 from engine.board_parts import BallSpec, Bins, DropZone, Peg, Wall
 from engine.constants import EARTH_GRAVITY
 from engine.materials import Material
@@ -20,9 +20,6 @@ class Board:
     Lengths in m (x right, y down), gravity in m/s^2, linear drag in 1/s. `width` and `height` are
     those of the picture, x from -width/2 to width/2 and y from 0 to height; the physics does not
     read them. Raises BoardError whose message and `field` name the value that is wrong.
-
-    `trusted` skips the checks of how parts stand to each other; values are checked always. It is
-    for the presets, which a test puts through all checks.
     """
 
     name: str = "board"
@@ -39,9 +36,8 @@ class Board:
     drop: DropZone = field(default_factory=DropZone)
     digest: str = field(init=False, repr=False, compare=False)
     """SHA-256 of the content, 64 hex digits; the bytes are laid out in `board_digest`."""
-    trusted: InitVar[bool] = False
 
-    def __post_init__(self, trusted: bool) -> None:
+    def __post_init__(self) -> None:
         """Put checked floats in place of what was given, then check the board as a whole."""
         checked: dict[str, Any] = {
             "name": validation.name(self.name),
@@ -60,8 +56,7 @@ class Board:
         for key, value in checked.items():
             object.__setattr__(self, key, value)
         object.__setattr__(self, "digest", board_digest.digest(self))
-        if not trusted:
-            pass
+        board_check.check(self)
 
     def __hash__(self) -> int:
         return hash(self.digest)

@@ -125,7 +125,8 @@ def _bins(form: Mapping[str, Any]) -> Bins:
     edges = given.get("edges")
     payouts = given.get("multipliers")
     if edges is None:
-        count = 1 if payouts is None else len(validation.items(payouts, "bins.multipliers", limit))
+        given_payouts = () if payouts is None else payouts
+        count = max(1, len(validation.items(given_payouts, "bins.multipliers", limit)))
         edges = tuple(width * (2 * i - count) / (2 * count) for i in range(count + 1))
     if payouts is None:
         payouts = (1.0,) * (len(validation.items(edges, "bins.edges", limit + 1)) - 1)
@@ -148,10 +149,9 @@ def _object(value: Any, path: str) -> Mapping[str, Any]:
 def _known(form: Mapping[str, Any], keys: tuple[str, ...], prefix: str) -> None:
     for key in form:
         if key not in keys:
-            path = f"{prefix}{key}"
+            path = f"{prefix}{key}"[:100]
             raise BoardError(
-                f"{path[:100]} is not a field of a board: {prefix or 'the board '}"
-                f"{'has' if prefix else 'has the fields'} {', '.join(keys)}",
+                f"{path} is unknown: {prefix.rstrip('.') or 'a board'} has {', '.join(keys)}",
                 field=path,
             )
 

@@ -115,7 +115,6 @@ def triangle(name: str, rows: int, multipliers: tuple[float, ...], tuning: Tunin
         wall_material=material,
         bins=Bins(line, (-outer, *inner, outer), multipliers),
         drop=DropZone(0.0, 0.0, tuning.jitter * spacing),
-        trusted=True,
     )
 
 
@@ -194,7 +193,6 @@ def _staggered(
         wall_material=material,
         bins=Bins(line, edges, multipliers),
         drop=DropZone(0.0, 0.5 * spacing, tuning.jitter * spacing, slots),
-        trusted=True,
     )
 
 
