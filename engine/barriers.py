@@ -23,9 +23,8 @@ def barriers(obs: Obstacles, pairs: tuple[Ints, Ints, Floats], top: float, botto
 
     pairs: from `close_discs`. top, bottom: heights of the start and of the bins in m.
     """
-    i, j, distance = pairs
-    apart = distance > 0.0
-    i, j = i[apart], j[apart]
+    i, j, apart = pairs
+    i, j = i[apart > 0.0], j[apart > 0.0]
     beyond = obs.radius + float(np.max(obs.reach, initial=0.0))
     above = np.flatnonzero(obs.y - obs.reach < top)
     below = np.flatnonzero(obs.y + obs.reach > bottom)

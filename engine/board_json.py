@@ -178,8 +178,6 @@ def _parts(
     keys: tuple[str, ...],
     limit: int,
 ) -> tuple[Part, ...]:
-    if isinstance(value, Mapping):
-        raise validation.fail(path, value, "it must be a list")
     return tuple(
         _part(kind, item, f"{path}[{i}]", keys, required=keys)
         for i, item in enumerate(validation.items(value, path, limit))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from engine.errors import BoardError
-from engine.obstacles import Floats, Ints, Obstacles
+from engine.obstacles import Floats, Ints, Obstacles, distance
 
 if TYPE_CHECKING:
     from engine.board import Board
@@ -30,18 +30,18 @@ def check_start_above_bins(board: "Board") -> None:
 
 def check_overlaps(board: "Board", pairs: tuple[Ints, Ints, Floats]) -> None:
     """Raise BoardError naming the first two pegs of `pairs` that overlap."""
-    i, j, distance = pairs
+    i, j, apart = pairs
     pegs = j < len(board.pegs)  # j > i, and pegs come first
-    i, j, distance = i[pegs], j[pegs], distance[pegs]
+    i, j, apart = i[pegs], j[pegs], apart[pegs]
     radii = np.array([peg.radius for peg in board.pegs], dtype=np.float64)
-    bad = np.flatnonzero(distance < (radii[i] + radii[j]) * (1.0 - OVERLAP))
+    bad = np.flatnonzero(apart < (radii[i] + radii[j]) * (1.0 - OVERLAP))
     if len(bad) == 0:
         return
     first = bad[np.lexsort((j[bad], i[bad]))[0]]
     a, b = int(i[first]), int(j[first])
     raise BoardError(
         f"pegs[{b}] at {_at(board, b)} overlaps pegs[{a}] at {_at(board, a)}: centres must be at "
-        f"least {radii[a] + radii[b]:g} m apart, and are {distance[first]:g} m",
+        f"least {radii[a] + radii[b]:g} m apart, and are {apart[first]:g} m",
         field=f"pegs[{b}]",
     )
 
@@ -62,7 +62,7 @@ def check_starts(board: "Board", obs: Obstacles) -> None:
 
 def _check_start(obs: Obstacles, left: float, right: float, y: float, what: str, path: str) -> None:
     """Check starts with the ball's centre on `y` from `left` to `right`, m."""
-    gap = np.hypot(obs.x - np.clip(obs.x, left, right), obs.y - y) - obs.reach
+    gap = distance(obs.x - np.clip(obs.x, left, right), obs.y - y) - obs.reach
     touched = np.flatnonzero(gap <= TOUCH * obs.reach)
     if len(touched) > 0:
         name = obs.disc_name(int(touched[0]))
@@ -80,12 +80,12 @@ def _check_start(obs: Obstacles, left: float, right: float, y: float, what: str,
 
 def _wall_distance(obs: Obstacles, left: float, right: float, y: float) -> Floats:
     """Distance of each wall's inside from the starts; (m,). Wall ends are seen to as discs."""
-    distance = np.full(len(obs.length), np.inf)
+    nearest = np.full(len(obs.length), np.inf)
     for x in (left, right):
         dx, dy = x - obs.x1, y - obs.y1
         along = np.clip(dx * obs.tx + dy * obs.ty, 0.0, obs.length)
-        distance = np.minimum(distance, np.hypot(dx - along * obs.tx, dy - along * obs.ty))
+        nearest = np.minimum(nearest, distance(dx - along * obs.tx, dy - along * obs.ty))
     crosses = (obs.y1 - y) * (obs.y2 - y) < 0.0
     rise = np.where(crosses, obs.y2 - obs.y1, 1.0)
     at = obs.x1 + (obs.x2 - obs.x1) * ((y - obs.y1) / rise)
-    return np.where(crosses & (at >= left) & (at <= right), 0.0, distance)
+    return np.where(crosses & (at >= left) & (at <= right), 0.0, nearest)

@@ -61,6 +61,12 @@ class Obstacles:
         return f"walls[{wall}]'s {'second' if end else 'first'} end"
 
 
+def distance(dx: Floats, dy: Floats) -> Floats:
+    """Length of the vectors (dx, dy): sqrt, which unlike hypot is the same on all machines."""
+    result: Floats = np.sqrt(dx * dx + dy * dy)
+    return result
+
+
 def obstacles(board: "Board") -> Obstacles:
     """Return the obstacles of `board` to its ball."""
     radius = board.ball.radius
@@ -69,7 +75,7 @@ def obstacles(board: "Board") -> Obstacles:
     walls = walls.reshape(-1, 4)
     ends = walls.reshape(-1, 2)
     x1, y1, x2, y2 = walls.T
-    length = np.hypot(x2 - x1, y2 - y1)
+    length = distance(x2 - x1, y2 - y1)
     return Obstacles(
         radius=radius,
         peg_count=len(pegs),
@@ -99,9 +105,9 @@ def close_discs(obs: Obstacles) -> tuple[Ints, Ints, Floats]:
     found: list[tuple[Ints, Ints, Floats]] = []
     count = 0
     for i, j in sweep.candidates():
-        distance = np.hypot(obs.x[i] - obs.x[j], obs.y[i] - obs.y[j])
-        close = distance <= obs.reach[i] + obs.reach[j]
-        found.append((np.minimum(i, j)[close], np.maximum(i, j)[close], distance[close]))
+        apart = distance(obs.x[i] - obs.x[j], obs.y[i] - obs.y[j])
+        close = apart <= obs.reach[i] + obs.reach[j]
+        found.append((np.minimum(i, j)[close], np.maximum(i, j)[close], apart[close]))
         count += int(np.count_nonzero(close))
         if count > MAX_CLOSE:
             raise _crowded()

@@ -4,7 +4,7 @@ How parts stand to each other in space is checked in `board_check`.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, TypeVar
 
 from engine.board_parts import BallSpec, Bins, DropZone, Peg, Wall
@@ -147,7 +147,7 @@ def instance(value: Any, kind: type[T], field: str) -> T:
 
 def items(value: Any, field: str, limit: int) -> tuple[Any, ...]:
     """Return `value` as a tuple of at most `limit` items."""
-    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+    if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
         raise fail(field, value, "it must be a list")
     result = tuple(value)
     if len(result) > limit:

@@ -8,7 +8,7 @@ wedge: a breath ends it, and a drop that starts in it ends as unsettled.
 Exact, but for friction: with much of it a ball could stick in a notch that leans a little, too.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from engine.errors import BoardError
 from engine.flood import Bools
-from engine.obstacles import Floats, Ints, Obstacles, near_walls
+from engine.obstacles import Floats, Ints, Obstacles, distance, near_walls
 from engine.reach import Reach
 
 if TYPE_CHECKING:
@@ -56,21 +56,29 @@ def check_wedges(
     board: "Board", obs: Obstacles, pairs: tuple[Ints, Ints, Floats], reach: Reach
 ) -> None:
     """Raise BoardError at the first place, reached and above the bins, where a ball can wedge."""
-    for notches in _touching_two(obs, pairs):
-        between = (notches.y >= board.drop.y) & (notches.y < board.bins.y)
-        holding = notches.where(between & _holds(notches))
-        if len(holding.x) == 0:
-            continue
-        holding = holding.where(reach.is_near(holding.x, holding.y))
-        for k in range(len(holding.x)):
-            x, y = float(holding.x[k]), float(holding.y[k])
-            if _is_free(obs, x, y) and reach.includes(x, y):
-                a, b = _name(obs, int(holding.a[k])), _name(obs, int(holding.b[k]))
-                raise BoardError(
-                    f"the gap between {a} and {b} is one that a ball can wedge in: a ball of "
-                    f"radius {obs.radius:g} m at ({x:.6g}, {y:.6g}) rests there for good",
-                    field=a.split("'")[0],
-                )
+    above_bins = (board.drop.y, board.bins.y)
+    holding = _joined(_holding(n, *above_bins) for n in _touching_two(obs, pairs))
+    holding = holding.where(reach.is_near(holding.x, holding.y))
+    for k in range(len(holding.x)):
+        x, y = float(holding.x[k]), float(holding.y[k])
+        if _is_free(obs, x, y) and reach.includes(x, y):
+            a, b = _name(obs, int(holding.a[k])), _name(obs, int(holding.b[k]))
+            raise BoardError(
+                f"the gap between {a} and {b} is one that a ball can wedge in: a ball of "
+                f"radius {obs.radius:g} m at ({x:.6g}, {y:.6g}) rests there for good",
+                field=a.split("'")[0],
+            )
+
+
+def _joined(parts: Iterable[Notches]) -> Notches:
+    """Return all of `parts`, which are one at least, as one."""
+    values = zip(*([getattr(n, name) for name in Notches.__slots__] for n in parts), strict=True)
+    return Notches(*(np.concatenate(arrays) for arrays in values))
+
+
+def _holding(n: Notches, top: float, bottom: float) -> Notches:
+    """Those of `n` from the height `top` to `bottom` in m that would hold a ball."""
+    return n.where((n.y >= top) & (n.y < bottom) & _holds(n))
 
 
 def _name(obs: Obstacles, thing: int) -> str:
@@ -90,7 +98,7 @@ def _holds(n: Notches) -> Bools:
 
 def _is_free(obs: Obstacles, x: float, y: float) -> bool:
     slack = 1.0 - OVERLAP
-    if np.any(np.hypot(obs.x - x, obs.y - y) < obs.reach * slack):
+    if np.any(distance(obs.x - x, obs.y - y) < obs.reach * slack):
         return False
     dx, dy = x - obs.x1, y - obs.y1
     along = dx * obs.tx + dy * obs.ty
@@ -106,12 +114,12 @@ def _touching_two(obs: Obstacles, pairs: tuple[Ints, Ints, Floats]) -> Iterator[
 
 
 def _disc_disc(obs: Obstacles, pairs: tuple[Ints, Ints, Floats]) -> Iterator[Notches]:
-    i, j, distance = pairs
-    nested = distance <= np.abs(obs.reach[i] - obs.reach[j])
-    i, j, distance = i[~nested], j[~nested], distance[~nested]
-    ux, uy = (obs.x[j] - obs.x[i]) / distance, (obs.y[j] - obs.y[i]) / distance
+    i, j, apart = pairs
+    nested = apart <= np.abs(obs.reach[i] - obs.reach[j])
+    i, j, apart = i[~nested], j[~nested], apart[~nested]
+    ux, uy = (obs.x[j] - obs.x[i]) / apart, (obs.y[j] - obs.y[i]) / apart
     ri, rj = obs.reach[i], obs.reach[j]
-    along = 0.5 * (distance + (ri - rj) * (ri + rj) / distance)
+    along = 0.5 * (apart + (ri - rj) * (ri + rj) / apart)
     height = np.sqrt(np.maximum(ri * ri - along * along, 0.0))
     for side in (1.0, -1.0):
         x = obs.x[i] + along * ux - side * height * uy
