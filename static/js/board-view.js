@@ -188,18 +188,19 @@ export class BoardView {
 
   #drawHit(ctx, { bin, age, score }) {
     const { x, y, width, height } = binBox(this.geometry, this.board, bin);
-    paintBin(ctx, this.geometry, this.board, bin, this.theme.payout(score), (1 - age) ** 2);
-    this.#dirty.push([x - 1, y - 1, width + 2, height + 10]);
+    const { flash } = this.theme.palette;
+    paintBin(ctx, this.geometry, this.board, bin, this.theme.payout(score), (1 - age) ** 2, flash);
+    this.#dirty.push([x - 4, y - 4, width + 8, height + 14]);
   }
 
   #drawPaid(ctx, { bin, age, score }) {
     const { x, y, width } = binBox(this.geometry, this.board, bin);
     const size = Math.max(15, Math.min(34, 0.3 * this.geometry.scale));
     const middle = Math.max(1.6 * size, Math.min(this.geometry.width - 1.6 * size, x + width / 2));
-    const top = y - 10 - PAID_RISE * (1 - (1 - age) ** 3);
+    const at = y - size - PAID_RISE * (1 - (1 - age) ** 3);
     const { palette } = this.theme;
-    paintPaid(ctx, middle, top, size, score, age, this.theme.payout(score), palette.railShade);
-    this.#dirty.push([middle - 2.4 * size, top - 1.2 * size, 4.8 * size, 1.7 * size]);
+    paintPaid(ctx, middle, at, size, score, age, this.theme.payout(score), palette.shadow);
+    this.#dirty.push([middle - 2.4 * size, at - size, 4.8 * size, 2.2 * size]);
   }
 
   #drawAim(ctx, x) {

@@ -4,7 +4,7 @@ const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 5000;
 const GROWTH = 1.7;
 const DO_NOT_RETURN = 4004; // close code: there is no such room
-const SILENCE_MS = 4000; // without a word while an answer is due, the line is taken for dead
+const SILENCE_MS = 8000; // without a word while an answer is due, the line is taken for dead
 
 /**
  * @typedef {object} Listener

@@ -57,7 +57,7 @@ export class Histogram {
     const total = this.#counts.reduce((sum, count) => sum + count, 0);
     const expected = this.#expected?.chances.map((chance) => chance * Math.max(total, 1));
     const most = Math.max(1, ...this.#counts, ...(expected ?? []));
-    const unit = (height - TOP) / Math.max(most, total ? 6 : 0.5);
+    const unit = (height - TOP) / Math.max(most, total ? 4 : 0.5);
     this.#paintBars(ctx, height, unit);
     if (expected) this.#paintExpected(ctx, height, unit, expected);
     this.canvas.setAttribute("aria-label", this.describe(total));

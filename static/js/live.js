@@ -60,11 +60,11 @@ export class LiveTable {
   /**
    * Settles what is due: scores, histogram, messages.
    * @param {number} due table time up to which landings count, s
-   * @param {number} t table time at which their bins light up, s
+   * @param {number} nowMs local time
    */
-  settle(due, t) {
+  settle(due, nowMs) {
     if (!this.table) return;
-    for (const ball of this.table.settle(due, t)) this.#settled(ball);
+    for (const ball of this.table.settle(due, nowMs / 1000)) this.#settled(ball);
     this.#rest();
   }
 
@@ -148,7 +148,9 @@ export class LiveTable {
     this.table?.applyLanded(event);
     // Nobody looks at a hidden tab, and it gets no frames: what landed there counts at once.
     if (document.visibilityState === "hidden") {
-      this.settle(Number.POSITIVE_INFINITY, this.time(performance.now()));
+      const now = performance.now();
+      this.settle(Number.POSITIVE_INFINITY, now);
+      this.table?.forget(this.time(now), now / 1000);
     }
   }
 

@@ -21,11 +21,11 @@ export async function startReplay({ theme, view, session }, asked) {
   view.setBoard(board, board.drop.slots ?? []);
   byId("board-moving").setAttribute("aria-label", describeBoard(board));
 
-  const desk = new ReplayDesk(replay, () => loop.wake());
   const loop = new FrameLoop((now) => {
     view.draw(replay.sceneAt(desk.advance(now)));
     return desk.playing;
   });
+  const desk = new ReplayDesk(replay, () => loop.wake());
   const redraw = () => {
     view.repaint();
     loop.wake();
@@ -35,6 +35,7 @@ export async function startReplay({ theme, view, session }, asked) {
   document.documentElement.dataset.state = "replay";
   document.documentElement.dataset.lastBin = record.bin === null ? "none" : String(record.bin);
   byId("replay-result").textContent = resultOf(record);
+  byId("replay-result").style.setProperty("--paid", theme.payout(record.score).fill);
   if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) desk.seek(replay.end);
   else desk.play();
 }
@@ -44,6 +45,7 @@ function showReplayDesk(session, drop) {
   byId("drop-form").hidden = true;
   byId("board-form").hidden = true;
   byId("replay").hidden = false;
+  byId("history").hidden = session.last.length === 0;
   byId("state-text").textContent = "Replay";
   byId("replay-title").textContent = `Replay of seed ${drop.seed}`;
   byId("replay-back").href = backTo(session, drop);

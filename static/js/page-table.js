@@ -98,8 +98,8 @@ class TablePage {
     const { live, view } = this;
     const t = live.time(now);
     const quiet = this.#still.matches;
-    live.settle(quiet ? Number.POSITIVE_INFINITY : t, t);
-    const scene = live.table ? live.table.sceneAt(t) : emptyScene();
+    live.settle(quiet ? Number.POSITIVE_INFINITY : t, now);
+    const scene = live.table ? live.table.sceneAt(t, now / 1000) : emptyScene();
     if (quiet) Object.assign(scene, { balls: [], flashes: [], paths: live.ownPaths() });
     scene.aim = this.#hover ?? this.controls.start.x;
     view.draw(scene);
@@ -135,6 +135,9 @@ class TablePage {
       ? `Line lost, trying again in ${detail}`
       : STATE_WORDS[state];
     if (state === "closed") this.#say(detail || "The table is closed.");
+    if (state === "reconnecting" && this.state !== state) this.#say("The line to the table broke.");
+    if (this.state === "reconnecting" && state !== this.state) this.#say("Back at the table.");
+    this.state = state;
     this.loop.wake();
   }
 

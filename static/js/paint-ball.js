@@ -124,28 +124,39 @@ export function flashRadius(radius, age, strength) {
 }
 
 /**
- * What a bin has just paid, rising out of it.
+ * What a bin has just paid, on a ticket that rises out of it.
  * @param {CanvasRenderingContext2D} ctx
- * @param {number} x CSS pixels
- * @param {number} y CSS pixels
- * @param {number} size CSS pixels
+ * @param {number} x middle, CSS pixels
+ * @param {number} y middle, CSS pixels
+ * @param {number} size of the figures, CSS pixels
  * @param {number} score
  * @param {number} age 0 … 1
- * @param {{fill: string}} colour
- * @param {string} outline
+ * @param {import("./theme.js").PayoutColour} colour
+ * @param {string} shadow
  */
-export function paintPaid(ctx, x, y, size, score, age, colour, outline) {
-  ctx.globalAlpha = Math.min(1, 3 * (1 - age));
+export function paintPaid(ctx, x, y, size, score, age, colour, shadow) {
+  const text = multiplier(score);
   ctx.font = `700 ${size}px ${LABEL_FONT}`;
   ctx.textAlign = "center";
-  ctx.textBaseline = "alphabetic";
-  ctx.lineJoin = "round";
-  ctx.lineWidth = 0.28 * size;
-  ctx.strokeStyle = outline;
+  ctx.textBaseline = "middle";
+  const width = ctx.measureText(text).width + 0.9 * size;
+  const height = 1.4 * size;
+  const alpha = Math.min(1, 4 * (1 - age));
+  ctx.globalAlpha = 0.5 * alpha;
+  ctx.fillStyle = shadow;
+  ticket(ctx, x + 1, y + 3, width, height);
+  ctx.globalAlpha = alpha;
   ctx.fillStyle = colour.fill;
-  ctx.strokeText(multiplier(score), x, y);
-  ctx.fillText(multiplier(score), x, y);
+  ticket(ctx, x, y, width, height);
+  ctx.fillStyle = colour.ink;
+  ctx.fillText(text, x, y + 0.06 * size);
   ctx.globalAlpha = 1;
+}
+
+function ticket(ctx, x, y, width, height) {
+  ctx.beginPath();
+  ctx.roundRect(x - width / 2, y - height / 2, width, height, 0.3 * height);
+  ctx.fill();
 }
 
 function disc(ctx, x, y, radius) {

@@ -146,16 +146,19 @@ function paintRails(ctx, { px, py, scale }, board, colours) {
  * @param {number} bin
  * @param {import("./theme.js").PayoutColour} colour
  * @param {number} glow 0 … 1: how freshly it was hit
+ * @param {string} [rim] colour of the light around it
  */
-export function paintBin(ctx, geometry, board, bin, colour, glow) {
+export function paintBin(ctx, geometry, board, bin, colour, glow, rim = colour.ink) {
   const { x, y, width, height } = binBox(geometry, board, bin);
   const press = glow * Math.min(6, 0.12 * height);
   ctx.fillStyle = colour.fill;
   roundedBox(ctx, x, y + press, width, height, Math.min(8, 0.22 * width));
   if (glow > 0) {
-    ctx.globalAlpha = 0.55 * glow;
-    ctx.fillStyle = "#ffffff";
-    roundedBox(ctx, x, y + press, width, height, Math.min(8, 0.22 * width));
+    // A lit rim rather than a wash over the face: the number stays readable while it shines.
+    ctx.globalAlpha = glow;
+    ctx.strokeStyle = rim;
+    ctx.lineWidth = Math.max(2, Math.min(5, 0.1 * width));
+    ctx.stroke();
     ctx.globalAlpha = 1;
   }
   paintLabel(ctx, board, bin, colour.ink, { x, y: y + press, width, height });

@@ -104,16 +104,16 @@ export class Table {
   /**
    * Balls whose landing is due; each is given once.
    * @param {number} until landings up to this table time are due, s
-   * @param {number} t table time at which their bins light up, s
+   * @param {number} wall local time at which their bins light up, s
    * @returns {Ball[]}
    */
-  settle(until, t) {
+  settle(until, wall) {
     const due = [];
     for (const ball of this.balls.values()) {
       if (!ball.landed || ball.settled || until < ball.end) continue;
       ball.settled = true;
       if (ball.landed.bin !== null) {
-        this.#hits.push({ t, bin: ball.landed.bin, score: ball.landed.score });
+        this.#hits.push({ since: wall, bin: ball.landed.bin, score: ball.landed.score });
       }
       if (ball.mine) this.lastPath = ball.path;
       due.push(ball);
@@ -122,12 +122,14 @@ export class Table {
   }
 
   /**
-   * All that moves at table time t; what is over by then is forgotten.
-   * @param {number} t s @returns {import("./board-view.js").Scene}
+   * All that moves; what is over by then is forgotten.
+   * @param {number} t table time, s
+   * @param {number} wall local time, s: table time stands still while a room sleeps
+   * @returns {import("./board-view.js").Scene}
    */
-  sceneAt(t) {
+  sceneAt(t, wall) {
     const scene = emptyScene();
-    this.#forget(t);
+    this.forget(t, wall);
     for (const ball of this.balls.values()) {
       if (ball.path.knots.length && t >= ball.path.start) scene.balls.push(this.#pose(ball, t));
     }
@@ -137,8 +139,8 @@ export class Table {
       if (contact.kind !== PEG || age < 0 || !peg) continue;
       scene.flashes.push({ ...peg, age, strength: Math.min(1, contact.speed / LOUD) });
     }
-    for (const { t: since, bin, score } of this.#hits) {
-      scene.hits.push({ bin, score, age: (t - since) / HIT_SECONDS });
+    for (const { since, bin, score } of this.#hits) {
+      scene.hits.push({ bin, score, age: Math.max(0, wall - since) / HIT_SECONDS });
     }
     return scene;
   }
@@ -159,14 +161,15 @@ export class Table {
     return ball;
   }
 
-  #forget(t) {
+  /** @param {number} t table time, s @param {number} wall local time, s */
+  forget(t, wall) {
     for (const ball of this.balls.values()) {
       if (!ball.settled || t < ball.end + SINK_SECONDS) continue;
       this.balls.delete(ball.id);
       this.#byWireId.delete(ball.id % 65536);
     }
     this.#contacts = this.#contacts.filter((contact) => t < contact.t + FLASH_SECONDS);
-    this.#hits = this.#hits.filter((hit) => t < hit.t + HIT_SECONDS && t >= hit.t);
+    this.#hits = this.#hits.filter((hit) => wall < hit.since + HIT_SECONDS);
   }
 
   #pose(ball, t) {
