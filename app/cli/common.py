@@ -3,7 +3,6 @@
 import json
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -11,48 +10,13 @@ import click
 
 if TYPE_CHECKING:
     from engine import Board
+    from engine.parameters import Solver
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-DEFAULT_DT = 1 / 60  # s, the stepped solver's frame
-DEFAULT_SUBSTEPS = 4
 
-
-class Seconds(click.ParamType):
-    """A duration in seconds, as a decimal or as a fraction: `0.01` or `1/240`."""
-
-    name = "seconds"
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Return the value as a float; the range is the engine's to check."""
-        if isinstance(value, float):
-            return value
-        numerator, _, denominator = str(value).partition("/")
-        try:
-            return float(numerator) / float(denominator or 1)
-        except (ValueError, ZeroDivisionError):
-            self.fail(f"{value!r} is neither a number of seconds nor a fraction such as 1/240.")
-
-
-@dataclass(frozen=True)
-class Solver:
-    """How to compute a drop: the solver's name and, for `stepped`, its step (s) and substeps."""
-
-    name: str
-    dt: float
-    substeps: int
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """Keyword arguments for `engine.drop` and `engine.drop_many`."""
-        return {"solver": self.name, "dt": self.dt, "substeps": self.substeps}
-
-    def __str__(self) -> str:
-        if self.name == "exact":
-            return "exact"
-        return f"stepped, dt {self.dt:.6g} s, {self.substeps} substeps"
+Options = dict[str, Any]
+"""Keyword arguments of `engine.drop` and `engine.drop_many` that choose the solver."""
 
 
 def board_argument(command: Command) -> Command:
@@ -69,36 +33,60 @@ def start_options(command: Command) -> Command:
     return click.option("--seed", required=True, help="An integer from 0 to 2^64 - 1.")(command)
 
 
+def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> float | None:
+    """A duration in seconds, as a decimal or a fraction; its range is the engine's to check."""
+    if value is None:
+        return None
+    numerator, _, denominator = value.partition("/")
+    try:
+        return float(numerator) / float(denominator or 1)
+    except (ValueError, ZeroDivisionError):
+        raise click.BadParameter(
+            f"{value!r} is neither a number of seconds nor a fraction such as 1/240",
+            ctx=ctx,
+            param=param,
+        ) from None
+
+
 def solver_options(command: Command) -> Command:
-    """Add --solver, --dt and --substeps; read them with `read_solver`."""
-    command = click.option(
-        "--substeps", type=int, help=f"Substeps of a step, stepped only. [{DEFAULT_SUBSTEPS}]"
-    )(command)
-    command = click.option(
-        "--dt", type=Seconds(), help="Step, stepped only: 0.01 or 1/240. [1/60]"
-    )(command)
-    return click.option(
-        "--solver",
-        type=click.Choice(["exact", "stepped"]),
-        default="exact",
-        show_default=True,
-        help="Event-driven, or with a fixed time step.",
-    )(command)
+    """Add --solver, --dt, --substeps and --correction; read them with `read_solver`."""
+    for option in (
+        click.option("--correction", type=float, help="Of an overlap, per substep. [0.6]"),
+        click.option("--substeps", type=int, help="Substeps of a step. [4]"),
+        click.option("--dt", callback=_seconds, metavar="S", help="Step in s, as 1/240. [1/60]"),
+        click.option(
+            "--solver",
+            type=click.Choice(["exact", "stepped"]),
+            default="exact",
+            show_default=True,
+            help="Event-driven, or with a fixed time step.",
+        ),
+    ):
+        command = option(command)
+    return command
 
 
-def read_solver(solver: str, dt: float | None, substeps: int | None) -> Solver:
-    """The solver that the options ask for; --dt with the exact solver is a UsageError."""
+def read_solver(
+    solver: str, dt: float | None, substeps: int | None, correction: float | None
+) -> Options:
+    """The solver that the options ask for, as keyword arguments; what is unset keeps its default.
+
+    Raises UsageError for a parameter of the stepped solver beside the exact one.
+    """
+    given = {"dt": dt, "substeps": substeps, "correction": correction}
+    options: Options = {name: value for name, value in given.items() if value is not None}
     if solver == "exact":
-        for name, value in (("--dt", dt), ("--substeps", substeps)):
-            if value is not None:
-                raise click.UsageError(
-                    f"{name} {value} belongs to --solver stepped: exact has no time step"
-                )
-    return Solver(
-        solver,
-        DEFAULT_DT if dt is None else dt,
-        DEFAULT_SUBSTEPS if substeps is None else substeps,
-    )
+        for name, value in options.items():
+            raise click.UsageError(
+                f"--{name} {value:g} belongs to --solver stepped: exact has no time step"
+            )
+    return {"solver": solver} | options
+
+
+def describe_solver(solver: "Solver") -> str:
+    """A solver with its parameters, for people."""
+    parameters = [f"{name} {value:.6g}" for name, value in solver.fields().items()]
+    return ", ".join([solver.name, *parameters])
 
 
 def load_board(name: str) -> "Board":

@@ -22,6 +22,7 @@ def command(
     solver: str,
     dt: float | None,
     substeps: int | None,
+    correction: float | None,
     as_json: bool,
 ) -> None:
     """Drop one ball on BOARD and say where it lands.
@@ -29,19 +30,19 @@ def command(
     The same board and seed give the same drop to the last bit, wherever it is computed; the digest
     proves it. `plinko verify` reads what --json prints.
     """
-    how = common.read_solver(solver, dt, substeps)
+    how = common.read_solver(solver, dt, substeps, correction)
     number = common.read_seed(seed)
 
     from engine import drop
 
-    d = drop(common.load_board(board), seed=number, x=x, **how.options)
+    d = drop(common.load_board(board), seed=number, x=x, **how)
     if as_json:
         common.print_json(d.record())
     else:
-        common.print_fields(_summary(d, how))
+        common.print_fields(_summary(d))
 
 
-def _summary(d: "Drop", how: common.Solver) -> dict[str, str]:
+def _summary(d: "Drop") -> dict[str, str]:
     bins = d.board.bins
     if d.bin is None:
         result = {"bin": f"none: {d.unsettled}", "score": "1 (the stake back)"}
@@ -53,7 +54,7 @@ def _summary(d: "Drop", how: common.Solver) -> dict[str, str]:
     return {
         "board": d.board.name,
         "seed": str(d.seed),
-        "solver": str(how),
+        "solver": common.describe_solver(d.solver),
         "start": f"x = {d.x_start:.6f} m",
         **result,
         "end": f"x = {d.x_end:.6f} m after {d.duration:.6f} s",

@@ -6,8 +6,6 @@ import click
 
 from app.cli import common
 
-MIN_WIDTH, MAX_WIDTH = 160, 4096  # px: below, labels do not fit; above, memory is what one pays
-
 
 @click.command(name="render", short_help="Draw a drop into a picture file.")
 @common.board_argument
@@ -16,14 +14,14 @@ MIN_WIDTH, MAX_WIDTH = 160, 4096  # px: below, labels do not fit; above, memory 
 @common.solver_options
 @click.option(
     "--width",
-    type=click.IntRange(MIN_WIDTH, MAX_WIDTH),
+    type=int,
     default=760,
     show_default=True,
     help="Of the picture, in pixels.",
 )
 @click.option(
     "--fps",
-    type=click.IntRange(1, 100),
+    type=int,
     default=30,
     show_default=True,
     help="Frames per second of a .gif or .webp.",
@@ -36,6 +34,7 @@ def command(
     solver: str,
     dt: float | None,
     substeps: int | None,
+    correction: float | None,
     width: int,
     fps: int,
 ) -> None:
@@ -46,13 +45,13 @@ def command(
         raise click.UsageError(f"OUT {out!r} must end in .png, .gif or .webp")
     if not path.parent.is_dir():
         raise click.UsageError(f"OUT {out!r}: there is no folder {str(path.parent)!r}")
-    how = common.read_solver(solver, dt, substeps)
+    how = common.read_solver(solver, dt, substeps, correction)
     number = common.read_seed(seed)
 
     from app.render import drop_animation, drop_png
     from engine import drop
 
-    d = drop(common.load_board(board), seed=number, x=x, **how.options)
+    d = drop(common.load_board(board), seed=number, x=x, **how)
     if kind == ".png":
         picture = drop_png(d, width)
     else:

@@ -11,7 +11,7 @@ import click
 from app.cli import common
 
 if TYPE_CHECKING:
-    from engine import Board, DropMany
+    from engine import Board, DropBatch
 
 BAR_WIDTH = 40  # characters of the longest bar of the printed histogram
 
@@ -30,6 +30,7 @@ def command(
     solver: str,
     dt: float | None,
     substeps: int | None,
+    correction: float | None,
     threads: int | None,
     as_json: bool,
 ) -> None:
@@ -38,27 +39,27 @@ def command(
     The digest is over all outcomes in the order of the seeds: the same however the work was split.
     The time is that of the drops alone, without start-up and compilation.
     """
-    how = common.read_solver(solver, dt, substeps)
+    how = common.read_solver(solver, dt, substeps, correction)
     first = common.read_seed(seed)
     common.read_seed(str(first + drops - 1))
     where = common.load_board(board)
     many, seconds = _run(where, first, drops, how, threads)
-    summary = _summarise(where, many, seconds)
+    summary = _summarise(many, seconds)
     if as_json:
         common.print_json(summary)
     else:
-        _print(where, first, how, summary)
+        _print(many, first, summary)
 
 
 def _run(
-    board: "Board", first: int, drops: int, how: common.Solver, threads: int | None
-) -> tuple["DropMany", float]:
+    board: "Board", first: int, drops: int, how: common.Options, threads: int | None
+) -> tuple["DropBatch", float]:
     import numpy as np
 
     from engine import drop_many
 
     seeds = np.arange(drops, dtype=np.uint64) + np.uint64(first)
-    options = how.options | {"threads": threads}
+    options = how | {"threads": threads}
     drop_many(board, seeds[:1], **options)  # compiles what is not compiled yet
     with _progress(drops) as progress:
         start = time.perf_counter()
@@ -89,17 +90,14 @@ class _Bar:
         self._bar.render_finish()
 
 
-def _summarise(board: "Board", many: "DropMany", seconds: float) -> dict[str, Any]:
+def _summarise(many: "DropBatch", seconds: float) -> dict[str, Any]:
     """The fields of `--json`. Means are over all drops, unsettled ones included."""
-    import numpy as np
-
-    drops = len(many.bin)
-    settled = many.bin[many.bin >= 0]
+    drops = len(many)
     return {
-        "board_digest": board.digest,
+        "board_digest": many.board.digest,
         "drops": drops,
-        "histogram": np.bincount(settled, minlength=board.bins.count).tolist(),
-        "unsettled": drops - len(settled),
+        "histogram": many.histogram.tolist(),
+        "unsettled": many.unsettled,
         # fsum is exact, so the mean has the same bits on every machine.
         "mean_duration": math.fsum(many.duration) / drops,
         "mean_impacts": int(many.impact_count.sum()) / drops,
@@ -109,23 +107,22 @@ def _summarise(board: "Board", many: "DropMany", seconds: float) -> dict[str, An
     }
 
 
-def _print(board: "Board", first: int, how: common.Solver, summary: dict[str, Any]) -> None:
-    drops, histogram, pays = summary["drops"], summary["histogram"], board.bins.multipliers
+def _print(many: "DropBatch", first: int, summary: dict[str, Any]) -> None:
+    drops, histogram = len(many), summary["histogram"]
+    pays = many.board.bins.multipliers
     longest = max(histogram) or 1
     click.echo("bin      pays       drops    share")
     for number, (count, pay) in enumerate(zip(histogram, pays, strict=True)):
         bar = "#" * round(BAR_WIDTH * count / longest)
         click.echo(f"{number:3} {pay:9g} {count:11} {count / drops:8.3%}  {bar}".rstrip())
-    # An unsettled drop gives its stake back.
-    paid = math.fsum(n * pay for n, pay in zip(histogram, pays, strict=True)) + summary["unsettled"]
     click.echo()
     common.print_fields(
         {
-            "board": board.name,
+            "board": many.board.name,
             "seeds": f"{first} to {first + drops - 1}",
-            "solver": str(how),
+            "solver": common.describe_solver(many.solver),
             "unsettled": str(summary["unsettled"]),
-            "return": f"{paid / drops:.3%}",
+            "return": f"{math.fsum(many.scores) / drops:.3%}",
             "mean drop": f"{summary['mean_duration']:.4f} s, {summary['mean_impacts']:.2f} impacts",
             "speed": f"{summary['drops_per_second']:,.0f} drops/s, {summary['seconds']:.3f} s",
             "digest": summary["digest"],

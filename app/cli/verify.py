@@ -28,7 +28,7 @@ def command(record: str) -> int:
         return 0
     click.echo(
         f"not reproduced: {result.field} differs: "
-        f"the record says {_short(result.actual)}, the drop gives {_short(result.expected)}"
+        f"the record says {_short(result.expected)}, the drop gives {_short(result.actual)}"
     )
     return EXIT_DIFFERS
 

@@ -1,0 +1,70 @@
+# The chores, one obvious way each: make play | test | lint | format | clean.
+#
+# Needs make and Python >= 3.11 (with venv; on Debian, as root or with sudo, a missing one is
+# installed by apt). Everything else goes into .venv. Each environment step leaves a stamp file
+# there, so that it runs again only when what it was made from changed.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+
+PYTHON ?= python3
+VENV ?= .venv
+HOST ?= 127.0.0.1
+PORT ?= 8000
+PYTEST_WORKERS ?= 2
+PYTEST_ARGS ?=
+
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+PINS := pyproject.toml constraints.txt
+
+.PHONY: help play test lint format clean
+
+help:
+	@echo 'make play     start the server and print its address (PORT=8000)'
+	@echo 'make test     run every test, browser tests included (PYTEST_ARGS=...)'
+	@echo 'make lint     style, format, types and import contracts'
+	@echo 'make format   put the code in its format'
+	@echo 'make clean    remove the environment and all caches'
+
+play: $(VENV)/.stamp-play
+	exec $(BIN)/plinko serve --host $(HOST) --port $(PORT)
+
+# The tests drive a real Chromium: the machine's own, or else Debian's.
+test: $(VENV)/.stamp-test
+	chromium="$$(tools/chromium)" && \
+	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) $(PYTEST_ARGS)
+
+lint: $(VENV)/.stamp-lint
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(VENV)/.stamp-lint
+	$(BIN)/ruff check --fix-only --quiet .
+	$(BIN)/ruff format .
+
+clean:
+	rm -rf $(VENV) .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf artifacts build dist
+	find . -name __pycache__ -not -path './.git/*' -prune -exec rm -rf {} +
+
+$(VENV)/.stamp-play: $(PINS) | $(VENV)/.stamp-venv
+	$(PIP) install -c constraints.txt -e .
+	touch $@
+
+$(VENV)/.stamp-test: $(PINS) | $(VENV)/.stamp-venv
+	$(PIP) install -c constraints.txt -e '.[test]'
+	touch $@ $(VENV)/.stamp-play
+
+# The types of the tests' own libraries are checked too, hence both extras.
+$(VENV)/.stamp-lint: $(PINS) | $(VENV)/.stamp-venv
+	$(PIP) install -c constraints.txt -e '.[test,lint]'
+	touch $@ $(VENV)/.stamp-test $(VENV)/.stamp-play
+
+$(VENV)/.stamp-venv: tools/make-venv
+	tools/make-venv $(PYTHON) $(VENV)
+	touch $@

@@ -1,0 +1,60 @@
+"""The game's colours for pictures: the page's own `static/theme.json`, read once at import."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from app.settings import static_directory
+
+Colour = tuple[int, int, int]
+"""Red, green, blue, 0 to 255, sRGB."""
+
+
+@dataclass(frozen=True, slots=True)
+class Payout:
+    """How a bin looks that pays `start` times the stake or more."""
+
+    start: float
+    fill: Colour
+    ink: Colour
+
+
+@dataclass(frozen=True)
+class Theme:
+    """Colours by name, as the page has them, and those of the bins."""
+
+    colours: Mapping[str, Colour]
+    payouts: tuple[Payout, ...]
+
+    def __getitem__(self, name: str) -> Colour:
+        return self.colours[name]
+
+    def payout(self, score: float) -> Payout:
+        """The colours of a bin that pays `score`: those of the last step not above it."""
+        steps = [step for step in self.payouts if score >= step.start]
+        return steps[-1] if steps else self.payouts[0]
+
+
+def parse(text: str) -> Colour:
+    """`#rrggbb` as a colour; raises ValueError naming anything else."""
+    digits = text.removeprefix("#")
+    if len(digits) != 6 or len(text) != 7:
+        raise ValueError(f"colour {text!r} is not of the form #rrggbb")
+    return int(digits[0:2], 16), int(digits[2:4], 16), int(digits[4:6], 16)
+
+
+def _theme(data: Mapping[str, Any], name: str) -> Theme:
+    payouts = tuple(
+        Payout(step["from"], parse(step["fill"]), parse(step["ink"])) for step in data["payout"]
+    )
+    return Theme({key: parse(value) for key, value in data[name].items()}, payouts)
+
+
+def _load() -> dict[str, Theme]:
+    data = json.loads((static_directory() / "theme.json").read_text(encoding="utf-8"))
+    return {name: _theme(data, name) for name in ("light", "dark")}
+
+
+THEMES: Final = _load()
+"""The two themes of the page: `light` and `dark`."""
