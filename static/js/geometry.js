@@ -3,7 +3,7 @@
 const SIDE_PAD_M = 0.08;
 const HEADROOM_PX = 58; // the hopper, and a touch target above it
 const MIN_BIN_PX = 34;
-const MAX_BIN_PX = 84;
+const BIN_M = 0.42;
 
 /**
  * @typedef {object} Geometry
@@ -33,7 +33,7 @@ export function sides(board) {
 /** @param {any} board @returns {number} width over height of the part that scales */
 export function ratio(board) {
   const { left, right } = sides(board);
-  return (right - left) / (board.bins.y - board.drop.y);
+  return (right - left) / (board.bins.y - board.drop.y + BIN_M);
 }
 
 /**
@@ -47,7 +47,7 @@ export function layOut(board, width) {
   const dropY = Math.max(HEADROOM_PX, board.ball.radius * scale + 44);
   const py = (y) => dropY + (y - board.drop.y) * scale;
   const binTop = py(board.bins.y);
-  const binHeight = Math.max(MIN_BIN_PX, Math.min(MAX_BIN_PX, 0.5 * scale));
+  const binHeight = Math.max(MIN_BIN_PX, BIN_M * scale);
   const firstPeg = board.pegs.reduce((least, peg) => Math.min(least, peg.y), board.bins.y);
   return {
     width,

@@ -161,7 +161,7 @@ export function paintBin(ctx, geometry, board, bin, colour, glow, rim = colour.i
     ctx.stroke();
     ctx.globalAlpha = 1;
   }
-  paintLabel(ctx, board, bin, colour.ink, { x, y: y + press, width, height });
+  paintLabel(ctx, geometry, board, bin, colour.ink, { x, y: y + press, width, height });
 }
 
 /** @param {Geometry} geometry @param {any} board @param {number} bin CSS pixels */
@@ -172,14 +172,15 @@ export function binBox({ px, binTop, binHeight }, board, bin) {
   return { x: from + gap, y: binTop + 2, width: to - from - 2 * gap, height: binHeight - 4 };
 }
 
-function paintLabel(ctx, board, bin, ink, { x, y, width, height }) {
+function paintLabel(ctx, geometry, board, bin, ink, { x, y, width, height }) {
   const texts = board.bins.multipliers.map(tight);
   const longest = Math.max(...texts.map((text) => text.length));
+  const narrowest = Math.min(...texts.map((_, other) => binBox(geometry, board, other).width));
   // Narrow pockets carry their number upright, as on a ruler, rather than too small to read.
-  const upright = width / longest < 7.5;
+  const upright = narrowest / longest < 7.5;
   const size = upright
-    ? Math.min(0.8 * width, (1.6 * height) / longest, 22)
-    : Math.min((1.75 * width) / longest, 0.52 * height, 26);
+    ? Math.min(0.8 * narrowest, (1.6 * height) / longest)
+    : Math.min((1.75 * width) / longest, (2.1 * narrowest) / longest, 0.52 * height);
   ctx.save();
   ctx.translate(x + width / 2, y + height / 2);
   if (upright) ctx.rotate(-Math.PI / 2);
