@@ -24,6 +24,8 @@ from engine.kernels.jit import kernel
 from engine.kernels.layout import (
     DISTANCE,
     DISTANCE2,
+    FIRST_END,
+    LAST_END,
     LENGTH,
     NX,
     NY,
@@ -140,6 +142,20 @@ def _foot_inside(
 
 
 @kernel
+def _leaves_by(board: Layout, item: int, end: int, vx: float, vy: float) -> bool:
+    """Whether `end` is an end of the line `item` past which a ball that touches it moves out.
+
+    At the joint of a line and its end the ball touches both, within rounding; it then has left the
+    line, whatever side of the joint rounding puts it on.
+    """
+    line = board.items[item]
+    along = vx * line[TX] + vy * line[TY]
+    if end == int(line[FIRST_END]):
+        return bool(along < 0.0)
+    return bool(end == int(line[LAST_END]) and along > 0.0)
+
+
+@kernel
 def _wall_hit(
     board: Layout,
     item: int,
@@ -223,6 +239,8 @@ def _window_hit(
             )
         else:
             s, other_side = _wall_hit(board, other, x, y, vx, vy, ax, ay, horizon, best)
+            if s == 0.0 and how != _FREE and _leaves_by(board, other, held, vx, vy):
+                s = NO_HIT
         if s != NO_HIT and (s < best or item == _NOWHERE or (s == best and other < item)):
             best = s
             item = other
