@@ -137,6 +137,10 @@ class Hub:
         """How many watch this room."""
         return len(self._rooms.get(room_id, ()))
 
+    def clients(self, room_id: str) -> list[Client]:
+        """Those who watch this room."""
+        return list(self._rooms.get(room_id, {}).values())
+
     def announce(self, room_id: str, event: bytes, skip: int | None = None) -> None:
         """Queue the same event frame for everyone in the room, all but client `skip`."""
         text = event.decode()

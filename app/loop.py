@@ -33,7 +33,7 @@ class Schedule:
     def due(self, now: float) -> int:
         """How many ticks to run at `now`; counts them as run."""
         # The small share of a period forgives rounding: woken on the very deadline, it is due.
-        behind = int((now - self._start) / self.period + 1e-9) - self._done
+        behind = int((now - self._start) / self.period + 1e-6) - self._done
         if behind <= 0:
             return 0
         self._done += behind

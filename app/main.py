@@ -7,6 +7,7 @@ import gc
 import importlib.metadata
 import signal
 import socket
+import threading
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -166,6 +167,10 @@ def _openapi(app: FastAPI) -> dict[str, Any]:
 class Server(uvicorn.Server):
     """uvicorn's server, which says where it is once it can be used."""
 
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.listening = threading.Event()
+
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, then leave what lives for good out of every later garbage collection."""
         await super().startup(sockets)
@@ -175,13 +180,14 @@ class Server(uvicorn.Server):
         gc.freeze()
         for listener in sockets or ():
             print(f"Plinko is at {_address(listener)}", flush=True)  # noqa: T201 - it says where
+        self.listening.set()
 
 
 def run(settings: Settings | None = None) -> None:
     """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen or has no board."""
     settings = settings or Settings()
     app = create_app(settings)
-    listener = _listen(settings)
+    listener = listen(settings)
     server = Server(server_config(app, settings))
     # uvicorn raises the signal that stopped it once more when all is done; an orderly end is none.
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -207,7 +213,7 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
     )
 
 
-def _listen(settings: Settings) -> socket.socket:
+def listen(settings: Settings) -> socket.socket:
     """A listening socket; raises SettingError naming the address that cannot be had."""
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)

@@ -16,6 +16,8 @@ from engine.errors import EngineError
 
 MEDIA_TYPE = "application/problem+json"
 
+_TYPE = "urn:plinko:problem:"
+
 _log = logging.getLogger("plinko")
 
 
@@ -24,7 +26,7 @@ def problem_of(error: Exception, path: str = "") -> Problem:
     known = isinstance(error, AppError | EngineError)
     assigned = answer(error)
     return Problem(
-        type=f"urn:plinko:problem:{assigned.code}",
+        type=f"{_TYPE}{assigned.code}",
         title=assigned.title,
         status=assigned.status,
         detail=str(error) if known else "An error of the server's own, which it has logged.",
@@ -69,12 +71,13 @@ def _named(errors: Sequence[Any]) -> InvalidValueError:
 async def _http_error(request: Request, error: Exception) -> Response:
     """What the framework says by itself: no such path, no such method."""
     assert isinstance(error, HTTPException)
+    code = error.detail.lower().replace(" ", "-")
     problem = Problem(
-        type="about:blank",
+        type=f"{_TYPE}{code}",
         title=error.detail,
         status=error.status_code,
-        detail=f"{request.method} {request.url.path}: {error.detail}",
-        code=error.detail.lower().replace(" ", "-"),
+        detail=f"{request.method} {shorten(request.url.path, 200)}: {error.detail}",
+        code=code,
         instance=request.url.path,
     )
     headers = dict(error.headers or {})

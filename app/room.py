@@ -6,18 +6,18 @@ time come in as arguments.
 """
 
 from dataclasses import dataclass
+from typing import Final
 
 import msgspec
 import numpy as np
-from engine.world import Contact as EngineContact
-from engine.world import Landing as EngineLanding
 
 from app import protocol
 from app.errors import BallLimitError
 from engine import PHYSICS_VERSION, Board, World
+from engine.events import Contact, Landing
 
-MODE = "independent"
-SOLVER = "exact"  # independent balls: each path depends on its own seed alone
+MODE: Final = "independent"
+SOLVER: Final = "exact"  # independent balls: each path depends on its own seed alone
 
 QUIET = 0.05  # m/s; slower impacts are not told: a ball settling on a peg makes hundreds, unheard
 
@@ -45,7 +45,6 @@ class Room:
         self.drops = 0
         self.unsettled = 0
         self.histogram = [0] * board.bins.count
-        self._starts: dict[int, protocol.BallStart] = {}
         self._bounced: set[int] = set()
         self._board_json = msgspec.Raw(msgspec.json.encode(board.to_dict()))
 
@@ -57,7 +56,10 @@ class Room:
     @property
     def balls(self) -> list[protocol.BallStart]:
         """The balls in flight, by age."""
-        return list(self._starts.values())
+        return [
+            protocol.BallStart(ball.id, str(ball.seed), ball.x, ball.tick)
+            for ball in self.world.balls
+        ]
 
     def drop(self, command: DropCommand) -> protocol.Accepted:
         """Take a drop; returns the event that says so.
@@ -65,20 +67,19 @@ class Room:
         Raises BallLimitError when the room is full, the engine's errors for a bad seed or start;
         the room is then as it was.
         """
-        if len(self._starts) >= self.max_balls:
+        if self.world.count >= self.max_balls:
             raise BallLimitError(f"room {self.id!r} already holds {self.max_balls} balls")
-        ball = self.world.add(command.seed, command.x)
-        accepted = protocol.Accepted(
-            ball=ball,
-            seed=str(command.seed),
-            x=self.world.drop_of(ball).x_start,
-            explicit_x=command.x is not None,
-            tick=self.world.tick,
-        )
-        self._starts[ball] = protocol.BallStart(ball, accepted.seed, accepted.x, accepted.tick)
+        self.world.add(command.seed, x=command.x)
+        ball = self.world.balls[-1]
         self.drops += 1
         self.seq += 1
-        return accepted
+        return protocol.Accepted(
+            ball=ball.id,
+            seed=str(ball.seed),
+            x=ball.x,
+            explicit_x=command.x is not None,
+            tick=ball.tick,
+        )
 
     def step(self, *, watched: bool) -> list[protocol.Event]:
         """One tick on; returns the events to announce, in order.
@@ -88,7 +89,7 @@ class Room:
         self.world.step()
         events: list[protocol.Event] = []
         for happened in self.world.take_events():
-            if isinstance(happened, EngineLanding):
+            if isinstance(happened, Landing):
                 events.append(self._land(happened))
             elif watched and happened.speed >= QUIET:
                 events.append(self._contact(happened))
@@ -137,8 +138,7 @@ class Room:
             stats=self.stats(),
         )
 
-    def _land(self, landing: EngineLanding) -> protocol.Landed:
-        del self._starts[landing.ball]
+    def _land(self, landing: Landing) -> protocol.Landed:
         if landing.bin is None:
             self.unsettled += 1
         else:
@@ -149,13 +149,13 @@ class Room:
             bin=landing.bin,
             score=landing.score,
             tick=landing.tick,
-            t=landing.duration,
+            t=landing.t,
             x_end=landing.x_end,
             digest=landing.digest,
             unsettled=landing.unsettled,
         )
 
-    def _contact(self, contact: EngineContact) -> protocol.Contact:
+    def _contact(self, contact: Contact) -> protocol.Contact:
         return protocol.Contact(
             ball=contact.ball,
             tick=self.world.tick,

@@ -13,6 +13,7 @@ from msgspec import Meta
 
 from app.errors import InvalidValueError, MalformedError
 from app.protocol import BallStart, Extent, Stats
+from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
 
 T = TypeVar("T")
 
@@ -102,8 +103,10 @@ class DropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     seed: SeedIn = None
     x: StartIn = None
     solver: Solver = "exact"
-    dt: Annotated[float, Meta(description="Step in seconds, of the stepped solver.")] = 1.0 / 60.0
-    substeps: Annotated[int, Meta(description="Substeps a step, of the stepped solver.")] = 4
+    dt: Annotated[float, Meta(description="Step in seconds, of the stepped solver.")] = DEFAULT_DT
+    substeps: Annotated[int, Meta(description="Substeps a step, of the stepped solver.")] = (
+        DEFAULT_SUBSTEPS
+    )
 
 
 class DropRecord(msgspec.Struct, frozen=True):

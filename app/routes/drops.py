@@ -25,6 +25,7 @@ from app.routes.common import (
 from app.schemas import DropRecord, DropRequest, Frames, Verdict
 from app.services import Services
 from engine import Board, Drop, drop, verify
+from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
 from engine.seeding import parse_seed
 
 router = APIRouter(prefix="/api/v1", tags=["drops"])
@@ -35,7 +36,7 @@ X = Annotated[float | None, Query(description="Explicit start in metres; else th
 SolverName = Annotated[str, Query(description="`exact` or `stepped`.")]
 Dt = Annotated[float, Query(description="Step of the stepped solver, in seconds.")]
 Substeps = Annotated[int, Query(description="Substeps a step, of the stepped solver.")]
-Width = Annotated[int, Query(ge=64, le=2048, description="Width of the picture in pixels.")]
+Width = Annotated[int, Query(description="Width of the picture in pixels, 240 to 2048.")]
 Fps = Annotated[float, Query(gt=0, le=1000, description="Frames a second.")]
 
 
@@ -97,8 +98,8 @@ async def get_picture(
     server: Server,
     x: X = None,
     solver: SolverName = "exact",
-    dt: Dt = 1.0 / 60.0,
-    substeps: Substeps = 4,
+    dt: Dt = DEFAULT_DT,
+    substeps: Substeps = DEFAULT_SUBSTEPS,
     width: Width = 760,
 ) -> Response:
     """The whole path of the ball, drawn over the board."""
@@ -124,8 +125,8 @@ async def get_frames(
     server: Server,
     x: X = None,
     solver: SolverName = "exact",
-    dt: Dt = 1.0 / 60.0,
-    substeps: Substeps = 4,
+    dt: Dt = DEFAULT_DT,
+    substeps: Substeps = DEFAULT_SUBSTEPS,
     fps: Fps = 60.0,
 ) -> Response:
     """The ball's state at times 0, 1/fps, 2/fps … and at the landing itself."""
@@ -151,8 +152,8 @@ async def get_drop(
     server: Server,
     x: X = None,
     solver: SolverName = "exact",
-    dt: Dt = 1.0 / 60.0,
-    substeps: Substeps = 4,
+    dt: Dt = DEFAULT_DT,
+    substeps: Substeps = DEFAULT_SUBSTEPS,
 ) -> Response:
     """The record of a drop, decided by its address alone, and so cacheable; ETag is its digest."""
     _check_step(server, solver, dt, substeps)
@@ -176,7 +177,12 @@ async def post_verify(request: Request, server: Server) -> Response:
     A record that does not hold is no error: `ok` is false and `field` the first that differs.
     """
     record = await read(request, dict[str, Any])
-    _check_step(server, record.get("solver"), record.get("dt"), record.get("substeps"))
+    _check_step(
+        server,
+        record.get("solver"),
+        record.get("dt", DEFAULT_DT),
+        record.get("substeps", DEFAULT_SUBSTEPS),
+    )
     verdict = await server.workers.run(functools.partial(verify, record))
     return reply(Verdict(verdict.ok, verdict.field, verdict.expected, verdict.actual))
 

@@ -1,0 +1,120 @@
+"""A real server on a free port of the loopback, in a thread, and clients to talk to it."""
+
+import asyncio
+import contextlib
+import threading
+from collections.abc import AsyncIterator, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import httpx
+import msgspec
+import pytest
+from app.main import Server, create_app, listen, server_config
+from app.protocol import Extent, Snapshot, decode_snapshot
+from app.services import Services
+from app.settings import Settings
+from websockets.asyncio.client import ClientConnection, connect
+
+
+@dataclass(frozen=True)
+class Running:
+    """A running server: where it is, and its parts, whose counts tests may read."""
+
+    url: str
+    services: Services
+
+    def socket(self, room: str = "main") -> str:
+        return f"ws{self.url.removeprefix('http')}/ws/rooms/{room}"
+
+
+@contextlib.contextmanager
+def serving(**settings: Any) -> Iterator[Running]:
+    """Run a server with these settings until the block ends."""
+    chosen = Settings(**{"port": 0, **settings})
+    app = create_app(chosen)
+    listener = listen(chosen)
+    server = Server(server_config(app, chosen))
+    thread = threading.Thread(target=server.run, args=([listener],), name="server")
+    port = listener.getsockname()[1]
+    thread.start()
+    try:
+        server.listening.wait()
+        yield Running(f"http://127.0.0.1:{port}", app.state.services)
+    finally:
+        server.should_exit = True
+        thread.join()
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[Running]:
+    with serving(drop_rate=1000.0, message_rate=1000.0) as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def http(server: Running) -> Iterator[httpx.Client]:
+    with httpx.Client(base_url=server.url, timeout=60.0) as client:
+        yield client
+
+
+class Player:
+    """A client of a room that keeps what it was sent: events one by one, snapshots decoded."""
+
+    def __init__(self, socket: ClientConnection, hello: dict[str, Any], first: str) -> None:
+        self.socket = socket
+        self.hello = hello
+        self.texts = [first]
+        self.binaries: list[bytes] = []
+        self.events: list[dict[str, Any]] = []
+        self.seqs_ok = True
+        self._extent = msgspec.convert(hello["extent"], Extent) if "extent" in hello else None
+
+    async def send(self, **message: Any) -> None:
+        await self.socket.send(msgspec.json.encode(message).decode())
+
+    async def step(self) -> list[dict[str, Any]] | bytes:
+        """The next frame: its events, or a snapshot's bytes."""
+        frame = await self.socket.recv()
+        if isinstance(frame, bytes):
+            self.binaries.append(frame)
+            return frame
+        self.texts.append(frame)
+        value = msgspec.json.decode(frame)
+        events = value if isinstance(value, list) else [value]
+        self.events += events
+        return events
+
+    async def until(self, kind: str, **fields: Any) -> dict[str, Any]:
+        """Read on until an event of this type with these fields comes."""
+        while True:
+            events = await self.step()
+            for event in events if isinstance(events, list) else ():
+                if event["type"] == kind and fields.items() <= event.items():
+                    return event
+
+    async def until_empty(self) -> None:
+        """Read on until the empty snapshot that ends a flight."""
+        while True:
+            frame = await self.step()
+            if isinstance(frame, bytes) and not len(self.decode(frame).balls):
+                return
+
+    def decode(self, frame: bytes) -> Snapshot:
+        assert self._extent is not None
+        return decode_snapshot(frame, self._extent, self.hello["velocity_scale"])
+
+
+@contextlib.asynccontextmanager
+async def playing(url: str, **options: Any) -> AsyncIterator[Player]:
+    """Join a room; `options` go to the connection."""
+    async with connect(url, compression=None, **options) as socket:
+        first = await socket.recv()
+        assert isinstance(first, str)
+        yield Player(socket, msgspec.json.decode(first), first)
+
+
+async def eventually(condition: Any) -> None:
+    """Wait until the condition holds; a test that hangs here has found its bug."""
+    while not condition():
+        await asyncio.sleep(0.01)

@@ -1,0 +1,70 @@
+"""Bodies over the limit: answered before they are read, whatever the client does meanwhile."""
+
+import http.client
+import json
+import socket
+from collections.abc import Iterator
+
+import httpx
+import pytest
+
+from tests.app.conftest import Running
+
+TEN_MEGABYTES = 10_000_000
+
+
+def dial(server: Running) -> socket.socket:
+    host, port = server.url.removeprefix("http://").split(":")
+    connection = socket.create_connection((host, int(port)))
+    connection.settimeout(60.0)
+    return connection
+
+
+def answer(connection: socket.socket) -> tuple[int, dict[str, object]]:
+    response = http.client.HTTPResponse(connection, method="POST")
+    response.begin()
+    return response.status, json.loads(response.read(int(response.headers["content-length"])))
+
+
+def test_an_announced_body_is_refused_before_any_of_it_is_sent(server: Running) -> None:
+    with dial(server) as connection:
+        connection.sendall(
+            b"POST /api/v1/drops HTTP/1.1\r\nHost: x\r\nContent-Length: 10000000\r\n\r\n"
+        )
+        status, problem = answer(connection)
+    assert status == 413
+    assert problem["code"] == "too-large"
+    assert "10000000" in str(problem["detail"])
+    assert "1048576" in str(problem["detail"])
+
+
+def test_an_unannounced_body_is_refused_once_over_the_limit(server: Running) -> None:
+    with dial(server) as connection:
+        connection.sendall(
+            b"POST /api/v1/drops HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n"
+        )
+        for _ in range(20):
+            connection.sendall(b"10000\r\n" + bytes(65536) + b"\r\n")
+        status, problem = answer(connection)  # the body goes on, unfinished
+    assert (status, problem["code"]) == (413, "too-large")
+
+
+@pytest.mark.parametrize("path", ["drops", "boards", "verify", "rooms", "rooms/main/drops"])
+def test_a_client_that_sends_it_all_still_sees_the_answer(http: httpx.Client, path: str) -> None:
+    response = http.post(f"/api/v1/{path}", content=b"x" * TEN_MEGABYTES)
+    assert response.status_code == 413
+    assert response.headers["content-type"] == "application/problem+json"
+    assert http.get("/healthz").json()["status"] == "ok"
+
+
+def test_so_does_one_that_sends_it_in_chunks(http: httpx.Client) -> None:
+    def chunks() -> Iterator[bytes]:
+        for _ in range(160):
+            yield bytes(65536)
+
+    assert http.post("/api/v1/drops", content=chunks()).status_code == 413
+
+
+def test_a_body_just_under_the_limit_is_read(http: httpx.Client) -> None:
+    body = b'{"board":"triangle-16","seed":42' + b" " * 1_000_000 + b"}"
+    assert http.post("/api/v1/drops", content=body).status_code == 200

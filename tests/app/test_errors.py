@@ -1,0 +1,45 @@
+"""The error tree: every class has its answer, and each answer its own code."""
+
+import engine.errors
+import pytest
+from app import errors, problems
+
+
+def tree(root: type[Exception]) -> set[type[Exception]]:
+    return {root}.union(*(tree(child) for child in root.__subclasses__()))
+
+
+def test_every_error_a_client_can_meet_has_its_own_answer() -> None:
+    known = tree(errors.AppError) | tree(engine.errors.EngineError)
+    assert set(errors.ANSWERS) == known - {errors.SettingError}
+
+
+def test_codes_are_told_apart() -> None:
+    shared = {errors.InvalidValueError, engine.errors.EngineError}  # both: a value is wrong
+    codes = [answer.code for kind, answer in errors.ANSWERS.items() if kind not in shared]
+    assert len(codes) == len(set(codes))
+
+
+def test_close_codes_are_ones_that_an_application_may_send() -> None:
+    for answer in errors.ANSWERS.values():
+        assert answer.close in {1007, 1008, 1009, 1011, 1013} or 4000 <= answer.close < 5000
+
+
+def test_a_stranger_is_a_500_whose_message_stays_inside() -> None:
+    problem = problems.problem_of(RuntimeError("secret"), "/x")
+    assert problem.status == 500
+    assert "secret" not in problem.detail
+
+
+@pytest.mark.parametrize(
+    ("error", "seconds"),
+    [
+        (errors.BusyError("x"), 1),
+        (errors.RateLimitError("x", retry_after=0.05), 1),
+        (errors.RateLimitError("x", retry_after=2.1), 3),
+        (errors.UnknownRoomError("x"), None),
+        (engine.errors.SeedError("x"), None),
+    ],
+)
+def test_waiting_is_suggested_where_it_helps(error: Exception, seconds: int | None) -> None:
+    assert errors.retry_after(error) == seconds

@@ -1,0 +1,53 @@
+"""Token buckets: what a rate allows, whenever it is asked."""
+
+import pytest
+from app.errors import RateLimitError
+from app.limits import KeyedBuckets, TokenBucket, spend
+from hypothesis import given
+from hypothesis import strategies as st
+
+
+@given(st.lists(st.floats(0.0, 2.0), max_size=200), st.floats(0.1, 100.0), st.integers(1, 50))
+def test_no_window_allows_more_than_burst_and_rate(
+    gaps: list[float], rate: float, burst: int
+) -> None:
+    bucket = TokenBucket(rate, burst, 0.0)
+    now, taken = 0.0, 0
+    for gap in gaps:
+        now += gap
+        taken += bucket.take(now)
+    assert taken <= burst + rate * now + 1e-6
+
+
+def test_a_bucket_refills_and_says_when() -> None:
+    bucket = TokenBucket(2.0, 3, 100.0)
+    assert [bucket.take(100.0) for _ in range(4)] == [True, True, True, False]
+    assert bucket.wait() == pytest.approx(0.5)
+    assert bucket.take(100.5)
+    assert not bucket.take(100.5)
+
+
+def test_a_clock_that_steps_back_gives_nothing_away() -> None:
+    bucket = TokenBucket(1.0, 1, 100.0)
+    assert bucket.take(100.0)
+    assert not bucket.take(50.0)
+
+
+def test_spending_too_fast_names_the_rate_and_when_to_come_back() -> None:
+    bucket = TokenBucket(4.0, 1, 0.0)
+    spend(bucket, 0.0, "drops")
+    with pytest.raises(RateLimitError, match="more than 4 drops a second") as caught:
+        spend(bucket, 0.0, "drops")
+    assert caught.value.retry_after == pytest.approx(0.25)
+
+
+def test_keys_do_not_share_and_the_longest_unseen_is_forgotten() -> None:
+    buckets = KeyedBuckets(1.0, 1, size=2)
+    buckets.take("a", 0.0, "drops")
+    buckets.take("b", 0.0, "drops")
+    with pytest.raises(RateLimitError):
+        buckets.take("a", 0.0, "drops")
+    buckets.take("c", 0.0, "drops")  # b is forgotten
+    with pytest.raises(RateLimitError):
+        buckets.take("a", 0.0, "drops")
+    buckets.take("b", 0.0, "drops")

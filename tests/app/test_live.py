@@ -1,0 +1,355 @@
+"""A live room over a real WebSocket: true drops, the same bytes to all, silence when all is still."""
+
+import asyncio
+import json
+import socket
+from typing import Any
+
+import httpx
+import pytest
+from engine import Board, drop
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from tests.app.conftest import Player, Running, eventually, playing, serving
+
+BOARD = Board.preset("triangle-8")
+
+
+async def new_room(server: Running, board: Any = "triangle-8") -> str:
+    async with httpx.AsyncClient(base_url=server.url) as http:
+        response = await http.post("/api/v1/rooms", json={"board": board})
+        room: str = response.json()["id"]
+        return room
+
+
+async def closing(player: Player) -> ConnectionClosed:
+    """Read on until the connection ends."""
+    while True:
+        try:
+            await player.step()
+        except ConnectionClosed as closed:
+            return closed
+
+
+async def test_seed_42_lands_live_as_it_does_everywhere_else(server: Running) -> None:
+    async with playing(server.socket("main")) as player:
+        await player.send(type="drop", seed="42", ref="mine")
+        accepted = await player.until("accepted", ref="mine")
+        landed = await player.until("landed", ball=accepted["ball"])
+    alone = drop(Board.preset("triangle-16"), 42)
+    assert landed["digest"] == alone.digest
+    assert (landed["bin"], landed["score"]) == (alone.bin, alone.score)
+    assert (landed["t"], landed["x_end"]) == (alone.duration, alone.x_end)
+    assert (accepted["x"], accepted["explicit_x"]) == (alone.x_start, False)
+    async with httpx.AsyncClient(base_url=server.url) as http:
+        rest = (await http.get("/api/v1/drops/triangle-16/42")).json()
+    assert rest["digest"] == landed["digest"]
+
+
+async def test_the_ball_is_shown_where_the_drop_says_it_is(server: Running) -> None:
+    async with playing(server.socket(await new_room(server))) as player:
+        await player.send(type="drop", seed=7)
+        start = (await player.until("accepted"))["tick"]
+        await player.until_empty()
+    alone = drop(BOARD, 7)
+    extent = player.hello["extent"]
+    step = max(extent["x_max"] - extent["x_min"], extent["y_max"] - extent["y_min"]) / 65535
+    frames = [player.decode(frame) for frame in player.binaries[:-1]]
+    assert len(frames) > 10
+    for frame in frames:
+        (ball,) = frame.balls
+        (state,) = alone.states([(frame.tick - start) / 60])
+        assert abs(ball["x"] - state["x"]) <= step
+        assert abs(ball["y"] - state["y"]) <= step
+
+
+async def test_an_explicit_start_and_a_drawn_seed_replay_too(server: Running) -> None:
+    async with playing(server.socket(await new_room(server))) as player:
+        await player.send(type="drop", x=0.1)
+        accepted = await player.until("accepted")
+        landed = await player.until("landed")
+    assert (accepted["x"], accepted["explicit_x"]) == (0.1, True)
+    assert landed["digest"] == drop(BOARD, accepted["seed"], x=0.1).digest
+
+
+async def test_everyone_in_the_room_gets_the_same_bytes(server: Running) -> None:
+    url = server.socket(await new_room(server))
+    async with playing(url) as one, playing(url) as two:
+        for seed in range(5):
+            await one.send(type="drop", seed=seed, ref=seed)
+        await asyncio.gather(one.until_empty(), two.until_empty())
+    frames = [{one.decode(frame).tick: frame for frame in each.binaries} for each in (one, two)]
+    shared = frames[0].keys() & frames[1].keys()
+    assert len(shared) > 10
+    assert all(frames[0][tick] == frames[1][tick] for tick in shared)
+    # Event frames differ in nothing but the sender's own note.
+    told = [[text for text in each.texts[1:] if '"accepted"' not in text] for each in (one, two)]
+    assert told[0] == told[1]
+    accepted = [[e for e in each.events if e["type"] == "accepted"] for each in (one, two)]
+    assert [event["ref"] for event in accepted[0]] == list(range(5))
+    assert [event["ref"] for event in accepted[1]] == [None] * 5
+    assert accepted[1] == [{**event, "ref": None} for event in accepted[0]]
+
+
+async def test_events_come_before_the_snapshot_that_counts_them(server: Running) -> None:
+    async with playing(server.socket(await new_room(server))) as player:
+        for seed in range(5):
+            await player.send(type="drop", seed=seed)
+        while True:
+            frame = await player.step()
+            if isinstance(frame, bytes):
+                snapshot = player.decode(frame)
+                assert snapshot.seq <= player.hello["seq"] + len(player.events)
+                if not len(snapshot.balls):
+                    break
+        assert snapshot.seq == player.hello["seq"] + len(player.events)
+    assert [event["type"] for event in player.events].count("landed") == 5
+
+
+async def test_when_nothing_moves_nothing_is_sent_no_tick_runs_and_nobody_wakes() -> None:
+    with serving() as server:
+        ticker = server.services.rooms.ticker
+        assert (ticker.ticks, ticker.wakeups, ticker.asleep) == (0, 0, True)
+        async with playing(server.socket("triangle-8")) as player:
+            await asyncio.sleep(0.2)
+            assert (ticker.ticks, ticker.wakeups) == (0, 0)
+            await player.send(type="drop", seed=1)
+            await player.until_empty()
+            await eventually(lambda: ticker.asleep)
+            counts = (ticker.ticks, ticker.wakeups)
+            assert counts[1] == 1
+            (client,) = server.services.hub.clients("triangle-8")
+            sent = client.sent
+            with pytest.raises(TimeoutError):
+                await asyncio.wait_for(player.step(), 0.3)
+            assert (ticker.ticks, ticker.wakeups, client.sent) == (*counts, sent)
+            await player.send(type="drop", seed=2)
+            await player.until("landed")
+            assert ticker.wakeups == 2
+
+
+async def test_a_room_without_clients_finishes_its_balls(server: Running) -> None:
+    room = await new_room(server)
+    async with httpx.AsyncClient(base_url=server.url) as http:
+        assert (await http.post(f"/api/v1/rooms/{room}/drops")).status_code == 202
+        found = server.services.rooms.find(room)
+        await eventually(lambda: not found.awake)
+        view = (await http.get(f"/api/v1/rooms/{room}")).json()
+    assert sum(view["stats"]["histogram"]) == 1
+    assert found.seq == 2, "the acceptance and the landing; contacts had no listener"
+
+
+async def test_a_client_that_comes_back_mid_flight_gets_the_full_state(server: Running) -> None:
+    url = server.socket(await new_room(server))
+    async with playing(url) as player:
+        await player.send(type="drop", seed="18446744073709551615")
+        accepted = await player.until("accepted")
+        while len(player.binaries) < 10:
+            await player.step()
+    async with playing(url) as again:
+        (ball,) = again.hello["balls"]
+        assert ball == {name: accepted[name] for name in ("ball", "seed", "x", "tick")}
+        assert again.hello["tick"] > player.hello["tick"]
+        assert again.hello["stats"]["drops"] == 1
+        landed = await again.until("landed", ball=ball["ball"])
+    alone = drop(BOARD, 2**64 - 1)
+    assert landed["digest"] == alone.digest
+    async with playing(url) as third:
+        assert third.hello["balls"] == []
+        histogram = [0] * 9
+        histogram[landed["bin"]] = 1
+        assert third.hello["stats"]["histogram"] == histogram
+        assert third.hello["seq"] >= 2
+
+
+async def test_hello_says_all_that_a_page_needs(server: Running) -> None:
+    async with playing(server.socket("triangle-12-high")) as player:
+        hello = player.hello
+    board = Board.preset("triangle-12-high")
+    assert Board.from_json(hello["board"]) == board
+    assert hello["board_digest"] == board.digest
+    assert (hello["type"], hello["protocol"], hello["room"]) == ("hello", 1, "triangle-12-high")
+    assert (hello["mode"], hello["solver"], hello["tick_rate"]) == ("independent", "exact", 60)
+    assert hello["slots"] == list(board.slots)
+    assert hello["limits"]["balls"] == 200
+    assert 0 < hello["velocity_scale"] < 1
+
+
+async def test_a_ping_comes_back_with_the_clocks(server: Running) -> None:
+    async with playing(server.socket()) as player:
+        await player.send(type="ping", t=12.5)
+        pong = await player.until("pong")
+    assert pong["t"] == 12.5
+    assert pong["server_time"] >= player.hello["server_time"]
+
+
+BAD = [
+    ("{", "malformed", "JSON"),
+    ("", "malformed", "JSON"),
+    ("[]", "malformed", "object"),
+    ("null", "malformed", "object"),
+    ('{"type":"drop","ref":' + "[" * 4000, "malformed", "deeply"),
+    (b"\x50\x01", "malformed", "binary"),
+    ('{"type":"fly"}', "unknown-message", "fly"),
+    ('{"type":"drop","sede":1}', "malformed", "sede"),
+    ('{"type":"drop","seed":-1}', "bad-seed", "-1"),
+    ('{"type":"drop","seed":18446744073709551616}', "bad-seed", "18446744073709551616"),
+    ('{"type":"drop","seed":"abc"}', "bad-seed", "abc"),
+    ('{"type":"drop","seed":1.5}', "bad-seed", "1.5"),
+    ('{"type":"drop","seed":true}', "bad-seed", "True"),
+    ('{"type":"drop","seed":{}}', "bad-seed", "{}"),
+    ('{"type":"drop","x":"left"}', "invalid-value", "left"),
+    ('{"type":"drop","x":NaN}', "malformed", "JSON"),
+    ('{"type":"drop","x":1e9}', "bad-parameter", "1000000000"),
+    ('{"type":"ping","t":null}', "malformed", "t"),
+]
+
+
+@pytest.mark.parametrize(("message", "code", "named"), BAD, ids=lambda value: repr(value)[:40])
+async def test_a_bad_message_is_answered_and_the_game_goes_on(
+    server: Running, message: str | bytes, code: str, named: str
+) -> None:
+    async with playing(server.socket("triangle-8")) as player:
+        await player.socket.send(message)
+        error = await player.until("error")
+        assert error["code"] == code
+        assert named in error["detail"]
+        await player.send(type="ping", t=1)
+        await player.until("pong")
+
+
+async def test_an_error_carries_its_senders_note(server: Running) -> None:
+    async with playing(server.socket("triangle-8")) as player:
+        await player.send(type="drop", seed="abc", ref={"n": 7})
+        assert (await player.until("error"))["ref"] == {"n": 7}
+
+
+async def test_a_flood_of_bad_messages_is_closed_with_the_reason(server: Running) -> None:
+    async with playing(server.socket("triangle-8")) as player:
+        for _ in range(60):
+            await player.socket.send("{")
+        closed = await closing(player)
+    assert closed.rcvd is not None
+    assert closed.rcvd.code == 1008
+    assert "too many bad messages" in closed.rcvd.reason
+    assert 10 < len(player.events) < 60
+
+
+async def test_a_message_over_the_limit_closes_with_1009(server: Running) -> None:
+    async with playing(server.socket("triangle-8")) as player:
+        await player.socket.send(json.dumps({"type": "drop", "ref": "x" * 5000}))
+        closed = await closing(player)
+    assert closed.rcvd is not None
+    assert closed.rcvd.code == 1009
+
+
+async def test_text_that_is_not_utf8_closes_with_1007(server: Running) -> None:
+    async with playing(server.socket("triangle-8")) as player:
+        await player.socket.send(b"\xff\xfe", text=True)
+        closed = await closing(player)
+    assert closed.rcvd is not None
+    assert closed.rcvd.code == 1007
+
+
+async def test_too_many_drops_a_second_are_refused_one_by_one() -> None:
+    with serving(drop_rate=2.0) as server:
+        async with playing(server.socket("triangle-8")) as player:
+            for seed in range(8):
+                await player.send(type="drop", seed=seed, ref=seed)
+            error = await player.until("error")
+    assert (error["code"], error["ref"]) == ("rate-limited", 4)
+    assert "2 drops a second" in error["detail"]
+
+
+async def test_a_full_room_refuses_balls_and_clients() -> None:
+    with serving(max_balls=2, max_clients=1) as server:
+        async with playing(server.socket("triangle-8")) as player:
+            for seed in range(3):
+                await player.send(type="drop", seed=seed, ref=seed)
+            error = await player.until("error")
+            assert (error["code"], error["ref"]) == ("too-many-balls", 2)
+            async with playing(server.socket("triangle-8")) as late:
+                assert (late.hello["type"], late.hello["code"]) == ("error", "room-full")
+                closed = await closing(late)
+            assert closed.rcvd is not None
+            assert closed.rcvd.code == 1013
+        async with playing(server.socket("triangle-8")) as next_one:
+            assert next_one.hello["type"] == "hello"
+
+
+async def test_an_unknown_room_says_so_and_closes_for_good(server: Running) -> None:
+    async with playing(server.socket("nope")) as player:
+        assert (player.hello["type"], player.hello["code"]) == ("error", "unknown-room")
+        assert "nope" in player.hello["detail"]
+        closed = await closing(player)
+    assert closed.rcvd is not None
+    assert closed.rcvd.code == 4004
+
+
+@pytest.mark.parametrize("origin", ["https://evil.example", "null"])
+async def test_another_sites_page_cannot_connect(server: Running, origin: str) -> None:
+    with pytest.raises(InvalidStatus) as refused:
+        async with connect(server.socket(), origin=origin):  # type: ignore[arg-type]
+            raise AssertionError("connected")
+    assert refused.value.response.status_code == 403
+    assert json.loads(refused.value.response.body)["code"] == "foreign-origin"
+
+
+async def test_this_sites_page_and_programs_can_connect(server: Running) -> None:
+    async with playing(server.socket(), origin=server.url) as player:
+        assert player.hello["type"] == "hello"
+
+
+def deaf_socket(server: Running) -> socket.socket:
+    """A connection whose kernel keeps as little as it may of what is not read."""
+    connection = socket.socket()
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    host, port = server.url.removeprefix("http://").split(":")
+    connection.connect((host, int(port)))
+    return connection
+
+
+async def test_a_stalled_client_delays_nobody_and_is_closed_with_the_reason() -> None:
+    """One client stops reading while 150 balls fall; the other sees every event of them."""
+    options = {"drop_rate": 1e4, "message_rate": 1e4, "send_buffer": 4096}
+    with serving(client_grace=0.3, client_linger=60.0, **options) as server:
+        url = server.socket("triangle-8")
+        deaf = {"sock": deaf_socket(server), "max_queue": 1, "ping_interval": None}
+        async with playing(url, **deaf) as stalled, playing(url) as player:
+            hub = server.services.hub
+            landed: set[int] = set()
+            seed = 0
+            while hub.count("triangle-8") == 2:
+                # Balls until the stalled client is given up; the room takes what it has room for.
+                for _ in range(40):
+                    await player.send(type="drop", seed=seed)
+                    seed += 1
+                await player.until("landed")
+            while len(landed) < sum(e["type"] == "accepted" for e in player.events):
+                landed = {e["ball"] for e in player.events if e["type"] == "landed"}
+                await player.step()
+            for event in player.events:
+                if event["type"] == "landed":
+                    assert event["digest"] == drop(BOARD, event["seed"]).digest
+            closed = await closing(stalled)
+        assert closed.rcvd is not None
+        assert closed.rcvd.code == 4008
+        assert closed.rcvd.reason
+
+
+async def test_a_stalled_client_that_never_reads_again_is_dropped() -> None:
+    options = {"drop_rate": 1e4, "message_rate": 1e4, "send_buffer": 4096}
+    with serving(client_grace=0.1, client_linger=0.1, **options) as server:
+        url = server.socket("triangle-8")
+        connection = deaf_socket(server)
+        deaf = {"sock": connection, "max_queue": 1, "ping_interval": None}
+        async with playing(url, **deaf) as stalled, playing(url) as player:
+            seed = 0
+            while server.services.hub.count("triangle-8") == 2:
+                for _ in range(40):
+                    await player.send(type="drop", seed=seed)
+                    seed += 1
+                await player.until("landed")
+            closed = await closing(stalled)
+        assert isinstance(closed, ConnectionClosed)
