@@ -1,0 +1,328 @@
+"""Rolling and sliding over a peg, a wall or a wall's end, as Taylor series in time of high order.
+
+The unknowns are the arc length s, the angle of the contact (through its cosine and sine), the
+speed u along the surface and the spin. Every event (the surface lets go, rolling starts to slip,
+slipping stops, another body, the wall's end, the bins' line) is a series too, whose first fall
+through zero is found with proof.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from engine.constants import KIND_PEG
+from tests.engine.oracle.flight import Point
+from tests.engine.oracle.laws import SPIN_TERM, normal_force, rolling_force
+from tests.engine.oracle.roots import OracleError, deflated, first_fall, horner
+from tests.engine.oracle.scene import Body, Circle, Face, Real, Scene
+
+_LONGEST_STEP = 0.25  # seconds
+_TRUST = 0.9  # of the step at which the last terms of the series reach rounding
+
+
+class End(Enum):
+    """Why a stretch of contact ends."""
+
+    STEP = "the series ends, the contact does not"
+    LEAVES = "the normal force reaches zero"
+    CHANGES = "rolling becomes sliding, or sliding rolling"
+    MEETS = "another body is hit"
+    PASSES = "the wall's face ends, or its end becomes a face"
+    LANDS = "the bins' line is crossed"
+    RESTS = "nothing moves and nothing will"
+
+
+@dataclass(frozen=True)
+class Riding:
+    """A ball on a surface: contact normal, speed along (-ny, nx); slip: 0 rolls, +-1 slides so."""
+
+    t: Real
+    x: Real
+    y: Real
+    theta: Real
+    nx: Real
+    ny: Real
+    u: Real
+    omega: Real
+    slip: int
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a stretch of contact ended, where, and its series for looking up states in between."""
+
+    end: End
+    state: Riding
+    stretch: "Stretch | None"
+    body: Body | None = None
+
+
+def curvature(surface: Body) -> Real:
+    """1/m: of the centre's path over the surface."""
+    return 1 / surface.reach if isinstance(surface, Circle) else surface.reach * 0
+
+
+def settle(scene: Scene, surface: Body, p: Point) -> Riding:
+    """The ball at `p` taken as riding on `surface`: no normal speed, rolling or sliding."""
+    nx, ny = surface.normal(p.x, p.y)
+    u = p.vy * nx - p.vx * ny
+    x, y = p.x, p.y
+    return with_slip(scene, surface, Riding(p.t, x, y, p.theta, nx, ny, u, p.omega, 0))
+
+
+def with_slip(scene: Scene, surface: Body, s: Riding) -> Riding:
+    """The same state with its slip decided: by the slip itself, or by Coulomb where it is zero."""
+    friction = surface.material.friction
+    slip = s.u - s.omega * scene.radius
+    if friction == 0:
+        sign = 0
+    elif abs(slip) >= scene.tiny:
+        sign = 1 if slip > 0 else -1
+    else:
+        hold = rolling_force(scene.g, scene.k, s.nx, s.u)
+        push = normal_force(scene.g, s.ny, s.u, curvature(surface))
+        sign = 0 if abs(hold) <= friction * push else (1 if hold < 0 else -1)
+        s = Riding(s.t, s.x, s.y, s.theta, s.nx, s.ny, s.u, s.u / scene.radius, 0)
+    return Riding(s.t, s.x, s.y, s.theta, s.nx, s.ny, s.u, s.omega, sign)
+
+
+def pressing(scene: Scene, surface: Body, s: Riding) -> bool:
+    """Whether the surface pushes the ball: N > 0."""
+    return bool(normal_force(scene.g, s.ny, s.u, curvature(surface)) > scene.tiny)
+
+
+def _at_rest(scene: Scene, s: Riding) -> bool:
+    tiny = scene.tiny
+    still = abs(s.u) < tiny and abs(scene.g * s.nx) < tiny
+    return bool(still and abs(s.u - s.omega * scene.radius) < tiny)
+
+
+class Stretch:
+    """One Taylor expansion of a contact, good for `span` seconds from its start."""
+
+    def __init__(self, scene: Scene, surface: Body, start: Riding) -> None:
+        self.scene, self.surface, self.start = scene, surface, start
+        self.slides = surface.material.friction > 0 and start.slip != 0
+        self.free = surface.material.friction == 0
+        self._expand(scene.ctx.dps + 5)
+        self.span = self._choose_span()
+        scale = [scene.ctx.one]
+        for _ in range(len(self.s)):
+            scale.append(scale[-1] * self.span)
+        for name in ("s", "u", "omega", "theta", "c", "d", "push", "hold"):
+            series = getattr(self, name)
+            setattr(self, name, [a * b for a, b in zip(series, scale, strict=False)])
+        self.x, self.y = self._path()
+
+    def _expand(self, order: int) -> None:
+        """Series of s, u, omega, theta, normal (c, d), N and the force that would hold the slip.
+
+        With kappa = 1/D: c' = -kappa u d, d' = kappa u c, N = -g d - kappa u^2,
+        u' = g c - k u + F, omega' = -2 F / R; F = -(g c - k u)/3 rolling, -+ mu N sliding.
+        """
+        scene, start = self.scene, self.start
+        dot = scene.ctx.fdot
+        g, k, size = scene.g, scene.k, scene.radius
+        kappa = curvature(self.surface)
+        u, c, d = [start.u], [start.nx], [start.ny]
+        omega, theta, s = [start.omega], [start.theta], [scene.ctx.zero]
+        push: list[Real] = []
+        hold: list[Real] = []
+        rub = start.slip * self.surface.material.friction
+        for j in range(order):
+            square = dot(u, u[::-1]) if kappa else 0
+            push.append(-g * d[j] - kappa * square)
+            drive = g * c[j] - k * u[j]
+            hold.append(-drive / (1 + SPIN_TERM))
+            force = 0 if self.free else -rub * push[j] if self.slides else hold[j]
+            s.append(u[j] / (j + 1))
+            theta.append(omega[j] / (j + 1))
+            if kappa:
+                turn_c, turn_d = -kappa * dot(u, d[::-1]), kappa * dot(u, c[::-1])
+            else:
+                turn_c = turn_d = scene.ctx.zero
+            u.append((drive + force) / (j + 1))
+            omega.append(-SPIN_TERM * force / size / (j + 1))
+            c.append(turn_c / (j + 1))
+            d.append(turn_d / (j + 1))
+        self.s, self.u, self.omega, self.theta = s, u, omega, theta
+        self.c, self.d, self.push, self.hold = c, d, push, hold
+
+    def _choose_span(self) -> Real:
+        """Seconds for which the last two terms of each series stay below rounding."""
+        ctx = self.scene.ctx
+        span = ctx.mpf(_LONGEST_STEP)
+        for series in (self.u, self.c, self.d, self.omega):
+            for j in (len(series) - 1, len(series) - 2):
+                if series[j] != 0:
+                    span = min(span, _TRUST * ctx.nthroot(ctx.eps / abs(series[j]), j))
+        return span
+
+    def _path(self) -> tuple[list[Real], list[Real]]:
+        """Series of the centre: middle + D n over a circle, start + s t over a face."""
+        body, start = self.surface, self.start
+        if isinstance(body, Circle):
+            x, y = [body.reach * a for a in self.c], [body.reach * a for a in self.d]
+            x[0], y[0] = x[0] + body.x, y[0] + body.y
+        else:
+            x, y = [-a * start.ny for a in self.s], [a * start.nx for a in self.s]
+            x[0], y[0] = x[0] + start.x, y[0] + start.y
+        return x, y
+
+    def at(self, share: Real) -> Riding:
+        """The state at `share` (0 to 1) of the span."""
+        now = [horner(series, share)[0] for series in self._state()]
+        x, y, theta, c, d, u, omega = now
+        size = (c * c + d * d) ** 0.5  # one to rounding; kept there from step to step
+        t = self.start.t + share * self.span
+        return Riding(t, x, y, theta, c / size, d / size, u, omega, self.start.slip)
+
+    def _state(self) -> tuple[list[Real], ...]:
+        return self.x, self.y, self.theta, self.c, self.d, self.u, self.omega
+
+    def point(self, share: Real) -> Point:
+        """The state at `share` of the span as a point of the path."""
+        s = self.at(share)
+        return Point(s.t, s.x, s.y, s.theta, -s.u * s.ny, s.u * s.nx, s.omega)
+
+    def first_event(self) -> tuple[Real, End, Body | None]:
+        """The first event within the span as (share, what, body); (1, STEP, None) when none."""
+        found: list[tuple[Real, End, Body | None]] = []
+        for end, body, series in self._events():
+            share = self._first(series)
+            if share is not None:
+                found.append((share, end, body))
+        if not found:
+            return self.scene.ctx.one, End.STEP, None
+        return min(found, key=lambda event: event[0])
+
+    def _first(self, series: list[Real]) -> Real | None:
+        """First fall of a series that starts at or above zero; at once if it sets out below."""
+        cleared = deflated(series, self.scene.tiny)
+        if not cleared:
+            return None
+        if cleared[0] < 0:
+            return self.scene.ctx.zero if len(cleared) < len(series) else None
+        return first_fall(cleared, self.scene.ctx.eps)
+
+    def _events(self) -> list[tuple[End, Body | None, list[Real]]]:
+        """Every event of this stretch, as a series that is positive until it happens."""
+        scene, body = self.scene, self.surface
+        size = len(self.push)
+        fall = [-a for a in self.y]
+        fall[0] += scene.bins_y
+        events: list[tuple[End, Body | None, list[Real]]] = [
+            (End.LEAVES, None, self.push),
+            (End.LANDS, None, fall),
+        ]
+        mu = body.material.friction
+        if self.slides:
+            sign = self.start.slip
+            slip = [sign * (a - b * scene.radius) for a, b in zip(self.u, self.omega, strict=True)]
+            events.append((End.CHANGES, None, slip))
+        elif not self.free:
+            for sign in (1, -1):
+                spare = [mu * self.push[j] + sign * self.hold[j] for j in range(size)]
+                events.append((End.CHANGES, None, spare))
+        events.extend((End.PASSES, end, series) for end, series in self._limits())
+        events.extend((End.MEETS, other, series) for other, series in self._others())
+        return events
+
+    def _limits(self) -> list[tuple[Body | None, list[Real]]]:
+        """How far the ball is from a face's ends, or a wall's end from becoming a face.
+
+        Walls may share an end: the ball may pass onto any of them, and the body says which.
+        """
+        body = self.surface
+        if isinstance(body, Face):
+            turn = self.start.nx * body.dy - self.start.ny * body.dx  # t.d: +1 or -1
+            begun = body.along(self.start.x, self.start.y)
+            along = [turn * a for a in self.s]
+            along[0] += begun
+            rest = [-a for a in along]
+            rest[0] += body.length
+            return [(None, along), (None, rest)]
+        limits: list[tuple[Body | None, list[Real]]] = []
+        for end in self.scene.circles:
+            if end.out is not None and body.out is not None and self._same_place(end, body):
+                ox, oy = end.out
+                limits.append((end, [a * ox + b * oy for a, b in zip(self.c, self.d, strict=True)]))
+        return limits
+
+    def _same_place(self, a: Circle, b: Circle) -> bool:
+        tiny = self.scene.tiny
+        return bool(abs(a.x - b.x) < tiny and abs(a.y - b.y) < tiny)
+
+    def _part_of_surface(self, other: Body) -> bool:
+        """Whether `other` only continues the surface: this wall, or one that shares its end."""
+        body = self.surface
+        if other.kind == body.kind and other.index == body.index:
+            return True
+        if KIND_PEG in (body.kind, other.kind):
+            return False
+        if isinstance(body, Face):
+            if isinstance(other, Face):
+                return False
+            off_line = body.gap(other.x, other.y) + body.reach
+            return bool(abs(off_line) < self.scene.tiny)
+        ends = [c for c in self.scene.circles if c.out is not None and c.index == other.index]
+        shares = any(self._same_place(end, body) for end in ends)
+        return shares and (isinstance(other, Face) or self._same_place(other, body))
+
+    def _others(self) -> list[tuple[Body, list[Real]]]:
+        """Distances to the other bodies that this stretch could reach."""
+        scene = self.scene
+        roam = float(sum(abs(a) for a in self.s)) + 1e-9
+        x, y = self.start.x, self.start.y
+        found: list[tuple[Body, list[Real]]] = []
+        for circle in scene.circles:
+            if float(circle.gap(x, y)) > roam or self._part_of_surface(circle):
+                continue
+            dx, dy = list(self.x), list(self.y)
+            dx[0], dy[0] = dx[0] - circle.x, dy[0] - circle.y
+            series = [a + b for a, b in zip(self._square(dx), self._square(dy), strict=True)]
+            series[0] -= circle.reach * circle.reach
+            found.append((circle, series))
+        for face in scene.faces:
+            if abs(float(face.gap(x, y))) > roam or self._part_of_surface(face):
+                continue
+            series = [a * face.nx + b * face.ny for a, b in zip(self.x, self.y, strict=True)]
+            series[0] = face.gap(x, y)
+            share = self._first(series)
+            if share is not None and self._on(face, share):
+                found.append((face, series))
+        return found
+
+    def _on(self, face: Face, share: Real) -> bool:
+        along = face.along(horner(self.x, share)[0], horner(self.y, share)[0])
+        return bool(0 <= along <= face.length)
+
+    def _square(self, series: list[Real]) -> list[Real]:
+        """The series squared, to the same order."""
+        dot = self.scene.ctx.fdot
+        return [dot(series[: j + 1], series[j::-1]) for j in range(len(series))]
+
+
+def ride(scene: Scene, surface: Body, start: Riding) -> Outcome:
+    """One stretch of contact from `start`: up to its first event, or a step of the series."""
+    if _at_rest(scene, start):
+        return Outcome(End.RESTS, start, None)
+    if not pressing(scene, surface, start):
+        raise OracleError("a contact without a normal force")
+    stretch = Stretch(scene, surface, start)
+    share, end, body = stretch.first_event()
+    state = stretch.at(share)
+    if end is End.CHANGES:
+        rolled = start.slip != 0
+        omega = state.u / scene.radius
+        state = Riding(
+            state.t, state.x, state.y, state.theta, state.nx, state.ny, state.u, omega, 0
+        )
+        state = with_slip(scene, surface, state) if rolled else _lets_go(scene, state)
+    return Outcome(end, state, stretch, body)
+
+
+def _lets_go(scene: Scene, s: Riding) -> Riding:
+    """Rolling that the friction cannot hold: slides against the force that would have held it."""
+    hold = rolling_force(scene.g, scene.k, s.nx, s.u)
+    sign = 1 if hold < 0 else -1
+    return Riding(s.t, s.x, s.y, s.theta, s.nx, s.ny, s.u, s.omega, sign)

@@ -1,0 +1,245 @@
+"""A whole drop by the book: flights, hits and contact phases, to as many digits as asked for."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Final
+
+from engine.board import Board
+from engine.constants import (
+    KIND_CONTACT_BEGIN,
+    KIND_CONTACT_CHANGE,
+    KIND_CONTACT_END,
+    KIND_LANDING,
+)
+from tests.engine.oracle.contact import End, Riding, Stretch, pressing, ride, settle, with_slip
+from tests.engine.oracle.flight import Flight, Point, first_hit
+from tests.engine.oracle.laws import impact
+from tests.engine.oracle.roots import OracleError
+from tests.engine.oracle.scene import Body, Circle, Face, Real, Scene
+
+CUT: Final = 1e-8  # m/s: below this a rebound is taken as the beginning of a contact
+NUDGE: Final = 1e-25  # m: how far the second run of an amplification starts from the first
+MAX_SECONDS: Final = 1000  # of simulated time: longer than any drop that ends
+
+
+@dataclass(frozen=True)
+class Event:
+    """The state right after something happened; `kind` and `index` as in engine.constants."""
+
+    t: Real
+    x: Real
+    y: Real
+    vx: Real
+    vy: Real
+    omega: Real
+    kind: int
+    index: int
+
+
+@dataclass
+class OracleDrop:
+    """What happened to one ball. Numbers are mpf; `bin` is None when it never lands.
+
+    `amplification`: metres that x_end moves per metre that the start moves, and `amplifications`
+    the same for the position at each event, from a second run started NUDGE metres away; empty
+    and NaN when not asked for, infinite once the two runs take different turns.
+    """
+
+    bin: int | None
+    duration: Real
+    x_end: Real
+    events: list[Event]
+    reason: str | None
+    amplification: float = math.nan
+    amplifications: list[float] = field(default_factory=list)
+    _pieces: list["Flight | Stretch"] = field(default_factory=list)
+
+    def state_at(self, t: float) -> Point:
+        """The whole state `t` seconds after the start, 0 <= t <= duration."""
+        if not 0 <= t <= self.duration:
+            raise ValueError(f"t = {t} is outside of the drop")
+        piece = [p for p in self._pieces if p.start.t <= t][-1]
+        if isinstance(piece, Flight):
+            return piece.at(t - piece.start.t)
+        return piece.point((t - piece.start.t) / piece.span)
+
+    def position_at(self, t: float) -> tuple[Real, Real]:
+        """Centre of the ball `t` seconds after the start, in metres."""
+        state = self.state_at(t)
+        return state.x, state.y
+
+
+class _Run:
+    """One ball from its start to its end."""
+
+    def __init__(self, scene: Scene, x_start: Real, max_events: int, cut: Real) -> None:
+        self.scene, self.cut, self.max_events = scene, cut, max_events
+        zero = scene.ctx.zero
+        self.now = Point(zero, x_start, scene.start_y, zero, zero, zero, zero)
+        self.events: list[Event] = []
+        self.pieces: list[Flight | Stretch] = []
+        self.end: str | None = None  # why the run is over
+        self.done_with: Face | None = None
+
+    def run(self) -> OracleDrop:
+        """Play the ball until it lands, rests, or has had too many events."""
+        while self.end is None:
+            self._fly_or_hit()
+            if len(self.events) >= self.max_events:
+                self.end = "too many events"
+        landed = self.end == "landed"
+        slot = self.scene.bin_of(self.now.x) if landed else None
+        reason = None if landed else self.end
+        return OracleDrop(slot, self.now.t, self.now.x, self.events, reason, _pieces=self.pieces)
+
+    def _record(self, kind: int, index: int) -> None:
+        p = self.now
+        self.events.append(Event(p.t, p.x, p.y, p.vx, p.vy, p.omega, kind, index))
+
+    def _fly_or_hit(self) -> None:
+        """From a state off contact: hit what is touched and approached, or fly to the next hit."""
+        touching = self.scene.touching(self.now.x, self.now.y)
+        for body in touching:
+            if self._speed_off(body) < -self.scene.tiny:
+                self._hit(body)
+                return
+        for body in touching:
+            if abs(self._speed_off(body)) < self.scene.tiny and self._stays(body):
+                self._ride(body)
+                return
+        flight = Flight(self.scene, self.now)
+        hit = first_hit(flight, touching, self.done_with, self.scene.ctx.mpf(MAX_SECONDS))
+        self.done_with = None
+        self.pieces.append(flight)
+        self.now = flight.at(hit.tau)
+        if hit.body is None:
+            self._land()
+        else:
+            self._hit(hit.body)
+
+    def _speed_off(self, body: Body) -> Real:
+        nx, ny = body.normal(self.now.x, self.now.y)
+        return self.now.vx * nx + self.now.vy * ny
+
+    def _stays(self, body: Body) -> bool:
+        """Whether the surface pushes the ball. A face left over its end is no surface any more."""
+        if body is self.done_with:
+            return False
+        return pressing(self.scene, body, settle(self.scene, body, self.now))
+
+    def _hit(self, body: Body) -> None:
+        p = self.now
+        nx, ny = body.normal(p.x, p.y)
+        vx, vy, omega = impact(p.vx, p.vy, p.omega, nx, ny, self.scene.radius, body.material)
+        self.now = Point(p.t, p.x, p.y, p.theta, vx, vy, omega)
+        self.done_with = None
+        self._record(body.kind, body.index)
+        if self._speed_off(body) >= self.cut or not self._stays(body):
+            return
+        others = [b for b in self.scene.touching(p.x, p.y) if b is not body]
+        blocking = [b for b in others if self._speed_off(b) < -self.scene.tiny]
+        if not blocking:
+            self._ride(body)
+        elif math.hypot(vx, vy) < self.cut and all(self._stays(b) for b in blocking):
+            self.end = "pinned between two bodies"
+
+    def _ride(self, surface: Body) -> None:
+        """A contact phase: from the moment the bounces end to the moment the ball is off."""
+        state = settle(self.scene, surface, self.now)
+        self._become(state)
+        self._record(KIND_CONTACT_BEGIN, surface.index)
+        while True:
+            outcome = ride(self.scene, surface, state)
+            state = outcome.state
+            if outcome.stretch is not None:
+                self.pieces.append(outcome.stretch)
+            self._become(state)
+            if outcome.end is End.RESTS or state.t > MAX_SECONDS:
+                self.end = "at rest"
+                return
+            if outcome.end is End.LANDS:
+                self._land()
+                return
+            if outcome.end is End.MEETS:  # the hit that follows is the record of it
+                return
+            if outcome.end is End.LEAVES:
+                self._record(KIND_CONTACT_END, surface.index)
+                return
+            if outcome.end is End.CHANGES:
+                self._record(KIND_CONTACT_CHANGE, surface.index)
+            if outcome.end is End.PASSES:
+                before = surface
+                surface, state = self._pass(surface, outcome.body, state)
+                if not pressing(self.scene, surface, state):
+                    self._record(KIND_CONTACT_END, surface.index)
+                    self.done_with = before if isinstance(before, Face) else None
+                    return
+            if len(self.events) >= self.max_events:
+                return
+
+    def _become(self, s: Riding) -> None:
+        self.now = Point(s.t, s.x, s.y, s.theta, -s.u * s.ny, s.u * s.nx, s.omega)
+
+    def _pass(self, surface: Body, end: Body | None, s: Riding) -> tuple[Body, Riding]:
+        """From a wall's face onto its end, or from an end onto a face of `end`'s wall.
+
+        The curvature, and with it N, jumps.
+        """
+        following: Body
+        if isinstance(surface, Face):
+            following = self.scene.end_of(surface, -s.u * s.ny, s.u * s.nx)
+        else:
+            following = self.scene.face_of(end if isinstance(end, Circle) else surface, s.nx, s.ny)
+        return following, with_slip(self.scene, following, s)
+
+    def _land(self) -> None:
+        slot = self.scene.bin_of(self.now.x)
+        self._record(KIND_LANDING, -1 if slot is None else slot)
+        self.end = "landed"
+
+
+def _same_turns(a: Event, b: Event) -> bool:
+    return a.kind == b.kind and (a.index == b.index or a.kind == KIND_LANDING)
+
+
+def _spread(a: OracleDrop, b: OracleDrop, nudge: Real) -> list[float]:
+    """How far apart two runs are at each event, per metre between their starts."""
+    spread: list[float] = []
+    for left, right in zip(a.events, b.events, strict=False):
+        if not _same_turns(left, right):
+            break
+        distance = ((left.x - right.x) ** 2 + (left.y - right.y) ** 2) ** 0.5
+        spread.append(float(distance / nudge))
+    return spread + [math.inf] * (len(a.events) - len(spread))
+
+
+def oracle_drop(
+    board: Board,
+    x_start: float,
+    dps: int = 50,
+    max_events: int = 4000,
+    cut: float = CUT,
+    *,
+    amplify: bool = True,
+) -> OracleDrop:
+    """The drop of one ball on `board` from rest at (x_start, board.drop.y), to `dps` digits.
+
+    `x_start` in metres and all of the board's floats are taken as the exact binary values they
+    are. `cut`: m/s, see CUT. `amplify`: also run a neighbour and measure how errors grow.
+    Raises OracleError rather than guess.
+    """
+    scene = Scene(board, dps)
+    real = scene.ctx.mpf
+    if cut <= 0 or real(cut) < scene.tiny:
+        raise OracleError(f"cut {cut} is not above the rounding of {dps} digits")
+    drop = _Run(scene, real(x_start), max_events, real(cut)).run()
+    if amplify:
+        nudge = real(NUDGE)
+        beside = _Run(scene, real(x_start) + nudge, max_events, real(cut)).run()
+        drop.amplifications = _spread(drop, beside, nudge)
+        same = len(drop.events) == len(beside.events) and bool(drop.amplifications)
+        drop.amplification = drop.amplifications[-1] if same else math.inf
+    return drop
+
+
+__all__ = ["CUT", "Circle", "Event", "OracleDrop", "oracle_drop"]

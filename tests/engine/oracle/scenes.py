@@ -1,0 +1,57 @@
+"""Boards on which one law at a time can be seen, and the boards of the accuracy claims."""
+
+from unittest import mock
+
+from engine import payouts, presets
+from engine.board import Board
+from engine.board_parts import BallSpec, Bins, DropZone, Peg, Wall
+from engine.materials import Material
+
+WIDE = Bins(2.0, (-50.0, 0.0, 50.0), (1.0, 1.0))
+
+
+def scene(
+    *,
+    pegs: tuple[Peg, ...] = (),
+    walls: tuple[Wall, ...] = (),
+    restitution: float = 0.0,
+    friction: float = 0.0,
+    drag: float = 0.0,
+    gravity: float = 9.81,
+    radius: float = 0.1,
+    bins: Bins = WIDE,
+    start_y: float = -1.0,
+) -> Board:
+    """A board of a few bodies; all surfaces are alike.
+
+    The checks of how parts stand to each other are left out: a scene may have no side walls, and
+    some are made to trap the ball, which no board for play may do.
+    """
+    material = Material(restitution, friction)
+    with mock.patch("engine.board_check.check"):
+        return Board(
+            name="scene",
+            gravity=gravity,
+            drag=drag,
+            ball=BallSpec(radius, 1.0, restitution, friction),
+            pegs=pegs,
+            peg_material=material,
+            walls=walls,
+            wall_material=material,
+            bins=bins,
+            drop=DropZone(0.0, start_y, 0.1),
+        )
+
+
+def triangle(rows: int, restitution: float, friction: float, drag: float) -> Board:
+    """The triangular board of `rows` rows with the physics given and the jitter of the presets."""
+    tuning = presets.Tuning(drag=drag, restitution=restitution, friction=friction, jitter=0.8)
+    table = payouts.multipliers(rows, "medium")
+    return presets.triangle(f"trial-{rows}", rows, table, tuning)
+
+
+def accuracy_boards() -> dict[str, Board]:
+    """The boards on which the exact solver is held to the oracle, by name."""
+    trials = {f"trial-{rows}": triangle(rows, 0.5, 0.2, 2.0) for rows in (8, 12, 16)}
+    named = {f"triangle-{rows}": Board.preset(f"triangle-{rows}") for rows in (8, 12, 16)}
+    return named | trials | {"plain-12": triangle(12, 0.6, 0.0, 0.0)}
