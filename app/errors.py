@@ -12,6 +12,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 ├── TooLargeError         a body or a message over its limit
 ├── LimitError            a limit was reached; `retry_after` seconds when waiting helps
 │   ├── RateLimitError
+│   │   └── MessageFloodError
 │   ├── BallLimitError
 │   ├── RoomFullError
 │   └── RoomLimitError
@@ -80,6 +81,10 @@ class RateLimitError(LimitError):
     """Too many drops or messages a second."""
 
 
+class MessageFloodError(RateLimitError):
+    """More messages a second than any player sends."""
+
+
 class BallLimitError(LimitError):
     """The room holds as many balls as it may."""
 
@@ -128,6 +133,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     TooLargeError: Answer(413, "too-large", "Too large", 1009),
     LimitError: Answer(429, "limit-reached", "Limit reached", 1013),
     RateLimitError: Answer(429, "rate-limited", "Too many requests"),
+    MessageFloodError: Answer(429, "too-many-messages", "Too many messages"),
     BallLimitError: Answer(429, "too-many-balls", "Too many balls in the room", 1013),
     RoomFullError: Answer(429, "room-full", "The room is full", 1013),
     RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),

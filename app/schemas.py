@@ -129,6 +129,9 @@ class DropRecord(msgspec.Struct, frozen=True):
     x: Annotated[float | None, Meta(description="Only when the start was explicit.")] = None
     dt: Annotated[float | None, Meta(description="Only with the stepped solver.")] = None
     substeps: Annotated[int | None, Meta(description="Only with the stepped solver.")] = None
+    correction: Annotated[
+        float | None, Meta(description="Positional correction, only with the stepped solver.")
+    ] = None
 
 
 class Frames(msgspec.Struct, frozen=True):

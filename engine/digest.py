@@ -55,6 +55,42 @@ def drop_digest(
     return sha.hexdigest()
 
 
+_OUTCOME = np.dtype([("bin", "<i4"), ("duration", "<f8"), ("impacts", "<i4"), ("x_end", "<f8")])
+
+
+class OutcomesDigest:
+    """Digest of a batch, fed in parts: how it is cut does not matter, the order does.
+
+    The drop's head up to the solver under the name "plinko drops", then a row per drop: int32 bin
+    (-1 if it did not land), float64 duration, int32 impacts, float64 end.
+    """
+
+    def __init__(self, board_digest: str, solver: Solver) -> None:
+        self._sha = hashlib.sha256(b"plinko drops")
+        self._sha.update(bytes.fromhex(board_digest))
+        self._sha.update(struct.pack("<I", PHYSICS_VERSION))
+        self._sha.update(solver.encoded())
+
+    def add(
+        self,
+        bins: npt.NDArray[np.int32],
+        durations: npt.NDArray[np.float64],
+        impact_counts: npt.NDArray[np.int32],
+        x_ends: npt.NDArray[np.float64],
+    ) -> None:
+        """Take the next drops in the order of their seeds; all arrays of shape (n,)."""
+        rows = np.zeros(len(bins), _OUTCOME)
+        rows["bin"] = bins
+        rows["duration"] = float_bits(durations)
+        rows["impacts"] = impact_counts
+        rows["x_end"] = float_bits(x_ends)
+        self._sha.update(rows.tobytes())
+
+    def hexdigest(self) -> str:
+        """Return the digest of all drops so far, 64 hex digits."""
+        return self._sha.hexdigest()
+
+
 def outcomes_digest(
     board_digest: str,
     solver: Solver,
@@ -63,20 +99,7 @@ def outcomes_digest(
     impact_counts: npt.NDArray[np.int32],
     x_ends: npt.NDArray[np.float64],
 ) -> str:
-    """Hex digest of a batch in the order of its seeds; all arrays of shape (n,).
-
-    The drop's head up to the solver under the name "plinko drops", then a row per drop: int32 bin
-    (-1 if it did not land), float64 duration, int32 impacts, float64 end.
-    """
-    row = np.dtype([("bin", "<i4"), ("duration", "<f8"), ("impacts", "<i4"), ("x_end", "<f8")])
-    rows = np.zeros(len(bins), row)
-    rows["bin"] = bins
-    rows["duration"] = float_bits(durations)
-    rows["impacts"] = impact_counts
-    rows["x_end"] = float_bits(x_ends)
-    sha = hashlib.sha256(b"plinko drops")
-    sha.update(bytes.fromhex(board_digest))
-    sha.update(struct.pack("<I", PHYSICS_VERSION))
-    sha.update(solver.encoded())
-    sha.update(rows.tobytes())
-    return sha.hexdigest()
+    """Hex digest of a whole batch in the order of its seeds; all arrays of shape (n,)."""
+    digest = OutcomesDigest(board_digest, solver)
+    digest.add(bins, durations, impact_counts, x_ends)
+    return digest.hexdigest()

@@ -1,7 +1,6 @@
 """What the subcommands share: the BOARD argument, the options of a drop, and how they are read."""
 
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -123,8 +122,3 @@ def print_fields(fields: dict[str, str]) -> None:
     width = max(map(len, fields))
     for name, value in fields.items():
         click.echo(f"{name:<{width}}  {value}")
-
-
-def stderr_is_terminal() -> bool:
-    """Whether somebody watches stderr: a progress bar in a log file helps nobody."""
-    return sys.stderr.isatty()

@@ -1,6 +1,7 @@
 """`plinko simulate`: many seeded drops and what came of them."""
 
 import math
+import sys
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
@@ -11,8 +12,11 @@ import click
 from app.cli import common
 
 if TYPE_CHECKING:
+    from click._termui_impl import ProgressBar
+
     from engine import Board, DropBatch
 
+CHUNK = 1 << 18  # drops held at once: some 10 MB, and enough work for every core
 BAR_WIDTH = 40  # characters of the longest bar of the printed histogram
 
 
@@ -42,87 +46,105 @@ def command(
     how = common.read_solver(solver, dt, substeps, correction)
     first = common.read_seed(seed)
     common.read_seed(str(first + drops - 1))
-    where = common.load_board(board)
-    many, seconds = _run(where, first, drops, how, threads)
-    summary = _summarise(many, seconds)
+    tally = _run(common.load_board(board), first, drops, how | {"threads": threads})
     if as_json:
-        common.print_json(summary)
+        common.print_json(tally.summary())
     else:
-        _print(many, first, summary)
+        _print(tally, first)
 
 
-def _run(
-    board: "Board", first: int, drops: int, how: common.Options, threads: int | None
-) -> tuple["DropBatch", float]:
-    import numpy as np
+class _Tally:
+    """What is kept of the drops: sums and a running digest, so that memory does not grow."""
 
+    def __init__(self, start: "DropBatch") -> None:
+        """Count nothing yet; `start` says which board and solver."""
+        import numpy as np
+
+        from engine.digest import OutcomesDigest
+
+        self.board = start.board
+        self.solver = start.solver
+        self.seconds = 0.0
+        self.drops = 0
+        self._histogram = np.zeros_like(start.histogram)
+        self._unsettled = 0
+        self._impacts = 0
+        self._durations: list[float] = []
+        self._digest = OutcomesDigest(start.board.digest, start.solver)
+
+    def add(self, batch: "DropBatch", seconds: float) -> None:
+        """Count the drops of the next seeds, which took `seconds`."""
+        self.seconds += seconds
+        self.drops += len(batch)
+        self._histogram += batch.histogram
+        self._unsettled += batch.unsettled
+        self._impacts += int(batch.impact_count.sum())
+        # fsum is exact: the mean has the same bits on every machine.
+        self._durations = [math.fsum((*self._durations, *batch.duration))]
+        self._digest.add(batch.bin, batch.duration, batch.impact_count, batch.x_end)
+
+    def summary(self) -> dict[str, Any]:
+        """The fields of `--json`. Means are over all drops, unsettled ones included."""
+        return {
+            "board_digest": self.board.digest,
+            "drops": self.drops,
+            "histogram": self._histogram.tolist(),
+            "unsettled": self._unsettled,
+            "mean_duration": self._durations[0] / self.drops,
+            "mean_impacts": self._impacts / self.drops,
+            "seconds": self.seconds,
+            "drops_per_second": self.drops / self.seconds,
+            "digest": self._digest.hexdigest(),
+        }
+
+
+def _run(board: "Board", first: int, drops: int, options: dict[str, Any]) -> _Tally:
     from engine import drop_many
 
-    seeds = np.arange(drops, dtype=np.uint64) + np.uint64(first)
-    options = how | {"threads": threads}
-    drop_many(board, seeds[:1], **options)  # compiles what is not compiled yet
-    with _progress(drops) as progress:
-        start = time.perf_counter()
-        many = drop_many(board, seeds, progress=progress, **options)
-        return many, time.perf_counter() - start
+    # The first drop compiles what is not compiled yet; it is not timed.
+    tally = _Tally(drop_many(board, range(first, first + 1), **options))
+    with _progress(drops) as bar:
+        while tally.drops < drops:
+            done = tally.drops
+            seeds = range(first + done, first + min(done + CHUNK, drops))
+            start = time.perf_counter()
+            batch = drop_many(board, seeds, progress=_after(done, bar), **options)
+            tally.add(batch, time.perf_counter() - start)
+    return tally
 
 
-def _progress(drops: int) -> AbstractContextManager[Callable[[int], None] | None]:
-    """A progress bar on a terminal, nothing elsewhere."""
-    if not common.stderr_is_terminal():
+def _after(done: int, bar: "ProgressBar[int] | None") -> Callable[[int], None] | None:
+    """A callback for a chunk that starts when `done` drops are done."""
+    if bar is None:
+        return None
+    return lambda more: bar.update(done + more - bar.pos)
+
+
+def _progress(drops: int) -> "AbstractContextManager[ProgressBar[int] | None]":
+    """A progress bar on stderr where somebody sees it, nothing elsewhere."""
+    if not sys.stderr.isatty():
         return nullcontext()
-    return _Bar(drops)
+    return click.progressbar(length=drops, label="drops", file=sys.stderr)
 
 
-class _Bar:
-    """A bar on stderr, told how many drops are done in all."""
-
-    def __init__(self, drops: int) -> None:
-        import sys
-
-        self._bar = click.progressbar(length=drops, label="drops", file=sys.stderr)
-
-    def __enter__(self) -> Callable[[int], None]:
-        self._bar.__enter__()
-        return lambda done: self._bar.update(done - self._bar.pos)
-
-    def __exit__(self, *exception: object) -> None:
-        self._bar.render_finish()
-
-
-def _summarise(many: "DropBatch", seconds: float) -> dict[str, Any]:
-    """The fields of `--json`. Means are over all drops, unsettled ones included."""
-    drops = len(many)
-    return {
-        "board_digest": many.board.digest,
-        "drops": drops,
-        "histogram": many.histogram.tolist(),
-        "unsettled": many.unsettled,
-        # fsum is exact, so the mean has the same bits on every machine.
-        "mean_duration": math.fsum(many.duration) / drops,
-        "mean_impacts": int(many.impact_count.sum()) / drops,
-        "seconds": seconds,
-        "drops_per_second": drops / seconds,
-        "digest": many.digest,
-    }
-
-
-def _print(many: "DropBatch", first: int, summary: dict[str, Any]) -> None:
-    drops, histogram = len(many), summary["histogram"]
-    pays = many.board.bins.multipliers
+def _print(tally: _Tally, first: int) -> None:
+    summary, pays = tally.summary(), tally.board.bins.multipliers
+    drops, histogram = tally.drops, summary["histogram"]
     longest = max(histogram) or 1
     click.echo("bin      pays       drops    share")
     for number, (count, pay) in enumerate(zip(histogram, pays, strict=True)):
         bar = "#" * round(BAR_WIDTH * count / longest)
         click.echo(f"{number:3} {pay:9g} {count:11} {count / drops:8.3%}  {bar}".rstrip())
+    # An unsettled drop gives its stake back.
+    paid = math.fsum(n * pay for n, pay in zip(histogram, pays, strict=True)) + summary["unsettled"]
     click.echo()
     common.print_fields(
         {
-            "board": many.board.name,
+            "board": tally.board.name,
             "seeds": f"{first} to {first + drops - 1}",
-            "solver": common.describe_solver(many.solver),
+            "solver": common.describe_solver(tally.solver),
             "unsettled": str(summary["unsettled"]),
-            "return": f"{math.fsum(many.scores) / drops:.3%}",
+            "return": f"{paid / drops:.3%}",
             "mean drop": f"{summary['mean_duration']:.4f} s, {summary['mean_impacts']:.2f} impacts",
             "speed": f"{summary['drops_per_second']:,.0f} drops/s, {summary['seconds']:.3f} s",
             "digest": summary["digest"],

@@ -111,7 +111,9 @@ def _webp(
         frame = board.copy()
         frame.paste(Image.fromarray(patch.pixels), (patch.x, patch.y))
         frames.append(frame)
-    options = {"quality": WEBP_QUALITY, "method": 2}
+    # No key frames: each is a whole picture, and twelve times the bytes in all.
+    never = {"kmin": 1 << 30, "kmax": (1 << 30) + 1}
+    options = {"quality": WEBP_QUALITY, "method": 2, **never}
     return _saved([*frames, last], _durations(times, 1), "WEBP", options)
 
 

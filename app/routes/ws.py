@@ -10,7 +10,9 @@ from app import protocol
 from app.errors import (
     AbuseError,
     AppError,
+    LimitError,
     MalformedError,
+    MessageFloodError,
     SlowClientError,
     answer,
 )
@@ -114,21 +116,26 @@ class Session:
                 return
             data = message.get("text")
             try:
-                await self._take(message.get("bytes") if data is None else data)
+                self._limit_messages()
+                await self._take(data)
             except (AppError, EngineError) as error:
                 self._answer(error, protocol.peek(data, "ref") if data else None)
 
-    async def _take(self, data: str | bytes | None) -> None:
-        """Carry out one message; raises what is wrong with it."""
+    def _limit_messages(self) -> None:
+        """Raise MessageFloodError when messages come too fast."""
         now = time.monotonic()
-        spend(self._messages, now, "messages")
+        if not self._messages.take(now):
+            raise MessageFloodError(f"more than {self._messages.rate:g} messages a second")
+
+    async def _take(self, data: str | None) -> None:
+        """Carry out one message; raises what is wrong with it."""
         if not isinstance(data, str):
             raise MalformedError("a binary frame is no message; send JSON in a text frame")
         message = protocol.decode_message(data)
         if isinstance(message, protocol.PingMessage):
             self.client.post(protocol.encode_event(self._pong(message)).decode())
             return
-        spend(self._drops, now, "drops")
+        spend(self._drops, time.monotonic(), "drops")
         seed = None if message.seed is None else parse_seed(message.seed)
         x = protocol.parse_x(message.x)
         await self.server.rooms.drop(self.room, seed, x, client=self.client.id, ref=message.ref)
@@ -137,6 +144,8 @@ class Session:
         return protocol.Pong(t=ping.t, tick=self.room.world.tick, server_time=time.monotonic())
 
     def _answer(self, error: AppError | EngineError, ref: object) -> None:
-        if not self._strikes.take(time.monotonic()):
+        # A full room, or a finger too fast, is no offence.
+        innocent = isinstance(error, LimitError) and not isinstance(error, MessageFloodError)
+        if not innocent and not self._strikes.take(time.monotonic()):
             raise AbuseError(f"too many bad messages; the last: {error}")
         self.client.post(protocol.encode_event(_event(error, ref)).decode())
