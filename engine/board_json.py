@@ -122,14 +122,14 @@ def _bins(form: Mapping[str, Any]) -> Bins:
     width = validation.size(form.get("width", DEFAULT_WIDTH), "width")
     height = validation.size(form.get("height", DEFAULT_HEIGHT), "height")
     limit = validation.MAX_BINS
-    edges = given.get("edges")
-    payouts = given.get("multipliers")
-    if edges is None:
-        given_payouts = () if payouts is None else payouts
-        count = max(1, len(validation.items(given_payouts, "bins.multipliers", limit)))
+    if "edges" in given:
+        edges = given["edges"]
+        count = len(validation.items(edges, "bins.edges", limit + 1)) - 1
+    else:
+        payouts = given.get("multipliers", (1.0,))
+        count = max(1, len(validation.items(payouts, "bins.multipliers", limit)))
         edges = tuple(width * (2 * i - count) / (2 * count) for i in range(count + 1))
-    if payouts is None:
-        payouts = (1.0,) * (len(validation.items(edges, "bins.edges", limit + 1)) - 1)
+    payouts = given.get("multipliers", (1.0,) * count)
     return Bins(given.get("y", height), edges, payouts)
 
 

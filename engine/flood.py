@@ -45,15 +45,17 @@ def _open_edges(xs: Floats, ys: Floats, segments: Floats) -> tuple[Bools, Bools]
     x1, y1, x2, y2 = segments.T
 
     which, row = _lines_crossed(ys, y1, y2)
-    at = x1[which] + (x2 - x1)[which] * ((ys[row] - y1[which]) / (y2 - y1)[which])
+    part = (ys[row] - y1[which]) / (y2 - y1)[which]
+    at = x1[which] + part * (x2 - x1)[which]
     column = np.searchsorted(xs, at, side="right") - 1
     inside = (column >= 0) & (column < len(xs) - 1)
     across[row[inside], column[inside]] = False
 
     which, column = _lines_crossed(xs, x1, x2)
-    slope = ((y2 - y1)[which]) / (x2 - x1)[which]
-    at = y1[which] + slope * (xs[column] - x1[which])
-    row = np.where(slope > 0.0, np.searchsorted(ys, at), np.searchsorted(ys, at, side="right")) - 1
+    part = (xs[column] - x1[which]) / (x2 - x1)[which]
+    at = y1[which] + part * (y2 - y1)[which]
+    falls = ((x2 > x1) == (y2 > y1))[which] & (y1 != y2)[which]  # moved right, it is higher up
+    row = np.where(falls, np.searchsorted(ys, at), np.searchsorted(ys, at, side="right")) - 1
     inside = (row >= 0) & (row < len(ys) - 1)
     down[row[inside], column[inside]] = False
     return across, down
