@@ -1,0 +1,101 @@
+"""`plinko bench`: run time against error, speed, stability, and the price of each feature."""
+
+import sys
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from app.cli import common
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from benchmarks.report import Section
+
+WHAT = ("accuracy", "throughput", "stability", "features")
+
+
+@click.command(name="bench", short_help="Measure speed, accuracy and stability.")
+@click.argument("what", type=click.Choice([*WHAT, "all"]))
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option("--quick", is_flag=True, help="Tiny sizes: shows that all works, measures little.")
+@click.option(
+    "--plots",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Draw the figures into this directory.",
+)
+@click.option(
+    "--rounds",
+    type=click.IntRange(min=1),
+    help="Repeats of each timed job.  [7; with --quick 1]",
+)
+@click.option("--node/--no-node", default=True, show_default=True, help="Engines for Node.js too.")
+def command(
+    what: str, as_json: bool, quick: bool, plots: Path | None, rounds: int | None, node: bool
+) -> None:
+    """Measure the engine, in turns with others where there are others.
+
+    Every table says how it was obtained; times are medians with their spread. The peers and the
+    oracle of `accuracy` and all plots need the `bench` extra.
+    """
+    from benchmarks import machine, suite
+    from benchmarks.settings import Settings
+
+    names = WHAT if what == "all" else (what,)
+    found = []
+    with _progress() as step:
+        settings = Settings(quick=quick, rounds=rounds or (1 if quick else 7), node=node, step=step)
+        about = machine.describe()
+        for name in names:
+            step(name)
+            found.append(suite.run(name, settings))
+    drawn = suite.draw(found, plots) if plots else []
+    if as_json:
+        common.print_json(_as_json(about, quick, found))
+    else:
+        _print(about, found, drawn)
+
+
+def _as_json(about: dict[str, str], quick: bool, found: "list[Section]") -> dict[str, Any]:
+    return {
+        "machine": about,
+        "quick": quick,
+        "sections": {section.name: section.to_dict() for section in found},
+    }
+
+
+def _print(about: dict[str, str], found: "list[Section]", drawn: list[Path]) -> None:
+    common.print_fields(about)
+    for section in found:
+        click.echo(f"\n{section.text()}")
+    for path in drawn:
+        click.echo(f"\ndrawn: {path}")
+
+
+def _progress() -> "AbstractContextManager[Callable[[str], None]]":
+    """What is being measured, in one line that renews itself; nothing where nobody watches."""
+    if not sys.stderr.isatty():
+        return nullcontext(lambda label: None)
+    return _Spinner()
+
+
+class _Spinner:
+    """A line on stderr with the label of the last piece of work and how many were done."""
+
+    def __init__(self) -> None:
+        self._done = 0
+
+    def __enter__(self) -> "Callable[[str], None]":
+        return self._show
+
+    def _show(self, label: str) -> None:
+        self._done += 1
+        dots = "·" * (self._done % 30)
+        sys.stderr.write(f"\r\x1b[K{label:<24} {self._done:4} {dots}")
+        sys.stderr.flush()
+
+    def __exit__(self, *exception: object) -> None:
+        sys.stderr.write("\r\x1b[K")
+        sys.stderr.flush()

@@ -1,0 +1,25 @@
+"""How thorough a run is, and whom it tells how far it has come."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+def _silent(label: str) -> None:
+    """Progress that nobody watches."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """quick: small sizes, to see that all works. rounds: repeats of each timed job, at least 1.
+
+    step(label) is called at each piece of work done.
+    """
+
+    quick: bool = False
+    rounds: int = 7
+    node: bool = True
+    step: Callable[[str], None] = _silent
+
+    def size(self, full: int, quick: int) -> int:
+        """The size of something in this run."""
+        return quick if self.quick else full

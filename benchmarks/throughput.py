@@ -1,0 +1,284 @@
+"""Drops per second, nanoseconds per impact beside what arithmetic allows, and start-up times."""
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from benchmarks import arithmetic, machine, operations, scenes
+from benchmarks.clock import Job, Sample, in_turns, timed
+from benchmarks.report import Section, Table, spread
+from benchmarks.settings import Settings
+from engine import Board, drop_many
+
+COLD_PROGRAM = """
+import time
+start = time.perf_counter()
+from engine import Board, drop, drop_many
+board = Board.preset("triangle-16")
+for solver in ("exact", "stepped"):
+    drop(board, 1, solver=solver).states([0.5])
+    drop_many(board, range(2), solver=solver)
+print(time.perf_counter() - start)
+"""
+
+
+def run(settings: Settings) -> Section:
+    """All of the speed benchmark."""
+    section = Section("throughput")
+    _boards(section, settings)
+    _sizes(section, settings)
+    _starts(section, settings)
+    return section
+
+
+def _many(board: Board, drops: int, threads: int, **solver: Any) -> Callable[[], object]:
+    return lambda: drop_many(board, range(drops), threads=threads, **solver)
+
+
+def _impacts(board: Board, drops: int, **solver: Any) -> float:
+    """Mean impacts of a drop; the first call also compiles and lays the board out."""
+    return float(drop_many(board, range(drops), **solver).impact_count.mean())
+
+
+def _boards(section: Section, settings: Settings) -> None:
+    """Drops per second on one core and on all, and the limit set by arithmetic."""
+    boards = {
+        "12 rows, no friction, no drag": scenes.triangle(12, scenes.PLAIN),
+        "triangle-16, everything": Board.preset("triangle-16"),
+    }
+    drops = settings.size(16_384, 512)
+    cores = machine.cores()
+    jobs: dict[str, Job] = dict(arithmetic.jobs(settings.size(arithmetic.SWEEPS, 500)))
+    impacts = {}
+    for name, board in boards.items():
+        impacts[name] = _impacts(board, drops)
+        jobs[f"{name}/one"] = timed(_many(board, drops, 1))
+        jobs[f"{name}/all"] = timed(_many(board, drops, cores))
+        jobs[f"{name}/stepped"] = timed(_many(board, drops // 8, 1, solver="stepped"))
+        _impacts(board, 1, solver="stepped")
+    times = in_turns(jobs, settings.rounds, lambda: settings.step("boards"))
+    section.tables.append(_speed_table(boards, times, impacts, drops, cores, settings.rounds))
+    counts = {
+        name: operations.count_apart(board.to_json(), settings.size(100, 2))
+        for name, board in boards.items()
+    }
+    settings.step("operations")
+    section.tables.append(_arithmetic_table(times))
+    section.tables.append(_limit_table(times, impacts, counts, drops))
+    section.data["boards"] = {
+        "drops": drops,
+        "impacts_per_drop": impacts,
+        "operations_per_impact": counts,
+        "seconds": {name: sample.to_dict() for name, sample in times.items()},
+    }
+
+
+def _speed_table(
+    boards: dict[str, Board],
+    times: dict[str, Sample],
+    impacts: dict[str, float],
+    drops: int,
+    cores: int,
+    rounds: int,
+) -> Table:
+    rows = []
+    for name in boards:
+        one = times[f"{name}/one"].map(lambda s: drops / s)
+        every = times[f"{name}/all"].map(lambda s: drops / s)
+        stepped = times[f"{name}/stepped"].map(lambda s: drops // 8 / s)
+        rows.append(
+            [
+                name,
+                f"{impacts[name]:.1f}",
+                spread(one, "{:,.0f}"),
+                spread(every, "{:,.0f}"),
+                f"{every.over(one).median:.2f}",
+                spread(stepped, "{:,.0f}"),
+            ]
+        )
+    return Table(
+        "Drops per second",
+        ["board", "impacts a drop", "exact, one core", f"exact, {cores} cores", "ratio", "stepped"],
+        rows,
+        [
+            f"Median (smallest to largest) of {rounds} round(s) of {drops:,} drops, contestants in "
+            "turns; the ratio is the median of the rounds' ratios. Stepped: dt = 1/60 s, 4 "
+            "substeps, one core."
+        ],
+    )
+
+
+def _arithmetic_table(times: dict[str, Sample]) -> Table:
+    return Table(
+        "Arithmetic of this machine, one core",
+        ["operation on float64", "ns each"],
+        [[meaning, spread(times[name], "{:.3f}")] for name, meaning in arithmetic.MEANING.items()],
+        [
+            "Measured in the same rounds. The engine may not fuse, since processors that cannot "
+            "would give other bits; independent operations fill all vector lanes."
+        ],
+    )
+
+
+def _limit_table(
+    times: dict[str, Sample],
+    impacts: dict[str, float],
+    counts: dict[str, dict[str, float]],
+    drops: int,
+) -> Table:
+    rows = []
+    for name, count in counts.items():
+        measured = _per_impact(times[f"{name}/one"], drops, impacts[name])
+        limit = least_time(count, times)
+        rows.append(
+            [
+                name,
+                *(f"{count[kind]:.1f}" for kind in operations.KINDS),
+                spread(measured, "{:,.0f}"),
+                f"{limit:.0f}",
+                f"{measured.median / limit:.1f}",
+            ]
+        )
+    return Table(
+        "Nanoseconds per impact, exact solver, one core",
+        ["board", *operations.LABELS, "ns", "limit", "times the limit"],
+        rows,
+        [
+            "Operations per impact, flights and searches included, counted by running the "
+            "solver's own code on numbers that count. Limit: the time these operations take when "
+            "all are independent and all vector lanes are full. A root search is a chain of "
+            "dependent steps with branches, so a single ball cannot reach the limit; several "
+            "balls in lockstep could come nearer."
+        ],
+    )
+
+
+def _per_impact(seconds: Sample, drops: int, impacts: float) -> Sample:
+    """Nanoseconds per impact from seconds for all drops."""
+    return seconds.map(lambda s: s * 1e9 / (drops * impacts))
+
+
+def least_time(count: dict[str, float], times: dict[str, Sample]) -> float:
+    """Nanoseconds that so many operations take at the machine's measured best."""
+    pairs = 0.5 * (count["add"] + count["multiply"])
+    return (
+        pairs * times["separate"].median
+        + count["divide"] * times["divide"].median
+        + count["root"] * times["root"].median
+    )
+
+
+def _sizes(section: Section, settings: Settings) -> None:
+    """How the cost grows with the path (rows) and with the board alone (pegs)."""
+    rows = (8, 16, 32) if settings.quick else (8, 16, 24, 32, 48, 64)
+    widths = (8, 32) if settings.quick else (8, 16, 32, 64, 128, 256, 625)
+    by_rows = {str(n): scenes.lattice(n, 33, scenes.FULL) for n in rows}
+    by_pegs = {}
+    for width in widths:
+        board = scenes.lattice(16, width, scenes.FULL)
+        by_pegs[f"{len(board.pegs):,}"] = board
+    section.data["rows"] = _growth(
+        section, settings, by_rows, "Cost against rows, 33 columns", "rows"
+    )
+    section.data["pegs"] = _growth(
+        section, settings, by_pegs, "Cost against pegs, 16 rows: the same path", "pegs"
+    )
+    section.plots["bench-growth.png"] = lambda path: _plot_growth(section.data, path)
+
+
+def _growth(
+    section: Section, settings: Settings, boards: dict[str, Board], title: str, what: str
+) -> dict[str, Any]:
+    drops = settings.size(8_192, 256)
+    impacts = {name: _impacts(board, drops) for name, board in boards.items()}
+    jobs = {name: timed(_many(board, drops, 1)) for name, board in boards.items()}
+    times = in_turns(jobs, settings.rounds, lambda: settings.step(what))
+    per_impact = {name: _per_impact(sample, drops, impacts[name]) for name, sample in times.items()}
+    first = per_impact[next(iter(boards))]
+    section.tables.append(
+        Table(
+            title,
+            [what, "impacts a drop", "drops/s", "ns an impact", f"to {next(iter(boards))}"],
+            [
+                [
+                    name,
+                    f"{impacts[name]:.1f}",
+                    spread(times[name].map(lambda s: drops / s), "{:,.0f}"),
+                    spread(per_impact[name], "{:,.0f}"),
+                    f"{per_impact[name].over(first).median:.2f}",
+                ]
+                for name in boards
+            ],
+            [f"One core, {drops:,} drops a round; last column: ratio of ns, median of the rounds."],
+        )
+    )
+    return {
+        "count": [int(name.replace(",", "")) for name in boards],
+        "drops_per_second": [drops / times[name].median for name in boards],
+        "ns_per_impact": [per_impact[name].to_dict() for name in boards],
+    }
+
+
+def _plot_growth(data: dict[str, Any], path: str) -> None:
+    from benchmarks import plots
+
+    plots.growth(data["rows"], data["pegs"], path)
+
+
+def _starts(section: Section, settings: Settings) -> None:
+    """Compiling everything into an empty cache, and starting with a full one."""
+    runs = settings.size(5, 1)
+    cold = [_cold_start() for _ in range(settings.size(3, 1))]
+    settings.step("cold start")
+    command = [sys.executable, "-m", "app.cli", "drop", "triangle-16", "--seed", "42", "--json"]
+    warm = in_turns(
+        {
+            "plinko drop": timed(lambda: _run(command)),
+            "python": timed(lambda: _run([sys.executable, "-c", "pass"])),
+        },
+        runs,
+        lambda: settings.step("warm start"),
+    )
+    section.tables.append(
+        Table(
+            "Start-up, seconds",
+            ["what", "s"],
+            [
+                [
+                    "import both solvers and compile all, empty cache",
+                    spread(Sample(tuple(cold))),
+                ],
+                ["`plinko drop triangle-16 --seed 42 --json`, warm", spread(warm["plinko drop"])],
+                ["an empty Python program", spread(warm["python"])],
+            ],
+            ["Whole processes, from start to exit, but for the first row: from the first import."],
+        )
+    )
+    section.data["starts"] = {
+        "cold": cold,
+        "cold_median": statistics.median(cold),
+        **{name: sample.to_dict() for name, sample in warm.items()},
+    }
+
+
+def _cold_start() -> float:
+    """Seconds from the first import to a drop of each kind, with nothing compiled before."""
+    with tempfile.TemporaryDirectory() as cache:
+        found = _run([sys.executable, "-c", COLD_PROGRAM], {"NUMBA_CACHE_DIR": cache})
+    return float(found)
+
+
+def _run(command: list[str], environment: dict[str, str] | None = None) -> str:
+    return subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=Path(__file__).parents[1],
+        env=os.environ | (environment or {}),
+    ).stdout
