@@ -40,6 +40,12 @@ Width = Annotated[int, Query(description="Width of the picture in pixels, 240 to
 Fps = Annotated[float, Query(gt=0, le=1000, description="Frames a second.")]
 
 
+class Picture(Response):
+    """A PNG."""
+
+    media_type = "image/png"
+
+
 @dataclass(frozen=True, slots=True)
 class _Ask:
     """Everything that decides a drop."""
@@ -87,6 +93,7 @@ async def post_drop(request: Request, server: Server) -> Response:
 @router.get(
     "/drops/{board}/{seed}.png",
     summary="Draw a drop",
+    response_class=Picture,
     responses=documented(
         None, 304, 404, 422, 503, description="The path over the board", media_type="image/png"
     ),
@@ -110,7 +117,7 @@ async def get_picture(
     if is_current(request, etag):
         return not_modified(etag)
     picture = await server.workers.run(functools.partial(_draw, done, width))
-    return Response(picture, headers=cache_headers(etag), media_type="image/png")
+    return Picture(picture, headers=cache_headers(etag))
 
 
 @router.get(

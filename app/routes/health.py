@@ -23,7 +23,14 @@ async def healthz(server: Server) -> Response:
     return reply(Health("ok", server.version, PHYSICS_VERSION, counts))
 
 
-@router.get("/readyz", summary="Is it ready", responses=documented(Readiness, 503))
+@router.get(
+    "/readyz",
+    summary="Is it ready",
+    responses={
+        **documented(Readiness, description="Ready"),
+        **documented(Readiness, status=503, description="Not ready; `checks` says why"),
+    },
+)
 async def readyz(server: Server) -> Response:
     """200 when the physics is compiled, the ticker runs and work is taken; else 503."""
     checks = {

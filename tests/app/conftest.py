@@ -10,11 +10,26 @@ from typing import Any
 import httpx
 import msgspec
 import pytest
+from websockets.asyncio.client import ClientConnection, connect
+
 from app.main import Server, create_app, listen, server_config
 from app.protocol import Extent, Snapshot, decode_snapshot
 from app.services import Services
 from app.settings import Settings
-from websockets.asyncio.client import ClientConnection, connect
+
+# A board whose balls land in two thirds of a second: live tests wait for real falls.
+TINY = {
+    "name": "tiny",
+    "width": 3.0,
+    "height": 2.0,
+    "pegs": [{"x": 0.0, "y": 1.0, "radius": 0.05}],
+    "walls": [
+        {"x1": -1.5, "y1": -1.0, "x2": -1.5, "y2": 2.0},
+        {"x1": 1.5, "y1": -1.0, "x2": 1.5, "y2": 2.0},
+    ],
+    "bins": {"y": 2.0, "edges": [-1.5, 0.0, 1.5], "multipliers": [1.0, 2.0]},
+    "drop": {"x": 0.0, "y": 0.0, "jitter": 0.5},
+}
 
 
 @dataclass(frozen=True)
@@ -23,6 +38,12 @@ class Running:
 
     url: str
     services: Services
+    uvicorn: Server
+
+    @property
+    def connections(self) -> int:
+        """Open connections, HTTP and WebSocket."""
+        return len(self.uvicorn.server_state.connections)
 
     def socket(self, room: str = "main") -> str:
         return f"ws{self.url.removeprefix('http')}/ws/rooms/{room}"
@@ -40,7 +61,7 @@ def serving(**settings: Any) -> Iterator[Running]:
     thread.start()
     try:
         server.listening.wait()
-        yield Running(f"http://127.0.0.1:{port}", app.state.services)
+        yield Running(f"http://127.0.0.1:{port}", app.state.services, server)
     finally:
         server.should_exit = True
         thread.join()
@@ -67,7 +88,6 @@ class Player:
         self.texts = [first]
         self.binaries: list[bytes] = []
         self.events: list[dict[str, Any]] = []
-        self.seqs_ok = True
         self._extent = msgspec.convert(hello["extent"], Extent) if "extent" in hello else None
 
     async def send(self, **message: Any) -> None:
@@ -84,6 +104,10 @@ class Player:
         events = value if isinstance(value, list) else [value]
         self.events += events
         return events
+
+    def kinds(self) -> list[str]:
+        """The types of all events so far."""
+        return [event["type"] for event in self.events]
 
     async def until(self, kind: str, **fields: Any) -> dict[str, Any]:
         """Read on until an event of this type with these fields comes."""

@@ -1,7 +1,8 @@
 """The error tree: every class has its answer, and each answer its own code."""
 
-import engine.errors
 import pytest
+
+import engine.errors
 from app import errors, problems
 
 

@@ -3,10 +3,11 @@
 import asyncio
 
 import pytest
-from app.errors import AppError, RoomFullError, SlowClientError
-from app.hub import Client, Frame, Hub, Mailbox
 from hypothesis import given
 from hypothesis import strategies as st
+
+from app.errors import AppError, RoomFullError, SlowClientError
+from app.hub import Client, Frame, Hub, Mailbox
 
 
 def test_a_newer_snapshot_takes_the_place_of_the_older() -> None:

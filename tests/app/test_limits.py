@@ -1,10 +1,11 @@
 """Token buckets: what a rate allows, whenever it is asked."""
 
 import pytest
-from app.errors import RateLimitError
-from app.limits import KeyedBuckets, TokenBucket, spend
 from hypothesis import given
 from hypothesis import strategies as st
+
+from app.errors import RateLimitError
+from app.limits import KeyedBuckets, TokenBucket, spend
 
 
 @given(st.lists(st.floats(0.0, 2.0), max_size=200), st.floats(0.1, 100.0), st.integers(1, 50))

@@ -4,9 +4,10 @@ import asyncio
 import random
 
 import pytest
-from app.loop import Schedule, Ticker
 from hypothesis import given
 from hypothesis import strategies as st
+
+from app.loop import Schedule, Ticker
 
 PERIOD = 1.0 / 60.0
 

@@ -6,25 +6,13 @@ from typing import Any
 import httpx
 import msgspec
 import pytest
+
 from app import schemas
 from app.protocol import Landed
 from engine import Board, drop, preset_names
-
-from tests.app.conftest import Running, serving
+from tests.app.conftest import TINY, Running, serving
 
 BOARD = Board.preset("triangle-16")
-TINY = {
-    "name": "tiny",
-    "width": 3.0,
-    "height": 2.0,
-    "pegs": [{"x": 0.0, "y": 1.0, "radius": 0.05}],
-    "walls": [
-        {"x1": -1.5, "y1": -1.0, "x2": -1.5, "y2": 2.0},
-        {"x1": 1.5, "y1": -1.0, "x2": 1.5, "y2": 2.0},
-    ],
-    "bins": {"y": 2.0, "edges": [-1.5, 0.0, 1.5], "multipliers": [1.0, 2.0]},
-    "drop": {"x": 0.0, "y": 0.0, "jitter": 0.5},
-}
 
 
 def problem(response: httpx.Response, status: int, code: str, *named: str) -> dict[str, Any]:
@@ -155,7 +143,7 @@ def test_post_and_get_give_the_same_record(http: httpx.Client) -> None:
 
 
 def test_every_setting_of_a_drop_counts(http: httpx.Client) -> None:
-    query = {"x": 0.1, "solver": "stepped", "dt": 0.01, "substeps": 2}
+    query: dict[str, str | float] = {"x": 0.1, "solver": "stepped", "dt": 0.01, "substeps": 2}
     got = http.get("/api/v1/drops/triangle-8/42", params=query).json()
     body = {"board": "triangle-8", "seed": "42", **query}
     assert http.post("/api/v1/drops", json=body).json() == got
@@ -189,7 +177,7 @@ def test_a_current_copy_is_not_sent_again(http: httpx.Client) -> None:
     assert http.get(path, headers={"if-none-match": '"other"'}).status_code == 200
 
 
-BAD_SEEDS = ["-1", str(2**64), "abc", "1.5", "1e3", "%20", "NaN", "٣"]  # noqa: RUF001 - a digit
+BAD_SEEDS = ["-1", str(2**64), "abc", "1.5", "1e3", "%20", "NaN", "٣"]
 
 
 @pytest.mark.parametrize("seed", BAD_SEEDS)
@@ -248,7 +236,7 @@ def test_a_bad_query_is_named(http: httpx.Client, query: str, field: str) -> Non
     assert response.status_code == 422
     assert response.headers["content-type"] == "application/problem+json"
     assert response.json()["field"] == field
-    assert query.split("=")[-1][:5].rstrip("0") in response.json()["detail"]
+    assert field in response.json()["detail"]
 
 
 @pytest.mark.parametrize(

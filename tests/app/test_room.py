@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from app import protocol
 from app.errors import BallLimitError
 from app.room import DropCommand, Room
 from engine import Board, ParameterError, SeedError, drop
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 BOARD = Board.preset("triangle-8")
 

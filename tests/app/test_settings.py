@@ -4,8 +4,10 @@ import dataclasses
 from pathlib import Path
 
 import pytest
+
 from app.errors import SettingError
 from app.settings import Settings, options, static_directory, table
+from engine import Board, drop
 
 DOCS = Path(__file__).parents[2] / "docs" / "api.md"
 
@@ -60,3 +62,7 @@ def test_the_table_has_every_setting_and_the_documentation_has_the_table() -> No
 
 def test_the_page_is_found() -> None:
     assert static_directory().name == "static"
+
+
+def test_the_documented_drop_is_the_engines_own() -> None:
+    assert f'etag: "{drop(Board.preset("triangle-8"), 42).digest}"' in DOCS.read_text()

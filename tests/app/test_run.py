@@ -1,0 +1,82 @@
+"""The server as a process: says where it is, listens on loopback, stops in order."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from app.errors import SettingError
+from app.main import create_app, listen
+from app.settings import Settings
+
+PROGRAM = "from app.main import run; from app.settings import Settings; run(Settings.load())"
+
+
+@contextlib.contextmanager
+def process(**environ: str) -> Iterator[tuple["subprocess.Popen[str]", str]]:
+    """A server process and the address that it printed."""
+    running = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM],
+        env={**os.environ, "PLINKO_PORT": "0", **environ},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert running.stdout is not None
+        line = running.stdout.readline()
+        if not line.startswith("Plinko is at http://"):
+            raise AssertionError(running.communicate())
+        yield running, line.removeprefix("Plinko is at ").strip().rstrip("/")
+    finally:
+        running.kill()
+        running.communicate()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_it_prints_its_address_and_stops_in_order(number: signal.Signals) -> None:
+    with process() as (running, url):
+        assert url.startswith("http://127.0.0.1:")
+        with urllib.request.urlopen(f"{url}/readyz") as response:
+            assert response.status == 200
+        with connect(f"ws{url.removeprefix('http')}/ws/rooms/main") as socket:
+            socket.recv()
+            socket.send('{"type":"drop","seed":1}')
+            socket.recv()
+            running.send_signal(number)
+            with contextlib.suppress(ConnectionClosed):
+                while True:
+                    socket.recv()  # what was still on its way
+            assert socket.close_code in (1001, 1012)
+        out, err = running.communicate()
+        assert (running.returncode, out, err) == (0, "", "")
+
+
+def test_a_taken_port_is_named() -> None:
+    first = listen(Settings(port=0))
+    try:
+        port = first.getsockname()[1]
+        with pytest.raises(
+            SettingError, match=rf"127\.0\.0\.1 port {port}: Address already in use"
+        ):
+            listen(Settings(port=port))
+    finally:
+        first.close()
+
+
+def test_an_unknown_host_is_named() -> None:
+    with pytest.raises(SettingError, match=r"no\.such\.host\.invalid"):
+        listen(Settings(host="no.such.host.invalid", port=0))
+
+
+@pytest.mark.parametrize("board", ["nope", "nope.json", "."])
+def test_a_main_board_that_is_none_is_named(board: str) -> None:
+    with pytest.raises(SettingError, match=rf"board '{board}'"):
+        create_app(Settings(board=board))
