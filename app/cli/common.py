@@ -93,13 +93,16 @@ def load_board(name: str) -> "Board":
 
     Raises UsageError when it is neither, BoardError when the file is no board that can be played.
     """
-    from engine import Board, preset_names
+    from engine import Board, BoardError, preset_names
 
     if name in preset_names():
         return Board.preset(name)
     path = Path(name)
     if path.is_file():
-        return Board.from_json(path)
+        try:
+            return Board.from_json(path)
+        except BoardError as error:
+            raise BoardError(f"{name}: {error}", field=error.field) from None
     raise click.UsageError(
         f"BOARD {name!r} is neither a preset (`plinko boards` lists them) nor a JSON file"
     )

@@ -1,0 +1,140 @@
+"""The command line as a process: exit codes, signals, pipes, terminals, and what it imports."""
+
+import contextlib
+import json
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Sequence
+
+import pytest
+
+MODULE = [sys.executable, "-m", "app.cli"]
+ENDLESS = ("simulate", "triangle-8", "--drops", str(10**12))
+
+
+def run(*arguments: str, stdin: bytes = b"") -> "subprocess.CompletedProcess[bytes]":
+    return subprocess.run([*MODULE, *arguments], input=stdin, capture_output=True, check=False)
+
+
+def start(arguments: Sequence[str], **streams: int) -> "subprocess.Popen[bytes]":
+    return subprocess.Popen([*MODULE, *arguments], **streams)  # type: ignore[call-overload,no-any-return]
+
+
+def read_terminal(terminal: int, until: bytes) -> bytes:
+    """What a process printed on a pseudo-terminal, up to and with `until`."""
+    seen = b""
+    while until not in seen:
+        seen += os.read(terminal, 1024)
+    return seen
+
+
+def test_an_error_is_exit_code_2_without_a_traceback() -> None:
+    done = run("drop", "nope", "--seed", "1")
+    assert (done.returncode, done.stdout) == (2, b"")
+    assert done.stderr.startswith(b"plinko: BOARD 'nope'")
+    assert done.stderr.count(b"\n") == 1
+
+
+def test_a_record_goes_from_drop_to_verify_through_a_pipe() -> None:
+    record = run("drop", "triangle-8", "--seed", "11", "--json").stdout
+    assert run("verify", "-", stdin=record).returncode == 0
+    other = json.dumps(json.loads(record) | {"duration": 1.0}).encode()
+    done = run("verify", "-", stdin=other)
+    assert done.returncode == 1
+    assert b"duration differs: the record says 1.0" in done.stdout
+
+
+def test_an_interrupt_is_exit_code_130_and_says_nothing() -> None:
+    """The progress bar on a terminal says when the drops have begun."""
+    terminal, stderr = pty.openpty()
+    process = start(ENDLESS, stdout=subprocess.PIPE, stderr=stderr)
+    os.close(stderr)
+    seen = read_terminal(terminal, b"[")
+    process.send_signal(signal.SIGINT)
+    with contextlib.suppress(OSError):  # how Linux says that the other end is closed
+        while more := os.read(terminal, 1024):
+            seen += more
+    out, _ = process.communicate()
+    os.close(terminal)
+    assert (process.returncode, out) == (130, b"")
+    assert b"Traceback" not in seen
+    assert b"Aborted" not in seen
+
+
+def test_progress_is_shown_on_a_terminal_and_nowhere_else() -> None:
+    few = ("simulate", "triangle-8", "--drops", "50", "--json")
+    assert run(*few).stderr == b""
+    terminal, stderr = pty.openpty()
+    process = start(few, stdout=subprocess.PIPE, stderr=stderr)
+    os.close(stderr)
+    seen = read_terminal(terminal, b"100%")
+    out, _ = process.communicate()
+    os.close(terminal)
+    assert b"drops" in seen
+    assert json.loads(out)["drops"] == 50
+
+
+def test_a_reader_that_goes_away_is_no_error() -> None:
+    process = start(("boards", "triangle-16"), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.stderr is not None
+    said = process.stderr.read()
+    process.stderr.close()
+    assert process.wait() == 141
+    assert said == b""
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full on this system")
+def test_a_full_disk_is_one_line() -> None:
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run([*MODULE, "boards"], stdout=full, stderr=subprocess.PIPE, check=False)
+    assert done.returncode == 2
+    assert re.fullmatch(rb"plinko: No space left on device\n", done.stderr)
+
+
+def test_serve_prints_its_address_and_stops_in_order() -> None:
+    process = start(("serve", "--port", "0"), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    try:
+        assert process.stdout is not None
+        line = process.stdout.readline().decode()
+        found = re.search(r"http://127\.0\.0\.1:\d+", line)
+        assert found, line
+        with urllib.request.urlopen(f"{found[0]}/healthz") as reply:
+            assert reply.status == 200
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate()
+    finally:
+        process.kill()
+        process.communicate()
+    assert (process.returncode, err) == (0, b"")
+
+
+def test_a_taken_port_is_one_line() -> None:
+    process = start(("serve", "--port", "0"), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    try:
+        assert process.stdout is not None
+        port = process.stdout.readline().decode().strip().rstrip("/").rsplit(":", 1)[1]
+        done = run("serve", "--port", port)
+    finally:
+        process.kill()
+        process.communicate()
+    assert done.returncode == 2
+    assert done.stderr.startswith(b"plinko: ")
+    assert port.encode() in done.stderr
+    assert done.stderr.count(b"\n") == 1
+
+
+def test_a_drop_imports_neither_server_nor_pictures() -> None:
+    program = (
+        "import sys; from app.cli import main; main(['drop', 'triangle-8', '--seed', '1']);"
+        "heavy = ('fastapi', 'uvicorn', 'pydantic', 'PIL', 'asyncio');"
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    assert done.stdout.splitlines()[-1] == b"[]"
