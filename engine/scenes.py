@@ -7,6 +7,7 @@ clearest. Every seed of its board is a drop of the same kind.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from typing import Final
 
 from engine import payouts, presets
@@ -162,7 +163,7 @@ def _zigzag() -> Scene:
 @_scene
 def _polyline() -> Scene:
     points = ((-1.6, 0.5), (-0.8, 1.0), (0.0, 1.2), (0.6, 1.9))
-    walls = tuple(Wall(*a, *b) for a, b in zip(points, points[1:], strict=False))
+    walls = tuple(Wall(*a, *b) for a, b in pairwise(points))
     board = _chute("polyline", walls=walls, restitution=0.2, x=-1.4)
     return Scene("polyline", "a ball rolls over the joints of a bent wall", board)
 

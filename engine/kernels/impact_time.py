@@ -260,7 +260,9 @@ def line_hit(h: float, hd: float, hdd: float, k: float, horizon: float, best: fl
 
     h is the distance left to a line, hd and hdd its first two derivatives at s = 0. h'' keeps its
     sign during a flight, so h turns negative at most once. With h <= 0 at the start: 0 if the ball
-    goes on inwards, else the entry that follows its exit. NO_HIT if there is none.
+    goes on inwards, else the entry that follows its exit. A ball that touches the line, a rounding
+    error inside of it, may turn back before it is out: then the touch at 0 is divided out. NO_HIT
+    if there is none.
     """
     if h > 0.0:
         return _line_search(h, hd, hdd, k, horizon, best)
@@ -270,7 +272,7 @@ def line_hit(h: float, hd: float, hdd: float, k: float, horizon: float, best: fl
         return NO_HIT
     exit_time = _line_exit(h, hd, hdd, k, min(horizon, best))
     if exit_time == NO_HIT:
-        return NO_HIT
+        return line_hit_again(hd, hdd, k, horizon, best)
     decay, phi, _ = basis(k, exit_time)
     rest = min(horizon, best) - exit_time
     entry = line_hit_again(hd + hdd * phi, hdd * decay, k, rest, rest)

@@ -1,12 +1,24 @@
 """The one decorator of every kernel, so that all of them are compiled under the same rules."""
 
+import hashlib
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar, cast
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar, cast
 
 from numba import njit
 
 P = ParamSpec("P")
 T = TypeVar("T")
+
+
+def _stamp() -> str:
+    """Hash of all sources that machine code is made of: kernels, solvers and the constants."""
+    engine = Path(__file__).parent.parent
+    sources = [*engine.glob("kernels/*.py"), *engine.glob("solvers/*.py"), engine / "constants.py"]
+    return hashlib.sha256(b"\0".join(path.read_bytes() for path in sorted(sources))).hexdigest()
+
+
+_STAMP = _stamp()
 
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
@@ -15,6 +27,12 @@ def kernel(function: Callable[P, T]) -> Callable[P, T]:
     No fastmath (it reorders sums and contracts a*b+c, which differs between processors), the GIL
     released (batches use threads), machine code cached on disk beside the source, and IEEE
     division. With NUMBA_DISABLE_JIT=1 the function itself is returned: the same bits, slower.
+
+    Numba takes cached code for fresh if the function's own file is unchanged, yet a kernel contains
+    the code of those it calls, from other files. Here a change to any of the files makes all stale:
+    else a new version could go on with parts of the old one's physics.
     """
-    compile_it = njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
-    return cast("Callable[P, T]", compile_it(function))
+    compiled: Any = njit(cache=True, nogil=True, fastmath=False, error_model="numpy")(function)
+    if compiled is not function:  # else the JIT is off
+        compiled._cache._cache_file._source_stamp = _STAMP
+    return cast("Callable[P, T]", compiled)
