@@ -172,7 +172,7 @@ export class LiveTable {
   #refused(event) {
     this.#mine.delete(event.ref);
     this.listener.onError(event.detail);
-    this.#rest();
+    if (this.table) this.#rest();
   }
 
   #snapshot(bytes) {

@@ -5,6 +5,7 @@ const MAGIC = 0x50;
 const VERSION = 1;
 const HEADER_BYTES = 12;
 const BALL_BYTES = 12;
+const GRID = 65535; // steps of a coordinate across the extent
 const BOUNCED = 1;
 
 /** Bytes or text that do not follow the protocol. The message names the bad value. */
@@ -21,7 +22,7 @@ export class ProtocolError extends Error {}
  * One tick of a room, as columns: ball i is ids[i], x[i], …
  * @typedef {object} Snapshot
  * @property {number} tick
- * @property {number} eventCount events the room had sent when this was encoded
+ * @property {number} seq events the room had sent when this was encoded
  * @property {number} count balls
  * @property {Uint16Array} ids ball id mod 65536
  * @property {Float64Array} x metres
@@ -42,7 +43,7 @@ export function decodeSnapshot(buffer, { extent, velocityScale }) {
   const count = checkHeader(view);
   const snapshot = {
     tick: view.getUint32(4, true),
-    eventCount: view.getUint32(8, true),
+    seq: view.getUint32(8, true),
     count,
     ids: new Uint16Array(count),
     x: new Float64Array(count),
@@ -52,13 +53,14 @@ export function decodeSnapshot(buffer, { extent, velocityScale }) {
     vy: new Float64Array(count),
     bounced: new Uint8Array(count),
   };
-  const xStep = (extent.x_max - extent.x_min) / 65535;
-  const yStep = (extent.y_max - extent.y_min) / 65535;
+  // The order of operations is the reference decoder's: golden values are equal to the last bit.
+  const across = extent.x_max - extent.x_min;
+  const down = extent.y_max - extent.y_min;
   for (let i = 0, at = HEADER_BYTES; i < count; i += 1, at += BALL_BYTES) {
     snapshot.ids[i] = view.getUint16(at, true);
-    snapshot.x[i] = extent.x_min + view.getUint16(at + 2, true) * xStep;
-    snapshot.y[i] = extent.y_min + view.getUint16(at + 4, true) * yStep;
-    snapshot.angle[i] = (view.getUint8(at + 6) / 256) * 2 * Math.PI;
+    snapshot.x[i] = (view.getUint16(at + 2, true) / GRID) * across + extent.x_min;
+    snapshot.y[i] = (view.getUint16(at + 4, true) / GRID) * down + extent.y_min;
+    snapshot.angle[i] = view.getUint8(at + 6) * ((2 * Math.PI) / 256);
     snapshot.bounced[i] = view.getUint8(at + 7) & BOUNCED;
     snapshot.vx[i] = view.getInt16(at + 8, true) * velocityScale;
     snapshot.vy[i] = view.getInt16(at + 10, true) * velocityScale;

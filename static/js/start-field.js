@@ -46,7 +46,8 @@ export class StartField {
   }
 
   get #choice() {
-    return this.chips.querySelector("input:checked").value;
+    // Before the first board has come there is nothing to choose from.
+    return this.chips.querySelector("input:checked")?.value ?? SEED;
   }
 
   #show() {

@@ -1,0 +1,134 @@
+"""A server as its own process, a real Chromium, and pages whose every complaint fails the test."""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+
+from tests.browser.screen import Screen
+
+ROOT = Path(__file__).parents[2]
+ARTIFACTS = ROOT / "artifacts"
+FLAGS = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    here = Path(__file__).parent
+    for item in items:
+        if here in item.path.parents:
+            item.add_marker(pytest.mark.browser)
+
+
+@dataclass
+class ServerProcess:
+    """`plinko serve` as a process of its own, which can be killed and started again."""
+
+    port: int = 0
+    url: str = ""
+    process: "subprocess.Popen[str] | None" = None
+
+    def start(self) -> None:
+        command = [sys.executable, "-m", "app.cli", "serve", "--port", str(self.port)]
+        command += ["--drop-rate", "1000", "--message-rate", "1000"]
+        self.process = subprocess.Popen(
+            command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env={**os.environ}
+        )
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        found = re.search(r"http://\S+", line)
+        assert found, f"the server said {line!r} and no address"
+        self.url = found.group().rstrip("/")
+        self.port = int(self.url.rsplit(":", 1)[1])
+
+    def kill(self, how: signal.Signals = signal.SIGTERM) -> None:
+        if self.process is None:
+            return
+        self.process.send_signal(how)
+        self.process.communicate(timeout=30)
+        self.process = None
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[ServerProcess]:
+    running = ServerProcess()
+    running.start()
+    yield running
+    running.kill()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    # A module at a time: while Playwright's loop lives, no asynchronous test could run.
+    program = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chrome")
+    with sync_playwright() as playwright:
+        running = playwright.chromium.launch(executable_path=program, args=FLAGS)
+        yield running
+        running.close()
+
+
+@dataclass
+class Complaints:
+    """What pages wrote to the console as errors, or threw."""
+
+    seen: list[str] = field(default_factory=list)
+
+    def watch(self, page: Page) -> None:
+        page.on("console", lambda message: self._console(message.type, message.text))
+        page.on("pageerror", lambda error: self.seen.append(f"page error: {error}"))
+
+    def allow(self, pattern: str) -> None:
+        """Forget what a test provokes on purpose."""
+        self.seen = [text for text in self.seen if not re.search(pattern, text)]
+
+    def _console(self, kind: str, text: str) -> None:
+        if kind == "error":
+            self.seen.append(f"console error: {text}")
+
+
+@pytest.fixture
+def complaints() -> Iterator[Complaints]:
+    collected = Complaints()
+    yield collected
+    assert not collected.seen
+
+
+Open = Callable[..., Screen]
+
+
+@pytest.fixture
+def opened(browser: Browser, server: ServerProcess, complaints: Complaints) -> Iterator[Open]:
+    """Opens the page at a path, in a fresh profile, with options of `Browser.new_context`."""
+    contexts: list[BrowserContext] = []
+
+    def open_page(path: str = "/", *, before: str | None = None, **options: Any) -> Screen:
+        context = browser.new_context(**options)
+        contexts.append(context)
+        page = context.new_page()
+        complaints.watch(page)
+        if before is not None:
+            page.add_init_script(before)
+        screen = Screen(page, server.url, ARTIFACTS)
+        page.goto(f"{server.url}{path}")
+        return screen
+
+    yield open_page
+    for context in contexts:
+        context.close()

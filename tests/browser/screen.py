@@ -1,0 +1,105 @@
+"""The page as a person meets it: what can be seen on it, waited for and done with it."""
+
+import json
+import re
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Locator, Page, WebSocket, expect
+
+expect.set_options(timeout=30_000)
+
+# Where a ball of ours is on the moving canvas, once a frame until the last one has landed: the
+# middle of the pixels in the ball's own red, in CSS pixels. Trails are too faint to count.
+_TRACK = """
+async () => {
+  const canvas = document.querySelector("#board-moving");
+  const ctx = canvas.getContext("2d");
+  const density = canvas.width / canvas.clientWidth;
+  const places = [];
+  const landings = Number(document.querySelector("#staked").textContent);
+  while (Number(document.querySelector("#staked").textContent) === landings) {
+    await new Promise(requestAnimationFrame);
+    const { data } = ctx.getImageData(0, 0, canvas.width, canvas.height);
+    let count = 0, x = 0, y = 0;
+    for (let i = 0; i < data.length; i += 4) {
+      if (data[i + 3] < 250 || data[i] < 150 || data[i] < 2.2 * data[i + 2]) continue;
+      if (data[i] < 2 * data[i + 1]) continue;
+      const pixel = i / 4;
+      x += pixel % canvas.width;
+      y += Math.floor(pixel / canvas.width);
+      count += 1;
+    }
+    if (count > 8) places.push([x / count / density, y / count / density]);
+  }
+  return places;
+}
+"""
+
+# The way from metres to the canvas, by the page's own rule.
+_TO_PIXELS = """
+async ([board, points]) => {
+  const { layOut } = await import("/js/geometry.js");
+  const { px, py, scale } = layOut(board, document.querySelector("#board").clientWidth);
+  return { points: points.map(([x, y]) => [px(x), py(y)]), scale };
+}
+"""
+
+
+class Screen:
+    """One open page."""
+
+    def __init__(self, page: Page, url: str, artifacts: Path) -> None:
+        self.page = page
+        self.url = url
+        self.root = page.locator("html")
+        self.result = page.locator("#result")
+        self.seed = page.get_by_label("Seed", exact=True)
+        self.drop = page.get_by_role("button", name="Drop", exact=True)
+        self.rows = page.locator("#drops > li")
+        self.sent: list[str | bytes] = []  # what the page sent over its sockets
+        self._artifacts = artifacts
+        page.on("websocket", self._listen)
+
+    def ready(self) -> "Screen":
+        """Wait until the table is there and nothing moves."""
+        return self.state("asleep")
+
+    def state(self, *names: str) -> "Screen":
+        """Wait for one of these connection states."""
+        expect(self.root).to_have_attribute("data-state", re.compile(f"^({'|'.join(names)})$"))
+        return self
+
+    def landed(self, bin_: int) -> None:
+        """Wait until the page says that a drop has landed there."""
+        expect(self.root).to_have_attribute("data-last-bin", str(bin_))
+
+    def _listen(self, socket: WebSocket) -> None:
+        socket.on("framesent", self._keep)
+
+    def _keep(self, frame: str | bytes) -> None:
+        self.sent.append(frame)
+
+    def fact(self, name: str) -> Locator:
+        """One of a replay's facts."""
+        return self.page.locator(f"[data-fact={name}]")
+
+    def api(self, path: str) -> Any:
+        """What REST says; independent of the page."""
+        with urllib.request.urlopen(f"{self.url}/api/v1/{path}") as reply:
+            return json.load(reply)
+
+    def track(self) -> list[list[float]]:
+        """Where the ball is, frame by frame, until the next landing; CSS pixels."""
+        places: list[list[float]] = self.page.evaluate(_TRACK)
+        return places
+
+    def pixels(self, board: Any, points: list[list[float]]) -> Any:
+        """Metres as CSS pixels of the canvas: `points`, and the `scale` in pixels per metre."""
+        return self.page.evaluate(_TO_PIXELS, [board, points])
+
+    def shot(self, name: str) -> None:
+        """Keep a picture of the page, for people to look at."""
+        self._artifacts.mkdir(exist_ok=True)
+        self.page.screenshot(path=self._artifacts / f"{name}.png")

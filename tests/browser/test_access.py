@@ -1,0 +1,197 @@
+"""Playable without a mouse, without sight of the picture, without motion, on a phone and a wall."""
+
+import re
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Open
+
+SIZES = [(360, 740), (390, 844), (768, 1024), (1280, 800), (1920, 1080), (3840, 2160)]
+
+
+def test_a_whole_game_by_keyboard_alone(opened: Open) -> None:
+    screen = opened("/?room=triangle-8").ready()
+    keyboard = screen.page.keyboard
+    for _ in range(20):
+        if screen.seed.evaluate("field => field === document.activeElement"):
+            break
+        keyboard.press("Tab")
+    expect(screen.seed).to_be_focused()
+    keyboard.type("42")
+    keyboard.press("Enter")
+    record = screen.api("drops/triangle-8/42")
+    screen.landed(record["bin"])
+    expect(screen.page.locator("#staked")).to_have_text("1")
+
+    screen.seed.evaluate("field => field.blur()")
+    keyboard.press("Space")
+    expect(screen.page.locator("#staked")).to_have_text("2")
+
+    screen.page.get_by_role("radio", name="Seed decides").focus()
+    keyboard.press("ArrowRight")
+    slider = screen.page.get_by_label(re.compile("Start position"))
+    expect(slider).to_be_visible()
+    keyboard.press("Tab")
+    expect(slider).to_be_focused()
+    keyboard.press("Home")
+    keyboard.press("Space")
+    expect(screen.rows).to_have_count(3)
+    link = screen.rows.first.get_by_role("link")
+    assert "x=-" in (link.get_attribute("href") or "")
+
+    screen.page.get_by_role("radio", name="Triangle").focus()
+    keyboard.press("ArrowRight")
+    expect(screen.page.get_by_role("radio", name="Slot 1")).to_be_visible()
+
+
+def test_space_in_the_seed_field_is_typed_and_does_not_drop(opened: Open) -> None:
+    screen = opened().ready()
+    screen.seed.focus()
+    screen.page.keyboard.press("Space")
+    expect(screen.seed).to_have_value(" ")
+    assert screen.sent == []
+
+
+def test_what_has_the_focus_is_seen_to_have_it(opened: Open) -> None:
+    screen = opened().ready()
+    seen = 0
+    for _ in range(14):
+        screen.page.keyboard.press("Tab")
+        outlined = screen.page.evaluate(
+            """() => {
+              const focused = document.activeElement;
+              if (focused === document.body) return null;
+              const shown = focused.matches(".chip input") ? focused.nextElementSibling : focused;
+              return parseFloat(getComputedStyle(shown).outlineWidth) >= 2
+                && getComputedStyle(shown).outlineStyle !== "none";
+            }"""
+        )
+        assert outlined in (True, None)
+        seen += outlined is True
+    assert seen >= 8
+
+
+def test_the_result_is_told_to_those_who_do_not_see_the_board(opened: Open) -> None:
+    screen = opened("/?room=triangle-8").ready()
+    expect(screen.result).to_have_attribute("aria-live", "polite")
+    board = screen.page.get_by_role("img", name=re.compile(r"8 rows of pegs over 9 bins"))
+    expect(board).to_have_count(1)
+    screen.seed.fill("42")
+    screen.drop.click()
+    record = screen.api("drops/triangle-8/42")
+    expect(screen.page.get_by_role("status").filter(visible=True)).to_contain_text(
+        f"Bin {record['bin']} pays"
+    )
+    histogram = screen.page.get_by_role("img", name=re.compile("Histogram of"))
+    expect(histogram).to_have_accessible_name(re.compile(rf"bin {record['bin']}: \d"))
+
+
+def test_reduced_motion_shows_the_way_and_the_result_without_a_moving_ball(opened: Open) -> None:
+    screen = opened("/?room=triangle-11", reduced_motion="reduce").ready()
+    screen.seed.fill("42")
+    screen.drop.click()
+    screen.state("live")
+    assert painted(screen.page) == 0
+    screen.landed(screen.api("drops/triangle-11/42")["bin"])
+    screen.ready()
+    screen.page.wait_for_timeout(1600)  # the bin's light has faded, the path stays
+    first = painted(screen.page)
+    assert first > 500, "the path is drawn"
+    screen.page.wait_for_timeout(200)
+    assert painted(screen.page) == first
+    screen.shot("reduced-motion")
+
+
+def painted(page: Any) -> int:
+    """How many pixels of the moving canvas are not clear."""
+    count: int = page.evaluate(
+        """() => {
+          const canvas = document.querySelector("#board-moving");
+          const ctx = canvas.getContext("2d");
+          const { data } = ctx.getImageData(0, 0, canvas.width, canvas.height);
+          let count = 0;
+          for (let i = 3; i < data.length; i += 4) count += data[i] > 0;
+          return count;
+        }"""
+    )
+    return count
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_the_page_fits_its_screen(opened: Open, width: int, height: int, scheme: str) -> None:
+    phone = width < 700
+    screen = opened(
+        viewport={"width": width, "height": height},
+        color_scheme=scheme,
+        device_scale_factor=2 if phone else 1,
+        is_mobile=phone,
+        has_touch=phone,
+    ).ready()
+    overflow = screen.page.evaluate(
+        "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+    )
+    assert overflow <= 0, "no sideways scrolling"
+    box = screen.drop.bounding_box()
+    assert box is not None
+    assert box["y"] + box["height"] <= height, "the drop button is seen without scrolling"
+    too_small = screen.page.evaluate(_SMALL_TARGETS)
+    assert too_small == []
+    for _ in range(5):
+        (screen.drop.tap if phone else screen.drop.click)()
+    expect(screen.rows).to_have_count(5)
+    screen.shot(f"page-{width}x{height}-{scheme}")
+
+
+# Fingers need 44 CSS pixels. A radio button's target is the chip it fills.
+_SMALL_TARGETS = """
+[...document.querySelectorAll("button, input, select, a:not(.skip)")]
+  .filter((element) => element.offsetParent !== null)
+  .map((element) => [element.id || element.name || element.textContent,
+                     element.getBoundingClientRect()])
+  .filter(([, box]) => box.height < 44 || box.width < 30)
+  .map(([name, box]) => `${name}: ${box.width} x ${box.height}`)
+"""
+
+
+@pytest.mark.parametrize("name", ["classic", "galton", "triangle-8-high", "triangle-16-high"])
+def test_every_board_fits_a_phone(opened: Open, name: str) -> None:
+    screen = opened(
+        f"/?room={name}", viewport={"width": 360, "height": 740}, is_mobile=True, has_touch=True
+    ).ready()
+    overflow = screen.page.evaluate("document.documentElement.scrollWidth - innerWidth")
+    assert overflow <= 0
+    screen.drop.tap()
+    expect(screen.rows).to_have_count(1)
+    screen.shot(f"{name}-360")
+
+
+def test_a_touch_above_the_pegs_drops(opened: Open) -> None:
+    screen = opened(viewport={"width": 360, "height": 740}, is_mobile=True, has_touch=True).ready()
+    screen.page.locator("#board-moving").tap(position={"x": 190, "y": 30})
+    expect(screen.rows).to_have_count(1)
+
+
+def test_the_canvas_is_as_fine_as_the_display(opened: Open) -> None:
+    screen = opened(viewport={"width": 390, "height": 844}, device_scale_factor=3).ready()
+    ratio = screen.page.locator("#board-still").evaluate(
+        "canvas => canvas.width / canvas.clientWidth"
+    )
+    assert ratio == 3
+    screen.page.set_viewport_size({"width": 844, "height": 390})
+    expect(screen.page.locator("#board-still")).not_to_have_attribute("width", str(390 * 3))
+    ratio = screen.page.locator("#board-still").evaluate(
+        "canvas => canvas.width / canvas.clientWidth"
+    )
+    assert ratio == pytest.approx(3, abs=0.01)
+
+
+def test_nothing_is_loaded_from_elsewhere(opened: Open) -> None:
+    screen = opened().ready()
+    origins = screen.page.evaluate(
+        "performance.getEntriesByType('resource').map((entry) => new URL(entry.name).origin)"
+    )
+    assert len(origins) > 10
+    assert set(origins) == {screen.url}

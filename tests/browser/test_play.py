@@ -1,0 +1,259 @@
+"""A person plays: drops, watches, is paid, replays."""
+
+import itertools
+import math
+import re
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Open
+
+
+def distance_to_path(place: list[float], path: list[list[float]]) -> float:
+    """Least distance of a place from a polyline."""
+    best = math.inf
+    for (ax, ay), (bx, by) in itertools.pairwise(path):
+        dx, dy = bx - ax, by - ay
+        square = dx * dx + dy * dy
+        s = ((place[0] - ax) * dx + (place[1] - ay) * dy) / square if square else 0.0
+        s = min(1.0, max(0.0, s))
+        best = min(best, math.hypot(place[0] - ax - s * dx, place[1] - ay - s * dy))
+    return best
+
+
+def places_of(sampled: Any) -> list[list[float]]:
+    x, y = (sampled["fields"].index(name) for name in ("x", "y"))
+    return [[row[x], row[y]] for row in sampled["frames"]]
+
+
+def test_a_seeded_ball_falls_along_the_predicted_path_into_the_predicted_bin(opened: Open) -> None:
+    screen = opened().ready()
+    screen.seed.fill("42")
+    screen.drop.click()
+    places = screen.track()
+
+    record = screen.api("drops/triangle-16/42")
+    board = screen.api("boards/triangle-16")
+    predicted = places_of(screen.api("drops/triangle-16/42/frames?fps=240"))
+    drawn = screen.pixels(board.get("board", board), predicted)
+    radius = board.get("board", board)["ball"]["radius"] * drawn["scale"]
+
+    assert len(places) > 60, "the ball was drawn in many frames"
+    fall = drawn["points"][-1][1] - drawn["points"][0][1]
+    seen = max(y for _, y in places) - min(y for _, y in places)
+    assert seen > 0.8 * fall, "it was seen from the top to the bottom"
+    # The mean of a striped, glossy disc's red pixels wobbles about its centre by a part of its
+    # radius; a path cut through a bounce or another ball's path is further off than that.
+    worst = max(distance_to_path(place, drawn["points"]) for place in places)
+    assert worst < 0.5 * radius, f"{worst:.2f} px off a path of a ball of {radius:.2f} px"
+
+    screen.landed(record["bin"])
+    expect(screen.result).to_contain_text(f"Bin {record['bin']} pays")
+    expect(screen.result).to_contain_text("seed 42")
+    screen.shot("landed")
+
+
+def test_a_replay_link_shows_the_same_bin_and_digest_as_live(opened: Open) -> None:
+    screen = opened().ready()
+    screen.seed.fill("18446744073709551615")
+    screen.drop.click()
+    record = screen.api("drops/triangle-16/18446744073709551615")
+    screen.landed(record["bin"])
+    screen.rows.first.get_by_role("link").click()
+
+    screen.state("replay")
+    screen.landed(record["bin"])
+    expect(screen.fact("seed")).to_have_text("18446744073709551615")
+    expect(screen.fact("bin")).to_have_text(str(record["bin"]))
+    expect(screen.fact("digest")).to_have_text(record["digest"])
+
+    screen.page.reload()
+    screen.landed(record["bin"])
+    expect(screen.fact("digest")).to_have_text(record["digest"])
+    screen.page.get_by_role("link", name="Back to the table").click()
+    screen.ready()
+    expect(screen.rows).to_have_count(1)
+
+
+def test_a_replay_can_be_paused_and_scrubbed_to_any_moment(opened: Open) -> None:
+    screen = opened("/?board=triangle-16&seed=42").state("replay")
+    screen.page.get_by_role("button", name="Pause").click()
+    time = screen.page.get_by_label("Time in the drop")
+    at: list[list[float]] = []
+    for moment in ("1", "2", "1"):
+        time.fill(moment)
+        expect(screen.page.locator("#replay-clock")).to_have_text(f"{moment}.00 s")
+        at.append(screen.page.evaluate(_RED_MIDDLE))
+    sampled = screen.api("drops/triangle-16/42/frames?fps=60")
+    predicted = places_of(sampled)
+    board = screen.api("boards/triangle-16")
+    drawn = screen.pixels(board.get("board", board), [predicted[60], predicted[120]])
+    radius = board.get("board", board)["ball"]["radius"] * drawn["scale"]
+    assert math.dist(at[0], drawn["points"][0]) < 0.5 * radius
+    assert math.dist(at[1], drawn["points"][1]) < 0.5 * radius
+    assert at[0] == at[2], "the same moment is the same picture"
+
+
+_RED_MIDDLE = """
+async () => {
+  await new Promise(requestAnimationFrame);
+  await new Promise(requestAnimationFrame);
+  const canvas = document.querySelector("#board-moving");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const density = canvas.width / canvas.clientWidth;
+  let count = 0, x = 0, y = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i + 3] < 250 || data[i] < 150 || data[i] < 2.2 * data[i + 2]) continue;
+    if (data[i] < 2 * data[i + 1]) continue;
+    x += (i / 4) % canvas.width;
+    y += Math.floor(i / 4 / canvas.width);
+    count += 1;
+  }
+  return [x / count / density, y / count / density];
+}
+"""
+
+
+def test_the_score_counts_each_stake_and_what_came_back(opened: Open) -> None:
+    screen = opened().ready()
+    paid = 0.0
+    for count, seed in enumerate((42, 43, 44), start=1):
+        screen.seed.fill(str(seed))
+        screen.drop.click()
+        expect(screen.page.locator("#staked")).to_have_text(str(count))
+        paid += screen.api(f"drops/triangle-16/{seed}")["score"]
+    expect(screen.page.locator("#returned")).to_have_text(f"{paid:.2f}")
+    net = paid - 3
+    sign = "+" if net > 0 else "−" if net < 0 else ""
+    expect(screen.page.locator("#net")).to_have_text(f"{sign}{abs(net):.2f}")
+    expect(screen.rows).to_have_count(3)
+
+
+def test_without_a_seed_the_table_draws_one_that_replays_the_drop(opened: Open) -> None:
+    screen = opened().ready()
+    screen.drop.click()
+    expect(screen.rows).to_have_count(1)
+    link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
+    found = re.search(r"seed=(\d+)", link)
+    assert found
+    screen.landed(screen.api(f"drops/triangle-16/{found[1]}")["bin"])
+
+
+def test_a_click_above_the_pegs_drops_there(opened: Open) -> None:
+    screen = opened().ready()
+    canvas = screen.page.get_by_role("img", name=re.compile("Plinko board"))
+    box = canvas.bounding_box()
+    assert box is not None
+    board = screen.api("boards/triangle-16")
+    drop = board.get("board", board)["drop"]
+    wanted = drop["x"] + 0.5 * drop["jitter"]
+    at = screen.pixels(board.get("board", board), [[wanted, drop["y"]]])["points"][0]
+    canvas.click(position={"x": at[0], "y": at[1]})
+    expect(screen.rows).to_have_count(1)
+    link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
+    found = re.search(r"x=(-?[\d.]+)", link)
+    assert found, f"{link} names the start"
+    assert float(found[1]) == pytest.approx(wanted, abs=0.02)
+
+    canvas.click(position={"x": box["width"] - 3, "y": 20})
+    expect(screen.rows).to_have_count(2)
+    link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
+    found = re.search(r"x=(-?[\d.]+)", link)
+    assert found
+    assert float(found[1]) == pytest.approx(drop["x"] + drop["jitter"], abs=0.001), "clamped"
+    assert float(found[1]) <= drop["x"] + drop["jitter"]
+
+
+def test_a_click_among_the_pegs_drops_nothing(opened: Open) -> None:
+    screen = opened().ready()
+    canvas = screen.page.get_by_role("img", name=re.compile("Plinko board"))
+    box = canvas.bounding_box()
+    assert box is not None
+    canvas.click(position={"x": box["width"] / 2, "y": box["height"] / 2})
+    screen.drop.click()
+    expect(screen.rows).to_have_count(1)
+    assert len(screen.sent) == 1, "the button's drop, and no other"
+
+
+def test_classic_offers_nine_slots_and_the_ball_starts_in_the_chosen_one(opened: Open) -> None:
+    screen = opened().ready()
+    screen.page.get_by_role("radio", name="Classic").check()
+    expect(screen.page.get_by_role("radio", name=re.compile("^Slot"))).to_have_count(9)
+    screen.ready()
+    board = screen.api("boards/classic")
+    slots = board.get("board", board)["drop"]["slots"]
+    screen.page.get_by_role("radio", name="Slot 3").check()
+    screen.seed.fill("7")
+    screen.drop.click()
+    record = screen.api(f"drops/classic/7?x={slots[2]!r}")
+    screen.landed(record["bin"])
+    link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
+    assert f"x={slots[2]!r}" in link
+
+
+def test_rows_and_risk_choose_another_table_with_other_payouts(opened: Open) -> None:
+    screen = opened().ready()
+    screen.page.get_by_label("Rows", exact=True).select_option("8")
+    screen.page.get_by_role("radio", name="High").check()
+    expect(screen.page.locator("#board-moving")).to_have_attribute(
+        "aria-label", re.compile("triangle-8-high.*9 bins.*29×")
+    )
+    screen.ready()
+    assert screen.page.url.endswith("?room=triangle-8-high")
+    screen.seed.fill("5")
+    screen.drop.click()
+    screen.landed(screen.api("drops/triangle-8-high/5")["bin"])
+    screen.page.reload()
+    screen.ready()
+    expect(screen.page.get_by_label("Rows", exact=True)).to_have_value("8")
+    expect(screen.page.get_by_role("radio", name="High")).to_be_checked()
+
+
+def test_everyone_at_a_table_sees_the_same_histogram(opened: Open) -> None:
+    one = opened("/?room=triangle-9-low").ready()
+    two = opened("/?room=triangle-9-low").ready()
+    for seed in ("1", "2", "3"):
+        one.seed.fill(seed)
+        one.drop.click()
+    count = "3 drops landed at this table"
+    expect(one.page.locator("#tray-count")).to_have_text(count)
+    expect(two.page.locator("#tray-count")).to_have_text(count)
+    described = two.page.locator("#histogram").get_attribute("aria-label")
+    assert one.page.locator("#histogram").get_attribute("aria-label") == described
+    expect(two.page.locator("#staked")).to_have_text("0")
+    late = opened("/?room=triangle-9-low").ready()
+    expect(late.page.locator("#tray-count")).to_have_text(count)
+
+
+_COUNT_FRAMES = """
+window.frames_asked = 0;
+const ask = window.requestAnimationFrame.bind(window);
+window.requestAnimationFrame = (draw) => { window.frames_asked += 1; return ask(draw); };
+"""
+
+
+def test_nothing_is_drawn_while_nothing_moves(opened: Open) -> None:
+    screen = opened("/?room=triangle-10", before=_COUNT_FRAMES).ready()
+    screen.seed.fill("42")
+    screen.drop.click()
+    expect(screen.rows).to_have_count(1)
+    busy = screen.page.evaluate("frames_asked")
+    assert busy > 60
+    screen.ready()
+    screen.page.wait_for_timeout(2000)  # the bin's light has faded
+    before = screen.page.evaluate("frames_asked")
+    screen.page.wait_for_timeout(500)
+    assert screen.page.evaluate("frames_asked") == before
+
+
+def test_an_unknown_room_is_told_and_not_asked_for_again(opened: Open) -> None:
+    screen = opened("/?room=nowhere").state("closed")
+    expect(screen.result).to_contain_text("nowhere")
+
+
+def test_a_replay_of_an_unknown_board_says_so(opened: Open, complaints: Any) -> None:
+    screen = opened("/?board=nonagon&seed=1").state("failed")
+    expect(screen.page.locator("#replay-result")).to_contain_text("nonagon")
+    complaints.allow("404")

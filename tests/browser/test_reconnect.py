@@ -1,0 +1,75 @@
+"""The line breaks: the page says so, comes back by itself, and loses no drop that was taken."""
+
+import signal
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Complaints, Open, ServerProcess
+
+
+@pytest.fixture
+def server() -> Iterator[ServerProcess]:
+    """A server of each test's own, to be killed."""
+    running = ServerProcess()
+    running.start()
+    yield running
+    running.kill()
+
+
+def test_play_goes_on_after_the_server_was_killed_and_started_again(
+    opened: Open, server: ServerProcess, complaints: Complaints
+) -> None:
+    screen = opened().ready()
+    screen.seed.fill("42")
+    server.kill(signal.SIGKILL)
+    screen.state("reconnecting")
+    expect(screen.page.locator("#state-text")).to_contain_text("trying again")
+    screen.drop.click()
+    expect(screen.result).to_contain_text("Nothing was dropped")
+
+    server.start()
+    screen.ready()
+    expect(screen.result).to_have_text("Back at the table.")
+    expect(screen.seed).to_have_value("42")
+    screen.drop.click()
+    screen.landed(screen.api("drops/triangle-16/42")["bin"])
+    expect(screen.rows).to_have_count(1)
+    complaints.allow("WebSocket connection .* failed")
+
+
+def test_a_ball_in_flight_is_paid_though_the_server_died_meanwhile(
+    opened: Open, server: ServerProcess, complaints: Complaints
+) -> None:
+    screen = opened().ready()
+    screen.seed.fill("43")
+    screen.drop.click()
+    screen.state("live")
+    server.kill(signal.SIGKILL)
+    screen.state("reconnecting")
+    expect(screen.rows).to_have_count(0)
+    server.start()
+    record = screen.api("drops/triangle-16/43")
+    screen.landed(record["bin"])
+    expect(screen.page.locator("#returned")).to_have_text(f"{record['score']:.2f}")
+    complaints.allow("WebSocket connection .* failed")
+
+
+def test_a_ball_in_flight_is_still_ours_after_the_line_alone_broke(opened: Open) -> None:
+    screen = opened(before=_BREAKABLE).ready()
+    screen.seed.fill("44")
+    screen.drop.click()
+    screen.state("live")
+    screen.page.evaluate("last_socket.close()")
+    screen.state("reconnecting")
+    screen.state("live")
+    screen.landed(screen.api("drops/triangle-16/44")["bin"])
+    expect(screen.page.locator("#staked")).to_have_text("1")
+
+
+_BREAKABLE = """
+window.WebSocket = class extends WebSocket {
+  constructor(...all) { super(...all); window.last_socket = this; }
+};
+"""

@@ -1,0 +1,60 @@
+"""The seed field: what is a seed is taken to the last digit, what is none is refused by name."""
+
+import json
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Open
+
+BAD = ["-1", "18446744073709551616", "abc", "1.5", "1e3", "0x10", "NaN", "9" * 400, "１２"]
+
+
+@pytest.mark.parametrize("text", BAD, ids=lambda text: text[:20])
+def test_a_bad_seed_is_named_and_nothing_is_sent(opened: Open, text: str) -> None:
+    screen = opened().ready()
+    screen.seed.fill(text)
+    screen.drop.click()
+    note = screen.page.get_by_role("alert")
+    expect(note).to_contain_text(text[:20])
+    expect(note).to_contain_text("18446744073709551615")
+    expect(screen.seed).to_have_attribute("aria-invalid", "true")
+    expect(screen.seed).to_be_focused()
+    assert screen.sent == []
+
+    screen.seed.fill("42")
+    expect(note).to_have_count(0)
+    screen.drop.click()
+    expect(screen.rows).to_have_count(1)
+    assert [json.loads(frame)["seed"] for frame in screen.sent] == ["42"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "sent"),
+    [
+        ("18446744073709551615", "18446744073709551615"),
+        (" 9007199254740993 ", "9007199254740993"),
+        ("0", "0"),
+        ("007", "7"),
+    ],
+)
+def test_a_seed_keeps_every_digit(opened: Open, typed: str, sent: str) -> None:
+    screen = opened("/?room=triangle-8").ready()
+    screen.seed.fill(typed)
+    screen.drop.click()
+    screen.landed(screen.api(f"drops/triangle-8/{sent}")["bin"])
+    assert [json.loads(frame)["seed"] for frame in screen.sent] == [sent]
+
+
+def test_a_seed_of_the_list_can_be_used_again(opened: Open) -> None:
+    screen = opened("/?room=triangle-8").ready()
+    screen.drop.click()
+    expect(screen.rows).to_have_count(1)
+    screen.rows.first.get_by_role("button").click()
+    expect(screen.seed).not_to_have_value("")
+    screen.drop.click()
+    expect(screen.rows).to_have_count(2)
+    links = [screen.rows.nth(row).get_by_role("link").get_attribute("href") for row in (0, 1)]
+    assert links[0] == links[1]
+    screen.page.get_by_role("button", name="Clear").click()
+    expect(screen.seed).to_have_value("")
