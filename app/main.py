@@ -7,6 +7,7 @@ import gc
 import importlib.metadata
 import signal
 import socket
+import sys
 import threading
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -32,6 +33,9 @@ from app.transport import Connection
 from app.workers import Workers
 from engine import Board, World, drop, preset_names
 from engine.errors import BoardError
+
+COMPILING = "Plinko compiles its physics; the next start finds it done."
+_PATIENCE = 2.0  # s of a silent start; longer, and someone at a terminal wonders
 
 _DESCRIPTION = """\
 A Plinko board whose physics is true. The same board and seed give the same path, to the last bit,
@@ -121,7 +125,7 @@ def _main_board(name: str) -> Board:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Start the ticker once the physics is compiled; stop it and the workers at the end."""
     server: Services = app.state.services
-    await asyncio.to_thread(_warm_up, server.boards.presets["triangle-8"])
+    await asyncio.to_thread(_warm_up)
     server.warm = True
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
     try:
@@ -133,8 +137,9 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         server.workers.close()
 
 
-def _warm_up(board: Board) -> None:
+def _warm_up() -> None:
     """Run each kind of drop once, so that no request waits for a compiler."""
+    board = Board.preset("triangle-8")
     drop(board, seed=0)
     drop(board, seed=0, solver="stepped")
     world = World(board, solver="exact")
@@ -187,12 +192,24 @@ def run(settings: Settings | None = None) -> None:
     """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen or has no board."""
     settings = settings or Settings()
     app = create_app(settings)
-    listener = listen(settings)
-    server = Server(server_config(app, settings))
-    # uvicorn raises the signal that stopped it once more when all is done; an orderly end is none.
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: None)
-    server.run(sockets=[listener])
+    with listen(settings) as listener:
+        _compile()
+        server = Server(server_config(app, settings))
+        # uvicorn raises the signal that stopped it once more at the end; an orderly end is none.
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: None)
+        server.run(sockets=[listener])
+
+
+def _compile() -> None:
+    """Warm up here, where a signal still stops the process at once; say so if it takes long."""
+    notice = threading.Timer(_PATIENCE, print, [COMPILING], {"file": sys.stderr})
+    notice.daemon = True
+    notice.start()
+    try:
+        _warm_up()
+    finally:
+        notice.cancel()
 
 
 def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:

@@ -122,7 +122,7 @@ class DropRecord(msgspec.Struct, frozen=True):
     duration: Annotated[float, Meta(description="Seconds from start to landing.")]
     x_end: Annotated[float, Meta(description="Where it crossed into the bin, in metres.")]
     impacts: Annotated[
-        list[tuple[float, float, float, float, float, float, int, int]],
+        list[Annotated[tuple[float, ...], Meta(min_length=8, max_length=8)]],
         Meta(description="[t, x, y, vx, vy, omega, kind, index] right after each impact."),
     ]
     digest: Digest
@@ -142,7 +142,7 @@ class Frames(msgspec.Struct, frozen=True):
     fps: float
     duration: float
     fields: list[str]
-    frames: list[tuple[float, float, float, float, float, float, float]]
+    frames: list[Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]]
 
 
 class Verdict(msgspec.Struct, frozen=True):

@@ -78,6 +78,19 @@ def test_every_reference_leads_somewhere_and_every_schema_is_described(
         assert schema.get("description"), name
 
 
+def test_arrays_are_described_as_openapi_3_1_wants_them() -> None:
+    """One schema for all items; a list of schemas was the older drafts' way."""
+
+    def check(value: object) -> None:
+        if isinstance(value, dict):
+            assert not isinstance(value.get("items"), list)
+            assert "prefixItems" not in value
+            for inner in value.values():
+                check(inner)
+
+    check(schemas.components())
+
+
 def test_a_record_has_exactly_the_fields_that_are_documented() -> None:
     board = Board.preset("triangle-8")
     fields = set(schemas.DropRecord.__struct_fields__)
