@@ -1,6 +1,6 @@
 """How fast this machine can add and multiply: the floor under every time per impact."""
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -63,7 +63,7 @@ def _serial(x: Floats, a: float, b: float, sweeps: int) -> None:
 
 
 # Only the first may contract a * b + c into one operation, which the engine must not do.
-_KERNELS: dict[str, tuple[Callable[[Floats, float, float, int], None], int]] = {
+_KERNELS: dict[str, tuple[Any, int]] = {
     "fused": (njit(fastmath={"contract"})(_chain), DEPTH),
     "separate": (njit(_chain), DEPTH),
     "divide": (njit(error_model="numpy")(_divide), 1),

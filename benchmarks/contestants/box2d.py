@@ -1,0 +1,85 @@
+"""Box2D 2.3 through its Python binding, as its expert would set it up.
+
+Built for things of 0.1 to 10 m, it lets no impact slower than 1 m/s rebound: the scene is ten times
+larger, so that the threshold is 0.1 m/s here and its tolerated overlap 0.5 mm. Restitutions of a
+pair are its maximum, frictions the root of their product: the ball has 0 and 1, the board the pair's
+restitution and the square of its friction. linearDamping is set so that its rule
+v / (1 + c dt) equals exp(-k dt). Continuous collision is left on, sleeping is off.
+"""
+
+from typing import Any
+
+from benchmarks.contestants.common import AbsentError, Floats, decay_of, pairs
+from benchmarks.contestants.python_engine import PythonEngine, Scene
+from engine import Board
+
+SCALE = 10.0  # Box2D metres per metre
+VELOCITY_ITERATIONS = 8  # the manual's advice
+POSITION_ITERATIONS = 3
+
+
+class Box2d(PythonEngine):
+    """Box2D 2.3."""
+
+    name = "Box2D"
+
+    def __init__(self) -> None:
+        try:
+            import Box2D
+        except ImportError as error:
+            raise AbsentError(f"Box2D: {error}; pip install '.[bench]'") from error
+        self._box2d = Box2D
+
+    def scene(self, board: Board, xs: Floats, dt: float) -> Scene:
+        """A world with all balls in it."""
+        return _World(self._box2d, board, xs, dt)
+
+
+class _World:
+    def __init__(self, b2: Any, board: Board, xs: Floats, dt: float) -> None:
+        self.dt = dt
+        self.world = b2.b2World(gravity=(0.0, SCALE * board.gravity), doSleep=False)
+        ground = self.world.CreateStaticBody()
+        peg, wall = pairs(board)
+        for p in board.pegs:
+            ground.CreateFixture(
+                shape=b2.b2CircleShape(pos=(SCALE * p.x, SCALE * p.y), radius=SCALE * p.radius),
+                restitution=peg.restitution,
+                friction=peg.friction**2,
+            )
+        for w in board.walls:
+            ends = [(SCALE * w.x1, SCALE * w.y1), (SCALE * w.x2, SCALE * w.y2)]
+            ground.CreateFixture(
+                shape=b2.b2EdgeShape(vertices=ends),
+                restitution=wall.restitution,
+                friction=wall.friction**2,
+            )
+        disc = b2.b2FixtureDef(
+            shape=b2.b2CircleShape(radius=SCALE * board.ball.radius),
+            density=board.ball.density,
+            restitution=0.0,
+            friction=1.0,
+            filter=b2.b2Filter(groupIndex=-1),  # balls pass through each other
+        )
+        damping = (1.0 / decay_of(board, dt) - 1.0) / dt
+        self.bodies = [
+            self.world.CreateDynamicBody(
+                position=(SCALE * x, SCALE * board.drop.y),
+                fixtures=disc,
+                linearDamping=damping,
+                allowSleep=False,
+            )
+            for x in xs.tolist()
+        ]
+
+    def step(self) -> None:
+        """Advance by one step."""
+        self.world.Step(self.dt, VELOCITY_ITERATIONS, POSITION_ITERATIONS)
+
+    def read(self, positions: Floats, velocities: Floats) -> None:
+        """Write all states."""
+        for row, body in enumerate(self.bodies):
+            positions[row] = body.position
+            velocities[row] = body.linearVelocity
+        positions /= SCALE
+        velocities /= SCALE

@@ -1,0 +1,54 @@
+"""Our two solvers. The stepped one takes one substep a step here, so that dt means what it says."""
+
+import numpy as np
+
+from benchmarks.clock import seconds_of
+from benchmarks.contestants.common import Contestant, Floats, Paths, steps_of
+from engine import Board, drop, drop_many
+
+
+class Exact(Contestant):
+    """The exact solver."""
+
+    name = "plinko exact"
+    stepped = False
+    solver = "exact"
+
+    def _options(self, dt: float) -> dict[str, object]:
+        return {"solver": self.solver}
+
+    def seconds(self, board: Board, xs: Floats, dt: float) -> float:
+        """Wall seconds of a batch on one core."""
+        seeds = np.zeros(len(xs), np.uint64)
+        options = self._options(dt)
+        return seconds_of(lambda: drop_many(board, seeds, xs=xs, threads=1, **options))  # type: ignore[arg-type]
+
+    def paths(self, board: Board, xs: Floats, dt: float, duration: float) -> Paths:
+        """States at multiples of dt."""
+        times = dt * np.arange(steps_of(duration, dt) + 1)
+        positions = np.empty((len(times), len(xs), 2))
+        velocities = np.empty_like(positions)
+        for i, x in enumerate(xs.tolist()):
+            states = drop(board, x=x, **self._options(dt)).states(times)  # type: ignore[arg-type]
+            positions[:, i, 0], positions[:, i, 1] = states["x"], states["y"]
+            velocities[:, i, 0], velocities[:, i, 1] = states["vx"], states["vy"]
+        return Paths(dt, positions, velocities)
+
+    def positions_at(self, board: Board, xs: Floats, dt: float, times: Floats) -> Floats:
+        """Positions at any times: the solver knows its whole path."""
+        found = np.empty((*times.shape, 2))
+        for i, x in enumerate(xs.tolist()):
+            states = drop(board, x=x, **self._options(dt)).states(times[i])  # type: ignore[arg-type]
+            found[i, :, 0], found[i, :, 1] = states["x"], states["y"]
+        return found
+
+
+class Stepped(Exact):
+    """The stepped solver."""
+
+    name = "plinko stepped"
+    stepped = True
+    solver = "stepped"
+
+    def _options(self, dt: float) -> dict[str, object]:
+        return {"solver": self.solver, "dt": dt, "substeps": 1}

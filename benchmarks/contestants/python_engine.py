@@ -1,0 +1,72 @@
+"""Contestants whose engine is a C library behind Python objects: one world, many balls."""
+
+from abc import abstractmethod
+from typing import Protocol
+
+import numpy as np
+
+from benchmarks.clock import seconds_of
+from benchmarks.contestants.common import (
+    LONGEST,
+    Contestant,
+    Floats,
+    Paths,
+    poll_steps,
+    steps_of,
+)
+from engine import Board
+
+
+WORLD_BALLS = 10
+"""Balls in a world that is timed. Fewer pay more for each call from Python, and more of them make
+the broad phase look at pairs of balls that may not touch anyway; both libraries are fastest here."""
+
+
+class Scene(Protocol):
+    """A world with all balls in it; they pass through each other."""
+
+    def step(self) -> None:
+        """Advance by one step."""
+
+    def read(self, positions: Floats, velocities: Floats) -> None:
+        """Write all states in m and m/s into arrays of shape (n, 2)."""
+
+
+class PythonEngine(Contestant):
+    """Many balls in one world, so that the cost of a call from Python is shared by all of them."""
+
+    @abstractmethod
+    def scene(self, board: Board, xs: Floats, dt: float) -> Scene:
+        """A world with a ball at rest at each of `xs`."""
+
+    def seconds(self, board: Board, xs: Floats, dt: float) -> float:
+        """Wall seconds of the steps; the looks at the balls in between are not counted."""
+        parts = [xs[i : i + WORLD_BALLS] for i in range(0, len(xs), WORLD_BALLS)]
+        return sum(self._seconds(board, part, dt) for part in parts)
+
+    def _seconds(self, board: Board, xs: Floats, dt: float) -> float:
+        scene = self.scene(board, xs, dt)
+        positions, velocities = np.empty((2, len(xs), 2))
+        total = 0.0
+
+        def work() -> None:
+            for _ in range(poll_steps(dt)):
+                scene.step()
+
+        for _ in range(int(LONGEST / dt) // poll_steps(dt)):
+            total += seconds_of(work)
+            scene.read(positions, velocities)
+            if (positions[:, 1] >= board.bins.y).all():
+                break
+        return total
+
+    def paths(self, board: Board, xs: Floats, dt: float, duration: float) -> Paths:
+        """States at every step."""
+        scene = self.scene(board, xs, dt)
+        steps = steps_of(duration, dt)
+        positions, velocities = np.empty((2, steps + 1, len(xs), 2))
+        scene.read(positions[0], velocities[0])
+        for row in range(1, steps + 1):
+            scene.step()
+            scene.read(positions[row], velocities[row])
+        return Paths(dt, positions, velocities)
