@@ -179,8 +179,8 @@ def _wall_hit(
         side = 1.0 - 2.0 * way
         h = side * d - board.radius
         hd = side * dv
-        if h + hd * horizon <= 0.0 and (hd >= 0.0 or side * d <= 0.0):
-            continue  # beyond the line's own strip for the whole window, or behind the line
+        if side * d <= 0.0 and h + hd * horizon <= 0.0:
+            continue  # behind the line, and not out on this side within the window
         s = line_hit(h, hd, side * da, board.drag, horizon, best)
         if s == NO_HIT or (found != NO_HIT and s >= found):
             continue
