@@ -143,10 +143,10 @@ def _foot_inside(
 
 @kernel
 def _leaves_by(board: Layout, item: int, end: int, vx: float, vy: float) -> bool:
-    """Whether `end` is an end of the line `item` past which a ball that touches it moves out.
+    """Whether `end` is an end of the line `item`, and a ball at this velocity moves out past it.
 
-    At the joint of a line and its end the ball touches both, within rounding; it then has left the
-    line, whatever side of the joint rounding puts it on.
+    At the joint of a line and its end the ball touches both, within rounding. From there on it is
+    past the line, whatever side of the joint rounding puts it on, until it moves back.
     """
     line = board.items[item]
     along = vx * line[TX] + vy * line[TY]
@@ -239,8 +239,10 @@ def _window_hit(
             )
         else:
             s, other_side = _wall_hit(board, other, x, y, vx, vy, ax, ay, horizon, best)
-            if s == 0.0 and how != _FREE and _leaves_by(board, other, held, vx, vy):
-                s = NO_HIT
+            if s != NO_HIT and how != _FREE and _leaves_by(board, other, held, vx, vy):
+                _, phi, _ = basis(board.drag, s)
+                if _leaves_by(board, other, held, vx + ax * phi, vy + ay * phi):
+                    s = NO_HIT
         if s != NO_HIT and (s < best or item == _NOWHERE or (s == best and other < item)):
             best = s
             item = other
