@@ -13,12 +13,16 @@ export class ApiError extends Error {
   }
 }
 
-/** @param {string} path below /api/v1, with its query @returns {Promise<any>} */
-export async function getJson(path) {
+/**
+ * @param {string} path below /api/v1, with its query
+ * @param {RequestInit} [options]
+ * @returns {Promise<any>}
+ */
+export async function getJson(path, options) {
   const url = new URL(`api/v1/${path}`, document.baseURI);
   let response;
   try {
-    response = await fetch(url, { headers: { accept: "application/json" } });
+    response = await fetch(url, { headers: { accept: "application/json" }, ...options });
   } catch (cause) {
     throw new ApiError("The server does not answer.", 0, { cause });
   }
@@ -32,6 +36,20 @@ async function reason(response) {
   if (!(response.headers.get("content-type") ?? "").includes("json")) return fallback;
   const problem = await response.json();
   return problem.detail ?? problem.title ?? fallback;
+}
+
+/**
+ * What REST calls the board of a room: a preset's name, else its digest, registered for replays.
+ * @param {{board: object, board_digest: string}} hello
+ * @returns {Promise<string>}
+ */
+export async function boardAddress({ board, board_digest: digest }) {
+  const { boards } = await getJson("boards");
+  const known = boards.find((one) => one.digest === digest);
+  if (known) return known.preset ? known.name : digest;
+  const headers = { "content-type": "application/json" };
+  await getJson("boards", { method: "POST", headers, body: JSON.stringify(board) });
+  return digest;
 }
 
 /**

@@ -1,6 +1,6 @@
 // A live table: joins connection, clock and balls, and says what to draw and what happened.
 
-import { dropPath, getJson, socketUrl } from "./api.js";
+import { boardAddress, dropPath, getJson, socketUrl } from "./api.js";
 import { TickClock } from "./clock.js";
 import { Connection } from "./connection.js";
 import { decodeEvents, decodeSnapshot } from "./protocol.js";
@@ -96,10 +96,20 @@ export class LiveTable {
     this.scale = { extent: hello.extent, velocityScale: hello.velocity_scale };
     this.clock = new TickClock({ rate: hello.tick_rate });
     this.table = new Table(hello);
+    this.#learnAddress(hello);
     this.listener.onTable(hello, hello.stats.histogram);
     this.#reclaim(hello);
     this.#setState(this.table.flying ? "live" : "asleep");
     this.connection.expectNews(this.table.flying);
+  }
+
+  async #learnAddress(hello) {
+    this.address = hello.board_digest;
+    try {
+      this.address = await boardAddress(hello);
+    } catch (error) {
+      this.listener.onError(`Replay links may not work: ${error.message}`);
+    }
   }
 
   /** After a lost line: our balls are still flying here, or have landed where their seed says. */
@@ -165,8 +175,7 @@ export class LiveTable {
   }
 
   #playedOf({ seed, x, explicit }) {
-    const { board_name: name, board_digest: digest } = this.hello;
-    return { board: name || digest, seed, x: explicit ? x : null };
+    return { board: this.address, name: this.hello.board_name, seed, x: explicit ? x : null };
   }
 
   #refused(event) {

@@ -32,12 +32,12 @@ export class Replay {
    * @returns {Promise<Replay>}
    */
   static async load(drop) {
-    const [board, record, sampled] = await Promise.all([
+    const [{ board }, record, sampled] = await Promise.all([
       getJson(`boards/${encodeURIComponent(drop.board)}`),
       getJson(dropPath(drop)),
       getJson(dropPath(drop, "/frames", { fps: String(FPS) })),
     ]);
-    return new Replay(board.board ?? board, record, sampled);
+    return new Replay(board, record, sampled);
   }
 
   /** Time for the bin's light to fade after the landing, s. */

@@ -44,7 +44,7 @@ export class Scoreboard {
     seed.append(shortSeed(drop.seed));
     seed.addEventListener("click", () => this.onReuse(drop.seed));
     const link = make("a", { class: "again", href: replayLink(drop) }, "Replay");
-    link.setAttribute("aria-label", `Replay seed ${drop.seed} on ${drop.board}`);
-    return make("li", {}, paid, seed, make("span", { class: "on" }, drop.board), link);
+    link.setAttribute("aria-label", `Replay seed ${drop.seed} on ${drop.name}`);
+    return make("li", {}, paid, seed, make("span", { class: "on" }, drop.name), link);
   }
 }

@@ -5,7 +5,8 @@ const KEPT = 30;
 
 /**
  * @typedef {object} Played
- * @property {string} board name or digest, as REST takes it
+ * @property {string} board a preset's name or a digest, as REST takes it
+ * @property {string} name what the board calls itself
  * @property {string} seed decimal
  * @property {number | null} x explicit start in metres, null when the seed decided
  * @property {number | null} bin null when it never settled

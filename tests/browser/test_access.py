@@ -6,13 +6,13 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import Open
+from tests.browser.conftest import Open, Quick
 
 SIZES = [(360, 740), (390, 844), (768, 1024), (1280, 800), (1920, 1080), (3840, 2160)]
 
 
-def test_a_whole_game_by_keyboard_alone(opened: Open) -> None:
-    screen = opened("/?room=triangle-8").ready()
+def test_a_whole_game_by_keyboard_alone(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
     keyboard = screen.page.keyboard
     for _ in range(20):
         if screen.seed.evaluate("field => field === document.activeElement"):
@@ -21,7 +21,7 @@ def test_a_whole_game_by_keyboard_alone(opened: Open) -> None:
     expect(screen.seed).to_be_focused()
     keyboard.type("42")
     keyboard.press("Enter")
-    record = screen.api("drops/triangle-8/42")
+    record = screen.api(f"drops/{quick.board}/42")
     screen.landed(record["bin"])
     expect(screen.page.locator("#staked")).to_have_text("1")
 
@@ -46,8 +46,8 @@ def test_a_whole_game_by_keyboard_alone(opened: Open) -> None:
     expect(screen.page.get_by_role("radio", name="Slot 1")).to_be_visible()
 
 
-def test_space_in_the_seed_field_is_typed_and_does_not_drop(opened: Open) -> None:
-    screen = opened().ready()
+def test_space_in_the_seed_field_is_typed_and_does_not_drop(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
     screen.seed.focus()
     screen.page.keyboard.press("Space")
     expect(screen.seed).to_have_value(" ")
@@ -73,14 +73,14 @@ def test_what_has_the_focus_is_seen_to_have_it(opened: Open) -> None:
     assert seen >= 8
 
 
-def test_the_result_is_told_to_those_who_do_not_see_the_board(opened: Open) -> None:
-    screen = opened("/?room=triangle-8").ready()
+def test_the_result_is_told_to_those_who_do_not_see_the_board(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
     expect(screen.result).to_have_attribute("aria-live", "polite")
     board = screen.page.get_by_role("img", name=re.compile(r"8 rows of pegs over 9 bins"))
     expect(board).to_have_count(1)
     screen.seed.fill("42")
     screen.drop.click()
-    record = screen.api("drops/triangle-8/42")
+    record = screen.api(f"drops/{quick.board}/42")
     expect(screen.page.get_by_role("status").filter(visible=True)).to_contain_text(
         f"Bin {record['bin']} pays"
     )
@@ -88,13 +88,15 @@ def test_the_result_is_told_to_those_who_do_not_see_the_board(opened: Open) -> N
     expect(histogram).to_have_accessible_name(re.compile(rf"bin {record['bin']}: \d"))
 
 
-def test_reduced_motion_shows_the_way_and_the_result_without_a_moving_ball(opened: Open) -> None:
-    screen = opened("/?room=triangle-11", reduced_motion="reduce").ready()
+def test_reduced_motion_shows_the_way_and_the_result_without_a_moving_ball(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(quick.page, reduced_motion="reduce").ready()
     screen.seed.fill("42")
     screen.drop.click()
     screen.state("live")
     assert painted(screen.page) == 0
-    screen.landed(screen.api("drops/triangle-11/42")["bin"])
+    screen.landed(screen.api(f"drops/{quick.board}/42")["bin"])
     screen.ready()
     screen.page.wait_for_timeout(1600)  # the bin's light has faded, the path stays
     first = painted(screen.page)
@@ -141,7 +143,7 @@ def test_the_page_fits_its_screen(opened: Open, width: int, height: int, scheme:
     assert too_small == []
     for _ in range(5):
         (screen.drop.tap if phone else screen.drop.click)()
-    expect(screen.rows).to_have_count(5)
+    screen.state("live")
     screen.shot(f"page-{width}x{height}-{scheme}")
 
 
@@ -164,12 +166,14 @@ def test_every_board_fits_a_phone(opened: Open, name: str) -> None:
     overflow = screen.page.evaluate("document.documentElement.scrollWidth - innerWidth")
     assert overflow <= 0
     screen.drop.tap()
-    expect(screen.rows).to_have_count(1)
+    screen.state("live")
     screen.shot(f"{name}-360")
 
 
-def test_a_touch_above_the_pegs_drops(opened: Open) -> None:
-    screen = opened(viewport={"width": 360, "height": 740}, is_mobile=True, has_touch=True).ready()
+def test_a_touch_above_the_pegs_drops(opened: Open, quick: Quick) -> None:
+    screen = opened(
+        quick.page, viewport={"width": 360, "height": 740}, is_mobile=True, has_touch=True
+    ).ready()
     screen.page.locator("#board-moving").tap(position={"x": 190, "y": 30})
     expect(screen.rows).to_have_count(1)
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import Open
+from tests.browser.conftest import Open, Quick
 
 
 def distance_to_path(place: list[float], path: list[list[float]]) -> float:
@@ -35,10 +35,10 @@ def test_a_seeded_ball_falls_along_the_predicted_path_into_the_predicted_bin(ope
     places = screen.track()
 
     record = screen.api("drops/triangle-16/42")
-    board = screen.api("boards/triangle-16")
+    board = screen.api("boards/triangle-16")["board"]
     predicted = places_of(screen.api("drops/triangle-16/42/frames?fps=240"))
-    drawn = screen.pixels(board.get("board", board), predicted)
-    radius = board.get("board", board)["ball"]["radius"] * drawn["scale"]
+    drawn = screen.pixels(board, predicted)
+    radius = board["ball"]["radius"] * drawn["scale"]
 
     assert len(places) > 60, "the ball was drawn in many frames"
     fall = drawn["points"][-1][1] - drawn["points"][0][1]
@@ -88,9 +88,9 @@ def test_a_replay_can_be_paused_and_scrubbed_to_any_moment(opened: Open) -> None
         at.append(screen.page.evaluate(_RED_MIDDLE))
     sampled = screen.api("drops/triangle-16/42/frames?fps=60")
     predicted = places_of(sampled)
-    board = screen.api("boards/triangle-16")
-    drawn = screen.pixels(board.get("board", board), [predicted[60], predicted[120]])
-    radius = board.get("board", board)["ball"]["radius"] * drawn["scale"]
+    board = screen.api("boards/triangle-16")["board"]
+    drawn = screen.pixels(board, [predicted[60], predicted[120]])
+    radius = board["ball"]["radius"] * drawn["scale"]
     assert math.dist(at[0], drawn["points"][0]) < 0.5 * radius
     assert math.dist(at[1], drawn["points"][1]) < 0.5 * radius
     assert at[0] == at[2], "the same moment is the same picture"
@@ -116,14 +116,14 @@ async () => {
 """
 
 
-def test_the_score_counts_each_stake_and_what_came_back(opened: Open) -> None:
-    screen = opened().ready()
+def test_the_score_counts_each_stake_and_what_came_back(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
     paid = 0.0
     for count, seed in enumerate((42, 43, 44), start=1):
         screen.seed.fill(str(seed))
         screen.drop.click()
         expect(screen.page.locator("#staked")).to_have_text(str(count))
-        paid += screen.api(f"drops/triangle-16/{seed}")["score"]
+        paid += screen.api(f"drops/{quick.board}/{seed}")["score"]
     expect(screen.page.locator("#returned")).to_have_text(f"{paid:.2f}")
     net = paid - 3
     sign = "+" if net > 0 else "−" if net < 0 else ""
@@ -131,25 +131,25 @@ def test_the_score_counts_each_stake_and_what_came_back(opened: Open) -> None:
     expect(screen.rows).to_have_count(3)
 
 
-def test_without_a_seed_the_table_draws_one_that_replays_the_drop(opened: Open) -> None:
-    screen = opened().ready()
+def test_without_a_seed_the_table_draws_one_that_replays(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
     link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
     found = re.search(r"seed=(\d+)", link)
     assert found
-    screen.landed(screen.api(f"drops/triangle-16/{found[1]}")["bin"])
+    screen.landed(screen.api(f"drops/{quick.board}/{found[1]}")["bin"])
 
 
-def test_a_click_above_the_pegs_drops_there(opened: Open) -> None:
-    screen = opened().ready()
+def test_a_click_above_the_pegs_drops_there(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
     canvas = screen.page.get_by_role("img", name=re.compile("Plinko board"))
     box = canvas.bounding_box()
     assert box is not None
-    board = screen.api("boards/triangle-16")
-    drop = board.get("board", board)["drop"]
+    board = screen.api(f"boards/{quick.board}")["board"]
+    drop = board["drop"]
     wanted = drop["x"] + 0.5 * drop["jitter"]
-    at = screen.pixels(board.get("board", board), [[wanted, drop["y"]]])["points"][0]
+    at = screen.pixels(board, [[wanted, drop["y"]]])["points"][0]
     canvas.click(position={"x": at[0], "y": at[1]})
     expect(screen.rows).to_have_count(1)
     link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
@@ -166,8 +166,8 @@ def test_a_click_above_the_pegs_drops_there(opened: Open) -> None:
     assert float(found[1]) <= drop["x"] + drop["jitter"]
 
 
-def test_a_click_among_the_pegs_drops_nothing(opened: Open) -> None:
-    screen = opened().ready()
+def test_a_click_among_the_pegs_drops_nothing(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
     canvas = screen.page.get_by_role("img", name=re.compile("Plinko board"))
     box = canvas.bounding_box()
     assert box is not None
@@ -182,8 +182,8 @@ def test_classic_offers_nine_slots_and_the_ball_starts_in_the_chosen_one(opened:
     screen.page.get_by_role("radio", name="Classic").check()
     expect(screen.page.get_by_role("radio", name=re.compile("^Slot"))).to_have_count(9)
     screen.ready()
-    board = screen.api("boards/classic")
-    slots = board.get("board", board)["drop"]["slots"]
+    board = screen.api("boards/classic")["board"]
+    slots = board["drop"]["slots"]
     screen.page.get_by_role("radio", name="Slot 3").check()
     screen.seed.fill("7")
     screen.drop.click()
@@ -211,9 +211,9 @@ def test_rows_and_risk_choose_another_table_with_other_payouts(opened: Open) -> 
     expect(screen.page.get_by_role("radio", name="High")).to_be_checked()
 
 
-def test_everyone_at_a_table_sees_the_same_histogram(opened: Open) -> None:
-    one = opened("/?room=triangle-9-low").ready()
-    two = opened("/?room=triangle-9-low").ready()
+def test_everyone_at_a_table_sees_the_same_histogram(opened: Open, quick: Quick) -> None:
+    one = opened(quick.page).ready()
+    two = opened(quick.page).ready()
     for seed in ("1", "2", "3"):
         one.seed.fill(seed)
         one.drop.click()
@@ -223,7 +223,7 @@ def test_everyone_at_a_table_sees_the_same_histogram(opened: Open) -> None:
     described = two.page.locator("#histogram").get_attribute("aria-label")
     assert one.page.locator("#histogram").get_attribute("aria-label") == described
     expect(two.page.locator("#staked")).to_have_text("0")
-    late = opened("/?room=triangle-9-low").ready()
+    late = opened(quick.page).ready()
     expect(late.page.locator("#tray-count")).to_have_text(count)
 
 
@@ -234,8 +234,8 @@ window.requestAnimationFrame = (draw) => { window.frames_asked += 1; return ask(
 """
 
 
-def test_nothing_is_drawn_while_nothing_moves(opened: Open) -> None:
-    screen = opened("/?room=triangle-10", before=_COUNT_FRAMES).ready()
+def test_nothing_is_drawn_while_nothing_moves(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page, before=_COUNT_FRAMES).ready()
     screen.seed.fill("42")
     screen.drop.click()
     expect(screen.rows).to_have_count(1)

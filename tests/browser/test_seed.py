@@ -5,14 +5,14 @@ import json
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import Open
+from tests.browser.conftest import Open, Quick
 
 BAD = ["-1", "18446744073709551616", "abc", "1.5", "1e3", "0x10", "NaN", "9" * 400, "１２"]
 
 
 @pytest.mark.parametrize("text", BAD, ids=lambda text: text[:20])
-def test_a_bad_seed_is_named_and_nothing_is_sent(opened: Open, text: str) -> None:
-    screen = opened().ready()
+def test_a_bad_seed_is_named_and_nothing_is_sent(opened: Open, quick: Quick, text: str) -> None:
+    screen = opened(quick.page).ready()
     screen.seed.fill(text)
     screen.drop.click()
     note = screen.page.get_by_role("alert")
@@ -38,16 +38,16 @@ def test_a_bad_seed_is_named_and_nothing_is_sent(opened: Open, text: str) -> Non
         ("007", "7"),
     ],
 )
-def test_a_seed_keeps_every_digit(opened: Open, typed: str, sent: str) -> None:
-    screen = opened("/?room=triangle-8").ready()
+def test_a_seed_keeps_every_digit(opened: Open, quick: Quick, typed: str, sent: str) -> None:
+    screen = opened(quick.page).ready()
     screen.seed.fill(typed)
     screen.drop.click()
-    screen.landed(screen.api(f"drops/triangle-8/{sent}")["bin"])
+    screen.landed(screen.api(f"drops/{quick.board}/{sent}")["bin"])
     assert [json.loads(frame)["seed"] for frame in screen.sent] == [sent]
 
 
-def test_a_seed_of_the_list_can_be_used_again(opened: Open) -> None:
-    screen = opened("/?room=triangle-8").ready()
+def test_a_seed_of_the_list_can_be_used_again(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
     screen.rows.first.get_by_role("button").click()
