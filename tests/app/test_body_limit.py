@@ -57,7 +57,16 @@ def test_a_client_that_sends_it_all_still_sees_the_answer(http: httpx.Client, pa
     assert http.get("/healthz").json()["status"] == "ok"
 
 
-def test_so_does_one_that_sends_it_in_chunks(http: httpx.Client) -> None:
+def test_one_that_does_not_listen_while_it_sends_meets_no_broken_pipe(server: Running) -> None:
+    head = b"POST /api/v1/drops HTTP/1.1\r\nHost: x\r\nContent-Length: 10000000\r\n\r\n"
+    with dial(server) as connection:
+        connection.sendall(head)
+        for _ in range(100):
+            connection.sendall(bytes(TEN_MEGABYTES // 100))
+        assert answer(connection)[0] == 413
+
+
+def test_a_client_that_sends_it_in_chunks_sees_the_answer_too(http: httpx.Client) -> None:
     def chunks() -> Iterator[bytes]:
         for _ in range(160):
             yield bytes(65536)

@@ -335,6 +335,11 @@ def test_a_malformed_record_is_refused(http: httpx.Client, change: dict[str, Any
     problem(http.post("/api/v1/verify", json={**record, **change}), 422, "bad-record")
 
 
+def test_a_drop_that_would_take_minutes_is_refused(http: httpx.Client) -> None:
+    body = {"board": "triangle-16", "seed": 1, "solver": "stepped", "dt": 1e-3, "substeps": 500}
+    problem(http.post("/api/v1/drops", json=body), 422, "invalid-value", "0.001", "500")
+
+
 def test_a_record_that_would_take_minutes_is_refused(http: httpx.Client) -> None:
     record = http.get("/api/v1/drops/triangle-16/42?solver=stepped").json()
     slow = {**record, "dt": 1e-6, "substeps": 1000}
