@@ -4,6 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 
+class MissingError(Exception):
+    """Something a benchmark cannot do without is not there; the message says what."""
+
+
 def _silent(label: str) -> None:
     """Progress that nobody watches."""
 

@@ -41,7 +41,7 @@ def command(
     oracle of `accuracy` and all plots need the `bench` extra.
     """
     from benchmarks import machine, suite
-    from benchmarks.settings import Settings
+    from benchmarks.settings import MissingError, Settings
 
     names = WHAT if what == "all" else (what,)
     found = []
@@ -50,7 +50,10 @@ def command(
         about = machine.describe()
         for name in names:
             step(name)
-            found.append(suite.run(name, settings))
+            try:
+                found.append(suite.run(name, settings))
+            except MissingError as error:
+                raise click.UsageError(f"{name}: {error}") from error
     drawn = suite.draw(found, plots) if plots else []
     if as_json:
         common.print_json(_as_json(about, quick, found))

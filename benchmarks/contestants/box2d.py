@@ -1,9 +1,9 @@
 """Box2D 2.3 through its Python binding, as its expert would set it up.
 
-Built for things of 0.1 to 10 m, it lets no impact slower than 1 m/s rebound: the scene is ten times
-larger, so that the threshold is 0.1 m/s here and its tolerated overlap 0.5 mm. Restitutions of a
-pair are its maximum, frictions the root of their product: the ball has 0 and 1, the board the pair's
-restitution and the square of its friction. linearDamping is set so that its rule
+Built for things of 0.1 to 10 m, it lets no impact slower than 1 m/s rebound: the scene is ten
+times larger, so that the threshold is 0.1 m/s here and its tolerated overlap 0.5 mm. Restitutions
+of a pair are its maximum, frictions the root of their product: the ball has 0 and 1, the board the
+pair's restitution and the square of its friction. linearDamping is set so that its rule
 v / (1 + c dt) equals exp(-k dt). Continuous collision is left on, sleeping is off.
 """
 

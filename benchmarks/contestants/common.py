@@ -19,6 +19,10 @@ LONGEST = 60.0
 """Simulated seconds after which a timed run gives up on balls that have not landed."""
 
 
+BALLS_AT_ONCE = 100
+"""Balls whose whole paths are held in memory at a time when only their ends are wanted."""
+
+
 class AbsentError(Exception):
     """A contestant that cannot take part; the message says why and what would help."""
 
@@ -93,6 +97,12 @@ class Contestant(ABC):
     @abstractmethod
     def paths(self, board: Board, xs: Floats, dt: float, duration: float) -> Paths:
         """All states over `duration` seconds of balls dropped at rest from `xs`, m."""
+
+    def bins(self, board: Board, xs: Floats, dt: float, duration: float) -> npt.NDArray[np.int64]:
+        """Bin in which each ball has landed by `duration`, -1 if in none, shape (n,)."""
+        parts = [xs[i : i + BALLS_AT_ONCE] for i in range(0, len(xs), BALLS_AT_ONCE)]
+        found = [self.paths(board, part, dt, duration).landings(board) for part in parts]
+        return np.concatenate(found)
 
     def positions_at(self, board: Board, xs: Floats, dt: float, times: Floats) -> Floats:
         """Positions of ball i at times[i, j], shape (n, m, 2)."""

@@ -58,7 +58,7 @@ class _Grid:
         return starts, np.array([n for cell in lists for n in cell], np.int64)
 
 
-@njit(nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@njit(nogil=True, error_model="numpy")
 def _advance(
     r: Floats,
     v: Floats,

@@ -1,6 +1,7 @@
 """Our two solvers. The stepped one takes one substep a step here, so that dt means what it says."""
 
 import numpy as np
+import numpy.typing as npt
 
 from benchmarks.clock import seconds_of
 from benchmarks.contestants.common import Contestant, Floats, Paths, steps_of
@@ -14,13 +15,14 @@ class Exact(Contestant):
     stepped = False
     solver = "exact"
 
-    def _options(self, dt: float) -> dict[str, object]:
+    def options(self, dt: float) -> dict[str, object]:
+        """Keyword arguments of `drop` and `drop_many`."""
         return {"solver": self.solver}
 
     def seconds(self, board: Board, xs: Floats, dt: float) -> float:
         """Wall seconds of a batch on one core."""
         seeds = np.zeros(len(xs), np.uint64)
-        options = self._options(dt)
+        options = self.options(dt)
         return seconds_of(lambda: drop_many(board, seeds, xs=xs, threads=1, **options))  # type: ignore[arg-type]
 
     def paths(self, board: Board, xs: Floats, dt: float, duration: float) -> Paths:
@@ -29,16 +31,22 @@ class Exact(Contestant):
         positions = np.empty((len(times), len(xs), 2))
         velocities = np.empty_like(positions)
         for i, x in enumerate(xs.tolist()):
-            states = drop(board, x=x, **self._options(dt)).states(times)  # type: ignore[arg-type]
+            states = drop(board, x=x, **self.options(dt)).states(times)  # type: ignore[arg-type]
             positions[:, i, 0], positions[:, i, 1] = states["x"], states["y"]
             velocities[:, i, 0], velocities[:, i, 1] = states["vx"], states["vy"]
         return Paths(dt, positions, velocities)
+
+    def bins(self, board: Board, xs: Floats, dt: float, duration: float) -> npt.NDArray[np.int64]:
+        """The solver's own bins."""
+        seeds = np.zeros(len(xs), np.uint64)
+        many = drop_many(board, seeds, xs=xs, **self.options(dt))  # type: ignore[arg-type]
+        return many.bin.astype(np.int64)
 
     def positions_at(self, board: Board, xs: Floats, dt: float, times: Floats) -> Floats:
         """Positions at any times: the solver knows its whole path."""
         found = np.empty((*times.shape, 2))
         for i, x in enumerate(xs.tolist()):
-            states = drop(board, x=x, **self._options(dt)).states(times[i])  # type: ignore[arg-type]
+            states = drop(board, x=x, **self.options(dt)).states(times[i])  # type: ignore[arg-type]
             found[i, :, 0], found[i, :, 1] = states["x"], states["y"]
         return found
 
@@ -50,5 +58,6 @@ class Stepped(Exact):
     stepped = True
     solver = "stepped"
 
-    def _options(self, dt: float) -> dict[str, object]:
+    def options(self, dt: float) -> dict[str, object]:
+        """One substep a step."""
         return {"solver": self.solver, "dt": dt, "substeps": 1}

@@ -16,10 +16,9 @@ from benchmarks.contestants.common import (
 )
 from engine import Board
 
-
 WORLD_BALLS = 10
 """Balls in a world that is timed. Fewer pay more for each call from Python, and more of them make
-the broad phase look at pairs of balls that may not touch anyway; both libraries are fastest here."""
+the broad phase look at pairs that may not touch anyway; both libraries are fastest near ten."""
 
 
 class Scene(Protocol):
