@@ -61,7 +61,7 @@ export class Controls {
   setBoard(name, board, slots) {
     const choice = readBoardName(name);
     for (const radio of this.boardForm.elements.kind) radio.checked = radio.value === choice?.kind;
-    byId("triangle-only").hidden = choice !== null && choice.kind !== "triangle";
+    byId("triangle-only").hidden = choice?.kind !== "triangle";
     if (choice?.kind === "triangle") {
       this.boardForm.elements.rows.value = String(choice.rows);
       this.boardForm.elements.risk.value = choice.risk;

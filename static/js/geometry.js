@@ -1,4 +1,4 @@
-// Where a board lies on a canvas of a given width: metres to CSS pixels and back. Pure.
+// Where a board lies on a canvas of a given width: metres to CSS pixels and back.
 
 const SIDE_PAD_M = 0.08;
 const HEADROOM_PX = 58; // the hopper, and a touch target above it
@@ -31,9 +31,16 @@ export function sides(board) {
 }
 
 /** @param {any} board @returns {number} width over height of the part that scales */
-export function ratio(board) {
+function ratio(board) {
   const { left, right } = sides(board);
   return (right - left) / (board.bins.y - board.drop.y + BIN_M);
+}
+
+/** Tells the style sheet the board's shape, so that cabinet and desk fit the window. */
+export function announceShape(board) {
+  const { dataset, style } = document.documentElement;
+  style.setProperty("--board-ratio", ratio(board).toFixed(4));
+  dataset.shape = ratio(board) < 1 ? "tall" : "wide";
 }
 
 /**

@@ -3,7 +3,7 @@
 import { boardAddress, dropPath, getJson, socketUrl } from "./api.js";
 import { TickClock } from "./clock.js";
 import { Connection } from "./connection.js";
-import { decodeEvents, decodeSnapshot } from "./protocol.js";
+import { decodeEvents, decodeSnapshot, ProtocolError } from "./protocol.js";
 import { Table } from "./table.js";
 
 /**
@@ -31,8 +31,10 @@ export class LiveTable {
     this.room = room;
     this.listener = listener;
     this.connection = new Connection(socketUrl(room), {
-      onText: (text) => decodeEvents(text).forEach((event) => this.#take(event)),
-      onBytes: (bytes) => this.#snapshot(bytes),
+      onText: (text) => this.#read(() => {
+        for (const event of decodeEvents(text)) this.#take(event);
+      }),
+      onBytes: (bytes) => this.#read(() => this.#snapshot(bytes)),
       onLost: (waitMs) => this.#lost(waitMs),
       onRefused: (reason) => this.#setState("closed", reason),
     });
@@ -75,6 +77,17 @@ export class LiveTable {
 
   close() {
     this.connection.close();
+  }
+
+  /** A server that speaks another protocol will go on doing so: no use in coming back. */
+  #read(message) {
+    try {
+      message();
+    } catch (error) {
+      if (!(error instanceof ProtocolError)) throw error;
+      this.connection.close();
+      this.#setState("closed", `This page does not understand the server: ${error.message}.`);
+    }
   }
 
   #take(event) {

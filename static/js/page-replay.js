@@ -3,7 +3,7 @@
 import { byId } from "./dom.js";
 import { multiplier } from "./format.js";
 import { FrameLoop } from "./frame-loop.js";
-import { ratio } from "./geometry.js";
+import { announceShape } from "./geometry.js";
 import { MAIN_ROOM, readBoardName } from "./boards.js";
 import { Replay } from "./replay.js";
 import { ReplayDesk } from "./replay-desk.js";
@@ -17,7 +17,7 @@ export async function startReplay({ theme, view, session }, asked) {
   showReplayDesk(session, drop);
   const replay = await Replay.load(drop);
   const { board, record } = replay;
-  document.documentElement.style.setProperty("--board-ratio", ratio(board).toFixed(4));
+  announceShape(board);
   view.setBoard(board, board.drop.slots ?? []);
   byId("board-moving").setAttribute("aria-label", describeBoard(board));
 

@@ -6,7 +6,7 @@ import { byId } from "./dom.js";
 import { expectedOf } from "./expected.js";
 import { counted, multiplier } from "./format.js";
 import { FrameLoop } from "./frame-loop.js";
-import { allowedStart, ratio } from "./geometry.js";
+import { allowedStart, announceShape } from "./geometry.js";
 import { LiveTable } from "./live.js";
 import { Scoreboard } from "./scoreboard.js";
 import { describeBoard } from "./words.js";
@@ -79,7 +79,7 @@ class TablePage {
     // A line that came back finds the same board; the fields keep what was typed in them.
     if (this.digest !== hello.board_digest) {
       this.digest = hello.board_digest;
-      document.documentElement.style.setProperty("--board-ratio", ratio(board).toFixed(4));
+      announceShape(board);
       this.controls.setBoard(name, board, slots);
       this.view.setBoard(board, slots);
       byId("board-moving").setAttribute("aria-label", describeBoard(board));
