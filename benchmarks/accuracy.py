@@ -132,12 +132,14 @@ def _errors(
             "error": np.nanmedian(error, axis=0).tolist(),
             "worst": np.nanmax(error, axis=0).tolist(),
             "same_bin": float((bins == truth.bins).mean()),
+            "same_bin_decidable": int((bins == truth.bins)[truth.decidable].sum()),
             "deepest": paths.deepest(truth.board),
             "drops_per_second": speeds[name].to_dict(),
         }
         settings.step(name)
     return {
         "drops": len(truth.xs),
+        "decidable": int(truth.decidable.sum()),
         "after": list(AFTER),
         "floor": np.nanmedian(truth.floor, axis=0).tolist(),
         "entries": rows,
@@ -149,27 +151,31 @@ def _table(title: str, truth: Reference, data: dict[str, Any], settings: Setting
         [
             name,
             *(length(error) for error in entry["error"]),
+            f"{entry['same_bin_decidable']}/{data['decidable']}",
             f"{entry['same_bin']:.0%}",
             length(entry["deepest"]) if entry["deepest"] > 1e-15 else "0",
             f"{entry['drops_per_second']['median']:,.0f}",
         ]
         for name, entry in data["entries"].items()
     ]
-    floor = ["(one rounding of the start)", *(length(x) for x in data["floor"]), "", "", ""]
+    floor = ["(one rounding of the start)", *(length(x) for x in data["floor"]), "", "", "", ""]
     return Table(
         f"Error against the oracle: {title}",
         [
             "contestant, dt in s",
             *(f"after impact {n}" for n in AFTER),
-            "same bin",
+            "same bin, decidable",
+            "same bin, all",
             "deepest overlap",
             "drops/s",
         ],
         [*rows, floor],
         [
             f"Median position error over {len(truth.xs)} drops midway between the impact and the "
-            "next; part of the drops that end in the oracle's bin; deepest overlap of a ball with "
-            "a peg at the end of any step; drops per second on one core, median of the rounds. "
+            "next. Drops that end in the oracle's bin: among those whose bin double precision can "
+            "decide (1,000 roundings of the start leave it as it is), and among all; the others "
+            "are chaos, where agreement is chance for everyone. Deepest overlap of a ball with a "
+            "peg at the end of any step; drops per second on one core, median of the rounds. "
             "Last row: the median growth of half a unit in the last place of the start, the "
             "least error that can be asked of any program in double precision."
         ],

@@ -42,7 +42,7 @@ def elastic(
             [
                 f"e = 1, no friction, no drag, {balls} balls in a closed box of 3 m by 3 m with "
                 "nine pegs, at rest 0.5 m below its top; energy is counted from the floor up. "
-                "Every change is an error. The scene has no outcome in play; it shows what bounces cost."
+                "Every change is an error."
             ],
         )
     )
@@ -84,8 +84,7 @@ def bounces(
             [
                 f"sqrt(h'/h) over {len(heights)} heights from {min(heights):.2f} to "
                 f"{max(heights):.2f} m, which meet the floor at different phases of the step; "
-                "h' is the highest point of the path after the bounce, for stepped contestants at the "
-                "end of a step."
+                "h' is the highest point after the bounce, for stepped contestants at the end of a step."
             ],
         )
     )

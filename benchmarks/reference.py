@@ -30,7 +30,8 @@ class Reference:
 
     times: midway after each of AFTER, s, shape (n, 4), NaN where a drop has no such impact;
     positions, m, (n, 4, 2); floor: what one rounding of the start becomes by then, m, (n, 4);
-    bins, -1 where the ball does not land; durations in s.
+    bins, -1 where the ball does not land; durations in s; decidable: whether a program in double
+    precision can know the bin, shape (n,).
     """
 
     board: Board
@@ -40,9 +41,14 @@ class Reference:
     floor: Floats
     bins: npt.NDArray[np.int64]
     durations: Floats
+    decidable: npt.NDArray[np.bool_]
 
 
-_Row = tuple[list[float], list[tuple[float, float]], list[float], int, float]
+_Row = tuple[list[float], list[tuple[float, float]], list[float], int, float, bool]
+
+ROUNDINGS = 1000.0
+"""A bin counts as decidable when so many roundings of the start leave the ball in it. A solver makes
+about a hundred roundings an impact, and those of the first impacts grow most."""
 
 
 def reference(board: Board, drops: int, settings: Settings) -> Reference:
@@ -61,7 +67,7 @@ def reference(board: Board, drops: int, settings: Settings) -> Reference:
         for row in pool.map(partial(_oracle, board.to_json()), xs.tolist()):
             rows.append(row)
             settings.step("oracle")
-    times, positions, floor, bins, durations = zip(*rows, strict=True)
+    times, positions, floor, bins, durations, decidable = zip(*rows, strict=True)
     return Reference(
         board,
         xs,
@@ -70,6 +76,7 @@ def reference(board: Board, drops: int, settings: Settings) -> Reference:
         np.array(floor),
         np.array(bins, np.int64),
         np.array(durations),
+        np.array(decidable, np.bool_),
     )
 
 
@@ -77,7 +84,8 @@ def _oracle(board_json: str, x: float) -> _Row:
     """One oracle drop, in floats."""
     from tests.engine.oracle import oracle_drop
 
-    drop = oracle_drop(Board.from_json(board_json), x, dps=DIGITS)
+    board = Board.from_json(board_json)
+    drop = oracle_drop(board, x, dps=DIGITS)
     rounding = 0.5 * math.ulp(x)
     times, positions, floor = [], [], []
     hits = [i for i, event in enumerate(drop.events) if event.kind in (KIND_PEG, KIND_WALL)]
@@ -94,4 +102,7 @@ def _oracle(board_json: str, x: float) -> _Row:
         positions.append((float(px), float(py)))
         floor.append(rounding * drop.amplifications[hits[number - 1]])
     where = -1 if drop.bin is None else drop.bin
-    return times, positions, floor, where, float(drop.duration)
+    x_end = float(drop.x_end)
+    margin = min(abs(edge - x_end) for edge in board.bins.edges)
+    decidable = drop.bin is not None and ROUNDINGS * rounding * drop.amplification < margin
+    return times, positions, floor, where, float(drop.duration), decidable
