@@ -14,6 +14,7 @@ from engine import Board
 
 Point = tuple[float, float]
 
+LEAST_LABEL = 4.0  # px: smaller letters are dirt
 RAYS = 28  # wedges of the printed sunburst, every other one painted
 
 
@@ -54,9 +55,11 @@ def paint_bin(
     canvas.box(box, radius, look.fill)
     middle = (0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3]))
     size, upright = _label_size(board, view)
-    canvas.text(*middle, tight(score), size, look.ink, upright=upright)
+    if size >= LEAST_LABEL:
+        canvas.text(*middle, tight(score), size, look.ink, upright=upright)
 
 
+@functools.lru_cache(maxsize=4)
 def _label_size(board: Board, view: View) -> tuple[float, bool]:
     """Size in px of the multipliers, the same for all bins, and whether they stand upright.
 
