@@ -1,0 +1,76 @@
+"""Boards for the tests of the engine: what may be played, mirrored, and what no board may be."""
+
+from dataclasses import replace
+from unittest import mock
+
+from engine.board import Board
+from engine.board_parts import BallSpec, Bins, DropZone, Peg, Wall
+from engine.materials import Material
+
+FAR_BELOW = Bins(1000.0, (-1000.0, 0.0, 1000.0), (1.0, 1.0))
+
+
+def place(
+    *,
+    pegs: tuple[Peg, ...] = (),
+    walls: tuple[Wall, ...] = (),
+    restitution: float = 0.5,
+    friction: float = 0.0,
+    drag: float = 0.0,
+    gravity: float = 9.81,
+    radius: float = 0.1,
+    bins: Bins = FAR_BELOW,
+    drop: DropZone | None = None,
+) -> Board:
+    """A board of any parts, trap or not: that a ball can start and pass is not checked."""
+    surface = Material(restitution, friction)
+    with mock.patch("engine.board_check.check"):
+        return Board(
+            name="place",
+            gravity=gravity,
+            drag=drag,
+            ball=BallSpec(radius, 1.0, restitution, friction),
+            pegs=pegs,
+            peg_material=surface,
+            walls=walls,
+            wall_material=surface,
+            bins=bins,
+            drop=drop or DropZone(0.0, 0.0, 0.0),
+        )
+
+
+def box(
+    width: float,
+    height: float,
+    *,
+    pegs: tuple[Peg, ...] = (),
+    restitution: float = 1.0,
+    friction: float = 0.0,
+    drag: float = 0.0,
+    radius: float = 0.1,
+) -> Board:
+    """A closed box from (-width/2, 0) to (width/2, height); its bins are outside of it."""
+    half = 0.5 * width
+    corners = ((-half, 0.0), (half, 0.0), (half, height), (-half, height))
+    return place(
+        pegs=pegs,
+        walls=tuple(Wall(*corners[i], *corners[(i + 1) % 4]) for i in range(4)),
+        restitution=restitution,
+        friction=friction,
+        drag=drag,
+        radius=radius,
+        drop=DropZone(0.0, 0.5 * height, 0.0),
+    )
+
+
+def mirrored(board: Board) -> Board:
+    """The board seen in a mirror on x = 0; parts keep their numbers, bins are counted back."""
+    bins, zone = board.bins, board.drop
+    with mock.patch("engine.board_check.check"):
+        return replace(
+            board,
+            pegs=tuple(Peg(-p.x, p.y, p.radius) for p in board.pegs),
+            walls=tuple(Wall(-w.x1, w.y1, -w.x2, w.y2) for w in board.walls),
+            bins=Bins(bins.y, tuple(-x for x in bins.edges[::-1]), bins.multipliers[::-1]),
+            drop=DropZone(-zone.x, zone.y, zone.jitter, tuple(-x for x in zone.slots)),
+        )

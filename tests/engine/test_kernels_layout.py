@@ -1,0 +1,131 @@
+"""The flat form of a board: buckets, bins, and that a hash may only save work."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from engine import Board
+from engine.compiled import layout_of
+from engine.kernels.contact import new_series
+from engine.kernels.layout import DISTANCE, DISTANCE2, Layout, bin_of, bucket_of
+from engine.kernels.log import EVENTS, new_log
+from engine.kernels.sweep import sweep
+from engine.scenes import scene, scene_names
+from engine.seeding import start_x
+from engine.solvers.exact import trace
+from engine.solvers.outcome import MAX_EVENTS, MAX_TIME
+from engine.solvers.stepped import trace_stepped
+
+Floats = npt.NDArray[np.float64]
+BOARDS = ("triangle-8", "classic", "galton")
+
+
+def board_of(name: str) -> Board:
+    return Board.preset(name) if name in BOARDS else scene(name).board
+
+
+def unhashed(layout: Layout) -> Layout:
+    """The same board with one bucket that lists every surface."""
+    items = layout.items
+    copies = (items[:, DISTANCE] > 0.0) & (items[:, DISTANCE2] < 0.0)
+    members = np.flatnonzero(~copies).astype(np.int64)
+    return layout._replace(starts=np.array([0, len(members)], np.int64), members=members)
+
+
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [(1e300, 0.0), (0.0, -1e300), (math.inf, 0.0), (0.0, -math.inf), (math.nan, 0.0), (1e12, 1.0)],
+)
+def test_a_place_too_far_out_has_no_bucket(x: float, y: float) -> None:
+    assert bucket_of(layout_of(Board.preset("triangle-8")), x, y) == -1
+
+
+def test_a_place_on_the_board_or_somewhat_off_it_has_a_bucket() -> None:
+    layout = layout_of(Board.preset("triangle-8"))
+    count = len(layout.starts) - 1
+    for x in np.linspace(-1000.0, 1000.0, 21):
+        assert 0 <= bucket_of(layout, float(x), -0.37 * float(x)) < count
+
+
+@given(st.floats(-10.0, 10.0))
+def test_a_bin_is_closed_on_its_left_and_the_outer_ones_are_open(x: float) -> None:
+    board = Board.preset("triangle-8")
+    edges = board.bins.edges
+    inner = sum(1 for edge in edges[1:-1] if edge <= x)
+    assert bin_of(layout_of(board), x) == inner
+
+
+def test_each_edge_belongs_to_the_bin_on_its_right() -> None:
+    board = Board.preset("classic")
+    for i, edge in enumerate(board.bins.edges[:-1]):
+        assert bin_of(layout_of(board), edge) == i
+
+
+@pytest.mark.parametrize("name", [*BOARDS, *scene_names()])
+def test_the_hash_changes_no_bit_of_an_exact_drop(name: str) -> None:
+    """So every bucket lists all that a ball can touch from it: a surface left out would be
+    passed through."""
+    board = board_of(name)
+    for seed in range(4):
+        results = []
+        for layout in (layout_of(board), unhashed(layout_of(board))):
+            state, log = at_start(board, seed), new_log(2000, 0)
+            outcome = trace(layout, state, MAX_EVENTS, MAX_TIME, log, new_series())
+            count = min(int(log.counts[EVENTS]), 2000)
+            results.append((outcome, log.events[:count].tobytes(), log.marks[:count].tobytes()))
+        assert results[0] == results[1]
+
+
+@pytest.mark.parametrize("name", [*BOARDS, "storm", "zigzag", "comb"])
+def test_the_hash_changes_no_bit_of_a_stepped_drop(name: str) -> None:
+    board = board_of(name)
+    for seed in range(2):
+        results = []
+        for layout in (layout_of(board), unhashed(layout_of(board))):
+            state, log = at_start(board, seed), new_log(500, 0)
+            outcome = trace_stepped(layout, state, 1.0 / 240.0, 0.6, MAX_EVENTS, log)
+            count = int(log.counts[EVENTS])
+            results.append((outcome, log.events[:count].tobytes(), log.marks[:count].tobytes()))
+        assert results[0] == results[1]
+
+
+def at_start(board: Board, seed: int) -> Floats:
+    state = np.zeros(7)
+    state[1] = start_x(seed, board.drop.x, board.drop.jitter)
+    state[2] = board.drop.y
+    return state
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.0, 5.0), st.floats(-1e5, 1e5), st.floats(-1e5, 1e5))
+def test_a_sweep_finds_the_first_surface_on_a_straight_line(
+    x: float, y: float, vx: float, vy: float
+) -> None:
+    """Against a walk along the line: nothing is touched before, and something is at the end."""
+    board = Board.preset("triangle-8")
+    layout = unhashed(layout_of(board))
+    horizon = 0.5 / (math.hypot(vx, vy) + 1e-9)
+    gap = gaps(board, np.array([x]), np.array([y]))
+    if gap.min() < 0.0:
+        return
+    s, item, _ = sweep(layout, 0, x, y, vx, vy, horizon)
+    t = np.linspace(0.0, s, 400)
+    path = gaps(board, x + vx * t, y + vy * t)
+    assert path.min() > -1e-12
+    if item < 0:
+        assert s == horizon
+    else:
+        assert path[:, -1].min() < 1e-12
+
+
+def gaps(board: Board, x: Floats, y: Floats) -> Floats:
+    """Distance of the ball at each place from each surface, shape (surfaces, places), m."""
+    rows = [np.hypot(x - p.x, y - p.y) - p.radius for p in board.pegs]
+    for w in board.walls:
+        tx, ty = w.x2 - w.x1, w.y2 - w.y1
+        along = np.clip(((x - w.x1) * tx + (y - w.y1) * ty) / (tx * tx + ty * ty), 0.0, 1.0)
+        rows.append(np.hypot(x - w.x1 - along * tx, y - w.y1 - along * ty))
+    return np.array(rows) - board.ball.radius

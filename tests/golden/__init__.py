@@ -1,0 +1,1 @@
+"""Known good outputs, and what makes and compares them."""

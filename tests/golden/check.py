@@ -1,0 +1,107 @@
+"""The golden digests of drops: computes them here and compares them with the committed ones.
+
+    python -m tests.golden.check [--quick]
+
+prints each that differs and exits with 1 if any does. Needs the engine alone, so that it runs where
+nothing else is installed: under an emulated processor, or without the JIT (`--quick` is for these:
+one drop of each board and solver).
+"""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from engine import PHYSICS_VERSION, Board, drop, drop_many, preset_names
+from engine.scenes import scene, scene_names
+
+FILE = Path(__file__).parent / "digests.json"
+
+SOLVERS = ("exact", "stepped")
+SEEDS = (42, 0, 1, 4_294_967_296, 18_446_744_073_709_551_615)
+BATCH = {"exact": 1000, "stepped": 100}
+"""Drops, seeds 0, 1, ..., behind each of the batch digests."""
+
+Entry = dict[str, Any]
+
+
+def board_of(name: str) -> Board:
+    """The board of a golden entry: a preset's, or that of `scene:NAME`."""
+    kind, _, rest = name.rpartition(":")
+    return scene(rest).board if kind == "scene" else Board.preset(name)
+
+
+def names() -> tuple[str, ...]:
+    """All golden entries: every preset and every scene."""
+    return (*preset_names(), *(f"scene:{name}" for name in scene_names()))
+
+
+def entry(name: str, count: int = len(SEEDS)) -> Entry:
+    """Digests of the first `count` golden seeds on a board, by both solvers."""
+    board = board_of(name)
+    found: Entry = {"board_digest": board.digest}
+    for solver in SOLVERS:
+        found[solver] = [drop(board, seed, solver=solver).digest for seed in SEEDS[:count]]
+    return found
+
+
+def batch_entry(name: str) -> Entry:
+    """Digests of the outcomes of many drops, by both solvers."""
+    board = board_of(name)
+    return {
+        solver: drop_many(board, range(count), solver=solver, threads=1).digest
+        for solver, count in BATCH.items()
+    }
+
+
+def batch_names() -> tuple[str, ...]:
+    """Entries with a batch: all but the payout variants, which are the same board to the ball."""
+    return tuple(name for name in names() if not name.endswith(("-low", "-high")))
+
+
+def current() -> dict[str, Any]:
+    """All golden digests as this machine computes them."""
+    return {
+        "physics_version": PHYSICS_VERSION,
+        "seeds": [str(seed) for seed in SEEDS],
+        "drops": {name: entry(name) for name in names()},
+        "batches": {name: batch_entry(name) for name in batch_names()},
+    }
+
+
+def golden() -> dict[str, Any]:
+    """The committed digests."""
+    content: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
+    return content
+
+
+def differences(expected: Entry, actual: Entry, name: str) -> list[str]:
+    """What differs between two entries, one line each; lists are compared as far as `actual` is."""
+    lines = []
+    for key, value in actual.items():
+        wanted = expected.get(key)
+        if isinstance(value, list) and isinstance(wanted, list):
+            pairs = zip(SEEDS, wanted, value, strict=False)
+            lines += [f"{name} {key} seed {s}: {b} not {a}" for s, a, b in pairs if a != b]
+        elif value != wanted:
+            lines.append(f"{name} {key}: {value} not {wanted}")
+    return lines
+
+
+def main(arguments: list[str]) -> int:
+    """Compare everything, or with --quick one drop of each board and solver."""
+    quick = "--quick" in arguments
+    expected = golden()
+    lines = []
+    for name in names():
+        lines += differences(expected["drops"][name], entry(name, 1 if quick else 5), name)
+    for name in () if quick else batch_names():
+        lines += differences(expected["batches"][name], batch_entry(name), f"batch {name}")
+    compared = len(names()) * len(SOLVERS) * (1 if quick else len(SEEDS))
+    report = "\n".join(lines) or f"{compared} drops have the golden digests"
+    print(report)  # noqa: T201 - a command prints
+    return 1 if lines else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

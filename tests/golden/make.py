@@ -1,0 +1,41 @@
+"""Writes the golden digests: python -m tests.golden.make [--initial]
+
+Refuses to change what any drop gives under the same PHYSICS_VERSION: raise it in
+engine/constants.py and say what changed in CHANGELOG.md under 'Simulation results changed'. New
+boards may be added at any time. --initial, for use before anyone relies on a result, overwrites.
+"""
+
+import json
+import sys
+
+from tests.golden import check
+
+
+def changed(old: check.Entry, new: check.Entry) -> list[str]:
+    """Lines about entries of `old` that are gone or differ in `new`."""
+    lines = []
+    for group in ("drops", "batches"):
+        for name, entry in old[group].items():
+            if name not in new[group]:
+                lines.append(f"{name} is gone")
+            else:
+                lines += check.differences(entry, new[group][name], name)
+    return lines
+
+
+def main(arguments: list[str]) -> int:
+    """Write the file; 1 if that would change results behind the version's back."""
+    new = check.current()
+    if check.FILE.exists() and "--initial" not in arguments:
+        old = check.golden()
+        lines = changed(old, new) if old["physics_version"] == new["physics_version"] else []
+        if lines:
+            print("\n".join(lines))  # noqa: T201 - a command prints
+            print("results changed: raise PHYSICS_VERSION first")  # noqa: T201
+            return 1
+    check.FILE.write_text(json.dumps(new, indent=1) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
