@@ -20,14 +20,15 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
 
-.PHONY: help play test lint format clean
+.PHONY: help play test lint format constraints clean
 
 help:
-	@echo 'make play     start the server and print its address (PORT=8000)'
-	@echo 'make test     run every test, browser tests included (PYTEST_ARGS=...)'
-	@echo 'make lint     style, format, types and import contracts'
-	@echo 'make format   put the code in its format'
-	@echo 'make clean    remove the environment and all caches'
+	@echo 'make play         start the server and print its address (PORT=8000)'
+	@echo 'make test         run every test, browser tests included (PYTEST_ARGS=...)'
+	@echo 'make lint         style, format, types and import contracts'
+	@echo 'make format       put the code in its format'
+	@echo 'make constraints  pin the newest versions that work together'
+	@echo 'make clean        remove the environment and all caches'
 
 play: $(VENV)/.stamp-play
 	exec $(BIN)/plinko serve --host $(HOST) --port $(PORT)
@@ -46,6 +47,17 @@ lint: $(VENV)/.stamp-lint
 format: $(VENV)/.stamp-lint
 	$(BIN)/ruff check --fix-only --quiet .
 	$(BIN)/ruff format .
+
+# The newest versions that the ranges in pyproject.toml allow, tried and written down together.
+constraints:
+	rm -rf .cache/constraints
+	mkdir -p .cache
+	tools/make-venv $(PYTHON) .cache/constraints
+	.cache/constraints/bin/python -m pip --quiet install '.[test,lint,bench]'
+	{ head -n 1 constraints.txt; \
+	  .cache/constraints/bin/python -m pip freeze --exclude plinko-server; } > .cache/constraints.txt
+	mv .cache/constraints.txt constraints.txt
+	rm -rf .cache/constraints
 
 clean:
 	rm -rf $(VENV) .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache

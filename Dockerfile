@@ -1,0 +1,29 @@
+# The game server in a small image: wheels built in one stage, only what runs in the other.
+FROM python:3.11-slim AS build
+WORKDIR /src
+COPY pyproject.toml constraints.txt README.md LICENSE ./
+COPY engine engine
+COPY app app
+COPY benchmarks benchmarks
+COPY static static
+RUN python -m venv /opt/plinko \
+ && /opt/plinko/bin/pip install --no-cache-dir -c constraints.txt .
+
+FROM python:3.11-slim
+RUN useradd --system --uid 10001 --no-create-home plinko
+COPY --from=build /opt/plinko /opt/plinko
+ENV PATH=/opt/plinko/bin:$PATH \
+    PYTHONUNBUFFERED=1 \
+    NUMBA_CACHE_DIR=/var/cache/plinko
+# Machine code is compiled here, by the user that runs it, so that a container starts at once. On
+# a processor that lacks what the builder's has it is compiled again at the first start.
+RUN install -d -o plinko /var/cache/plinko
+USER plinko
+RUN plinko drop triangle-8 --seed 42 \
+ && plinko drop triangle-8 --seed 42 --solver stepped \
+ && plinko simulate triangle-8 --drops 10 \
+ && plinko simulate triangle-8 --drops 10 --solver stepped
+EXPOSE 8000
+HEALTHCHECK --interval=30s --timeout=3s --start-period=60s \
+  CMD ["python", "-c", "import urllib.request; urllib.request.urlopen('http://127.0.0.1:8000/healthz', timeout=2)"]
+CMD ["plinko", "serve", "--host", "0.0.0.0"]
