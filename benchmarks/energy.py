@@ -84,7 +84,7 @@ def bounces(
             [
                 f"sqrt(h'/h) over {len(heights)} heights from {min(heights):.2f} to "
                 f"{max(heights):.2f} m, which meet the floor at different phases of the step; "
-                "h' is the highest point after the bounce, for stepped contestants at the end of a step."
+                "h' is the highest point after the bounce, of stepped contestants at a step's end."
             ],
         )
     )

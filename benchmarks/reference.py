@@ -47,8 +47,8 @@ class Reference:
 _Row = tuple[list[float], list[tuple[float, float]], list[float], int, float, bool]
 
 ROUNDINGS = 1000.0
-"""A bin counts as decidable when so many roundings of the start leave the ball in it. A solver makes
-about a hundred roundings an impact, and those of the first impacts grow most."""
+"""A bin counts as decidable when so many roundings of the start leave the ball in it. A solver
+makes about a hundred roundings an impact, and those of the first impacts grow most."""
 
 
 def reference(board: Board, drops: int, settings: Settings) -> Reference:

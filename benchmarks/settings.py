@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 
 class MissingError(Exception):
@@ -16,12 +17,16 @@ def _silent(label: str) -> None:
 class Settings:
     """quick: small sizes, to see that all works. rounds: repeats of each timed job, at least 1.
 
-    step(label) is called at each piece of work done.
+    long: 10^7 random drops in the stability benchmark, which takes hours. node: engines for
+    Node.js too. findings: where faults are saved, if anywhere. step(label) is called at each piece
+    of work done.
     """
 
     quick: bool = False
     rounds: int = 7
+    long: bool = False
     node: bool = True
+    findings: Path | None = None
     step: Callable[[str], None] = _silent
 
     def size(self, full: int, quick: int) -> int:

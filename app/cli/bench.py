@@ -31,9 +31,22 @@ WHAT = ("accuracy", "throughput", "stability", "features")
     type=click.IntRange(min=1),
     help="Repeats of each timed job.  [7; with --quick 1]",
 )
+@click.option("--long", is_flag=True, help="stability: 10^7 random drops; takes hours.")
+@click.option(
+    "--findings",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="stability: save the drops that went wrong in this directory.",
+)
 @click.option("--node/--no-node", default=True, show_default=True, help="Engines for Node.js too.")
 def command(
-    what: str, as_json: bool, quick: bool, plots: Path | None, rounds: int | None, node: bool
+    what: str,
+    as_json: bool,
+    quick: bool,
+    plots: Path | None,
+    rounds: int | None,
+    long: bool,
+    findings: Path | None,
+    node: bool,
 ) -> None:
     """Measure the engine, in turns with others where there are others.
 
@@ -46,7 +59,14 @@ def command(
     names = WHAT if what == "all" else (what,)
     found = []
     with _progress() as step:
-        settings = Settings(quick=quick, rounds=rounds or (1 if quick else 7), node=node, step=step)
+        settings = Settings(
+            quick=quick,
+            rounds=rounds or (1 if quick else 7),
+            long=long,
+            node=node,
+            findings=findings,
+            step=step,
+        )
         about = machine.describe()
         for name in names:
             step(name)
