@@ -10,7 +10,7 @@ RUN python -m venv /opt/plinko \
  && /opt/plinko/bin/pip install --no-cache-dir -c constraints.txt .
 
 FROM python:3.11-slim
-RUN useradd --system --uid 10001 --no-create-home plinko
+RUN useradd --uid 10001 --no-create-home --shell /usr/sbin/nologin plinko
 COPY --from=build /opt/plinko /opt/plinko
 ENV PATH=/opt/plinko/bin:$PATH \
     PYTHONUNBUFFERED=1 \
@@ -23,6 +23,10 @@ RUN plinko drop triangle-8 --seed 42 \
  && plinko drop triangle-8 --seed 42 --solver stepped \
  && plinko simulate triangle-8 --drops 10 \
  && plinko simulate triangle-8 --drops 10 --solver stepped
+RUN plinko serve & server=$!; \
+    until python -c "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/readyz')" 2>&-; \
+    do sleep 1; done; \
+    kill -INT $server; wait $server
 EXPOSE 8000
 HEALTHCHECK --interval=30s --timeout=3s --start-period=60s \
   CMD ["python", "-c", "import urllib.request; urllib.request.urlopen('http://127.0.0.1:8000/healthz', timeout=2)"]
