@@ -26,7 +26,7 @@ RUN plinko drop triangle-8 --seed 42 \
 RUN plinko serve & server=$!; \
     until python -c "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/readyz')" 2>&-; \
     do sleep 1; done; \
-    kill -INT $server; wait $server
+    kill $server; wait $server
 EXPOSE 8000
 HEALTHCHECK --interval=30s --timeout=3s --start-period=60s \
   CMD ["python", "-c", "import urllib.request; urllib.request.urlopen('http://127.0.0.1:8000/healthz', timeout=2)"]
