@@ -1,6 +1,10 @@
 """The boards that the benchmarks share."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from importlib import import_module
+from types import ModuleType
+from typing import Any
 from unittest import mock
 
 from engine import board_check, payouts, presets
@@ -83,6 +87,19 @@ def unchecked(
             bins=Bins(floor, (-1e5, 1e5), (1.0,)),
             drop=DropZone(start[0], start[1], jitter),
         )
+
+
+def revised(board: Board, **changes: Any) -> Board:
+    """`board` with some fields changed, unchecked as a whole."""
+    with mock.patch.object(board_check, "check"):
+        return replace(board, **changes)
+
+
+def twin(package: ModuleType, board: Board) -> Any:
+    """The same board for a copy of the engine, unchecked as a whole."""
+    check = import_module(f"{package.__name__}.board_check")
+    with mock.patch.object(check, "check"):
+        return package.Board.from_json(board.to_json())
 
 
 def bare_floor(restitution: float, height: float) -> Board:

@@ -29,6 +29,10 @@ BETWEEN = 12
 DEPTH = 1e-9
 """Overlap that is rounding, as a part of the sizes involved (radii, coordinates)."""
 
+STEPPED_DEPTH = 1e-4
+"""The same for the stepped solver. In a notch it puts the ball onto one surface and so into the
+other by what gravity adds to a step; seen: 7e-6 of the ball's radius."""
+
 GAIN = 1e-9
 """Energy gain that is rounding, as a part of the largest energy of the drop."""
 
@@ -102,8 +106,11 @@ def _faults(played: Drop, pegs: Floats, walls: Floats) -> list[tuple[str, float]
     if played.unsettled and played.unsettled.startswith("escaped"):
         faults.append(("escape", played.x_end))
     depth = deepest(values[0], values[1], pegs, walls, board.ball.radius)
-    size = max(1.0, float(np.abs(values[:2]).max()), board.ball.radius)
-    if depth > DEPTH * size:
+    size = max(board.ball.radius, float(np.abs(values[:2]).max()))
+    allowed = DEPTH * size
+    if isinstance(played.solver, Stepped):
+        allowed = max(allowed, STEPPED_DEPTH * board.ball.radius)
+    if depth > allowed:
         faults.append(("tunnelling", depth))
     gain = _energy_gain(played, values)
     if gain > 0.0:

@@ -1,0 +1,180 @@
+"""The price of each feature to a scene that uses it, and to one that does not."""
+
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from benchmarks import idle, scenes, stripped
+from benchmarks.clock import Job, Sample, in_turns, seconds_of
+from benchmarks.report import Section, Table, spread
+from benchmarks.settings import Settings
+from engine import Board, drop, drop_many
+from engine.materials import Material
+
+UNUSED = 1.05
+"""What an unused feature may cost: the time with it unused over that of code without it."""
+
+
+def run(settings: Settings) -> Section:
+    """All of the feature benchmark."""
+    section = Section("features")
+    _prices(section, settings)
+    _unused(section, settings)
+    idle.live(section, settings)
+    idle.server(section, settings)
+    return section
+
+
+def _bare() -> Board:
+    """No drag, no friction, restitution as in play."""
+    return scenes.triangle(12, scenes.FULL._replace(drag=0.0, friction=0.0))
+
+
+def _without_walls(board: Board) -> Board:
+    """The same pegs in the open, with the outer bins made wide enough for all."""
+    edges = (-1e3, *board.bins.edges[1:-1], 1e3)
+    return scenes.revised(board, walls=(), bins=replace(board.bins, edges=edges))
+
+
+def _pairs() -> dict[str, tuple[Board, Board]]:
+    """Feature: the board with it, and the board without it."""
+    bare = _bare()
+    rough = Material(bare.peg_material.restitution, scenes.FULL.friction)
+    rubbing = replace(
+        bare,
+        ball=replace(bare.ball, friction=scenes.FULL.friction),
+        peg_material=rough,
+        wall_material=rough,
+    )
+    return {
+        "drag": (replace(bare, drag=scenes.FULL.drag), bare),
+        "friction and spin": (rubbing, bare),
+        "walls": (bare, _without_walls(bare)),
+    }
+
+
+def _job(board: Board, drops: int, impacts: float, engine_drop_many: Any = drop_many) -> Job:
+    """Nanoseconds per impact of a batch on one core."""
+    seeds = np.arange(drops, dtype=np.uint64)
+
+    def work() -> object:
+        return engine_drop_many(board, seeds, threads=1)
+
+    return lambda: seconds_of(work) * 1e9 / (drops * impacts)
+
+
+def _impacts(board: Board, drops: int) -> float:
+    return float(drop_many(board, range(drops)).impact_count.mean())
+
+
+def _prices(section: Section, settings: Settings) -> None:
+    drops = settings.size(4096, 128)
+    jobs: dict[str, Job] = {}
+    pairs = _pairs()
+    for name, (with_it, without) in pairs.items():
+        for label, board in (("with", with_it), ("without", without)):
+            jobs[f"{name}/{label}"] = _job(board, drops, _impacts(board, drops))
+    bare = _bare()
+    some = settings.size(512, 16)
+    per_drop = _impacts(bare, some)
+    drop(bare, 0)
+    jobs["the whole path of each drop/with"] = lambda: (
+        seconds_of(lambda: [drop(bare, seed).impacts for seed in range(some)])
+        * 1e9
+        / (some * per_drop)
+    )
+    jobs["the whole path of each drop/without"] = _job(bare, some, per_drop)
+    times = in_turns(jobs, settings.rounds, lambda: settings.step("prices"))
+    names = [*pairs, "the whole path of each drop"]
+    rows, data = [], {}
+    for name in names:
+        used, unused = times[f"{name}/with"], times[f"{name}/without"]
+        ratio = used.over(unused)
+        rows.append(
+            [name, *(spread(x, "{:,.0f}") for x in (used, unused)), spread(ratio, "{:.2f}")]
+        )
+        data[name] = {"with": used.to_dict(), "without": unused.to_dict()}
+    section.data["prices"] = data
+    section.tables.append(
+        Table(
+            "Price of a feature to a scene that uses it",
+            ["feature", "with, ns an impact", "without, ns an impact", "ratio"],
+            rows,
+            [
+                "12 rows, exact solver, one core; per impact, since a feature also changes how "
+                "many there are. Walls: the same pegs with and without the sides. The whole path: "
+                "one `drop` a seed from Python with its events, against a batch that keeps only "
+                "outcomes; nearly all of it is Python."
+            ],
+        )
+    )
+
+
+def _unused(section: Section, settings: Settings) -> None:
+    """The engine on a scene that does not use a feature, against the engine without its code."""
+    drops = settings.size(4096, 128)
+    bare = _bare()
+    boards = dict.fromkeys(stripped.CUTS, bare) | {"walls": _without_walls(bare)}
+    if settings.quick:  # each copy takes half a minute to compile
+        boards = {"friction": bare}
+    rows: list[list[str]] = []
+    data: dict[str, dict[str, Any]] = {}
+    with ExitStack() as stack:
+        jobs: dict[str, Job] = {}
+        for name, board in boards.items():
+            other = stack.enter_context(stripped.without(name))
+            theirs = scenes.twin(other, board)
+            impacts = _impacts(board, drops)
+            ours_done = drop_many(board, range(drops))
+            theirs_done = other.drop_many(theirs, range(drops))
+            same = bool(
+                (ours_done.bin == theirs_done.bin).all()
+                and (ours_done.x_end == theirs_done.x_end).all()
+                and (ours_done.duration == theirs_done.duration).all()
+            )
+            data[name] = {"same_outcomes": same}
+            jobs[f"{name}/unused"] = _job(board, drops, impacts)
+            jobs[f"{name}/never"] = _job(theirs, drops, impacts, other.drop_many)
+            settings.step(f"without {name}")
+        rounds = settings.rounds if settings.quick else max(settings.rounds, 15)
+        times = in_turns(jobs, rounds, lambda: settings.step("unused"))
+    for name in boards:
+        unused, never = times[f"{name}/unused"], times[f"{name}/never"]
+        ratio = unused.over(never)
+        rows.append(
+            [
+                name,
+                spread(unused, "{:,.0f}"),
+                spread(never, "{:,.0f}"),
+                spread(ratio, "{:.3f}"),
+                _verdict(ratio),
+                "yes" if data[name]["same_outcomes"] else "NO",
+            ]
+        )
+        data[name] |= {"unused": unused.to_dict(), "never": never.to_dict()}
+    section.data["unused"] = data
+    section.tables.append(
+        Table(
+            "Price of a feature to a scene that does not use it",
+            [
+                "feature",
+                "unused, ns an impact",
+                "never had, ns an impact",
+                "ratio",
+                "",
+                "same bits",
+            ],
+            rows,
+            [
+                f"Never had: a copy of the engine with the feature cut out of its source, compiled "
+                f"by itself, run in turns with the whole engine on the same board; the outcomes of "
+                f"both are compared. Aim: a median ratio of at most {UNUSED}."
+            ],
+        )
+    )
+
+
+def _verdict(ratio: Sample) -> str:
+    return "free" if ratio.median <= UNUSED else f"above {UNUSED}"
