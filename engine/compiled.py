@@ -30,8 +30,8 @@ from engine.materials import combine
 
 # Cells and travel per mean peg spacing. Coarser cells make longer candidate lists, shorter travel
 # more search windows; the product of both is flat around these values.
-_CELLS_PER_PITCH = 2.0
-_TRAVEL_PER_PITCH = 0.6
+_CELLS_PER_PITCH = 4.0
+_TRAVEL_PER_PITCH = 0.3
 _BUCKETS_PER_CELL = 4  # occupied cells rarely share a bucket then, and empty ones look empty
 
 
@@ -49,6 +49,7 @@ def layout_of(board: Board) -> Layout:
         items=items,
         starts=starts,
         members=members,
+        near=_near(items, members),
         peg_count=len(board.pegs),
         cells_per_metre=cells_per_metre,
         travel=travel,
@@ -141,6 +142,15 @@ def _hash(
     pairs = np.unique(np.stack([bucket, owner], axis=1), axis=0)
     starts = np.searchsorted(pairs[:, 0], np.arange(size + 1)).astype(np.int64)
     return starts, np.ascontiguousarray(pairs[:, 1])
+
+
+def _near(
+    items: npt.NDArray[np.float64], members: npt.NDArray[np.int64]
+) -> npt.NDArray[np.float64]:
+    """What the search reads of each member, side by side in memory."""
+    near = np.ascontiguousarray(items[members][:, [X, Y, DISTANCE2]])
+    near[items[members, DISTANCE] == 0.0, 2] = 0.0
+    return near
 
 
 def _cells_near(

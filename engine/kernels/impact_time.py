@@ -20,6 +20,10 @@ NO_HIT = -1.0
 # practice: at most 12.
 MAX_STEPS = 100
 
+NEGLIGIBLE = 2.0**-54
+"""Part of D^2 (or of the normal speed) below which what a step may have missed is not looked at
+again: half of what rounding leaves of f itself."""
+
 
 @kernel
 def minorant_root(f: float, fd: float, m: float) -> float:
@@ -61,6 +65,15 @@ def third_derivative_bound(va: float, aa: float, qa: float, k: float, horizon: f
 
 
 @kernel
+def third_derivative_size(va: float, aa: float, qa: float, k: float, horizon: float) -> float:
+    """Upper bound of |f'''| on [0, horizon], with the arguments of `third_derivative_bound`."""
+    size = 6.0 * (abs(va) + aa * horizon)
+    if k > 0.0:
+        size += 2.0 * k * (abs(qa) + (abs(va) + 0.5 * aa * horizon) * horizon)
+    return size
+
+
+@kernel
 def circle_hit(
     qx: float,
     qy: float,
@@ -81,15 +94,13 @@ def circle_hit(
     """
     f = qx * qx + qy * qy - d2
     fd = 2.0 * (qx * vx + qy * vy)
-    va = vx * ax + vy * ay
-    aa = ax * ax + ay * ay
-    qa = qx * ax + qy * ay
-    low3 = third_derivative_bound(va, aa, qa, k, horizon)
     if f <= 0.0:
         if fd < 0.0:
             return 0.0
         return circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, best)
+    qa = qx * ax + qy * ay
     fdd = 2.0 * (vx * vx + vy * vy + qa)
+    low3 = third_derivative_bound(vx * ax + vy * ay, ax * ax + ay * ay, qa, k, horizon)
     reach = min(horizon, best)
     if stays_positive(f, fd, fdd + low3 * reach, reach):
         return NO_HIT
@@ -114,7 +125,15 @@ def circle_search(
     fdd: float,
     low3: float,
 ) -> float:
-    """`circle_hit` from a time s with f > 0 on, where f, f' and f'' are given."""
+    """First time in [s, min(horizon, best)] at which |q|^2 = d2 is entered, or NO_HIT.
+
+    The arguments are those of `circle_hit`; f > 0 and its derivatives are those at s, and low3
+    bounds f''' from below on [0, horizon].
+    """
+    size3 = third_derivative_size(
+        vx * ax + vy * ay, ax * ax + ay * ay, qx * ax + qy * ay, k, horizon
+    )
+    enough = NEGLIGIBLE * d2
     h = horizon - s
     for _ in range(MAX_STEPS):
         m = fdd + low3 * h
@@ -124,6 +143,9 @@ def circle_search(
                 return NO_HIT
             step = h  # no root within the trusted part: go to its end and trust more
             h = h + h
+        elif (size3 * step * (1.0 / 6.0) - 0.5 * low3 * h) * step * step <= enough:
+            s = s + step  # |f| there is below its own rounding
+            return s if s <= best else NO_HIT
         else:
             h = step
         before = s
@@ -169,19 +191,22 @@ def circle_hit_again(
     va = vx * ax + vy * ay
     aa = ax * ax + ay * ay
     qa = qx * ax + qy * ay
-    low3 = third_derivative_bound(va, aa, qa, k, horizon)
-    m = low3 / 3.0
+    m = third_derivative_bound(va, aa, qa, k, horizon) * (1.0 / 3.0)
     g0 = 2.0 * (qx * vx + qy * vy)
     g = g0
     gd = vx * vx + vy * vy + qa
     s = 0.0
     step = NO_HIT
     if g > 0.0:
+        if stays_positive(g, gd, m, min(horizon, best)):
+            return NO_HIT
         step = minorant_root(g, gd, m)
     elif gd <= 0.0:
         return 0.0
     elif m < 0.0:
         step = -2.0 * gd / m
+    enough = NEGLIGIBLE * g0
+    size = third_derivative_size(va, aa, qa, k, horizon) * (1.0 / 3.0)
     for _ in range(MAX_STEPS):
         if step == NO_HIT:
             return NO_HIT
@@ -189,7 +214,7 @@ def circle_hit_again(
         s = s + step
         if s > horizon or s > best:
             return NO_HIT
-        if s == before:
+        if s == before or size * step * step <= enough:
             return s
         c = 0.5
         if k > 0.0:

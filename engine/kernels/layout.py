@@ -36,7 +36,8 @@ class Layout(NamedTuple):
 
     items: npt.NDArray[np.float64]  # (n, 10): pegs by index, then each wall's line and two ends
     starts: npt.NDArray[np.int64]  # (b + 1,): where each bucket's items start in `members`
-    members: npt.NDArray[np.int64]  # item numbers, ascending within a bucket
+    members: npt.NDArray[np.int64]  # (m,): item numbers, ascending within a bucket
+    near: npt.NDArray[np.float64]  # (m, 3): each member as x, y, D^2; a line has D^2 = 0
     peg_count: int
     cells_per_metre: float
     travel: float  # m; a bucket lists all a ball can touch while it moves this far from its cell
@@ -52,14 +53,19 @@ class Layout(NamedTuple):
 
 
 @kernel
-def bucket_of(board: Layout, x: float, y: float) -> int:
-    """Hash bucket of the cell that holds (x, y), or -1 if it is too far out to be numbered."""
-    fx = np.floor(x * board.cells_per_metre)
-    fy = np.floor(y * board.cells_per_metre)
+def cell_bucket(x: float, y: float, cells_per_metre: float, buckets: int) -> int:
+    """Hash bucket, of a power of two of them, of the cell that holds (x, y); -1 if too far out."""
+    fx = np.floor(x * cells_per_metre)
+    fy = np.floor(y * cells_per_metre)
     if not (abs(fx) < CELL_LIMIT and abs(fy) < CELL_LIMIT):  # a NaN fails this too
         return -1
-    mask = board.starts.shape[0] - 2
-    return int((int(fx) * PRIME_X + int(fy) * PRIME_Y) & mask)
+    return int((int(fx) * PRIME_X + int(fy) * PRIME_Y) & (buckets - 1))
+
+
+@kernel
+def bucket_of(board: Layout, x: float, y: float) -> int:
+    """`cell_bucket` of a board."""
+    return cell_bucket(x, y, board.cells_per_metre, board.starts.shape[0] - 1)
 
 
 @kernel

@@ -52,20 +52,67 @@ def new_log(events: int, segments: int) -> Log:
 
 
 @kernel
+def write_event(
+    events: npt.NDArray[np.float64],
+    marks: npt.NDArray[np.int32],
+    row: int,
+    t: float,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    omega: float,
+    kind: int,
+    index: int,
+) -> None:
+    """Fill one row of a log's events."""
+    events[row, 0] = t
+    events[row, 1] = x
+    events[row, 2] = y
+    events[row, 3] = vx
+    events[row, 4] = vy
+    events[row, 5] = omega
+    marks[row, 0] = kind
+    marks[row, 1] = index
+
+
+@kernel
 def note_event(log: Log, state: npt.NDArray[np.float64], kind: int, index: int) -> None:
     """Append the state as an event."""
     row = log.counts[EVENTS]
     log.counts[EVENTS] = row + 1
     if row < log.events.shape[0]:
-        event = log.events[row]
-        event[0] = state[T]
-        event[1] = state[PX]
-        event[2] = state[PY]
-        event[3] = state[VX]
-        event[4] = state[VY]
-        event[5] = state[OMEGA]
-        log.marks[row, 0] = kind
-        log.marks[row, 1] = index
+        write_event(
+            log.events, log.marks, row,
+            state[T], state[PX], state[PY], state[VX], state[VY], state[OMEGA], kind, index,
+        )  # fmt: skip
+
+
+@kernel
+def write_segment(
+    segments: npt.NDArray[np.float64],
+    row: int,
+    t: float,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    theta: float,
+    omega: float,
+    item: float,
+) -> None:
+    """Fill one row of a log's segments, but for what only a ride has."""
+    segments[row, T] = t
+    segments[row, PX] = x
+    segments[row, PY] = y
+    segments[row, VX] = vx
+    segments[row, VY] = vy
+    segments[row, THETA] = theta
+    segments[row, OMEGA] = omega
+    segments[row, ITEM] = item
+    segments[row, SIDE] = 0.0
+    segments[row, MODE] = 0.0
+    segments[row, SLIP_SIGN] = 0.0
 
 
 @kernel
@@ -81,10 +128,10 @@ def note_segment(
     row = log.counts[SEGMENTS]
     log.counts[SEGMENTS] = row + 1
     if row < log.segments.shape[0]:
-        segment = log.segments[row]
-        for i in range(STATE_SIZE):
-            segment[i] = state[i]
-        segment[ITEM] = item
-        segment[SIDE] = side
-        segment[MODE] = mode
-        segment[SLIP_SIGN] = slip_sign
+        write_segment(
+            log.segments, row,
+            state[T], state[PX], state[PY], state[VX], state[VY], state[THETA], state[OMEGA], item,
+        )  # fmt: skip
+        log.segments[row, SIDE] = side
+        log.segments[row, MODE] = mode
+        log.segments[row, SLIP_SIGN] = slip_sign

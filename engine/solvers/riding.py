@@ -250,7 +250,7 @@ def ride(
                 friction_of(board, item),
                 skip == 1,
             )
-        if u == 0.0 and nx == 0.0 and mode != SLIDING:
+        if nx == 0.0 and mode != SLIDING and _has_stopped(board, u):
             return AT_REST, item, side, item, side
         note_segment(log, state, item, side, mode, slip_sign)
         start_series(board, series, state, item, side, mode, slip_sign)
@@ -267,6 +267,18 @@ def ride(
             side = _side_of(board, state, item)
         elif cause != STEP_END:
             return cause, item, side, other, sign
+
+
+@kernel
+def _has_stopped(board: Layout, u: float) -> bool:
+    """Whether a ball that rolls or slips along level ground at u m/s gets nowhere any more.
+
+    It has u / k to go, or 3 u / 2 k if it rolls; nowhere is what rounding would take from a length
+    the size of the ball.
+    """
+    if u == 0.0 or board.drag == 0.0:
+        return u == 0.0
+    return board.radius + 1.5 * abs(u) / board.drag == board.radius
 
 
 @kernel

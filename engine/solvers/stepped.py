@@ -51,6 +51,11 @@ MAX_HITS = 16
 for the next substep, so it cannot be pushed through."""
 
 
+RESTING = 1.0e-9
+"""A ball rests below this part of the speed gravity adds in a substep. A frictionless slope of so
+many radians would make it move as fast; the jitter of a ball in a notch is 1e-11 of that speed."""
+
+
 @kernel
 def push_out(board: Layout, state: State, correction: float) -> None:
     """Move a ball out of what it overlaps, by the fraction `correction` of the depth."""
@@ -156,15 +161,15 @@ def substep(
 
 
 @kernel
-def _same(a: State, b: State) -> bool:
-    """Whether nothing but the time differs."""
-    return bool(
-        a[PX] == b[PX]
-        and a[PY] == b[PY]
-        and a[VX] == b[VX]
-        and a[VY] == b[VY]
-        and a[OMEGA] == b[OMEGA]
-    )
+def _rests(a: State, b: State, speed: float, h: float, radius: float) -> bool:
+    """Whether a ball that was in state a is still there a substep later, in b.
+
+    It is if neither of its speeds reaches `speed`, m/s, nor did it move or turn as fast as that.
+    """
+    still = abs(a[VX]) < speed and abs(a[VY]) < speed
+    still = still and abs(b[VX]) < speed and abs(b[VY]) < speed
+    still = still and abs(b[PX] - a[PX]) < speed * h and abs(b[PY] - a[PY]) < speed * h
+    return bool(still and radius * abs(b[OMEGA] - a[OMEGA]) < speed)
 
 
 @kernel
@@ -181,15 +186,15 @@ def step_on(
 ) -> int:
     """Substep number `steps` (from 0) of a drop: FLYING or an outcome.
 
-    A ball whose state one substep leaves as it was stays so for ever: it is balanced. `before` is
-    work space, shape (7,).
+    A ball that is left with next to nothing of the speed that gravity adds in a substep is held
+    where it is: balanced. `before` is work space, shape (7,).
     """
     before[:] = state
     outcome = substep(board, state, h, decay, gain, correction, log)
     if outcome != FLYING:
         return outcome
     state[T] = (steps + 1) * h
-    if _same(state, before):
+    if _rests(before, state, RESTING * board.gravity * h, h, board.radius):
         return BALANCED
     if not state[T] <= MAX_TIME:
         return TIME_LIMIT

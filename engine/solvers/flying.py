@@ -1,0 +1,434 @@
+"""Flight of the exact solver: from impact to impact, until a ball lands or stays on a surface.
+
+These kernels take arrays and scalars one by one instead of a Layout: in the innermost loops the
+reference counting of a tuple of arrays would cost more than the physics.
+"""
+
+from math import sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.constants import KIND_PEG, KIND_WALL
+from engine.kernels.flight import SERIES_LIMIT, basis
+from engine.kernels.impact_time import (
+    NO_HIT,
+    circle_hit,
+    circle_hit_after_leaving,
+    circle_hit_again,
+    line_hit,
+    line_hit_again,
+    stays_positive,
+    third_derivative_bound,
+)
+from engine.kernels.impulse import bounce
+from engine.kernels.jit import kernel
+from engine.kernels.layout import (
+    DISTANCE,
+    DISTANCE2,
+    FIRST_END,
+    LAST_END,
+    LENGTH,
+    NX,
+    NY,
+    TX,
+    TY,
+    X,
+    Y,
+    cell_bucket,
+)
+from engine.kernels.log import (
+    EVENTS,
+    IMPACTS,
+    IN_FLIGHT,
+    OMEGA,
+    PX,
+    PY,
+    SEGMENTS,
+    THETA,
+    VX,
+    VY,
+    T,
+    write_event,
+    write_segment,
+)
+
+Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+DYING_BOUNCE = 1.0e-8
+"""m/s. A bounce that leaves a surface slower than this, and is pressed back, has died: the ball
+stays on the surface. What is cut off of the infinite sequence moves the ball by about 1e-19 m where
+friction holds it and 1e-12 m where it slips; a larger value would be seen in the digest only."""
+
+MAX_WINDOWS = 1_000_000
+"""Search windows in one flight, each at least the layout's travel long or 0.25 / k."""
+
+# What a flight ends at, besides the number of a surface.
+BINS = -1
+NOWHERE = -2
+
+# How the surface that a flight starts from was left.
+FREE = 0
+BOUNCED = 1
+ROLLED_OFF = 2
+
+# Why `fly` returned.
+AT_BINS = 0
+ON_SURFACE = 1
+OUT_OF_EVENTS = 2
+OUT_OF_TIME = 3
+OUT_OF_BOARD = 4
+
+
+@kernel
+def _held_line_hit(
+    lx: float,
+    ly: float,
+    length: float,
+    nx: float,
+    ny: float,
+    side: float,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    horizon: float,
+) -> float:
+    """When a ball that has just left `side` of a line at (lx, ly) hits it again."""
+    hd = side * (nx * vx + ny * vy)
+    hdd = side * (nx * ax + ny * ay)
+    s = line_hit_again(hd, hdd, k, horizon, horizon)
+    if s != NO_HIT and not _foot_inside(x - lx, y - ly, vx, vy, ax, ay, ny, -nx, length, k, s):
+        return NO_HIT
+    return s
+
+
+@kernel
+def _foot_inside(
+    dx: float,
+    dy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    tx: float,
+    ty: float,
+    length: float,
+    k: float,
+    s: float,
+) -> bool:
+    """Whether the foot of a ball on a line lies between its ends after a flight of s.
+
+    (dx, dy) is where the flight begins, seen from the line's first end.
+    """
+    _, _, psi = basis(k, s)
+    foot = (dx + vx * s + ax * psi) * tx + (dy + vy * s + ay * psi) * ty
+    return 0.0 <= foot <= length
+
+
+@kernel
+def _line_hit_between_ends(
+    lx: float,
+    ly: float,
+    length: float,
+    nx: float,
+    ny: float,
+    radius: float,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    horizon: float,
+    best: float,
+) -> tuple[float, float]:
+    """When the ball hits a wall between its ends, or NO_HIT; and on which side."""
+    dx = x - lx
+    dy = y - ly
+    d = nx * dx + ny * dy
+    dv = nx * vx + ny * vy
+    da = nx * ax + ny * ay
+    found = NO_HIT
+    found_side = 0.0
+    for way in range(2):
+        side = 1.0 - 2.0 * way
+        h = side * d - radius
+        hd = side * dv
+        hdd = side * da
+        if h > 0.0:
+            if h + hd * horizon > 0.0 and hdd >= 0.0:
+                continue  # out of reach
+        elif side * d <= 0.0 and h + hd * horizon <= 0.0:
+            continue  # behind the line, and not out on this side within the window
+        s = line_hit(h, hd, hdd, k, horizon, best)
+        if s == NO_HIT or (found != NO_HIT and s >= found):
+            continue
+        if _foot_inside(dx, dy, vx, vy, ax, ay, ny, -nx, length, k, s):
+            found = s
+            found_side = side
+    return found, found_side
+
+
+@kernel
+def _leaves_by(
+    first: float, last: float, end: int, tx: float, ty: float, u: float, v: float
+) -> bool:
+    """Whether `end` is the first or last end of a line, and (u, v) leads out past it.
+
+    At the joint of a line and its end a ball touches both, within rounding. From there on it is
+    past the line, whatever side of the joint rounding puts it on, until it moves back.
+    """
+    along = u * tx + v * ty
+    return (end == int(first) and along < 0.0) or (end == int(last) and along > 0.0)
+
+
+@kernel
+def next_hit(
+    items: Array,
+    starts: Ints,
+    members: Ints,
+    near: Array,
+    cells_per_metre: float,
+    travel: float,
+    gravity: float,
+    k: float,
+    radius: float,
+    bins_y: float,
+    x0: float,
+    y0: float,
+    vx0: float,
+    vy0: float,
+    held: int,
+    held_side: float,
+    how: int,
+    time_left: float,
+) -> tuple[float, int, float]:
+    """Flight from a state to whatever it meets first: duration, surface (or code) and side.
+
+    The first ten arguments are those of the layout. The flight is searched window by window; in
+    each the ball moves at most `travel`, so that the bucket of the window's start lists all it can
+    touch. At equal times the lower surface number counts, and a surface before the bins.
+    """
+    buckets = starts.shape[0] - 1
+    ax0 = -k * vx0
+    ay0 = gravity - k * vy0
+    x, y, vx, vy, ax, ay = x0, y0, vx0, vy0, ax0, ay0
+    gain = 2.0 * travel * sqrt(ax0 * ax0 + ay0 * ay0)  # of v^2 over one window, at most
+    start = 0.0
+    for _ in range(MAX_WINDOWS):
+        bucket = cell_bucket(x, y, cells_per_metre, buckets)
+        if bucket < 0:
+            return start, NOWHERE, 0.0
+        vv = vx * vx + vy * vy
+        va = vx * ax + vy * ay
+        aa = ax * ax + ay * ay
+        # The ball is nowhere faster than sqrt(v^2 + 2 |a| travel) while it moves that far.
+        horizon = travel / sqrt(vv + gain)
+        if k * horizon > SERIES_LIMIT:
+            horizon = SERIES_LIMIT / k
+        best = horizon
+        item = NOWHERE
+        side = 0.0
+        skipped = -1
+        if how != FREE:
+            skipped = held
+            d2 = items[held, DISTANCE2]
+            qx = x - items[held, X]
+            qy = y - items[held, Y]
+            if items[held, DISTANCE] == 0.0:
+                s = _held_line_hit(
+                    items[held, X], items[held, Y], items[held, LENGTH],
+                    items[held, NX], items[held, NY],
+                    held_side, x, y, vx, vy, ax, ay, k, horizon,
+                )  # fmt: skip
+            elif how == BOUNCED:
+                s = circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, horizon)
+            else:
+                s = circle_hit_after_leaving(qx, qy, vx, vy, ax, ay, k, d2, horizon, horizon)
+            if s != NO_HIT:
+                best = s
+                item = held
+                side = held_side
+        for j in range(starts[bucket], starts[bucket + 1]):
+            d2 = near[j, 2]
+            if d2 == 0.0:
+                other = members[j]
+                if other == skipped:
+                    continue
+                s, other_side = _line_hit_between_ends(
+                    items[other, X], items[other, Y], items[other, LENGTH],
+                    items[other, NX], items[other, NY], radius,
+                    x, y, vx, vy, ax, ay, k, horizon, best,
+                )  # fmt: skip
+                if s != NO_HIT and how != FREE:
+                    first = items[other, FIRST_END]
+                    last = items[other, LAST_END]
+                    tx = items[other, TX]
+                    ty = items[other, TY]
+                    if _leaves_by(first, last, held, tx, ty, vx, vy):
+                        _, phi, _ = basis(k, s)
+                        if _leaves_by(first, last, held, tx, ty, vx + ax * phi, vy + ay * phi):
+                            s = NO_HIT
+            else:
+                # Most candidates are turned down here, with neither a call nor a square root.
+                qx = x - near[j, 0]
+                qy = y - near[j, 1]
+                f = qx * qx + qy * qy - d2
+                fd = 2.0 * (qx * vx + qy * vy)
+                qa = qx * ax + qy * ay
+                low2 = 2.0 * (vv + qa) + best * third_derivative_bound(va, aa, qa, k, horizon)
+                if f > 0.0 and stays_positive(f, fd, low2, best):
+                    continue
+                other = members[j]
+                if other == skipped:
+                    continue
+                other_side = 0.0
+                s = circle_hit(qx, qy, vx, vy, ax, ay, k, d2, horizon, best)
+            if s != NO_HIT and (s < best or item == NOWHERE or (s == best and other < item)):
+                best = s
+                item = other
+                side = other_side
+        s = line_hit(bins_y - y, -vy, -ay, k, horizon, best)
+        if s != NO_HIT and (s < best or item == NOWHERE):
+            best = s
+            item = BINS
+        if item != NOWHERE:
+            return start + best, item, side
+        start = start + horizon
+        if start > time_left:
+            return start, NOWHERE, 0.0
+        how = FREE
+        decay, phi, psi = basis(k, start)
+        x = x0 + vx0 * start + ax0 * psi
+        y = y0 + vy0 * start + ay0 * psi
+        vx = vx0 + ax0 * phi
+        vy = vy0 + ay0 * phi
+        ax = ax0 * decay
+        ay = ay0 * decay
+    return start, NOWHERE, 0.0
+
+
+@kernel
+def fly(
+    items: Array,
+    starts: Ints,
+    members: Ints,
+    near: Array,
+    cells_per_metre: float,
+    travel: float,
+    gravity: float,
+    k: float,
+    radius: float,
+    bins_y: float,
+    peg_count: int,
+    peg_restitution: float,
+    peg_friction: float,
+    wall_restitution: float,
+    wall_friction: float,
+    state: Array,
+    item: int,
+    side: float,
+    how: int,
+    touching: bool,
+    max_events: int,
+    max_time: float,
+    events: Array,
+    marks: npt.NDArray[np.int32],
+    segments: Array,
+    counts: Ints,
+) -> tuple[int, int, float, bool]:
+    """Flights and bounces from `state`, changed in place, until something else than a bounce.
+
+    `item` and `side` name the surface that was left, and `how`; or, if `touching`, the one that is
+    being hit. Returns the cause, the surface and side the ball is on, and whether friction stopped
+    its slip there. The arguments up to wall_friction are those of the layout, the last four are the
+    log.
+    """
+    t = state[T]
+    x = state[PX]
+    y = state[PY]
+    vx = state[VX]
+    vy = state[VY]
+    theta = state[THETA]
+    omega = state[OMEGA]
+    grips = False
+    cause = ON_SURFACE
+    while True:
+        if not touching:
+            if counts[EVENTS] >= max_events:
+                cause = OUT_OF_EVENTS
+                break
+            row = counts[SEGMENTS]
+            counts[SEGMENTS] = row + 1
+            if row < segments.shape[0]:
+                write_segment(segments, row, t, x, y, vx, vy, theta, omega, IN_FLIGHT)
+            s, item, side = next_hit(
+                items, starts, members, near, cells_per_metre, travel, gravity, k, radius, bins_y,
+                x, y, vx, vy, item, side, how, max_time - t,
+            )  # fmt: skip
+            if item == NOWHERE:
+                cause = OUT_OF_TIME if t + s > max_time else OUT_OF_BOARD
+                break
+            ax = -k * vx
+            ay = gravity - k * vy
+            _, phi, psi = basis(k, s)
+            t += s
+            x = x + vx * s + ax * psi
+            y = y + vy * s + ay * psi
+            vx = vx + ax * phi
+            vy = vy + ay * phi
+            theta = theta + omega * s
+            if item == BINS:
+                cause = AT_BINS
+                break
+        touching = False
+        how = BOUNCED
+        dx = x - items[item, X]
+        dy = y - items[item, Y]
+        distance = items[item, DISTANCE]
+        if distance > 0.0:
+            length = sqrt(dx * dx + dy * dy)
+            nx = dx / length
+            ny = dy / length
+            x = items[item, X] + distance * nx
+            y = items[item, Y] + distance * ny
+        else:
+            nx = side * items[item, NX]
+            ny = side * items[item, NY]
+            gap = radius - (dx * nx + dy * ny)
+            x = x + gap * nx
+            y = y + gap * ny
+        is_peg = item < peg_count
+        restitution = peg_restitution if is_peg else wall_restitution
+        friction = peg_friction if is_peg else wall_friction
+        grips = False
+        if vx * nx + vy * ny < 0.0:
+            vx, vy, omega, grips = bounce(vx, vy, omega, nx, ny, radius, restitution, friction)
+        row = counts[EVENTS]
+        counts[EVENTS] = row + 1
+        counts[IMPACTS] += 1
+        if row < events.shape[0]:
+            kind = KIND_PEG if is_peg else KIND_WALL
+            index = item if is_peg else (item - peg_count) // 3
+            write_event(events, marks, row, t, x, y, vx, vy, omega, kind, index)
+        if vx * nx + vy * ny <= DYING_BOUNCE:
+            u = vy * nx - vx * ny
+            bend = 1.0 / distance if distance > 0.0 else 0.0
+            if -gravity * ny - bend * u * u > 0.0:
+                vx = -u * ny
+                vy = u * nx
+                break
+    state[T] = t
+    state[PX] = x
+    state[PY] = y
+    state[VX] = vx
+    state[VY] = vy
+    state[THETA] = theta
+    state[OMEGA] = omega
+    return cause, item, side, grips
