@@ -20,13 +20,14 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
 
-.PHONY: help play test lint format constraints clean
+.PHONY: help play test lint format readme constraints clean
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
 	@echo 'make test         run every test, browser tests included (PYTEST_ARGS=...)'
 	@echo 'make lint         style, format, types and import contracts'
 	@echo 'make format       put the code in its format'
+	@echo 'make readme       run the examples of the README and write what they print'
 	@echo 'make constraints  pin the newest versions that work together'
 	@echo 'make clean        remove the environment and all caches'
 
@@ -47,6 +48,10 @@ lint: $(VENV)/.stamp-lint
 format: $(VENV)/.stamp-lint
 	$(BIN)/ruff check --fix-only --quiet .
 	$(BIN)/ruff format .
+
+# What the README's examples print, and its pictures, anew.
+readme: $(VENV)/.stamp-test
+	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.readme
 
 # The newest versions that the ranges in pyproject.toml allow, tried and written down together.
 constraints:
