@@ -43,7 +43,7 @@ def run(settings: Settings) -> Section:
             entries = list(_entries(everyone, rates))
             speeds = _speeds(board, truth.xs, entries, settings)
             section.data[key] = _errors(truth, entries, speeds, settings)
-            section.tables.append(_table(title, truth, section.data[key], settings))
+            section.tables.append(_table(title, truth, section.data[key]))
             plot = f"bench-accuracy-{key}.png"
             section.plots[plot] = _plotter(title, section.data[key])
         histograms(section, boards["trial-16"][1], everyone, settings)
@@ -121,19 +121,18 @@ def _errors(
     for name, contestant, rate in entries:
         dt = step_of(rate)
         times = np.nan_to_num(truth.times)
-        found = contestant.positions_at(truth.board, truth.xs, dt, times)
-        error = np.hypot(*np.moveaxis(found - truth.positions, -1, 0))
         longest = 1.25 * float(truth.durations.max())
-        bins = contestant.bins(truth.board, truth.xs, dt, longest)
-        paths = contestant.paths(truth.board, truth.xs, dt, longest)
+        seen = contestant.observe(truth.board, truth.xs, dt, times, longest)
+        error = np.hypot(*np.moveaxis(seen.positions - truth.positions, -1, 0))
+        same = seen.bins == truth.bins
         rows[name] = {
             "contestant": contestant.name,
             "rate": rate,
             "error": np.nanmedian(error, axis=0).tolist(),
             "worst": np.nanmax(error, axis=0).tolist(),
-            "same_bin": float((bins == truth.bins).mean()),
-            "same_bin_decidable": int((bins == truth.bins)[truth.decidable].sum()),
-            "deepest": paths.deepest(truth.board),
+            "same_bin": float(same.mean()),
+            "same_bin_decidable": int(same[truth.decidable].sum()),
+            "deepest": seen.deepest,
             "drops_per_second": speeds[name].to_dict(),
         }
         settings.step(name)
@@ -146,7 +145,7 @@ def _errors(
     }
 
 
-def _table(title: str, truth: Reference, data: dict[str, Any], settings: Settings) -> Table:
+def _table(title: str, truth: Reference, data: dict[str, Any]) -> Table:
     rows = [
         [
             name,

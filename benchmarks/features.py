@@ -168,9 +168,11 @@ def _unused(section: Section, settings: Settings) -> None:
             ],
             rows,
             [
-                f"Never had: a copy of the engine with the feature cut out of its source, compiled "
-                f"by itself, run in turns with the whole engine on the same board; the outcomes of "
-                f"both are compared. Aim: a median ratio of at most {UNUSED}."
+                "Never had: a copy of the engine with the feature cut out of its source, compiled "
+                "by itself, run in turns with the whole engine on the same board; the outcomes of "
+                "both are compared. `nothing` is the control: a copy with nothing cut out, whose "
+                "ratio shows how far the measurement itself is off. "
+                f"Aim: a median ratio of at most {UNUSED}."
             ],
         )
     )

@@ -111,7 +111,14 @@ class _NoLog(_Cut):
         return node
 
 
+class _Nothing(_Cut):
+    """The control: a copy with all its features."""
+
+    done = 1
+
+
 CUTS: dict[str, Callable[[], _Cut]] = {
+    "nothing": _Nothing,
     "drag": lambda: _Zero({"drag"}, {"k", "drag"}, set()),
     "friction": lambda: _Zero({"peg_friction", "wall_friction"}, {"friction"}, {"friction_of"}),
     "walls": _NoWalls,
@@ -128,7 +135,7 @@ def without(feature: str) -> Iterator[ModuleType]:
     """The engine without one of CUTS, as a package with the engine's own interface."""
     package = f"engine_without_{feature}"
     with tempfile.TemporaryDirectory() as folder:
-        _copy(package, CUTS[feature](), Path(folder))
+        copy(package, CUTS[feature](), Path(folder))
         sys.path.insert(0, folder)
         try:
             yield importlib.import_module(package)
@@ -138,7 +145,8 @@ def without(feature: str) -> Iterator[ModuleType]:
                 del sys.modules[name]
 
 
-def _copy(package: str, cut: _Cut, folder: Path) -> None:
+def copy(package: str, cut: _Cut, folder: Path) -> None:
+    """Write the cut copy into a folder; LostTouchError if there was nothing to cut."""
     target = folder / package
     shutil.copytree(SOURCE, target, ignore=shutil.ignore_patterns("__pycache__"))
     rename = _Rename(package)

@@ -27,6 +27,11 @@ WHAT = ("accuracy", "throughput", "stability", "features")
     help="Draw the figures into this directory.",
 )
 @click.option(
+    "--page",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Put the results into this page, between its markers.",
+)
+@click.option(
     "--rounds",
     type=click.IntRange(min=1),
     help="Repeats of each timed job.  [7; with --quick 1]",
@@ -43,6 +48,7 @@ def command(
     as_json: bool,
     quick: bool,
     plots: Path | None,
+    page: Path | None,
     rounds: int | None,
     long: bool,
     findings: Path | None,
@@ -54,6 +60,7 @@ def command(
     oracle of `accuracy` and all plots need the `bench` extra.
     """
     from benchmarks import machine, suite
+    from benchmarks.page import fill
     from benchmarks.settings import MissingError, Settings
 
     names = WHAT if what == "all" else (what,)
@@ -75,6 +82,8 @@ def command(
             except MissingError as error:
                 raise click.UsageError(f"{name}: {error}") from error
     drawn = suite.draw(found, plots) if plots else []
+    if page:
+        fill(page, about, found)
     if as_json:
         common.print_json(_as_json(about, quick, found))
     else:

@@ -104,9 +104,21 @@ class Contestant(ABC):
         found = [self.paths(board, part, dt, duration).landings(board) for part in parts]
         return np.concatenate(found)
 
-    def positions_at(self, board: Board, xs: Floats, dt: float, times: Floats) -> Floats:
-        """Positions of ball i at times[i, j], shape (n, m, 2)."""
-        return self.paths(board, xs, dt, float(times.max()) + 2.0 * dt).at(times)
+    def observe(
+        self, board: Board, xs: Floats, dt: float, times: Floats, duration: float
+    ) -> "Observation":
+        """Positions of ball i at times[i, j], bins after `duration`, and the deepest overlap."""
+        paths = self.paths(board, xs, dt, duration)
+        return Observation(paths.at(times), paths.landings(board), paths.deepest(board))
+
+
+@dataclass(frozen=True)
+class Observation:
+    """positions, m, shape (n, m, 2); bins, -1 for none, shape (n,); deepest overlap, m."""
+
+    positions: Floats
+    bins: npt.NDArray[np.int64]
+    deepest: float
 
 
 def pairs(board: Board) -> tuple[Material, Material]:

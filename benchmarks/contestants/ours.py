@@ -4,7 +4,13 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.clock import seconds_of
-from benchmarks.contestants.common import Contestant, Floats, Paths, steps_of
+from benchmarks.contestants.common import (
+    Contestant,
+    Floats,
+    Observation,
+    Paths,
+    steps_of,
+)
 from engine import Board, drop, drop_many
 
 
@@ -42,13 +48,16 @@ class Exact(Contestant):
         many = drop_many(board, seeds, xs=xs, **self.options(dt))  # type: ignore[arg-type]
         return many.bin.astype(np.int64)
 
-    def positions_at(self, board: Board, xs: Floats, dt: float, times: Floats) -> Floats:
-        """Positions at any times: the solver knows its whole path."""
+    def observe(
+        self, board: Board, xs: Floats, dt: float, times: Floats, duration: float
+    ) -> Observation:
+        """As for all, but at the very times, and with the solver's own bins."""
         found = np.empty((*times.shape, 2))
         for i, x in enumerate(xs.tolist()):
             states = drop(board, x=x, **self.options(dt)).states(times[i])  # type: ignore[arg-type]
             found[i, :, 0], found[i, :, 1] = states["x"], states["y"]
-        return found
+        deepest = self.paths(board, xs, dt, duration).deepest(board)
+        return Observation(found, self.bins(board, xs, dt, duration), deepest)
 
 
 class Stepped(Exact):

@@ -1,0 +1,262 @@
+"""The benchmarks run, say what they should, and judge rightly; how fast they run is no claim."""
+
+import json
+import math
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from benchmarks import (
+    arithmetic,
+    energy,
+    machine,
+    operations,
+    random_boards,
+    scenes,
+    stripped,
+    torture,
+    watch,
+)
+from benchmarks.clock import Sample, in_turns
+from benchmarks.contestants import node
+from benchmarks.contestants.box2d import Box2d
+from benchmarks.contestants.chipmunk import Chipmunk
+from benchmarks.contestants.common import Contestant, Paths
+from benchmarks.contestants.naive import Naive
+from benchmarks.contestants.ours import Exact, Stepped
+from benchmarks.page import fill
+from benchmarks.report import Section, Table, length, spread
+from benchmarks.settings import MissingError, Settings
+from engine import drop, drop_many
+
+QUICK = Settings(quick=True, rounds=1, node=False)
+
+
+def test_contestants_take_turns_and_the_first_round_is_not_counted() -> None:
+    order: list[str] = []
+
+    def job(name: str) -> float:
+        order.append(name)
+        return float(len(order))
+
+    found = in_turns({"a": lambda: job("a"), "b": lambda: job("b")}, 2)
+    assert order == ["a", "b", "b", "a", "a", "b"]
+    assert found == {"a": Sample((4.0, 5.0)), "b": Sample((3.0, 6.0))}
+
+
+def test_a_ratio_is_taken_round_by_round() -> None:
+    slow_machine_in_round_two = Sample((1.0, 10.0)), Sample((2.0, 20.0))
+    assert slow_machine_in_round_two[1].over(slow_machine_in_round_two[0]).values == (2.0, 2.0)
+
+
+def test_tables_are_markdown_with_median_and_spread() -> None:
+    text = Table("Speed", ["who", "s"], [["a", spread(Sample((3.0, 1.0, 2.0)))]], ["Why."]).text()
+    assert text.splitlines()[2:5] == [
+        "| who |          s |",
+        "| --- | ---------: |",
+        "| a   | 2 (1 to 3) |",
+    ]
+    assert text.endswith("Why.")
+
+
+@pytest.mark.parametrize(
+    ("metres", "text"),
+    [(0.0, "0"), (1.5, "1.5 m"), (0.25, "250 mm"), (3.2e-6, "3.2 µm"), (4e-16, "4.0e-16 m")],
+)
+def test_lengths_have_fitting_units(metres: float, text: str) -> None:
+    assert length(metres) == text
+
+
+def test_the_machine_is_named() -> None:
+    about = machine.describe()
+    assert about["processor"]
+    assert int(about["cores"]) >= 1
+    assert about["numpy"] == np.__version__
+
+
+def test_the_page_keeps_its_words_and_gets_new_tables(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("Words.\n<!-- speed -->\nold\n<!-- /speed -->\nMore words.\n")
+    fill(page, {"cores": "2"}, [Section("speed", [Table("T", ["x"], [["new"]])])])
+    text = page.read_text()
+    assert text.startswith("Words.\n<!-- speed -->")
+    assert text.endswith("<!-- /speed -->\nMore words.\n")
+    assert "new" in text
+    assert "old" not in text
+    with pytest.raises(MissingError, match="stability"):
+        fill(page, {}, [Section("stability")])
+
+
+@pytest.mark.parametrize("rows", [8, 13])
+def test_lattices_of_any_width_give_the_same_walk(rows: int) -> None:
+    """The cost against pegs is only a fair curve if the path stays what it is."""
+    narrow, wide = (scenes.lattice(rows, n, scenes.FULL) for n in (32, 64))
+    assert len(wide.pegs) > 1.9 * len(narrow.pegs)
+    assert narrow.drop == wide.drop
+    paths = [drop_many(board, range(200), threads=1).impact_count for board in (narrow, wide)]
+    assert paths[0].tolist() == paths[1].tolist()
+
+
+def test_arithmetic_is_measured_in_positive_nanoseconds() -> None:
+    for job in arithmetic.jobs(sweeps=10).values():
+        assert job() > 0.0
+
+
+def test_operations_are_counted() -> None:
+    """Falling and bouncing off a floor once takes some operations, but not thousands."""
+    board = scenes.revised(scenes.lattice(8, 8, scenes.PLAIN))
+    counts = operations.count_apart(board.to_json(), 1)
+    assert 20.0 < counts["add"] < 2000.0
+    assert 20.0 < counts["multiply"] < 2000.0
+    assert counts["root"] > 0.0
+
+
+def everyone() -> list[Contestant]:
+    pytest.importorskip("pymunk")
+    pytest.importorskip("Box2D")
+    return [Exact(), Stepped(), Naive(), Chipmunk(), Box2d()]
+
+
+def test_all_contestants_play_the_same_scene() -> None:
+    """Until the first impact there is nothing to differ about but the step."""
+    board = scenes.triangle(12, scenes.PLAIN)
+    xs = np.array([0.05, -0.2])
+    dt = 1.0 / 960.0
+    first = min(float(drop(board, x=x).impacts["t"][0]) for x in xs.tolist())
+    times = np.full((2, 1), 0.9 * first)
+    fallen = 0.5 * board.gravity * times[0, 0] ** 2
+    for contestant in everyone():
+        seen = contestant.observe(board, xs, dt, times, 12.0)
+        assert seen.positions[:, 0, 0] == pytest.approx(xs, abs=1e-6), contestant.name
+        assert seen.positions[:, 0, 1] == pytest.approx(fallen, abs=2e-3), contestant.name
+        assert (seen.bins >= 0).all(), contestant.name
+        assert seen.deepest < 0.02, contestant.name
+
+
+def test_all_contestants_fall_through_air_alike() -> None:
+    board = scenes.triangle(12, scenes.FULL)
+    times = np.full((1, 1), 0.1)
+    k, t = board.drag, 0.1
+    fallen = board.gravity / k * (t - (1.0 - math.exp(-k * t)) / k)
+    for contestant in everyone():
+        seen = contestant.observe(board, np.zeros(1) + 0.01, 1.0 / 960.0, times, 1.0)
+        assert seen.positions[0, 0, 1] == pytest.approx(fallen, abs=1e-3), contestant.name
+
+
+def test_all_contestants_honour_restitution() -> None:
+    section = Section("accuracy")
+    energy.bounces(section, everyone(), (240,), QUICK)
+    for name, found in section.data["bounces"]["restitution"].items():
+        assert found == pytest.approx([0.7, 0.7], abs=0.03), name
+    assert section.data["bounces"]["restitution"]["plinko exact"] == pytest.approx(
+        [0.7, 0.7], abs=1e-12
+    )
+
+
+def test_timed_contestants_return_seconds() -> None:
+    board = scenes.triangle(8, scenes.PLAIN)
+    for contestant in everyone():
+        assert contestant.seconds(board, np.array([0.1]), 1.0 / 60.0) > 0.0
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")
+@pytest.mark.skipif(
+    not (node.FOLDER / "node_modules").is_dir(), reason="benchmarks/node is not installed"
+)
+@pytest.mark.parametrize("module", node.ENGINES)
+def test_node_engines_play_the_same_scene(module: str) -> None:
+    board = scenes.triangle(12, scenes.PLAIN)
+    engine = node.NodeEngine(module)
+    try:
+        times = np.array([[0.15]])  # before the first impact
+        seen = engine.observe(board, np.array([0.05]), 1.0 / 960.0, times, 12.0)
+        assert seen.positions[0, 0] == pytest.approx([0.05, 0.5 * 9.81 * 0.15**2], abs=3e-3)
+        assert seen.bins[0] >= 0
+    finally:
+        engine.close()
+
+
+def test_a_recorded_path_is_read_between_its_steps() -> None:
+    y = np.arange(5.0)
+    positions = np.stack([np.zeros((5, 1)), y[:, None]], axis=-1)
+    paths = Paths(0.5, positions, np.zeros_like(positions))
+    assert paths.at(np.array([[0.0, 0.75, 2.0]]))[0, :, 1].tolist() == [0.0, 1.5, 4.0]
+
+
+def test_the_watch_sees_tunnelling() -> None:
+    pegs, walls = np.array([[0.0, 0.0, 0.05]]), np.array([[1.0, -1.0, 1.0, 1.0]])
+    away, overlapping = np.array([0.0, 0.0]), np.array([-0.2, -0.12])
+    depth = watch.deepest(away, overlapping, pegs, walls, 0.1)
+    assert depth == pytest.approx(0.03)
+    through = watch.deepest(np.array([0.7, 1.3]), np.array([0.0, 0.1]), pegs, walls, 0.1)
+    assert through == pytest.approx(0.1)
+    beside = watch.deepest(np.array([0.7, 0.75]), np.array([0.0, 0.1]), pegs, walls, 0.1)
+    assert beside == 0.0
+
+
+def test_random_boards_are_valid_and_repeatable() -> None:
+    boards = [random_boards.random_board(seed) for seed in range(3)]
+    assert len({board.digest for board in boards}) == 3
+    assert random_boards.random_board(1).digest == boards[1].digest
+    low, high = -boards[0].drop.jitter, boards[0].drop.jitter
+    assert all(low <= x <= high for x in random_boards.starts(boards[0], 50, 0))
+
+
+@pytest.mark.parametrize("solver", ["exact", "stepped"])
+def test_random_boards_do_no_harm(solver: str) -> None:
+    found = watch.Findings()
+    for seed in range(4):
+        board = random_boards.random_board(seed)
+        found.add(watch.examine(board, random_boards.starts(board, 6, seed), {"solver": solver}))
+    assert found.drops == 24
+    assert dict(found.faults) == {}, found.kept
+
+
+def test_the_torture_catalogue_does_no_harm_to_the_exact_solver() -> None:
+    found = watch.Findings()
+    for scene in torture.catalogue(1):
+        if "drag 1000" not in scene.name and "e 1" not in scene.name:  # those take a second a drop
+            found.add(watch.examine(scene.board, scene.xs[:2], {"solver": "exact"}))
+    assert found.drops > 40
+    assert dict(found.faults) == {}, found.kept
+
+
+@pytest.mark.slow
+def test_an_engine_without_a_feature_gives_the_same_bits() -> None:
+    board = scenes.triangle(8, scenes.PLAIN)
+    with stripped.without("friction") as other:
+        theirs = other.drop_many(scenes.twin(other, board), range(64))
+    ours = drop_many(board, range(64))
+    assert ours.x_end.tobytes() == theirs.x_end.tobytes()
+
+
+@pytest.mark.parametrize("feature", stripped.CUTS)
+def test_every_cut_still_finds_what_it_cuts(feature: str, tmp_path: Path) -> None:
+    package = f"engine_without_{feature}"
+    stripped.copy(package, stripped.CUTS[feature](), tmp_path)
+    assert "import" in (tmp_path / package / "drop.py").read_text()
+    assert "from engine." not in (tmp_path / package / "drop.py").read_text()
+
+
+def test_the_command_prints_json_and_saves_plots(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from app.cli import plinko
+    from benchmarks import suite
+
+    def one_table(name: str, settings: Settings) -> Section:
+        assert settings.quick
+        section = Section(name, [Table("T", ["a"], [["1"]])], {"n": 1})
+        section.plots["plot.png"] = lambda path: Path(path).touch()
+        return section
+
+    monkeypatch.setattr(suite, "run", one_table)
+    arguments = ["bench", "all", "--quick", "--json", "--plots", str(tmp_path)]
+    done = CliRunner().invoke(plinko, arguments)
+    printed = json.loads(done.stdout)
+    assert list(printed["sections"]) == list(suite.NAMES)
+    assert printed["machine"]["python"]
+    assert (tmp_path / "plot.png").exists()
