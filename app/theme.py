@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from app.errors import InvalidValueError
 from app.settings import static_directory
 
 Colour = tuple[int, int, int]
@@ -58,3 +59,10 @@ def _load() -> dict[str, Theme]:
 
 THEMES: Final = _load()
 """The two themes of the page: `light` and `dark`."""
+
+
+def named(name: str) -> Theme:
+    """The theme `light` or `dark`; InvalidValueError for another name."""
+    if name not in THEMES:
+        raise InvalidValueError(f"theme {name!r:.60} is not light or dark", field="theme")
+    return THEMES[name]

@@ -20,7 +20,7 @@ from app.render.caption import paint_caption
 from app.render.path import paint_ball, paint_ghost
 from app.render.picture import DEFAULT_WIDTH, drop_canvas
 from app.render.view import View, lay_out
-from app.theme import THEMES, Theme
+from app.theme import Theme, named
 from engine import Drop
 
 Pixels = npt.NDArray[np.uint8]
@@ -47,7 +47,7 @@ def drop_animation(
 ) -> bytes:
     """The drop as an animation in `fmt`, `gif` or `webp`, at real speed and `fps` frames/s.
 
-    Raises InvalidValueError naming a format, a width or an fps that is none.
+    Raises InvalidValueError naming a format, a width, an fps or a theme that is none.
     """
     if fmt not in _ENCODERS:
         raise InvalidValueError(f"format {fmt!r} is not gif or webp", field="format")
@@ -55,11 +55,11 @@ def drop_animation(
         raise InvalidValueError(f"fps {fps} is not from 1 to {MOST_FPS}", field="fps")
     view = lay_out(d.board, width)
     board = board_canvas(d.board, view, theme)
-    paint_caption(board, d, view, THEMES[theme], ended=False)
+    paint_caption(board, d, view, named(theme), ended=False)
     # A fall too long for the memory is shown from its start, and its result in any case.
     most = max(MOST_PIXELS // (view.width * view.height), 1)
     times = np.arange(max(min(math.ceil(d.duration * fps), most), 1)) / fps
-    patches = _patches(d, view, THEMES[theme], board, times)
+    patches = _patches(d, view, named(theme), board, times)
     last = drop_canvas(d, view, theme).image()
     return _ENCODERS[fmt](board.image(), patches, last, times)
 

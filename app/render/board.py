@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from app.render.canvas import Canvas, polygon_coverage, text_width
 from app.render.view import View
-from app.theme import THEMES, Theme
+from app.theme import Theme, named
 from engine import Board
 
 Point = tuple[float, float]
@@ -19,8 +19,8 @@ RAYS = 28  # wedges of the printed sunburst, every other one painted
 
 
 @functools.lru_cache(maxsize=4)
-def _painted(board: Board, view: View, theme_name: str) -> npt.NDArray[np.float32]:
-    theme = THEMES[theme_name]
+def _painted(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
+    theme = named(theme_name)
     canvas = Canvas.blank(view.width, view.height, theme["shoulder"])
     _plate(canvas, board, view, theme)
     _hopper(canvas, board, view, theme)
@@ -28,13 +28,12 @@ def _painted(board: Board, view: View, theme_name: str) -> npt.NDArray[np.float3
     for number in range(board.bins.count):
         paint_bin(canvas, board, view, theme, number)
     _rails(canvas, board, view, theme)
-    canvas.pixels.setflags(write=False)
-    return canvas.pixels
+    return np.rint(canvas.pixels).astype(np.uint8)
 
 
 def board_canvas(board: Board, view: View, theme_name: str) -> Canvas:
     """A fresh canvas with the board on it."""
-    return Canvas(_painted(board, view, theme_name).copy())
+    return Canvas(_painted(board, view, theme_name).astype(np.float32))
 
 
 def paint_bin(

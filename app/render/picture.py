@@ -7,7 +7,7 @@ from app.render.canvas import Canvas
 from app.render.caption import paint_caption
 from app.render.path import paint_ball, paint_contacts, paint_ghosts, paint_path
 from app.render.view import View, lay_out
-from app.theme import THEMES
+from app.theme import named
 from engine import Drop
 
 DEFAULT_WIDTH = 760  # px, the reference game's canvas
@@ -16,7 +16,7 @@ DEFAULT_WIDTH = 760  # px, the reference game's canvas
 def drop_png(d: Drop, width: int = DEFAULT_WIDTH, theme: str = "light") -> bytes:
     """The drop as PNG, `width` pixels wide (240 to 2048), in the page's `light` or `dark` theme.
 
-    Raises InvalidValueError for another width.
+    Raises InvalidValueError for another width or theme.
     """
     buffer = io.BytesIO()
     image = drop_canvas(d, lay_out(d.board, width), theme).image()
@@ -27,7 +27,7 @@ def drop_png(d: Drop, width: int = DEFAULT_WIDTH, theme: str = "light") -> bytes
 
 def drop_canvas(d: Drop, view: View, theme_name: str) -> Canvas:
     """The picture of a drop, not encoded yet."""
-    theme = THEMES[theme_name]
+    theme = named(theme_name)
     canvas = board_canvas(d.board, view, theme_name)
     if d.bin is not None:
         paint_bin(canvas, d.board, view, theme, d.bin, lit=True)

@@ -158,6 +158,11 @@ def test_a_width_out_of_range_is_refused(fall: Drop, width: int) -> None:
         drop_png(fall, width)
 
 
+def test_an_unknown_theme_is_refused(fall: Drop) -> None:
+    with pytest.raises(InvalidValueError, match="'pink'"):
+        drop_png(fall, 300, "pink")
+
+
 # edges are smooth
 
 
