@@ -1,4 +1,4 @@
-# The chores, one obvious way each: make play | test | lint | format | clean.
+# The chores, one obvious way each: make play | test | bench | lint | format.
 #
 # Needs make and Python >= 3.11 (with venv; on Debian, as root or with sudo, a missing one is
 # installed by apt). Everything else goes into .venv. Each environment step leaves a stamp file
@@ -15,18 +15,20 @@ HOST ?= 127.0.0.1
 PORT ?= 8000
 PYTEST_WORKERS ?= 2
 PYTEST_ARGS ?=
+BENCH_ARGS ?=
 
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
 
-.PHONY: help play test lint format readme constraints clean
+.PHONY: help play test lint format bench readme constraints clean
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
 	@echo 'make test         run every test, browser tests included (PYTEST_ARGS=...)'
 	@echo 'make lint         style, format, types and import contracts'
 	@echo 'make format       put the code in its format'
+	@echo 'make bench        measure speed and error and write docs/benchmarks.md'
 	@echo 'make readme       run the examples of the README and write what they print'
 	@echo 'make constraints  pin the newest versions that work together'
 	@echo 'make clean        remove the environment and all caches'
@@ -44,6 +46,10 @@ lint: $(VENV)/.stamp-lint
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# Every table and plot of docs/benchmarks.md, anew; BENCH_ARGS=--quick for a trial.
+bench: $(VENV)/.stamp-bench
+	$(BIN)/plinko bench all --plots docs/images --page docs/benchmarks.md $(BENCH_ARGS)
 
 format: $(VENV)/.stamp-lint
 	$(BIN)/ruff check --fix-only --quiet .
@@ -81,6 +87,10 @@ $(VENV)/.stamp-test: $(PINS) | $(VENV)/.stamp-venv
 $(VENV)/.stamp-lint: $(PINS) | $(VENV)/.stamp-venv
 	$(PIP) install -c constraints.txt -e '.[test,lint]'
 	touch $@ $(VENV)/.stamp-test $(VENV)/.stamp-play
+
+$(VENV)/.stamp-bench: $(PINS) | $(VENV)/.stamp-venv
+	$(PIP) install -c constraints.txt -e '.[bench]'
+	touch $@ $(VENV)/.stamp-play
 
 $(VENV)/.stamp-venv: tools/make-venv
 	tools/make-venv $(PYTHON) $(VENV)
