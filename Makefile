@@ -21,11 +21,12 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
 
-.PHONY: help play test lint format bench readme constraints clean
+.PHONY: help play test test-arm64 lint format bench readme constraints clean
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
 	@echo 'make test         run every test, browser tests included (PYTEST_ARGS=...)'
+	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
 	@echo 'make lint         style, format, types and import contracts'
 	@echo 'make format       put the code in its format'
 	@echo 'make bench        measure speed and error and write docs/benchmarks.md'
@@ -40,6 +41,10 @@ play: $(VENV)/.stamp-play
 test: $(VENV)/.stamp-test
 	chromium="$$(tools/chromium)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) $(PYTEST_ARGS)
+
+# Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU; with the JIT and without.
+test-arm64: $(VENV)/.stamp-play
+	tests/arm64/check $(BIN)/python
 
 lint: $(VENV)/.stamp-lint
 	$(BIN)/ruff check .

@@ -1,0 +1,139 @@
+"""The same bits everywhere: golden digests, with and without the JIT, and no stale machine code."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from engine import PHYSICS_VERSION
+from engine.kernels import jit
+from tests.golden import check, make
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("name", check.names())
+def test_a_drop_has_its_golden_digest(name: str) -> None:
+    expected = check.golden()["drops"][name]
+    assert check.differences(expected, check.entry(name), name) == []
+
+
+@pytest.mark.parametrize("name", check.batch_names())
+def test_a_thousand_drops_have_their_golden_digest(name: str) -> None:
+    expected = check.golden()["batches"][name]
+    assert check.differences(expected, check.batch_entry(name), name) == []
+
+
+def test_the_golden_digests_are_of_this_physics_and_cover_every_board() -> None:
+    golden = check.golden()
+    assert golden["physics_version"] == PHYSICS_VERSION
+    assert golden["seeds"] == [str(seed) for seed in check.SEEDS]
+    assert set(golden["drops"]) == set(check.names())
+    assert set(golden["batches"]) == set(check.batch_names())
+    digests = [d for entry in golden["drops"].values() for s in check.SOLVERS for d in entry[s]]
+    assert len(set(digests)) == len(digests)
+
+
+def test_a_version_of_the_physics_has_its_entry_in_the_changelog() -> None:
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    sections = [part for part in changelog.split("\n### ") if part.startswith("Simulation results")]
+    assert any(f"`PHYSICS_VERSION` {PHYSICS_VERSION}" in section for section in sections)
+
+
+def run_python(code: str, folder: Path = ROOT, **environment: str) -> str:
+    """What a fresh interpreter prints for `code` in `folder`."""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(folder), **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_plain_python_gives_the_golden_digests() -> None:
+    """Every preset and scene by both solvers, one drop each: the kernels without the JIT."""
+    code = (
+        "import sys, engine.solvers.exact as exact\n"
+        "assert not hasattr(exact.trace, 'signatures'), 'the JIT is on'\n"
+        "from tests.golden import check\n"
+        "sys.exit(check.main(['--quick']))\n"
+    )
+    printed = run_python(code, NUMBA_DISABLE_JIT="1")
+    assert printed.startswith(f"{2 * len(check.names())} drops have the golden digests")
+
+
+def test_a_changed_bit_is_told_by_name() -> None:
+    expected = check.golden()["drops"]["triangle-8"]
+    spoiled = json.loads(json.dumps(expected))
+    spoiled["stepped"][2] = "0" * 64
+    lines = check.differences(spoiled, expected, "triangle-8")
+    assert len(lines) == 1
+    assert lines[0].startswith(f"triangle-8 stepped seed {check.SEEDS[2]}: ")
+
+
+def test_results_cannot_change_behind_the_versions_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The maker refuses; it agrees to a raised version, and to boards that are new."""
+    entry = check.golden()["drops"]["triangle-8"]
+    old = {"physics_version": 1, "seeds": [], "drops": {"triangle-8": entry}, "batches": {}}
+    file = tmp_path / "digests.json"
+    monkeypatch.setattr(check, "FILE", file)
+    changed = json.loads(json.dumps(old))
+    changed["drops"]["triangle-8"]["exact"][0] = "0" * 64
+    monkeypatch.setattr(check, "current", lambda: changed)
+
+    file.write_text(json.dumps(old))
+    assert make.main([]) == 1
+    assert "raise PHYSICS_VERSION first" in capsys.readouterr().out
+    assert json.loads(file.read_text()) == old
+
+    changed["physics_version"] = 2
+    assert make.main([]) == 0
+    assert json.loads(file.read_text()) == changed
+
+    more = json.loads(json.dumps(changed))
+    more["drops"]["another"] = entry
+    monkeypatch.setattr(check, "current", lambda: more)
+    assert make.main([]) == 0
+    monkeypatch.setattr(check, "current", lambda: changed)
+    assert make.main([]) == 1  # a board that goes takes its drops with it
+    assert make.main(["--initial"]) == 0
+
+
+def test_a_changed_kernel_makes_the_code_of_its_callers_stale(tmp_path: Path) -> None:
+    """In a copy of the engine: a root is found by a kernel of one file, called from another."""
+    package = tmp_path / "engine"
+    kernels = package / "kernels"
+    shutil.copytree(ROOT / "engine" / "kernels", kernels, ignore=shutil.ignore_patterns("__*__"))
+    shutil.copy(ROOT / "engine" / "constants.py", package)
+    for folder in (package, kernels):
+        (folder / "__init__.py").write_text("")
+    code = (
+        "import numpy as np\n"
+        "from engine.kernels.series import first_zero\n"
+        "print(first_zero(np.array([1.0, -2.0, 0.0]), 0, 1.0))\n"
+    )
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    assert run_python(code, tmp_path, **cache) == "0.5\n"
+    source = kernels / "impact_time.py"
+    text = source.read_text()
+    assert "NO_HIT = -1.0" in text
+    source.write_text(text.replace("NO_HIT = -1.0", "NO_HIT = -7.0"))
+    missing = code.replace("-2.0", "2.0")
+    assert run_python(missing, tmp_path, **cache) == "-7.0\n"
+    source.write_text(text)
+    assert run_python(missing, tmp_path, **cache) == "-1.0\n"
+
+
+def test_the_stamp_is_of_the_sources() -> None:
+    assert len(jit._STAMP) == 64
+    assert jit._stamp() == jit._STAMP

@@ -1,0 +1,1 @@
+"""Saved states in which a bug once showed, and the test that plays them again."""
