@@ -279,7 +279,7 @@ walls_of = st.lists(
     st.sampled_from([0.0, 1.0, 4.0]),
 )
 @settings(suppress_health_check=[HealthCheck.too_slow], max_examples=150)
-def test_on_any_board_a_ball_ends_touches_nothing_inside_and_hashing_changes_nothing(
+def test_on_any_board_a_ball_ends_and_is_never_inside_anything(
     pegs: list[tuple[float, float, float]],
     walls: list[tuple[float, float, float, float]],
     x: float,
