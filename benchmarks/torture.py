@@ -55,7 +55,7 @@ def _scene(
             peg_material=physics,
             walls=tuple(walls),
             wall_material=physics,
-            bins=Bins(2.0, (-1e3, 0.0, 1e3), (1.0, 1.0)),
+            bins=Bins(2.0, (-1e6, 0.0, 1e6), (1.0, 1.0)),  # from 100 km a ball is thrown far
             drop=DropZone(0.0, start, 0.5),
         )
 

@@ -39,8 +39,8 @@ GAIN = 1e-9
 HANG = 20.0
 """Wall seconds after which a drop counts as hung although it came back."""
 
-KEPT = 20
-"""Findings kept of one run; one is enough to look into, thousands would be the same bug."""
+KEPT = 5
+"""Findings kept of each fault; one is enough to look into, thousands would be the same bug."""
 
 
 @dataclass
@@ -57,22 +57,18 @@ class Findings:
         self.drops += other.drops
         self.faults += other.faults
         self.unsettled += other.unsettled
-        self.kept = (self.kept + other.kept)[:KEPT]
+        for item in other.kept:
+            self._keep(item)
 
     def note(self, what: str, board: Board, x: float, solver: dict[str, Any], size: float) -> None:
         """Write a fault down."""
         self.faults[what] += 1
-        if len(self.kept) < KEPT:
-            self.kept.append(
-                {
-                    "fault": what,
-                    "size": size,
-                    "board": board.to_dict(),
-                    "x": x,
-                    "x_hex": x.hex(),
-                    "solver": solver,
-                }
-            )
+        place = {"board": board.to_dict(), "x": x, "x_hex": x.hex()}
+        self._keep({"fault": what, "size": size, **place, "solver": solver})
+
+    def _keep(self, item: dict[str, Any]) -> None:
+        if sum(kept["fault"] == item["fault"] for kept in self.kept) < KEPT:
+            self.kept.append(item)
 
 
 def examine(board: Board, xs: Sequence[float], solver: dict[str, Any]) -> Findings:
