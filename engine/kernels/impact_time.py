@@ -27,10 +27,16 @@ again: half of what rounding leaves of f itself."""
 
 @kernel
 def minorant_root(f: float, fd: float, m: float) -> float:
-    """Smallest d > 0 with f + fd d + m d^2 / 2 = 0 for f > 0, or NO_HIT."""
+    """Smallest d > 0 with f + fd d + m d^2 / 2 = 0 for f > 0, or NO_HIT.
+
+    Of the two forms of the root the one without cancellation: with the other, a ball that moves off
+    a surface it all but touches would come back to it at a time that is mostly rounding.
+    """
     discriminant = fd * fd - 2.0 * m * f
     if discriminant < 0.0:
         return NO_HIT
+    if fd > 0.0:
+        return (fd + sqrt(discriminant)) / -m if m < 0.0 else NO_HIT
     divisor = sqrt(discriminant) - fd
     if divisor <= 0.0:
         return NO_HIT

@@ -17,6 +17,7 @@ from engine.kernels.impact_time import (
     circle_hit_again,
     line_hit,
     line_hit_again,
+    minorant_root,
 )
 
 mp = mpmath.MPContext()
@@ -142,8 +143,11 @@ def test_a_ball_that_rolled_off_a_peg_does_not_fall_through_it(k: float) -> None
     assert s == NO_HIT
 
 
-@given(st.floats(1e-6, 1.0), speeds, accelerations, drags)
-def test_a_line_is_hit_when_the_gap_closes(h: float, hd: float, hdd: float, k: float) -> None:
+@given(st.floats(-18.0, 0.0), speeds, accelerations, drags)
+@example(-16.4, 0.15021323428929076, -9.371850958322197, 0.0)
+def test_a_line_is_hit_when_the_gap_closes(e: float, hd: float, hdd: float, k: float) -> None:
+    """However small the gap is: a ball may leave one wall while it all but touches another."""
+    h = 10.0**e
     s = line_hit(h, hd, hdd, k, HORIZON, HORIZON)
     gaps = [position(h, hd, hdd, k, HORIZON * i / 200) for i in range(201)]
     if s == NO_HIT:
@@ -151,6 +155,27 @@ def test_a_line_is_hit_when_the_gap_closes(h: float, hd: float, hdd: float, k: f
         return
     assert abs(position(h, hd, hdd, k, s)) < 4e-16 * (h + abs(hd) * s)
     assert all(gap > -1e-16 for i, gap in enumerate(gaps) if HORIZON * i / 200 < s)
+
+
+@given(
+    st.floats(-18.0, 2.0).map(lambda e: 10.0**e),
+    st.one_of(st.just(0.0), st.floats(-18.0, 2.0).map(lambda e: 10.0**e)),
+    st.sampled_from([-1.0, 1.0]),
+    st.integers(-500, 500).map(lambda tenths: tenths / 10.0),
+)
+def test_the_root_of_a_parabola_is_right_to_a_few_units(
+    f: float, slope: float, sign: float, m: float
+) -> None:
+    fd = sign * slope
+    exact = mp.mpf(fd) ** 2 - 2 * mp.mpf(m) * mp.mpf(f)
+    assume(abs(exact) > 1e-9 * (fd * fd + abs(m) * f))  # but for a double root
+    d = minorant_root(f, fd, m)
+    if exact < 0 or (fd >= 0.0 and m >= 0.0):
+        assert d == NO_HIT
+        return
+    root = (mp.mpf(fd) + mp.sqrt(exact)) / -m if fd > 0.0 else 2 * f / (mp.sqrt(exact) - fd)
+    assert root > 0
+    assert abs(d / root - 1) < 1e-12 * (1.0 if abs(exact) > 1e-3 * fd * fd else 1e6)
 
 
 @given(st.floats(1e-6, 0.5), st.floats(0.1, 50.0), drags)
