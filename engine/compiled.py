@@ -32,6 +32,7 @@ from engine.materials import combine
 # more search windows; the product of both is flat around these values.
 _CELLS_PER_PITCH = 4.0
 _TRAVEL_PER_PITCH = 0.3
+_CELLS_PER_WALL = 500.0  # along a wall at most: its box of cells stays small however long it is
 _BUCKETS_PER_CELL = 4  # occupied cells rarely share a bucket then, and empty ones look empty
 
 
@@ -41,7 +42,7 @@ def layout_of(board: Board) -> Layout:
     items = _items(board)
     pitch = _pitch(board)
     travel = _TRAVEL_PER_PITCH * pitch
-    cells_per_metre = _CELLS_PER_PITCH / pitch
+    cells_per_metre = min(_CELLS_PER_PITCH / pitch, _CELLS_PER_WALL / _longest_wall(board))
     starts, members = _hash(items, board.ball.radius, travel, cells_per_metre)
     pegs = combine(board.ball.material, board.peg_material)
     walls = combine(board.ball.material, board.wall_material)
@@ -100,6 +101,12 @@ def _items(board: Board) -> npt.NDArray[np.float64]:
 def _set_circle(row: npt.NDArray[np.float64], x: float, y: float, distance: float) -> None:
     row[[X, Y, DISTANCE, DISTANCE2]] = x, y, distance, distance * distance
     row[FIRST_LINE : FIRST_LINE + LINE_SLOTS] = -1.0
+
+
+def _longest_wall(board: Board) -> float:
+    """The longer side of the largest wall's box, m; a ball's radius on a board without walls."""
+    sides = [max(abs(w.x2 - w.x1), abs(w.y2 - w.y1)) for w in board.walls]
+    return max([board.ball.radius, *sides])
 
 
 def _pitch(board: Board) -> float:

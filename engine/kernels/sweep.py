@@ -49,9 +49,12 @@ def sweep_line(
 
 @kernel
 def sweep(
-    board: Layout, bucket: int, x: float, y: float, vx: float, vy: float, horizon: float
+    board: Layout, bucket: int, x: float, y: float, vx: float, vy: float, horizon: float, left: int
 ) -> tuple[float, int, float]:
     """First surface of a bucket met within the horizon: time (the horizon if none), item, side.
+
+    `left` is the surface (or -1) that the ball just bounced off: a straight line away from a convex
+    surface cannot meet it again, whatever rounding says of the way the ball is going.
 
     At equal times the lower surface number counts; item is -1 if nothing is met.
     """
@@ -60,6 +63,8 @@ def sweep(
     side = 0.0
     for k in range(board.starts[bucket], board.starts[bucket + 1]):
         other = board.members[k]
+        if other == left:
+            continue
         surface = board.items[other]
         other_side = 0.0
         if surface[DISTANCE] > 0.0:

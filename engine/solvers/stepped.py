@@ -136,6 +136,7 @@ def substep(
     threshold = 2.0 * board.gravity * h
     rest = h
     hits = 0
+    left = -1
     while rest > 0.0 and hits < MAX_HITS:
         bucket = bucket_of(board, state[PX], state[PY])
         if bucket < 0:
@@ -144,7 +145,9 @@ def substep(
         window = rest
         if speed * rest > board.travel:
             window = board.travel / speed
-        s, item, side = sweep(board, bucket, state[PX], state[PY], state[VX], state[VY], window)
+        s, item, side = sweep(
+            board, bucket, state[PX], state[PY], state[VX], state[VY], window, left
+        )
         note_segment(log, state, IN_FLIGHT, 0.0, 0.0, 0.0)
         if state[VY] > 0.0 and state[PY] + state[VY] * s >= board.bins_y:
             _move(state, (board.bins_y - state[PY]) / state[VY])
@@ -153,6 +156,7 @@ def substep(
         rest -= s
         if item >= 0:
             hits += 1
+            left = item
             _bounce_off(board, state, item, side, threshold, log)
         elif s < window:
             return ESCAPED

@@ -117,7 +117,7 @@ def test_a_sweep_finds_the_first_surface_on_a_straight_line(
     gap = gaps(board, np.array([x]), np.array([y]))
     if gap.min() < 0.0:
         return
-    s, item, _ = sweep(layout, 0, x, y, vx, vy, horizon)
+    s, item, _ = sweep(layout, 0, x, y, vx, vy, horizon, -1)
     t = np.linspace(0.0, s, 400)
     path = gaps(board, x + vx * t, y + vy * t)
     assert path.min() > -1e-12
