@@ -16,8 +16,9 @@ from engine.constants import (
     KIND_PEG,
     KIND_WALL,
 )
+from engine.scenes import trial
 from tests.engine.oracle import Event, OracleDrop, OracleError, oracle_drop
-from tests.engine.oracle.scenes import scene, triangle
+from tests.engine.oracle.scenes import scene
 
 mp = mpmath.MPContext()
 mp.dps = 70
@@ -108,15 +109,15 @@ def test_a_parabola_that_grazes_a_peg_is_judged_by_its_closest_approach() -> Non
 
 
 def test_without_loss_energy_is_kept_to_all_digits() -> None:
-    drop = oracle_drop(triangle(12, 1.0, 0.0, 0.0), 0.123, dps=100, amplify=False)
+    drop = oracle_drop(trial(12, 1.0, 0.0, 0.0), 0.123, dps=100, amplify=False)
     start = mp.zero  # at rest at y = 0
     assert len(drop.events) > 30
     assert max(abs(energy(e) - start) for e in drop.events) < mp.mpf(10) ** -60
 
 
 def test_friction_bounces_and_air_only_take_energy() -> None:
-    drop = oracle_drop(triangle(12, 0.5, 0.2, 2.0), -0.379, amplify=False)
-    radius = mp.mpf(triangle(12, 0.5, 0.2, 2.0).ball.radius)
+    drop = oracle_drop(trial(12, 0.5, 0.2, 2.0), -0.379, amplify=False)
+    radius = mp.mpf(trial(12, 0.5, 0.2, 2.0).ball.radius)
     levels = [energy(e, spin=radius) for e in drop.events]
     assert {KIND_PEG, KIND_CONTACT_BEGIN, KIND_CONTACT_CHANGE} < {e.kind for e in drop.events}
     assert all(later < earlier + DIGITS for earlier, later in pairwise(levels))
@@ -124,7 +125,7 @@ def test_friction_bounces_and_air_only_take_energy() -> None:
 
 @pytest.mark.parametrize(("rows", "x"), [(8, -0.5807), (12, -0.379), (16, 0.0625)])
 def test_more_digits_change_nothing_that_fewer_promised(rows: int, x: float) -> None:
-    board = triangle(rows, 0.5, 0.2, 2.0)
+    board = trial(rows, 0.5, 0.2, 2.0)
     fewer, more = oracle_drop(board, x), oracle_drop(board, x, dps=90, amplify=False)
     assert len(fewer.events) == len(more.events)
     for a, b, growth in zip(fewer.events, more.events, fewer.amplifications, strict=True):
@@ -135,7 +136,7 @@ def test_more_digits_change_nothing_that_fewer_promised(rows: int, x: float) -> 
 
 
 def test_a_mirrored_start_on_a_symmetric_board_gives_the_mirrored_path() -> None:
-    board = triangle(12, 0.5, 0.2, 2.0)
+    board = trial(12, 0.5, 0.2, 2.0)
     left, right = (oracle_drop(board, x, amplify=False) for x in (-0.379, 0.379))
     assert left.bin is not None
     assert left.bin + (right.bin or 0) == 12
@@ -311,7 +312,7 @@ def test_the_cut_of_dying_bounces_moves_a_sticking_ball_by_nothing_and_a_slider_
 
 
 def test_the_path_is_whole_from_event_to_event() -> None:
-    drop = oracle_drop(triangle(12, 0.5, 0.2, 2.0), -0.379, amplify=False)
+    drop = oracle_drop(trial(12, 0.5, 0.2, 2.0), -0.379, amplify=False)
     before = mp.mpf(10) ** -20
     for event in drop.events:
         x, y = drop.position_at(event.t - before)
@@ -322,7 +323,7 @@ def test_the_path_is_whole_from_event_to_event() -> None:
 
 
 def test_the_amplification_is_what_a_moved_start_does() -> None:
-    board = triangle(12, 0.5, 0.2, 2.0)
+    board = trial(12, 0.5, 0.2, 2.0)
     here, there = oracle_drop(board, 0.3595), oracle_drop(board, 0.3595 + 2.0**-50)
     measured = abs(here.x_end - there.x_end) * 2**50
     assert abs(measured / here.amplification - 1) < 1e-5

@@ -1,7 +1,9 @@
 """A whole drop by the book: flights, hits and contact phases, to as many digits as asked for."""
 
 import math
+import random
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Final
 
 from engine.board import Board
@@ -10,6 +12,7 @@ from engine.constants import (
     KIND_CONTACT_CHANGE,
     KIND_CONTACT_END,
     KIND_LANDING,
+    KIND_PEG,
 )
 from tests.engine.oracle.contact import End, Riding, Stretch, pressing, ride, settle, with_slip
 from tests.engine.oracle.flight import Flight, Point, first_hit
@@ -41,8 +44,11 @@ class OracleDrop:
     """What happened to one ball. Numbers are mpf; `bin` is None when it never lands.
 
     `amplification`: metres that x_end moves per metre that the start moves, and `amplifications`
-    the same for the position at each event, from a second run started NUDGE metres away; empty
-    and NaN when not asked for, infinite once the two runs take different turns.
+    the same for the position at each event, from a second run started NUDGE metres away.
+    `growths`: how far the position at each event is from that of a third run, whose start is
+    nudged and whose velocity is changed by one part in 1 / NUDGE at every hit, up or down, per
+    NUDGE. It says what rounding does on the way even where a contact phase has made the ball
+    forget its start. Empty and NaN when not asked for; infinite once runs take different turns.
     """
 
     bin: int | None
@@ -52,6 +58,7 @@ class OracleDrop:
     reason: str | None
     amplification: float = math.nan
     amplifications: list[float] = field(default_factory=list)
+    growths: list[float] = field(default_factory=list)
     _pieces: list["Flight | Stretch"] = field(default_factory=list)
 
     def state_at(self, t: float) -> Point:
@@ -72,8 +79,11 @@ class OracleDrop:
 class _Run:
     """One ball from its start to its end."""
 
-    def __init__(self, scene: Scene, x_start: Real, max_events: int, cut: Real) -> None:
+    def __init__(
+        self, scene: Scene, x_start: Real, max_events: int, cut: Real, shake: Real = 0
+    ) -> None:
         self.scene, self.cut, self.max_events = scene, cut, max_events
+        self.shake, self.signs = shake, random.Random(len(scene.circles))
         zero = scene.ctx.zero
         self.now = Point(zero, x_start, scene.start_y, zero, zero, zero, zero)
         self.events: list[Event] = []
@@ -132,22 +142,31 @@ class _Run:
         nx, ny = body.normal(p.x, p.y)
         vx, vy, omega = impact(p.vx, p.vy, p.omega, nx, ny, self.scene.radius, body.material)
         self.now = Point(p.t, p.x, p.y, p.theta, vx, vy, omega)
+        self._shake()
         self.done_with = None
         self._record(body.kind, body.index)
-        if self._speed_off(body) >= self.cut or not self._stays(body):
-            return
-        others = [b for b in self.scene.touching(p.x, p.y) if b is not body]
-        blocking = [b for b in others if self._speed_off(b) < -self.scene.tiny]
-        if not blocking:
-            self._ride(body)
-        elif math.hypot(vx, vy) < self.cut and all(self._stays(b) for b in blocking):
+        touching = self.scene.touching(p.x, p.y)
+        if math.hypot(vx, vy) < self.cut and self._is_held(touching):
             self.end = "pinned between two bodies"
+            return
+        approached = any(self._speed_off(b) < -self.scene.tiny for b in touching)
+        if self._speed_off(body) < self.cut and self._stays(body) and not approached:
+            self._ride(body)
+
+    def _is_held(self, touching: list[Body]) -> bool:
+        """Whether two of the bodies carry the ball: a n1 + b n2 points straight up, a, b > 0."""
+        normals = [body.normal(self.now.x, self.now.y) for body in touching]
+        for (ax, ay), (bx, by) in combinations(normals, 2):
+            turn = ax * by - ay * bx
+            if abs(turn) > self.scene.tiny and bx / turn > 0 > ax / turn:
+                return True
+        return False
 
     def _ride(self, surface: Body) -> None:
         """A contact phase: from the moment the bounces end to the moment the ball is off."""
         state = settle(self.scene, surface, self.now)
         self._become(state)
-        self._record(KIND_CONTACT_BEGIN, surface.index)
+        self._record(KIND_CONTACT_BEGIN, _contact_index(surface))
         while True:
             outcome = ride(self.scene, surface, state)
             state = outcome.state
@@ -163,19 +182,28 @@ class _Run:
             if outcome.end is End.MEETS:  # the hit that follows is the record of it
                 return
             if outcome.end is End.LEAVES:
-                self._record(KIND_CONTACT_END, surface.index)
+                self._shake(1)  # slower, it would not leave yet
+                self._record(KIND_CONTACT_END, _contact_index(surface))
                 return
             if outcome.end is End.CHANGES:
-                self._record(KIND_CONTACT_CHANGE, surface.index)
+                self._record(KIND_CONTACT_CHANGE, _contact_index(surface))
             if outcome.end is End.PASSES:
                 before = surface
                 surface, state = self._pass(surface, outcome.body, state)
+                self._record(KIND_CONTACT_CHANGE, _contact_index(surface))
                 if not pressing(self.scene, surface, state):
-                    self._record(KIND_CONTACT_END, surface.index)
+                    self._shake()
+                    self._record(KIND_CONTACT_END, _contact_index(surface))
                     self.done_with = before if isinstance(before, Face) else None
                     return
             if len(self.events) >= self.max_events:
                 return
+
+    def _shake(self, sign: int = 0) -> None:
+        """Change speed and spin by the same tiny part, so that what rolls goes on rolling."""
+        if self.shake:
+            p, part = self.now, 1 + self.shake * (sign or self.signs.choice((-1, 1)))
+            self.now = p._replace(vx=p.vx * part, vy=p.vy * part, omega=p.omega * part)
 
     def _become(self, s: Riding) -> None:
         self.now = Point(s.t, s.x, s.y, s.theta, -s.u * s.ny, s.u * s.nx, s.omega)
@@ -196,6 +224,11 @@ class _Run:
         slot = self.scene.bin_of(self.now.x)
         self._record(KIND_LANDING, -1 if slot is None else slot)
         self.end = "landed"
+
+
+def _contact_index(surface: Body) -> int:
+    """How contact events name a surface: a peg by its index, wall w as -1 - w."""
+    return surface.index if surface.kind == KIND_PEG else -1 - surface.index
 
 
 def _same_turns(a: Event, b: Event) -> bool:
@@ -225,7 +258,7 @@ def oracle_drop(
     """The drop of one ball on `board` from rest at (x_start, board.drop.y), to `dps` digits.
 
     `x_start` in metres and all of the board's floats are taken as the exact binary values they
-    are. `cut`: m/s, see CUT. `amplify`: also run a neighbour and measure how errors grow.
+    are. `cut`: m/s, see CUT. `amplify`: also run two neighbours and measure how errors grow.
     Raises OracleError rather than guess.
     """
     scene = Scene(board, dps)
@@ -236,7 +269,9 @@ def oracle_drop(
     if amplify:
         nudge = real(NUDGE)
         beside = _Run(scene, real(x_start) + nudge, max_events, real(cut)).run()
+        shaken = _Run(scene, real(x_start) + nudge, max_events, real(cut), nudge).run()
         drop.amplifications = _spread(drop, beside, nudge)
+        drop.growths = _spread(drop, shaken, nudge)
         same = len(drop.events) == len(beside.events) and bool(drop.amplifications)
         drop.amplification = drop.amplifications[-1] if same else math.inf
     return drop

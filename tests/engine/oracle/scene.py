@@ -133,9 +133,15 @@ class Scene:
             self.circles.append(Circle(x, y, size, KIND_WALL, index, pair, out))
 
     def end_of(self, face: Face, out_x: Real, out_y: Real) -> Circle:
-        """The end circle of the face's wall that lies in the direction (out_x, out_y)."""
-        ends = [c for c in self.circles if c.out is not None and c.index == face.index]
-        return max(ends, key=lambda c: c.out[0] * out_x + c.out[1] * out_y)  # type: ignore[index]
+        """The end circle of the face's wall that lies in the direction (out_x, out_y).
+
+        Walls may share an end; it then goes by the first of them, as ties do everywhere.
+        """
+        ahead = face.dx * out_x + face.dy * out_y > 0
+        x = face.x + face.dx * face.length if ahead else face.x
+        y = face.y + face.dy * face.length if ahead else face.y
+        ends = [c for c in self.circles if c.out is not None]
+        return next(c for c in ends if abs(c.x - x) < self.tiny and abs(c.y - y) < self.tiny)
 
     def face_of(self, end: Circle, nx: Real, ny: Real) -> Face:
         """The face of the end's wall whose outward normal is nearest to (nx, ny)."""

@@ -2,10 +2,10 @@
 
 from unittest import mock
 
-from engine import payouts, presets
 from engine.board import Board
 from engine.board_parts import BallSpec, Bins, DropZone, Peg, Wall
 from engine.materials import Material
+from engine.scenes import trial
 
 WIDE = Bins(2.0, (-50.0, 0.0, 50.0), (1.0, 1.0))
 
@@ -39,19 +39,12 @@ def scene(
             walls=walls,
             wall_material=material,
             bins=bins,
-            drop=DropZone(0.0, start_y, 0.1),
+            drop=DropZone(0.0, start_y, 2.0),
         )
-
-
-def triangle(rows: int, restitution: float, friction: float, drag: float) -> Board:
-    """The triangular board of `rows` rows with the physics given and the jitter of the presets."""
-    tuning = presets.Tuning(drag=drag, restitution=restitution, friction=friction, jitter=0.8)
-    table = payouts.multipliers(rows, "medium")
-    return presets.triangle(f"trial-{rows}", rows, table, tuning)
 
 
 def accuracy_boards() -> dict[str, Board]:
     """The boards on which the exact solver is held to the oracle, by name."""
-    trials = {f"trial-{rows}": triangle(rows, 0.5, 0.2, 2.0) for rows in (8, 12, 16)}
+    trials = {f"trial-{rows}": trial(rows, 0.5, 0.2, 2.0) for rows in (8, 12, 16)}
     named = {f"triangle-{rows}": Board.preset(f"triangle-{rows}") for rows in (8, 12, 16)}
-    return named | trials | {"plain-12": triangle(12, 0.6, 0.0, 0.0)}
+    return named | trials | {"plain-12": trial(12, 0.6, 0.0, 0.0)}
