@@ -21,6 +21,7 @@ from engine.scenes import scene as shared_scene
 from engine.scenes import scene_names
 from tests.engine.oracle import OracleDrop, golden, oracle_drop
 from tests.engine.oracle.golden import GoldenDrop
+from tests.engine.oracle.random_scenes import random_scene
 from tests.engine.oracle.scenes import accuracy_boards, scene
 
 mp = mpmath.MPContext()
@@ -293,7 +294,31 @@ def test_the_shared_scenes_play_as_by_the_oracle(name: str) -> None:
     assert max(found) < 1e-13 if name != "apex" else max(found) < 1e-15
 
 
-# The error bar.
+# Boards thrown together. The seeds were picked for what happens, after all from 0 to 59 agreed.
+
+
+@pytest.mark.parametrize("seed", [0, 2, 3, 9, 11, 20, 26, 31, 33, 46, 47, 49, 51, 55])
+def test_on_a_random_board_the_ball_does_what_the_oracle_says(seed: int) -> None:
+    board, x = random_scene(seed)
+    oracle = oracle_drop(board, x)
+    scale = math.ulp(float(board.bins.y))
+    for error, growth in zip(errors(oracle, board, x), oracle.growths, strict=True):
+        assert error <= ULPS * scale * max(1.0, growth)
+
+
+@pytest.mark.parametrize("seed", [18, 34, 38, 58])
+def test_where_the_oracle_is_stuck_in_a_notch_the_ball_is_stuck_in_the_same_place(
+    seed: int,
+) -> None:
+    board, x = random_scene(seed)
+    oracle, played = oracle_drop(board, x, amplify=False), drop(board, x=x)
+    assert oracle.bin is None
+    assert played.bin is None
+    assert played.unsettled
+    assert played.x_end == pytest.approx(float(oracle.x_end), abs=1e-13)
+
+
+# States and comparisons.
 
 
 def test_states_between_events_are_the_oracles() -> None:
