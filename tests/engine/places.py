@@ -1,7 +1,10 @@
 """Boards for the tests of the engine: what may be played, mirrored, and what no board may be."""
 
+import math
 from dataclasses import replace
 from unittest import mock
+
+from hypothesis import strategies as st
 
 from engine.board import Board
 from engine.board_parts import BallSpec, Bins, DropZone, Peg, Wall
@@ -74,3 +77,48 @@ def mirrored(board: Board) -> Board:
             bins=Bins(bins.y, tuple(-x for x in bins.edges[::-1]), bins.multipliers[::-1]),
             drop=DropZone(-zone.x, zone.y, zone.jitter, tuple(-x for x in zone.slots)),
         )
+
+
+def _crossed(
+    pegs: list[tuple[float, float, float]],
+    walls: list[tuple[float, float, float, float]],
+    restitution: float,
+    friction: float,
+    drag: float,
+) -> Board:
+    """A board 2.4 m wide of pegs, without those on others, and of walls (x, y, length, turn)."""
+    kept: list[Peg] = []
+    for peg in (Peg(*values) for values in pegs):
+        if all(math.hypot(peg.x - p.x, peg.y - p.y) > peg.radius + p.radius for p in kept):
+            kept.append(peg)
+    slanted = tuple(
+        Wall(x, y, x + length * math.cos(turn), y + length * math.sin(turn))
+        for x, y, length, turn in walls
+    )
+    return place(
+        pegs=tuple(kept),
+        walls=(*slanted, Wall(-1.2, -1.0, -1.2, 3.0), Wall(1.2, -1.0, 1.2, 3.0)),
+        restitution=restitution,
+        friction=friction,
+        drag=drag,
+        bins=Bins(3.0, (-2.0, 0.0, 2.0), (1.0, 1.0)),
+        drop=DropZone(0.0, -0.5, 1.0),
+    )
+
+
+any_board: st.SearchStrategy[Board] = st.builds(
+    _crossed,
+    pegs=st.lists(
+        st.tuples(st.floats(-0.9, 0.9), st.floats(0.4, 2.4), st.floats(0.02, 0.15)), max_size=8
+    ),
+    walls=st.lists(
+        st.tuples(
+            st.floats(-0.9, 0.9), st.floats(0.5, 2.4), st.floats(0.1, 1.2), st.floats(-1.4, 1.4)
+        ),
+        max_size=4,
+    ),
+    restitution=st.sampled_from([0.0, 0.3, 0.6, 0.9]),
+    friction=st.sampled_from([0.0, 0.1, 0.6, 2.0]),
+    drag=st.sampled_from([0.0, 1.0, 4.0]),
+)
+"""Boards of any parts, traps and crossing walls included."""

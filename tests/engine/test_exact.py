@@ -25,7 +25,7 @@ from engine.scenes import scene, scene_names
 from engine.solvers.exact import trace
 from engine.solvers.outcome import BALANCED, ESCAPED, EVENT_LIMIT, MAX_EVENTS, TIME_LIMIT, WEDGED
 from engine.trajectory import Trajectory, follow, follow_from
-from tests.engine.places import box, mirrored, place
+from tests.engine.places import any_board, box, mirrored, place
 
 Floats = npt.NDArray[np.float64]
 
@@ -261,51 +261,9 @@ def test_a_contact_phase_is_told_from_its_beginning_to_its_end() -> None:
     assert seen > 60
 
 
-pegs_of = st.lists(
-    st.tuples(st.floats(-0.9, 0.9), st.floats(0.4, 2.4), st.floats(0.02, 0.15)), max_size=8
-)
-walls_of = st.lists(
-    st.tuples(st.floats(-0.9, 0.9), st.floats(0.5, 2.4), st.floats(0.1, 1.2), st.floats(-1.4, 1.4)),
-    max_size=4,
-)
-
-
-@given(
-    pegs_of,
-    walls_of,
-    st.floats(-0.9, 0.9),
-    st.sampled_from([0.0, 0.3, 0.6, 0.9]),
-    st.sampled_from([0.0, 0.1, 0.6, 2.0]),
-    st.sampled_from([0.0, 1.0, 4.0]),
-)
+@given(any_board, st.floats(-0.9, 0.9))
 @settings(suppress_health_check=[HealthCheck.too_slow], max_examples=150)
-def test_on_any_board_a_ball_ends_and_is_never_inside_anything(
-    pegs: list[tuple[float, float, float]],
-    walls: list[tuple[float, float, float, float]],
-    x: float,
-    restitution: float,
-    friction: float,
-    drag: float,
-) -> None:
-    """Boards of any parts, traps included; parts that cross each other are taken out."""
-    kept: list[Peg] = []
-    for p in (Peg(*p) for p in pegs):
-        if all(math.hypot(p.x - q.x, p.y - q.y) > p.radius + q.radius for q in kept):
-            kept.append(p)
-    sides = (Wall(-1.2, -1.0, -1.2, 3.0), Wall(1.2, -1.0, 1.2, 3.0))
-    slanted = tuple(
-        Wall(a, b, a + length * math.cos(turn), b + length * math.sin(turn))
-        for a, b, length, turn in walls
-    )
-    board = place(
-        pegs=tuple(kept),
-        walls=slanted + sides,
-        restitution=restitution,
-        friction=friction,
-        drag=drag,
-        bins=Bins(3.0, (-2.0, 0.0, 2.0), (1.0, 1.0)),
-        drop=DropZone(0.0, -0.5, 1.0),
-    )
+def test_on_any_board_a_ball_ends_and_is_never_inside_anything(board: Board, x: float) -> None:
     path = follow(board, x, Exact())
     assert path.outcome != ESCAPED
     assert len(path.events) <= MAX_EVENTS + 1
