@@ -26,7 +26,7 @@ from app.limits import KeyedBuckets
 from app.middleware import BodyLimit, OriginCheck, SecurityHeaders
 from app.protocol import shorten
 from app.rooms import Rooms
-from app.routes import boards, drops, health, page, rooms, ws
+from app.routes import boards, drops, health, page, rooms, simulate, ws
 from app.services import Services
 from app.settings import Settings, static_directory
 from app.transport import Connection
@@ -72,7 +72,14 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.state.services = _services(settings)
     problems.install(app)
-    for router in (boards.router, drops.router, rooms.router, health.router, ws.router):
+    for router in (
+        boards.router,
+        drops.router,
+        simulate.router,
+        rooms.router,
+        health.router,
+        ws.router,
+    ):
         app.include_router(router)
     app.mount("/", page.Page(static_directory()), name="page")
     # The last one added is the first to see a request.

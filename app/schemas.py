@@ -134,6 +134,9 @@ class DropRecord(msgspec.Struct, frozen=True):
     ] = None
 
 
+State = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]
+
+
 class Frames(msgspec.Struct, frozen=True):
     """The states of a ball at a steady rate, and at the landing."""
 
@@ -142,7 +145,11 @@ class Frames(msgspec.Struct, frozen=True):
     fps: float
     duration: float
     fields: list[str]
-    frames: list[Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]]
+    frames: list[State]
+    before: Annotated[
+        list[State],
+        Meta(description="The state right before each impact of the record, in its order."),
+    ]
 
 
 class Verdict(msgspec.Struct, frozen=True):
@@ -152,6 +159,37 @@ class Verdict(msgspec.Struct, frozen=True):
     field: str | None
     expected: Annotated[Any, Meta(description="What the record says.")]
     actual: Annotated[Any, Meta(description="What the engine computes.")]
+
+
+class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Many drops to compute and count."""
+
+    board: BoardRef
+    drops: Annotated[int, Meta(description="How many, at least 1.")] = 100
+    seed: Annotated[
+        Any,
+        Meta(
+            description="Of the first drop; then one more each.",
+            extra_json_schema={"anyOf": [{"type": "string"}, {"type": "integer"}]},
+        ),
+    ] = "0"
+    solver: Solver = "exact"
+    dt: Annotated[float, Meta(description="Step in seconds, of the stepped solver.")] = DEFAULT_DT
+    substeps: Annotated[int, Meta(description="Substeps a step, of the stepped solver.")] = (
+        DEFAULT_SUBSTEPS
+    )
+
+
+class Simulation(msgspec.Struct, frozen=True):
+    """What came of many drops: the fields of `plinko simulate --json`, but for its times."""
+
+    board_digest: Digest
+    drops: int
+    histogram: Annotated[list[int], Meta(description="Balls in each bin.")]
+    unsettled: Annotated[int, Meta(description="Balls that did not land.")]
+    mean_duration: Annotated[float, Meta(description="Seconds.")]
+    mean_impacts: float
+    digest: Annotated[Digest, Meta(description="Over all outcomes, in the order of the seeds.")]
 
 
 class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -254,6 +292,8 @@ DOCUMENTED = (
     DropRecord,
     Frames,
     Verdict,
+    SimulationRequest,
+    Simulation,
     RoomRequest,
     RoomList,
     RoomView,

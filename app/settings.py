@@ -51,6 +51,9 @@ class Settings:
     min_step: float = _setting(
         1e-4, "shortest substep of a stepped drop, in seconds; bounds the work", 1e-9, 0.1
     )
+    max_simulation: int = _setting(
+        10_000, "drops of one `POST simulate`; the command line takes more", 1, 10_000_000
+    )
     wait_limit: float = _setting(
         30.0, "longest wait of `?wait=1` for a landing, in seconds", 0.1, 3600
     )

@@ -14,7 +14,8 @@ from app.cli import common
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
 
-    from engine import Board, DropBatch
+    from app.tally import Tally
+    from engine import Board
 
 CHUNK = 1 << 18  # drops held at once: some 10 MB, and enough work for every core
 BAR_WIDTH = 40  # characters of the longest bar of the printed histogram
@@ -46,71 +47,35 @@ def command(
     how = common.read_solver(solver, dt, substeps, correction)
     first = common.read_seed(seed)
     common.read_seed(str(first + drops - 1))
-    tally = _run(common.load_board(board), first, drops, how | {"threads": threads})
+    tally, summary = _run(common.load_board(board), first, drops, how | {"threads": threads})
     if as_json:
-        common.print_json(tally.summary())
+        common.print_json(summary)
     else:
-        _print(tally, first)
+        _print(tally, summary, first)
 
 
-class _Tally:
-    """What is kept of the drops: sums and a running digest, so that memory does not grow."""
-
-    def __init__(self, start: "DropBatch") -> None:
-        """Count nothing yet; `start` says which board and solver."""
-        import numpy as np
-
-        from engine.digest import OutcomesDigest
-
-        self.board = start.board
-        self.solver = start.solver
-        self.seconds = 0.0
-        self.drops = 0
-        self._histogram = np.zeros_like(start.histogram)
-        self._unsettled = 0
-        self._impacts = 0
-        self._durations: list[float] = []
-        self._digest = OutcomesDigest(start.board.digest, start.solver)
-
-    def add(self, batch: "DropBatch", seconds: float) -> None:
-        """Count the drops of the next seeds, which took `seconds`."""
-        self.seconds += seconds
-        self.drops += len(batch)
-        self._histogram += batch.histogram
-        self._unsettled += batch.unsettled
-        self._impacts += int(batch.impact_count.sum())
-        # fsum is exact: the mean has the same bits on every machine.
-        self._durations = [math.fsum((*self._durations, *batch.duration))]
-        self._digest.add(batch.bin, batch.duration, batch.impact_count, batch.x_end)
-
-    def summary(self) -> dict[str, Any]:
-        """The fields of `--json`. Means are over all drops, unsettled ones included."""
-        return {
-            "board_digest": self.board.digest,
-            "drops": self.drops,
-            "histogram": self._histogram.tolist(),
-            "unsettled": self._unsettled,
-            "mean_duration": self._durations[0] / self.drops,
-            "mean_impacts": self._impacts / self.drops,
-            "seconds": self.seconds,
-            "drops_per_second": self.drops / self.seconds,
-            "digest": self._digest.hexdigest(),
-        }
-
-
-def _run(board: "Board", first: int, drops: int, options: dict[str, Any]) -> _Tally:
+def _run(
+    board: "Board", first: int, drops: int, options: dict[str, Any]
+) -> "tuple[Tally, dict[str, Any]]":
+    """The tally, and the fields of `--json`."""
+    from app.tally import Tally
     from engine import drop_many
 
     # The first drop compiles what is not compiled yet; it is not timed.
-    tally = _Tally(drop_many(board, range(first, first + 1), **options))
+    tally = Tally(board, drop_many(board, range(first, first + 1), **options).solver)
+    seconds = 0.0
     with _progress(drops) as bar:
         while tally.drops < drops:
             done = tally.drops
             seeds = range(first + done, first + min(done + CHUNK, drops))
             start = time.perf_counter()
             batch = drop_many(board, seeds, progress=_after(done, bar), **options)
-            tally.add(batch, time.perf_counter() - start)
-    return tally
+            seconds += time.perf_counter() - start
+            tally.add(batch)
+    summary = tally.summary()
+    digest = summary.pop("digest")
+    speed = {"seconds": seconds, "drops_per_second": drops / seconds}
+    return tally, {**summary, **speed, "digest": digest}
 
 
 def _after(done: int, bar: "ProgressBar[int] | None") -> Callable[[int], None] | None:
@@ -127,8 +92,8 @@ def _progress(drops: int) -> "AbstractContextManager[ProgressBar[int] | None]":
     return click.progressbar(length=drops, label="drops", file=sys.stderr)
 
 
-def _print(tally: _Tally, first: int) -> None:
-    summary, pays = tally.summary(), tally.board.bins.multipliers
+def _print(tally: "Tally", summary: dict[str, Any], first: int) -> None:
+    pays = tally.board.bins.multipliers
     drops, histogram = tally.drops, summary["histogram"]
     longest = max(histogram) or 1
     click.echo("bin      pays       drops    share")

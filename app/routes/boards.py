@@ -59,6 +59,18 @@ async def register_board(request: Request, server: Server) -> Response:
     return reply(_view(board), 201 if new else 200, headers)
 
 
+@router.post(
+    "/check",
+    summary="Check a board",
+    responses=documented(BoardView, 400, 413, 422, 503, description="It can be played"),
+    openapi_extra=body_of(None, _EXAMPLE),
+)
+async def check_board(request: Request, server: Server) -> Response:
+    """Check a board without keeping it; the reply has its digest and every default filled in."""
+    data = await read(request, dict[str, Any])
+    return reply(_view(await server.workers.run(functools.partial(Board.from_json, data))))
+
+
 def _summary(board: Board) -> BoardSummary:
     family, _, rest = (board.preset_name or "").partition("-")
     rows, _, risk = rest.partition("-")

@@ -10,6 +10,7 @@ from fastapi import Depends, Request, Response
 from starlette.requests import HTTPConnection
 
 from app import schemas
+from app.errors import InvalidValueError
 from app.protocol import shorten
 from app.services import Services
 from engine import Board
@@ -84,6 +85,21 @@ async def resolve_board(server: Services, board: object) -> Board:
     raise BoardError(
         f"board {shorten(board)} is not a name, a digest or a board object", field="board"
     )
+
+
+def check_step(server: Services, solver: Any, dt: Any, substeps: Any) -> None:
+    """Raise InvalidValueError for steps so short that the drop would keep a thread for minutes.
+
+    Anything else about the values is the engine's to judge.
+    """
+    numbers = isinstance(dt, int | float) and isinstance(substeps, int)
+    shortest = server.settings.min_step
+    if solver == "stepped" and numbers and 0.0 < dt < shortest * substeps:
+        raise InvalidValueError(
+            f"dt {dt!r} in {substeps} substeps makes steps shorter than {shortest:g} s; "
+            "compute it with the command line",
+            field="dt",
+        )
 
 
 def cache_headers(etag: str) -> dict[str, str]:

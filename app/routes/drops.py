@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
+import numpy.typing as npt
 from fastapi import APIRouter, Query, Request, Response
 
 from app.errors import InvalidValueError
@@ -14,6 +15,7 @@ from app.routes.common import (
     Server,
     body_of,
     cache_headers,
+    check_step,
     documented,
     is_current,
     not_modified,
@@ -23,7 +25,6 @@ from app.routes.common import (
     resolve_board,
 )
 from app.schemas import DropRecord, DropRequest, Frames, Verdict
-from app.services import Services
 from engine import Board, Drop, drop, verify
 from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
 from engine.seeding import parse_seed
@@ -76,7 +77,7 @@ async def post_drop(request: Request, server: Server) -> Response:
     Without a seed the server draws one; the record names it, so the drop can be replayed.
     """
     body = await read(request, DropRequest)
-    _check_step(server, body.solver, body.dt, body.substeps)
+    check_step(server, body.solver, body.dt, body.substeps)
     seed = optional_seed(body.seed)
     ask = _Ask(
         await resolve_board(server, body.board),
@@ -110,7 +111,7 @@ async def get_picture(
     width: Width = 760,
 ) -> Response:
     """The whole path of the ball, drawn over the board."""
-    _check_step(server, solver, dt, substeps)
+    check_step(server, solver, dt, substeps)
     ask = _Ask(server.boards.find(board), parse_seed(seed), x, solver, dt, substeps)
     done = await server.workers.run(ask.drop)
     etag = f"{done.digest}.png.{width}"
@@ -136,8 +137,11 @@ async def get_frames(
     substeps: Substeps = DEFAULT_SUBSTEPS,
     fps: Fps = 60.0,
 ) -> Response:
-    """The ball's state at times 0, 1/fps, 2/fps … and at the landing itself."""
-    _check_step(server, solver, dt, substeps)
+    """The ball's state at times 0, 1/fps, 2/fps … and at the landing; and right before each impact.
+
+    The record has the state right after each impact: the two differ by what the impact gave.
+    """
+    check_step(server, solver, dt, substeps)
     ask = _Ask(server.boards.find(board), parse_seed(seed), x, solver, dt, substeps)
     done = await server.workers.run(ask.drop)
     etag = f"{done.digest}.frames.{fps!r}"
@@ -163,7 +167,7 @@ async def get_drop(
     substeps: Substeps = DEFAULT_SUBSTEPS,
 ) -> Response:
     """The record of a drop, decided by its address alone, and so cacheable; ETag is its digest."""
-    _check_step(server, solver, dt, substeps)
+    check_step(server, solver, dt, substeps)
     ask = _Ask(server.boards.find(board), parse_seed(seed), x, solver, dt, substeps)
     record = await server.workers.run(lambda: ask.drop().record())
     digest = record["digest"]
@@ -184,7 +188,7 @@ async def post_verify(request: Request, server: Server) -> Response:
     A record that does not hold is no error: `ok` is false and `field` the first that differs.
     """
     record = await read(request, dict[str, Any])
-    _check_step(
+    check_step(
         server,
         record.get("solver"),
         record.get("dt", DEFAULT_DT),
@@ -192,21 +196,6 @@ async def post_verify(request: Request, server: Server) -> Response:
     )
     verdict = await server.workers.run(functools.partial(verify, record))
     return reply(Verdict(verdict.ok, verdict.field, verdict.expected, verdict.actual))
-
-
-def _check_step(server: Services, solver: Any, dt: Any, substeps: Any) -> None:
-    """Raise InvalidValueError for steps so short that the drop would keep a thread for minutes.
-
-    Anything else about the values is the engine's to judge.
-    """
-    numbers = isinstance(dt, int | float) and isinstance(substeps, int)
-    shortest = server.settings.min_step
-    if solver == "stepped" and numbers and 0.0 < dt < shortest * substeps:
-        raise InvalidValueError(
-            f"dt {dt!r} in {substeps} substeps makes steps shorter than {shortest:g} s; "
-            "compute it with the command line",
-            field="dt",
-        )
 
 
 def _draw(done: Drop, width: int) -> bytes:
@@ -236,4 +225,20 @@ def _sample(done: Drop, fps: float) -> Frames:
         duration=done.duration,
         fields=list(states.dtype.names or ()),
         frames=states.tolist(),
+        before=_before(done).tolist(),
     )
+
+
+def _before(done: Drop) -> npt.NDArray[np.void]:
+    """The state right before each impact, shape (n,), dtype STATE, in the impacts' order.
+
+    That is the state at the last instant before it that has a float64, or, of two impacts at one
+    instant, what the first made of it for the second.
+    """
+    impacts = done.impacts
+    rows = done.states(np.nextafter(impacts["t"], 0.0))
+    for i in range(1, len(impacts)):
+        if impacts["t"][i] == impacts["t"][i - 1]:
+            for name in ("t", "x", "y", "vx", "vy", "omega"):
+                rows[name][i] = impacts[name][i - 1]
+    return rows

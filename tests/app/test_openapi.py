@@ -31,11 +31,13 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
     assert {(path, method) for path, method, _ in operations(document)} == {
         ("/api/v1/boards", "get"),
         ("/api/v1/boards", "post"),
+        ("/api/v1/boards/check", "post"),
         ("/api/v1/boards/{board}", "get"),
         ("/api/v1/drops", "post"),
         ("/api/v1/drops/{board}/{seed}", "get"),
         ("/api/v1/drops/{board}/{seed}.png", "get"),
         ("/api/v1/drops/{board}/{seed}/frames", "get"),
+        ("/api/v1/simulate", "post"),
         ("/api/v1/verify", "post"),
         ("/api/v1/rooms", "get"),
         ("/api/v1/rooms", "post"),

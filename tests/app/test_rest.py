@@ -9,7 +9,7 @@ import pytest
 
 from app import schemas
 from app.protocol import Landed
-from engine import Board, drop, preset_names
+from engine import Board, drop, drop_many, preset_names
 from tests.app.conftest import TINY, Running, serving
 
 BOARD = Board.preset("triangle-16")
@@ -47,6 +47,25 @@ def test_a_board_is_found_by_name_and_by_digest(http: httpx.Client) -> None:
     by_name = http.get("/api/v1/boards/triangle-16").json()
     assert by_name == http.get(f"/api/v1/boards/{BOARD.digest}").json()
     assert Board.from_json(by_name["board"]) == BOARD
+
+
+def test_a_board_is_checked_without_being_kept(http: httpx.Client) -> None:
+    board = {**TINY, "name": "only looked at"}
+    checked = http.post("/api/v1/boards/check", json=board)
+    assert checked.status_code == 200
+    whole = Board.from_json(board)
+    assert checked.json() == {
+        "name": "only looked at",
+        "digest": whole.digest,
+        "board": whole.to_dict(),
+    }
+    assert http.get(f"/api/v1/boards/{whole.digest}").status_code == 404
+
+
+def test_a_board_that_fails_its_check_says_where(http: httpx.Client) -> None:
+    board = {**TINY, "pegs": [{"x": x, "y": 1.0, "radius": 0.05} for x in (0.0, 0.02)]}
+    body = problem(http.post("/api/v1/boards/check", json=board), 422, "bad-board", "overlaps")
+    assert body["field"] == "pegs[1]"
 
 
 def test_registering_a_board_is_idempotent_and_gives_its_digest(http: httpx.Client) -> None:
@@ -285,6 +304,46 @@ def test_frames_are_the_drops_states_at_that_rate_and_at_the_landing(http: httpx
     assert body["frames"] == [list(row) for row in done.states(times).tolist()]
 
 
+@pytest.mark.parametrize("solver", ["exact", "stepped"])
+def test_frames_tell_the_state_right_before_each_impact(http: httpx.Client, solver: str) -> None:
+    """The material's law holds between before and after, to rounding, at every free impact."""
+    path = "/api/v1/drops/triangle-16/42"
+    record = http.get(f"{path}?solver={solver}").json()
+    body = http.get(f"{path}/frames?fps=1&solver={solver}").json()
+    assert len(body["before"]) == len(record["impacts"])
+    bounces = 0
+    for before, after in zip(body["before"], record["impacts"], strict=True):
+        t, x, y, _, vx, vy, _ = before
+        assert after[0] >= t >= after[0] * (1 - 1e-15) - 1e-300
+        assert (x, y) == pytest.approx(after[1:3], abs=1e-9)
+        if after[6] != 0:
+            continue
+        peg = BOARD.pegs[int(after[7])]
+        nx, ny = x - peg.x, y - peg.y
+        reach = (nx * nx + ny * ny) ** 0.5
+        restitution = max(BOARD.peg_material.restitution, BOARD.ball.restitution)
+        approach = (vx * nx + vy * ny) / reach
+        assert approach < 0.0, "it comes nearer before"
+        if solver == "exact":
+            away = (after[3] * nx + after[4] * ny) / reach
+            assert away == pytest.approx(-restitution * approach, rel=1e-9)
+        bounces += 1
+    assert bounces > 5
+
+
+def test_of_two_events_at_one_instant_the_second_starts_from_the_first(http: httpx.Client) -> None:
+    """A ball that does not bounce hits a peg and rides it, both at once."""
+    dead = {"restitution": 0.0, "friction": 0.1}
+    board = {**TINY, "name": "dead", "ball": dead, "peg_material": dead}
+    digest = http.post("/api/v1/boards", json=board).json()["digest"]
+    record = http.get(f"/api/v1/drops/{digest}/1?x=0.02").json()
+    before = http.get(f"/api/v1/drops/{digest}/1/frames?x=0.02").json()["before"]
+    hit, ride = record["impacts"][:2]
+    assert (hit[6], ride[6], ride[0]) == (0, 2, hit[0])
+    t, x, y, _, vx, vy, omega = before[1]
+    assert [t, x, y, vx, vy, omega] == hit[:6]
+
+
 @pytest.mark.parametrize("fps", ["0", "-1", "nan", "1e9", "many"])
 def test_a_bad_rate_is_named(http: httpx.Client, fps: str) -> None:
     response = http.get(f"/api/v1/drops/triangle-16/42/frames?fps={fps}")
@@ -308,6 +367,61 @@ def test_a_picture_of_the_drop_is_a_png_and_cacheable(http: httpx.Client) -> Non
         refused = http.get(f"{path}?width={width}")
         assert (refused.status_code, refused.json()["field"]) == (422, "width")
         assert width in refused.json()["detail"]
+
+
+# Many drops.
+
+
+def test_many_drops_are_counted_as_the_command_line_counts_them(http: httpx.Client) -> None:
+    asked = {"board": "triangle-8", "drops": 250, "seed": "7"}
+    body = http.post("/api/v1/simulate", json=asked).json()
+    batch = drop_many(Board.preset("triangle-8"), range(7, 257))
+    assert body == {
+        "board_digest": batch.board.digest,
+        "drops": 250,
+        "histogram": batch.histogram.tolist(),
+        "unsettled": batch.unsettled,
+        "mean_duration": pytest.approx(batch.duration.mean()),
+        "mean_impacts": pytest.approx(batch.impact_count.mean()),
+        "digest": batch.digest,
+    }
+
+
+def test_many_drops_take_a_board_and_the_stepped_solver(http: httpx.Client) -> None:
+    asked = {"board": TINY, "drops": 20, "solver": "stepped", "dt": 0.01, "substeps": 2}
+    body = http.post("/api/v1/simulate", json=asked).json()
+    board = Board.from_json(TINY)
+    batch = drop_many(board, range(20), solver="stepped", dt=0.01, substeps=2)
+    assert (body["board_digest"], body["digest"]) == (board.digest, batch.digest)
+
+
+@pytest.mark.parametrize(
+    ("asked", "field", "named"),
+    [
+        ({"drops": 0}, "drops", "0"),
+        ({"drops": 10_001}, "drops", "10001"),
+        ({"seed": "-1"}, "seed", "-1"),
+        ({"seed": str(2**64 - 50)}, "seed", str(2**64 + 49)),
+        ({"solver": "stepped", "dt": 1e-7}, "dt", "1e-07"),
+        ({"solver": "stepped", "dt": 7.0}, "dt", "7.0"),
+    ],
+)
+def test_bad_simulations_are_named(
+    http: httpx.Client, asked: dict[str, Any], field: str, named: str
+) -> None:
+    response = http.post("/api/v1/simulate", json={"board": "triangle-8", **asked})
+    assert response.status_code == 422
+    assert response.json()["field"] == field
+    assert named in response.json()["detail"]
+
+
+def test_a_simulation_that_takes_too_long_is_refused(
+    http: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.routes.simulate._MAX_SECONDS", 0.0)
+    response = http.post("/api/v1/simulate", json={"board": "triangle-8", "drops": 101})
+    body = problem(response, 422, "invalid-value", "101", "100 were done")
+    assert body["field"] == "drops"
 
 
 # Verification.
