@@ -2,7 +2,8 @@
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Protocol
 
 
 class Schedule:
@@ -30,6 +31,10 @@ class Schedule:
         """Seconds from `now` until the next tick is due; never negative."""
         return max(0.0, self._start + (self._done + 1) * self.period - now)
 
+    def lateness(self, now: float) -> float:
+        """Seconds by which the next tick is overdue at `now`; never negative."""
+        return max(0.0, now - self._start - (self._done + 1) * self.period)
+
     def due(self, now: float) -> int:
         """How many ticks to run at `now`; counts them as run."""
         # The small share of a period forgives rounding: woken on the very deadline, it is due.
@@ -43,6 +48,22 @@ class Schedule:
         return min(behind, self.max_catch_up)
 
 
+class Watcher(Protocol):
+    """Who wants to know how the ticker does."""
+
+    def woke(self) -> None:
+        """The ticker left its sleep."""
+
+    def ticked(self, late: float, duration: float) -> None:
+        """Ticks were run `late` seconds after they were due; with the sending it took `duration`.
+
+        There is time now until the next one.
+        """
+
+    def slept(self) -> None:
+        """Nothing moves any more."""
+
+
 class Ticker:
     """Calls `tick(n)` when n ticks are due, as long as `tick` says that something still moves."""
 
@@ -53,6 +74,7 @@ class Ticker:
         *,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
+        watchers: Sequence[Watcher] = (),
     ) -> None:
         self.schedule = schedule
         self.ticks = 0
@@ -61,6 +83,7 @@ class Ticker:
         self._tick = tick
         self._clock = clock
         self._sleep = sleep
+        self._watchers = watchers
         self._wake = asyncio.Event()
 
     def wake(self) -> None:
@@ -74,18 +97,30 @@ class Ticker:
             self._wake.clear()
             self.wakeups += 1
             self.asleep = False
-            self.schedule.start(self._clock())
-            while await self._next_tick():
-                pass
+            for watcher in self._watchers:
+                watcher.woke()
+            try:
+                self.schedule.start(self._clock())
+                while await self._next_tick():
+                    pass
+            finally:
+                for watcher in self._watchers:
+                    watcher.slept()
             self.asleep = not self._wake.is_set()
 
     async def _next_tick(self) -> bool:
-        # uvloop caches its clock per turn of the loop; a turn spent here keeps the long sleep from
-        # being measured from before the broadcast that came just ahead of it.
-        await self._sleep(0.0)
         await self._sleep(self.schedule.delay(self._clock()))
-        due = self.schedule.due(self._clock())
+        began = self._clock()
+        late = self.schedule.lateness(began)
+        due = self.schedule.due(began)
         if due == 0:
             return True
         self.ticks += due
-        return self._tick(due)
+        goes_on = self._tick(due)
+        # The turn of the loop in which the frames leave. uvloop also caches its clock per turn:
+        # without this one the long sleep would be measured from before the broadcast.
+        await self._sleep(0.0)
+        duration = self._clock() - began
+        for watcher in self._watchers:
+            watcher.ticked(late, duration)
+        return goes_on

@@ -18,9 +18,10 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from starlette.middleware.cors import CORSMiddleware
 
-from app import problems, schemas
+from app import problems, schemas, transport
 from app.boards import Boards
 from app.errors import SettingError
+from app.garbage import GarbageKeeper
 from app.hub import Hub
 from app.limits import KeyedBuckets
 from app.middleware import BodyLimit, OriginCheck, SecurityHeaders
@@ -29,7 +30,6 @@ from app.rooms import Rooms
 from app.routes import boards, drops, health, page, rooms, simulate, ws
 from app.services import Services
 from app.settings import Settings, static_directory
-from app.transport import Connection
 from app.workers import Workers
 from engine import Board, World, drop, preset_names
 from engine.errors import BoardError
@@ -114,7 +114,7 @@ def _services(settings: Settings) -> Services:
         version=version(),
         boards=known,
         hub=hub,
-        rooms=Rooms(settings, known, hub, _main_board(settings.board)),
+        rooms=Rooms(settings, known, hub, _main_board(settings.board), watchers=(GarbageKeeper(),)),
         workers=Workers(settings.workers, settings.max_jobs),
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
     )
@@ -220,14 +220,19 @@ def _compile() -> None:
 
 
 def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
-    """How uvicorn is to serve: fast parser and loop, no compression, no log line a request."""
+    """How uvicorn is to serve: fast parser and loop, no compression, no log line a request.
+
+    Raises SettingError when the transport that the settings demand does not work.
+    """
+    kind = transport.choose(settings.transport)
+    app.state.services.transport = kind
     return uvicorn.Config(
         app,
         host=settings.host,
         port=settings.port,
         loop="uvloop",
         http="httptools",
-        ws=Connection,  # websockets-sansio, with a way out of a full write buffer
+        ws=transport.protocol_class(kind),  # websockets-sansio
         ws_per_message_deflate=False,  # costs five to eight times the frame
         ws_max_size=settings.max_message,
         access_log=False,

@@ -5,7 +5,7 @@ import logging
 import secrets
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import msgspec
@@ -13,8 +13,9 @@ import msgspec
 from app import protocol
 from app.boards import Boards
 from app.errors import AppError, RoomLimitError, UnknownRoomError
+from app.frames import Frame
 from app.hub import Client, Hub
-from app.loop import Schedule, Ticker
+from app.loop import Schedule, Ticker, Watcher
 from app.protocol import shorten
 from app.room import DropCommand, Room
 from app.settings import Settings
@@ -41,12 +42,16 @@ class Rooms:
         clock: Callable[[], float] = time.monotonic,
         draw: Callable[[], int] = lambda: secrets.randbits(64),
         new_id: Callable[[], str] = lambda: secrets.token_hex(8),
+        watchers: Sequence[Watcher] = (),
     ) -> None:
         self.settings = settings
         self.hub = hub
         self.clock = clock
         self.ticker = Ticker(
-            Schedule(1.0 / settings.tick_rate, settings.max_catch_up), self._tick, clock=clock
+            Schedule(1.0 / settings.tick_rate, settings.max_catch_up),
+            self._tick,
+            clock=clock,
+            watchers=watchers,
         )
         self._boards = boards
         self._draw = draw
@@ -83,7 +88,8 @@ class Rooms:
     def enter(self, room: Room, client: Client) -> None:
         """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
         self.hub.join(room.id, client)
-        client.post(protocol.encode_event(room.hello(self.clock(), self._limits)).decode())
+        hello = room.hello(self.clock(), self._limits)
+        client.post(Frame.event(protocol.encode_event(hello)))
 
     async def drop(
         self,
@@ -164,9 +170,8 @@ class Rooms:
                 del self._awake[room.id]
                 break
         if watched:
-            if events:
-                self.hub.announce(room.id, protocol.encode_events(events))
-            self.hub.show(room.id, room.frame())
+            told = protocol.encode_events(events) if events else None
+            self.hub.publish(room.id, "snapshots", told, room.frame())
         for event in events:
             if isinstance(event, protocol.Landed):
                 self._landed(room.id, event)

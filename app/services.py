@@ -25,6 +25,7 @@ class Services:
     workers: Workers
     room_drops: KeyedBuckets
     warm: bool = False
+    transport: str = "public"  # how clients are written to; see app.transport
     ticking: "asyncio.Task[None] | None" = None
     client_ids: Iterator[int] = field(default_factory=count)
 

@@ -40,6 +40,9 @@ class Settings:
     send_buffer: int = _setting(
         1 << 16, "kernel's send buffer of a connection, in bytes; 0 leaves it", 0, 1 << 30
     )
+    transport: str = _setting(
+        "auto", "how clients are written to: `direct`, `public` (slower), or `auto`, what works"
+    )
     client_grace: float = _setting(
         5.0, "seconds that a client may leave unread what it is sent", 0.1, 3600
     )

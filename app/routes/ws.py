@@ -1,4 +1,4 @@
-"""The WebSocket of a room: a reader and a writer for each client, and how the two end."""
+"""The WebSocket of a room: what each client says and is told, and how it ends."""
 
 import asyncio
 import contextlib
@@ -16,12 +16,13 @@ from app.errors import (
     SlowClientError,
     answer,
 )
-from app.hub import Client, Frame, Mailbox
+from app.frames import Frame
+from app.hub import Client, Mailbox
 from app.limits import TokenBucket, spend
 from app.room import Room
 from app.routes.common import Server
 from app.services import Services
-from app.transport import sever
+from app.transport import line_of, sever
 from engine.errors import EngineError
 from engine.seeding import parse_seed
 
@@ -76,9 +77,10 @@ class Session:
         self.room = room
         self.client = Client(
             next(server.client_ids),
-            self._send,
+            line_of(socket),
             Mailbox(settings.max_queue, settings.max_queue_bytes),
             settings.client_grace,
+            traffic=server.hub.traffic,
         )
         self._messages = TokenBucket(settings.message_rate, 2 * settings.message_rate, now)
         self._drops = TokenBucket(settings.drop_rate, 2 * settings.drop_rate, now)
@@ -87,7 +89,7 @@ class Session:
     async def run(self) -> AppError | None:
         """Serve the client until it leaves, or return why it must; raises RoomFullError."""
         self.server.rooms.enter(self.room, self.client)
-        tasks = [asyncio.create_task(self._read()), asyncio.create_task(self.client.write())]
+        tasks = [asyncio.create_task(self._read()), asyncio.create_task(self.client.run())]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -101,12 +103,6 @@ class Session:
             if isinstance(outcome, Exception) and not isinstance(outcome, WebSocketDisconnect):
                 raise outcome
         return None
-
-    async def _send(self, frame: Frame) -> None:
-        if isinstance(frame, bytes):
-            await self.socket.send_bytes(frame)
-        else:
-            await self.socket.send_text(frame)
 
     async def _read(self) -> None:
         """Take messages until the client disconnects; raises AbuseError."""
@@ -133,7 +129,7 @@ class Session:
             raise MalformedError("a binary frame is no message; send JSON in a text frame")
         message = protocol.decode_message(data)
         if isinstance(message, protocol.PingMessage):
-            self.client.post(protocol.encode_event(self._pong(message)).decode())
+            self._tell(self._pong(message))
             return
         spend(self._drops, time.monotonic(), "drops")
         seed = None if message.seed is None else parse_seed(message.seed)
@@ -148,4 +144,7 @@ class Session:
         innocent = isinstance(error, LimitError) and not isinstance(error, MessageFloodError)
         if not innocent and not self._strikes.take(time.monotonic()):
             raise AbuseError(f"too many bad messages; the last: {error}")
-        self.client.post(protocol.encode_event(_event(error, ref)).decode())
+        self._tell(_event(error, ref))
+
+    def _tell(self, event: protocol.Event) -> None:
+        self.client.post(Frame.event(protocol.encode_event(event)))

@@ -152,3 +152,50 @@ async def test_a_slow_tick_is_an_overrun_and_is_caught_up() -> None:
     await ticker_run(ticker)
     assert dues == [1, 2, 1, 1, 1]
     assert ticker.schedule.overruns == 1
+
+
+class Journal:
+    """A watcher that writes down what it is told."""
+
+    def __init__(self) -> None:
+        self.lines: list[object] = []
+
+    def woke(self) -> None:
+        self.lines.append("woke")
+
+    def ticked(self, late: float, duration: float) -> None:
+        self.lines.append((round(late, 6), round(duration, 6)))
+
+    def slept(self) -> None:
+        self.lines.append("slept")
+
+
+async def test_watchers_are_told_how_late_and_how_long_each_tick_was() -> None:
+    clock = FakeClock(late=[0.001, 0.0, 0.004])
+    journal = Journal()
+    left = [3]
+
+    def tick(due: int) -> bool:
+        left[0] -= due
+        clock.now += 0.002
+        return left[0] > 0
+
+    ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep, watchers=[journal])
+    await ticker_run(ticker)
+    assert journal.lines == []
+    ticker.wake()
+    await ticker_run(ticker)
+    assert journal.lines == ["woke", (0.001, 0.002), (0.0, 0.002), (0.004, 0.002), "slept"]
+
+
+async def test_a_ticker_that_is_cancelled_leaves_its_watchers_asleep() -> None:
+    clock = FakeClock()
+    journal = Journal()
+    ticker = Ticker(
+        Schedule(PERIOD, 5), lambda due: True, clock=clock, sleep=clock.sleep, watchers=[journal]
+    )
+    ticker.wake()
+    await ticker_run(ticker)
+    assert journal.lines[0] == "woke"
+    assert journal.lines[-1] == "slept"
+    assert journal.lines.count("slept") == 1

@@ -8,7 +8,8 @@ import pytest
 
 from app.boards import Boards
 from app.errors import AppError
-from app.hub import Client, Frame, Hub, Mailbox
+from app.frames import Frame
+from app.hub import Client, Hub, Mailbox
 from app.rooms import Rooms
 from app.settings import Settings
 from engine import Board, World, drop
@@ -31,9 +32,12 @@ class Watcher:
 
     def __init__(self) -> None:
         self.frames: list[Frame] = []
-        self.client = Client(0, self._send, Mailbox(256, 1 << 20), 60.0)
+        self.client = Client(0, self, Mailbox(256, 1 << 20), 60.0)
 
-    async def _send(self, frame: Frame) -> None:
+    def write(self, wire: bytes) -> bool:
+        return False
+
+    async def send(self, frame: Frame) -> None:
         self.frames.append(frame)
 
 
@@ -86,7 +90,7 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
     broken, sound = held.find("triangle-8"), held.find("triangle-9")
     watcher = Watcher()
     held.enter(broken, watcher.client)
-    writer = asyncio.create_task(watcher.client.write())
+    writer = asyncio.create_task(watcher.client.run())
     lost = await held.drop(broken, 42, None)
     kept = await held.drop(sound, 42, None)
     waits = [
