@@ -18,14 +18,16 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from starlette.middleware.cors import CORSMiddleware
 
-from app import problems, schemas, transport
+from app import logs, problems, schemas, transport
 from app.boards import Boards
 from app.errors import SettingError
 from app.garbage import GarbageKeeper
 from app.hub import Hub
 from app.limits import KeyedBuckets
+from app.metrics import Metrics
 from app.middleware import BodyLimit, OriginCheck, SecurityHeaders
 from app.protocol import shorten
+from app.readings import readings
 from app.rooms import Rooms
 from app.routes import boards, drops, health, page, rooms, simulate, ws
 from app.services import Services
@@ -109,15 +111,21 @@ def version() -> str:
 def _services(settings: Settings) -> Services:
     known = Boards(settings.max_boards)
     hub = Hub(settings.max_clients)
-    return Services(
+    metrics = Metrics()
+    server = Services(
         settings=settings,
         version=version(),
         boards=known,
         hub=hub,
-        rooms=Rooms(settings, known, hub, _main_board(settings.board), watchers=(GarbageKeeper(),)),
+        rooms=Rooms(
+            settings, known, hub, _main_board(settings.board), watchers=(metrics, GarbageKeeper())
+        ),
         workers=Workers(settings.workers, settings.max_jobs),
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
+        metrics=metrics,
     )
+    metrics.read_from(functools.partial(readings, server))
+    return server
 
 
 def _main_board(name: str) -> Board:
@@ -198,6 +206,7 @@ class Server(uvicorn.Server):
 def run(settings: Settings | None = None) -> None:
     """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen or has no board."""
     settings = settings or Settings()
+    logs.configure(settings.log_level, settings.log_format)
     app = create_app(settings)
     with listen(settings) as listener:
         _compile()
@@ -236,7 +245,7 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         ws_per_message_deflate=False,  # costs five to eight times the frame
         ws_max_size=settings.max_message,
         access_log=False,
-        log_level="warning",
+        log_config=None,  # app.logs has it
         server_header=False,
         timeout_graceful_shutdown=settings.shutdown_grace,
     )

@@ -46,18 +46,31 @@ def problem_response(error: Exception, path: str = "") -> Response:
     return Response(msgspec.json.encode(problem), problem.status, headers, MEDIA_TYPE)
 
 
-async def _known_error(request: Request, error: Exception) -> Response:
+def _answer(request: Request, error: Exception) -> Response:
+    request.app.state.services.metrics.errors.labels(answer(error).code).inc()
     return problem_response(error, request.url.path)
+
+
+def _about(request: Request) -> dict[str, str]:
+    """A request as the log shows it: its query may hold what is nobody's business."""
+    return {"method": request.method, "path": request.url.path}
+
+
+async def _known_error(request: Request, error: Exception) -> Response:
+    known = answer(error)
+    if known.status >= 500 and known.status != 503:
+        _log.error("request failed", extra=_about(request), exc_info=error)
+    return _answer(request, error)
 
 
 async def _unknown_error(request: Request, error: Exception) -> Response:
-    _log.error("%s %s failed: %r", request.method, request.url.path, error)
-    return problem_response(error, request.url.path)
+    _log.error("request failed", extra=_about(request), exc_info=error)
+    return _answer(request, error)
 
 
 async def _bad_parameter(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
-    return problem_response(_named(error.errors()), request.url.path)
+    return _answer(request, _named(error.errors()))
 
 
 def _named(errors: Sequence[Any]) -> InvalidValueError:

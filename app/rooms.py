@@ -53,6 +53,8 @@ class Rooms:
             clock=clock,
             watchers=watchers,
         )
+        self.accepted = 0  # drops, in all rooms there ever were
+        self.landed = 0
         self._boards = boards
         self._draw = draw
         self._new_id = new_id
@@ -66,6 +68,11 @@ class Rooms:
     def all(self) -> list[Room]:
         """Every open room, the longest unused first."""
         return list(self._rooms.values())
+
+    @property
+    def awake(self) -> list[Room]:
+        """The rooms in which something moves."""
+        return list(self._awake.values())
 
     def find(self, room_id: str) -> Room:
         """The room of this id; a preset's name opens its public table. Raises UnknownRoomError."""
@@ -106,6 +113,7 @@ class Rooms:
         durable before it is told belongs here, and nowhere else.
         """
         accepted = room.drop(DropCommand(self._draw() if seed is None else seed, x))
+        self.accepted += 1
         own = msgspec.structs.replace(accepted, ref=ref)
         if client is not None:
             self.hub.tell(room.id, client, protocol.encode_event(own))
@@ -141,6 +149,7 @@ class Rooms:
             max_balls=self.settings.max_balls,
         )
         self._rooms[room_id] = room
+        _log.info("room opened", extra={"room": room_id, "board": board.digest})
         return room
 
     def _evict(self) -> None:
@@ -148,16 +157,18 @@ class Rooms:
         for room_id in self._rooms:
             if room_id != MAIN and room_id not in self._awake and not self.hub.count(room_id):
                 del self._rooms[room_id]
+                _log.info("room closed", extra={"room": room_id, "why": "room for another"})
                 return
         raise RoomLimitError(f"all {self.settings.max_rooms} rooms are in use")
 
     def _tick(self, due: int) -> bool:
         """Run `due` ticks of every room that is awake; True while one still is."""
-        for room in list(self._awake.values()):
+        for room in self.awake:
             try:
                 self._advance(room, due)
             except Exception:  # noqa: BLE001 - one room's fault must not stop the others' clock
-                _log.exception("room %s failed at tick %d and is closed", room.id, room.world.tick)
+                where = {"room": room.id, "tick": room.world.tick}
+                _log.exception("room failed and is closed", extra=where)
                 self._close(room)
         return bool(self._awake)
 
@@ -177,6 +188,7 @@ class Rooms:
                 self._landed(room.id, event)
 
     def _landed(self, room_id: str, landed: protocol.Landed) -> None:
+        self.landed += 1
         for future in self._waiting.pop((room_id, landed.ball), ()):
             if not future.done():
                 future.set_result(landed)

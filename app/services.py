@@ -8,6 +8,7 @@ from itertools import count
 from app.boards import Boards
 from app.hub import Hub
 from app.limits import KeyedBuckets
+from app.metrics import Metrics
 from app.rooms import Rooms
 from app.settings import Settings
 from app.workers import Workers
@@ -24,6 +25,7 @@ class Services:
     rooms: Rooms
     workers: Workers
     room_drops: KeyedBuckets
+    metrics: Metrics
     warm: bool = False
     transport: str = "public"  # how clients are written to; see app.transport
     ticking: "asyncio.Task[None] | None" = None

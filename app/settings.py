@@ -11,8 +11,15 @@ from app.errors import SettingError
 ENV_PREFIX = "PLINKO_"
 
 
-def _setting(default: Any, text: str, low: float | None = None, high: float | None = None) -> Any:
-    return field(default=default, metadata={"text": text, "low": low, "high": high})
+def _setting(
+    default: Any,
+    text: str,
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    rules = {"text": text, "low": low, "high": high, "choices": choices}
+    return field(default=default, metadata=rules)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +48,9 @@ class Settings:
         1 << 16, "kernel's send buffer of a connection, in bytes; 0 leaves it", 0, 1 << 30
     )
     transport: str = _setting(
-        "auto", "how clients are written to: `direct`, `public` (slower), or `auto`, what works"
+        "auto",
+        "how clients are written to: `direct`, `public` (slower), or `auto`, what works",
+        choices=("auto", "direct", "public"),
     )
     client_grace: float = _setting(
         5.0, "seconds that a client may leave unread what it is sent", 0.1, 3600
@@ -59,6 +68,14 @@ class Settings:
     )
     wait_limit: float = _setting(
         30.0, "longest wait of `?wait=1` for a landing, in seconds", 0.1, 3600
+    )
+    log_format: str = _setting(
+        "text", "`text` for people or `json`, one object a line", choices=("text", "json")
+    )
+    log_level: str = _setting(
+        "warning",
+        "least level logged: `debug`, `info`, `warning` or `error`",
+        choices=("debug", "info", "warning", "error"),
     )
     shutdown_grace: int = _setting(3, "seconds that open requests get at shutdown", 1, 3600)
 
@@ -113,12 +130,15 @@ def _check(entry: "Field[Any]", value: Any) -> None:
     if good and low is not None:
         # Written so that NaN, which compares false with everything, is refused.
         good = not isinstance(value, bool) and low <= value <= high
-    if not good or value == "":
+    choices = entry.metadata["choices"]
+    if not good or value == "" or (choices and value not in choices):
         raise SettingError(f"{entry.name}={value!r} is not {_wanted(entry)}", field=entry.name)
 
 
 def _wanted(entry: "Field[Any]") -> str:
     names = {int: "a whole number", float: "a number", str: "a text", tuple: "a list of texts"}
+    if entry.metadata["choices"]:
+        return "one of: " + ", ".join(entry.metadata["choices"])
     wanted = names[type(entry.default)]
     low, high = entry.metadata["low"], entry.metadata["high"]
     return wanted if low is None else f"{wanted} from {low:,g} to {high:,g}"

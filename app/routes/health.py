@@ -1,6 +1,7 @@
-"""Health: does the process answer, and can it take drops."""
+"""For those who run the server: does it answer, can it take drops, how does it do."""
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Request, Response
+from fastapi.responses import PlainTextResponse
 
 from app.routes.common import Server, documented, reply
 from app.schemas import Health, Readiness, TickerHealth
@@ -40,3 +41,15 @@ async def readyz(server: Server) -> Response:
     }
     ready = all(checks.values())
     return reply(Readiness(ready, checks), 200 if ready else 503)
+
+
+@router.get(
+    "/metrics",
+    summary="How does it do",
+    response_class=PlainTextResponse,
+    responses=documented(None, media_type="text/plain", description="Prometheus' text format"),
+)
+async def metrics(request: Request, server: Server) -> Response:
+    """Counts and times for Prometheus; docs/operations.md says what each means."""
+    body, media_type = server.metrics.exposition(request.headers.get("accept", ""))
+    return Response(body, media_type=media_type, headers={"cache-control": "no-store"})

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import logging
 import time
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
@@ -19,6 +20,7 @@ from app.errors import (
 from app.frames import Frame
 from app.hub import Client, Mailbox
 from app.limits import TokenBucket, spend
+from app.protocol import shorten
 from app.room import Room
 from app.routes.common import Server
 from app.services import Services
@@ -31,6 +33,8 @@ router = APIRouter()
 # Bad messages are answered, not punished, unless they keep coming: a typo is free, a flood is not.
 _STRIKES = 20
 _STRIKES_FORGIVEN = 1.0  # a second
+
+_log = logging.getLogger("plinko")
 
 _CLOSE_SECONDS = 1.0  # for the close frame to find room in a buffer that has some
 
@@ -48,6 +52,8 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
         with contextlib.suppress(WebSocketDisconnect):
             await socket.send_text(protocol.encode_event(_event(refused)).decode())
     if error is not None:
+        server.metrics.errors.labels(answer(error).code).inc()
+        _log.info("client closed", extra={"room": shorten(room_id), "why": str(error)})
         await _close(socket, error, server.settings.client_linger)
 
 
@@ -144,6 +150,7 @@ class Session:
         innocent = isinstance(error, LimitError) and not isinstance(error, MessageFloodError)
         if not innocent and not self._strikes.take(time.monotonic()):
             raise AbuseError(f"too many bad messages; the last: {error}")
+        self.server.metrics.errors.labels(answer(error).code).inc()
         self._tell(_event(error, ref))
 
     def _tell(self, event: protocol.Event) -> None:

@@ -39,6 +39,8 @@ def test_an_orchestrators_own_variables_are_left_alone() -> None:
         ("PLINKO_DROP_RATE", "-1", "drop_rate=-1"),
         ("PLINKO_HOST", "", "host=''"),
         ("PLINKO_TICK_RATE", "0", "tick_rate=0"),
+        ("PLINKO_TRANSPORT", "fast", "transport='fast' is not one of: auto, direct, public"),
+        ("PLINKO_LOG_FORMAT", "xml", "log_format='xml' is not one of: text, json"),
     ],
 )
 def test_a_bad_value_is_named_with_what_would_be_right(variable: str, text: str, said: str) -> None:

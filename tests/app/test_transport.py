@@ -57,11 +57,6 @@ def test_other_bytes_than_uvicorns_are_noticed(monkeypatch: pytest.MonkeyPatch) 
     assert transport.self_test() == "a binary frame of 0 bytes comes out differently"
 
 
-def test_an_unknown_kind_is_named() -> None:
-    with pytest.raises(SettingError, match="'fast' is not one of: auto, direct, public"):
-        transport.choose("fast")
-
-
 @pytest.mark.parametrize("kind", ["direct", "public"])
 async def test_a_game_is_the_same_over_either_kind(kind: str) -> None:
     with serving(transport=kind) as server:

@@ -1,0 +1,62 @@
+"""What the server logs, and how: lines for people, or one JSON object a line for machines.
+
+Events are logged as a short fixed message with what is particular about them in `extra`, so that
+machines can count them: `log.info("room closed", extra={"room": id})`. Addresses are logged without
+their query, and bodies, headers and tokens not at all.
+"""
+
+import logging
+import sys
+from datetime import UTC, datetime
+from typing import Any
+
+import msgspec
+
+_STANDARD = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}
+_FOREIGN = ("uvicorn", "asyncio")  # their own information lines would show whole addresses
+
+
+def configure(level: str, style: str) -> None:
+    """Log to standard error from `level` on, in the style `text` or `json`."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(JsonFormatter() if style == "json" else TextFormatter())
+    root = logging.getLogger()
+    root.handlers[:] = [handler]
+    root.setLevel(logging.WARNING)
+    logging.getLogger("plinko").setLevel(level.upper())
+    for name in _FOREIGN:
+        logging.getLogger(name).setLevel(max(logging.WARNING, logging.getLevelName(level.upper())))
+
+
+def particulars(record: logging.LogRecord) -> dict[str, Any]:
+    """What a record carries beside what every record does."""
+    return {name: value for name, value in vars(record).items() if name not in _STANDARD}
+
+
+class TextFormatter(logging.Formatter):
+    """`time level message name=value …`."""
+
+    def __init__(self) -> None:
+        super().__init__("%(asctime)s %(levelname)s %(message)s")
+
+    def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - logging's name
+        """The line, with the particulars behind it."""
+        extra = "".join(f" {name}={value}" for name, value in particulars(record).items())
+        return super().formatMessage(record) + extra
+
+
+class JsonFormatter(logging.Formatter):
+    """One JSON object a line: time, level, logger, event, the particulars, the error if any."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The record as a line."""
+        line: dict[str, Any] = {
+            "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
+            "level": record.levelname.lower(),
+            "logger": record.name,
+            "event": record.getMessage(),
+            **particulars(record),
+        }
+        if record.exc_info:
+            line["error"] = self.formatException(record.exc_info)
+        return msgspec.json.encode(line, enc_hook=str).decode()

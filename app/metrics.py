@@ -1,0 +1,97 @@
+"""What the server counts about itself, for Prometheus.
+
+The hot path only adds to plain numbers and to two histograms a tick; everything else is read from
+the server's parts when somebody asks.
+"""
+
+from collections.abc import Callable, Iterable
+
+from prometheus_client import (
+    CollectorRegistry,
+    Counter,
+    GCCollector,
+    Histogram,
+    PlatformCollector,
+    ProcessCollector,
+)
+from prometheus_client.exposition import choose_encoder
+from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
+
+_TICK_BUCKETS = (1e-4, 2.5e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2, 3.2e-2, 6.4e-2, 0.25, 1.0)
+_COMMIT_BUCKETS = (2.5e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2, 3.2e-2, 6.4e-2, 0.25, 1.0, 4.0)
+
+Reading = tuple[str, str, float, dict[str, str]]
+"""Name, meaning, value and labels; a name that ends in _total is a counter, any other a gauge."""
+
+
+class Metrics:
+    """One server's metrics; a watcher of its ticker."""
+
+    def __init__(self) -> None:
+        self.registry = CollectorRegistry()
+        for collector in (ProcessCollector, PlatformCollector, GCCollector):
+            collector(registry=self.registry)
+        self.tick_duration = Histogram(
+            "plinko_tick_duration_seconds",
+            "Time of a tick: physics, encoding and handing the frames to the system.",
+            buckets=_TICK_BUCKETS,
+            registry=self.registry,
+        )
+        self.tick_lateness = Histogram(
+            "plinko_tick_lateness_seconds",
+            "How long after it was due a tick began.",
+            buckets=_TICK_BUCKETS,
+            registry=self.registry,
+        )
+        self.ledger_commit = Histogram(
+            "plinko_ledger_commit_seconds",
+            "Time until a group of drops was durable.",
+            buckets=_COMMIT_BUCKETS,
+            registry=self.registry,
+        )
+        self.errors = Counter(
+            "plinko_errors",
+            "Errors told to clients, over HTTP and WebSocket, by their code.",
+            ["code"],
+            registry=self.registry,
+        )
+
+    def read_from(self, readings: Callable[[], Iterable[Reading]]) -> None:
+        """Have `readings` asked for more values whenever the metrics are."""
+        self.registry.register(_Reader(readings))
+
+    def exposition(self, accept: str) -> tuple[bytes, str]:
+        """All metrics in the text format that an Accept header prefers, and its media type."""
+        encode, media_type = choose_encoder(accept)
+        return encode(self.registry), media_type
+
+    def woke(self) -> None:
+        """The ticker left its sleep."""
+
+    def ticked(self, late: float, duration: float) -> None:
+        """A tick is over."""
+        self.tick_lateness.observe(late)
+        self.tick_duration.observe(duration)
+
+    def slept(self) -> None:
+        """Nothing moves any more."""
+
+
+class _Reader(Collector):
+    """Turns readings into metrics."""
+
+    def __init__(self, readings: Callable[[], Iterable[Reading]]) -> None:
+        self._readings = readings
+
+    def collect(self) -> Iterable[Metric]:
+        """One metric a reading."""
+        for name, text, value, labels in self._readings():
+            kind = CounterMetricFamily if name.endswith("_total") else GaugeMetricFamily
+            family = kind(name.removesuffix("_total"), text, labels=list(labels))
+            family.add_metric(list(labels.values()), value)
+            yield family
+
+    def describe(self) -> Iterable[Metric]:
+        """Nothing beforehand: the parts that are read may not be put together yet."""
+        return ()
