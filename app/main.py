@@ -26,10 +26,11 @@ from app.hub import Hub
 from app.limits import KeyedBuckets
 from app.metrics import Metrics
 from app.middleware import BodyLimit, OriginCheck, SecurityHeaders
+from app.pictures import Pictures
 from app.protocol import shorten
 from app.readings import readings
 from app.rooms import Rooms
-from app.routes import boards, drops, health, page, rooms, simulate, ws
+from app.routes import boards, drops, health, page, pictures, rooms, simulate, ws
 from app.services import Services
 from app.settings import Settings, static_directory
 from app.workers import Workers
@@ -52,6 +53,7 @@ RFC 9457 problem details whose `detail` names the bad value. Live play is on the
 _TAGS = [
     {"name": "boards", "description": "Boards by name or by content."},
     {"name": "drops", "description": "Drops as values: computed, replayed, drawn, verified."},
+    {"name": "pictures", "description": "Drops and what many drops come to, drawn."},
     {"name": "rooms", "description": "Live tables that any number of people watch."},
     {"name": "health", "description": "For those who run the server."},
 ]
@@ -76,6 +78,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     problems.install(app)
     for router in (
         boards.router,
+        pictures.router,
         drops.router,
         simulate.router,
         rooms.router,
@@ -112,6 +115,7 @@ def _services(settings: Settings) -> Services:
     known = Boards(settings.max_boards)
     hub = Hub(settings.max_clients)
     metrics = Metrics()
+    workers = Workers(settings.workers, settings.max_jobs)
     server = Services(
         settings=settings,
         version=version(),
@@ -120,7 +124,8 @@ def _services(settings: Settings) -> Services:
         rooms=Rooms(
             settings, known, hub, _main_board(settings.board), watchers=(metrics, GarbageKeeper())
         ),
-        workers=Workers(settings.workers, settings.max_jobs),
+        workers=workers,
+        pictures=Pictures(workers, settings.max_picture_bytes),
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
         metrics=metrics,
     )

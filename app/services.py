@@ -9,6 +9,7 @@ from app.boards import Boards
 from app.hub import Hub
 from app.limits import KeyedBuckets
 from app.metrics import Metrics
+from app.pictures import Pictures
 from app.rooms import Rooms
 from app.settings import Settings
 from app.workers import Workers
@@ -24,6 +25,7 @@ class Services:
     hub: Hub
     rooms: Rooms
     workers: Workers
+    pictures: Pictures
     room_drops: KeyedBuckets
     metrics: Metrics
     warm: bool = False

@@ -66,6 +66,9 @@ class Settings:
     max_simulation: int = _setting(
         10_000, "drops of one `POST simulate`; the command line takes more", 1, 10_000_000
     )
+    max_picture_bytes: int = _setting(
+        1 << 25, "bytes of pictures kept for who asks again", 0, 1 << 40
+    )
     wait_limit: float = _setting(
         30.0, "longest wait of `?wait=1` for a landing, in seconds", 0.1, 3600
     )

@@ -1,6 +1,7 @@
-"""Pictures of drops with no browser: a drop goes in, an image file's bytes come out. No I/O."""
+"""Pictures with no browser: drops and rooms go in, the bytes of image files come out. No I/O."""
 
-from app.render.animation import drop_animation
-from app.render.picture import drop_png
+from app.render.animation import ANIMATIONS, drop_animation
+from app.render.encode import MEDIA_TYPES, STILLS
+from app.render.picture import drop_picture
 
-__all__ = ["drop_animation", "drop_png"]
+__all__ = ["ANIMATIONS", "MEDIA_TYPES", "STILLS", "drop_animation", "drop_picture"]

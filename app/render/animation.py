@@ -1,12 +1,12 @@
-"""A drop as it falls: an animated GIF or WebP of the ball with its trail, and the result.
+"""A drop as it falls: an animated GIF, WebP or APNG of the ball with its trail, and the result.
 
-Only the ball's surroundings change from frame to frame, so only they are painted again.
+Only the ball's surroundings change from frame to frame, so only they are painted and encoded. One
+frame is in memory at a time, however long the fall.
 """
 
 import io
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -14,152 +14,188 @@ import numpy.typing as npt
 from PIL import Image
 
 from app.errors import InvalidValueError
+from app.render import balls, gif, png
 from app.render.board import board_canvas
-from app.render.canvas import Canvas
 from app.render.caption import paint_caption
-from app.render.path import paint_ball, paint_ghost
-from app.render.picture import DEFAULT_WIDTH, drop_canvas
+from app.render.indexed import UNCHANGED, Palette
+from app.render.picture import DEFAULT_WIDTH, drop_pixels
 from app.render.view import View, lay_out
-from app.theme import Theme, named
+from app.theme import named
 from engine import Drop
 
 Pixels = npt.NDArray[np.uint8]
+Floats = npt.NDArray[np.float64]
+Box = tuple[int, int, int, int]
+Patch = tuple[int, int, Pixels]
+"""Left, top and the pixels (h, w, 3) that take the place of what was there."""
 
 HOLD: Final = 2.0  # s that the result stays before the animation starts again
-MOST_PIXELS: Final = 250_000_000  # of all frames, in memory at once while Pillow encodes them
 MOST_FPS: Final = 60
-TRAIL: Final = 6  # ghosts behind the ball
-TRAIL_STEP: Final = 1 / 50  # s between them
+LONGEST: Final = 60.0  # s of a fall that are shown; then follows the result
 WEBP_QUALITY: Final = 85  # of 100: no visible blocks around the ball
-
-
-@dataclass(frozen=True)
-class Patch:
-    """What a frame shows instead of the empty board: pixels (h, w, 3) with the corner at (x, y)."""
-
-    x: int
-    y: int
-    pixels: Pixels
+_SAMPLES: Final = 8  # frames from which the palette learns the moving ball's colours
 
 
 def drop_animation(
     d: Drop, fmt: str, width: int = DEFAULT_WIDTH, fps: int = 30, theme: str = "light"
 ) -> bytes:
-    """The drop as an animation in `fmt`, `gif` or `webp`, at real speed and `fps` frames/s.
+    """The drop as an animation in `fmt`, one of ANIMATIONS, at real speed and `fps` frames/s.
 
-    Raises InvalidValueError naming a format, a width, an fps or a theme that is none.
+    It ends with the picture of the whole drop, held for HOLD s. Raises InvalidValueError naming a
+    format, a width, an fps or a theme that is none.
     """
-    if fmt not in _ENCODERS:
-        raise InvalidValueError(f"format {fmt!r} is not gif or webp", field="format")
+    if fmt not in ANIMATIONS:
+        names = ", ".join(ANIMATIONS)
+        raise InvalidValueError(f"format {fmt!r:.40} is not one of {names}", field="format")
     if not 1 <= fps <= MOST_FPS:
         raise InvalidValueError(f"fps {fps} is not from 1 to {MOST_FPS}", field="fps")
-    view = lay_out(d.board, width)
-    board = board_canvas(d.board, view, theme)
-    paint_caption(board, d, view, named(theme), ended=False)
-    # A fall too long for the memory is shown from its start, and its result in any case.
-    most = max(MOST_PIXELS // (view.width * view.height), 1)
-    times = np.arange(max(min(math.ceil(d.duration * fps), most), 1)) / fps
-    patches = _patches(d, view, named(theme), board, times)
-    last = drop_canvas(d, view, theme).image()
-    return _ENCODERS[fmt](board.image(), patches, last, times)
+    return ANIMATIONS[fmt](Film(d, width, fps, theme))
 
 
-def _patches(
-    d: Drop, view: View, theme: Theme, board: Canvas, times: npt.NDArray[np.float64]
-) -> Iterator[Patch]:
-    """The surroundings of the ball at `times`."""
-    behind = np.arange(TRAIL, -1, -1) * TRAIL_STEP
-    for time in times:
-        states = d.states(np.maximum(time - behind, 0.0))
-        x, y, width, height = _surroundings(d, view, states)
-        if width <= 0 or height <= 0:  # the ball is outside of the picture
-            yield Patch(0, 0, np.rint(board.pixels[:1, :1]).astype(np.uint8))
-            continue
-        canvas = Canvas(board.pixels[y : y + height, x : x + width].copy())
-        part = view.cut(x, y, width, height)
-        for number, state in enumerate(states[:-1], 1):
-            paint_ghost(canvas, d.board, part, theme, state, 0.4 * number / TRAIL)
-        paint_ball(canvas, d.board, part, theme, states[-1])
-        yield Patch(x, y, np.rint(canvas.pixels).astype(np.uint8))
+class Film:
+    """The frames of a drop: the first one whole, then what changes, and the result at the end."""
+
+    def __init__(self, d: Drop, width: int, fps: int, theme: str) -> None:
+        self._drop = d
+        self._view = lay_out(d.board, width)
+        board = board_canvas(d.board, self._view, theme)
+        paint_caption(board, d, self._view, named(theme), falling=0.0)
+        self._board = board.bytes()
+        self._look = balls.look_of(d.board.ball.radius * self._view.scale, theme)
+        seconds = min(d.duration, LONGEST)
+        self.times = np.arange(max(math.ceil(seconds * fps), 1)) / fps
+        self._points, self._thetas = _trails(d, self._view, self.times)
+        self.first = self._board.copy()
+        self._dirty = self._paint(self.first, 0)
+        self.result = drop_pixels(d, self._view, theme)
+
+    def __len__(self) -> int:
+        return len(self.times) + 1
+
+    def patches(self) -> Iterator[Patch]:
+        """What changes from frame to frame, after the first."""
+        frame, dirty = self.first.copy(), self._dirty
+        for number in range(1, len(self.times)):
+            _restore(frame, self._board, dirty)
+            before, dirty = dirty, self._paint(frame, number)
+            x0, y0, x1, y1 = _around(before, dirty)
+            yield x0, y0, frame[y0:y1, x0:x1]
+        yield 0, 0, self.result
+
+    def samples(self) -> list[Pixels]:
+        """Pictures that have the colours of all frames."""
+        found = [self.result]
+        for number in np.linspace(0, len(self.times) - 1, _SAMPLES).astype(int).tolist():
+            frame = self._board.copy()
+            x0, y0, x1, y1 = self._paint(frame, number)
+            found.append(frame[y0:y1, x0:x1])
+        return found
+
+    def stays(self, tick: int) -> list[int]:
+        """How long each frame stays, ms, in whole ticks that add up to real time."""
+        step = self.times[1] if len(self.times) > 1 else 0.1
+        ends = np.rint(np.append(self.times, self.times[-1] + step) * 1000.0 / tick)
+        stays = np.maximum(np.diff(ends), 1.0) * tick
+        return [*(int(stay) for stay in stays), round(HOLD * 1000.0)]
+
+    def _paint(self, frame: Pixels, number: int) -> Box:
+        """Paint the ball of a frame with its trail; returns the box that holds them."""
+        points, theta = self._points[number], self._thetas[number : number + 1]
+        face = self._view.face
+        balls.paint_trail(frame, points, self._look, face)
+        balls.paint_balls(frame, points[:1, 0], points[:1, 1], theta, self._look, face)
+        return _box(points, 2.0 * self._look.radius + 2.0, self._view)
 
 
-def _surroundings(d: Drop, view: View, states: npt.NDArray[np.void]) -> tuple[int, int, int, int]:
-    """Left, top, width and height in px of what holds the ball in all `states`."""
-    reach = max(d.board.ball.radius * view.scale, 2.0) + 2.0
-    xs, ys = view.px(states["x"]), view.py(states["y"])
-    left, right = max(xs.min() - reach, 0.0), min(xs.max() + reach, float(view.width))
-    top, bottom = max(ys.min() - reach, 0.0), min(ys.max() + reach, float(view.height))
-    return int(left), int(top), math.ceil(right) - int(left), math.ceil(bottom) - int(top)
+def _trails(d: Drop, view: View, times: Floats) -> tuple[Floats, Floats]:
+    """Where the ball is and was, px, shape (frames, points, 2), newest first; and its angles."""
+    behind = np.arange(balls.TRAIL_POINTS) * balls.TRAIL_STEP
+    states = d.states(np.maximum(times[:, None] - behind, 0.0).ravel())
+    points = np.stack([view.px(states["x"]), view.py(states["y"])], axis=-1)
+    # A ball that left the board may be anywhere.
+    far = 4.0 * max(view.width, view.height)
+    shape = (len(times), balls.TRAIL_POINTS)
+    return np.clip(points, -far, far).reshape(*shape, 2), states["theta"].reshape(shape)[:, 0]
 
 
-def _durations(times: npt.NDArray[np.float64], tick: int) -> list[int]:
-    """How long each frame stays, ms, in whole ticks that add up to real time; then the result's."""
-    step = times[1] if len(times) > 1 else 0.1
-    ends = np.rint(np.append(times, times[-1] + step) * 1000.0 / tick)
-    stays = np.maximum(np.diff(ends), 1.0) * tick
-    return [*(int(stay) for stay in stays), round(HOLD * 1000.0)]
+def _box(points: Floats, reach: float, view: View) -> Box:
+    """Left, top, right and bottom of what lies within `reach` of the points, at least a pixel."""
+    low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+    left, top = (min(max(int(low[i]), 0), size - 1) for i, size in enumerate(view.size))
+    right, bottom = (min(max(math.ceil(high[i]), 1), size) for i, size in enumerate(view.size))
+    return left, top, max(right, left + 1), max(bottom, top + 1)
 
 
-def _webp(
-    board: Image.Image,
-    patches: Iterator[Patch],
-    last: Image.Image,
-    times: npt.NDArray[np.float64],
-) -> bytes:
-    frames = []
-    for patch in patches:
-        frame = board.copy()
-        frame.paste(Image.fromarray(patch.pixels), (patch.x, patch.y))
-        frames.append(frame)
+def _around(one: Box, two: Box) -> Box:
+    return min(one[0], two[0]), min(one[1], two[1]), max(one[2], two[2]), max(one[3], two[3])
+
+
+def _restore(frame: Pixels, board: Pixels, box: Box) -> None:
+    x0, y0, x1, y1 = box
+    frame[y0:y1, x0:x1] = board[y0:y1, x0:x1]
+
+
+def _gif(film: Film) -> bytes:
+    palette, first, changes = _indexed(film)
+    return gif.gif(first, changes, film.stays(10), palette.colours)
+
+
+def _apng(film: Film) -> bytes:
+    palette, first, changes = _indexed(film)
+    return png.apng(first, changes, film.stays(1), palette.colours)
+
+
+def _indexed(film: Film) -> tuple[Palette, Pixels, Iterator[Patch]]:
+    """One palette for all frames, the first frame's indices, and patches of indices.
+
+    Nothing is dithered: what does not move does not flicker either.
+    """
+    palette = Palette(film.samples())
+    first = palette.index(film.first)
+
+    def changes() -> Iterator[Patch]:
+        shown = first.copy()
+        for left, top, pixels in film.patches():
+            index = palette.index(pixels)
+            height, width = index.shape
+            before = shown[top : top + height, left : left + width]
+            yield left, top, np.where(index == before, np.uint8(UNCHANGED), index)
+            before[:] = index
+
+    return palette, first, changes()
+
+
+def _webp(film: Film) -> bytes:
     # No key frames: each is a whole picture, and twelve times the bytes in all.
     never = {"kmin": 1 << 30, "kmax": (1 << 30) + 1}
-    options = {"quality": WEBP_QUALITY, "method": 2, **never}
-    return _saved([*frames, last], _durations(times, 1), "WEBP", options)
-
-
-def _gif(
-    board: Image.Image,
-    patches: Iterator[Patch],
-    last: Image.Image,
-    times: npt.NDArray[np.float64],
-) -> bytes:
-    """One palette for all frames; where the board is bare, every frame has the same indices."""
-    palette = _palette(last)
-    bare = np.asarray(board)
-    # Dithered once: what flickers from frame to frame is seen, and costs bytes.
-    index = np.asarray(board.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG))
-    frames = []
-    for patch in (*patches, Patch(0, 0, np.asarray(last))):
-        height, width = patch.pixels.shape[:2]
-        inside = (slice(patch.y, patch.y + height), slice(patch.x, patch.x + width))
-        painted = Image.fromarray(patch.pixels).quantize(palette=palette, dither=Image.Dither.NONE)
-        same = (patch.pixels == bare[inside]).all(axis=-1)
-        frame = index.copy()
-        frame[inside] = np.where(same, index[inside], np.asarray(painted))
-        frames.append(Image.fromarray(frame, "P"))
-        frames[-1].putpalette(palette.getpalette() or [])
-    return _saved(frames, _durations(times, 10), "GIF", {"optimize": False, "disposal": 1})
-
-
-def _palette(picture: Image.Image) -> Image.Image:
-    """255 colours for a drop (one is left for 'unchanged'), with enough for the small ball."""
-    return picture.quantize(255, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-
-
-def _saved(
-    frames: list[Image.Image], durations: list[int], fmt: str, options: dict[str, Any]
-) -> bytes:
     buffer = io.BytesIO()
-    frames[0].save(
-        buffer,
-        fmt,
-        save_all=True,
-        append_images=frames[1:],
-        duration=durations,
-        loop=0,
-        **options,
-    )
+    Image.fromarray(film.first).save(
+        buffer, "WEBP", save_all=True, append_images=[_Reel(film)], duration=film.stays(1), loop=0,
+        quality=WEBP_QUALITY, method=2, **never,
+    )  # fmt: skip
     return buffer.getvalue()
 
 
-_ENCODERS: Final[Mapping[str, Callable[..., bytes]]] = {"gif": _gif, "webp": _webp}
+class _Reel:
+    """The frames after the first as one Pillow image of many, of which one is in memory."""
+
+    def __init__(self, film: Film) -> None:
+        self.n_frames = len(film) - 1
+        self._image = Image.fromarray(film.first)
+        self._patches = film.patches()
+
+    def seek(self, number: int) -> None:
+        """Go on to the next frame; Pillow asks for them in order, once."""
+        left, top, pixels = next(self._patches)
+        self._image.paste(Image.fromarray(np.ascontiguousarray(pixels)), (left, top))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._image, name)
+
+
+ANIMATIONS: Final[Mapping[str, Callable[[Film], bytes]]] = {
+    "gif": _gif,
+    "webp": _webp,
+    "apng": _apng,
+}
+"""Formats of animations."""

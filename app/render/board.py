@@ -28,7 +28,14 @@ def _painted(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]
     for number in range(board.bins.count):
         paint_bin(canvas, board, view, theme, number)
     _rails(canvas, board, view, theme)
-    return np.rint(canvas.pixels).astype(np.uint8)
+    pixels = canvas.bytes()
+    pixels.flags.writeable = False
+    return pixels
+
+
+def board_pixels(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
+    """The board, shape (h, w, 3), 8 bits a channel; shared, so it cannot be written."""
+    return _painted(board, view, theme_name)
 
 
 def board_canvas(board: Board, view: View, theme_name: str) -> Canvas:

@@ -31,9 +31,9 @@ class Canvas:
         """A canvas of one colour."""
         return cls(np.full((height, width, 3), colour, dtype=np.float32))
 
-    def image(self) -> Image.Image:
-        """The picture in RGB."""
-        return Image.fromarray(np.rint(self.pixels).astype(np.uint8), "RGB")
+    def bytes(self) -> npt.NDArray[np.uint8]:
+        """The picture in RGB, 8 bits a channel, shape (height, width, 3)."""
+        return np.rint(self.pixels).astype(np.uint8)
 
     def blend(
         self, left: int, top: int, coverage: Array, colour: Colour | Array, alpha: float = 1.0

@@ -1,4 +1,4 @@
-"""The ball, its path, and the contacts along it."""
+"""A drop's path, the ball along it as a stroboscope shows it, and its contacts."""
 
 import math
 from typing import Final
@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from app.render.balls import LEAST_RADIUS
 from app.render.canvas import Canvas, polyline_coverage
 from app.render.view import View
 from app.theme import Theme
@@ -20,15 +21,15 @@ FAINTEST: Final = 0.45  # opacity of the path at its start; it grows to 1 at its
 GHOSTS: Final = 24  # of the ball along its path, at equal time intervals
 
 
-def sample_times(d: Drop, view: View) -> Floats:
-    """Times in s at which the path is sampled: closely spaced, and at every impact."""
-    impacts = d.impacts
+def sample_times(d: Drop, view: View, until: float) -> Floats:
+    """Times in s up to `until` at which the path is sampled: closely spaced, and at impacts."""
+    impacts = d.impacts[d.impacts["t"] <= until]
     # Speeds after impacts, and that of the longest possible fall between two of them.
-    times = np.concatenate([[0.0], impacts["t"], [d.duration]])
+    times = np.concatenate([[0.0], impacts["t"], [until]])
     fall = d.board.gravity * np.diff(times).max()
     fastest = float(np.hypot(impacts["vx"], impacts["vy"]).max(initial=0.0)) + fall
-    count = math.ceil(d.duration * fastest * view.scale / STRIDE) + 2
-    even = np.linspace(0.0, d.duration, min(count, MAX_SAMPLES))
+    count = math.ceil(until * fastest * view.scale / STRIDE) + 2
+    even = np.linspace(0.0, until, min(count, MAX_SAMPLES))
     return np.unique(np.concatenate([even, impacts["t"]]))
 
 
@@ -42,20 +43,30 @@ def points_at(d: Drop, view: View, times: Floats) -> Floats:
     return nearby
 
 
-def paint_path(canvas: Canvas, d: Drop, view: View, theme: Theme) -> None:
-    """The whole path, dark-edged so that it stands out on pegs too, fresher towards its end."""
-    times = sample_times(d, view)
+def paint_path(canvas: Canvas, d: Drop, view: View, theme: Theme, until: float) -> None:
+    """The path up to `until` s, dark-edged so that it stands out on pegs, fresher at its end."""
+    times = sample_times(d, view, until)
     points = points_at(d, view, times)
-    fresh = FAINTEST + (1.0 - FAINTEST) * times[1:] / max(d.duration, 1e-9)
-    size = (view.width, view.height)
-    edge = polyline_coverage(points, np.ones(len(fresh)), 4.6 * view.unit, size)
-    canvas.blend(0, 0, edge, theme["shadow"], 0.5)
-    canvas.blend(0, 0, polyline_coverage(points, fresh, 2.4 * view.unit, size), theme["flash"])
+    fresh = FAINTEST + (1.0 - FAINTEST) * times[1:] / max(until, 1e-9)
+    left, top, size, inside = _framed(points, 6.0 * view.unit, view)
+    edge = polyline_coverage(inside, np.ones(len(fresh)), 4.6 * view.unit, size)
+    canvas.blend(left, top, edge, theme["shadow"], 0.5)
+    line = polyline_coverage(inside, fresh, 2.4 * view.unit, size)
+    canvas.blend(left, top, line, theme["flash"])
 
 
-def paint_ghosts(canvas: Canvas, d: Drop, view: View, theme: Theme) -> None:
+def _framed(points: Floats, margin: float, view: View) -> tuple[int, int, tuple[int, int], Floats]:
+    """Left, top and size in px of the part of the picture with the points; the points in it."""
+    low = np.floor(np.maximum(points.min(axis=0) - margin, 0.0)).astype(int)
+    high = np.ceil(np.minimum(points.max(axis=0) + margin, view.size)).astype(int)
+    width, height = np.maximum(high - low, 1).tolist()
+    return int(low[0]), int(low[1]), (width, height), points - low
+
+
+def paint_ghosts(canvas: Canvas, d: Drop, view: View, theme: Theme, until: float) -> None:
     """The ball at equal time intervals, as a stroboscope shows it: far apart where it is fast."""
-    for state in d.states(np.linspace(0.0, d.duration, GHOSTS + 1)[1:-1]):
+    count = max(round(GHOSTS * until / d.duration), 1) if d.duration > 0.0 else 1
+    for state in d.states(np.linspace(0.0, until, count + 1)[1:-1]):
         paint_ghost(canvas, d.board, view, theme, state, 0.55)
 
 
@@ -64,37 +75,17 @@ def paint_ghost(
 ) -> None:
     """Where the ball was: flat, so that it is not taken for the ball."""
     x, y = view.px(float(state["x"])), view.py(float(state["y"]))
-    radius = max(board.ball.radius * view.scale, 2.0)
+    radius = max(board.ball.radius * view.scale, LEAST_RADIUS)
     canvas.disc(x, y, radius, theme["ball"], alpha)
-    _paint_band(canvas, (x, y), radius, float(state["theta"]), theme, 0.7 * alpha)
-
-
-def paint_ball(canvas: Canvas, board: Board, view: View, theme: Theme, state: np.void) -> None:
-    """The ball, with a band across it that shows how it has turned."""
-    x, y = view.px(float(state["x"])), view.py(float(state["y"]))
-    radius = max(board.ball.radius * view.scale, 2.0)
-    shades = [theme[name] for name in ("ballLight", "ball", "ballDark")]
-    canvas.ball(x, y, radius, shades)
-    _paint_band(canvas, (x, y), radius, float(state["theta"]), theme, 0.8)
-
-
-def _paint_band(
-    canvas: Canvas,
-    centre: tuple[float, float],
-    radius: float,
-    theta: float,
-    theme: Theme,
-    alpha: float,
-) -> None:
-    """The stripe across a ball that has turned by `theta` rad."""
-    x, y = centre
+    theta = float(state["theta"])
     dx, dy = 0.5 * radius * math.cos(theta), 0.5 * radius * math.sin(theta)
-    canvas.line((x - dx, y - dy, x + dx, y + dy), 0.3 * radius, theme["ballBand"], alpha)
+    ends = (x - dx, y - dy, x + dx, y + dy)
+    canvas.line(ends, 0.3 * radius, theme["ballBand"], 0.7 * alpha)
 
 
-def paint_contacts(canvas: Canvas, d: Drop, view: View, theme: Theme) -> None:
-    """A spark where the ball touched something: larger the harder it left it."""
-    for impact in d.impacts:
+def paint_contacts(canvas: Canvas, d: Drop, view: View, theme: Theme, until: float) -> None:
+    """A spark where the ball touched something up to `until` s: larger the harder it left it."""
+    for impact in d.impacts[d.impacts["t"] <= until]:
         if impact["kind"] == KIND_LANDING:
             continue
         x, y = _touching_point(d.board, impact)

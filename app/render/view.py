@@ -12,17 +12,20 @@ from engine import Board
 Number = TypeVar("Number", float, npt.NDArray[np.float64])
 
 LEAST_WIDTH, MOST_WIDTH = 240, 2048
-"""px: in a narrower picture labels cannot be read; a wider one costs memory, not looks."""
+LEAST_HEIGHT = 180
+"""px: in a smaller picture labels cannot be read; a larger one costs memory, not looks."""
 
 PIXELS_PER_METRE: Final = 100
 """Scale at which the sizes below are given: that of the reference game's canvas."""
 
 REFERENCE_WIDTH: Final = 7.6  # m, of that canvas
+REFERENCE_HEIGHT: Final = 5.7
 LEAST_UNIT: Final = 0.6  # of lines and letters in a narrow picture: smaller ones do not print
 
 SIDE_PAD: Final = 0.08  # m, beside the outermost part of the board
 HEADER: Final = 60.0  # px, the caption above the board
 HEADROOM: Final = 34.0  # px from the caption to where balls start, if no ball is larger
+LEAST_HEADROOM: Final = 16.0  # the same without a caption
 BIN_LEAST, BIN_MOST = 34.0, 84.0  # px, height of the bins
 MAX_ASPECT: Final = 2.5
 """Height of the playing field over the picture's width, at most; a taller board is drawn smaller,
@@ -42,6 +45,17 @@ class View:
     start: float  # px, where balls start
     bin_top: float  # px
     bin_height: float  # px
+    header: float  # px, height of the strip with words above the board
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in px."""
+        return self.width, self.height
+
+    @property
+    def face(self) -> int:
+        """First row of the bins' faces, px: balls sink behind them."""
+        return max(round(self.bin_top + 2.0), 0)
 
     def px(self, x: Number) -> Number:
         """Metres to pixels, across."""
@@ -57,32 +71,69 @@ class View:
         return replace(self, left=left, start=start, bin_top=bin_top, width=width, height=height)
 
 
-def lay_out(board: Board, width: int) -> View:
-    """The view of `board` on a picture `width` pixels wide; InvalidValueError out of range."""
-    if not LEAST_WIDTH <= width <= MOST_WIDTH:
-        raise InvalidValueError(
-            f"width {width} is not a whole number of pixels from {LEAST_WIDTH} to {MOST_WIDTH}",
-            field="width",
-        )
+def lay_out(board: Board, width: int, height: int | None = None) -> View:
+    """The view of `board` on a picture `width` pixels wide and as high as the board needs.
+
+    With a `height` the board is drawn as large as fits into both. Raises InvalidValueError that
+    names a size out of range.
+    """
+    for name, value, least in (("width", width, LEAST_WIDTH), ("height", height, LEAST_HEIGHT)):
+        if value is not None and not least <= value <= MOST_WIDTH:
+            raise InvalidValueError(
+                f"{name} {value} is not a whole number of pixels from {least} to {MOST_WIDTH}",
+                field=name,
+            )
+    return fit(board, width, height, header=HEADER)
+
+
+def fit(board: Board, width: int, height: int | None, header: float) -> View:
+    """As `lay_out`, for any size, with a strip of `header` px (at full size) above the board."""
     left, right = _sides(board)
-    span, fall = right - left, board.bins.y - board.drop.y
-    scale = min(width / span, MAX_ASPECT * width / fall)
-    left -= 0.5 * (width / scale - span)
-    unit = max(width / (REFERENCE_WIDTH * PIXELS_PER_METRE), LEAST_UNIT)
+    fall = board.bins.y - board.drop.y
+    scale = min(width / (right - left), MAX_ASPECT * width / fall)
+    if height is None:
+        return _at_scale(board, width, None, header, scale)
+    low, high = 0.0, scale
+    if _at_scale(board, width, None, header, high, height).height > height:
+        for _ in range(40):  # halving: the height grows with the scale, in no handy formula
+            middle = 0.5 * (low + high)
+            tall = _at_scale(board, width, None, header, middle, height).height > height
+            low, high = (low, middle) if tall else (middle, high)
+        scale = low
+    return _at_scale(board, width, height, header, scale, height)
+
+
+def _at_scale(
+    board: Board,
+    width: int,
+    height: int | None,
+    header: float,
+    scale: float,
+    room: int | None = None,
+) -> View:
+    """The view at `scale` px a metre; what a given `height` has to spare lies around the board."""
+    left, right = _sides(board)
+    left -= 0.5 * (width / scale - (right - left))
+    size = width if room is None else min(width, room * REFERENCE_WIDTH / REFERENCE_HEIGHT)
+    unit = max(size / (REFERENCE_WIDTH * PIXELS_PER_METRE), LEAST_UNIT)
     slots = 16.0 * unit if board.slots else 0.0
-    start = HEADER * unit + max(HEADROOM * unit, board.ball.radius * scale + 14.0 * unit) + slots
-    bin_top = start + fall * scale
+    headroom = HEADROOM if header else LEAST_HEADROOM
+    start = max(headroom * unit, board.ball.radius * scale + 14.0 * unit) + slots + header * unit
+    bin_top = start + (board.bins.y - board.drop.y) * scale
     bin_height = max(BIN_LEAST * unit, min(BIN_MOST * unit, 0.5 * scale))
+    needed = round(bin_top + bin_height + 6.0 * unit)
+    spare = 0.0 if height is None else 0.5 * max(height - needed, 0)
     return View(
         width=width,
-        height=round(bin_top + bin_height + 6.0 * unit),
+        height=needed if height is None else height,
         scale=scale,
         unit=unit,
         left=left,
         drop_y=board.drop.y,
-        start=start,
-        bin_top=bin_top,
+        start=start + spare,
+        bin_top=bin_top + spare,
         bin_height=bin_height,
+        header=header * unit,
     )
 
 

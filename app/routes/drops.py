@@ -1,8 +1,7 @@
-"""Drops: compute one, replay it by its address, as a record, as a picture, as frames; verify."""
+"""Drops: compute one, replay it by its address, as a record, as frames; verify."""
 
 import functools
 import secrets
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from app.errors import InvalidValueError
 from app.protocol import parse_x
+from app.routes.asked import Ask, Asked
 from app.routes.common import (
     Server,
     body_of,
@@ -25,44 +25,14 @@ from app.routes.common import (
     resolve_board,
 )
 from app.schemas import DropRecord, DropRequest, Frames, Verdict
-from engine import Board, Drop, drop, verify
+from engine import Drop, verify
 from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
-from engine.seeding import parse_seed
 
 router = APIRouter(prefix="/api/v1", tags=["drops"])
 
 _MAX_FRAMES = 100_000  # rows of one reply, about 10 MB of JSON
 
-X = Annotated[float | None, Query(description="Explicit start in metres; else the seed decides.")]
-SolverName = Annotated[str, Query(description="`exact` or `stepped`.")]
-Dt = Annotated[float, Query(description="Step of the stepped solver, in seconds.")]
-Substeps = Annotated[int, Query(description="Substeps a step, of the stepped solver.")]
-Width = Annotated[int, Query(description="Width of the picture in pixels, 240 to 2048.")]
 Fps = Annotated[float, Query(gt=0, le=1000, description="Frames a second.")]
-
-
-class Picture(Response):
-    """A PNG."""
-
-    media_type = "image/png"
-
-
-@dataclass(frozen=True, slots=True)
-class _Ask:
-    """Everything that decides a drop."""
-
-    board: Board
-    seed: int
-    x: float | None
-    solver: str
-    dt: float
-    substeps: int
-
-    def drop(self) -> Drop:
-        """Compute it; raises the engine's errors."""
-        return drop(
-            self.board, self.seed, x=self.x, solver=self.solver, dt=self.dt, substeps=self.substeps
-        )
 
 
 @router.post(
@@ -79,7 +49,7 @@ async def post_drop(request: Request, server: Server) -> Response:
     body = await read(request, DropRequest)
     check_step(server, body.solver, body.dt, body.substeps)
     seed = optional_seed(body.seed)
-    ask = _Ask(
+    ask = Ask(
         await resolve_board(server, body.board),
         secrets.randbits(64) if seed is None else seed,
         parse_x(body.x),
@@ -92,57 +62,15 @@ async def post_drop(request: Request, server: Server) -> Response:
 
 
 @router.get(
-    "/drops/{board}/{seed}.png",
-    summary="Draw a drop",
-    response_class=Picture,
-    responses=documented(
-        None, 304, 404, 422, 503, description="The path over the board", media_type="image/png"
-    ),
-)
-async def get_picture(
-    board: str,
-    seed: str,
-    request: Request,
-    server: Server,
-    x: X = None,
-    solver: SolverName = "exact",
-    dt: Dt = DEFAULT_DT,
-    substeps: Substeps = DEFAULT_SUBSTEPS,
-    width: Width = 760,
-) -> Response:
-    """The whole path of the ball, drawn over the board."""
-    check_step(server, solver, dt, substeps)
-    ask = _Ask(server.boards.find(board), parse_seed(seed), x, solver, dt, substeps)
-    done = await server.workers.run(ask.drop)
-    etag = f"{done.digest}.png.{width}"
-    if is_current(request, etag):
-        return not_modified(etag)
-    picture = await server.workers.run(functools.partial(_draw, done, width))
-    return Picture(picture, headers=cache_headers(etag))
-
-
-@router.get(
     "/drops/{board}/{seed}/frames",
     summary="Sample a drop",
     responses=documented(Frames, 304, 404, 422, 503),
 )
-async def get_frames(
-    board: str,
-    seed: str,
-    request: Request,
-    server: Server,
-    x: X = None,
-    solver: SolverName = "exact",
-    dt: Dt = DEFAULT_DT,
-    substeps: Substeps = DEFAULT_SUBSTEPS,
-    fps: Fps = 60.0,
-) -> Response:
+async def get_frames(request: Request, server: Server, ask: Asked, fps: Fps = 60.0) -> Response:
     """The ball's state at times 0, 1/fps, 2/fps … and at the landing; and right before each impact.
 
     The record has the state right after each impact: the two differ by what the impact gave.
     """
-    check_step(server, solver, dt, substeps)
-    ask = _Ask(server.boards.find(board), parse_seed(seed), x, solver, dt, substeps)
     done = await server.workers.run(ask.drop)
     etag = f"{done.digest}.frames.{fps!r}"
     if is_current(request, etag):
@@ -156,19 +84,8 @@ async def get_frames(
     summary="Replay a drop",
     responses=documented(DropRecord, 304, 404, 422, 503),
 )
-async def get_drop(
-    board: str,
-    seed: str,
-    request: Request,
-    server: Server,
-    x: X = None,
-    solver: SolverName = "exact",
-    dt: Dt = DEFAULT_DT,
-    substeps: Substeps = DEFAULT_SUBSTEPS,
-) -> Response:
+async def get_drop(request: Request, server: Server, ask: Asked) -> Response:
     """The record of a drop, decided by its address alone, and so cacheable; ETag is its digest."""
-    check_step(server, solver, dt, substeps)
-    ask = _Ask(server.boards.find(board), parse_seed(seed), x, solver, dt, substeps)
     record = await server.workers.run(lambda: ask.drop().record())
     digest = record["digest"]
     if is_current(request, digest):
@@ -196,13 +113,6 @@ async def post_verify(request: Request, server: Server) -> Response:
     )
     verdict = await server.workers.run(functools.partial(verify, record))
     return reply(Verdict(verdict.ok, verdict.field, verdict.expected, verdict.actual))
-
-
-def _draw(done: Drop, width: int) -> bytes:
-    # Imported when the first picture is asked for: without one, Pillow is never loaded.
-    from app.render import drop_png  # noqa: PLC0415
-
-    return drop_png(done, width)
 
 
 def _sample(done: Drop, fps: float) -> Frames:

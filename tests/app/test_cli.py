@@ -216,7 +216,19 @@ def test_render_writes_a_picture(plinko: Terminal, tmp_path: Path) -> None:
         assert (picture.format, picture.width) == ("PNG", 300)
 
 
-@pytest.mark.parametrize("suffix", ["gif", "webp"])
+def test_render_writes_a_moment_as_a_still(plinko: Terminal, tmp_path: Path) -> None:
+    pictures = {}
+    for suffix, name in (("png", "PNG"), ("jpg", "JPEG"), ("webp", "WEBP")):
+        for at in (1.0, 2.0):
+            path = tmp_path / f"{at}.{suffix}"
+            plinko.run("render", "triangle-8", path, "--seed", 3, "--at", at, "--width", 300)
+            with Image.open(path) as picture:
+                assert (picture.format, getattr(picture, "n_frames", 1)) == (name, 1)
+                pictures[suffix, at] = picture.convert("RGB").tobytes()
+    assert len(set(pictures.values())) == 6
+
+
+@pytest.mark.parametrize("suffix", ["gif", "webp", "apng"])
 def test_render_writes_an_animation(
     plinko: Terminal, tmp_path: Path, board_file: Path, suffix: str
 ) -> None:
@@ -224,7 +236,7 @@ def test_render_writes_an_animation(
     plinko.run("render", board_file, "--seed", 3, path, "--width", 240, "--fps", 10)
     duration = drop(Board.from_json(BOARD), 3).duration
     with Image.open(path) as picture:
-        assert picture.format == suffix.upper()
+        assert picture.format == ("PNG" if suffix == "apng" else suffix.upper())
         assert getattr(picture, "n_frames", 1) == int(duration * 10) + 2
 
 
@@ -268,6 +280,9 @@ BAD = [
     (("render", "triangle-8", "--seed", "1", "{tmp}/none/drop.png"), "none"),
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.png", "--width", "9"), "width 9"),
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.gif", "--fps", "0"), "fps 0"),
+    (("render", "triangle-8", "--seed", "1", "{tmp}/drop.gif", "--at", "1"), "drop.gif"),
+    (("render", "triangle-8", "--seed", "1", "{tmp}/drop.png", "--at", "-1"), "-1"),
+    (("render", "triangle-8", "--seed", "1", "{tmp}/drop.png", "--theme", "pink"), "'pink'"),
     (("verify", "{tmp}/none.json"), "none.json"),
     (("verify", "{tmp}"), "{tmp}"),
     (("verify", "{tmp}/broken.json"), "broken.json"),

@@ -13,11 +13,15 @@ import pytest
 from PIL import Image
 
 from app.errors import InvalidValueError
-from app.render import drop_animation, drop_png
-from app.render.animation import HOLD, TRAIL, TRAIL_STEP
-from app.render.board import board_canvas
+from app.render import drop_animation, drop_picture
+from app.render.animation import HOLD, LONGEST
+from app.render.balls import TRAIL_POINTS, TRAIL_STEP, look_of, paint_balls, paint_trail
+from app.render.board import board_pixels
 from app.render.canvas import Canvas
+from app.render.indexed import Palette
 from app.render.path import points_at, sample_times
+from app.render.picture import drop_pixels
+from app.render.png import png
 from app.render.view import MAX_ASPECT, View, lay_out
 from app.settings import static_directory
 from app.theme import THEMES, parse
@@ -45,6 +49,12 @@ def distance(pixels: Pixels, colour: tuple[int, int, int]) -> npt.NDArray[np.flo
     return apart
 
 
+def painted_over(pixels: Pixels, board: Pixels) -> npt.NDArray[np.bool_]:
+    """Where a picture differs from the empty board by more than its palette makes it."""
+    far: npt.NDArray[np.bool_] = np.sqrt(((pixels - board) ** 2).sum(axis=-1)) > 50.0
+    return far
+
+
 @pytest.fixture(scope="module")
 def fall() -> Drop:
     return drop(Board.preset("triangle-8"), 42)
@@ -57,11 +67,11 @@ def view(fall: Drop) -> View:
 
 @pytest.fixture(scope="module")
 def picture(fall: Drop) -> Pixels:
-    return decode(drop_png(fall))
+    return decode(drop_picture(fall))
 
 
 def empty_board(d: Drop, view: View) -> Pixels:
-    return np.asarray(board_canvas(d.board, view, "light").image()).astype(np.int64)
+    return board_pixels(d.board, view, "light").astype(np.int64)
 
 
 # the still picture
@@ -78,14 +88,14 @@ def test_a_picture_is_as_wide_as_asked_and_holds_the_whole_board(
 
 def test_the_same_drop_is_the_same_picture(fall: Drop) -> None:
     again = drop(Board.preset("triangle-8"), 42)
-    assert drop_png(fall, 300) == drop_png(again, 300)
-    assert drop_png(fall, 300) != drop_png(drop(fall.board, 43), 300)
+    assert drop_picture(fall, width=300) == drop_picture(again, width=300)
+    assert drop_picture(fall, width=300) != drop_picture(drop(fall.board, 43), width=300)
 
 
 def test_the_whole_path_is_drawn_and_nothing_far_from_it(
     fall: Drop, view: View, picture: Pixels
 ) -> None:
-    changed = distance(picture, (0, 0, 0)) != distance(empty_board(fall, view), (0, 0, 0))
+    changed = painted_over(picture, empty_board(fall, view))
     points = points_at(fall, view, np.linspace(0.0, fall.duration, 500))
     inside = np.rint(points - 0.5).astype(int)
     assert changed[inside[:, 1], inside[:, 0]].mean() > 0.99
@@ -93,11 +103,11 @@ def test_the_whole_path_is_drawn_and_nothing_far_from_it(
     below = rows > view.start - 20  # the caption is above
     spots = np.column_stack([columns[below], rows[below]]) + 0.5
     nearest = np.sqrt(((spots[::7, None, :] - points[None]) ** 2).sum(axis=-1)).min(axis=1)
-    assert nearest.max() < fall.board.ball.radius * view.scale + 8.0
+    assert nearest.max() < 1.6 * fall.board.ball.radius * view.scale + 8.0  # with its shadow
 
 
 def test_the_path_is_sampled_at_every_impact_and_finely(fall: Drop, view: View) -> None:
-    times = sample_times(fall, view)
+    times = sample_times(fall, view, fall.duration)
     assert set(fall.impacts["t"]) <= set(times)
     points = points_at(fall, view, times)
     assert np.hypot(*np.diff(points, axis=0).T).max() <= 2.0
@@ -148,19 +158,168 @@ def test_contacts_are_marked_where_ball_and_peg_touch(
 
 
 def test_themes_differ(fall: Drop) -> None:
-    light, dark = (decode(drop_png(fall, 300, theme)) for theme in ("light", "dark"))
+    light, dark = (
+        decode(drop_picture(fall, width=300, theme=theme)) for theme in ("light", "dark")
+    )
     assert light.mean() > dark.mean() + 20
 
 
 @pytest.mark.parametrize("width", [0, 239, 2049, -1, 10**9])
 def test_a_width_out_of_range_is_refused(fall: Drop, width: int) -> None:
     with pytest.raises(InvalidValueError, match=str(width)):
-        drop_png(fall, width)
+        drop_picture(fall, width=width)
 
 
 def test_an_unknown_theme_is_refused(fall: Drop) -> None:
     with pytest.raises(InvalidValueError, match="'pink'"):
-        drop_png(fall, 300, "pink")
+        drop_picture(fall, theme="pink")
+
+
+# a moment, and other formats
+
+
+def red_spots(pixels: Pixels, d: Drop, view: View, at: float) -> float:
+    """How much of the square around the ball's place at a time is the ball's red."""
+    x, y = points_at(d, view, np.array([at]))[0]
+    radius = d.board.ball.radius * view.scale
+    square = pixels[int(y - radius) : int(y + radius), int(x - radius) : int(x + radius)]
+    return float((distance(square, THEMES["light"]["ball"]) < 90).mean())
+
+
+@pytest.mark.parametrize("part", [0.2, 0.6, 0.9])
+def test_a_moment_shows_the_ball_and_its_path_so_far_and_nothing_of_what_follows(
+    fall: Drop, view: View, part: float
+) -> None:
+    at = part * fall.duration
+    pixels = decode(drop_picture(fall, at=at))
+    assert red_spots(pixels, fall, view, at) > 0.2
+    changed = painted_over(pixels, empty_board(fall, view))
+    past = np.rint(points_at(fall, view, np.linspace(0.0, at, 300)) - 0.5).astype(int)
+    assert changed[past[:, 1], past[:, 0]].mean() > 0.95
+    reach = 2.0 * fall.board.ball.radius * view.scale
+    here = points_at(fall, view, np.linspace(0.0, at, 300))
+    to_come = points_at(fall, view, np.linspace(at, fall.duration, 300))
+    far = np.sqrt(((to_come[:, None] - here[None]) ** 2).sum(axis=-1)).min(axis=1) > reach
+    spots = np.rint(to_come[far] - 0.5).astype(int)
+    assert not (distance(pixels, THEMES["light"]["ball"]) < 60)[spots[:, 1], spots[:, 0]].any()
+
+
+def test_after_the_landing_every_moment_is_the_whole_drop(fall: Drop) -> None:
+    whole = drop_picture(fall, width=300)
+    assert drop_picture(fall, width=300, at=fall.duration) == whole
+    assert drop_picture(fall, width=300, at=1e9) == whole
+    assert drop_picture(fall, width=300, at=0.0) != whole
+
+
+@pytest.mark.parametrize("at", [-0.001, math.nan, math.inf])
+def test_a_moment_that_is_none_is_refused(fall: Drop, at: float) -> None:
+    with pytest.raises(InvalidValueError, match=str(at)):
+        drop_picture(fall, at=at)
+
+
+@pytest.mark.parametrize(("fmt", "name", "apart"), [("jpg", "JPEG", 3.0), ("webp", "WEBP", 4.0)])
+def test_other_formats_show_the_same(fall: Drop, fmt: str, name: str, apart: float) -> None:
+    encoded = drop_picture(fall, fmt)
+    with Image.open(io.BytesIO(encoded)) as image:
+        assert image.format == name
+    assert abs(decode(encoded) - decode(drop_picture(fall))).mean() < apart
+
+
+def test_a_format_that_is_none_is_refused(fall: Drop) -> None:
+    with pytest.raises(InvalidValueError, match="'bmp'"):
+        drop_picture(fall, "bmp")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_a_palette_leaves_smooth_plates_without_bands(fall: Drop, view: View, theme: str) -> None:
+    """Averaged over small squares, no part of the plate is a whole step of brightness off."""
+    exact = drop_pixels(fall, view, theme)
+    shown = decode(drop_picture(fall, theme=theme))
+    plate = slice(round(view.start), round(view.bin_top))
+    seen, meant = (
+        np.asarray(Image.fromarray(pixels[plate].astype(np.uint8)).reduce(8)).astype(int)
+        for pixels in (shown, exact)
+    )
+    assert np.quantile(abs(seen - meant), 0.98) <= 1
+    assert abs(shown - exact).mean() < 0.5
+
+
+def test_frequent_colours_are_kept_exactly_and_others_nearly() -> None:
+    ramp = np.repeat(np.arange(90, dtype=np.uint8), 100)
+    picture = np.stack([ramp, ramp // 2, 255 - ramp], axis=-1).reshape(90, 100, 3)
+    noisy = picture.copy()
+    noisy[::7, ::9] = np.random.default_rng(5).integers(0, 255, noisy[::7, ::9].shape)
+    palette = Palette([noisy])
+    assert len(palette.colours) <= 255
+    shown = palette.colours[palette.index(noisy)]
+    smooth = (noisy == picture).all(axis=-1)
+    assert (shown[smooth] == noisy[smooth]).all()
+    assert distance(shown[~smooth].astype(int) - noisy[~smooth], (0, 0, 0)).mean() < 30
+
+
+def test_an_index_is_that_of_the_nearest_colour() -> None:
+    chance = np.random.default_rng(3)
+    palette = Palette([chance.integers(0, 256, (40, 40, 3), np.uint8)])
+    pixels = chance.integers(0, 256, (50, 60, 3), np.uint8)
+    apart = ((pixels[..., None, :].astype(int) - palette.colours) ** 2).sum(axis=-1)
+    found = np.take_along_axis(apart, palette.index(pixels)[..., None].astype(int), axis=-1)
+    assert (found[..., 0] == apart.min(axis=-1)).all()
+
+
+def test_a_png_is_read_back_as_it_was() -> None:
+    pixels = np.random.default_rng(1).integers(0, 256, (31, 17, 3), np.uint8)
+    assert (decode(png(pixels)) == pixels).all()
+    colours = pixels[0]
+    index = np.random.default_rng(2).integers(0, 17, (9, 13), np.uint8)
+    assert (decode(png(index, palette=colours)) == colours[index]).all()
+
+
+# balls
+
+
+def test_a_ball_covers_its_area_wherever_it_lies() -> None:
+    """Its shadow is of the plate's own colour here, so that the ball alone is seen."""
+    look = look_of(6.3, "light")
+    for x, y in ((20.0, 20.0), (20.37, 19.81), (20.5, 20.25)):
+        plate = np.empty((40, 40, 3), np.uint8)
+        plate[:] = look.shadow.astype(np.uint8)
+        paint_balls(plate, np.array([x]), np.array([y]), np.zeros(1), look, 40)
+        rows, columns = np.nonzero((plate != look.shadow.astype(np.uint8)).any(axis=-1))
+        assert len(rows) == pytest.approx(math.pi * 6.8**2, rel=0.06)
+        assert rows.mean() + 0.5 == pytest.approx(y, abs=0.15)
+        assert columns.mean() + 0.5 == pytest.approx(x, abs=0.15)
+
+
+def test_a_balls_band_turns_with_it_clockwise() -> None:
+    """Positive angles turn +x towards +y, which is down."""
+    look = look_of(12.0, "light")
+    for theta, along, across in ((0.0, (8, 0), (0, 8)), (math.pi / 4, (6, 6), (6, -6))):
+        plate = np.zeros((40, 40, 3), np.uint8)
+        paint_balls(plate, np.array([20.0]), np.array([20.0]), np.array([theta]), look, 40)
+        light, dark = (plate[20 + dy, 20 + dx].astype(int) for dx, dy in (along, across))
+        assert distance(light, THEMES["light"]["ballBand"]) < distance(
+            dark, THEMES["light"]["ballBand"]
+        )
+
+
+def test_a_ball_sinks_behind_the_bins_and_far_balls_are_left_out() -> None:
+    look = look_of(6.0, "light")
+    plate = np.zeros((40, 40, 3), np.uint8)
+    places = np.array([20.0, 1e12, math.nan, -500.0])
+    paint_balls(plate, places, np.array([20.0, 5.0, 5.0, 5.0]), np.zeros(4), look, 20)
+    assert plate[19, 20].any()
+    assert not plate[20:].any()
+    assert not plate[:12].any()
+
+
+def test_a_trail_narrows_towards_where_the_ball_came_from() -> None:
+    look = look_of(6.0, "light")
+    plate = np.zeros((60, 60, 3), np.uint8)
+    points = np.column_stack([np.linspace(50.0, 10.0, 9), np.full(9, 30.0)])
+    paint_trail(plate, points, look, 60)
+    widths = (plate.any(axis=-1)).sum(axis=0)
+    assert widths[48] > widths[30] > widths[14] > 0
+    assert widths[5] == 0
 
 
 # edges are smooth
@@ -193,48 +352,70 @@ def test_shapes_outside_of_the_picture_are_left_out() -> None:
 # animations
 
 
-@pytest.mark.parametrize("fmt", ["gif", "webp"])
-def test_an_animation_runs_at_real_speed(fall: Drop, fmt: str) -> None:
+@pytest.mark.parametrize("fmt", ["gif", "webp", "apng"])
+def test_an_animation_runs_at_real_speed_and_has_every_frame(fall: Drop, fmt: str) -> None:
     stays = [stay for _, stay in frames(drop_animation(fall, fmt, width=240, fps=30))]
+    assert len(stays) == math.ceil(fall.duration * 30) + 1
     assert sum(stays[:-1]) == pytest.approx(fall.duration, abs=1 / 30 + 0.011)
     assert stays[-1] == HOLD
 
 
-@pytest.mark.parametrize(("fmt", "tolerance"), [("gif", 0), ("webp", 40)])
+@pytest.mark.parametrize(("fmt", "tolerance"), [("gif", 0), ("apng", 0), ("webp", 20)])
 def test_a_frame_shows_the_ball_where_it_is_and_leaves_the_rest(
     fall: Drop, fmt: str, tolerance: int
 ) -> None:
     view = lay_out(fall.board, 400)
     shown = [pixels for pixels, _ in frames(drop_animation(fall, fmt, width=400, fps=20))]
     for number in range(0, len(shown) - 1, 10):
-        x, y = points_at(fall, view, np.array([number / 20]))[0]
-        radius = fall.board.ball.radius * view.scale
-        disc = shown[number][int(y - radius) : int(y + radius), int(x - radius) :]
-        red = distance(disc[:, : int(2 * radius)], THEMES["light"]["ball"]) < 90
-        assert red.mean() > 0.2
-        # Below the ball and its trail nothing differs from the first frame.
-        behind = np.maximum(number / 20 - TRAIL_STEP * np.arange(TRAIL + 1), 0.0)
-        lowest = points_at(fall, view, behind)[:, 1].max()
-        below = int(max(lowest, view.start) + radius + 3)
-        assert abs(shown[number][below:] - shown[0][below:]).max(initial=0) <= tolerance
+        assert red_spots(shown[number], fall, view, number / 20) > 0.2
+        # Outside of the ball, its shadow and its trail the board is bare.
+        behind = np.maximum(number / 20 - TRAIL_STEP * np.arange(TRAIL_POINTS), 0.0)
+        points = points_at(fall, view, behind)
+        reach = 1.6 * fall.board.ball.radius * view.scale + 3
+        low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+        left, top = np.maximum(low, 0.0).astype(int)
+        right, bottom = high.astype(int) + 1
+        apart = abs(shown[number] - bare_frame(shown))
+        apart[top:bottom, left:right] = 0
+        assert np.quantile(apart, 1.0 if tolerance == 0 else 0.999) <= tolerance
 
 
-def test_the_last_frame_is_the_still_picture(fall: Drop) -> None:
-    last = [pixels for pixels, _ in frames(drop_animation(fall, "webp", width=400, fps=5))][-1]
-    assert abs(last - decode(drop_png(fall, 400))).mean() < 4
+def bare_frame(shown: list[Pixels]) -> Pixels:
+    """The board behind all frames but the last: at each pixel what most of them show."""
+    bare: Pixels = np.median(np.stack(shown[:-1:4]), axis=0).astype(np.int64)
+    return bare
+
+
+@pytest.mark.parametrize(("fmt", "apart"), [("gif", 0.5), ("apng", 0.5), ("webp", 4.0)])
+def test_the_last_frame_is_the_still_picture(fall: Drop, fmt: str, apart: float) -> None:
+    last = [pixels for pixels, _ in frames(drop_animation(fall, fmt, width=400, fps=5))][-1]
+    assert abs(last - decode(drop_picture(fall, width=400))).mean() < apart
 
 
 def test_a_gif_is_small_and_has_one_palette(fall: Drop) -> None:
+    """Less than a megabyte for four seconds at 30 frames a second, and this drop is longer."""
     gif = drop_animation(fall, "gif")
-    assert len(gif) < 1_000_000
+    assert len(gif) < 250_000 * fall.duration
     with Image.open(io.BytesIO(gif)) as image:
-        palettes = set()
+        colours = set()
         for number in range(getattr(image, "n_frames", 1)):
             image.seek(number)
-            colours = image.convert("RGB").getcolors(4096)
-            assert colours is not None
-            palettes |= {colour for _, colour in colours}
-    assert len(palettes) <= 256
+            found = image.convert("RGB").getcolors(4096)
+            assert found is not None
+            colours |= {colour for _, colour in found}
+    assert len(colours) <= 256
+
+
+def test_a_short_fall_and_a_long_one_are_shown(fall: Drop) -> None:
+    """The film of a fall of minutes stops after one; its result is shown all the same."""
+    assert (
+        len(list(frames(drop_animation(fall, "gif", 240, fps=1)))) == math.ceil(fall.duration) + 1
+    )
+    walls = [{"x1": side, "y1": -1.0, "x2": side, "y2": 600.0} for side in (-1.0, 1.0)]
+    bins = {"y": 500.0, "edges": [-1.0, 1.0], "multipliers": [1.0]}
+    slow = drop(odd_board(walls=walls, bins=bins, gravity=0.2), 1)
+    assert slow.duration > 1.1 * LONGEST
+    assert len(list(frames(drop_animation(slow, "gif", 240, fps=1)))) == LONGEST + 1
 
 
 @pytest.mark.parametrize(
@@ -299,7 +480,7 @@ ODD: dict[str, dict[str, Any]] = {
 def test_every_board_can_be_drawn(name: str) -> None:
     d = drop(odd_board(**ODD[name]), 1)
     for width in (240, 500):
-        pixels = decode(drop_png(d, width))
+        pixels = decode(drop_picture(d, width=width))
         assert pixels.shape[1] == width
         assert pixels.shape[0] <= (MAX_ASPECT + 1.0) * width
         assert distance(pixels, THEMES["light"]["ball"]).min() < 60
@@ -313,7 +494,7 @@ def test_presets_are_drawn_with_either_solver(preset: str, solver: str) -> None:
     d = drop(board, 5, solver=solver)
     assert d.bin is not None
     view = lay_out(board, 500)
-    changed = (decode(drop_png(d, 500)) != empty_board(d, view)).any(axis=-1)
+    changed = painted_over(decode(drop_picture(d, width=500)), empty_board(d, view))
     points = np.rint(points_at(d, view, np.linspace(0, d.duration, 300)) - 0.5).astype(int)
     assert changed[points[:, 1], points[:, 0]].mean() > 0.98
 

@@ -351,24 +351,6 @@ def test_a_bad_rate_is_named(http: httpx.Client, fps: str) -> None:
     assert response.json()["field"] == "fps"
 
 
-def test_a_picture_of_the_drop_is_a_png_and_cacheable(http: httpx.Client) -> None:
-    path = "/api/v1/drops/triangle-16/42.png"
-    response = http.get(path)
-    assert response.status_code == 200
-    assert response.headers["content-type"] == "image/png"
-    assert response.content.startswith(b"\x89PNG\r\n\x1a\n")
-    assert int.from_bytes(response.content[16:20]) == 760
-    etag = response.headers["etag"]
-    assert http.get(path, headers={"if-none-match": etag}).status_code == 304
-    small = http.get(f"{path}?width=320")
-    assert int.from_bytes(small.content[16:20]) == 320
-    assert small.headers["etag"] != etag
-    for width in ("1000000", "0", "-1", "wide"):
-        refused = http.get(f"{path}?width={width}")
-        assert (refused.status_code, refused.json()["field"]) == (422, "width")
-        assert width in refused.json()["detail"]
-
-
 # Many drops.
 
 

@@ -1,0 +1,232 @@
+"""The inner loops of pictures, compiled: balls, trails and palettes, pixel by pixel.
+
+They take arrays and numbers only. Machine code is cached on disk beside this file and runs without
+the GIL, so that a picture in a worker thread does not hold up the server's loop.
+"""
+
+from collections.abc import Callable
+from math import ceil, floor, sqrt
+from typing import ParamSpec, TypeVar, cast
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+P = ParamSpec("P")
+T = TypeVar("T")
+Floats = npt.NDArray[np.float64]
+Pixels = npt.NDArray[np.uint8]
+Keys = npt.NDArray[np.int32]
+
+
+def compiled(function: Callable[P, T]) -> Callable[P, T]:
+    """Compile `function`; with NUMBA_DISABLE_JIT=1 it stays plain Python."""
+    return cast("Callable[P, T]", numba.njit(cache=True, nogil=True)(function))
+
+
+@compiled
+def blend(pixels: Pixels, row: int, column: int, colour: Floats, alpha: float) -> None:
+    """Mix `colour` (r, g, b, 0 to 255) into one pixel."""
+    for channel in range(3):
+        old = float(pixels[row, column, channel])
+        pixels[row, column, channel] = np.uint8(old + alpha * (colour[channel] - old) + 0.5)
+
+
+@compiled
+def disc_cover(distance2: float, radius: float) -> float:
+    """Coverage of a pixel whose centre lies sqrt(distance2) px from a disc's; the root is rare."""
+    if distance2 >= (radius + 0.5) * (radius + 0.5):
+        return 0.0
+    if radius > 0.5 and distance2 <= (radius - 0.5) * (radius - 0.5):
+        return 1.0
+    return radius + 0.5 - sqrt(distance2)
+
+
+@compiled
+def paint_disc(
+    pixels: Pixels, x: float, y: float, radius: float, lowest: int, colour: Floats, alpha: float
+) -> None:
+    """A flat disc; px. Rows from `lowest` on stay as they are."""
+    left = max(floor(x - radius), 0)
+    right = min(ceil(x + radius) + 1, pixels.shape[1])
+    top = max(floor(y - radius), 0)
+    bottom = min(ceil(y + radius) + 1, lowest)
+    for row in range(top, bottom):
+        dy = row + 0.5 - y
+        for column in range(left, right):
+            dx = column + 0.5 - x
+            cover = disc_cover(dx * dx + dy * dy, radius)
+            if cover > 0.0:
+                blend(pixels, row, column, colour, alpha * cover)
+
+
+@compiled
+def paint_ball(
+    pixels: Pixels,
+    x: float,
+    y: float,
+    radius: float,
+    cosine: float,
+    sine: float,
+    lowest: int,
+    body: Floats,
+    band: Floats,
+    half_band: float,
+    gloss: Floats,
+) -> None:
+    """A disc with a band across it, turned, and a gloss that does not turn.
+
+    gloss has shape (n, n, 4): colour and opacity over the square from -1 to 1 radii. The band
+    reaches `half_band` radii to both sides of the diameter.
+    """
+    left = max(floor(x - radius), 0)
+    right = min(ceil(x + radius) + 1, pixels.shape[1])
+    top = max(floor(y - radius), 0)
+    bottom = min(ceil(y + radius) + 1, lowest)
+    last = gloss.shape[0] - 1
+    grid = 0.5 * last / radius
+    for row in range(top, bottom):
+        dy = row + 0.5 - y
+        for column in range(left, right):
+            dx = column + 0.5 - x
+            cover = disc_cover(dx * dx + dy * dy, radius)
+            if cover <= 0.0:
+                continue
+            across = abs(cosine * dy - sine * dx)
+            striped = min(max(half_band * radius + 0.5 - across, 0.0), 1.0)
+            i = min(max(int((dy + radius) * grid + 0.5), 0), last)
+            j = min(max(int((dx + radius) * grid + 0.5), 0), last)
+            shine = gloss[i, j, 3]
+            for channel in range(3):
+                matte = body[channel] + striped * (band[channel] - body[channel])
+                colour = matte + shine * (gloss[i, j, channel] - matte)
+                old = float(pixels[row, column, channel])
+                pixels[row, column, channel] = np.uint8(old + cover * (colour - old) + 0.5)
+
+
+@compiled
+def paint_balls(
+    pixels: Pixels,
+    xs: Floats,
+    ys: Floats,
+    cosines: Floats,
+    sines: Floats,
+    radius: float,
+    shadow_dx: float,
+    shadow_dy: float,
+    lowest: int,
+    shadow: Floats,
+    shadow_alpha: float,
+    body: Floats,
+    band: Floats,
+    half_band: float,
+    gloss: Floats,
+) -> None:
+    """Balls with their shadows, later ones over earlier ones; far-off ones are left out."""
+    reach = 2.0 * radius
+    for i in range(xs.shape[0]):
+        x = xs[i]
+        y = ys[i]
+        if not (-reach < x < pixels.shape[1] + reach and -reach < y < pixels.shape[0] + reach):
+            continue
+        paint_disc(pixels, x + shadow_dx, y + shadow_dy, radius, lowest, shadow, shadow_alpha)
+        paint_ball(pixels, x, y, radius, cosines[i], sines[i], lowest, body, band, half_band, gloss)
+
+
+@compiled
+def paint_trail(
+    pixels: Pixels, points: Floats, width: float, lowest: int, colour: Floats, alpha: float
+) -> None:
+    """A ribbon through `points` (n, 2), px, newest first, that narrows from `width` to nothing.
+
+    Each piece is a capsule with two radii; where pieces overlap, the larger coverage counts.
+    """
+    count = points.shape[0]
+    reach = 0.5 * width + 1.0
+    left = max(floor(points[:, 0].min() - reach), 0)
+    right = min(ceil(points[:, 0].max() + reach), pixels.shape[1])
+    top = max(floor(points[:, 1].min() - reach), 0)
+    bottom = min(ceil(points[:, 1].max() + reach), lowest)
+    if left >= right or top >= bottom or count < 2:
+        return
+    covers = np.zeros((bottom - top, right - left))
+    for piece in range(count - 1):
+        x, y = points[piece]
+        dx = points[piece + 1, 0] - x
+        dy = points[piece + 1, 1] - y
+        thick = 0.5 * width * (1.0 - piece / (count - 1))
+        thinner = 0.5 * width / (count - 1)
+        length2 = dx * dx + dy * dy
+        inverse = 1.0 / length2 if length2 > 0.0 else 0.0
+        first_row = max(floor(min(y, y + dy) - thick), top)
+        last_row = min(ceil(max(y, y + dy) + thick) + 1, bottom)
+        first_column = max(floor(min(x, x + dx) - thick), left)
+        last_column = min(ceil(max(x, x + dx) + thick) + 1, right)
+        for row in range(first_row, last_row):
+            qy = row + 0.5 - y
+            for column in range(first_column, last_column):
+                qx = column + 0.5 - x
+                along = min(max((qx * dx + qy * dy) * inverse, 0.0), 1.0)
+                ex = qx - along * dx
+                ey = qy - along * dy
+                reaches = thick - along * thinner + 0.5 - covers[row - top, column - left]
+                distance2 = ex * ex + ey * ey
+                if reaches > 0.0 and distance2 < reaches * reaches:
+                    cover = thick - along * thinner + 0.5 - sqrt(distance2)
+                    covers[row - top, column - left] = min(cover, 1.0)
+    for row in range(top, bottom):
+        for column in range(left, right):
+            cover = covers[row - top, column - left]
+            if cover > 0.0:
+                blend(pixels, row, column, colour, alpha * cover)
+
+
+@compiled
+def nearest(colours: Pixels, red: int, green: int, blue: int) -> int:
+    """Index of the colour in `colours` (n, 3) nearest to one, by Euclid in sRGB."""
+    best = 0
+    least = 1 << 30
+    for index in range(colours.shape[0]):
+        dr = int(colours[index, 0]) - red
+        dg = int(colours[index, 1]) - green
+        db = int(colours[index, 2]) - blue
+        distance = dr * dr + dg * dg + db * db
+        if distance < least:
+            least = distance
+            best = index
+    return best
+
+
+@compiled
+def index_pixels(pixels: Pixels, colours: Pixels, keys: Keys, values: Pixels, out: Pixels) -> None:
+    """Index of the nearest of `colours` to each pixel (h, w, 3), into `out` (h, w).
+
+    keys and values, shape (n,), n a power of two, remember what was found, keys -1 where nothing
+    was: a table of hashes, probed a few places on.
+    """
+    mask = keys.shape[0] - 1
+    for row in range(pixels.shape[0]):
+        last = -1
+        for column in range(pixels.shape[1]):
+            red = int(pixels[row, column, 0])
+            green = int(pixels[row, column, 1])
+            blue = int(pixels[row, column, 2])
+            key = (red << 16) | (green << 8) | blue
+            if key == last:
+                out[row, column] = out[row, column - 1]
+                continue
+            last = key
+            # Fibonacci hashing: middle bits of a product with 2^32 / golden ratio.
+            slot = ((key * 2654435769) >> 16) & mask
+            probes = 0
+            while probes < 8 and keys[slot] >= 0 and keys[slot] != key:
+                slot = (slot + 1) & mask
+                probes += 1
+            if keys[slot] == key:
+                out[row, column] = values[slot]
+                continue
+            found = nearest(colours, red, green, blue)
+            out[row, column] = found
+            if keys[slot] < 0:
+                values[slot] = found
+                keys[slot] = key
