@@ -18,6 +18,10 @@ PROTOCOL_VERSION = 1
 
 MAGIC = 0x50
 HEADER = struct.Struct("<BBHII")  # magic, version, balls, tick, events announced so far
+SNAPSHOTS = "snapshots"  # the streams of a room: what the binary frames hold
+SEGMENTS = "segments"
+STREAMS = (SNAPSHOTS, SEGMENTS)
+
 BALL = np.dtype(
     [
         ("id", "<u2"),
@@ -95,6 +99,8 @@ class Hello(Event, frozen=True, tag="hello", kw_only=True):
     server_time: float
     extent: Extent
     velocity_scale: float
+    spin_scale: float
+    stream: str
     limits: Limits
     balls: list[BallStart]
     stats: Stats
@@ -147,10 +153,11 @@ class Error(Event, frozen=True, tag="error", kw_only=True):
 
 
 class Pong(Event, frozen=True, tag="pong", kw_only=True):
-    """Answer to a ping: its own `t`, and the room's and the server's clock."""
+    """Answer to a ping: its own `t`, and the server's clock now and at the room's last tick."""
 
     t: float
     tick: int
+    tick_time: float
     server_time: float
 
 
@@ -233,6 +240,15 @@ def parse_x(value: object) -> float | None:
     if not math.isfinite(number):
         raise InvalidValueError(f"x {shorten(value)} is not a finite number of metres", field="x")
     return number
+
+
+def parse_stream(value: str | None) -> str:
+    """The stream asked for, snapshots if none; raises InvalidValueError for one there is not."""
+    stream = value or SNAPSHOTS
+    if stream not in STREAMS:
+        known = ", ".join(STREAMS)
+        raise InvalidValueError(f"stream {shorten(value)} is not one of: {known}", field="stream")
+    return stream
 
 
 def shorten(value: object, limit: int = 40) -> str:

@@ -13,8 +13,10 @@ import numpy as np
 
 from app import protocol
 from app.errors import BallLimitError
+from app.segments import SegmentStream
 from engine import PHYSICS_VERSION, Board, World
 from engine.events import Contact, Landing
+from engine.world import Ball
 
 MODE: Final = "independent"
 SOLVER: Final = "exact"  # independent balls: each path depends on its own seed alone
@@ -41,11 +43,14 @@ class Room:
         self.world = World(board, solver=SOLVER, dt=1.0 / tick_rate)
         self.extent = protocol.Extent(*board.extent)
         self.velocity_scale = protocol.velocity_scale_of(board, self.extent)
+        self.spin_scale = self.velocity_scale / board.ball.radius
+        self.tick_time = 0.0  # server time of the last tick, for whoever holds the room to set
         self.seq = 0
         self.drops = 0
         self.unsettled = 0
         self.histogram = [0] * board.bins.count
         self._bounced: set[int] = set()
+        self._segments: SegmentStream | None = None
         self._board_json = msgspec.Raw(msgspec.json.encode(board.to_dict()))
 
     @property
@@ -73,6 +78,8 @@ class Room:
         ball = self.world.balls[-1]
         self.drops += 1
         self.seq += 1
+        if self._segments is not None:
+            self._follow(self._segments, ball)
         return protocol.Accepted(
             ball=ball.id,
             seed=str(ball.seed),
@@ -111,11 +118,40 @@ class Room:
             self.world.tick, self.seq, bodies, bounced, self.extent, self.velocity_scale
         )
 
+    def stream_of(self, wanted: str) -> str:
+        """The stream a client gets that asks for `wanted`: a path has to be known to be sent."""
+        return wanted if self.world.solver.name == "exact" else protocol.SNAPSHOTS
+
+    def watch_segments(self, watched: bool) -> None:
+        """Cut paths into pieces from here on, while somebody watches them."""
+        if not watched:
+            self._segments = None
+        elif self._segments is None:
+            self._segments = SegmentStream(self.tick_rate, self.spin_scale, self.world.tick)
+            for ball in self.world.balls:
+                self._follow(self._segments, ball)
+
+    def segments(self) -> bytes | None:
+        """The frame of the pieces that began since the last one; None if none did."""
+        return None if self._segments is None else self._segments.take(self.world.tick)
+
+    def all_segments(self) -> bytes:
+        """The frame of the piece that each ball in flight is on."""
+        if self._segments is None:
+            self.watch_segments(True)
+        assert self._segments is not None
+        return self._segments.full(self.world.tick)
+
+    def _follow(self, segments: SegmentStream, ball: Ball) -> None:
+        segments.add(ball.id, ball.tick, self.world.trajectory(ball.id), self.world.tick)
+
     def stats(self) -> protocol.Stats:
         """What has happened here so far."""
         return protocol.Stats(self.drops, list(self.histogram), self.unsettled)
 
-    def hello(self, server_time: float, limits: protocol.Limits) -> protocol.Hello:
+    def hello(
+        self, server_time: float, limits: protocol.Limits, stream: str = protocol.SNAPSHOTS
+    ) -> protocol.Hello:
         """The full state, from which a client that comes or comes back starts."""
         return protocol.Hello(
             protocol=protocol.PROTOCOL_VERSION,
@@ -133,12 +169,16 @@ class Room:
             server_time=server_time,
             extent=self.extent,
             velocity_scale=self.velocity_scale,
+            spin_scale=self.spin_scale,
+            stream=stream,
             limits=limits,
             balls=self.balls,
             stats=self.stats(),
         )
 
     def _land(self, landing: Landing) -> protocol.Landed:
+        if self._segments is not None:
+            self._segments.forget(landing.ball)
         if landing.bin is None:
             self.unsettled += 1
         else:

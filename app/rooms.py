@@ -95,8 +95,11 @@ class Rooms:
     def enter(self, room: Room, client: Client) -> None:
         """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
         self.hub.join(room.id, client)
-        hello = room.hello(self.clock(), self._limits)
+        hello = room.hello(self.clock(), self._limits, client.stream)
         client.post(Frame.event(protocol.encode_event(hello)))
+        if client.stream == protocol.SEGMENTS:
+            room.watch_segments(True)
+            client.show(Frame.picture(room.all_segments()))
 
     async def drop(
         self,
@@ -180,12 +183,26 @@ class Rooms:
             if not room.awake:
                 del self._awake[room.id]
                 break
-        if watched:
+        room.tick_time = self.clock()
+        if self.hub.count(room.id, protocol.SNAPSHOTS):
             told = protocol.encode_events(events) if events else None
-            self.hub.publish(room.id, "snapshots", told, room.frame())
+            self.hub.publish(room.id, protocol.SNAPSHOTS, told, room.frame())
+        self._advance_segments(room, events)
         for event in events:
             if isinstance(event, protocol.Landed):
                 self._landed(room.id, event)
+
+    def _advance_segments(self, room: Room, events: list[protocol.Event]) -> None:
+        """Send what clients that draw the paths themselves need: no contacts, and new pieces."""
+        watched = self.hub.count(room.id, protocol.SEGMENTS) > 0
+        room.watch_segments(watched)
+        if not watched:
+            return
+        pieces = room.segments()
+        told = [event for event in events if not isinstance(event, protocol.Contact)]
+        if told or pieces is not None:
+            text = protocol.encode_events(told) if told else None
+            self.hub.publish(room.id, protocol.SEGMENTS, text, pieces)
 
     def _landed(self, room_id: str, landed: protocol.Landed) -> None:
         self.landed += 1

@@ -96,6 +96,10 @@ class ExactCrowd:
         self._pool = pool
         return used
 
+    def path(self, row: int) -> Trajectory:
+        """The whole motion of the ball in `row`, its future included."""
+        return self._paths[row]
+
     def step(self) -> list[Progress]:
         """Advance all balls by one frame."""
         self._frames += 1

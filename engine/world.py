@@ -26,6 +26,7 @@ from engine.parameters import (
 )
 from engine.seeding import parse_seed
 from engine.solvers.outcome import LANDED, REASONS
+from engine.trajectory import Trajectory
 
 BODY = np.dtype(
     [("id", "<i4")]
@@ -135,6 +136,19 @@ class World:
         self._bounced = np.append(self._bounced, np.uint8(0))
         self._previous = np.vstack([self._previous, self._crowd.states[-1]])
         return ball.id
+
+    def trajectory(self, ball: int) -> Trajectory:
+        """The whole motion of a live ball, known from its start on; times count from there.
+
+        Raises ParameterError for a ball that is not live, and in a world of the stepped solver,
+        whose balls have no path before they have gone it.
+        """
+        if not isinstance(self._crowd, ExactCrowd):
+            raise ParameterError("a stepped world knows no ball's path", field="solver")
+        for row, live in enumerate(self._balls):
+            if live.id == ball:
+                return self._crowd.path(row)
+        raise ParameterError(f"ball {ball} is not in flight", field="ball")
 
     def step(self) -> None:
         """Advance by one frame."""

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import logging
 import time
+from collections.abc import Callable
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
@@ -45,8 +46,9 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
     await socket.accept()
     error: AppError | None = None
     try:
+        stream = protocol.parse_stream(socket.query_params.get("stream"))
         room = server.rooms.find(room_id)
-        error = await Session(socket, server, room).run()
+        error = await Session(socket, server, room, stream).run()
     except AppError as refused:
         error = refused
         with contextlib.suppress(WebSocketDisconnect):
@@ -75,7 +77,7 @@ def _event(error: Exception, ref: object = None) -> protocol.Error:
 class Session:
     """One client in one room."""
 
-    def __init__(self, socket: WebSocket, server: Services, room: Room) -> None:
+    def __init__(self, socket: WebSocket, server: Services, room: Room, stream: str) -> None:
         settings = server.settings
         now = time.monotonic()
         self.socket = socket
@@ -84,8 +86,9 @@ class Session:
         self.client = Client(
             next(server.client_ids),
             line_of(socket),
-            Mailbox(settings.max_queue, settings.max_queue_bytes),
+            Mailbox(settings.max_queue, settings.max_queue_bytes, self._renewal(stream)),
             settings.client_grace,
+            stream=room.stream_of(stream),
             traffic=server.hub.traffic,
         )
         self._messages = TokenBucket(settings.message_rate, 2 * settings.message_rate, now)
@@ -123,6 +126,12 @@ class Session:
             except (AppError, EngineError) as error:
                 self._answer(error, protocol.peek(data, "ref") if data else None)
 
+    def _renewal(self, stream: str) -> Callable[[], Frame] | None:
+        """Pieces of paths add up: several that could not be sent are made good by a full frame."""
+        if self.room.stream_of(stream) == protocol.SNAPSHOTS:
+            return None
+        return lambda: Frame.picture(self.room.all_segments())
+
     def _limit_messages(self) -> None:
         """Raise MessageFloodError when messages come too fast."""
         now = time.monotonic()
@@ -143,7 +152,8 @@ class Session:
         await self.server.rooms.drop(self.room, seed, x, client=self.client.id, ref=message.ref)
 
     def _pong(self, ping: protocol.PingMessage) -> protocol.Pong:
-        return protocol.Pong(t=ping.t, tick=self.room.world.tick, server_time=time.monotonic())
+        tick, at = self.room.world.tick, self.room.tick_time
+        return protocol.Pong(t=ping.t, tick=tick, tick_time=at, server_time=time.monotonic())
 
     def _answer(self, error: AppError | EngineError, ref: object) -> None:
         # A full room, or a finger too fast, is no offence.

@@ -1,0 +1,136 @@
+"""Paths in pieces, decoded and drawn by the module that the page uses."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Error
+
+from app import segments
+from app.room import DropCommand, Room
+from engine import Board, drop
+from tests.browser.conftest import ROOT, Open
+
+GOLDEN = json.loads((ROOT / "tests" / "golden" / "segments.json").read_text())
+LAW = GOLDEN["law"]
+TURN = 2 * np.pi / 256  # rad of one step of an angle
+
+DECODE = """({ decodeSegments }, { hex, spinScale }) => {
+  const bytes = Uint8Array.from(hex.match(/../g) ?? [], (pair) => parseInt(pair, 16));
+  return decodeSegments(bytes.buffer, spinScale);
+}"""
+
+
+@pytest.fixture
+def run(opened: Open) -> Callable[[str, Any], Any]:
+    """Calls a JavaScript function with the module and an argument."""
+    page = opened().page
+
+    def call(function: str, argument: Any) -> Any:
+        script = f"async (given) => ({function})(await import('/js/segments.js'), given)"
+        return page.evaluate(script, argument)
+
+    return call
+
+
+def in_units(piece: dict[str, Any]) -> dict[str, Any]:
+    """A golden record as the page knows it: angle and spin in rad and rad/s."""
+    spin = piece["spin"] * LAW["spin_scale"]
+    return {**piece, "angle": piece["angle"] * TURN, "spin": spin}
+
+
+def test_golden_frames_decode_to_the_last_bit(run: Callable[[str, Any], Any]) -> None:
+    for example in GOLDEN["frames"]:
+        decoded = run(DECODE, {"hex": example["hex"], "spinScale": LAW["spin_scale"]})
+        assert (decoded["tick"], decoded["full"]) == (example["tick"], example["full"])
+        assert decoded["flights"] == [in_units(piece) for piece in example["flights"]]
+        assert decoded["curves"] == [in_units(piece) for piece in example["curves"]]
+
+
+def test_golden_pieces_are_drawn_where_they_should(run: Callable[[str, Any], Any]) -> None:
+    for example in GOLDEN["frames"]:
+        pieces = [in_units(p) for p in example["flights"] + example["curves"] for _ in range(2)]
+        drawn = run(
+            """({ piecePose }, { pieces, times, law }) =>
+              pieces.map((piece, i) => piecePose(piece, times[i], law))""",
+            {"pieces": pieces, "times": [d["at"] for d in example["drawn"]], "law": LAW},
+        )
+        for pose, wanted in zip(drawn, example["drawn"], strict=True):
+            mine = [pose["x"], pose["y"], pose["angle"]]
+            assert mine == pytest.approx(wanted["pose"], 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("hex_bytes", "said"),
+    [
+        ("", "shorter than their header"),
+        ("50" + "00" * 11, "start with 80"),
+        ("5302" + "00" * 10, "version 2"),
+        (GOLDEN["frames"][0]["hex"] + "00", "41 bytes, not 40"),
+    ],
+)
+def test_damaged_frames_are_refused(
+    run: Callable[[str, Any], Any], hex_bytes: str, said: str
+) -> None:
+    with pytest.raises(Error, match=said):
+        run(DECODE, {"hex": hex_bytes, "spinScale": 1.0})
+
+
+@pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "galton"])
+def test_a_whole_drop_is_drawn_true(run: Callable[[str, Any], Any], name: str) -> None:
+    board = Board.preset(name)
+    room = Room("r", board, tick_rate=60, max_balls=1)
+    room.watch_segments(True)
+    room.drop(DropCommand(42))
+    frames = []
+    while room.awake:
+        room.step(watched=True)
+        frame = room.segments()
+        if frame is not None:
+            frames.append(frame.hex())
+    alone = drop(board, 42)
+    times = np.arange(0.0, alone.duration, 1.0 / 120.0)
+    drawn = run(
+        """({ decodeSegments, PiecePath }, { frames, spinScale, law, times, birth }) => {
+          const path = new PiecePath(law, birth);
+          for (const hex of frames) {
+            const bytes = Uint8Array.from(hex.match(/../g), (pair) => parseInt(pair, 16));
+            const { flights, curves } = decodeSegments(bytes.buffer, spinScale);
+            for (const piece of [...curves, ...flights, ...flights]) path.add(piece);
+          }
+          return times.map((t) => path.poseAt(birth + t)).map(({ x, y }) => [x, y]);
+        }""",
+        {
+            "frames": frames,
+            "spinScale": room.spin_scale,
+            "law": {"gravity": board.gravity, "drag": board.drag},
+            "times": times.tolist(),
+            "birth": 12.5,
+        },
+    )
+    states = alone.states(times)
+    off = np.abs(np.array(drawn) - np.stack([states["x"], states["y"]], axis=1))
+    assert off.max() <= segments.TOLERANCE + 1e-5
+
+
+def test_a_path_waits_for_its_first_piece_and_stops_at_its_end(
+    run: Callable[[str, Any], Any],
+) -> None:
+    seen = run(
+        """({ PiecePath }, law) => {
+          const path = new PiecePath(law, 10);
+          const before = [path.known, path.start];
+          path.add({ t: 0, x: 0, y: 0, vx: 1, vy: 0, angle: 0, spin: 0 });
+          path.finish(10.5);
+          return { before, known: path.known, start: path.start,
+            early: path.poseAt(9).x, late: path.poseAt(99).x, end: path.poseAt(10.5).x,
+            line: path.line().length };
+        }""",
+        {"gravity": 9.81, "drag": 0.0},
+    )
+    assert seen["before"] == [False, float("inf")]
+    assert (seen["known"], seen["start"], seen["early"]) == (True, 10, 0)
+    assert seen["late"] == seen["end"] == 0.5
+    assert seen["line"] == 61
