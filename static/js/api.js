@@ -5,11 +5,12 @@ export class ApiError extends Error {
   /**
    * @param {string} message
    * @param {number} status 0 when no reply came
-   * @param {ErrorOptions} [options]
+   * @param {ErrorOptions & {field?: string | null}} [options] field: where the bad value is
    */
   constructor(message, status, options) {
     super(message, options);
     this.status = status;
+    this.field = options?.field ?? null;
   }
 }
 
@@ -19,6 +20,26 @@ export class ApiError extends Error {
  * @returns {Promise<any>}
  */
 export async function getJson(path, options) {
+  return (await request(path, options)).json();
+}
+
+/**
+ * @param {string} path below /api/v1
+ * @param {any} body sent as JSON; a string is sent as it is, to the last bit of its numbers
+ * @returns {Promise<any>}
+ */
+export function postJson(path, body) {
+  const headers = { "content-type": "application/json", accept: "application/json" };
+  const text = typeof body === "string" ? body : JSON.stringify(body);
+  return getJson(path, { method: "POST", headers, body: text });
+}
+
+/**
+ * @param {string} path below /api/v1, with its query
+ * @param {RequestInit} [options]
+ * @returns {Promise<Response>} a good one; rejects with ApiError
+ */
+export async function request(path, options) {
   const url = new URL(`api/v1/${path}`, document.baseURI);
   let response;
   try {
@@ -26,16 +47,18 @@ export async function getJson(path, options) {
   } catch (cause) {
     throw new ApiError("The server does not answer.", 0, { cause });
   }
-  if (response.ok) return response.json();
-  throw new ApiError(await reason(response), response.status);
+  if (response.ok) return response;
+  throw await refusal(response);
 }
 
-/** @param {Response} response @returns {Promise<string>} the problem detail, if it has one */
-async function reason(response) {
+/** @param {Response} response @returns {Promise<ApiError>} with the problem detail, if it has one */
+async function refusal(response) {
   const fallback = `The server answered ${response.status} ${response.statusText}`.trim();
-  if (!(response.headers.get("content-type") ?? "").includes("json")) return fallback;
-  const problem = await response.json();
-  return problem.detail ?? problem.title ?? fallback;
+  if (!(response.headers.get("content-type") ?? "").includes("json")) {
+    return new ApiError(fallback, response.status);
+  }
+  const { detail, title, field } = await response.json();
+  return new ApiError(detail ?? title ?? fallback, response.status, { field });
 }
 
 /**
@@ -47,21 +70,8 @@ export async function boardAddress({ board, board_digest: digest }) {
   const { boards } = await getJson("boards");
   const known = boards.find((one) => one.digest === digest);
   if (known) return known.preset ? known.name : digest;
-  const headers = { "content-type": "application/json" };
-  await getJson("boards", { method: "POST", headers, body: JSON.stringify(board) });
+  await postJson("boards", board);
   return digest;
-}
-
-/**
- * @param {{board: string, seed: string, x?: number | null}} drop
- * @param {string} [part] "" for the record, "/frames" for its states
- * @param {Record<string, string>} [query]
- */
-export function dropPath({ board, seed, x }, part = "", query = {}) {
-  const search = new URLSearchParams(query);
-  if (x !== null && x !== undefined) search.set("x", String(x));
-  const tail = search.size ? `?${search}` : "";
-  return `drops/${encodeURIComponent(board)}/${encodeURIComponent(seed)}${part}${tail}`;
 }
 
 /** @param {string} room @returns {string} address of its socket */
@@ -69,11 +79,4 @@ export function socketUrl(room) {
   const url = new URL(`ws/rooms/${encodeURIComponent(room)}`, document.baseURI);
   url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
   return url.href;
-}
-
-/** @param {{board: string, seed: string, x?: number | null}} drop @returns {string} its link */
-export function replayLink({ board, seed, x }) {
-  const search = new URLSearchParams({ board, seed });
-  if (x !== null && x !== undefined) search.set("x", String(x));
-  return `?${search}`;
 }

@@ -1,9 +1,9 @@
 // Small helpers to find and make elements.
 
-/** @param {string} id @returns {any} the element; an absent one is a mistake in index.html */
+/** @param {string} id @returns {any} the element; an absent one is a mistake in the page */
 export function byId(id) {
   const element = document.getElementById(id);
-  if (!element) throw new Error(`index.html has no element #${id}`);
+  if (!element) throw new Error(`the page has no element #${id}`);
   return element;
 }
 

@@ -1,8 +1,9 @@
 // A live table: joins connection, clock and balls, and says what to draw and what happened.
 
-import { boardAddress, dropPath, getJson, socketUrl } from "./api.js";
+import { boardAddress, getJson, socketUrl } from "./api.js";
 import { TickClock } from "./clock.js";
 import { Connection } from "./connection.js";
+import { dropPath } from "./drop-link.js";
 import { decodeEvents, decodeSnapshot, ProtocolError } from "./protocol.js";
 import { Table } from "./table.js";
 

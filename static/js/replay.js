@@ -1,12 +1,11 @@
-// One drop again, from its address: the record and its frames, on the same board, at any speed.
+// One drop again: its record and states from the server, its motion, the scene at each moment.
 
-import { dropPath, getJson } from "./api.js";
+import { getJson, postJson, request } from "./api.js";
 import { emptyScene } from "./board-view.js";
-import { Path } from "./path.js";
+import { boardInHash, unpackBoard } from "./board-link.js";
+import { dropPath } from "./drop-link.js";
+import { framesNeeded, Motion } from "./motion.js";
 
-const FPS = 60;
-const PEG = 0;
-const LANDING = 5;
 const FLASH_SECONDS = 0.35;
 const HIT_SECONDS = 1.4;
 const TRAIL_POINTS = 14;
@@ -17,27 +16,26 @@ const LOUD = 3; // m/s
 export class Replay {
   #trail = new Float64Array(2 * TRAIL_POINTS);
 
-  /** @param {any} board @param {any} record @param {any} sampled the /frames reply */
-  constructor(board, record, sampled) {
+  /** @param {any} board @param {any} record @param {string} text the record as it came */
+  constructor(board, record, text, sampled) {
     this.board = board;
     this.record = record;
+    this.text = text;
+    this.motion = new Motion(board, record, sampled);
     this.duration = record.duration;
-    this.path = pathOf(board, record, sampled);
-    this.line = this.path.line();
-    this.contacts = record.impacts.filter(([, , , , , , kind]) => kind === PEG);
   }
 
   /**
-   * @param {{board: string, seed: string, x: string | null}} drop
+   * @param {any} board whole
+   * @param {import("./drop-link.js").DropAddress} drop
    * @returns {Promise<Replay>}
    */
-  static async load(drop) {
-    const [{ board }, record, sampled] = await Promise.all([
-      getJson(`boards/${encodeURIComponent(drop.board)}`),
-      getJson(dropPath(drop)),
-      getJson(dropPath(drop, "/frames", { fps: String(FPS) })),
-    ]);
-    return new Replay(board, record, sampled);
+  static async load(board, drop) {
+    const text = await (await request(dropPath(drop))).text();
+    const record = JSON.parse(text);
+    const fps = String(framesNeeded(record));
+    const sampled = await getJson(dropPath(drop, "/frames", { fps }));
+    return new Replay(board, record, text, sampled);
   }
 
   /** Time for the bin's light to fade after the landing, s. */
@@ -45,49 +43,59 @@ export class Replay {
     return this.duration + HIT_SECONDS;
   }
 
-  /** @param {number} t s @returns {import("./board-view.js").Scene} */
-  sceneAt(t) {
-    const scene = emptyScene();
-    if (t <= this.duration) scene.balls.push(this.#ball(t));
-    for (const [since, , , vx, vy, , , index] of this.contacts) {
+  /**
+   * Adds this drop's ball, flashes and lit bin to a scene.
+   * @param {import("./board-view.js").Scene} scene
+   * @param {number} t s
+   * @param {boolean} [mine] which of the two kinds of ball it is drawn as
+   */
+  addTo(scene, t, mine = true) {
+    if (t <= this.duration) scene.balls.push(this.#ball(t, mine));
+    for (const { t: since, after, index } of this.motion.hits.filter(({ kind }) => kind === 0)) {
       const age = (t - since) / FLASH_SECONDS;
-      const peg = this.board.pegs[index];
       if (age < 0 || age >= 1) continue;
-      scene.flashes.push({ ...peg, age, strength: Math.min(1, Math.hypot(vx, vy) / LOUD) });
+      const strength = Math.min(1, Math.hypot(after.vx, after.vy) / LOUD);
+      scene.flashes.push({ ...this.board.pegs[index], age, strength });
     }
     if (t >= this.duration && this.record.bin !== null) {
       const age = Math.min(0.72, (t - this.duration) / HIT_SECONDS);
       scene.hits.push({ bin: this.record.bin, score: this.record.score, age });
-      scene.paths.push(this.line);
     }
+  }
+
+  /** @param {number} t s @returns {import("./board-view.js").Scene} */
+  sceneAt(t) {
+    const scene = emptyScene();
+    this.addTo(scene, t);
     return scene;
   }
 
-  #ball(t) {
-    const ball = { ...this.path.poseAt(t), mine: true, trail: this.#trail, trailCount: 0 };
+  #ball(t, mine) {
+    const { x, y, theta } = this.motion.stateAt(t);
+    const ball = { x, y, angle: theta, mine, trail: this.#trail, trailCount: 0 };
     for (let i = 0; i < TRAIL_POINTS && t - i * TRAIL_STEP >= 0; i += 1) {
-      const { x, y } = this.path.poseAt(t - i * TRAIL_STEP);
-      this.#trail[2 * i] = x;
-      this.#trail[2 * i + 1] = y;
+      const was = this.motion.stateAt(t - i * TRAIL_STEP);
+      this.#trail[2 * i] = was.x;
+      this.#trail[2 * i + 1] = was.y;
       ball.trailCount = i + 1;
     }
     return ball;
   }
 }
 
-/** Frames and impacts as one path: between two frames the impacts say where it turned. */
-function pathOf(board, record, { fields, frames }) {
-  const at = Object.fromEntries(fields.map((name, index) => [name, index]));
-  const path = new Path({ gravity: board.gravity, drag: board.drag });
-  const moments = frames.map((row) => ({
-    t: row[at.t], x: row[at.x], y: row[at.y], angle: row[at.theta],
-    vx: row[at.vx], vy: row[at.vy], vIn: true, vOut: true, bounced: false,
-  }));
-  for (const [t, x, y, vx, vy, , kind] of record.impacts) {
-    if (kind === LANDING) continue;
-    moments.push({ t, x, y, angle: 0, vx, vy, vIn: false, vOut: true, bounced: false });
+/**
+ * The board that a page's address names, or carries in its fragment; the latter is registered, so
+ * that the server can be asked for its drops.
+ * @param {string} name preset's name or digest; "" for the fragment's
+ * @param {string} hash of the location
+ * @returns {Promise<{board: any, address: string}>} address: what REST calls it
+ */
+export async function boardOf(name, hash) {
+  const packed = boardInHash(hash);
+  if (packed === null) {
+    const { board } = await getJson(`boards/${encodeURIComponent(name)}`);
+    return { board, address: name };
   }
-  moments.sort((one, two) => one.t - two.t);
-  for (const moment of moments) path.add(moment);
-  return path;
+  const { board, digest } = await postJson("boards", await unpackBoard(packed));
+  return { board, address: digest };
 }

@@ -1,7 +1,7 @@
 // Shows the session: counters on the marquee, the list of last drops with their replay links.
 
-import { replayLink } from "./api.js";
 import { byId, make } from "./dom.js";
+import { replayLink } from "./drop-link.js";
 import { amount, multiplier, shortSeed, signed } from "./format.js";
 
 /** Draws a session; call `show` after it has changed. */

@@ -37,6 +37,26 @@ async () => {
 }
 """
 
+# Where the middle of our ball is on the moving canvas, once the next frame is drawn.
+_RED_MIDDLE = """
+async () => {
+  await new Promise(requestAnimationFrame);
+  await new Promise(requestAnimationFrame);
+  const canvas = document.querySelector("#board-moving");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const density = canvas.width / canvas.clientWidth;
+  let count = 0, x = 0, y = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i + 3] < 250 || data[i] < 150 || data[i] < 2.2 * data[i + 2]) continue;
+    if (data[i] < 2 * data[i + 1]) continue;
+    x += (i / 4) % canvas.width;
+    y += Math.floor(i / 4 / canvas.width);
+    count += 1;
+  }
+  return [x / count / density, y / count / density];
+}
+"""
+
 # The way from metres to the canvas, by the page's own rule.
 _TO_PIXELS = """
 async ([board, points]) => {
@@ -94,6 +114,11 @@ class Screen:
         """Where the ball is, frame by frame, until the next landing; CSS pixels."""
         places: list[list[float]] = self.page.evaluate(_TRACK)
         return places
+
+    def ball(self) -> list[float]:
+        """Where the ball is drawn now; CSS pixels."""
+        place: list[float] = self.page.evaluate(_RED_MIDDLE)
+        return place
 
     def pixels(self, board: Any, points: list[list[float]]) -> Any:
         """Metres as CSS pixels of the canvas: `points`, and the `scale` in pixels per metre."""

@@ -1,4 +1,4 @@
-"""A person plays: drops, watches, is paid, replays."""
+"""A person plays: drops, watches, is paid."""
 
 import itertools
 import math
@@ -56,67 +56,6 @@ def test_a_seeded_ball_falls_along_the_predicted_path_into_the_predicted_bin(ope
     expect(screen.result).to_contain_text(f"Bin {record['bin']} pays")
     expect(screen.result).to_contain_text("seed 42")
     screen.shot("landed")
-
-
-def test_a_replay_link_shows_the_same_bin_and_digest_as_live(opened: Open) -> None:
-    screen = opened().ready()
-    screen.seed.fill("18446744073709551615")
-    screen.drop.click()
-    record = screen.api("drops/triangle-16/18446744073709551615")
-    screen.landed(record["bin"])
-    screen.rows.first.get_by_role("link").click()
-
-    screen.state("replay")
-    screen.landed(record["bin"])
-    expect(screen.fact("seed")).to_have_text("18446744073709551615")
-    expect(screen.fact("bin")).to_have_text(str(record["bin"]))
-    expect(screen.fact("digest")).to_have_text(record["digest"])
-
-    screen.page.reload()
-    screen.landed(record["bin"])
-    expect(screen.fact("digest")).to_have_text(record["digest"])
-    screen.page.get_by_role("link", name="Back to the table").click()
-    screen.ready()
-    expect(screen.rows).to_have_count(1)
-
-
-def test_a_replay_can_be_paused_and_scrubbed_to_any_moment(opened: Open) -> None:
-    screen = opened("/?board=triangle-16&seed=42").state("replay")
-    screen.page.get_by_role("button", name="Pause").click()
-    time = screen.page.get_by_label("Time in the drop")
-    at: list[list[float]] = []
-    for moment in ("1", "2", "1"):
-        time.fill(moment)
-        expect(screen.page.locator("#replay-clock")).to_have_text(f"{moment}.00 s")
-        at.append(screen.page.evaluate(_RED_MIDDLE))
-    sampled = screen.api("drops/triangle-16/42/frames?fps=60")
-    predicted = places_of(sampled)
-    board = screen.api("boards/triangle-16")["board"]
-    drawn = screen.pixels(board, [predicted[60], predicted[120]])
-    radius = board["ball"]["radius"] * drawn["scale"]
-    assert math.dist(at[0], drawn["points"][0]) < 0.5 * radius
-    assert math.dist(at[1], drawn["points"][1]) < 0.5 * radius
-    assert at[0] == at[2], "the same moment is the same picture"
-
-
-_RED_MIDDLE = """
-async () => {
-  await new Promise(requestAnimationFrame);
-  await new Promise(requestAnimationFrame);
-  const canvas = document.querySelector("#board-moving");
-  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-  const density = canvas.width / canvas.clientWidth;
-  let count = 0, x = 0, y = 0;
-  for (let i = 0; i < data.length; i += 4) {
-    if (data[i + 3] < 250 || data[i] < 150 || data[i] < 2.2 * data[i + 2]) continue;
-    if (data[i] < 2 * data[i + 1]) continue;
-    x += (i / 4) % canvas.width;
-    y += Math.floor(i / 4 / canvas.width);
-    count += 1;
-  }
-  return [x / count / density, y / count / density];
-}
-"""
 
 
 def test_the_score_counts_each_stake_and_what_came_back(opened: Open, quick: Quick) -> None:
@@ -254,9 +193,3 @@ def test_nothing_is_drawn_while_nothing_moves(opened: Open, quick: Quick) -> Non
 def test_an_unknown_room_is_told_and_not_asked_for_again(opened: Open) -> None:
     screen = opened("/?room=nowhere").state("closed")
     expect(screen.result).to_contain_text("nowhere")
-
-
-def test_a_replay_of_an_unknown_board_says_so(opened: Open, complaints: Any) -> None:
-    screen = opened("/?board=nonagon&seed=1").state("failed")
-    expect(screen.page.locator("#replay-result")).to_contain_text("nonagon")
-    complaints.allow("404")

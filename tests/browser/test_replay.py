@@ -1,0 +1,298 @@
+"""A drop looked at closely: by link, at any moment, at any speed, impact by impact, verified."""
+
+import json
+import math
+import re
+from typing import Any
+
+import pytest
+from playwright.sync_api import Route, expect
+
+from engine import Board, drop
+from tests.browser.conftest import Complaints, Open, Quick
+from tests.browser.looks import SIZES, check_fit, context_for, painted
+from tests.browser.screen import Screen
+
+LINK = "/replay.html?board=triangle-8&seed=42"
+
+
+def moment(screen: Screen) -> float:
+    """The time that the page shows, s."""
+    return float(screen.page.locator("#time").input_value())
+
+
+def paused(screen: Screen) -> Screen:
+    screen.state("replay")
+    screen.page.get_by_role("button", name="Pause").click()
+    return screen
+
+
+def test_a_replay_link_shows_the_same_bin_and_digest_as_live(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    screen.seed.fill("18446744073709551615")
+    screen.drop.click()
+    record = screen.api(f"drops/{quick.board}/18446744073709551615")
+    screen.landed(record["bin"])
+    screen.rows.first.get_by_role("link").click()
+
+    screen.state("replay")
+    screen.landed(record["bin"])
+    expect(screen.fact("seed")).to_have_text("18446744073709551615")
+    expect(screen.fact("bin")).to_have_text(str(record["bin"]))
+    expect(screen.fact("digest")).to_have_text(record["digest"])
+
+    screen.page.reload()
+    screen.landed(record["bin"])
+    expect(screen.fact("digest")).to_have_text(record["digest"])
+    screen.page.get_by_role("link", name="Back to the table").click()
+    screen.ready()
+    expect(screen.rows).to_have_count(1)
+
+
+def test_a_link_of_the_first_release_still_leads_to_the_replay(opened: Open) -> None:
+    screen = opened("/?board=triangle-8&seed=7&x=0.125").state("replay")
+    record = screen.api("drops/triangle-8/7?x=0.125")
+    expect(screen.fact("digest")).to_have_text(record["digest"])
+    expect(screen.fact("start")).to_have_text("0.125 m")
+
+
+def test_any_moment_can_be_looked_at_and_is_always_the_same_picture(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    sampled = screen.api("drops/triangle-8/42/frames?fps=1")
+    board = screen.api("boards/triangle-8")["board"]
+    time = screen.page.get_by_label("Time in the drop")
+    at = []
+    for when in ("1", "2", "1"):
+        time.fill(when)
+        expect(screen.page.locator("#clock")).to_have_text(f"{when}.000 s")
+        at.append(screen.ball())
+    drawn = screen.pixels(board, [sampled["frames"][i][1:3] for i in (1, 2)])
+    radius = board["ball"]["radius"] * drawn["scale"]
+    assert math.dist(at[0], drawn["points"][0]) < 0.5 * radius
+    assert math.dist(at[1], drawn["points"][1]) < 0.5 * radius
+    assert at[0] == at[2], "the same moment is the same picture"
+
+
+def test_each_impact_is_listed_with_its_time_normal_and_impulse(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    record = screen.api("drops/triangle-8/42")
+    board = Board.preset("triangle-8")
+    rows = screen.page.locator("#impacts tr")
+    expect(rows).to_have_count(len(record["impacts"]))
+    before = screen.api("drops/triangle-8/42/frames?fps=1")["before"]
+    number = 2
+    t, x, y, vx, vy, omega, kind, index = record["impacts"][number]
+    assert kind == 0, "the third impact of this drop is on a peg"
+    rows.nth(number).click()
+    expect(screen.page.locator("#clock")).to_have_text(f"{t:.3f} s")
+    assert moment(screen) == pytest.approx(t, abs=1e-9)
+    expect(screen.fact("impact")).to_have_text(
+        f"{number + 1} of {len(record['impacts'])}: peg {index}"
+    )
+    expect(screen.fact("time")).to_have_text(f"{t!r} s")
+
+    peg = board.pegs[index]
+    angle = math.degrees(math.atan2(peg.y - y, x - peg.x))
+    expect(screen.fact("normal")).to_contain_text(f"{angle:.0f}°".replace("-", "−"))
+    impulse = board.ball.mass * math.hypot(vx - before[number][4], vy - before[number][5])
+    expect(rows.nth(number).locator("td").nth(4)).to_have_text(f"{impulse:.4g}")
+    expect(screen.fact("spin")).to_contain_text(f"{omega:.4g} rad/s".replace("-", "−"))
+    expect(screen.result).to_contain_text(f"Impact {number + 1}, peg {index}")
+    assert painted(screen, "board-arrows") > 200, "its normal and impulse are drawn"
+    screen.shot("replay-impact")
+
+    screen.page.get_by_label("Time in the drop").fill("0.1")
+    expect(screen.fact("chosen")).to_contain_text("none")
+    assert painted(screen, "board-arrows") == 0
+
+
+def test_time_goes_by_frames_and_by_impacts_with_keys_alone(opened: Open) -> None:
+    screen = opened(LINK).state("replay")
+    page = screen.page
+    record = screen.api("drops/triangle-8/42")
+    times = [impact[0] for impact in record["impacts"]]
+    page.keyboard.press("Space")
+    expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    page.keyboard.press("Home")
+    assert moment(screen) == 0
+    page.keyboard.press("ArrowRight")
+    assert moment(screen) == pytest.approx(1 / 60)
+    for number in (0, 1, 2):
+        page.keyboard.press("Shift+ArrowRight")
+        assert moment(screen) == pytest.approx(times[number], abs=1e-9)
+        expect(screen.fact("impact")).to_contain_text(f"{number + 1} of {len(times)}")
+    page.keyboard.press("Shift+ArrowLeft")
+    assert moment(screen) == pytest.approx(times[1], abs=1e-9)
+    page.get_by_role("radio", name="1/100").focus()
+    page.keyboard.press("Space")
+    page.get_by_role("button", name="One frame on").focus()
+    page.keyboard.press("Enter")
+    assert moment(screen) == pytest.approx(times[1] + 1 / 6000)
+    page.keyboard.press("End")
+    assert moment(screen) == pytest.approx(record["duration"], abs=1e-9)
+
+
+def test_slow_motion_is_as_slow_as_it_says(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    screen.page.get_by_role("radio", name="1/100").check()
+    screen.page.get_by_label("Time in the drop").fill("0.5")
+    passed, shown = screen.page.evaluate(
+        """async () => {
+          const time = document.querySelector("#time");
+          document.querySelector("#play").click();
+          await new Promise(requestAnimationFrame);
+          const [t, at] = [Number(time.value), performance.now()];
+          while (performance.now() - at < 700) await new Promise(requestAnimationFrame);
+          return [(performance.now() - at) / 1000, Number(time.value) - t];
+        }"""
+    )
+    # A frame or two may lie between reading the clock and drawing.
+    assert shown == pytest.approx(passed / 100, rel=0.25)
+
+
+def test_the_server_reproduces_the_digest(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    screen.page.get_by_role("button", name="Verify").click()
+    verdict = screen.page.locator("#verdict")
+    expect(verdict).to_contain_text("Reproduced")
+    expect(verdict).to_contain_text(screen.api("drops/triangle-8/42")["digest"])
+
+
+def test_a_record_that_was_tampered_with_is_not_reproduced(opened: Open) -> None:
+    def tamper(route: Route) -> None:
+        response = route.fetch()
+        record = response.json()
+        route.fulfill(response=response, json={**record, "x_end": record["x_end"] + 1e-12})
+
+    screen = opened()
+    screen.page.route(re.compile(r"/drops/triangle-8/42$"), tamper)
+    screen.page.goto(f"{screen.url}{LINK}")
+    paused(screen)
+    screen.page.get_by_role("button", name="Verify").click()
+    expect(screen.page.locator("#verdict")).to_contain_text("Not reproduced: x_end")
+
+
+def test_the_energy_is_told_and_a_click_on_it_goes_there(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    plot = screen.page.get_by_role("img", name=re.compile("Energy of the ball.*percent lost"))
+    box = plot.bounding_box()
+    assert box is not None
+    plot.click(position={"x": box["width"] / 2, "y": box["height"] / 2})
+    duration = screen.api("drops/triangle-8/42")["duration"]
+    assert 0.3 * duration < moment(screen) < 0.7 * duration
+    bare = painted(screen, "energy")
+    screen.page.get_by_label("with height").check()
+    screen.page.wait_for_function(
+        f"""() => {{
+          const canvas = document.querySelector("#energy");
+          const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+          return data.filter((_, i) => i % 4 === 3).filter(Boolean).length !== {bare};
+        }}"""
+    )
+
+
+def test_the_table_can_be_kept_as_a_file(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    with screen.page.expect_download() as download:
+        screen.page.get_by_role("button", name="Save as CSV").click()
+    lines = download.value.path().read_text().splitlines()
+    record = screen.api("drops/triangle-8/42")
+    assert len(lines) == 1 + len(record["impacts"])
+    names = lines[0].split(",")
+    first = dict(zip(names, lines[1].split(","), strict=True))
+    assert float(first["t"]) == record["impacts"][0][0]
+    assert float(first["vx_after"]) == record["impacts"][0][3]
+
+
+def test_reduced_motion_shows_the_whole_path_at_once(opened: Open) -> None:
+    screen = opened(LINK, reduced_motion="reduce").state("replay")
+    expect(screen.page.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    duration = screen.api("drops/triangle-8/42")["duration"]
+    assert moment(screen) == pytest.approx(duration, abs=1e-9)
+    assert painted(screen, "board-marks") > 500
+
+
+def test_a_board_travels_in_the_link_itself(opened: Open, complaints: Complaints) -> None:
+    board = {**Board.preset("triangle-8").to_dict(), "name": "carried", "gravity": 20.0}
+    screen = opened().ready()
+    packed = screen.page.evaluate(
+        "async (board) => (await import('/js/board-link.js')).packBoard(board)", board
+    )
+    screen.page.goto(f"{screen.url}/replay.html?seed=5#board={packed}")
+    screen.state("replay")
+    done = drop(Board.from_json(board), 5)
+    expect(screen.fact("board")).to_have_text("carried")
+    expect(screen.fact("digest")).to_have_text(done.digest)
+    screen.page.goto(f"{screen.url}/replay.html?seed=5#board=nonsense")
+    screen.state("failed")
+    expect(screen.result).to_contain_text("cannot be read")
+
+
+def test_the_stepped_solver_is_replayed_as_it_stepped(opened: Open) -> None:
+    screen = opened(LINK).state("replay")
+    screen.page.get_by_role("radio", name="Stepped").check()
+    screen.page.get_by_label("Seed", exact=True).fill("43")
+    screen.page.get_by_role("button", name="Replay it").click()
+    screen.page.wait_for_url(re.compile("solver=stepped"))
+    screen.state("replay")
+    record = screen.api("drops/triangle-8/43?solver=stepped")
+    expect(screen.fact("digest")).to_have_text(record["digest"])
+    expect(screen.fact("solver")).to_contain_text("stepped")
+
+
+def test_a_bad_seed_is_named_beside_its_field(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    field = screen.page.get_by_label("Seed", exact=True)
+    field.fill("-3")
+    screen.page.get_by_role("button", name="Replay it").click()
+    expect(screen.page.locator("#other-note")).to_contain_text("-3")
+    expect(field).to_be_focused()
+    expect(field).to_have_attribute("aria-invalid", "true")
+
+
+@pytest.mark.parametrize(
+    ("query", "named"),
+    [("board=nonagon&seed=1", "nonagon"), ("board=triangle-8&seed=x1", "x1"),
+     ("board=triangle-8&seed=1&x=99", "99")],
+)  # fmt: skip
+def test_a_drop_that_cannot_be_is_told(
+    opened: Open, complaints: Complaints, query: str, named: str
+) -> None:
+    screen = opened(f"/replay.html?{query}").state("failed")
+    expect(screen.result).to_contain_text(named)
+    complaints.allow("404|422")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_the_replay_fits_its_screen(opened: Open, width: int, height: int, scheme: str) -> None:
+    options: dict[str, Any] = context_for(width, height, scheme)
+    screen = opened(LINK, **options).state("replay")
+    play = screen.page.locator("#play")
+    play.click()
+    screen.page.locator("#impacts tr").nth(3).click()
+    check_fit(screen)
+    screen.shot(f"replay-{width}x{height}-{scheme}")
+
+
+def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open) -> None:
+    """Balls that hardly bounce roll over pegs: the list says so, the path goes on."""
+    dead = {"restitution": 0.1, "friction": 0.4}
+    board = {**Board.preset("triangle-8").to_dict(), "name": "dead", "peg_material": dead}
+    board["ball"] = {**board["ball"], **dead}
+    screen = opened("/replay.html").state("replay")
+    reply = screen.page.request.post(
+        f"{screen.url}/api/v1/boards",
+        data=json.dumps(board),
+        headers={"content-type": "application/json"},
+    )
+    digest = reply.json()["digest"]
+    screen.page.goto(f"{screen.url}/replay.html?board={digest}&seed=3")
+    screen.state("replay")
+    record = screen.api(f"drops/{digest}/3")
+    assert 2 in [impact[6] for impact in record["impacts"]]
+    expect(screen.page.locator("#impacts")).to_contain_text("rides peg")
+    expect(screen.page.locator("#impacts")).to_contain_text("leaves peg")
+    screen.page.keyboard.press("End")
+    expect(screen.fact("digest")).to_have_text(record["digest"])
+    screen.shot("replay-rides")
