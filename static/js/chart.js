@@ -3,8 +3,8 @@
 import { figure, powerText, powerTicks, ticks } from "./scale.js";
 import { fitted } from "./stage.js";
 
-const FONT = '500 12px "Segoe UI", "Helvetica Neue", "Liberation Sans", Arial, sans-serif';
-const MARGIN = { left: 46, right: 12, top: 10, bottom: 24 };
+const FAMILY = '"Segoe UI", "Helvetica Neue", "Liberation Sans", Arial, sans-serif';
+const MARGIN = { left: 3.7, right: 1, top: 0.8, bottom: 1.9 }; // in font sizes
 
 /**
  * @typedef {object} Plot
@@ -56,8 +56,15 @@ export class Chart {
     this.#draw();
   }
 
+  #size() {
+    // Text grows with the page's own, from a phone to a wall.
+    const font = 0.75 * parseFloat(getComputedStyle(document.documentElement).fontSize);
+    const margin = Object.fromEntries(Object.entries(MARGIN).map(([side, em]) => [side, em * font]));
+    return { width: this.canvas.clientWidth, height: this.canvas.clientHeight, font, margin };
+  }
+
   #draw() {
-    const size = { width: this.canvas.clientWidth, height: this.canvas.clientHeight };
+    const size = this.#size();
     if (!this.#plot || size.width === 0) return;
     if (this.#stale) {
       paintPlot(fitted(this.#picture, size), size, this.#plot, this.theme.palette);
@@ -69,16 +76,16 @@ export class Chart {
     const { px } = scales(size, this.#plot);
     const x = px(Math.min(this.#plot.x.to, Math.max(this.#plot.x.from, this.#mark)));
     ctx.fillStyle = this.theme.palette.trayMark;
-    ctx.fillRect(x - 1, MARGIN.top, 2, size.height - MARGIN.top - MARGIN.bottom);
+    const { top, bottom } = size.margin;
+    ctx.fillRect(x - 1, top, 2, size.height - top - bottom);
   }
 
   #followPointer(onPick) {
     const pick = (event) => {
       if (!this.#plot) return;
       const box = this.canvas.getBoundingClientRect();
-      const size = { width: box.width, height: box.height };
       const { from, to } = this.#plot.x;
-      const x = scales(size, this.#plot).x(event.clientX - box.left);
+      const x = scales(this.#size(), this.#plot).x(event.clientX - box.left);
       onPick(Math.min(to, Math.max(from, x)));
     };
     this.canvas.addEventListener("pointerdown", (event) => {
@@ -92,9 +99,9 @@ export class Chart {
 }
 
 /** Ways between values and CSS pixels. */
-function scales({ width, height }, { x, y }) {
-  const [left, right] = [MARGIN.left, width - MARGIN.right];
-  const [top, bottom] = [MARGIN.top, height - MARGIN.bottom];
+function scales({ width, height, margin }, { x, y }) {
+  const [left, right] = [margin.left, width - margin.right];
+  const [top, bottom] = [margin.top, height - margin.bottom];
   const raw = y.log ? Math.log10 : (value) => value;
   const rise = raw(y.to) - raw(y.from) || 1;
   const run = x.to - x.from || 1;
@@ -115,32 +122,32 @@ function paintPlot(ctx, size, plot, palette) {
   if (plot.limit) paintLimit(ctx, size, plot.limit, scale, palette);
 }
 
-function paintAxes(ctx, { width, height }, { x, y }, { px, py }, { trayInk }) {
-  ctx.font = FONT;
+function paintAxes(ctx, { width, height, font, margin }, { x, y }, { px, py }, { trayInk }) {
+  ctx.font = `500 ${font}px ${FAMILY}`;
   ctx.fillStyle = trayInk;
   ctx.textBaseline = "middle";
   ctx.textAlign = "right";
-  const rows = Math.max(2, Math.floor(height / 30));
+  const rows = Math.max(2, Math.floor(height / (2.5 * font)));
   const levels = y.log ? powerTicks(y.from, y.to, rows) : ticks(y.from, y.to, rows);
   for (const level of levels) {
     ctx.globalAlpha = 0.25;
-    ctx.fillRect(MARGIN.left, py(level) - 0.5, width - MARGIN.left - MARGIN.right, 1);
+    ctx.fillRect(margin.left, py(level) - 0.5, width - margin.left - margin.right, 1);
     ctx.globalAlpha = 1;
-    ctx.fillText(y.log ? powerText(level) : figure(level), MARGIN.left - 6, py(level));
+    ctx.fillText(y.log ? powerText(level) : figure(level), margin.left - 0.5 * font, py(level));
   }
   ctx.textBaseline = "alphabetic";
   ctx.textAlign = "center";
-  const columns = Math.max(2, Math.floor(width / 80));
-  const places = ticks(x.from, x.to, columns);
-  const bottom = height - MARGIN.bottom;
-  for (const place of places) {
+  const columns = Math.max(2, Math.floor(width / (6.5 * font)));
+  const bottom = height - margin.bottom;
+  const room = width - margin.right - ctx.measureText(x.unit).width - font;
+  for (const place of ticks(x.from, x.to, columns)) {
     ctx.fillRect(px(place) - 0.5, bottom, 1, 4);
-    if (px(place) < width - MARGIN.right - 34) ctx.fillText(figure(place), px(place), height - 6);
+    if (px(place) < room) ctx.fillText(figure(place), px(place), height - 0.5 * font);
   }
   ctx.textAlign = "right";
-  ctx.fillText(x.unit, width - MARGIN.right, height - 6);
+  ctx.fillText(x.unit, width - margin.right, height - 0.5 * font);
   ctx.textAlign = "left";
-  ctx.fillText(y.unit, MARGIN.left + 4, MARGIN.top + 9);
+  ctx.fillText(y.unit, margin.left + 0.4 * font, margin.top + 0.8 * font);
 }
 
 function paintSeries(ctx, { points, base, colour, width = 2, alpha = 1, dots }, { px, py }, palette) {
@@ -169,24 +176,24 @@ function paintSeries(ctx, { points, base, colour, width = 2, alpha = 1, dots }, 
 }
 
 /** A tooth on the axis for each event. */
-function paintEvents(ctx, { height }, { events = [] }, { px }, { flash }) {
+function paintEvents(ctx, { height, margin }, { events = [] }, { px }, { flash }) {
   ctx.fillStyle = flash;
   for (const place of events) {
-    ctx.fillRect(px(place) - 0.75, height - MARGIN.bottom - 7, 1.5, 7);
+    ctx.fillRect(px(place) - 0.75, height - margin.bottom - 7, 1.5, 7);
   }
 }
 
-function paintLimit(ctx, { width }, { y, text }, { py }, { ballLight, trayInk }) {
+function paintLimit(ctx, { width, font, margin }, { y, text }, { py }, { ballLight, trayInk }) {
   ctx.save();
   ctx.strokeStyle = ballLight;
   ctx.lineWidth = 1.5;
   ctx.setLineDash([6, 4]);
   ctx.beginPath();
-  ctx.moveTo(MARGIN.left, py(y));
-  ctx.lineTo(width - MARGIN.right, py(y));
+  ctx.moveTo(margin.left, py(y));
+  ctx.lineTo(width - margin.right, py(y));
   ctx.stroke();
   ctx.restore();
   ctx.fillStyle = trayInk;
   ctx.textAlign = "left";
-  ctx.fillText(text, MARGIN.left + 60, py(y) - 5);
+  ctx.fillText(text, margin.left + 3 * font, py(y) - 0.4 * font);
 }

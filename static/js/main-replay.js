@@ -102,9 +102,9 @@ class ReplayPage {
     const rim = palette.railShade;
     const share = (1.5 * long) / (this.list.strongest || 1);
     const push = { x: share * impulse.x, y: share * impulse.y };
-    paintArrow(ctx, at, push, { colour: palette.trayBar, rim, width: 8 });
+    paintArrow(ctx, at, push, { colour: palette.trayBar, rim, width: long / 5 });
     const out = { x: 1.9 * long * normal.x, y: 1.9 * long * normal.y };
-    paintArrow(ctx, at, out, { colour: palette.rail, rim, width: 2 });
+    paintArrow(ctx, at, out, { colour: palette.rail, rim, width: long / 20 });
   }
 
   #choose(index) {
