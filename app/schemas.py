@@ -107,6 +107,7 @@ class DropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     substeps: Annotated[int, Meta(description="Substeps a step, of the stepped solver.")] = (
         DEFAULT_SUBSTEPS
     )
+    certainty: Annotated[bool, Meta(description="Say also how sure the bin is.")] = False
 
 
 class DropRecord(msgspec.Struct, frozen=True):
@@ -131,6 +132,20 @@ class DropRecord(msgspec.Struct, frozen=True):
     substeps: Annotated[int | None, Meta(description="Only with the stepped solver.")] = None
     correction: Annotated[
         float | None, Meta(description="Positional correction, only with the stepped solver.")
+    ] = None
+    amplification: Annotated[
+        float | None,
+        Meta(description="|dx_end / dx_start|; only on request. Null when it never settles."),
+    ] = None
+    x_error: Annotated[
+        float | None, Meta(description="Estimated error of x_end in metres; only on request.")
+    ] = None
+    certain: Annotated[
+        bool | None,
+        Meta(
+            description="Whether the bin stands if the start moves by half a unit in the last "
+            "place; only on request."
+        ),
     ] = None
 
 

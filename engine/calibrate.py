@@ -5,7 +5,7 @@ near a board comes to that is the total-variation distance of its bins from it. 
 it, and nothing steers the ball: what can be chosen are four parameters.
 """
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 from math import comb, sqrt
 
@@ -15,17 +15,20 @@ import numpy.typing as npt
 from engine import payouts, presets
 from engine.batch import DropBatch, drop_many
 from engine.board import Board
-from engine.presets import Tuning
+from engine.presets import TABLE_GRAVITY, Tuning
 
 SHORTEST_FALL = 2.0
 LONGEST_FALL = 5.0
 """s. Mean durations between which a drop is neither over at once nor tiresome."""
 
-LOW = Tuning(drag=0.5, restitution=0.2, friction=0.0, jitter=0.05)
-HIGH = Tuning(drag=4.0, restitution=0.8, friction=0.6, jitter=0.85)
+LOW = Tuning(drag=1.5, restitution=0.4, friction=0.0, jitter=0.05, gravity=TABLE_GRAVITY)
+HIGH = Tuning(drag=7.0, restitution=0.85, friction=0.5, jitter=0.85, gravity=TABLE_GRAVITY)
 """Where to look. Jitter beyond 0.85 spacings meets the mouth's walls."""
 
-_HALTON_BASES = (2, 3, 5, 7)
+ROUNDS = (0.15, 0.08, 0.04, 0.02)
+"""Of the local search: how far each looks around the best so far, as a part of the whole range."""
+
+_HALTON_BASES = (2, 3, 5, 7, 11)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,29 +97,52 @@ def fit_of(batch: DropBatch, tuning: Tuning) -> Fit:
 def search(
     rows: int, trials: int, drops: int, low: Tuning = LOW, high: Tuning = HIGH
 ) -> Iterator[Fit]:
-    """Yield each better fit found: a Halton sweep of half the trials, then ever smaller steps.
+    """Yield each better fit found: a sweep of the whole range, then rounds ever nearer the best.
 
-    Every trial uses the same seeds, so that two tunings differ by themselves and not by luck.
+    The sweep is `trials` points of Halton's sequence with `drops` drops each. Each of the ROUNDS
+    looks at a quarter as many with twice the drops of the round before, the best so far measured
+    anew among them: by chance it may have looked better than it is. Within a round every trial uses
+    the same seeds, so that two tunings differ by themselves and not by luck; each round has others.
     """
-    best: Fit | None = None
-    for trial in range(trials):
-        if best is None or trial < trials // 2:
-            centre, reach = 0.5, 0.5
-            middle = np.full(4, centre)
-        else:
-            reach = 0.15 * 0.98 ** (trial - trials // 2)
-            middle = _share(best.tuning, low, high)
-        offset = 2.0 * np.array([_halton(trial + 1, base) for base in _HALTON_BASES]) - 1.0
-        share = np.clip(middle + reach * offset, 0.0, 1.0)
-        found = fit(rows, _tuning(share, low, high), drops)
+    centre = _tuning(np.full(len(low), 0.5), low, high)
+    best = yield from _round(rows, _around(centre, 0.5, trials, low, high), drops, 0)
+    seed = drops
+    for reach in ROUNDS:
+        drops *= 2
+        near = _around(best.tuning, reach, max(trials // 4, 1), low, high)
+        best = yield from _round(rows, [best.tuning, *near], drops, seed)
+        seed += drops
+
+
+def _round(
+    rows: int, tunings: Sequence[Tuning], drops: int, first_seed: int
+) -> Generator[Fit, None, Fit]:
+    """Yield each better fit of a round and return the best."""
+    best = None
+    for tuning in tunings:
+        found = fit(rows, tuning, drops, first_seed)
         if best is None or found.cost < best.cost:
             best = found
             yield found
+    assert best is not None
+    return best
+
+
+def _around(
+    centre: Tuning, reach: float, count: int, low: Tuning, high: Tuning
+) -> list[Tuning]:
+    """`count` tunings spread evenly within `reach` of `centre`, a part of the range each way."""
+    tunings = []
+    for index in range(1, count + 1):
+        offset = 2.0 * np.array([_halton(index, base) for base in _HALTON_BASES]) - 1.0
+        share = np.clip(_share(centre, low, high) + reach * offset, 0.0, 1.0)
+        tunings.append(_tuning(share, low, high))
+    return tunings
 
 
 def _share(tuning: Tuning, low: Tuning, high: Tuning) -> npt.NDArray[np.float64]:
     span = np.subtract(high, low)
-    return np.divide(np.subtract(tuning, low), span, out=np.zeros(4), where=span > 0.0)
+    return np.divide(np.subtract(tuning, low), span, out=np.zeros(len(low)), where=span > 0.0)
 
 
 def _tuning(share: npt.NDArray[np.float64], low: Tuning, high: Tuning) -> Tuning:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.board import Board
+from engine.certainty import Certainty, certainty_of
 from engine.constants import PHYSICS_VERSION
 from engine.digest import drop_digest
 from engine.errors import ParameterError
@@ -99,6 +100,21 @@ class Drop:
             self.board.digest, self.solver, start_row(path), path.outcome, path.events, path.marks
         )
 
+    @cached_property
+    def certainty(self) -> Certainty:
+        """How small changes grow along the path; ParameterError unless the solver is exact."""
+        return certainty_of(self.trajectory)
+
+    @property
+    def amplification(self) -> float | None:
+        """Metres that x_end moves per metre that the start moves; None if the ball did not land."""
+        return self.certainty.amplification
+
+    @property
+    def certain(self) -> bool:
+        """Whether the bin stands if the start moves by half a unit in the last place."""
+        return self.certainty.certain
+
     def states(self, times: npt.ArrayLike) -> npt.NDArray[np.void]:
         """States at `times` (shape (n,), s since the start), dtype STATE.
 
@@ -114,8 +130,8 @@ class Drop:
             rows[name] = columns[:, column]
         return rows
 
-    def record(self) -> dict[str, Any]:
-        """The drop as JSON values: what `verify` reproduces."""
+    def record(self, *, certainty: bool = False) -> dict[str, Any]:
+        """The drop as JSON values: what `verify` reproduces; with `certainty`, how sure it is."""
         record: dict[str, Any] = {
             "board": self.board.preset_name or self.board.to_dict(),
             "board_digest": self.board.digest,
@@ -133,6 +149,14 @@ class Drop:
             "x_end": self.x_end,
             "impacts": [list(row) for row in self.impacts.tolist()],
             "digest": self.digest,
+            **(self._how_sure() if certainty else {}),
+        }
+
+    def _how_sure(self) -> dict[str, Any]:
+        return {
+            "amplification": self.amplification,
+            "x_error": self.certainty.error,
+            "certain": self.certain,
         }
 
 

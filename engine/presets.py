@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 from engine import payouts
 from engine.board import Board
 from engine.board_parts import BallSpec, Bins, DropZone, Peg, Wall
+from engine.constants import EARTH_GRAVITY
 from engine.errors import BoardError
 from engine.materials import REFERENCE_DENSITY, Material
 
@@ -19,14 +20,20 @@ class Tuning(NamedTuple):
     """What geometry leaves open on a board.
 
     drag in 1/s; restitution and friction of ball, pegs and walls alike; jitter of the start as a
-    part of the peg spacing.
+    part of the peg spacing; gravity in m/s^2.
     """
 
     drag: float
     restitution: float
     friction: float
     jitter: float
+    gravity: float = EARTH_GRAVITY
 
+
+TABLE_GRAVITY: Final = 24.79
+"""m/s^2. A triangle is 7.6 m wide on the reference game's scale, and such a board would be a slow
+one: six seconds for 16 rows. Motion on a board 3 m wide under Earth's gravity, magnified to 7.6 m,
+is motion under this one (Froude's law: lengths and g grow alike at equal times)."""
 
 TUNING: Final = {
     "triangle-8": Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8),
@@ -103,6 +110,7 @@ def triangle(name: str, rows: int, multipliers: tuple[float, ...], tuning: Tunin
         name=name,
         width=TRIANGLE_WIDTH,
         height=TRIANGLE_HEIGHT,
+        gravity=tuning.gravity,
         drag=tuning.drag,
         ball=BallSpec(ball_radius, REFERENCE_DENSITY, tuning.restitution, tuning.friction),
         pegs=tuple(
@@ -178,6 +186,7 @@ def _staggered(
         name=name,
         width=spacing * (columns + 1),
         height=height,
+        gravity=tuning.gravity,
         drag=tuning.drag,
         ball=BallSpec(ball_radius, REFERENCE_DENSITY, tuning.restitution, tuning.friction),
         pegs=tuple(

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 @common.board_argument
 @common.start_options
 @common.solver_options
+@click.option("--certainty", is_flag=True, help="Say how sure the bin is.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole record as one JSON object.")
 def command(
     board: str,
@@ -23,6 +24,7 @@ def command(
     dt: float | None,
     substeps: int | None,
     correction: float | None,
+    certainty: bool,
     as_json: bool,
 ) -> None:
     """Drop one ball on BOARD and say where it lands.
@@ -37,9 +39,9 @@ def command(
 
     d = drop(common.load_board(board), seed=number, x=x, **how)
     if as_json:
-        common.print_json(d.record())
+        common.print_json(d.record(certainty=certainty))
     else:
-        common.print_fields(_summary(d))
+        common.print_fields(_summary(d) | (_how_sure(d) if certainty else {}))
 
 
 def _summary(d: "Drop") -> dict[str, str]:
@@ -60,6 +62,16 @@ def _summary(d: "Drop") -> dict[str, str]:
         "end": f"x = {d.x_end:.6f} m after {d.duration:.6f} s",
         "impacts": _impacts(d),
         "digest": d.digest,
+    }
+
+
+def _how_sure(d: "Drop") -> dict[str, str]:
+    if d.amplification is None:
+        return {"certain": "no: it did not land"}
+    return {
+        "certain": "yes" if d.certain else "no: rounding may decide the bin",
+        "error": f"{d.certainty.error:.1e} m of x, estimated",
+        "growth": f"{d.amplification:.1e} m per metre of the start",
     }
 
 

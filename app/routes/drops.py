@@ -32,6 +32,7 @@ router = APIRouter(prefix="/api/v1", tags=["drops"])
 
 _MAX_FRAMES = 100_000  # rows of one reply, about 10 MB of JSON
 
+Certainty = Annotated[bool, Query(description="Say also how sure the bin is (exact solver).")]
 Fps = Annotated[float, Query(gt=0, le=1000, description="Frames a second.")]
 
 
@@ -57,7 +58,7 @@ async def post_drop(request: Request, server: Server) -> Response:
         body.dt,
         body.substeps,
     )
-    record = await server.workers.run(lambda: ask.drop().record())
+    record = await server.workers.run(lambda: ask.drop().record(certainty=body.certainty))
     return reply(record, headers={"etag": f'"{record["digest"]}"'})
 
 
@@ -84,9 +85,11 @@ async def get_frames(request: Request, server: Server, ask: Asked, fps: Fps = 60
     summary="Replay a drop",
     responses=documented(DropRecord, 304, 404, 422, 503),
 )
-async def get_drop(request: Request, server: Server, ask: Asked) -> Response:
+async def get_drop(
+    request: Request, server: Server, ask: Asked, certainty: Certainty = False
+) -> Response:
     """The record of a drop, decided by its address alone, and so cacheable; ETag is its digest."""
-    record = await server.workers.run(lambda: ask.drop().record())
+    record = await server.workers.run(lambda: ask.drop().record(certainty=certainty))
     digest = record["digest"]
     if is_current(request, digest):
         return not_modified(digest)

@@ -85,6 +85,15 @@ def test_the_json_of_a_drop_keeps_every_bit(plinko: Terminal) -> None:
     assert record["seed"] == "42"
 
 
+def test_a_drop_says_how_sure_it_is_when_asked(plinko: Terminal) -> None:
+    d = drop(Board.preset("triangle-8"), 42)
+    shown = plinko.run("drop", "triangle-8", "--seed", 42, "--certainty")
+    assert f"{d.amplification:.1e} m per metre" in shown
+    record = plinko.json("drop", "triangle-8", "--seed", 42, "--certainty")
+    assert record == d.record(certainty=True)
+    assert record["certain"] is True
+
+
 def test_an_explicit_start_and_a_solver_are_passed_on(plinko: Terminal) -> None:
     record = plinko.json(
         "drop", "triangle-8", "--seed", 1, "--x", -0.0625,

@@ -579,3 +579,24 @@ def test_an_allowed_site_may_act_and_read() -> None:
         response = http.post("/api/v1/rooms/main/drops", headers={"origin": origin})
         assert response.status_code == 202
         assert response.headers["access-control-allow-origin"] == origin
+
+
+# How sure a drop is.
+
+
+def test_a_drop_says_how_sure_it_is_when_asked(http: httpx.Client) -> None:
+    plain = http.get("/api/v1/drops/triangle-8/42").json()
+    asked = http.get("/api/v1/drops/triangle-8/42?certainty=true").json()
+    expected = drop(Board.preset("triangle-8"), 42)
+    assert asked == plain | {
+        "amplification": expected.amplification,
+        "x_error": expected.certainty.error,
+        "certain": expected.certain,
+    }
+    wanted = {"board": "triangle-8", "seed": "42", "certainty": True}
+    assert http.post("/api/v1/drops", json=wanted).json() == asked
+
+
+def test_the_stepped_solver_is_not_asked_how_sure_it_is(http: httpx.Client) -> None:
+    response = http.get("/api/v1/drops/triangle-8/42?solver=stepped&certainty=true")
+    problem(response, 422, "bad-parameter", "only 'exact'")
