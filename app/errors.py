@@ -17,6 +17,9 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   ├── RoomFullError
 │   └── RoomLimitError
 ├── BusyError             the server cannot take more work now
+├── LedgerError           what must be kept cannot be written or read now
+├── TokenError            only the creator of a room may do this
+│   └── NoTokenError      and no token was shown
 ├── AbuseError            a client that goes on sending what it was told not to
 └── SlowClientError       a client that does not read what it is sent
 
@@ -101,6 +104,18 @@ class BusyError(AppError):
     """The queue for heavy work is full."""
 
 
+class LedgerError(AppError):
+    """The ledger cannot be written or read now; nothing of what was asked has been done."""
+
+
+class TokenError(AppError):
+    """A token that does not open this room, or a room that nobody may change."""
+
+
+class NoTokenError(TokenError):
+    """A request that needs a room's token shows none."""
+
+
 class AbuseError(AppError):
     """Too many bad messages from one client."""
 
@@ -138,6 +153,9 @@ ANSWERS: dict[type[Exception], Answer] = {
     RoomFullError: Answer(429, "room-full", "The room is full", 1013),
     RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),
     BusyError: Answer(503, "busy", "The server is busy", 1013),
+    LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),
+    TokenError: Answer(403, "not-yours", "Not your room"),
+    NoTokenError: Answer(401, "token-missing", "A room's token is missing"),
     AbuseError: Answer(429, "abuse", "Too many bad messages"),
     SlowClientError: Answer(408, "too-slow", "The client is too slow", 4008),
     EngineError: Answer(422, "invalid-value", "Invalid value"),
@@ -150,7 +168,7 @@ ANSWERS: dict[type[Exception], Answer] = {
 RETRY_AFTER = 1.0  # seconds; what 429 and 503 suggest when the error knows nothing better
 
 
-def answer(error: Exception) -> Answer:
+def answer(error: BaseException) -> Answer:
     """The `Answer` assigned to the nearest class of `error`; a plain 500 for a stranger."""
     for kind in type(error).__mro__:
         if kind in ANSWERS:

@@ -23,6 +23,9 @@ from app.boards import Boards
 from app.errors import SettingError
 from app.garbage import GarbageKeeper
 from app.hub import Hub
+from app.keeper import Keeper
+from app.ledger.database import Database
+from app.ledger.writer import Ledger
 from app.limits import KeyedBuckets
 from app.metrics import Metrics
 from app.middleware import BodyLimit, OriginCheck, SecurityHeaders
@@ -116,20 +119,33 @@ def _services(settings: Settings) -> Services:
     hub = Hub(settings.max_clients)
     metrics = Metrics()
     workers = Workers(settings.workers, settings.max_jobs)
+    ledger = Ledger(
+        Database(settings.ledger_url),
+        period=1.0 / settings.tick_rate,
+        patience=settings.ledger_patience,
+    )
+    keeper = Keeper(ledger, tick_rate=settings.tick_rate, max_balls=settings.max_balls)
     server = Services(
         settings=settings,
         version=version(),
         boards=known,
         hub=hub,
         rooms=Rooms(
-            settings, known, hub, _main_board(settings.board), watchers=(metrics, GarbageKeeper())
+            settings,
+            known,
+            hub,
+            _main_board(settings.board),
+            watchers=(metrics, GarbageKeeper()),
+            keeper=keeper,
         ),
+        ledger=ledger,
         workers=workers,
         pictures=Pictures(workers, settings.max_picture_bytes),
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
         metrics=metrics,
     )
     metrics.read_from(functools.partial(readings, server))
+    ledger.on_commit = metrics.ledger_commit.observe
     return server
 
 
@@ -143,10 +159,13 @@ def _main_board(name: str) -> Board:
 
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Start the ticker once the physics is compiled; stop it and the workers at the end."""
+    """Start the ticker once the physics is compiled and the rooms are back; stop all at the end."""
     server: Services = app.state.services
     await asyncio.to_thread(_warm_up)
     server.warm = True
+    await asyncio.to_thread(server.ledger.open)
+    server.ledger.start()
+    await server.rooms.resume()
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
     try:
         yield
@@ -154,6 +173,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         server.ticking.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await server.ticking
+        server.rooms.leave()
+        await server.ledger.close()
         server.workers.close()
 
 
@@ -214,6 +235,8 @@ def run(settings: Settings | None = None) -> None:
     logs.configure(settings.log_level, settings.log_format)
     app = create_app(settings)
     with listen(settings) as listener:
+        ledger: Ledger = app.state.services.ledger
+        ledger.open()
         _compile()
         server = Server(server_config(app, settings))
         # uvicorn raises the signal that stopped it once more at the end; an orderly end is none.

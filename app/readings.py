@@ -15,7 +15,8 @@ def readings(server: Services) -> Iterator[Reading]:
         "transport": server.transport,
     }
     yield "plinko_info", "What runs here; `transport` is how clients are written to.", 1, info
-    for name, text, value in (*_clock(server), *_rooms(server), *_traffic(server)):
+    parts = (*_clock(server), *_rooms(server), *_ledger(server), *_traffic(server))
+    for name, text, value in parts:
         yield f"plinko_{name}", text, value, {}
 
 
@@ -29,12 +30,20 @@ def _clock(server: Services) -> Iterator[tuple[str, str, float]]:
 
 def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
     rooms = server.rooms
-    yield "rooms", "Open rooms.", len(rooms.all())
+    yield "rooms", "Open rooms.", len(rooms.all()) + len(rooms.parked())
     yield "rooms_awake", "Rooms in which something moves.", len(rooms.awake)
     yield "balls", "Balls in flight.", sum(room.world.count for room in rooms.awake)
     yield "drops_total", "Drops accepted in rooms.", rooms.accepted
     yield "landings_total", "Balls in rooms whose drop has ended.", rooms.landed
     yield "jobs", "Drops, pictures and checks computed or waiting.", server.workers.jobs
+
+
+def _ledger(server: Services) -> Iterator[tuple[str, str, float]]:
+    ledger = server.ledger
+    yield "ledger_up", "1 while the ledger takes writes.", ledger.up
+    yield "ledger_commits_total", "Groups of writes made durable.", ledger.commits
+    yield "ledger_failures_total", "Groups of writes refused or given up.", ledger.failures
+    yield "rooms_rebuilt", "Rooms that went on at the start.", server.rooms.keeper.rebuilt
 
 
 def _traffic(server: Services) -> Iterator[tuple[str, str, float]]:

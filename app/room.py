@@ -3,10 +3,15 @@
 The state is the engine's World and what is counted beside it. Whoever holds the room sends what
 comes out of it. Given the same commands at the same ticks, a room does the same again: chance and
 time come in as arguments.
+
+A drop is planned for a tick, confirmed once it is durable, and enters the world at that very tick.
+A room whose next drop is neither confirmed nor refused when its tick has come is held: the tick at
+which a ball starts never depends on how long the ledger took.
 """
 
+from collections import deque
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 import numpy as np
@@ -15,7 +20,10 @@ from app import protocol
 from app.errors import BallLimitError
 from app.segments import SegmentStream
 from engine import PHYSICS_VERSION, Board, World
+from engine.drop import start_of
+from engine.errors import RecordError
 from engine.events import Contact, Landing
+from engine.seeding import parse_seed
 from engine.world import Ball
 
 MODE: Final = "independent"
@@ -26,10 +34,36 @@ QUIET = 0.05  # m/s; slower impacts are not told: a ball settling on a peg makes
 
 @dataclass(frozen=True, slots=True)
 class DropCommand:
-    """Put a ball in: 0 <= seed < 2^64, and `x` in metres where the player chose the start."""
+    """Put a ball in: 0 <= seed < 2^64, and `x` in metres where the player chose the start.
+
+    `stake` is in minor units, `who` a mark of the player's own.
+    """
 
     seed: int
     x: float | None = None
+    stake: int = 0
+    who: str | None = None
+
+
+@dataclass(slots=True, eq=False)
+class Plan:
+    """A drop that will be ball number `ball` and start at `tick`; `note` is the caller's own."""
+
+    ball: int
+    tick: int
+    command: DropCommand
+    durable: bool = False
+    note: Any = None
+
+
+class _Checkpoint(msgspec.Struct, frozen=True):
+    """A room between two ticks."""
+
+    world: bytes
+    seq: int
+    drops: int
+    unsettled: int
+    histogram: list[int]
 
 
 class Room:
@@ -49,14 +83,20 @@ class Room:
         self.drops = 0
         self.unsettled = 0
         self.histogram = [0] * board.bins.count
+        self.planned: deque[Plan] = deque()
         self._bounced: set[int] = set()
         self._segments: SegmentStream | None = None
         self._board_json = msgspec.Raw(msgspec.json.encode(board.to_dict()))
 
     @property
     def awake(self) -> bool:
-        """Whether anything moves."""
-        return self.world.awake
+        """Whether anything moves, or is about to."""
+        return self.world.awake or bool(self.planned)
+
+    @property
+    def held(self) -> bool:
+        """Whether the next tick has to wait until it is known what becomes of a planned drop."""
+        return bool(self.planned) and self.planned[0].tick <= self.world.tick
 
     @property
     def balls(self) -> list[protocol.BallStart]:
@@ -66,15 +106,46 @@ class Room:
             for ball in self.world.balls
         ]
 
-    def drop(self, command: DropCommand) -> protocol.Accepted:
-        """Take a drop; returns the event that says so.
+    def plan(self, command: DropCommand, lead: int = 0) -> Plan:
+        """Plan a drop `lead` ticks from now, or for this very tick where nothing moves.
 
         Raises BallLimitError when the room is full, the engine's errors for a bad seed or start;
         the room is then as it was.
         """
-        if self.world.count >= self.max_balls:
+        if self.world.count + len(self.planned) >= self.max_balls:
             raise BallLimitError(f"room {self.id!r} already holds {self.max_balls} balls")
-        self.world.add(command.seed, x=command.x)
+        start_of(self.board, parse_seed(command.seed), command.x)
+        tick = self.world.tick + lead if self.world.awake else self.world.tick
+        if self.planned:
+            tick = max(tick, self.planned[-1].tick)
+        plan = Plan(self.drops + len(self.planned), tick, command)
+        self.planned.append(plan)
+        return plan
+
+    def refuse(self, plan: Plan) -> None:
+        """Take a planned drop back, as if it had never been asked for."""
+        self.planned.remove(plan)
+
+    def enter(self) -> list[tuple[Plan, protocol.Accepted]]:
+        """Put in the confirmed drops whose tick it is; returns the events that say so."""
+        entered = []
+        while self.planned and self.planned[0].durable and self.held:
+            plan = self.planned.popleft()
+            entered.append((plan, self._add(plan)))
+        return entered
+
+    def drop(self, command: DropCommand) -> protocol.Accepted:
+        """Take a drop now, at once; raises what `plan` raises."""
+        plan = self.plan(command)
+        plan.durable = True
+        (_, accepted) = self.enter()[-1]
+        return accepted
+
+    def _add(self, plan: Plan) -> protocol.Accepted:
+        command = plan.command
+        number = self.world.add(command.seed, x=command.x)
+        if (number, self.world.tick) != (plan.ball, plan.tick):
+            raise RuntimeError(f"{plan} entered as ball {number} at tick {self.world.tick}")
         ball = self.world.balls[-1]
         self.drops += 1
         self.seq += 1
@@ -87,6 +158,22 @@ class Room:
             explicit_x=command.x is not None,
             tick=ball.tick,
         )
+
+    def checkpoint(self) -> bytes:
+        """All that `restore` needs but the planned drops; small where nothing moves."""
+        return msgspec.msgpack.encode(
+            _Checkpoint(self.world.snapshot(), self.seq, self.drops, self.unsettled, self.histogram)
+        )
+
+    def restore(self, checkpoint: bytes) -> None:
+        """Become the room that made `checkpoint`; raises RecordError when it is another's."""
+        try:
+            saved = msgspec.msgpack.decode(checkpoint, type=_Checkpoint)
+        except msgspec.MsgspecError as error:
+            raise RecordError(f"the checkpoint is none: {error}", field="checkpoint") from error
+        self.world.restore(saved.world)
+        self.seq, self.drops, self.unsettled = saved.seq, saved.drops, saved.unsettled
+        self.histogram = list(saved.histogram)
 
     def step(self, *, watched: bool) -> list[protocol.Event]:
         """One tick on; returns the events to announce, in order.

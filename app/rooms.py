@@ -1,35 +1,53 @@
 """Every room of the server: opens, finds and ticks them, and sends what comes out of them."""
 
 import asyncio
+import functools
 import logging
 import secrets
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 
 from app import protocol
 from app.boards import Boards
-from app.errors import AppError, RoomLimitError, UnknownRoomError
+from app.errors import AppError, LedgerError, RoomLimitError, UnknownRoomError
 from app.frames import Frame
 from app.hub import Client, Hub
+from app.keeper import Keeper
+from app.ledger.records import Parked, RoomRow
+from app.ledger.unkept import Unkept
 from app.loop import Schedule, Ticker, Watcher
 from app.protocol import shorten
-from app.room import DropCommand, Room
+from app.room import DropCommand, Plan, Room
 from app.settings import Settings
 from engine import Board, preset_names
 
 MAIN = "main"  # the room that is always there
 
+_IN_MEMORY = 256  # rooms; beyond that, those that nobody needs now are parked
+
 _log = logging.getLogger("plinko")
+
+
+@dataclass(frozen=True, slots=True)
+class _Ask:
+    """Who asked for a drop, and waits to hear of it."""
+
+    client: int | None
+    ref: Any
+    accepted: "asyncio.Future[protocol.Accepted]"
 
 
 class Rooms:
     """The rooms by id. All of it runs on the event loop's thread; nothing in it waits for a client.
 
-    `draw` gives the seed of a drop that names none, `new_id` the id of a room that is made.
+    What must not be lost goes through the `keeper`; without one nothing is kept. Rooms that nobody
+    needs now are parked: a line in memory, the rest in the ledger. `draw` gives
+    the seed of a drop that names none, `new_id` the id of a room that is made.
     """
 
     def __init__(
@@ -43,8 +61,12 @@ class Rooms:
         draw: Callable[[], int] = lambda: secrets.randbits(64),
         new_id: Callable[[], str] = lambda: secrets.token_hex(8),
         watchers: Sequence[Watcher] = (),
+        keeper: Keeper | None = None,
     ) -> None:
         self.settings = settings
+        self.keeper = keeper or Keeper(
+            Unkept(), tick_rate=settings.tick_rate, max_balls=settings.max_balls
+        )
         self.hub = hub
         self.clock = clock
         self.ticker = Ticker(
@@ -63,10 +85,15 @@ class Rooms:
         self._waiting: dict[tuple[str, int], list[asyncio.Future[protocol.Landed]]] = {}
         self._limits = protocol.Limits(settings.max_balls, settings.drop_rate, settings.max_message)
         self._main_board = main_board
-        self._add(MAIN, main_board)
+        self._public: dict[str, RoomRow] = {}  # presets' rooms and main, while they are parked
+        self._parked: OrderedDict[str, Parked] = OrderedDict()  # those with owners; as _rooms
+        self._loading = asyncio.Lock()
+        if not self.keeper.keeps:
+            self.find(MAIN)
 
     def all(self) -> list[Room]:
-        """Every open room, the longest unused first."""
+        """Every open room in memory, the longest unused first."""
+        self._close_idle()
         return list(self._rooms.values())
 
     @property
@@ -74,23 +101,69 @@ class Rooms:
         """The rooms in which something moves."""
         return list(self._awake.values())
 
+    def parked(self) -> list[Parked]:
+        """Every open room that is not in memory, the longest unused first."""
+        self._close_idle()
+        return list(self._parked.values())
+
     def find(self, room_id: str) -> Room:
         """The room of this id; a preset's name opens its public table. Raises UnknownRoomError."""
         room = self._rooms.get(room_id)
         if room is not None:
             self._rooms.move_to_end(room_id)
+            self.keeper.touch(room)
             return room
         if room_id == MAIN:
-            return self._add(MAIN, self._main_board)
+            return self._open_public(MAIN, self._main_board)
         if room_id in preset_names():
-            return self._add(room_id, self._boards.find(room_id))
+            return self._open_public(room_id, self._boards.find(room_id))
         raise UnknownRoomError(
             f"room {shorten(room_id)} is neither open nor the name of a preset board", field="room"
         )
 
-    def create(self, board: Board) -> Room:
-        """Open a room of its own over `board`; raises RoomLimitError when all rooms are in use."""
-        return self._add(self._new_id(), board)
+    async def seek(self, room_id: str) -> Room:
+        """`find`, in the ledger too. Raises UnknownRoomError, or LedgerError where it cannot tell.
+
+        RoomLimitError when all rooms in memory are in use.
+        """
+        self._close_idle()
+        if room_id in self._parked:
+            async with self._loading:
+                if room_id in self._parked:
+                    room = await self.keeper.load(room_id)
+                    # Unless it was closed meanwhile.
+                    if self._parked.pop(room_id, None) is not None and room is not None:
+                        self._add(room)
+        return self.find(room_id)
+
+    async def resume(self) -> None:
+        """Go on where the last server ended; raises LedgerError when the ledger cannot be read."""
+        for room in await self.keeper.resume():
+            self._add(room)
+            if room.awake:
+                self._awake[room.id] = room
+        self._public = await self.keeper.public()
+        self._parked = OrderedDict((room.id, room) for room in await self.keeper.parked())
+        for room_id in self._rooms:
+            self._public.pop(room_id, None)
+            self._parked.pop(room_id, None)
+        self.find(MAIN)
+        if self._awake:
+            self.ticker.wake()
+
+    def leave(self) -> None:
+        """The server stops: hand the ledger what it needs to go on from here."""
+        self.keeper.leave(self._awake.values())
+
+    async def create(self, board: Board) -> Room:
+        """Open a room of its own over `board`.
+
+        Raises RoomLimitError when all rooms are in use, LedgerError when it cannot be kept.
+        """
+        self._make_place()
+        room = self._new(self._new_id(), board)
+        await self.keeper.found(room)
+        return self._add(room)
 
     def enter(self, room: Room, client: Client) -> None:
         """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
@@ -101,7 +174,7 @@ class Rooms:
             room.watch_segments(True)
             client.show(Frame.picture(room.all_segments()))
 
-    async def drop(
+    def drop(
         self,
         room: Room,
         seed: int | None,
@@ -109,22 +182,55 @@ class Rooms:
         *,
         client: int | None = None,
         ref: Any = None,
-    ) -> protocol.Accepted:
-        """Take a drop and tell the room; `ref` goes to `client` alone.
+    ) -> "asyncio.Future[protocol.Accepted]":
+        """Take a drop; once it is durable and its tick has come, it enters and the room is told.
 
-        Raises BallLimitError and the engine's errors. Asynchronous because what makes a drop
-        durable before it is told belongs here, and nowhere else.
+        The future then has the event, whose `ref` goes to `client` alone, or the LedgerError that
+        came in between. Raises BallLimitError, LedgerError and the engine's errors.
         """
-        accepted = room.drop(DropCommand(self._draw() if seed is None else seed, x))
-        self.accepted += 1
-        own = msgspec.structs.replace(accepted, ref=ref)
-        if client is not None:
-            self.hub.tell(room.id, client, protocol.encode_event(own))
-        if self.hub.count(room.id) > (client is not None):
-            self.hub.announce(room.id, protocol.encode_event(accepted), skip=client)
-        self._awake[room.id] = room
-        self.ticker.wake()
-        return own
+        command = DropCommand(self._draw() if seed is None else seed, x)
+        plan = room.plan(command, self.keeper.lead)
+        accepted = asyncio.get_running_loop().create_future()
+        plan.note = _Ask(client, ref, accepted)
+        try:
+            self.keeper.submit(room, plan, functools.partial(self._kept, room, plan))
+        except LedgerError:
+            room.refuse(plan)
+            raise
+        return accepted
+
+    def _kept(self, room: Room, plan: Plan, error: LedgerError | None) -> None:
+        """A planned drop is in the ledger, or will not be."""
+        if self._rooms.get(room.id) is not room:
+            error = error or LedgerError(f"room {room.id!r} was closed before the drop was kept")
+        if error is None:
+            plan.durable = True
+            self._admit(room)
+            return
+        room.refuse(plan)
+        if not plan.note.accepted.done():
+            plan.note.accepted.set_exception(error)
+
+    def _admit(self, room: Room) -> None:
+        """Let in the drops whose tick it is, and tell everyone."""
+        for plan, accepted in room.enter():
+            ask: _Ask = plan.note
+            self.accepted += 1
+            own = msgspec.structs.replace(accepted, ref=ask.ref)
+            if ask.client is not None:
+                self.hub.tell(room.id, ask.client, protocol.encode_event(own))
+            if self.hub.count(room.id) > (ask.client is not None):
+                self.hub.announce(room.id, protocol.encode_event(accepted), skip=ask.client)
+            if not ask.accepted.done():
+                ask.accepted.set_result(own)
+            self._awake[room.id] = room
+            self.ticker.wake()
+
+    def exit(self, room: Room, client: Client) -> None:
+        """A client watches no more."""
+        self.hub.leave(room.id, client)
+        if self._rooms.get(room.id) is room:
+            self.keeper.touch(room)
 
     async def landing(self, room: Room, ball: int, seconds: float) -> protocol.Landed | None:
         """Wait until the ball in flight lands; None when that takes longer than `seconds`."""
@@ -142,27 +248,82 @@ class Rooms:
             if not waiting:
                 self._waiting.pop(key, None)
 
-    def _add(self, room_id: str, board: Board) -> Room:
-        if len(self._rooms) >= self.settings.max_rooms:
-            self._evict()
-        room = Room(
+    def _open_public(self, room_id: str, board: Board) -> Room:
+        self._make_place()
+        row = self._public.pop(room_id, None)
+        room = None if row is None else self.keeper.adopt(row, board)
+        return self._add(room or self._new(room_id, board))
+
+    def _new(self, room_id: str, board: Board) -> Room:
+        return Room(
             room_id,
             board,
             tick_rate=self.settings.tick_rate,
             max_balls=self.settings.max_balls,
         )
-        self._rooms[room_id] = room
-        _log.info("room opened", extra={"room": room_id, "board": board.digest})
+
+    def _add(self, room: Room) -> Room:
+        self._rooms[room.id] = room
+        self.keeper.touch(room)
+        _log.info("room opened", extra={"room": room.id, "board": room.board.digest})
+        if self.keeper.keeps and len(self._rooms) > _IN_MEMORY:
+            unneeded = self._unneeded(lambda other: other is not room)
+            if unneeded is not None:
+                self._park(unneeded)
         return room
 
-    def _evict(self) -> None:
-        """Close the longest unused room in which nothing moves and nobody is."""
-        for room_id in self._rooms:
-            if room_id != MAIN and room_id not in self._awake and not self.hub.count(room_id):
-                del self._rooms[room_id]
-                _log.info("room closed", extra={"room": room_id, "why": "room for another"})
-                return
-        raise RoomLimitError(f"all {self.settings.max_rooms} rooms are in use")
+    def _unneeded(self, also: Callable[[Room], bool]) -> Room | None:
+        """The longest unused room that can be had again without loss, of those that fit."""
+        for room in self._rooms.values():
+            used = room.id == MAIN or room.awake or self.hub.count(room.id)
+            if not used and self.keeper.parkable(room) and also(room):
+                return room
+        return None
+
+    def _park(self, room: Room) -> None:
+        """Let the ledger have a sleeping room, and memory a line about it."""
+        del self._rooms[room.id]
+        owned = self.keeper.book(room).owned
+        row = self.keeper.park(room)
+        if row is not None and owned:
+            self._parked[room.id] = Parked.of(row, room.board.name)
+        elif row is not None:
+            self._public[room.id] = row
+
+    def _make_place(self) -> None:
+        """Close the longest unused room if there are too many; raises RoomLimitError."""
+        self._close_idle()
+        if len(self._rooms) + len(self._parked) < self.settings.max_rooms:
+            return
+        if self._parked:
+            self._end(self._parked.popitem(last=False)[1], "room for another")
+            return
+        room = self._unneeded(lambda _: True)
+        if room is None:
+            raise RoomLimitError(f"all {self.settings.max_rooms} rooms are in use")
+        self._retire(room, "room for another")
+
+    def _close_idle(self) -> None:
+        """Close the rooms with owners that nobody has used for too long."""
+        before = self.keeper.now() - self.settings.room_idle
+        while self._parked and next(iter(self._parked.values())).used < before:
+            self._end(self._parked.popitem(last=False)[1], "unused")
+        while (room := self._unneeded(functools.partial(self._idle, before))) is not None:
+            self._retire(room, "unused")
+
+    def _idle(self, before: float, room: Room) -> bool:
+        book = self.keeper.book(room)
+        return book.owned and book.used < before
+
+    def _retire(self, room: Room, why: str) -> None:
+        """Close a room with an owner; park one without, as it opens again when asked for."""
+        self._park(room)
+        if room.id in self._parked:
+            self._end(self._parked.pop(room.id), why)
+
+    def _end(self, room: Parked, why: str) -> None:
+        self.keeper.close(room)
+        _log.info("room closed", extra={"room": room.id, "why": why})
 
     def _tick(self, due: int) -> bool:
         """Run `due` ticks of every room that is awake; True while one still is."""
@@ -173,40 +334,62 @@ class Rooms:
                 where = {"room": room.id, "tick": room.world.tick}
                 _log.exception("room failed and is closed", extra=where)
                 self._close(room)
+        self.keeper.ticked(due, self._awake.values())
         return bool(self._awake)
 
     def _advance(self, room: Room, due: int) -> None:
         watched = self.hub.count(room.id) > 0
         events: list[protocol.Event] = []
+        before = room.world.tick
         for _ in range(due):
+            if room.held:
+                self._tell(room, events)
+                events = []
+                self._admit(room)
+            if room.held or not self.keeper.may_step(room):
+                break
             events += room.step(watched=watched)
             if not room.awake:
-                del self._awake[room.id]
                 break
-        room.tick_time = self.clock()
-        if self.hub.count(room.id, protocol.SNAPSHOTS):
+        stepped = room.world.tick > before
+        if stepped:
+            room.tick_time = self.clock()
+        self._tell(room, events, with_picture=stepped)
+        if not room.awake:
+            del self._awake[room.id]
+            self.keeper.slept(room)
+        elif room.held:
+            self._admit(room)
+
+    def _tell(
+        self, room: Room, events: list[protocol.Event], *, with_picture: bool = False
+    ) -> None:
+        """Send events, and the picture of this moment, to all who watch."""
+        if self.hub.count(room.id, protocol.SNAPSHOTS) and (events or with_picture):
             told = protocol.encode_events(events) if events else None
-            self.hub.publish(room.id, protocol.SNAPSHOTS, told, room.frame())
-        self._advance_segments(room, events)
+            picture = room.frame() if with_picture else None
+            self.hub.publish(room.id, protocol.SNAPSHOTS, told, picture)
+        self._tell_segments(room, events, with_picture)
         for event in events:
             if isinstance(event, protocol.Landed):
-                self._landed(room.id, event)
+                self._landed(room, event)
 
-    def _advance_segments(self, room: Room, events: list[protocol.Event]) -> None:
+    def _tell_segments(self, room: Room, events: list[protocol.Event], with_pieces: bool) -> None:
         """Send what clients that draw the paths themselves need: no contacts, and new pieces."""
         watched = self.hub.count(room.id, protocol.SEGMENTS) > 0
         room.watch_segments(watched)
         if not watched:
             return
-        pieces = room.segments()
+        pieces = room.segments() if with_pieces else None
         told = [event for event in events if not isinstance(event, protocol.Contact)]
         if told or pieces is not None:
             text = protocol.encode_events(told) if told else None
             self.hub.publish(room.id, protocol.SEGMENTS, text, pieces)
 
-    def _landed(self, room_id: str, landed: protocol.Landed) -> None:
+    def _landed(self, room: Room, landed: protocol.Landed) -> None:
         self.landed += 1
-        for future in self._waiting.pop((room_id, landed.ball), ()):
+        self.keeper.landed(room, landed)
+        for future in self._waiting.pop((room.id, landed.ball), ()):
             if not future.done():
                 future.set_result(landed)
 
@@ -214,7 +397,11 @@ class Rooms:
         error = AppError(f"room {room.id!r} failed and was closed")
         self._awake.pop(room.id, None)
         self._rooms.pop(room.id, None)
+        self.keeper.abandon(room)
         self.hub.close(room.id, error)
+        for plan in room.planned:
+            if not plan.note.accepted.done():
+                plan.note.accepted.set_exception(error)
         for key in [key for key in self._waiting if key[0] == room.id]:
             for future in self._waiting.pop(key):
                 if not future.done():

@@ -7,6 +7,7 @@ from itertools import count
 
 from app.boards import Boards
 from app.hub import Hub
+from app.ledger.writer import Ledger
 from app.limits import KeyedBuckets
 from app.metrics import Metrics
 from app.pictures import Pictures
@@ -24,6 +25,7 @@ class Services:
     boards: Boards
     hub: Hub
     rooms: Rooms
+    ledger: Ledger
     workers: Workers
     pictures: Pictures
     room_drops: KeyedBuckets

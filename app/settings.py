@@ -32,6 +32,19 @@ class Settings:
     allowed_origins: tuple[str, ...] = _setting(
         (), "comma-separated origins of other sites whose pages may connect"
     )
+    data: str = _setting(
+        "",
+        "directory of the ledger's file and of the server's secret; "
+        "`~/.local/share/plinko/PORT` when not given",
+    )
+    database_url: str = _setting(
+        "",
+        "the ledger: `sqlite:///FILE`, `postgresql://USER@HOST/NAME`, or `sqlite://` to keep it in "
+        "memory; `plinko.db` in the data directory when not given, in memory with port 0",
+    )
+    ledger_patience: float = _setting(
+        2.0, "seconds that the ledger may take for a commit before drops get 503", 0.05, 3600
+    )
     tick_rate: int = _setting(60, "ticks and snapshots a second, in Hz", 1, 1000)
     max_catch_up: int = _setting(5, "ticks run at once after a pause; the rest is given up", 1, 60)
     max_body: int = _setting(1 << 20, "largest request body, in bytes", 1024, 1 << 30)
@@ -41,6 +54,9 @@ class Settings:
     max_balls: int = _setting(200, "balls in flight in one room", 1, 65535)
     max_clients: int = _setting(1000, "clients in one room", 1, 1_000_000)
     max_rooms: int = _setting(1000, "rooms held at once; idle ones make way", 1, 1_000_000)
+    room_idle: float = _setting(
+        86400.0, "seconds after which an unused room of a player's own is closed", 1.0, 1e9
+    )
     max_boards: int = _setting(256, "registered boards held; the least used make way", 1, 1_000_000)
     max_queue: int = _setting(256, "event frames waiting for one client", 8, 1_000_000)
     max_queue_bytes: int = _setting(1 << 20, "event bytes waiting for one client", 1 << 16, 1 << 30)
@@ -85,6 +101,24 @@ class Settings:
     def __post_init__(self) -> None:
         for entry in fields(self):
             _check(entry, getattr(self, entry.name))
+
+    @property
+    def data_directory(self) -> Path | None:
+        """Where the server keeps files; None when it is to keep none."""
+        if self.data:
+            return Path(self.data).expanduser()
+        # A free port is another one each time: nobody would find the directory again.
+        if self.port == 0:
+            return None
+        return Path("~/.local/share/plinko").expanduser() / str(self.port)
+
+    @property
+    def ledger_url(self) -> str:
+        """The address of the ledger's database."""
+        if self.database_url:
+            return self.database_url
+        directory = self.data_directory
+        return "sqlite://" if directory is None else f"sqlite:///{directory / 'plinko.db'}"
 
     @classmethod
     def load(
@@ -134,7 +168,8 @@ def _check(entry: "Field[Any]", value: Any) -> None:
         # Written so that NaN, which compares false with everything, is refused.
         good = not isinstance(value, bool) and low <= value <= high
     choices = entry.metadata["choices"]
-    if not good or value == "" or (choices and value not in choices):
+    empty = value == "" and entry.default != ""
+    if not good or empty or (choices and value not in choices):
         raise SettingError(f"{entry.name}={value!r} is not {_wanted(entry)}", field=entry.name)
 
 

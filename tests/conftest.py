@@ -11,6 +11,10 @@ settings.register_profile("ci", derandomize=True, deadline=None, database=None, 
 settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
+# Servers that tests start keep nothing where a user's server keeps its own; those that are to come
+# back are given a directory.
+os.environ.setdefault("PLINKO_DATABASE_URL", "sqlite://")
+
 
 def pytest_configure(config: pytest.Config) -> None:
     """Compile all kernels in the first process, so that parallel ones find them on disk.

@@ -3,8 +3,10 @@
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import PlainTextResponse
 
+from app.errors import LedgerError
 from app.routes.common import Server, documented, reply
 from app.schemas import Health, Readiness, TickerHealth
+from app.services import Services
 from engine import PHYSICS_VERSION
 
 router = APIRouter(tags=["health"])
@@ -33,8 +35,9 @@ async def healthz(server: Server) -> Response:
     },
 )
 async def readyz(server: Server) -> Response:
-    """200 when the physics is compiled, the ticker runs and work is taken; else 503."""
+    """200 when the physics is compiled, the ticker runs, work and drops are taken; else 503."""
     checks = {
+        "ledger": await _writable(server),
         "physics": server.warm,
         "ticker": server.ticker_runs,
         "workers": not server.workers.full,
@@ -53,3 +56,12 @@ async def metrics(request: Request, server: Server) -> Response:
     """Counts and times for Prometheus; docs/operations.md says what each means."""
     body, media_type = server.metrics.exposition(request.headers.get("accept", ""))
     return Response(body, media_type=media_type, headers={"cache-control": "no-store"})
+
+
+async def _writable(server: Services) -> bool:
+    """Whether the ledger takes a page's worth of data now."""
+    try:
+        await server.ledger.probe()
+    except LedgerError:
+        return False
+    return True

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 
+from app.ledger.records import Parked
 from app.protocol import parse_x
 from app.room import MODE, SOLVER, Room
 from app.routes.common import (
@@ -32,7 +33,8 @@ router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 @router.get("", summary="List the rooms", responses=documented(RoomList))
 async def list_rooms(server: Server) -> Response:
     """The open rooms. `main` is always there; every preset's name is a room too, once asked for."""
-    return reply(RoomList([_summary(server, room) for room in server.rooms.all()]))
+    rooms = [_summary(server, room) for room in server.rooms.all()]
+    return reply(RoomList([*map(_parked, server.rooms.parked()), *rooms]))
 
 
 @router.post(
@@ -45,14 +47,14 @@ async def list_rooms(server: Server) -> Response:
 async def open_room(request: Request, server: Server) -> Response:
     """Open a room with an id of its own over any board; watch it at `/ws/rooms/{id}`."""
     body = await read(request, RoomRequest)
-    room = server.rooms.create(await resolve_board(server, body.board))
+    room = await server.rooms.create(await resolve_board(server, body.board))
     return reply(_view(server, room), 201, {"location": f"/api/v1/rooms/{room.id}"})
 
 
-@router.get("/{room}", summary="Look at a room", responses=documented(RoomView, 404, 429))
+@router.get("/{room}", summary="Look at a room", responses=documented(RoomView, 404, 429, 503))
 async def get_room(room: str, server: Server) -> Response:
     """The room's clock, its balls in flight by their starts, and what came of the others."""
-    return reply(_view(server, server.rooms.find(room)))
+    return reply(_view(server, await server.rooms.seek(room)))
 
 
 @router.post(
@@ -60,7 +62,7 @@ async def get_room(room: str, server: Server) -> Response:
     status_code=202,
     summary="Drop a ball into a room",
     responses={
-        **documented(RoomDrop, 400, 404, 413, 422, 429, status=202, description="In flight"),
+        **documented(RoomDrop, 400, 404, 413, 422, 429, 503, status=202, description="In flight"),
         **documented(RoomDrop, status=200, description="Landed, with `wait=1`"),
     },
     openapi_extra=body_of(RoomDropRequest, {"seed": "42"}, required=False),
@@ -77,7 +79,7 @@ async def post_room_drop(
     """
     limit_drops(request, server)
     body = await read(request, RoomDropRequest, empty=RoomDropRequest())
-    found = server.rooms.find(room)
+    found = await server.rooms.seek(room)
     accepted = await server.rooms.drop(found, optional_seed(body.seed), parse_x(body.x))
     landed = None
     if wait:
@@ -96,6 +98,20 @@ def _summary(server: Services, room: Room) -> RoomSummary:
         awake=room.awake,
         balls=len(room.balls),
         clients=server.hub.count(room.id),
+        drops=room.drops,
+    )
+
+
+def _parked(room: Parked) -> RoomSummary:
+    return RoomSummary(
+        id=room.id,
+        board_name=room.board_name,
+        board_digest=room.board,
+        mode=room.mode,
+        tick=room.tick,
+        awake=False,
+        balls=0,
+        clients=0,
         drops=room.drops,
     )
 

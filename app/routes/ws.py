@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import functools
 import logging
 import time
 from collections.abc import Callable
@@ -12,6 +13,7 @@ from app import protocol
 from app.errors import (
     AbuseError,
     AppError,
+    LedgerError,
     LimitError,
     MalformedError,
     MessageFloodError,
@@ -47,7 +49,7 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
     error: AppError | None = None
     try:
         stream = protocol.parse_stream(socket.query_params.get("stream"))
-        room = server.rooms.find(room_id)
+        room = await server.rooms.seek(room_id)
         error = await Session(socket, server, room, stream).run()
     except AppError as refused:
         error = refused
@@ -70,7 +72,7 @@ async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
             await socket.close(answer(error).close, reason)
 
 
-def _event(error: Exception, ref: object = None) -> protocol.Error:
+def _event(error: BaseException, ref: object = None) -> protocol.Error:
     return protocol.Error(code=answer(error).code, detail=str(error), ref=ref)
 
 
@@ -102,7 +104,7 @@ class Session:
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self.server.hub.leave(self.room.id, self.client)
+            self.server.rooms.exit(self.room, self.client)
             for task in tasks:
                 task.cancel()
             ended = await asyncio.gather(*tasks, return_exceptions=True)
@@ -122,7 +124,7 @@ class Session:
             data = message.get("text")
             try:
                 self._limit_messages()
-                await self._take(data)
+                self._take(data)
             except (AppError, EngineError) as error:
                 self._answer(error, protocol.peek(data, "ref") if data else None)
 
@@ -138,7 +140,7 @@ class Session:
         if not self._messages.take(now):
             raise MessageFloodError(f"more than {self._messages.rate:g} messages a second")
 
-    async def _take(self, data: str | None) -> None:
+    def _take(self, data: str | None) -> None:
         """Carry out one message; raises what is wrong with it."""
         if not isinstance(data, str):
             raise MalformedError("a binary frame is no message; send JSON in a text frame")
@@ -149,15 +151,25 @@ class Session:
         spend(self._drops, time.monotonic(), "drops")
         seed = None if message.seed is None else parse_seed(message.seed)
         x = protocol.parse_x(message.x)
-        await self.server.rooms.drop(self.room, seed, x, client=self.client.id, ref=message.ref)
+        # Not waited for: a player's next message need not wait for a disk.
+        asked = self.server.rooms.drop(self.room, seed, x, client=self.client.id, ref=message.ref)
+        asked.add_done_callback(functools.partial(self._dropped, message.ref))
+
+    def _dropped(self, ref: object, asked: "asyncio.Future[protocol.Accepted]") -> None:
+        """Tell the player that a drop could not be kept; that it was, the room has told."""
+        error = None if asked.cancelled() else asked.exception()
+        if error is not None:
+            event = protocol.encode_event(_event(error, ref))
+            self.server.hub.tell(self.room.id, self.client.id, event)
 
     def _pong(self, ping: protocol.PingMessage) -> protocol.Pong:
         tick, at = self.room.world.tick, self.room.tick_time
         return protocol.Pong(t=ping.t, tick=tick, tick_time=at, server_time=time.monotonic())
 
     def _answer(self, error: AppError | EngineError, ref: object) -> None:
-        # A full room, or a finger too fast, is no offence.
-        innocent = isinstance(error, LimitError) and not isinstance(error, MessageFloodError)
+        # A full room, a finger too fast, or a ledger that is lost, is no offence.
+        innocent = isinstance(error, LimitError | LedgerError)
+        innocent = innocent and not isinstance(error, MessageFloodError)
         if not innocent and not self._strikes.take(time.monotonic()):
             raise AbuseError(f"too many bad messages; the last: {error}")
         self.server.metrics.errors.labels(answer(error).code).inc()

@@ -52,7 +52,7 @@ class Running:
 @contextlib.contextmanager
 def serving(**settings: Any) -> Iterator[Running]:
     """Run a server with these settings until the block ends."""
-    chosen = Settings(**{"port": 0, **settings})
+    chosen = Settings(**{"port": 0, "database_url": "sqlite://", **settings})
     app = create_app(chosen)
     listener = listen(chosen)
     server = Server(server_config(app, chosen))

@@ -1,0 +1,429 @@
+"""What the ledger knows of the rooms in memory: each drop before it is told, each room's progress.
+
+How far a room may tick is written down ahead, half a second at a time. A room that is rebuilt goes
+on from there, so it never shows a tick, nor takes a drop for one, that was shown before the crash.
+"""
+
+import asyncio
+import functools
+import logging
+import math
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Final
+
+import msgspec
+
+from app import protocol
+from app.errors import LedgerError
+from app.ledger import store
+from app.ledger.records import (
+    BoardRow,
+    Close,
+    DropRow,
+    Mark,
+    Parked,
+    ResultRow,
+    RoomRow,
+    Undo,
+    Write,
+)
+from app.ledger.unkept import Unkept
+from app.ledger.writer import Done, Ledger
+from app.recovery import Rebuilt, finish, rebuild, result_of
+from app.room import MODE, Plan, Room
+from engine import PHYSICS_VERSION, Board
+
+AHEAD: Final = 0.5  # s; what a rebuilt room may have to skip
+_RENEW: Final = 0.25  # s; how often the ledger hears of rooms that are awake
+_CHECKPOINT: Final = 10.0  # s of ticks; bounds what has to be replayed at the start
+_LONGEST_LEAD: Final = 0.5  # s that a drop may have to wait for its tick
+_LONGEST_FALL: Final = 3600.0  # s of simulation to finish a room that cannot go on
+
+_log = logging.getLogger("plinko")
+
+
+@dataclass(slots=True)
+class Book:
+    """A room's sitting in the ledger. Times are Unix times."""
+
+    number: int
+    owned: bool
+    opened: float
+    used: float
+    known: bool = False  # its row was handed to the ledger
+    marked: int = 0  # ticks up to here were handed to the ledger
+    horizon: int = 0  # ticks up to here are in it
+    checkpoint_tick: int = 0
+    clean: bool = True  # asleep, and the ledger has heard of it
+    version: int = 0  # counts submissions
+
+
+class Keeper:
+    """Keeps the rooms' books; for the event loop's thread.
+
+    `now` gives Unix time in seconds.
+    """
+
+    def __init__(
+        self,
+        ledger: Ledger | Unkept,
+        *,
+        tick_rate: int,
+        max_balls: int,
+        now: Callable[[], float] = time.time,
+    ) -> None:
+        self.ledger = ledger
+        self.rebuilt = 0  # rooms, at the start
+        self._tick_rate = tick_rate
+        self._max_balls = max_balls
+        self.now = now
+        self._books: dict[str, Book] = {}
+        self._next_number = 1
+        self._results: list[Write] = []
+        self._since_renewal = 0
+
+    @property
+    def lead(self) -> int:
+        """Ticks from the acceptance of a drop to its start, enough for it to be durable by then."""
+        longest = math.ceil(_LONGEST_LEAD * self._tick_rate)
+        return min(max(1, math.ceil(self.ledger.lag * self._tick_rate)), longest)
+
+    def book(self, room: Room) -> Book:
+        """The room's page, a new one where it has none."""
+        found = self._books.get(room.id)
+        if found is None:
+            now = self.now()
+            found = self._books[room.id] = Book(self._number(), False, now, now)
+        return found
+
+    @property
+    def keeps(self) -> bool:
+        """Whether there is a ledger to find rooms in."""
+        return not isinstance(self.ledger, Unkept)
+
+    def forget(self, room: Room) -> None:
+        """The room left the memory; what is in the ledger stays."""
+        self._books.pop(room.id, None)
+
+    def abandon(self, room: Room) -> None:
+        """The room failed: its sitting is over."""
+        book = self.book(room)
+        if book.known:
+            self._news([Close(book.number, room.world.tick, self.now())], None)
+        self.forget(room)
+
+    def parkable(self, room: Room) -> bool:
+        """Whether the ledger knows all of a sleeping room, so that memory may forget it."""
+        return self.book(room).clean
+
+    def park(self, room: Room) -> RoomRow | None:
+        """Forget a sleeping room; the row from which `adopt` makes it again, if it has one."""
+        book = self.book(room)
+        self.forget(room)
+        if not book.known:
+            return None
+        (*_, row) = self._rows(room, book)
+        assert isinstance(row, RoomRow)
+        return replace(
+            row,
+            used=book.used,
+            tick=room.world.tick,
+            checkpoint=room.checkpoint(),
+            checkpoint_drops=room.drops,
+        )
+
+    async def found(self, room: Room) -> None:
+        """Enter a room that belongs to its creator; raises LedgerError."""
+        book = self.book(room)
+        book.owned = book.known = True
+        try:
+            await self.ledger.commit(
+                *self._rows(room, book), undo=(Close(book.number, 0, self.now()),)
+            )
+        except LedgerError:
+            self.forget(room)
+            raise
+
+    async def end(self, room: Room) -> None:
+        """Close the room's sitting for good; raises LedgerError."""
+        book = self.book(room)
+        if book.known:
+            writes = [*self._results, Close(book.number, room.world.tick, self.now())]
+            self._results = []
+            await self.ledger.commit(*writes)
+        self.forget(room)
+
+    def submit(self, room: Room, plan: Plan, done: Done) -> None:
+        """Have a planned drop written down; `done` hears when it is. Raises LedgerError."""
+        book = self.book(room)
+        now = self.now()
+        tick = book.marked = max(book.marked, plan.tick + self._ahead)
+        command = plan.command
+        drop = DropRow(
+            book.number, plan.ball, plan.tick, command.seed, command.x, command.stake, command.who
+        )
+        rows = [] if book.known else self._rows(room, book)
+        undo: list[Write] = [Undo(book.number, plan.ball)]
+        if rows:
+            undo.append(Close(book.number, 0, now))
+        self.ledger.submit(
+            [*rows, Mark(book.number, tick, True, now), drop],
+            functools.partial(self._submitted, room, book.number, tick, bool(rows), done),
+            undo=undo,
+        )
+        book.known = True
+        book.clean = False
+        book.used = now
+        book.version += 1
+
+    def may_step(self, room: Room) -> bool:
+        """Whether the ledger has heard of the room's next tick; not asked for while it is lost."""
+        return room.world.tick < self.book(room).horizon or not self.ledger.up
+
+    def landed(self, room: Room, landed: protocol.Landed) -> None:
+        """A ball has landed; the ledger hears of it with the next news."""
+        self._results.append(result_of(self.book(room).number, landed))
+
+    def slept(self, room: Room) -> None:
+        """Nothing moves in the room any more."""
+        book = self.book(room)
+        book.version += 1
+        book.checkpoint_tick = book.marked = room.world.tick
+        book.horizon = min(book.horizon, room.world.tick)
+        mark = Mark(book.number, room.world.tick, False, self.now(), room.checkpoint(), room.drops)
+        self._news([mark], functools.partial(self._asleep, room, book.number, book.version))
+
+    def ticked(self, ticks: int, awake: Iterable[Room]) -> None:
+        """So many ticks have passed; now and then the ledger hears how far the rooms have come."""
+        self._since_renewal += ticks
+        if self._since_renewal < _RENEW * self._tick_rate:
+            return
+        self._since_renewal = 0
+        if not self.ledger.up:
+            return  # what has landed is kept; that more has not can wait
+        for room in awake:
+            book = self.book(room)
+            if book.known:
+                tick = book.marked = max(book.marked, room.world.tick + self._ahead)
+                mark = self._mark(room, book, tick)
+                done = functools.partial(self._renewed, room, book.number, book.version, tick)
+                self._news([mark], done)
+
+    def leave(self, awake: Iterable[Room]) -> None:
+        """The server stops: write down where the rooms stand that are awake, to go on there."""
+        marks: list[Write] = []
+        for room in awake:
+            book = self.book(room)
+            if book.known:
+                tick = room.world.tick
+                marks.append(
+                    Mark(book.number, tick, True, self.now(), room.checkpoint(), room.drops)
+                )
+        self._news(marks, None)
+
+    async def resume(self) -> list[Room]:
+        """The rooms in which something moved when the last server ended, as they were.
+
+        Raises LedgerError when the ledger cannot be read.
+        """
+        self._next_number = await self.ledger.read(store.last_number) + 1
+        rooms = []
+        for row in await self.ledger.read(store.awake_rooms):
+            try:
+                room = await self._resume(row)
+            except LedgerError:
+                raise
+            except Exception as error:  # noqa: BLE001
+                # One room's fault must not keep the others closed. Its rows stay in the ledger.
+                _log.exception("room cannot be rebuilt", extra={"room": row.id})
+                self._retire(row, f"it cannot be rebuilt: {error}")
+                continue
+            if room is not None:
+                rooms.append(room)
+        return rooms
+
+    async def public(self) -> dict[str, RoomRow]:
+        """The public rooms that the ledger knows, by id."""
+        return {row.id: row for row in await self.ledger.read(store.public_rooms)}
+
+    async def parked(self) -> list[Parked]:
+        """The open rooms with owners that the ledger knows, the longest unused first."""
+        return await self.ledger.read(store.parked_rooms)
+
+    def close(self, room: Parked) -> None:
+        """A parked room's sitting is over."""
+        self._news([Close(room.number, room.tick, self.now())], None)
+
+    def touch(self, room: Room) -> None:
+        """Someone needs the room."""
+        self.book(room).used = self.now()
+
+    async def load(self, room_id: str) -> Room | None:
+        """A room that sleeps in the ledger, or None when it knows no such open room.
+
+        Raises LedgerError when it cannot be read.
+        """
+        row = await self.ledger.read(functools.partial(store.open_room, room_id=room_id))
+        if row is None:
+            return None
+        return await (self._succeed(row) if self._outdated(row) else self._resume(row))
+
+    def adopt(self, row: RoomRow, board: Board) -> Room | None:
+        """A sleeping public room's next life in memory; None when its sitting cannot go on."""
+        why = self._outdated(row)
+        if why is None and row.board != board.digest:
+            why = "its board is another now"
+        if why is not None:
+            self._retire(row, why)
+            return None
+        rebuilt = rebuild(row, board, (), max_balls=self._max_balls)
+        return self._enter(row, rebuilt)
+
+    @property
+    def _ahead(self) -> int:
+        return math.ceil(AHEAD * self._tick_rate)
+
+    def _number(self) -> int:
+        number, self._next_number = self._next_number, self._next_number + 1
+        return number
+
+    def _rows(self, room: Room, book: Book) -> list[Write]:
+        board = msgspec.json.encode(room.board.to_dict()).decode()
+        return [
+            BoardRow(room.board.digest, room.board.name, board),
+            RoomRow(
+                number=book.number,
+                id=room.id,
+                board=room.board.digest,
+                mode=MODE,
+                owned=book.owned,
+                tick_rate=room.tick_rate,
+                physics_version=PHYSICS_VERSION,
+                opened=book.opened,
+                used=book.used,
+            ),
+        ]
+
+    def _mark(self, room: Room, book: Book, tick: int) -> Mark:
+        mark = Mark(book.number, tick, True, self.now())
+        if room.world.tick - book.checkpoint_tick < _CHECKPOINT * self._tick_rate:
+            return mark
+        book.checkpoint_tick = room.world.tick
+        return replace(mark, checkpoint=room.checkpoint(), checkpoint_drops=room.drops)
+
+    def _news(self, writes: list[Write], done: Done | None) -> None:
+        """Hand what has landed, and `writes`, to the ledger."""
+        news, self._results = [*self._results, *writes], []
+        self.ledger.defer(news, done)
+
+    def _submitted(
+        self,
+        room: Room,
+        number: int,
+        tick: int,
+        first: bool,
+        done: Done,
+        error: LedgerError | None,
+    ) -> None:
+        book = self._books.get(room.id)
+        if book is not None and book.number == number:
+            if error is None:
+                book.horizon = max(book.horizon, tick)
+            elif first:
+                # Whether its row was written is not known: the next drop brings another.
+                book.known = False
+                book.number = self._number()
+        done(error)
+
+    def _renewed(
+        self, room: Room, number: int, version: int, tick: int, error: LedgerError | None
+    ) -> None:
+        book = self._books.get(room.id)
+        if error is None and book is not None and (book.number, book.version) == (number, version):
+            book.horizon = max(book.horizon, tick)
+
+    def _asleep(self, room: Room, number: int, version: int, error: LedgerError | None) -> None:
+        book = self._books.get(room.id)
+        if book is not None and (book.number, book.version) == (number, version):
+            book.clean = error is None
+
+    async def _resume(self, row: RoomRow) -> Room | None:
+        """A sitting's room, or None when it could not go on and was brought to an end."""
+        board = await self._board(row.board)
+        # Those before the checkpoint are in it; their results are read to be compared.
+        first = max(0, row.checkpoint_drops - self._max_balls)
+        drops = await self.ledger.read(functools.partial(store.drops, room=row.number, first=first))
+        why = self._outdated(row)
+        if why is not None and row.physics_version != PHYSICS_VERSION:
+            void = [_void(drop.ball, row, why) for drop, result in drops if result is None]
+            self._results += void
+            self._retire(row, why)
+            return None
+        work = functools.partial(rebuild, row, board, drops, max_balls=self._max_balls)
+        rebuilt = await asyncio.to_thread(work)
+        for difference in rebuilt.differences:
+            _log.error("a result is not reproduced: %s", difference, extra={"room": row.id})
+        if why is not None:
+            most = math.ceil(_LONGEST_FALL * row.tick_rate)
+            await asyncio.to_thread(finish, rebuilt, row.number, most)
+            self._results += rebuilt.results
+            self._retire(replace(row, tick=rebuilt.room.world.tick), why)
+            return None
+        self.rebuilt += row.awake
+        return self._enter(row, rebuilt)
+
+    def _enter(self, row: RoomRow, rebuilt: Rebuilt) -> Room:
+        room = rebuilt.room
+        self._results += rebuilt.results
+        self._books[row.id] = Book(
+            number=row.number,
+            owned=row.owned,
+            opened=row.opened,
+            used=row.used,
+            known=True,
+            marked=row.tick,
+            horizon=row.tick,
+            checkpoint_tick=room.world.tick,
+            clean=not row.awake,
+        )
+        if row.awake and not room.awake:
+            self.slept(room)
+        return room
+
+    def _outdated(self, row: RoomRow) -> str | None:
+        """Why a sitting cannot go on in this server, or None when it can."""
+        if row.physics_version != PHYSICS_VERSION:
+            return f"its physics was version {row.physics_version}, now it is {PHYSICS_VERSION}"
+        if row.tick_rate != self._tick_rate:
+            return f"it ran at {row.tick_rate} Hz, the server now at {self._tick_rate} Hz"
+        return None
+
+    def _retire(self, row: RoomRow, why: str) -> None:
+        _log.warning("room starts anew: %s", why, extra={"room": row.id})
+        self._news([Close(row.number, row.tick, self.now())], None)
+
+    async def _succeed(self, row: RoomRow) -> Room:
+        """The same room in a new sitting, as the old one cannot go on."""
+        board = await self._board(row.board)
+        if row.awake:
+            await self._resume(row)
+        else:
+            self._retire(row, self._outdated(row) or "")
+        room = Room(row.id, board, tick_rate=self._tick_rate, max_balls=self._max_balls)
+        book = self.book(room)
+        book.owned, book.opened, book.known = row.owned, row.opened, True
+        await self.ledger.commit(*self._rows(room, book), undo=(Close(book.number, 0, row.used),))
+        return room
+
+    async def _board(self, digest: str) -> Board:
+        text = await self.ledger.read(functools.partial(store.board, digest=digest))
+        if text is None:
+            raise LedgerError(f"the ledger lacks board {digest}")
+        return await asyncio.to_thread(Board.from_json, msgspec.json.decode(text))
+
+
+def _void(ball: int, row: RoomRow, why: str) -> ResultRow:
+    """The end of a drop that can no longer be computed as it was promised: its stake is back."""
+    return ResultRow(row.number, ball, row.tick, None, 1.0, 0.0, 0.0, "", why)

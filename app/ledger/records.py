@@ -1,0 +1,120 @@
+"""What the ledger keeps, as frozen values: a board, a sitting of a room, a drop, a result."""
+
+from dataclasses import dataclass
+from typing import Final
+
+MAX_WHO: Final = 64  # characters of a player's own mark
+
+
+@dataclass(frozen=True, slots=True)
+class BoardRow:
+    """A board by its content."""
+
+    digest: str
+    name: str
+    json: str
+
+
+@dataclass(frozen=True, slots=True)
+class RoomRow:
+    """A sitting of the room `id`: one world from tick 0 on; `number` is its own, for ever.
+
+    `tick` is one that nobody was shown a later one than. `checkpoint` is a world to start a replay
+    from, after `checkpoint_drops` drops; None means an empty one at tick 0. Times are Unix times.
+    """
+
+    number: int
+    id: str
+    board: str
+    mode: str
+    owned: bool
+    tick_rate: int
+    physics_version: int
+    opened: float
+    used: float
+    awake: bool = False
+    tick: int = 0
+    checkpoint: bytes | None = None
+    checkpoint_drops: int = 0
+    closed: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Parked:
+    """A sleeping room in a line: what a list shows of it."""
+
+    number: int
+    id: str
+    board_name: str
+    board: str
+    mode: str
+    tick: int
+    drops: int
+    used: float
+
+    @classmethod
+    def of(cls, row: RoomRow, board_name: str) -> "Parked":
+        """The line about a sitting that sleeps."""
+        drops = row.checkpoint_drops
+        return cls(row.number, row.id, board_name, row.board, row.mode, row.tick, drops, row.used)
+
+
+@dataclass(frozen=True, slots=True)
+class DropRow:
+    """An accepted drop: ball number `ball` of its room starts at `tick`; `stake` in minor units."""
+
+    room: int
+    ball: int
+    tick: int
+    seed: int
+    x: float | None = None
+    stake: int = 0
+    who: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ResultRow:
+    """How a drop ended, with the digest of all it went through; `payout` in minor units."""
+
+    room: int
+    ball: int
+    tick: int
+    bin: int | None
+    score: float
+    t: float
+    x_end: float
+    digest: str
+    unsettled: str | None
+    payout: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """How far a room has come: what `RoomRow` says, brought up to date. None leaves as is."""
+
+    room: int
+    tick: int
+    awake: bool
+    used: float
+    checkpoint: bytes | None = None
+    checkpoint_drops: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Undo:
+    """Forget drops of `room` from ball number `first` on: they were refused, or may have been."""
+
+    room: int
+    first: int
+
+
+@dataclass(frozen=True, slots=True)
+class Close:
+    """A sitting is over, at `tick`."""
+
+    room: int
+    tick: int
+    closed: float
+
+
+Write = BoardRow | RoomRow | DropRow | ResultRow | Mark | Undo | Close

@@ -1,0 +1,99 @@
+"""The ledger's tables. A change here needs a step in `migrations/versions` as well."""
+
+from sqlalchemy import (
+    BigInteger,
+    Boolean,
+    CheckConstraint,
+    Column,
+    Double,
+    ForeignKey,
+    ForeignKeyConstraint,
+    Index,
+    Integer,
+    LargeBinary,
+    MetaData,
+    String,
+    Table,
+    Text,
+    text,
+)
+
+metadata = MetaData()
+
+boards = Table(
+    "boards",
+    metadata,
+    Column("digest", String(64), primary_key=True),
+    Column("name", Text, nullable=False),
+    Column("json", Text, nullable=False),
+)
+
+# One row for each sitting of a room: `id` is what the world calls it, and it gets a new row when
+# it is reset or given another board, so that a row's log is that of one world from tick 0 on.
+rooms = Table(
+    "rooms",
+    metadata,
+    # 64 bits in PostgreSQL; SQLite numbers rows by itself only where the type is INTEGER.
+    Column("number", BigInteger().with_variant(Integer, "sqlite"), primary_key=True),
+    Column("id", String(64), nullable=False),
+    Column("board", String(64), ForeignKey("boards.digest"), nullable=False),
+    Column("mode", String(16), nullable=False),
+    Column("owned", Boolean, nullable=False),
+    Column("tick_rate", Integer, nullable=False),
+    Column("physics_version", Integer, nullable=False),
+    Column("opened", Double, nullable=False),  # Unix time, s
+    Column("used", Double, nullable=False),  # Unix time, s
+    Column("closed", Double),  # Unix time, s
+    # Whether something moved or waited to move when the ledger last heard.
+    Column("awake", Boolean, nullable=False),
+    # No tick after this one was shown to anyone; a rebuilt room goes on from here.
+    Column("tick", BigInteger, nullable=False),
+    # A world to start the replay from, and how many drops it has taken; NULL: an empty one.
+    Column("checkpoint", LargeBinary),
+    Column("checkpoint_drops", BigInteger, nullable=False),
+    Index("rooms_open", "id", unique=True, sqlite_where=text("closed IS NULL"),
+          postgresql_where=text("closed IS NULL")),
+    Index("rooms_awake", "number", sqlite_where=text("awake AND closed IS NULL"),
+          postgresql_where=text("awake AND closed IS NULL")),
+    Index("rooms_used", "used", sqlite_where=text("closed IS NULL"),
+          postgresql_where=text("closed IS NULL")),
+)  # fmt: skip
+
+drops = Table(
+    "drops",
+    metadata,
+    Column("room", ForeignKey("rooms.number"), primary_key=True),
+    Column("ball", BigInteger, primary_key=True, autoincrement=False),
+    Column("tick", BigInteger, nullable=False),
+    # Decimal: a seed may need 64 bits without a sign, which no database's integer has.
+    Column("seed", String(20), nullable=False),
+    Column("x", Double),  # m, where the player chose it
+    Column("stake", BigInteger, nullable=False),  # minor units
+    Column("who", String(64)),
+    CheckConstraint("stake >= 0", name="drops_stake"),
+)
+
+results = Table(
+    "results",
+    metadata,
+    Column("room", BigInteger, primary_key=True, autoincrement=False),
+    Column("ball", BigInteger, primary_key=True, autoincrement=False),
+    Column("tick", BigInteger, nullable=False),
+    Column("bin", Integer),
+    Column("score", Double, nullable=False),
+    Column("t", Double, nullable=False),  # s
+    Column("x_end", Double, nullable=False),  # m
+    Column("digest", String(64), nullable=False),
+    Column("unsettled", Text),
+    Column("payout", BigInteger, nullable=False),  # minor units
+    ForeignKeyConstraint(["room", "ball"], ["drops.room", "drops.ball"]),
+    CheckConstraint("payout >= 0", name="results_payout"),
+)
+
+# Written and emptied again to find out whether the ledger takes a page's worth of data now.
+probes = Table(
+    "probes",
+    metadata,
+    Column("number", Integer, primary_key=True),
+    Column("filler", LargeBinary, nullable=False),
+)
