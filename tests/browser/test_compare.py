@@ -1,0 +1,158 @@
+"""Two drops side by side: starts one bit apart, other seeds, the distance and when they part."""
+
+import math
+import re
+import urllib.parse
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from engine import Board, Drop, drop
+from tests.browser.conftest import Complaints, Open
+from tests.browser.looks import SIZES, check_fit, context_for, painted
+from tests.browser.screen import Screen
+
+LINK = "/compare.html?board=triangle-12&seed=42"
+
+
+def paused(screen: Screen) -> Screen:
+    screen.state("replay")
+    screen.page.get_by_role("button", name="Pause").click()
+    return screen
+
+
+def parted(one: Drop, two: Drop) -> float | None:
+    """When two balls are first more than a radius apart, s; looked at every 1/1000 s."""
+    times = np.arange(0.0, min(one.duration, two.duration), 1e-3)
+    a, b = one.states(times), two.states(times)
+    apart = np.hypot(a["x"] - b["x"], a["y"] - b["y"])
+    (far,) = np.nonzero(apart > one.board.ball.radius)
+    return float(times[far[0]]) if len(far) else None
+
+
+def check_verdict(screen: Screen, one: Drop, two: Drop) -> None:
+    when = parted(one, two)
+    if when is None:
+        expect(screen.result).to_contain_text("stay within a ball's radius")
+        return
+    expect(screen.result).to_contain_text("are parted by more than a ball's radius")
+    text = screen.result.text_content() or ""
+    found = re.search(r"after impact (\d+), at ([\d.]+) s", text)
+    assert found
+    assert float(found[2]) == pytest.approx(when, abs=0.01)
+    hits = [impact["t"] for impact in one.impacts if impact["kind"] in (0, 1)]
+    assert int(found[1]) in {sum(t <= at for t in hits) for at in (when - 1e-3, when)}
+
+
+def test_the_second_ball_starts_one_bit_beside_the_first(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    board = Board.preset("triangle-12")
+    one = drop(board, 42)
+    two = drop(board, 42, x=math.nextafter(one.x_start, math.inf))
+    expect(screen.fact("start-1")).to_have_text(f"{one.x_start!r} m")
+    expect(screen.fact("start-2")).to_have_text(f"{two.x_start!r} m")
+    expect(screen.fact("digest-2")).to_have_text(f"{two.digest[:12]}…")
+    expect(screen.fact("bin-2")).to_have_text(str(two.bin))
+    check_verdict(screen, one, two)
+    expect(
+        screen.page.get_by_role("img", name=re.compile("Distance of the two.*apart"))
+    ).to_have_count(1)
+
+
+@pytest.mark.parametrize(("name", "shift"), [("1 nm", 1e-9), ("1 mm", 1e-3)])
+def test_a_difference_can_be_chosen(opened: Open, name: str, shift: float) -> None:
+    screen = paused(opened(LINK))
+    screen.page.get_by_role("radio", name=name).check()
+    screen.page.get_by_role("button", name="Compare", exact=True).click()
+    screen.page.wait_for_url(re.compile("shift="))
+    screen.state("replay")
+    board = Board.preset("triangle-12")
+    one = drop(board, 42)
+    check_verdict(screen, one, drop(board, 42, x=one.x_start + shift))
+
+
+def test_two_seeds_are_compared_and_the_distance_is_told_at_each_moment(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    page = screen.page
+    page.get_by_role("radio", name="other seed").check()
+    page.get_by_label("Second seed").fill("7")
+    page.get_by_role("button", name="Compare", exact=True).click()
+    page.wait_for_url(re.compile("with=7"))
+    paused(screen)
+    board = Board.preset("triangle-12")
+    one, two = drop(board, 42), drop(board, 7)
+    page.get_by_label("Time in the drops").fill("1.5")
+    (a,), (b,) = one.states([1.5]), two.states([1.5])
+    apart = math.dist((a["x"], a["y"]), (b["x"], b["y"]))
+    expect(page.locator("#now")).to_have_text(f"{float(f'{apart:.4g}'):g} m")
+    assert painted(screen, "board-marks") > 500
+    screen.shot("compare-seeds")
+
+
+def test_the_plot_goes_by_time_or_by_impacts_and_leads_there(opened: Open) -> None:
+    screen = paused(opened(f"{LINK}&shift=1e-6"))
+    plot = screen.page.locator("#distance")
+    by_time = plot.evaluate("canvas => canvas.toDataURL()")
+    screen.page.get_by_label("impacts", exact=True).check()
+    assert plot.evaluate("canvas => canvas.toDataURL()") != by_time
+    box = plot.bounding_box()
+    assert box is not None
+    plot.click(position={"x": box["width"] - 30, "y": 40})
+    hits = [float(i["t"]) for i in drop(Board.preset("triangle-12"), 42).impacts if i["kind"] < 2]
+    at = float(screen.page.locator("#time").input_value())
+    assert min(abs(at - t) for t in hits) < 1e-9, "at one of the impacts"
+
+
+def test_a_seed_that_parts_is_found(opened: Open) -> None:
+    screen = paused(opened(f"{LINK}&shift=1e-3"))
+    screen.page.get_by_role("button", name="Find the next seed that parts").click()
+    screen.page.wait_for_url(re.compile("seed=(?!42)"))
+    screen.state("replay")
+    query = urllib.parse.parse_qs(urllib.parse.urlsplit(screen.page.url).query)
+    board = Board.preset("triangle-12")
+    one = drop(board, query["seed"][0])
+    two = drop(board, query["seed"][0], x=one.x_start + 1e-3)
+    assert parted(one, two) is not None
+    check_verdict(screen, one, two)
+
+
+def test_a_start_at_the_edge_is_shifted_inwards(opened: Open) -> None:
+    zone = Board.preset("triangle-12").drop
+    edge = zone.x + zone.jitter
+    screen = paused(opened(f"{LINK}&x={edge!r}"))
+    inside = math.nextafter(edge, -math.inf)
+    expect(screen.fact("start-2")).to_have_text(f"{inside!r} m")
+
+
+def test_a_seed_that_is_none_is_named(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    screen.page.get_by_role("radio", name="other seed").check()
+    screen.page.get_by_label("Second seed").fill("x7")
+    screen.page.get_by_role("button", name="Compare", exact=True).click()
+    expect(screen.page.get_by_role("alert")).to_contain_text("x7")
+    expect(screen.page.get_by_label("Second seed")).to_be_focused()
+
+
+def test_an_unknown_board_is_told(opened: Open, complaints: Complaints) -> None:
+    screen = opened("/compare.html?board=nonagon").state("failed")
+    expect(screen.result).to_contain_text("nonagon")
+    complaints.allow("404")
+
+
+def test_reduced_motion_shows_both_paths_at_once(opened: Open) -> None:
+    screen = opened(LINK, reduced_motion="reduce").state("replay")
+    expect(screen.page.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    expect(screen.page.locator("#now")).to_have_text("one has landed")
+    assert painted(screen, "board-marks") > 500
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_the_comparison_fits_its_screen(opened: Open, width: int, height: int, scheme: str) -> None:
+    options: dict[str, Any] = context_for(width, height, scheme)
+    screen = paused(opened(f"{LINK}&shift=1e-3", **options))
+    screen.page.get_by_label("Time in the drops").fill("4")
+    check_fit(screen)
+    screen.shot(f"compare-{width}x{height}-{scheme}")
