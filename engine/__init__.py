@@ -5,6 +5,7 @@ from engine.board import Board
 from engine.constants import PHYSICS_VERSION
 from engine.drop import Drop, drop
 from engine.errors import BoardError, EngineError, ParameterError, RecordError, SeedError
+from engine.occupancy import Occupancy, occupancy
 from engine.presets import preset_names
 from engine.verify import Verification, verify
 from engine.world import World
@@ -16,6 +17,7 @@ __all__ = [
     "Drop",
     "DropBatch",
     "EngineError",
+    "Occupancy",
     "ParameterError",
     "RecordError",
     "SeedError",
@@ -23,6 +25,7 @@ __all__ = [
     "World",
     "drop",
     "drop_many",
+    "occupancy",
     "preset_names",
     "verify",
 ]

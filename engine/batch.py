@@ -124,7 +124,7 @@ def drop_many(
         x_end=np.empty(count),
         outcome=np.empty(count, np.int8),
     )
-    _fill(batch, _thread_count(threads), progress)
+    _fill(batch, thread_count(threads), progress)
     return batch
 
 
@@ -153,7 +153,8 @@ def _explicit_starts(board: Board, xs: npt.ArrayLike, count: int) -> npt.NDArray
     return starts
 
 
-def _thread_count(threads: object) -> int:
+def thread_count(threads: object) -> int:
+    """`threads`, by default the cores this process may use; ParameterError for no such number."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     if isinstance(threads, bool) or not isinstance(threads, int) or not 1 <= threads <= 1024:

@@ -25,11 +25,16 @@ def board_argument(command: Command) -> Command:
 
 def start_options(command: Command) -> Command:
     """Add --seed and --x, which say where a drop starts: the strings `seed` and the float `x`."""
-    command = click.option(
+    # A string, so that the engine's own parser names what is wrong with a seed.
+    with_seed = click.option("--seed", required=True, help="An integer from 0 to 2^64 - 1.")
+    return with_seed(x_option(command))
+
+
+def x_option(command: Command) -> Command:
+    """Add --x, an explicit start."""
+    return click.option(
         "--x", type=float, help="Start here (metres) instead of where the seed says."
     )(command)
-    # A string, so that the engine's own parser names what is wrong with a seed.
-    return click.option("--seed", required=True, help="An integer from 0 to 2^64 - 1.")(command)
 
 
 def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> float | None:

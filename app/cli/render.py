@@ -1,5 +1,8 @@
-"""`plinko render`: a drop as a picture file."""
+"""`plinko render`: a drop, or what many drops come to, as a picture file."""
 
+import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,19 +11,28 @@ import click
 from app.cli import common
 
 if TYPE_CHECKING:
-    from engine import Drop
+    from click._termui_impl import ProgressBar
+
+    from engine import Board
 
 STILLS = (".png", ".jpg", ".webp")
 ANIMATIONS = (".gif", ".webp", ".apng")
+MANY = ("sheet", "density", "histogram")
+"""Options that draw many drops."""
 
 
-@click.command(name="render", short_help="Draw a drop into a picture file.")
+@click.command(name="render", short_help="Draw a drop, or many, into a picture file.")
 @common.board_argument
 @click.argument("out", metavar="OUT")
-@common.start_options
+@click.option("--seed", help="An integer from 0 to 2^64 - 1; of many drops the first.  [many: 0]")
+@common.x_option
 @common.solver_options
 @click.option("--at", type=float, metavar="T", help="The moment T seconds after the start.")
-@click.option("--width", type=int, default=760, show_default=True, help="In pixels, 240 to 2048.")
+@click.option("--sheet", type=int, metavar="N", help="N drops side by side, at most 256.")
+@click.option("--columns", type=int, help="Of a sheet.  [as many as rows, if they fit]")
+@click.option("--density", type=int, metavar="N", help="Where N drops spend their time.")
+@click.option("--histogram", type=int, metavar="N", help="Where N drops land.")
+@click.option("--width", type=int, help="In pixels.  [760; a sheet 1140]")
 @click.option("--fps", type=int, default=30, show_default=True, help="Of an animation, 1 to 60.")
 @click.option(
     "--theme", default="light", show_default=True, help="Colours: the page's light or dark."
@@ -28,40 +40,131 @@ ANIMATIONS = (".gif", ".webp", ".apng")
 def command(
     board: str,
     out: str,
-    seed: str,
+    seed: str | None,
     x: float | None,
     solver: str,
     dt: float | None,
     substeps: int | None,
     correction: float | None,
     at: float | None,
-    width: int,
+    columns: int | None,
+    width: int | None,
     fps: int,
     theme: str,
+    **many: int | None,
 ) -> None:
-    """Draw a drop on BOARD into the file OUT; its ending says how.
+    """Draw drops on BOARD into the file OUT; its ending says how.
 
-    .png and .jpg: the whole path. .gif, .webp and .apng: as it falls. With --at, .png, .jpg and
-    .webp: one moment.
+    One drop, with --seed: its whole path (.png, .jpg), as it falls (.gif, .webp, .apng), or one
+    moment (--at; .png, .jpg, .webp). Many, with --sheet, --density or --histogram and a number:
+    .png, .jpg or .webp, of the seeds from --seed on.
     """
-    path = _writable(out, STILLS if at is not None else (*STILLS, *ANIMATIONS))
     how = common.read_solver(solver, dt, substeps, correction)
-    number = common.read_seed(seed)
-
-    from engine import drop
-
-    d = drop(common.load_board(board), seed=number, x=x, **how)
-    picture = _draw(d, path.suffix.lower()[1:], at, width, fps, theme)
+    asked = {name: count for name, count in many.items() if count is not None}
+    path = _writable(out, STILLS if asked or at is not None else (*STILLS, *ANIMATIONS))
+    fmt = path.suffix.lower()[1:]
+    if asked:
+        _check_many(asked, x=x, at=at, columns=columns, solver=solver)
+        ((kind, count),) = asked.items()
+        seeds = _seeds(seed, count, kind)
+        sizes = {"width": width, "columns": columns}
+        given = {name: value for name, value in sizes.items() if value is not None}
+        picture = _draw_many(kind, common.load_board(board), seeds, fmt, theme, how, given)
+    else:
+        if seed is None:
+            raise click.UsageError("one drop needs --seed")
+        if columns is not None:
+            raise click.UsageError(f"--columns {columns} belongs to --sheet")
+        picture = _draw_one(board, seed, x, how, fmt, at, width or 760, fps, theme)
     path.write_bytes(picture)
     click.echo(f"{out}: {len(picture):,} bytes")
 
 
-def _draw(d: "Drop", fmt: str, at: float | None, width: int, fps: int, theme: str) -> bytes:
-    from app.render import drop_animation, drop_picture
+def _draw_one(
+    board: str,
+    seed: str,
+    x: float | None,
+    how: common.Options,
+    fmt: str,
+    at: float | None,
+    width: int,
+    fps: int,
+    theme: str,
+) -> bytes:
+    number = common.read_seed(seed)
 
+    from app.render import drop_animation, drop_picture
+    from engine import drop
+
+    d = drop(common.load_board(board), seed=number, x=x, **how)
     if at is None and f".{fmt}" in ANIMATIONS:
         return drop_animation(d, fmt, width, fps, theme)
     return drop_picture(d, fmt, width, theme, at)
+
+
+def _draw_many(
+    kind: str,
+    board: "Board",
+    seeds: range,
+    fmt: str,
+    theme: str,
+    how: common.Options,
+    sizes: dict[str, int],
+) -> bytes:
+    from app.render import contact_sheet, density_picture, histogram_picture
+    from engine import drop_many
+
+    with _progress(len(seeds)) as bar:
+        progress = _shown_on(bar)
+        if kind == "sheet":
+            return contact_sheet(board, seeds, fmt, theme=theme, progress=progress, **sizes)
+        if kind == "density":
+            return density_picture(board, seeds, fmt, theme=theme, progress=progress, **sizes)
+        batch = drop_many(board, seeds, progress=progress, **how)
+        return histogram_picture(
+            board, batch.histogram, fmt, theme=theme, unsettled=batch.unsettled, **sizes
+        )
+
+
+def _check_many(
+    asked: dict[str, int],
+    *,
+    x: float | None,
+    at: float | None,
+    columns: int | None,
+    solver: str,
+) -> None:
+    """Raise UsageError for options that do not go together."""
+    names = [f"--{name} {count}" for name, count in asked.items()]
+    if len(asked) > 1:
+        raise click.UsageError(f"{' and '.join(names)}: one picture at a time")
+    for name, value in (("x", x), ("at", at)):
+        if value is not None:
+            raise click.UsageError(f"--{name} {value:g} belongs to one drop, not to {names[0]}")
+    if columns is not None and "sheet" not in asked:
+        raise click.UsageError(f"--columns {columns} belongs to --sheet, not to {names[0]}")
+    if solver != "exact" and "histogram" not in asked:
+        raise click.UsageError(f"--solver {solver}: {names[0]} is drawn from exact paths")
+
+
+def _seeds(first: str | None, count: int, kind: str) -> range:
+    """The seeds of many drops; UsageError or SeedError for none, or beyond the last."""
+    if count < 1:
+        raise click.UsageError(f"--{kind} {count} is not a number of drops from 1 on")
+    start = common.read_seed(first or "0")
+    common.read_seed(str(start + count - 1))
+    return range(start, start + count)
+
+
+def _progress(drops: int) -> "AbstractContextManager[ProgressBar[int] | None]":
+    """A progress bar on stderr where somebody sees it, nothing elsewhere."""
+    if not sys.stderr.isatty():
+        return nullcontext()
+    return click.progressbar(length=drops, label="drops", file=sys.stderr)
+
+
+def _shown_on(bar: "ProgressBar[int] | None") -> Callable[[int], None] | None:
+    return None if bar is None else lambda done: bar.update(done - bar.pos)
 
 
 def _writable(out: str, endings: tuple[str, ...]) -> Path:

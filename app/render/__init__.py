@@ -1,7 +1,19 @@
 """Pictures with no browser: drops and rooms go in, the bytes of image files come out. No I/O."""
 
 from app.render.animation import ANIMATIONS, drop_animation
+from app.render.density import density_picture
 from app.render.encode import MEDIA_TYPES, STILLS
+from app.render.histogram import histogram_picture
 from app.render.picture import drop_picture
+from app.render.sheet import contact_sheet
 
-__all__ = ["ANIMATIONS", "MEDIA_TYPES", "STILLS", "drop_animation", "drop_picture"]
+__all__ = [
+    "ANIMATIONS",
+    "MEDIA_TYPES",
+    "STILLS",
+    "contact_sheet",
+    "density_picture",
+    "drop_animation",
+    "drop_picture",
+    "histogram_picture",
+]

@@ -18,19 +18,30 @@ LEAST_LABEL = 4.0  # px: smaller letters are dirt
 RAYS = 28  # wedges of the printed sunburst, every other one painted
 
 
-@functools.lru_cache(maxsize=4)
+@functools.lru_cache(maxsize=8)
 def _painted(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
+    canvas = plate_canvas(board, view, theme_name)
+    paint_furniture(canvas, board, view, named(theme_name))
+    pixels = canvas.bytes()
+    pixels.flags.writeable = False
+    return pixels
+
+
+def plate_canvas(board: Board, view: View, theme_name: str) -> Canvas:
+    """A canvas with the plate and the hopper, to be painted on before the furniture."""
     theme = named(theme_name)
     canvas = Canvas.blank(view.width, view.height, theme["shoulder"])
     _plate(canvas, board, view, theme)
     _hopper(canvas, board, view, theme)
+    return canvas
+
+
+def paint_furniture(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
+    """What stands on the plate: pegs, bins and rails."""
     _pegs(canvas, board, view, theme)
     for number in range(board.bins.count):
         paint_bin(canvas, board, view, theme, number)
     _rails(canvas, board, view, theme)
-    pixels = canvas.bytes()
-    pixels.flags.writeable = False
-    return pixels
 
 
 def board_pixels(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]:

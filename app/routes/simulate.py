@@ -16,7 +16,7 @@ from engine.seeding import parse_seed
 router = APIRouter(prefix="/api/v1", tags=["drops"])
 
 _CHUNK = 100  # drops between two looks at the clock: a few ms on any preset
-_MAX_SECONDS = 10.0
+MAX_SECONDS = 10.0
 """s of one thread. Only boards where balls bounce for ever, or tiny steps, take so long."""
 
 
@@ -26,7 +26,7 @@ _MAX_SECONDS = 10.0
     responses=documented(Simulation, 400, 404, 413, 422, 503),
     openapi_extra=body_of(SimulationRequest, {"board": "triangle-16", "drops": 100, "seed": "0"}),
 )
-async def post_simulate(request: Request, server: Server) -> Response:
+async def posttally_of(request: Request, server: Server) -> Response:
     """Drop balls with the seeds `seed`, `seed` + 1, … and count where they land.
 
     Up to the server's `--max-simulation`; for more there is `plinko simulate`, whose numbers are
@@ -43,11 +43,11 @@ async def post_simulate(request: Request, server: Server) -> Response:
     parse_seed(first + body.drops - 1)
     solver = make_solver(body.solver, body.dt, body.substeps)
     board = await resolve_board(server, body.board)
-    run = functools.partial(_simulate, board, first, body.drops, solver)
+    run = functools.partial(tally_of, board, first, body.drops, solver)
     return reply(Simulation(**(await server.workers.run(run)).summary()))
 
 
-def _simulate(board: Board, first: int, drops: int, solver: Solver) -> Tally:
+def tally_of(board: Board, first: int, drops: int, solver: Solver) -> Tally:
     """The tally of the drops; raises InvalidValueError when they take a thread for too long."""
     tally = Tally(board, solver)
     started = time.monotonic()
@@ -55,10 +55,10 @@ def _simulate(board: Board, first: int, drops: int, solver: Solver) -> Tally:
     while tally.drops < drops:
         seeds = range(first + tally.drops, first + min(tally.drops + _CHUNK, drops))
         tally.add(drop_many(board, seeds, **how))  # type: ignore[arg-type]
-        if tally.drops < drops and time.monotonic() - started > _MAX_SECONDS:
+        if tally.drops < drops and time.monotonic() - started > MAX_SECONDS:
             raise InvalidValueError(
                 f"drops {drops} take too long on this board: {tally.drops} were done after "
-                f"{_MAX_SECONDS:g} s; plinko simulate takes its time",
+                f"{MAX_SECONDS:g} s; plinko simulate takes its time",
                 field="drops",
             )
     return tally

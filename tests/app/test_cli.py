@@ -237,6 +237,24 @@ def test_render_writes_a_moment_as_a_still(plinko: Terminal, tmp_path: Path) -> 
     assert len(set(pictures.values())) == 6
 
 
+def test_render_draws_many_drops(plinko: Terminal, tmp_path: Path, board_file: Path) -> None:
+    from app.render import contact_sheet, density_picture, histogram_picture
+
+    board = Board.preset("triangle-8")
+    path = tmp_path / "many.png"
+    plinko.run("render", "triangle-8", path, "--sheet", 4, "--seed", 7, "--columns", 4)
+    assert path.read_bytes() == contact_sheet(board, range(7, 11), columns=4)
+    plinko.run("render", "triangle-8", path, "--density", 50, "--width", 300, "--theme", "dark")
+    assert path.read_bytes() == density_picture(board, range(50), width=300, theme="dark")
+    counts = drop_many(board, range(50), solver="stepped").histogram
+    plinko.run("render", "triangle-8", path, "--histogram", 50, "--solver", "stepped")
+    assert path.read_bytes() == histogram_picture(board, counts)
+    jpg = tmp_path / "many.jpg"
+    plinko.run("render", board_file, jpg, "--sheet", 2)
+    with Image.open(jpg) as picture:
+        assert picture.format == "JPEG"
+
+
 @pytest.mark.parametrize("suffix", ["gif", "webp", "apng"])
 def test_render_writes_an_animation(
     plinko: Terminal, tmp_path: Path, board_file: Path, suffix: str
@@ -292,6 +310,20 @@ BAD = [
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.gif", "--at", "1"), "drop.gif"),
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.png", "--at", "-1"), "-1"),
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.png", "--theme", "pink"), "'pink'"),
+    (("render", "triangle-8", "{tmp}/drop.png"), "--seed"),
+    (("render", "triangle-8", "{tmp}/drop.gif", "--sheet", "4"), "drop.gif"),
+    (("render", "triangle-8", "{tmp}/a.png", "--sheet", "0"), "--sheet 0"),
+    (("render", "triangle-8", "{tmp}/a.png", "--sheet", "999"), "999"),
+    (("render", "triangle-8", "{tmp}/a.png", "--density", "-3"), "--density -3"),
+    (("render", "triangle-8", "{tmp}/a.png", "--density", "2", "--sheet", "4"), "--sheet 4"),
+    (("render", "triangle-8", "{tmp}/a.png", "--density", "2", "--at", "1"), "--at 1"),
+    (("render", "triangle-8", "{tmp}/a.png", "--density", "2", "--columns", "3"), "--columns 3"),
+    (("render", "triangle-8", "{tmp}/a.png", "--seed", "1", "--columns", "3"), "--columns 3"),
+    (("render", "triangle-8", "{tmp}/a.png", "--sheet", "2", "--solver", "stepped"), "stepped"),
+    (
+        ("render", "triangle-8", "{tmp}/a.png", "--histogram", "2", "--seed", 2**64 - 1),
+        str(2**64),
+    ),
     (("verify", "{tmp}/none.json"), "none.json"),
     (("verify", "{tmp}"), "{tmp}"),
     (("verify", "{tmp}/broken.json"), "broken.json"),

@@ -33,6 +33,11 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/boards", "post"),
         ("/api/v1/boards/check", "post"),
         ("/api/v1/boards/{board}", "get"),
+        *(
+            (f"/api/v1/boards/{{board}}/{kind}.{fmt}", "get")
+            for kind in ("density", "histogram", "sheet")
+            for fmt in ("png", "jpg", "webp")
+        ),
         ("/api/v1/drops", "post"),
         ("/api/v1/drops/{board}/{seed}", "get"),
         ("/api/v1/drops/{board}/{seed}.png", "get"),

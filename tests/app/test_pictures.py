@@ -13,7 +13,7 @@ from PIL import Image
 from app.errors import BusyError
 from app.pictures import Pictures, look
 from app.workers import Workers
-from engine import Board, drop
+from engine import Board, drop, drop_many
 from tests.app.conftest import TINY, Running
 
 BOARD = Board.preset("triangle-12")
@@ -99,6 +99,73 @@ def test_a_registered_board_is_drawn_by_its_digest(http: httpx.Client) -> None:
     digest = http.post("/api/v1/boards", json={**TINY, "name": "drawn"}).json()["digest"]
     with opened(http.get(f"/api/v1/drops/{digest}/7.png?width=300")) as picture:
         assert picture.width == 300
+
+
+# many drops
+
+
+@pytest.mark.parametrize("kind", ["sheet", "density", "histogram"])
+@pytest.mark.parametrize("suffix", ["png", "jpg", "webp"])
+def test_many_drops_come_in_every_still_format(http: httpx.Client, kind: str, suffix: str) -> None:
+    path = f"/api/v1/boards/triangle-12/{kind}.{suffix}?drops=9&width=400"
+    response = http.get(path)
+    with opened(response) as picture:
+        assert picture.format == {"png": "PNG", "jpg": "JPEG", "webp": "WEBP"}[suffix]
+        assert picture.width == 400
+    assert response.headers["content-type"] == f"image/{suffix.replace('jpg', 'jpeg')}"
+    tag = {"if-none-match": response.headers["etag"]}
+    assert http.get(path, headers=tag).status_code == 304
+    assert http.get(f"{path}&seed=1", headers=tag).status_code == 200
+
+
+def test_many_drops_are_those_of_the_seeds(http: httpx.Client) -> None:
+    from app.render import contact_sheet, density_picture, histogram_picture
+
+    seeds, query = range(5, 105), "drops=100&seed=5&width=300&theme=dark"
+    path = "/api/v1/boards/triangle-12"
+    drawn = http.get(f"{path}/density.png?{query}").content
+    assert drawn == density_picture(BOARD, seeds, width=300, theme="dark")
+    drawn = http.get(f"{path}/histogram.png?{query}").content
+    counts = drop_many(BOARD, seeds).histogram
+    assert drawn == histogram_picture(BOARD, counts, width=300, theme="dark")
+    drawn = http.get(f"{path}/sheet.png?drops=4&seed=5&columns=4").content
+    assert drawn == contact_sheet(BOARD, range(5, 9), columns=4)
+
+
+@pytest.mark.parametrize(
+    ("query", "status", "field", "named"),
+    [
+        ("triangle-12/density.png?drops=0", 422, "drops", "0"),
+        ("triangle-12/density.png?drops=10001", 422, "drops", "10001"),
+        ("triangle-12/histogram.png?drops=-1", 422, "drops", "-1"),
+        ("triangle-12/histogram.png?seed=18446744073709551615", 422, "seed", "2^64"),
+        ("triangle-12/density.png?seed=abc", 422, "seed", "abc"),
+        ("triangle-12/sheet.png?drops=257", 422, "drops", "257"),
+        ("triangle-12/sheet.png?drops=-1", 422, "drops", "-1"),
+        ("triangle-12/sheet.png?columns=99", 422, "columns", "99"),
+        ("triangle-12/sheet.png?width=3000", 422, "width", "3000"),
+        ("triangle-12/density.png?width=3000", 422, "width", "3000"),
+        ("triangle-12/density.png?theme=pink", 422, "theme", "pink"),
+        ("nope/density.png", 404, "board", "nope"),
+    ],
+)
+def test_many_drops_that_cannot_be_drawn_are_named(
+    http: httpx.Client, query: str, status: int, field: str, named: str
+) -> None:
+    refused = http.get(f"/api/v1/boards/{query}")
+    assert (refused.status_code, refused.json()["field"]) == (status, field)
+    assert named in refused.json()["detail"]
+
+
+def test_drops_that_take_too_long_are_given_up(
+    http: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A clock that runs fast stands for a board on which balls bounce for ever."""
+    monkeypatch.setattr("app.routes.pictures.MAX_SECONDS", -1.0)
+    for kind in ("density", "sheet"):
+        refused = http.get(f"/api/v1/boards/triangle-12/{kind}.png?drops=150&seed=77")
+        assert (refused.status_code, refused.json()["field"]) == (422, "drops")
+        assert "too long" in refused.json()["detail"]
 
 
 # made once

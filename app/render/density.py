@@ -1,0 +1,121 @@
+"""Where the balls of many drops spend their time, as light on the board."""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from app.render import encode
+from app.render.board import paint_furniture, plate_canvas
+from app.render.canvas import Canvas, text_width
+from app.render.caption import paint_strip, paint_words
+from app.render.picture import DEFAULT_WIDTH
+from app.render.view import View, lay_out
+from app.theme import Theme, named
+from engine import Board, Occupancy, occupancy
+
+Floats = npt.NDArray[np.float32]
+
+RAMP: Final = ("ballDark", "ball", "trayBar", "flash")
+"""Colours of the light, from faint to bright, by their names in the theme."""
+
+STOPS: Final = (0.0, 0.45, 0.8, 1.0)
+CONTRAST: Final = 300.0
+"""How much brighter the brightest is than what is just seen: the scale is logarithmic."""
+
+FULL: Final = 0.999  # part of the cells with any light that are not brighter than the brightest
+OPAQUE: Final = 0.4  # brightness from which on the plate does not shine through
+
+
+def density_picture(
+    board: Board,
+    seeds: npt.ArrayLike,
+    fmt: str = "png",
+    width: int = DEFAULT_WIDTH,
+    theme: str = "light",
+    threads: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> bytes:
+    """Where the centres of the balls of `seeds` are how long, in `fmt`: `png`, `jpg` or `webp`.
+
+    Each pixel is a cell of the count; memory does not grow with the drops. `threads` and `progress`
+    as in `engine.occupancy`. Raises InvalidValueError and the engine's errors.
+    """
+    view = lay_out(board, width)
+    named(theme)
+    found = occupancy(
+        board,
+        seeds,
+        left=view.left,
+        top=view.drop_y - view.start / view.scale,
+        cells_per_metre=view.scale,
+        shape=(view.height, view.width),
+        threads=threads,
+        progress=progress,
+    )
+    return encode.still(_pixels(found, view, theme), fmt)
+
+
+def _pixels(found: Occupancy, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
+    theme = named(theme_name)
+    canvas = plate_canvas(found.board, view, theme_name)
+    brightest = _brightest(found)
+    light = _light(found, brightest)
+    canvas.blend(0, 0, np.minimum(light / OPAQUE, 1.0), _colours(light, theme))
+    paint_furniture(canvas, found.board, view, theme)
+    room = paint_strip(canvas, view, theme)
+    room -= _paint_scale(canvas, view, theme, brightest) + 16.0 * view.unit
+    paint_words(canvas, view, theme, _title(found), _facts(found), room)
+    return canvas.bytes()
+
+
+def _brightest(found: Occupancy) -> float:
+    """The time of a mean ball in a cell, s, from which on all is equally bright."""
+    lit = found.seconds[found.counts > 0]
+    return float(np.quantile(lit, FULL)) if len(lit) else 1.0
+
+
+def _light(found: Occupancy, brightest: float) -> Floats:
+    """0 for no time at all to 1 for the brightest, logarithmic between."""
+    part = np.minimum(found.seconds / brightest, 1.0)
+    light: Floats = (np.log1p(CONTRAST * part) / np.log1p(CONTRAST)).astype(np.float32)
+    return light
+
+
+def _colours(light: Floats, theme: Theme) -> Floats:
+    stops = np.array([theme[name] for name in RAMP], np.float32)
+    channels = [np.interp(light, STOPS, stops[:, channel]) for channel in range(3)]
+    return np.stack(channels, axis=-1).astype(np.float32)
+
+
+def _title(found: Occupancy) -> str:
+    return f"{found.board.name}   density of {found.drops:,} drops"
+
+
+def _facts(found: Occupancy) -> list[str]:
+    facts = [
+        f"mean drop {found.duration / max(found.drops, 1):.3f} s",
+        f"looked at every {1e3 * found.step:g} ms",
+    ]
+    return [*facts, f"unsettled {found.unsettled:,}"] if found.unsettled else facts
+
+
+def _paint_scale(canvas: Canvas, view: View, theme: Theme, brightest: float) -> float:
+    """The bar of brightness at the right, with its ends named; its width in px."""
+    cell = (100.0 / view.scale) ** 2  # cm^2
+    most = f"{1e3 * brightest / cell:.2g} ms per sq cm"
+    size = max(11.0 * view.unit, 9.0)
+    wide = max(text_width(most, size) + text_width("0", size) + 24.0 * view.unit, 150.0 * view.unit)
+    right = view.width - 16.0 * view.unit
+    top, bottom = round(0.22 * view.header), round(0.46 * view.header)
+    ramp = np.linspace(0.0, 1.0, round(wide), dtype=np.float32)[None]
+    cover = np.minimum(ramp / OPAQUE, 1.0).repeat(bottom - top, axis=0)
+    plate = (right - wide, float(top), right, float(bottom))
+    canvas.box(plate, 0.0, theme["board"])
+    colours = _colours(ramp, theme).repeat(bottom - top, axis=0)
+    canvas.blend(round(right - wide), top, cover, colours)
+    low = 0.68 * view.header
+    canvas.text(right - wide, low, "0", size, theme["inkSoft"], "lm")
+    canvas.text(right, low, most, size, theme["inkSoft"], "rm")
+    return wide

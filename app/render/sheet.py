@@ -1,0 +1,104 @@
+"""A contact sheet: the whole paths of many drops side by side, each with its seed and result."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from app.errors import InvalidValueError
+from app.render import encode
+from app.render.canvas import Canvas, text_width
+from app.render.picture import drop_pixels
+from app.render.view import MOST_WIDTH, View, fit
+from app.theme import Theme, named
+from engine import Board, Drop, drop
+
+Pixels = npt.NDArray[np.uint8]
+
+MOST_DROPS: Final = 256
+MOST_PIXELS: Final = 1 << 25
+DEFAULT_WIDTH: Final = 1140  # px
+LEAST_TILE: Final = 96  # px across: the path in a smaller one cannot be followed
+GAP: Final = 8  # px around each tile
+LABEL: Final = 20  # px, the strip with seed and result above a tile
+
+
+def contact_sheet(
+    board: Board,
+    seeds: Sequence[int],
+    fmt: str = "png",
+    width: int = DEFAULT_WIDTH,
+    theme: str = "light",
+    columns: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> bytes:
+    """The drops of `seeds`, at most MOST_DROPS, in `fmt`: `png`, `jpg` or `webp`.
+
+    Row by row, `columns` in each, by default as many as there are rows, if they fit.
+    `progress` is called with the number of drops done. Raises InvalidValueError naming a size that
+    leaves no room, and the engine's errors.
+    """
+    if not 1 <= len(seeds) <= MOST_DROPS:
+        raise InvalidValueError(f"{len(seeds)} drops are not from 1 to {MOST_DROPS}", field="drops")
+    chosen = _default_columns(len(seeds), width) if columns is None else columns
+    if not 1 <= chosen <= len(seeds):
+        raise InvalidValueError(
+            f"columns {chosen} is not from 1 to {len(seeds)}, the number of drops", field="columns"
+        )
+    across = (width - GAP) // chosen - GAP
+    if width > MOST_WIDTH or across < LEAST_TILE:
+        least = chosen * (LEAST_TILE + GAP) + GAP
+        raise InvalidValueError(
+            f"width {width} is not from {least}, which {chosen} columns need, to {MOST_WIDTH} px",
+            field="width",
+        )
+    view = fit(board, across, None, header=0.0)
+    sheet = _blank(len(seeds), view, theme, width, chosen)
+    for number, seed in enumerate(seeds):
+        _put(sheet, drop(board, seed), number, view, theme, chosen)
+        if progress:
+            progress(number + 1)
+    return encode.still(sheet, fmt)
+
+
+def _default_columns(count: int, width: int) -> int:
+    return max(min(math.ceil(math.sqrt(count)), (width - GAP) // (LEAST_TILE + GAP)), 1)
+
+
+def _blank(count: int, view: View, theme_name: str, width: int, columns: int) -> Pixels:
+    rows = math.ceil(count / columns)
+    height = rows * (view.height + LABEL + GAP) + GAP
+    if width * height > MOST_PIXELS:
+        raise InvalidValueError(
+            f"{count} drops in {columns} columns make a sheet {width} px wide {height} px high; "
+            f"at most {MOST_PIXELS:,} px in all: take more columns or less width",
+            field="columns",
+        )
+    return Canvas.blank(width, height, named(theme_name)["case"]).bytes()
+
+
+def _put(sheet: Pixels, d: Drop, number: int, view: View, theme_name: str, columns: int) -> None:
+    """One drop in its place on the sheet."""
+    pitch_x, pitch_y = view.width + GAP, view.height + LABEL + GAP
+    left = (sheet.shape[1] - columns * pitch_x + GAP) // 2
+    x, y = left + number % columns * pitch_x, GAP + number // columns * pitch_y
+    sheet[y : y + LABEL, x : x + view.width] = _label(d, view.width, named(theme_name))
+    tile = drop_pixels(d, view, theme_name)
+    sheet[y + LABEL : y + LABEL + view.height, x : x + view.width] = tile
+
+
+def _label(d: Drop, width: int, theme: Theme) -> Pixels:
+    """The strip above a tile: the seed, and what it paid on a plate in that colour."""
+    strip = Canvas.blank(width, LABEL, theme["case"])
+    paid = "unsettled" if d.bin is None else f"{d.score:g}x"
+    look, size = theme.payout(d.score), 12.0
+    wide = text_width(paid, size) + 10.0
+    strip.box((width - wide, 1.0, float(width), LABEL - 3.0), 4.0, look.fill)
+    strip.text(width - 0.5 * wide, 0.5 * LABEL - 1.0, paid, size, look.ink)
+    room, seed = width - wide - 4.0, f"seed {d.seed}"
+    if text_width(seed, size) > room:
+        size = room / text_width(seed, 100.0) * 100.0
+    strip.text(1.0, 0.5 * LABEL - 1.0, seed, size, theme["ink"], "lm")
+    return strip.bytes()
