@@ -400,7 +400,7 @@ def test_bad_simulations_are_named(
 def test_a_simulation_that_takes_too_long_is_refused(
     http: httpx.Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.routes.simulate._MAX_SECONDS", 0.0)
+    monkeypatch.setattr("app.routes.simulate.MAX_SECONDS", 0.0)
     response = http.post("/api/v1/simulate", json={"board": "triangle-8", "drops": 101})
     body = problem(response, 422, "invalid-value", "101", "100 were done")
     assert body["field"] == "drops"
