@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import click
 
-COMMANDS = ("serve", "drop", "simulate", "render", "verify", "boards", "bench")
+COMMANDS = ("serve", "drop", "simulate", "render", "verify", "boards", "load", "bench")
 """Subcommands, in the order of the help. `name` lives in `app/cli/name.py` as `command`."""
 
 EXIT_BAD_INPUT = 2
