@@ -7,7 +7,9 @@ AppError                  `code` is its stable slug, `field` names the bad value
 ├── InvalidValueError     well-formed, but a value is out of range
 ├── NotFoundError
 │   ├── UnknownBoardError
-│   └── UnknownRoomError
+│   ├── UnknownRoomError
+│   └── ClosedRoomError    it was there, and its creator closed it
+├── ResetError            a drop that a room's creator took back by resetting the room
 ├── OriginError           a page of another site asked
 ├── TooLargeError         a body or a message over its limit
 ├── LimitError            a limit was reached; `retry_after` seconds when waiting helps
@@ -66,6 +68,14 @@ class UnknownBoardError(NotFoundError):
 
 class UnknownRoomError(NotFoundError):
     """No room has this id."""
+
+
+class ClosedRoomError(NotFoundError):
+    """The room's creator closed it."""
+
+
+class ResetError(AppError):
+    """The room began anew while the drop was in flight; it has no result."""
 
 
 class OriginError(AppError):
@@ -144,6 +154,8 @@ ANSWERS: dict[type[Exception], Answer] = {
     NotFoundError: Answer(404, "not-found", "Not found", 4004),
     UnknownBoardError: Answer(404, "unknown-board", "Unknown board", 4004),
     UnknownRoomError: Answer(404, "unknown-room", "Unknown room", 4004),
+    ClosedRoomError: Answer(404, "room-closed", "The room was closed", 4004),
+    ResetError: Answer(409, "room-reset", "The room was reset"),
     OriginError: Answer(403, "foreign-origin", "Foreign origin"),
     TooLargeError: Answer(413, "too-large", "Too large", 1009),
     LimitError: Answer(429, "limit-reached", "Limit reached", 1013),

@@ -9,13 +9,13 @@ import functools
 import logging
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import AsyncIterator, Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
-from app import protocol
+from app import protocol, roomlog
 from app.errors import LedgerError
 from app.ledger import store
 from app.ledger.records import (
@@ -31,7 +31,7 @@ from app.ledger.records import (
 )
 from app.ledger.unkept import Unkept
 from app.ledger.writer import Done, Ledger
-from app.recovery import Rebuilt, finish, rebuild, result_of
+from app.recovery import Kept, Rebuilt, finish, rebuild, result_of
 from app.room import MODE, Plan, Room
 from engine import PHYSICS_VERSION, Board
 
@@ -39,6 +39,7 @@ AHEAD: Final = 0.5  # s; what a rebuilt room may have to skip
 _RENEW: Final = 0.25  # s; how often the ledger hears of rooms that are awake
 _CHECKPOINT: Final = 10.0  # s of ticks; bounds what has to be replayed at the start
 _LONGEST_LEAD: Final = 0.5  # s that a drop may have to wait for its tick
+_PAGE: Final = 2000  # drops read at once; commits wait meanwhile
 _LONGEST_FALL: Final = 3600.0  # s of simulation to finish a room that cannot go on
 
 _log = logging.getLogger("plinko")
@@ -111,7 +112,7 @@ class Keeper:
         """The room failed: its sitting is over."""
         book = self.book(room)
         if book.known:
-            self._news([Close(book.number, room.world.tick, self.now())], None)
+            self._news([self._closing(room)], None)
         self.forget(room)
 
     def parkable(self, room: Room) -> bool:
@@ -148,12 +149,28 @@ class Keeper:
 
     async def end(self, room: Room) -> None:
         """Close the room's sitting for good; raises LedgerError."""
-        book = self.book(room)
-        if book.known:
-            writes = [*self._results, Close(book.number, room.world.tick, self.now())]
-            self._results = []
-            await self.ledger.commit(*writes)
+        await self.ledger.commit(*self._take_results(), self._closing(room))
         self.forget(room)
+
+    async def replace(self, old: Room, new: Room) -> None:
+        """End a room's sitting and begin its next, both or neither; raises LedgerError."""
+        book = self.book(old)
+        now = self.now()
+        next_book = Book(self._number(), book.owned, book.opened, now, known=True)
+        await self.ledger.commit(
+            *self._take_results(),
+            self._closing(old),
+            *self._rows(new, next_book),
+            undo=(Close(next_book.number, 0, now),),
+        )
+        self._books[new.id] = next_book
+
+    def _closing(self, room: Room) -> Close:
+        return Close(self.book(room).number, room.world.tick, self.now())
+
+    def _take_results(self) -> list[Write]:
+        results, self._results = self._results, []
+        return results
 
     def submit(self, room: Room, plan: Plan, done: Done) -> None:
         """Have a planned drop written down; `done` hears when it is. Raises LedgerError."""
@@ -222,6 +239,39 @@ class Keeper:
                     Mark(book.number, tick, True, self.now(), room.checkpoint(), room.drops)
                 )
         self._news(marks, None)
+
+    async def log(self, room: Room) -> AsyncIterator[bytes]:
+        """The room's log as JSON in pieces, up to this moment; raises LedgerError.
+
+        It is asked for whole before the first piece is given, but for later pages of a long one.
+        """
+        book, count = self.book(room), room.drops
+        head = roomlog.head(room)
+        self._news([], None)
+        first = await self._page(book.number, 0, count)
+        return self._log(head, book.number, count, first)
+
+    async def _page(self, number: int, first: int, count: int) -> Kept:
+        if first >= count:
+            return ()
+        limit = min(_PAGE, count - first)
+        return await self.ledger.read(
+            functools.partial(store.drops, room=number, first=first, limit=limit)
+        )
+
+    async def _log(
+        self, head: dict[str, Any], number: int, count: int, page: Kept
+    ) -> AsyncIterator[bytes]:
+        digest = roomlog.LogDigest(head["world_digest"])
+        yield msgspec.json.encode(head)[:-1] + b',"drops":['
+        done = 0
+        while page:
+            entries = [roomlog.entry(drop, result, head["tick"]) for drop, result in page]
+            digest.add(entries)
+            yield (b"," if done else b"") + msgspec.json.encode(entries)[1:-1]
+            done += len(page)
+            page = await self._page(number, done, count)
+        yield b'],"digest":"' + digest.hex().encode() + b'"}\n'
 
     async def resume(self) -> list[Room]:
         """The rooms in which something moved when the last server ended, as they were.

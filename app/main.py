@@ -36,6 +36,7 @@ from app.rooms import Rooms
 from app.routes import boards, drops, health, page, pictures, rooms, simulate, ws
 from app.services import Services
 from app.settings import Settings, static_directory
+from app.tokens import Tokens, secret_of
 from app.workers import Workers
 from engine import Board, World, drop, preset_names
 from engine.errors import BoardError
@@ -96,8 +97,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.add_middleware(
             CORSMiddleware,
             allow_origins=settings.allowed_origins,
-            allow_methods=["GET", "POST"],
-            allow_headers=["content-type"],
+            allow_methods=["GET", "POST", "PATCH", "DELETE"],
+            allow_headers=["content-type", "authorization"],
             expose_headers=["etag", "location", "retry-after"],
         )
     app.add_middleware(OriginCheck, allowed=settings.allowed_origins)
@@ -119,8 +120,9 @@ def _services(settings: Settings) -> Services:
     hub = Hub(settings.max_clients)
     metrics = Metrics()
     workers = Workers(settings.workers, settings.max_jobs)
+    database = Database(settings.ledger_url)
     ledger = Ledger(
-        Database(settings.ledger_url),
+        database,
         period=1.0 / settings.tick_rate,
         patience=settings.ledger_patience,
     )
@@ -139,6 +141,7 @@ def _services(settings: Settings) -> Services:
             keeper=keeper,
         ),
         ledger=ledger,
+        tokens=Tokens(secret_of(settings.secret, _secret_file(settings, database))),
         workers=workers,
         pictures=Pictures(workers, settings.max_picture_bytes),
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
@@ -147,6 +150,17 @@ def _services(settings: Settings) -> Services:
     metrics.read_from(functools.partial(readings, server))
     ledger.on_commit = metrics.ledger_commit.observe
     return server
+
+
+def _secret_file(settings: Settings, database: Database) -> Path | None:
+    """Where the secret is kept: beside SQLite's file, else in the data directory if there is one.
+
+    Rooms in memory end with the process, and so may the secret that signs their tokens.
+    """
+    if database.in_memory:
+        return None
+    directory = settings.data_directory
+    return database.secret_file or (directory and directory / "secret")
 
 
 def _main_board(name: str) -> Board:

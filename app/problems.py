@@ -40,6 +40,8 @@ def problem_response(error: Exception, path: str = "") -> Response:
     """The HTTP response for an error."""
     problem = problem_of(error, path)
     headers = {}
+    if problem.status == 401:
+        headers["www-authenticate"] = "Bearer"
     seconds = retry_after(error)
     if seconds is not None:
         headers["retry-after"] = str(seconds)

@@ -14,7 +14,14 @@ import msgspec
 
 from app import protocol
 from app.boards import Boards
-from app.errors import AppError, LedgerError, RoomLimitError, UnknownRoomError
+from app.errors import (
+    AppError,
+    ClosedRoomError,
+    LedgerError,
+    ResetError,
+    RoomLimitError,
+    UnknownRoomError,
+)
 from app.frames import Frame
 from app.hub import Client, Hub
 from app.keeper import Keeper
@@ -168,6 +175,46 @@ class Rooms:
     def enter(self, room: Room, client: Client) -> None:
         """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
         self.hub.join(room.id, client)
+        self._greet(room, client)
+
+    def owned(self, room: Room) -> bool:
+        """Whether the room has a creator, who alone may change it."""
+        return self.keeper.book(room).owned
+
+    async def delete(self, room: Room) -> None:
+        """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
+        await self.keeper.end(room)
+        self._leave_behind(room, ClosedRoomError(f"room {room.id!r} was closed by its creator"))
+        del self._rooms[room.id]
+        self.hub.close(room.id, ClosedRoomError(f"room {room.id!r} was closed by its creator"))
+        _log.info("room closed", extra={"room": room.id, "why": "its creator"})
+
+    async def reset(self, room: Room, board: Board | None = None) -> Room:
+        """Begin a room anew, on another board if one is given; everyone there starts over.
+
+        Raises LedgerError, nothing done.
+        """
+        new = self._new(room.id, board or room.board)
+        await self.keeper.replace(room, new)
+        self._leave_behind(room, ResetError(f"room {room.id!r} was reset by its creator"))
+        self._rooms[room.id] = new
+        for client in self.hub.clients(room.id):
+            self._greet(new, client)
+        return new
+
+    def _leave_behind(self, room: Room, error: AppError) -> None:
+        """Tell all who wait for something in this room that it will not come."""
+        self._awake.pop(room.id, None)
+        for key in [key for key in self._waiting if key[0] == room.id]:
+            for future in self._waiting.pop(key):
+                if not future.done():
+                    future.set_exception(error)
+        for plan in room.planned:
+            if not plan.note.accepted.done():
+                plan.note.accepted.set_exception(error)
+
+    def _greet(self, room: Room, client: Client) -> None:
+        """Give a client the full state to start from."""
         hello = room.hello(self.clock(), self._limits, client.stream)
         client.post(Frame.event(protocol.encode_event(hello)))
         if client.stream == protocol.SEGMENTS:
@@ -226,11 +273,11 @@ class Rooms:
             self._awake[room.id] = room
             self.ticker.wake()
 
-    def exit(self, room: Room, client: Client) -> None:
+    def exit(self, room_id: str, client: Client) -> None:
         """A client watches no more."""
-        self.hub.leave(room.id, client)
-        if self._rooms.get(room.id) is room:
-            self.keeper.touch(room)
+        self.hub.leave(room_id, client)
+        if room_id in self._rooms:
+            self.keeper.touch(self._rooms[room_id])
 
     async def landing(self, room: Room, ball: int, seconds: float) -> protocol.Landed | None:
         """Wait until the ball in flight lands; None when that takes longer than `seconds`."""
@@ -395,14 +442,7 @@ class Rooms:
 
     def _close(self, room: Room) -> None:
         error = AppError(f"room {room.id!r} failed and was closed")
-        self._awake.pop(room.id, None)
         self._rooms.pop(room.id, None)
         self.keeper.abandon(room)
+        self._leave_behind(room, error)
         self.hub.close(room.id, error)
-        for plan in room.planned:
-            if not plan.note.accepted.done():
-                plan.note.accepted.set_exception(error)
-        for key in [key for key in self._waiting if key[0] == room.id]:
-            for future in self._waiting.pop(key):
-                if not future.done():
-                    future.set_exception(error)

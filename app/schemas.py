@@ -216,6 +216,12 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     )
 
 
+class RoomChange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is to be different in a room; it begins anew with it."""
+
+    board: BoardRef
+
+
 class RoomSummary(msgspec.Struct, frozen=True):
     """A room in a list."""
 
@@ -248,9 +254,67 @@ class RoomView(msgspec.Struct, frozen=True):
     tick_rate: int
     awake: bool
     clients: int
+    owned: Annotated[
+        bool, Meta(description="Whether its creator, by its token, may change, reset or close it.")
+    ]
     extent: Extent
     balls: list[BallStart]
     stats: Stats
+
+
+class RoomOpened(RoomView, frozen=True):
+    """A room of one's own. The token is shown this once and cannot be had again."""
+
+    token: Annotated[
+        str, Meta(description="Send it as `Authorization: Bearer TOKEN` to change the room.")
+    ]
+
+
+class LoggedResult(msgspec.Struct, frozen=True):
+    """How a drop in a room ended."""
+
+    tick: int
+    bin: int | None
+    score: float
+    t: Annotated[float, Meta(description="Seconds from start to landing.")]
+    x_end: float
+    digest: str
+    unsettled: str | None
+    payout: Annotated[int, Meta(description="In minor units.")]
+
+
+class LoggedDrop(msgspec.Struct, frozen=True):
+    """A drop that a room accepted."""
+
+    ball: int
+    tick: Annotated[int, Meta(description="The room's tick at which it starts.")]
+    seed: Seed
+    x: Annotated[float | None, Meta(description="Explicit start; null: the seed decides.")]
+    stake: Annotated[int, Meta(description="In minor units.")]
+    who: str | None
+    result: Annotated[LoggedResult | None, Meta(description="Null while it is in flight.")]
+
+
+class RoomLog(msgspec.Struct, frozen=True):
+    """All that a room was told, and what came of it: enough to replay it to the last bit."""
+
+    kind: str
+    version: int
+    room: str
+    board: BoardRef
+    board_digest: Digest
+    mode: str
+    solver: Solver
+    tick_rate: int
+    physics_version: Any
+    tick: Annotated[int, Meta(description="The tick at which the log ends.")]
+    world_digest: Annotated[
+        str, Meta(description="SHA-256 of the whole state at that tick, balls in flight included.")
+    ]
+    drops: list[LoggedDrop]
+    digest: Annotated[
+        str, Meta(description="SHA-256 over the world's digest and each drop's, in order.")
+    ]
 
 
 class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -310,8 +374,11 @@ DOCUMENTED = (
     SimulationRequest,
     Simulation,
     RoomRequest,
+    RoomChange,
     RoomList,
     RoomView,
+    RoomOpened,
+    RoomLog,
     RoomDropRequest,
     RoomDrop,
     Health,

@@ -13,6 +13,7 @@ from app.metrics import Metrics
 from app.pictures import Pictures
 from app.rooms import Rooms
 from app.settings import Settings
+from app.tokens import Tokens
 from app.workers import Workers
 
 
@@ -26,6 +27,7 @@ class Services:
     hub: Hub
     rooms: Rooms
     ledger: Ledger
+    tokens: Tokens
     workers: Workers
     pictures: Pictures
     room_drops: KeyedBuckets

@@ -10,6 +10,8 @@ from app.errors import SettingError
 
 ENV_PREFIX = "PLINKO_"
 
+_SECRET = 32  # characters: 128 bits even of a secret written in hexadecimal
+
 
 def _setting(
     default: Any,
@@ -17,9 +19,12 @@ def _setting(
     low: float | None = None,
     high: float | None = None,
     choices: tuple[str, ...] = (),
+    *,
+    secret: bool = False,
 ) -> Any:
-    rules = {"text": text, "low": low, "high": high, "choices": choices}
-    return field(default=default, metadata=rules)
+    """One setting. A secret has no flag, which every user of the machine could read."""
+    rules = {"text": text, "low": low, "high": high, "choices": choices, "secret": secret}
+    return field(default=default, metadata=rules, repr=not secret)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +49,12 @@ class Settings:
     )
     ledger_patience: float = _setting(
         2.0, "seconds that the ledger may take for a commit before drops get 503", 0.05, 3600
+    )
+    secret: str = _setting(
+        "",
+        "what rooms' tokens are signed with, 32 characters or more; when not given one is made and "
+        "kept beside the ledger",
+        secret=True,
     )
     tick_rate: int = _setting(60, "ticks and snapshots a second, in Hz", 1, 1000)
     max_catch_up: int = _setting(5, "ticks run at once after a pause; the rest is given up", 1, 60)
@@ -101,6 +112,11 @@ class Settings:
     def __post_init__(self) -> None:
         for entry in fields(self):
             _check(entry, getattr(self, entry.name))
+        if 0 < len(self.secret) < _SECRET:
+            raise SettingError(
+                f"PLINKO_SECRET has {len(self.secret)} characters, not {_SECRET} or more",
+                field="secret",
+            )
 
     @property
     def data_directory(self) -> Path | None:
@@ -184,7 +200,10 @@ def _wanted(entry: "Field[Any]") -> str:
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """One row of the table: what the command line's flags and the documentation are made from."""
+    """One row of the table: what the command line's flags and the documentation are made from.
+
+    `flag` is empty for what is only set in the environment.
+    """
 
     name: str
     variable: str
@@ -199,7 +218,7 @@ def options() -> tuple[Option, ...]:
         Option(
             entry.name,
             ENV_PREFIX + entry.name.upper(),
-            "--" + entry.name.replace("_", "-"),
+            "" if entry.metadata["secret"] else "--" + entry.name.replace("_", "-"),
             entry.default,
             entry.metadata["text"],
         )
@@ -212,9 +231,8 @@ def table() -> str:
     lines = ["| flag of `plinko serve` | environment | default | meaning |", "|---|---|---|---|"]
     for row in options():
         shown = ",".join(row.default) if isinstance(row.default, tuple) else str(row.default)
-        lines.append(
-            f"| `{row.flag}` | `{row.variable}` | {f'`{shown}`' if shown else ''} | {row.text} |"
-        )
+        flag, default = (f"`{cell}`" if cell else "" for cell in (row.flag, shown))
+        lines.append(f"| {flag} | `{row.variable}` | {default} | {row.text} |")
     return "\n".join(lines) + "\n"
 
 

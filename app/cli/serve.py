@@ -23,7 +23,7 @@ def _flag(row: Option) -> click.Option:
     name="serve",
     short_help="Run the game server.",
     epilog="Each flag can be set as PLINKO_NAME in the environment too; the flag wins.",
-    params=[_flag(row) for row in options()],
+    params=[_flag(row) for row in options() if row.flag],
 )
 def command(**flags: Any) -> None:
     """Run the game server and print its address; Ctrl-C stops it."""

@@ -1,4 +1,4 @@
-"""`plinko verify`: compute a recorded drop again and say whether it is the same."""
+"""`plinko verify`: compute a recorded drop, or a whole room, again and say if it is the same."""
 
 import json
 import sys
@@ -10,25 +10,33 @@ import click
 EXIT_DIFFERS = 1
 
 
-@click.command(name="verify", short_help="Compute a recorded drop again and compare.")
+@click.command(name="verify", short_help="Compute a recorded drop or room again and compare.")
 @click.argument("record", metavar="RECORD.json")
 def command(record: str) -> int:
-    """Compute the drop in RECORD.json again and compare every field and the digest.
+    """Compute what RECORD.json tells of again and compare every field and digest.
 
-    RECORD.json is what `plinko drop --json` printed; - reads it from standard input. Exit code 0:
-    reproduced; 1: not, and which field differs; 2: not a record.
+    RECORD.json is what `plinko drop --json` printed, or a room's log (GET rooms/{id}/log), of which
+    every drop is replayed at its tick; - reads it from standard input. Exit code 0: reproduced;
+    1: not, and which field differs; 2: not a record.
     """
     fields = _read(record)
 
-    from engine import verify
+    from app import roomlog
 
-    result = verify(fields)
+    if roomlog.is_log(fields):
+        result = roomlog.verify_log(fields)
+        what, maker, done = "log", "replay", f"{len(fields['drops'])} drops, "
+    else:
+        from engine import verify
+
+        result = verify(fields)
+        what, maker, done = "record", "drop", ""
     if result.ok:
-        click.echo(f"reproduced: {fields['digest']}")
+        click.echo(f"reproduced: {done}{fields['digest']}")
         return 0
     click.echo(
         f"not reproduced: {result.field} differs: "
-        f"the record says {_short(result.expected)}, the drop gives {_short(result.actual)}"
+        f"the {what} says {_short(result.expected)}, the {maker} gives {_short(result.actual)}"
     )
     return EXIT_DIFFERS
 

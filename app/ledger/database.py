@@ -70,6 +70,11 @@ class Database:
             return None
         return Path(str(self.url.database))
 
+    @property
+    def secret_file(self) -> Path | None:
+        """Where a server over this database keeps its secret; None but for SQLite's file."""
+        return None if self.file is None else self.file.with_name(f"{self.file.name}-secret")
+
     def open(self) -> None:
         """Connect for the first time and bring the tables up to date.
 

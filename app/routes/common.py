@@ -25,7 +25,10 @@ _CACHE_SECONDS = 86_400
 _FAILURES = {
     304: "Not modified: the caller's copy is current",
     400: "Not JSON",
+    401: "A room's token is missing",
+    403: "Not the token of this room, or a room that nobody may change",
     404: "No such thing",
+    409: "The room was reset meanwhile",
     413: "The body is too large",
     422: "A bad value; `detail` and `field` name it",
     429: "A limit was reached; `Retry-After` says when to come back",
@@ -135,7 +138,13 @@ def documented(
     responses: dict[int | str, dict[str, Any]] = {
         status: {"description": description, "content": {media_type: {"schema": schema}}}
     }
+    return responses | documented_failures(*failures)
+
+
+def documented_failures(*failures: int) -> dict[int | str, dict[str, Any]]:
+    """OpenAPI's `responses` for the ways in which a route fails."""
     problem = {"application/problem+json": {"schema": _reference(schemas.Problem)}}
+    responses: dict[int | str, dict[str, Any]] = {}
     for failure in failures:
         responses[failure] = {"description": _FAILURES[failure]}
         if failure != 304:

@@ -1,9 +1,13 @@
-"""Rooms over REST: list, open, look at, and drop a ball into."""
+"""Rooms over REST: list, open, look at, drop a ball into; change, reset, close; read the log."""
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request, Response
+import msgspec
+from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.responses import StreamingResponse
+from fastapi.security import HTTPBearer
 
+from app.errors import TokenError
 from app.ledger.records import Parked
 from app.protocol import parse_x
 from app.room import MODE, SOLVER, Room
@@ -11,6 +15,7 @@ from app.routes.common import (
     Server,
     body_of,
     documented,
+    documented_failures,
     limit_drops,
     optional_seed,
     read,
@@ -18,9 +23,12 @@ from app.routes.common import (
     resolve_board,
 )
 from app.schemas import (
+    RoomChange,
     RoomDrop,
     RoomDropRequest,
     RoomList,
+    RoomLog,
+    RoomOpened,
     RoomRequest,
     RoomSummary,
     RoomView,
@@ -28,6 +36,11 @@ from app.schemas import (
 from app.services import Services
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+
+# Only documents the scheme: what is missing or wrong is said by `app.tokens`.
+Token = Depends(
+    HTTPBearer(scheme_name="room token", description="What `POST rooms` gave.", auto_error=False)
+)
 
 
 @router.get("", summary="List the rooms", responses=documented(RoomList))
@@ -41,20 +54,83 @@ async def list_rooms(server: Server) -> Response:
     "",
     status_code=201,
     summary="Open a room",
-    responses=documented(RoomView, 400, 404, 413, 422, 429, 503, status=201, description="Opened"),
+    responses=documented(
+        RoomOpened, 400, 404, 413, 422, 429, 503, status=201, description="Opened"
+    ),
     openapi_extra=body_of(RoomRequest, {"board": "triangle-12-high"}),
 )
 async def open_room(request: Request, server: Server) -> Response:
-    """Open a room with an id of its own over any board; watch it at `/ws/rooms/{id}`."""
+    """Open a room with an id of its own over any board; watch it at `/ws/rooms/{id}`.
+
+    The reply's `token` lets its holder change, reset and close the room.
+    """
     body = await read(request, RoomRequest)
     room = await server.rooms.create(await resolve_board(server, body.board))
-    return reply(_view(server, room), 201, {"location": f"/api/v1/rooms/{room.id}"})
+    view = msgspec.structs.asdict(_view(server, room))
+    opened = RoomOpened(**view, token=server.tokens.of(room.id))
+    headers = {"location": f"/api/v1/rooms/{room.id}", "cache-control": "no-store"}
+    return reply(opened, 201, headers)
 
 
 @router.get("/{room}", summary="Look at a room", responses=documented(RoomView, 404, 429, 503))
 async def get_room(room: str, server: Server) -> Response:
     """The room's clock, its balls in flight by their starts, and what came of the others."""
     return reply(_view(server, await server.rooms.seek(room)))
+
+
+@router.patch(
+    "/{room}",
+    summary="Change a room",
+    responses=documented(RoomView, 400, 401, 403, 404, 413, 422, 429, 503),
+    openapi_extra=body_of(RoomChange, {"board": "triangle-8"}),
+    dependencies=[Token],
+)
+async def change_room(room: str, request: Request, server: Server) -> Response:
+    """Give a room another board. It begins anew, for everyone in it; for its creator alone."""
+    found = await _own_room(room, request, server)
+    body = await read(request, RoomChange)
+    board = await resolve_board(server, body.board)
+    return reply(_view(server, await server.rooms.reset(found, board)))
+
+
+@router.post(
+    "/{room}/reset",
+    summary="Begin a room anew",
+    responses=documented(RoomView, 401, 403, 404, 429, 503),
+    dependencies=[Token],
+)
+async def reset_room(room: str, request: Request, server: Server) -> Response:
+    """Take all balls out and count from zero; for its creator alone."""
+    found = await _own_room(room, request, server)
+    return reply(_view(server, await server.rooms.reset(found)))
+
+
+@router.delete(
+    "/{room}",
+    status_code=204,
+    summary="Close a room",
+    responses={204: {"description": "Closed"}, **documented_failures(401, 403, 404, 429, 503)},
+    dependencies=[Token],
+)
+async def close_room(room: str, request: Request, server: Server) -> Response:
+    """Close a room for good and send everyone away; for its creator alone."""
+    await server.rooms.delete(await _own_room(room, request, server))
+    return Response(status_code=204)
+
+
+@router.get(
+    "/{room}/log",
+    summary="Read a room's log",
+    responses=documented(RoomLog, 404, 429, 503),
+)
+async def get_log(room: str, server: Server) -> Response:
+    """All drops since the room began, at their ticks, with their results.
+
+    `plinko verify` replays it and compares every digest.
+    """
+    found = await server.rooms.seek(room)
+    body = await server.rooms.keeper.log(found)
+    return StreamingResponse(body, media_type="application/json")
 
 
 @router.post(
@@ -86,6 +162,15 @@ async def post_room_drop(
         landed = await server.rooms.landing(found, accepted.ball, server.settings.wait_limit)
     drop = RoomDrop(found.id, accepted.ball, accepted.seed, accepted.x, accepted.tick, landed)
     return reply(drop, 202 if landed is None else 200)
+
+
+async def _own_room(room_id: str, request: Request, server: Services) -> Room:
+    """The room, if the request bears its token; raises what stands in the way."""
+    room = await server.rooms.seek(room_id)
+    if not server.rooms.owned(room):
+        raise TokenError(f"room {room.id!r} belongs to nobody and cannot be changed", field="room")
+    server.tokens.check(room.id, request.headers.get("authorization"))
+    return room
 
 
 def _summary(server: Services, room: Room) -> RoomSummary:
@@ -127,6 +212,7 @@ def _view(server: Services, room: Room) -> RoomView:
         tick_rate=room.tick_rate,
         awake=room.awake,
         clients=server.hub.count(room.id),
+        owned=server.rooms.owned(room),
         extent=room.extent,
         balls=room.balls,
         stats=room.stats(),

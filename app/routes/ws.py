@@ -84,7 +84,7 @@ class Session:
         now = time.monotonic()
         self.socket = socket
         self.server = server
-        self.room = room
+        self.room_id = room.id
         self.client = Client(
             next(server.client_ids),
             line_of(socket),
@@ -97,6 +97,11 @@ class Session:
         self._drops = TokenBucket(settings.drop_rate, 2 * settings.drop_rate, now)
         self._strikes = TokenBucket(_STRIKES_FORGIVEN, _STRIKES, now)
 
+    @property
+    def room(self) -> Room:
+        """The room as it is now: its creator may have begun it anew."""
+        return self.server.rooms.find(self.room_id)
+
     async def run(self) -> AppError | None:
         """Serve the client until it leaves, or return why it must; raises RoomFullError."""
         self.server.rooms.enter(self.room, self.client)
@@ -104,7 +109,7 @@ class Session:
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self.server.rooms.exit(self.room, self.client)
+            self.server.rooms.exit(self.room_id, self.client)
             for task in tasks:
                 task.cancel()
             ended = await asyncio.gather(*tasks, return_exceptions=True)
@@ -160,7 +165,7 @@ class Session:
         error = None if asked.cancelled() else asked.exception()
         if error is not None:
             event = protocol.encode_event(_event(error, ref))
-            self.server.hub.tell(self.room.id, self.client.id, event)
+            self.server.hub.tell(self.room_id, self.client.id, event)
 
     def _pong(self, ping: protocol.PingMessage) -> protocol.Pong:
         tick, at = self.room.world.tick, self.room.tick_time

@@ -1,0 +1,99 @@
+"""A PostgreSQL of the tests' own: a cluster in a temporary folder, reached by a Unix socket."""
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+
+MISSING = "PostgreSQL's server programs are not here: apt-get install postgresql"
+
+
+def programs() -> Path | None:
+    """The folder with initdb and postgres, the newest version's; None when there is none."""
+    found = shutil.which("initdb")
+    if found is not None and Path(found).with_name("postgres").exists():
+        return Path(found).parent
+    versions = sorted(Path("/usr/lib/postgresql").glob("*/bin/initdb"), reverse=True)
+    return versions[0].parent if versions else None
+
+
+@dataclass
+class Cluster:
+    """A running PostgreSQL that can be killed and started again."""
+
+    folder: Path
+    binaries: Path
+    user: str | None  # to run it as, where the tests run as root
+    process: "subprocess.Popen[bytes] | None" = None
+    _names: Iterator[int] = field(default_factory=count)
+
+    def url(self, database: str) -> str:
+        return f"postgresql://plinko@/{database}?host={self.folder}"
+
+    def new_database(self) -> str:
+        """An empty database; returns its address."""
+        import psycopg
+
+        name = f"plinko_{next(self._names)}"
+        with psycopg.connect(self.url("postgres"), autocommit=True) as connection:
+            connection.execute(f"CREATE DATABASE {name}")
+        return self.url(name)
+
+    def start(self) -> None:
+        options = [f"-k{self.folder}", "-clisten_addresses=", "-cmax_connections=20"]
+        self.process = subprocess.Popen(
+            [self.binaries / "postgres", "-D", self.folder / "data", *options],
+            user=self.user,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            cwd=self.folder,
+        )
+        while not self._answers():
+            assert self.process.poll() is None, "PostgreSQL ended while it was to start"
+            time.sleep(0.05)
+
+    def stop(self, how: signal.Signals = signal.SIGINT) -> None:
+        """End it: SIGINT in order, SIGQUIT as in a crash."""
+        if self.process is not None:
+            self.process.send_signal(how)
+            self.process.wait()
+            self.process = None
+
+    def _answers(self) -> bool:
+        import psycopg
+
+        try:
+            psycopg.connect(self.url("postgres")).close()
+        except psycopg.OperationalError:
+            return False
+        return True
+
+
+@contextlib.contextmanager
+def running(binaries: Path) -> Iterator[Cluster]:
+    """A new cluster, gone at the end. It refuses to run as root, and then runs as `postgres`."""
+    user = "postgres" if os.geteuid() == 0 else None
+    with tempfile.TemporaryDirectory(prefix="plinko-pg-") as name:
+        folder = Path(name)
+        if user is not None:
+            shutil.chown(folder, user)
+        subprocess.run(
+            [binaries / "initdb", "-D", folder / "data", "-U", "plinko", "-A", "trust", "-N"],
+            user=user,
+            check=True,
+            capture_output=True,
+            cwd=folder,
+        )
+        cluster = Cluster(folder, binaries, user)
+        cluster.start()
+        try:
+            yield cluster
+        finally:
+            cluster.stop()

@@ -1,0 +1,133 @@
+"""`plinko serve` as a process that can be killed, and players that note what they are told."""
+
+import asyncio
+import contextlib
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from typing import Any
+
+import httpx
+import msgspec
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
+
+_SERVE = (
+    *(sys.executable, "-m", "app.cli", "serve"),
+    *("--drop-rate", "1000", "--message-rate", "1000"),
+)
+
+
+def free_port() -> int:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        port: int = taken.getsockname()[1]
+        return port
+
+
+@dataclass
+class Served:
+    """A server process over one ledger, started again at the same port after each end."""
+
+    url: str  # of the ledger
+    flags: tuple[str, ...] = ()
+    port: int = field(default_factory=free_port)
+    process: "subprocess.Popen[str] | None" = None
+
+    @property
+    def address(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    def start(self) -> None:
+        self.process = subprocess.Popen(
+            [*_SERVE, "--port", str(self.port), *self.flags],
+            env=os.environ | {"PLINKO_DATABASE_URL": self.url},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        assert re.search(r"http://\S+", line), f"the server said {line!r} and no address"
+
+    def end(self, how: signal.Signals) -> int:
+        assert self.process is not None
+        self.process.send_signal(how)
+        self.process.communicate()
+        code = self.process.returncode
+        self.process = None
+        return code
+
+    def __enter__(self) -> "Served":
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.process is not None:
+            self.end(signal.SIGKILL)
+
+    def get(self, path: str) -> Any:
+        with httpx.Client(base_url=self.address, timeout=60.0) as client:
+            return client.get(path).raise_for_status().json()
+
+
+@dataclass
+class Told:
+    """All that was ever told of one room, over every connection and every life of the server."""
+
+    room: str
+    accepted: dict[int, dict[str, Any]] = field(default_factory=dict)
+    landed: dict[int, dict[str, Any]] = field(default_factory=dict)
+    tick: int = 0  # the latest one heard of
+    hellos: list[dict[str, Any]] = field(default_factory=list)
+
+    def hear(self, frame: str | bytes) -> None:
+        if isinstance(frame, bytes):
+            self.tick = max(self.tick, int.from_bytes(frame[4:8], "little"))
+            return
+        value = msgspec.json.decode(frame)
+        for event in value if isinstance(value, list) else [value]:
+            self._event(event)
+
+    def _event(self, event: dict[str, Any]) -> None:
+        kind = event["type"]
+        if kind == "hello":
+            assert event["tick"] >= self.tick, "a tick that was shown was taken back"
+            for ball in event["balls"]:
+                told = self.accepted.get(ball["ball"])
+                assert told is None or all(told[key] == ball[key] for key in ball)
+            self.hellos.append(event)
+        elif kind == "accepted":
+            assert event["ball"] not in self.accepted, "a ball's number was given twice"
+            self.accepted[event["ball"]] = {k: event[k] for k in ("ball", "seed", "x", "tick")}
+        elif kind == "landed":
+            event.pop("type")
+            before = self.landed.setdefault(event["ball"], event)
+            assert before == event, "a ball landed twice, and differently"
+        else:
+            assert event.get("code") in (None, "too-many-balls"), event
+        self.tick = max(self.tick, event.get("tick", 0))
+
+
+async def play(server: Served, told: Told, seeds: Any, pause: float) -> None:
+    """Drop ball after ball, and write down what comes, until the line breaks or it is cancelled."""
+    url = f"ws{server.address.removeprefix('http')}/ws/rooms/{told.room}"
+    with contextlib.suppress(ConnectionClosed, InvalidHandshake, OSError):
+        async with connect(url, compression=None, max_size=None) as line:
+
+            async def drop() -> None:
+                while True:
+                    message = {"type": "drop", "seed": next(seeds)}
+                    await line.send(msgspec.json.encode(message).decode())
+                    await asyncio.sleep(pause)
+
+            dropping = asyncio.create_task(drop())
+            try:
+                async for frame in line:
+                    told.hear(frame)
+            finally:
+                dropping.cancel()
+                await asyncio.gather(dropping, return_exceptions=True)
