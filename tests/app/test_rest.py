@@ -464,6 +464,7 @@ def test_a_room_can_be_opened_over_any_board(http: httpx.Client) -> None:
     assert response.status_code == 201
     room = response.json()
     assert response.headers["location"] == f"/api/v1/rooms/{room['id']}"
+    assert len(room.pop("token")) == 43
     assert http.get(f"/api/v1/rooms/{room['id']}").json() == room
     assert room["board_digest"] == Board.from_json(TINY).digest
     other = http.post("/api/v1/rooms", json={"board": TINY}).json()
