@@ -54,7 +54,8 @@ lint: $(VENV)/.stamp-lint
 
 # Every table and plot of docs/benchmarks.md, anew; BENCH_ARGS=--quick for a trial.
 bench: $(VENV)/.stamp-bench
-	$(BIN)/plinko bench all --plots docs/images --page docs/benchmarks.md $(BENCH_ARGS)
+	chromium="$$(tools/chromium)" && \
+	CHROMIUM="$$chromium" $(BIN)/plinko bench all --plots docs/images --page docs/benchmarks.md $(BENCH_ARGS)
 
 format: $(VENV)/.stamp-lint
 	$(BIN)/ruff check --fix-only --quiet .

@@ -128,9 +128,7 @@ def _round(
     return best
 
 
-def _around(
-    centre: Tuning, reach: float, count: int, low: Tuning, high: Tuning
-) -> list[Tuning]:
+def _around(centre: Tuning, reach: float, count: int, low: Tuning, high: Tuning) -> list[Tuning]:
     """`count` tunings spread evenly within `reach` of `centre`, a part of the range each way."""
     tunings = []
     for index in range(1, count + 1):

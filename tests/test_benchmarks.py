@@ -14,6 +14,7 @@ from benchmarks import (
     energy,
     machine,
     operations,
+    page,
     random_boards,
     scenes,
     stripped,
@@ -27,7 +28,7 @@ from benchmarks.contestants.chipmunk import Chipmunk
 from benchmarks.contestants.common import Contestant, Paths
 from benchmarks.contestants.naive import Naive
 from benchmarks.contestants.ours import Exact, Stepped
-from benchmarks.page import fill
+from benchmarks.markers import fill
 from benchmarks.report import Section, Table, length, spread
 from benchmarks.settings import MissingError, Settings
 from engine import drop, drop_many
@@ -260,3 +261,18 @@ def test_the_command_prints_json_and_saves_plots(
     assert list(printed["sections"]) == list(suite.NAMES)
     assert printed["machine"]["python"]
     assert (tmp_path / "plot.png").exists()
+
+
+def test_the_page_is_judged_by_the_thread_that_draws() -> None:
+    def event(name: str, thread: int, start: float, took: float) -> dict[str, object]:
+        return {"name": name, "ph": "X", "pid": 1, "tid": thread, "ts": start, "dur": took}
+
+    frames = [event("FireAnimationFrame", 7, 1000.0 * at, 2000.0) for at in (0, 20, 40)]
+    elsewhere = [event("Layout", 8, 0.0, 99_000.0), event("FireAnimationFrame", 8, 0.0, 1.0)]
+    trace = page.read([*frames, *elsewhere, event("Layout", 7, 0.0, 9000.0)])
+    assert trace.rate == pytest.approx(50.0)
+    assert trace.intervals == [20.0, 20.0]
+    assert trace.of(page.LAYOUT) == [9.0]
+    assert page.quantile([3.0, 1.0, 2.0], 50) == 2.0
+    with pytest.raises(MissingError, match="no frame"):
+        page.read(elsewhere[:1])

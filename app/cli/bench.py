@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from benchmarks.report import Section
 
-WHAT = ("accuracy", "throughput", "stability", "features")
+WHAT = ("accuracy", "throughput", "stability", "features", "page")
 
 
 @click.command(name="bench", short_help="Measure speed, accuracy and stability.")
@@ -60,7 +60,7 @@ def command(
     oracle of `accuracy` and all plots need the `bench` extra.
     """
     from benchmarks import machine, suite
-    from benchmarks.page import fill
+    from benchmarks.markers import fill
     from benchmarks.settings import MissingError, Settings
 
     names = WHAT if what == "all" else (what,)

@@ -2,10 +2,12 @@
 // Knows boards, scenes and colours; nothing of the network.
 
 import { layOut } from "./geometry.js";
+import { Damage } from "./damage.js";
 import {
-  flashRadius, makeSprite, paintBall, paintFlash, paintPaid, paintTrail,
+  makeFlashes, makeSprite, paintBall, paintFlash, paintPaid, traceTrail,
 } from "./paint-ball.js";
-import { binBox, paintBin, paintBoard } from "./paint-board.js";
+import { binBox, paintBoard } from "./paint-board.js";
+import { beamHeight, paintPulse, pulseOf } from "./paint-bin.js";
 
 const PAID_RISE = 46; // CSS pixels that a paid score climbs
 
@@ -15,9 +17,11 @@ const PAID_RISE = 46; // CSS pixels that a paid score climbs
  * @property {SceneBall[]} balls
  * @property {{x: number, y: number, radius: number, age: number, strength: number}[]} flashes
  *   pegs just hit; age and strength 0 … 1
- * @property {{bin: number, age: number, score: number}[]} hits bins just hit; age 0 … 1
+ * @property {{bin: number, age: number, score: number, ticket?: boolean}[]} hits bins just hit;
+ *   age 0 … 1; without a ticket what it paid is not written above it
  * @property {{x: number, y: number}[][]} paths whole paths, as lines
  * @property {number | null} aim where a ball would start
+ * @property {number | null} [chosen] id of the ball that is measured
  *
  * @typedef {object} SceneBall
  * @property {number} x
@@ -26,18 +30,19 @@ const PAID_RISE = 46; // CSS pixels that a paid score climbs
  * @property {boolean} mine
  * @property {Float64Array} trail x y x y …, newest first
  * @property {number} trailCount
+ * @property {number} [id]
  */
 
 /** @returns {Scene} */
 export function emptyScene() {
-  return { balls: [], flashes: [], hits: [], paths: [], aim: null };
+  return { balls: [], flashes: [], hits: [], paths: [], aim: null, chosen: null };
 }
 
 /** Draws one board and the scenes on it. `onLayout(geometry)` tells when the size changed. */
 export class BoardView {
   /** @type {import("./geometry.js").Geometry | null} */
   geometry = null;
-  #dirty = [];
+  #damage = new Damage();
   #points = new Float64Array(64);
 
   /**
@@ -84,22 +89,24 @@ export class BoardView {
     const ctx = this.still.getContext("2d");
     paintBoard(ctx, this.geometry, this.board, this.slots, this.theme);
     this.#makeSprites();
-    this.#dirty = [[0, 0, this.geometry.width, this.geometry.height]];
+    this.#damage.add(0, 0, this.geometry.width, this.geometry.height);
   }
 
   /** @param {Scene} scene */
   draw(scene) {
     if (!this.geometry) return;
     const ctx = this.moving.getContext("2d");
-    for (const [x, y, width, height] of this.#dirty) ctx.clearRect(x, y, width, height);
-    this.#dirty.length = 0;
+    this.#damage.clear(ctx, this.geometry.width, this.geometry.height);
     for (const path of scene.paths) this.#drawPath(ctx, path);
     for (const flash of scene.flashes) this.#drawFlash(ctx, flash);
-    for (const ball of scene.balls) this.#drawTrail(ctx, ball);
-    for (const ball of scene.balls) this.#drawBall(ctx, ball);
+    this.#drawTrails(ctx, scene.balls, false);
+    this.#drawTrails(ctx, scene.balls, true);
+    for (const ball of scene.balls) if (!ball.mine) this.#drawBall(ctx, ball);
+    for (const ball of scene.balls) if (ball.mine) this.#drawBall(ctx, ball);
+    for (const ball of scene.balls) if (ball.id === scene.chosen) this.#drawChosen(ctx, ball);
     if (scene.aim !== null) this.#drawAim(ctx, scene.aim);
     for (const hit of scene.hits) this.#drawHit(ctx, hit);
-    for (const hit of scene.hits) this.#drawPaid(ctx, hit);
+    for (const hit of scene.hits) if (hit.ticket ?? true) this.#drawPaid(ctx, hit);
   }
 
   /** @param {PointerEvent | MouseEvent} event @returns {{x: number, above: boolean} | null} */
@@ -132,27 +139,39 @@ export class BoardView {
   #makeSprites() {
     const { palette } = this.theme;
     this.radius = this.board.ball.radius * this.geometry.scale;
-    const light = palette.ballLight;
+    const { ballLight: light, shadow } = palette;
     this.sprites = {
       mine: makeSprite(this.radius, this.#density, {
-        body: palette.ball, dark: palette.ballDark, light, band: palette.ballBand,
+        body: palette.ball, dark: palette.ballDark, light, band: palette.ballBand, shadow,
       }),
       other: makeSprite(this.radius, this.#density, {
-        body: palette.other, dark: palette.otherDark, light: "#ffffff", band: palette.otherDark,
+        body: palette.other, dark: palette.otherDark, light: "#ffffff",
+        band: palette.otherDark, shadow,
       }),
     };
+    const largest = this.board.pegs.reduce((most, { radius }) => Math.max(most, radius), 0.01);
+    this.flashes = makeFlashes(largest * this.geometry.scale, this.#density, palette.flash);
   }
 
-  #drawTrail(ctx, { trail, trailCount, mine }) {
+  #drawTrails(ctx, balls, mine) {
     const { px, py } = this.geometry;
-    const count = Math.min(trailCount, this.#points.length / 2);
-    for (let i = 0; i < count; i += 1) {
-      this.#points[2 * i] = px(trail[2 * i]);
-      this.#points[2 * i + 1] = py(trail[2 * i + 1]);
-    }
+    const points = this.#points;
     const { palette } = this.theme;
-    paintTrail(ctx, this.#points, count, this.radius, mine ? palette.ball : palette.other);
-    this.#touchPoints(count, this.radius + 2);
+    ctx.beginPath();
+    for (const ball of balls) {
+      if (ball.mine !== mine) continue;
+      const count = Math.min(ball.trailCount, points.length / 2);
+      for (let i = 0; i < count; i += 1) {
+        points[2 * i] = px(ball.trail[2 * i]);
+        points[2 * i + 1] = py(ball.trail[2 * i + 1]);
+      }
+      traceTrail(ctx, points, count, this.radius);
+      this.#damage.addPoints(points, count, this.radius + 2);
+    }
+    ctx.globalAlpha = 0.4;
+    ctx.fillStyle = mine ? palette.ball : palette.other;
+    ctx.fill();
+    ctx.globalAlpha = 1;
   }
 
   #drawBall(ctx, { x, y, angle, mine }) {
@@ -168,29 +187,36 @@ export class BoardView {
       ctx.rect(0, 0, width, binTop + 2);
       ctx.clip();
     }
-    ctx.globalAlpha = 0.35;
-    ctx.fillStyle = this.theme.palette.shadow;
-    ctx.beginPath();
-    ctx.arc(atX + 0.28 * radius, atY + 0.5 * radius, radius, 0, 2 * Math.PI);
-    ctx.fill();
-    ctx.globalAlpha = 1;
     paintBall(ctx, mine ? this.sprites.mine : this.sprites.other, atX, atY, angle);
     if (sinking) ctx.restore();
     this.#touch(atX, atY, 1.6 * radius + 3);
   }
 
+  /** The ball whose speed is measured wears a ring. */
+  #drawChosen(ctx, { x, y }) {
+    const { px, py } = this.geometry;
+    const reach = this.radius + 5;
+    ctx.strokeStyle = this.theme.palette.trayMark;
+    ctx.lineWidth = 1.5;
+    ctx.beginPath();
+    ctx.arc(px(x), py(y), reach, 0, 2 * Math.PI);
+    ctx.stroke();
+    this.#touch(px(x), py(y), reach + 2);
+  }
+
   #drawFlash(ctx, { x, y, radius, age, strength }) {
     const { px, py, scale } = this.geometry;
-    const size = radius * scale;
-    paintFlash(ctx, px(x), py(y), size, age, strength, this.theme.palette.flash);
-    this.#touch(px(x), py(y), flashRadius(size, 1, strength) + 1);
+    const reach = paintFlash(ctx, this.flashes, px(x), py(y), radius * scale, age, strength);
+    this.#touch(px(x), py(y), reach + 1);
   }
 
   #drawHit(ctx, { bin, age, score }) {
-    const { x, y, width, height } = binBox(this.geometry, this.board, bin);
-    const { flash } = this.theme.palette;
-    paintBin(ctx, this.geometry, this.board, bin, this.theme.payout(score), (1 - age) ** 2, flash);
-    this.#dirty.push([x - 4, y - 4, width + 8, height + 14]);
+    const box = binBox(this.geometry, this.board, bin);
+    const pulse = pulseOf(score, age);
+    paintPulse(ctx, this.still, box, pulse, this.theme, this.#density, score);
+    const beam = beamHeight(box, pulse);
+    const { x, y, width, height } = box;
+    this.#damage.add(x - 6, y - beam - 6, width + 12, height + beam + 18);
   }
 
   #drawPaid(ctx, { bin, age, score }) {
@@ -200,7 +226,7 @@ export class BoardView {
     const at = y - size - PAID_RISE * (1 - (1 - age) ** 3);
     const { palette } = this.theme;
     paintPaid(ctx, middle, at, size, score, age, this.theme.payout(score), palette.shadow);
-    this.#dirty.push([middle - 2.4 * size, at - size, 4.8 * size, 2.2 * size]);
+    this.#damage.add(middle - 2.4 * size, at - size, 4.8 * size, 2.2 * size);
   }
 
   #drawAim(ctx, x) {
@@ -216,7 +242,7 @@ export class BoardView {
     ctx.lineTo(at - 8, tip - 12);
     ctx.lineTo(at + 8, tip - 12);
     ctx.fill();
-    this.#dirty.push([at - this.radius - 12, 0, 2 * this.radius + 24, aimBottom + this.radius]);
+    this.#damage.add(at - this.radius - 12, 0, 2 * this.radius + 24, aimBottom + this.radius);
   }
 
   #drawPath(ctx, path) {
@@ -229,26 +255,10 @@ export class BoardView {
     for (const { x, y } of path) ctx.lineTo(px(x), py(y));
     ctx.stroke();
     ctx.globalAlpha = 1;
-    this.#dirty.push([0, 0, width, height]);
+    this.#damage.add(0, 0, width, height);
   }
 
   #touch(x, y, reach) {
-    this.#dirty.push([x - reach, y - reach, 2 * reach, 2 * reach]);
-  }
-
-  #touchPoints(count, margin) {
-    if (count === 0) return;
-    let left = Number.POSITIVE_INFINITY;
-    let top = Number.POSITIVE_INFINITY;
-    let right = Number.NEGATIVE_INFINITY;
-    let bottom = Number.NEGATIVE_INFINITY;
-    for (let i = 0; i < count; i += 1) {
-      left = Math.min(left, this.#points[2 * i]);
-      right = Math.max(right, this.#points[2 * i]);
-      top = Math.min(top, this.#points[2 * i + 1]);
-      bottom = Math.max(bottom, this.#points[2 * i + 1]);
-    }
-    const width = right - left + 2 * margin;
-    this.#dirty.push([left - margin, top - margin, width, bottom - top + 2 * margin]);
+    this.#damage.add(x - reach, y - reach, 2 * reach, 2 * reach);
   }
 }

@@ -3,6 +3,7 @@
 import { counted } from "./format.js";
 
 const TOP = 12; // CSS pixels kept free above the highest column
+const WORDS_MS = 700;
 const BEAD = 4; // CSS pixels: from this size on, single balls are told apart
 
 /** Draws counts on a canvas whose columns stand under the board's bins. */
@@ -10,6 +11,9 @@ export class Histogram {
   #counts = [];
   #expected = null;
   #geometry = null;
+  #height = 0;
+  #stale = true;
+  #told = 0;
 
   /** @param {HTMLCanvasElement} canvas @param {import("./theme.js").Theme} theme */
   constructor(canvas, theme) {
@@ -25,7 +29,13 @@ export class Histogram {
   setBoard(board, counts, expected) {
     this.board = board;
     this.#counts = [...counts];
+    this.setExpected(expected);
+  }
+
+  /** @param {{label: string, chances: number[]} | null} expected */
+  setExpected(expected) {
     this.#expected = expected;
+    this.#told = 0;
     this.draw();
   }
 
@@ -36,32 +46,77 @@ export class Histogram {
   /** @param {number} bin one more ball lies here */
   add(bin) {
     this.#counts[bin] += 1;
-    this.draw();
+    this.#stale = true;
+  }
+
+  /** Draws what was added since; many balls of one frame are drawn once. */
+  refresh(nowMs) {
+    if (!this.#stale && this.#told === this.total) return;
+    if (this.#stale) this.#paint();
+    // Words are for those who listen: they are not told sixty times a second.
+    if (nowMs - this.#toldMs >= WORDS_MS) this.#tell(nowMs);
+  }
+
+  /** Something is left to draw or to say. */
+  get pending() {
+    return this.#stale || this.#told !== this.total;
+  }
+
+  get total() {
+    let total = 0;
+    for (const count of this.#counts) total += count;
+    return total;
   }
 
   /** @param {import("./geometry.js").Geometry} geometry the board's, whose columns are shared */
   layOut(geometry) {
     this.#geometry = geometry;
+    this.#height = this.canvas.parentElement.clientHeight;
     this.draw();
   }
 
+  /** Draws and says it all at once. */
   draw() {
     if (!this.board || !this.#geometry) return;
-    const { width } = this.#geometry;
-    const height = this.canvas.parentElement.clientHeight;
-    const density = window.devicePixelRatio || 1;
-    this.canvas.width = Math.round(width * density);
-    this.canvas.height = Math.round(height * density);
-    const ctx = this.canvas.getContext("2d");
-    ctx.setTransform(density, 0, 0, density, 0, 0);
-    const total = this.#counts.reduce((sum, count) => sum + count, 0);
+    this.#paint();
+    this.#tell(performance.now());
+  }
+
+  #paint() {
+    this.#stale = false;
+    if (!this.board || !this.#geometry) return;
+    const height = this.#height;
+    const ctx = this.#fit(this.#geometry.width, height);
+    const { total } = this;
     const expected = this.#expected?.chances.map((chance) => chance * Math.max(total, 1));
     const most = Math.max(1, ...this.#counts, ...(expected ?? []));
     const unit = (height - TOP) / Math.max(most, total ? 4 : 0.5);
     this.#paintBars(ctx, height, unit);
     if (expected) this.#paintExpected(ctx, height, unit, expected);
-    this.canvas.setAttribute("aria-label", this.describe(total));
   }
+
+  /** A canvas is made anew only when its size has changed: that is dear. */
+  #fit(width, height) {
+    const density = window.devicePixelRatio || 1;
+    const across = Math.round(width * density);
+    const down = Math.round(height * density);
+    const ctx = this.canvas.getContext("2d");
+    if (this.canvas.width !== across || this.canvas.height !== down) {
+      this.canvas.width = across;
+      this.canvas.height = down;
+    }
+    ctx.setTransform(density, 0, 0, density, 0, 0);
+    ctx.clearRect(0, 0, width, height);
+    return ctx;
+  }
+
+  #tell(nowMs) {
+    this.#told = this.total;
+    this.#toldMs = nowMs;
+    this.canvas.setAttribute("aria-label", this.describe(this.#told));
+  }
+
+  #toldMs = 0;
 
   /** @param {number} total @returns {string} the picture in words */
   describe(total) {

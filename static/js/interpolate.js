@@ -3,6 +3,12 @@
 const KICK = 0.25; // m/s that flight cannot explain: a bounce nobody flagged (a lost snapshot)
 const TURN = 2 * Math.PI;
 
+// Filled anew by each call: thousands of calls a frame would leave as many objects behind.
+const forth = { x: 0, y: 0, angle: 0 };
+const back = { x: 0, y: 0, angle: 0 };
+const end = { x: 0, y: 0, angle: 0 };
+const corner = { t: 0, x: 0, y: 0 };
+
 /**
  * A known moment of a ball's path.
  * @typedef {object} Knot
@@ -40,7 +46,12 @@ const TURN = 2 * Math.PI;
  */
 export function poseBetween(a, b, t, law, out = { x: 0, y: 0, angle: 0 }) {
   const span = b.t - a.t;
-  if (span <= 0) return Object.assign(out, { x: b.x, y: b.y, angle: b.angle });
+  if (span <= 0) {
+    out.x = b.x;
+    out.y = b.y;
+    out.angle = b.angle;
+    return out;
+  }
   const s = (t - a.t) / span;
   out.angle = a.angle + s * shortestTurn(a.angle, b.angle);
   if (a.vOut && b.vIn) {
@@ -79,8 +90,8 @@ export function flightPose(from, t, { gravity, drag }, out = { x: 0, y: 0, angle
  * @returns {number} seconds, within [a.t, b.t]
  */
 export function meetingTime(a, b, law) {
-  const backAtA = flightPose(b, a.t, law);
-  const forthAtB = flightPose(a, b.t, law);
+  const backAtA = flightPose(b, a.t, law, back);
+  const forthAtB = flightPose(a, b.t, law, forth);
   const gap0x = a.x - backAtA.x;
   const gap0y = a.y - backAtA.y;
   const changeX = forthAtB.x - b.x - gap0x;
@@ -117,16 +128,18 @@ function hermitePose(a, b, s, out) {
 
 function bouncePose(a, b, t, law, out) {
   const meet = meetingTime(a, b, law);
-  const forth = flightPose(a, meet, law);
-  const back = flightPose(b, meet, law);
-  const place = { t: meet, x: (forth.x + back.x) / 2, y: (forth.y + back.y) / 2 };
-  return t <= meet ? bentFlight(a, place, t, law, out) : bentFlight(b, place, t, law, out);
+  flightPose(a, meet, law, forth);
+  flightPose(b, meet, law, back);
+  corner.t = meet;
+  corner.x = (forth.x + back.x) / 2;
+  corner.y = (forth.y + back.y) / 2;
+  return t <= meet ? bentFlight(a, corner, t, law, out) : bentFlight(b, corner, t, law, out);
 }
 
 /** Flight from a knot, bent linearly in time so that it ends at `to` (before or after it). */
 function bentFlight(from, to, t, law, out) {
   const span = to.t - from.t;
-  const miss = flightPose(from, to.t, law);
+  const miss = flightPose(from, to.t, law, end);
   const missX = to.x - miss.x;
   const missY = to.y - miss.y;
   const s = span === 0 ? 0 : (t - from.t) / span;

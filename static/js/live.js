@@ -14,8 +14,9 @@ import { Table } from "./table.js";
  *   => void} onState
  * @property {(played: import("./session.js").Played) => void} onPlayed a drop of ours has settled
  * @property {(bin: number) => void} onHit a ball, whosever, lies in a bin
- * @property {(message: string) => void} onError
+ * @property {(message: string, code?: string) => void} onError
  * @property {() => void} onChange there is something new to draw
+ * @property {(ms: number) => void} [onPong] how long a message took there and back
  */
 
 /** One room, through reconnections. */
@@ -42,17 +43,24 @@ export class LiveTable {
   }
 
   /**
-   * @param {{seed: string | null, x: number | null}} ask
+   * @param {{seed: string | null, x: number | null, stake?: number}} ask
    * @returns {boolean} false when there is no line: nothing was sent
    */
-  drop({ seed, x }) {
+  drop({ seed, x, stake = 1 }) {
     const ref = `d${this.#refs}`;
     this.#refs += 1;
     const message = { type: "drop", ref, ...(seed !== null && { seed }), ...(x !== null && { x }) };
     if (!this.table || !this.connection.send(message)) return false;
-    this.#mine.set(ref, { ref, ball: null });
+    this.#mine.set(ref, { ref, ball: null, stake });
     this.connection.expectNews(true);
     return true;
+  }
+
+  /** Drops of ours that the table has not answered yet. */
+  get unanswered() {
+    let count = 0;
+    for (const { ball } of this.#mine.values()) count += ball === null;
+    return count;
   }
 
   /** @param {number} nowMs @returns {number} table time to draw, s */
@@ -66,14 +74,17 @@ export class LiveTable {
    * @param {number} nowMs local time
    */
   settle(due, nowMs) {
-    if (!this.table) return;
-    for (const ball of this.table.settle(due, nowMs / 1000)) this.#settled(ball);
-    this.#rest();
+    this.#settleUntil(due, nowMs / 1000);
   }
 
   /** @returns {{x: number, y: number}[][]} the way our last ball took, as lines */
   ownPaths() {
-    return this.table?.lastPath ? [this.table.lastPath.line()] : [];
+    return this.table?.lastTrace ? [this.table.lastTrace.points()] : [];
+  }
+
+  /** Asks how long a message takes there and back; the answer is told by `onPong`. */
+  ping() {
+    return this.connection.send({ type: "ping", t: performance.now() });
   }
 
   close() {
@@ -98,6 +109,7 @@ export class LiveTable {
       contact: () => this.table?.applyContact(event),
       landed: () => this.#landed(event),
       error: () => this.#refused(event),
+      pong: () => this.listener.onPong?.(performance.now() - event.t),
     };
     // A newer server may send more kinds; what this page does not know it can do without.
     handlers[event.type]?.();
@@ -109,6 +121,7 @@ export class LiveTable {
     this.hello = hello;
     this.scale = { extent: hello.extent, velocityScale: hello.velocity_scale };
     this.clock = new TickClock({ rate: hello.tick_rate });
+    this.tick = hello.tick;
     this.table = new Table(hello);
     this.#learnAddress(hello);
     this.listener.onTable(hello, hello.stats.histogram);
@@ -147,10 +160,10 @@ export class LiveTable {
   }
 
   /** @param {{ref: string, ball: any}} drop landed while nobody told us */
-  async #recover({ ref, ball }) {
+  async #recover({ ref, ball, stake }) {
     this.#mine.delete(ref);
     try {
-      const played = this.#playedOf(ball);
+      const played = { ...this.#playedOf(ball), stake };
       const record = await getJson(dropPath(played));
       this.listener.onPlayed({ ...played, bin: record.bin, score: record.score });
     } catch (error) {
@@ -173,9 +186,16 @@ export class LiveTable {
     // Nobody looks at a hidden tab, and it gets no frames: what landed there counts at once.
     if (document.visibilityState === "hidden") {
       const now = performance.now();
-      this.settle(Number.POSITIVE_INFINITY, now);
+      this.#settleUntil(Number.POSITIVE_INFINITY, null);
       this.table?.forget(this.time(now), now / 1000);
     }
+  }
+
+  /** @param {number} due s @param {number | null} wall s; null lights nothing up */
+  #settleUntil(due, wall) {
+    if (!this.table) return;
+    for (const ball of this.table.settle(due, wall)) this.#settled(ball);
+    this.#rest();
   }
 
   #settled(ball) {
@@ -184,7 +204,9 @@ export class LiveTable {
     for (const [ref, drop] of this.#mine) {
       if (drop.ball !== ball) continue;
       this.#mine.delete(ref);
-      this.listener.onPlayed({ ...this.#playedOf(ball), bin, score, unsettled });
+      this.listener.onPlayed({
+        ...this.#playedOf(ball), stake: drop.stake, bin, score, unsettled,
+      });
     }
   }
 
@@ -194,15 +216,16 @@ export class LiveTable {
 
   #refused(event) {
     this.#mine.delete(event.ref);
-    this.listener.onError(event.detail);
+    this.listener.onError(event.detail, event.code);
     if (this.table) this.#rest();
   }
 
   #snapshot(bytes) {
     if (!this.table) return;
-    const snapshot = decodeSnapshot(bytes, this.scale);
-    this.clock.observe(snapshot.tick, performance.now());
-    this.table.applySnapshot(snapshot);
+    this.snapshot = decodeSnapshot(bytes, this.scale, this.snapshot);
+    this.tick = this.snapshot.tick;
+    this.clock.observe(this.tick, performance.now());
+    this.table.applySnapshot(this.snapshot);
     this.listener.onChange();
   }
 
@@ -212,11 +235,14 @@ export class LiveTable {
 
   /** Nothing in flight and nothing asked for: the line may be silent as long as it likes. */
   #rest() {
-    const waiting = [...this.#mine.values()].some((drop) => !drop.ball);
-    const flying = [...this.table.balls.values()].some((ball) => !ball.landed);
-    if (flying || waiting || this.#state === "reconnecting") return;
+    let flying = false;
+    let showing = false;
+    for (const ball of this.table.balls.values()) {
+      flying ||= !ball.landed;
+      showing ||= !ball.settled;
+    }
+    if (flying || this.unanswered > 0 || this.#state === "reconnecting") return;
     this.connection.expectNews(false);
-    const showing = [...this.table.balls.values()].some((ball) => !ball.settled);
     if (!showing) this.#setState("asleep");
   }
 

@@ -2,12 +2,14 @@
 
 import { BoardView } from "./board-view.js";
 import { byId } from "./dom.js";
+import { Ghost } from "./ghost.js";
 import { Histogram } from "./histogram.js";
 import { Session } from "./session.js";
 import { Theme } from "./theme.js";
 import { startTable } from "./page-table.js";
 
-/** @typedef {{theme: Theme, view: BoardView, histogram: Histogram, session: Session}} Parts */
+/** @typedef {{theme: Theme, view: BoardView, histogram: Histogram, ghost: Ghost,
+ *   session: Session}} Parts */
 
 async function start() {
   const asked = new URLSearchParams(window.location.search);
@@ -18,9 +20,13 @@ async function start() {
   const theme = await Theme.load();
   const histogram = new Histogram(byId("histogram"), theme);
   const canvases = { still: byId("board-still"), moving: byId("board-moving") };
-  const view = new BoardView(canvases, theme, (geometry) => histogram.layOut(geometry));
+  const ghost = new Ghost(byId("board-ghost"), theme);
+  const view = new BoardView(canvases, theme, (geometry) => {
+    histogram.layOut(geometry);
+    ghost.layOut(geometry);
+  });
   const session = new Session(window.sessionStorage);
-  const parts = { theme, view, histogram, session };
+  const parts = { theme, view, histogram, ghost, session };
   startTable(parts, asked);
 }
 

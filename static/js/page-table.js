@@ -31,8 +31,8 @@ class TablePage {
   #mainBoard = null;
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
 
-  constructor({ theme, view, histogram, session }, room) {
-    Object.assign(this, { theme, view, histogram, session });
+  constructor({ theme, view, histogram, ghost, session }, room) {
+    Object.assign(this, { theme, view, histogram, ghost, session });
     this.loop = new FrameLoop((now) => this.#draw(now));
     this.controls = new Controls({
       onDrop: (ask) => this.#drop(ask),
@@ -81,9 +81,12 @@ class TablePage {
       this.digest = hello.board_digest;
       announceShape(board);
       this.controls.setBoard(name, board, slots);
+      this.ghost.setBoard(board);
       this.view.setBoard(board, slots);
       byId("board-moving").setAttribute("aria-label", describeBoard(board));
     }
+    this.live.table.onPassed = this.ghost.follow;
+    this.live.table.tracing = this.#still.matches;
     this.expected = expectedOf(name, board.bins.multipliers.length);
     this.histogram.setBoard(board, counts, this.expected);
     this.#showCount();
@@ -100,10 +103,15 @@ class TablePage {
     const quiet = this.#still.matches;
     live.settle(quiet ? Number.POSITIVE_INFINITY : t, now);
     const scene = live.table ? live.table.sceneAt(t, now / 1000) : emptyScene();
-    if (quiet) Object.assign(scene, { balls: [], flashes: [], paths: live.ownPaths() });
+    if (quiet) scene.balls.length = 0;
+    if (quiet) scene.flashes = [];
+    if (quiet) scene.paths = live.ownPaths();
     scene.aim = this.#hover ?? this.controls.start.x;
     view.draw(scene);
-    return live.table?.busy ?? false;
+    this.ghost.paint(now);
+    this.histogram.refresh(now);
+    if (this.shownCount !== this.histogram.total) this.#showCount();
+    return (live.table?.busy ?? false) || this.ghost.pending || this.histogram.pending;
   }
 
   #played(played) {
@@ -117,11 +125,12 @@ class TablePage {
 
   #hit(bin) {
     this.histogram.add(bin);
-    this.#showCount();
+    this.loop.wake();
   }
 
   #showCount() {
-    const total = this.histogram.counts.reduce((sum, count) => sum + count, 0);
+    const { total } = this.histogram;
+    this.shownCount = total;
     byId("tray-count").textContent = total
       ? `${counted(total, "drop")} landed at this table`
       : "Nothing has landed here yet";
@@ -151,6 +160,7 @@ class TablePage {
 
   #recolour() {
     this.view.repaint();
+    this.ghost.recolour();
     this.histogram.draw();
     this.scoreboard.show();
     this.loop.wake();

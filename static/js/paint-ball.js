@@ -3,51 +3,71 @@
 import { multiplier } from "./format.js";
 import { LABEL_FONT } from "./paint-board.js";
 
-const SPRITE_MARGIN = 1.1; // of the radius, so that the anti-aliased rim is not cut off
+const SHADOW = { across: 0.28, down: 0.5, alpha: 0.35 }; // of the radius; its strength
+const MARGIN = 0.6; // of the radius, around the ball in its stamp: the shadow's room
+const HALF_TURN_STEPS = 40; // the band looks the same after half a turn
+const FLASH_STEPS = 16;
 
 /**
- * A ball drawn once per size and colour, then stamped: the body turns, the gloss does not.
- * @typedef {{body: HTMLCanvasElement, gloss: HTMLCanvasElement, half: number}} Sprite
+ * A ball drawn once per size, colour and angle, then only copied.
+ * @typedef {object} Sprite
+ * @property {HTMLCanvasElement} sheet one stamp beside the other, by angle
+ * @property {number} half half of a stamp's side, CSS pixels
+ * @property {number} side a stamp's side, sheet pixels
  */
 
 /**
  * @param {number} radius CSS pixels
  * @param {number} density device pixels per CSS pixel
- * @param {{body: string, dark: string, light: string, band: string}} colours
- * @returns {Sprite} half is half of the stamp's side in CSS pixels
+ * @param {{body: string, dark: string, light: string, band: string, shadow: string}} colours
+ * @returns {Sprite}
  */
 export function makeSprite(radius, density, colours) {
-  const half = radius * SPRITE_MARGIN + 1;
-  const body = stamp(half, density, (ctx) => {
-    ctx.fillStyle = colours.body;
+  const side = Math.ceil(2 * (1 + MARGIN) * radius * density + 2);
+  const half = side / density / 2;
+  const ctx = sheetOf(side, HALF_TURN_STEPS);
+  const gloss = glossOf(ctx, radius, colours);
+  for (let step = 0; step < HALF_TURN_STEPS; step += 1) {
+    ctx.setTransform(density, 0, 0, density, (step + 0.5) * side, side / 2);
+    ctx.globalAlpha = SHADOW.alpha;
+    ctx.fillStyle = colours.shadow;
+    disc(ctx, SHADOW.across * radius, SHADOW.down * radius, radius);
+    ctx.globalAlpha = 1;
+    paintBody(ctx, radius, (step * Math.PI) / HALF_TURN_STEPS, colours);
+    ctx.fillStyle = gloss;
     disc(ctx, 0, 0, radius);
-    ctx.clip();
-    ctx.fillStyle = colours.band;
-    ctx.fillRect(-radius, -0.24 * radius, 2 * radius, 0.48 * radius);
-  });
-  const gloss = stamp(half, density, (ctx) => {
-    const shade = ctx.createRadialGradient(
-      -0.35 * radius, -0.4 * radius, 0.1 * radius, 0, 0, radius,
-    );
-    shade.addColorStop(0, `${colours.light}e6`);
-    shade.addColorStop(0.3, `${colours.light}30`);
-    shade.addColorStop(0.65, `${colours.dark}00`);
-    shade.addColorStop(1, `${colours.dark}d0`);
-    ctx.fillStyle = shade;
-    disc(ctx, 0, 0, radius);
-  });
-  return { body, gloss, half };
+  }
+  return { sheet: ctx.canvas, half, side };
 }
 
-function stamp(half, density, paint) {
+function sheetOf(side, count) {
   const canvas = document.createElement("canvas");
-  canvas.width = Math.ceil(2 * half * density);
-  canvas.height = canvas.width;
-  const ctx = canvas.getContext("2d");
-  ctx.scale(canvas.width / (2 * half), canvas.width / (2 * half));
-  ctx.translate(half, half);
-  paint(ctx);
-  return canvas;
+  canvas.width = side * count;
+  canvas.height = side;
+  return canvas.getContext("2d");
+}
+
+/** The body turns under its light, so the gloss is the same at every angle. */
+function glossOf(ctx, radius, { light, dark }) {
+  const gloss = ctx.createRadialGradient(
+    -0.35 * radius, -0.4 * radius, 0.1 * radius, 0, 0, radius,
+  );
+  gloss.addColorStop(0, `${light}f0`);
+  gloss.addColorStop(0.3, `${light}40`);
+  gloss.addColorStop(0.65, `${dark}00`);
+  gloss.addColorStop(1, `${dark}e6`);
+  return gloss;
+}
+
+function paintBody(ctx, radius, angle, { body, band }) {
+  ctx.fillStyle = body;
+  disc(ctx, 0, 0, radius);
+  const reach = Math.asin(0.24);
+  ctx.fillStyle = band;
+  ctx.beginPath();
+  ctx.arc(0, 0, radius, angle - reach, angle + reach);
+  ctx.arc(0, 0, radius, angle + Math.PI - reach, angle + Math.PI + reach);
+  ctx.fill();
 }
 
 /**
@@ -57,69 +77,88 @@ function stamp(half, density, paint) {
  * @param {number} y CSS pixels
  * @param {number} angle radians
  */
-export function paintBall(ctx, { body, gloss, half }, x, y, angle) {
-  ctx.save();
-  ctx.translate(x, y);
-  ctx.drawImage(gloss, -half, -half, 2 * half, 2 * half);
-  ctx.rotate(angle);
-  ctx.drawImage(body, -half, -half, 2 * half, 2 * half);
-  ctx.rotate(-angle);
-  ctx.drawImage(gloss, -half, -half, 2 * half, 2 * half);
-  ctx.restore();
+export function paintBall(ctx, { sheet, half, side }, x, y, angle) {
+  const steps = Math.round((angle * HALF_TURN_STEPS) / Math.PI) % HALF_TURN_STEPS;
+  const step = steps < 0 ? steps + HALF_TURN_STEPS : steps;
+  ctx.drawImage(sheet, step * side, 0, side, side, x - half, y - half, 2 * half, 2 * half);
 }
 
 /**
- * A ribbon that narrows to nothing towards where the ball came from.
+ * A ribbon that narrows to nothing towards where the ball came from, added to the current path:
+ * all ribbons of a colour are filled at once.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Float64Array} points x0 y0 x1 y1 … CSS pixels, newest first
  * @param {number} count points that hold
  * @param {number} radius of the ball, CSS pixels
- * @param {string} colour
  */
-export function paintTrail(ctx, points, count, radius, colour) {
+export function traceTrail(ctx, points, count, radius) {
   if (count < 3) return;
-  ctx.globalAlpha = 0.4;
-  ctx.fillStyle = colour;
-  ctx.beginPath();
-  for (let i = 0; i < count; i += 1) edge(ctx, points, count, i, radius);
-  for (let i = count - 1; i >= 0; i -= 1) edge(ctx, points, count, i, -radius);
-  ctx.fill();
-  ctx.globalAlpha = 1;
+  edge(ctx, points, count, 0, radius, true);
+  for (let i = 1; i < count; i += 1) edge(ctx, points, count, i, radius, false);
+  for (let i = count - 2; i >= 0; i -= 1) edge(ctx, points, count, i, -radius, false);
+  ctx.closePath();
 }
 
 /** One point of the ribbon's outline: aside of point i by what is left of the width there. */
-function edge(ctx, points, count, i, radius) {
+function edge(ctx, points, count, i, radius, first) {
   const before = Math.max(0, i - 1);
   const after = Math.min(count - 1, i + 1);
   const dx = points[2 * after] - points[2 * before];
   const dy = points[2 * after + 1] - points[2 * before + 1];
-  const length = Math.hypot(dx, dy) || 1;
+  const length = Math.sqrt(dx * dx + dy * dy) || 1;
   const half = 0.8 * radius * (1 - i / (count - 1));
-  ctx.lineTo(points[2 * i] - (dy / length) * half, points[2 * i + 1] + (dx / length) * half);
+  const x = points[2 * i] - (dy / length) * half;
+  const y = points[2 * i + 1] + (dx / length) * half;
+  if (first) ctx.moveTo(x, y);
+  else ctx.lineTo(x, y);
+}
+
+/**
+ * Pegs that have just been hit, drawn once for each age at full strength.
+ * @param {number} radius of a peg, CSS pixels
+ * @param {number} density
+ * @param {string} colour
+ * @returns {Sprite & {radius: number}}
+ */
+export function makeFlashes(radius, density, colour) {
+  const half = flashRadius(radius, 1, 1) + 1;
+  const side = Math.ceil(2 * half * density);
+  const ctx = sheetOf(side, FLASH_STEPS);
+  ctx.fillStyle = colour;
+  for (let step = 0; step < FLASH_STEPS; step += 1) {
+    const age = step / FLASH_STEPS;
+    const left = (1 - age) ** 2;
+    ctx.setTransform(density, 0, 0, density, (step + 0.5) * side, side / 2);
+    ctx.globalAlpha = 0.5 * left;
+    disc(ctx, 0, 0, flashRadius(radius, age, 1));
+    ctx.globalAlpha = left;
+    disc(ctx, 0, 0, radius);
+  }
+  return { sheet: ctx.canvas, half: side / density / 2, side, radius };
 }
 
 /**
  * A peg that has just been hit.
  * @param {CanvasRenderingContext2D} ctx
+ * @param {Sprite & {radius: number}} flashes
  * @param {number} x CSS pixels
  * @param {number} y CSS pixels
  * @param {number} radius of the peg, CSS pixels
  * @param {number} age 0 … 1
- * @param {number} strength 0 … 1
- * @param {string} colour
+ * @param {number} strength 0 … 1: a soft touch glows less
+ * @returns {number} CSS pixels: how far it reaches
  */
-export function paintFlash(ctx, x, y, radius, age, strength, colour) {
-  const left = (1 - age) ** 2;
-  ctx.fillStyle = colour;
-  ctx.globalAlpha = left;
-  disc(ctx, x, y, radius);
-  ctx.globalAlpha = 0.5 * left * (0.4 + 0.6 * strength);
-  disc(ctx, x, y, flashRadius(radius, age, strength));
+export function paintFlash(ctx, { sheet, half, side, radius: drawn }, x, y, radius, age, strength) {
+  const step = Math.min(FLASH_STEPS - 1, Math.floor(age * FLASH_STEPS));
+  const reach = (half * radius) / drawn;
+  ctx.globalAlpha = 0.45 + 0.55 * strength;
+  ctx.drawImage(sheet, step * side, 0, side, side, x - reach, y - reach, 2 * reach, 2 * reach);
   ctx.globalAlpha = 1;
+  return reach;
 }
 
 /** @returns {number} CSS pixels: how far a flash reaches */
-export function flashRadius(radius, age, strength) {
+function flashRadius(radius, age, strength) {
   return radius * (1.3 + (1 + 1.4 * strength) * Math.sqrt(age)) + 1.5;
 }
 

@@ -21,7 +21,7 @@ export function paintBoard(ctx, geometry, board, slots, theme) {
   paintHopper(ctx, geometry, board, slots, colours);
   paintPegs(ctx, geometry, board, colours);
   board.bins.multipliers.forEach((score, bin) => {
-    paintBin(ctx, geometry, board, bin, theme.payout(score), 0);
+    paintBin(ctx, geometry, board, bin, theme.payout(score));
   });
   paintRails(ctx, geometry, board, colours);
 }
@@ -145,23 +145,12 @@ function paintRails(ctx, { px, py, scale }, board, colours) {
  * @param {any} board
  * @param {number} bin
  * @param {import("./theme.js").PayoutColour} colour
- * @param {number} glow 0 … 1: how freshly it was hit
- * @param {string} [rim] colour of the light around it
  */
-export function paintBin(ctx, geometry, board, bin, colour, glow, rim = colour.ink) {
+function paintBin(ctx, geometry, board, bin, colour) {
   const { x, y, width, height } = binBox(geometry, board, bin);
-  const press = glow * Math.min(6, 0.12 * height);
   ctx.fillStyle = colour.fill;
-  roundedBox(ctx, x, y + press, width, height, Math.min(8, 0.22 * width));
-  if (glow > 0) {
-    // A lit rim rather than a wash over the face: the number stays readable while it shines.
-    ctx.globalAlpha = glow;
-    ctx.strokeStyle = rim;
-    ctx.lineWidth = Math.max(2, Math.min(5, 0.1 * width));
-    ctx.stroke();
-    ctx.globalAlpha = 1;
-  }
-  paintLabel(ctx, geometry, board, bin, colour.ink, { x, y: y + press, width, height });
+  roundedBox(ctx, x, y, width, height, Math.min(8, 0.22 * width));
+  paintLabel(ctx, geometry, board, bin, colour.ink, { x, y, width, height });
 }
 
 /** @param {Geometry} geometry @param {any} board @param {number} bin CSS pixels */

@@ -3,32 +3,66 @@
 import { flightPose, poseBetween, shortestTurn } from "./interpolate.js";
 
 const MAX_GUESS = 0.05; // s of flight past the newest knot; then it waits for news
-
 const LINE_RATE = 120; // points a second when the whole path is wanted
 
 /** @typedef {import("./interpolate.js").Knot} Knot */
 
-/** The knots of one ball, kept from its start so that the whole path can be drawn. */
+/** Knots no path needs any more. Sixty a second and ball would keep the collector busy. */
+const spare = [];
+const MAX_SPARE = 16384;
+
+/** The knots of one ball; a live one forgets those that time has passed. */
 export class Path {
   /** @type {Knot[]} */
   knots = [];
   #hint = 0;
 
-  /** @param {import("./interpolate.js").Law} law */
-  constructor(law) {
+  /**
+   * @param {import("./interpolate.js").Law} law
+   * @param {number} [most] knots kept; beyond it the oldest go, so that nothing grows without end
+   */
+  constructor(law, most = Number.POSITIVE_INFINITY) {
     this.law = law;
+    this.most = most;
   }
 
-  /** @param {Knot} knot may arrive late: a contact's place comes after the snapshot it precedes */
-  add(knot) {
+  /**
+   * @param {Partial<Knot> & {t: number}} moment copied; may arrive late: a contact's place comes
+   *   after the snapshot it precedes
+   */
+  add(moment) {
     const { knots } = this;
+    const knot = fill(spare.pop() ?? blank(), moment);
     let at = knots.length;
     while (at > 0 && knots[at - 1].t > knot.t) at -= 1;
-    knots.splice(at, 0, knot);
+    knots.push(knot);
+    for (let i = knots.length - 1; i > at; i -= 1) knots[i] = knots[i - 1];
+    knots[at] = knot;
     this.#turnThrough(at);
     // A bounce with a known place needs no guess about where it was.
     if (!knot.vIn && knots[at + 1]) knots[at + 1].bounced = false;
     if (knot.bounced && knots[at - 1] && !knots[at - 1].vIn) knot.bounced = false;
+    if (knots.length > this.most) this.forget(knots[1].t);
+  }
+
+  /**
+   * Gives up what lies wholly before a time; the pose at that time and after it stays as it was.
+   * @param {number} before s
+   * @param {(a: Knot, b: Knot, law: import("./interpolate.js").Law) => void} [visit] sees each
+   *   stretch that goes, in order; it must not keep the knots
+   */
+  forget(before, visit) {
+    const { knots } = this;
+    let gone = 0;
+    while (gone < knots.length - 1 && knots[gone + 1].t <= before) {
+      visit?.(knots[gone], knots[gone + 1], this.law);
+      gone += 1;
+    }
+    if (gone === 0) return;
+    for (let i = 0; i < gone; i += 1) if (spare.length < MAX_SPARE) spare.push(knots[i]);
+    for (let i = gone; i < knots.length; i += 1) knots[i - gone] = knots[i];
+    knots.length -= gone;
+    this.#hint = Math.max(0, this.#hint - gone);
   }
 
   /** Contacts come without an angle: theirs lies on the line between the snapshots around them. */
@@ -64,7 +98,7 @@ export class Path {
     const { knots } = this;
     const last = knots[knots.length - 1];
     if (t >= last.t) return this.#beyond(last, t, out);
-    if (t <= knots[0].t) return Object.assign(out, pick(knots[0]));
+    if (t <= knots[0].t) return pick(knots[0], out);
     const i = this.#indexBefore(t);
     return poseBetween(knots[i], knots[i + 1], t, this.law, out);
   }
@@ -79,7 +113,7 @@ export class Path {
   #beyond(last, t, out) {
     out.angle = last.angle;
     if (last.vOut) return flightPose(last, Math.min(t, last.t + MAX_GUESS), this.law, out);
-    return Object.assign(out, pick(last));
+    return pick(last, out);
   }
 
   /** Time moves a little between calls, so the last answer is the best place to look from. */
@@ -93,6 +127,27 @@ export class Path {
   }
 }
 
-function pick({ x, y, angle }) {
-  return { x, y, angle };
+/** @returns {Knot} */
+function blank() {
+  return { t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: false, vOut: false, bounced: false };
+}
+
+function fill(knot, { t, x, y, angle = 0, vx = 0, vy = 0, vIn, vOut, bounced = false }) {
+  knot.t = t;
+  knot.x = x;
+  knot.y = y;
+  knot.angle = angle;
+  knot.vx = vx;
+  knot.vy = vy;
+  knot.vIn = vIn;
+  knot.vOut = vOut;
+  knot.bounced = bounced;
+  return knot;
+}
+
+function pick({ x, y, angle }, out) {
+  out.x = x;
+  out.y = y;
+  out.angle = angle;
+  return out;
 }

@@ -23,7 +23,7 @@ export class ProtocolError extends Error {}
  * @typedef {object} Snapshot
  * @property {number} tick
  * @property {number} seq events the room had sent when this was encoded
- * @property {number} count balls
+ * @property {number} count balls; columns that are used again may be longer
  * @property {Uint16Array} ids ball id mod 65536
  * @property {Float64Array} x metres
  * @property {Float64Array} y metres, down
@@ -36,23 +36,16 @@ export class ProtocolError extends Error {}
 /**
  * @param {ArrayBuffer} buffer
  * @param {Scale} scale
+ * @param {Snapshot} [into] filled and returned if it is large enough; its columns may be longer
  * @returns {Snapshot}
  */
-export function decodeSnapshot(buffer, { extent, velocityScale }) {
+export function decodeSnapshot(buffer, { extent, velocityScale }, into) {
   const view = new DataView(buffer);
   const count = checkHeader(view);
-  const snapshot = {
-    tick: view.getUint32(4, true),
-    seq: view.getUint32(8, true),
-    count,
-    ids: new Uint16Array(count),
-    x: new Float64Array(count),
-    y: new Float64Array(count),
-    angle: new Float64Array(count),
-    vx: new Float64Array(count),
-    vy: new Float64Array(count),
-    bounced: new Uint8Array(count),
-  };
+  const snapshot = into && into.ids.length >= count ? into : columns(count);
+  snapshot.tick = view.getUint32(4, true);
+  snapshot.seq = view.getUint32(8, true);
+  snapshot.count = count;
   // The order of operations is the reference decoder's: golden values are equal to the last bit.
   const across = extent.x_max - extent.x_min;
   const down = extent.y_max - extent.y_min;
@@ -66,6 +59,22 @@ export function decodeSnapshot(buffer, { extent, velocityScale }) {
     snapshot.vy[i] = view.getInt16(at + 10, true) * velocityScale;
   }
   return snapshot;
+}
+
+/** @param {number} size balls @returns {Snapshot} */
+function columns(size) {
+  return {
+    tick: 0,
+    seq: 0,
+    count: 0,
+    ids: new Uint16Array(size),
+    x: new Float64Array(size),
+    y: new Float64Array(size),
+    angle: new Float64Array(size),
+    vx: new Float64Array(size),
+    vy: new Float64Array(size),
+    bounced: new Uint8Array(size),
+  };
 }
 
 /** @param {DataView} view @returns {number} how many balls follow */

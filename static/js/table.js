@@ -1,15 +1,16 @@
 // The balls of one room as this page knows them: events and snapshots in, scenes at a time out.
 
 import { emptyScene } from "./board-view.js";
+import { Impacts } from "./impacts.js";
 import { Path } from "./path.js";
+import { Trace } from "./trace.js";
 
-const PEG = 0;
 const SINK_SECONDS = 0.25; // a landed ball is still seen falling into its pocket
-const FLASH_SECONDS = 0.35;
 const HIT_SECONDS = 1.4;
-const TRAIL_POINTS = 14;
-const TRAIL_STEP = 1 / 90; // s between points of a trail
-const LOUD = 3; // m/s: an impact of this speed flashes at full strength
+const TRAIL_POINTS = 8;
+const TRAIL_STEP = 1 / 55; // s between points of a trail
+const KEPT_SECONDS = 0.3; // of a path behind the picture: the trail, and some for late contacts
+const MOST_KNOTS = 600; // of one ball, should nobody draw for a while
 
 /**
  * @typedef {object} Ball
@@ -22,24 +23,33 @@ const LOUD = 3; // m/s: an impact of this speed flashes at full strength
  * @property {Path} path
  * @property {any} landed the landed event, once it came
  * @property {boolean} settled its landing has been shown
- * @property {Float64Array} trail
+ * @property {Trace | null} trace the whole way, when it is wanted
+ * @property {import("./board-view.js").SceneBall} pose as it was last drawn
  */
 
-/** Balls in flight, recent contacts and recent hits of one room. Table time is tick / rate. */
+/** Balls in flight, impacts and recent hits of one room. Table time is tick / rate. */
 export class Table {
   /** @type {Map<number, Ball>} */
   balls = new Map();
+  /** Impacts that became due with the last scene. @type {import("./impacts.js").Impact[]} */
+  heard = [];
+  /** Whether the whole way of our balls is to be kept until the next one has landed. */
+  tracing = false;
+  /** The way of our last landed ball, for those who do not want to see it move. */
+  lastTrace = null;
+  /** Called with each stretch of a path that time has passed. */
+  onPassed = null;
   #byWireId = new Map();
-  #contacts = [];
   #hits = [];
-  /** The path of our last landed ball, for those who do not want to see it move. */
-  lastPath = null;
+  #scene = emptyScene();
+  #scratch = { x: 0, y: 0, angle: 0 };
 
   /** @param {any} hello */
   constructor(hello) {
     this.board = hello.board;
     this.rate = hello.tick_rate;
     this.law = { gravity: hello.board.gravity, drag: hello.board.drag };
+    this.impacts = new Impacts(hello.board.pegs);
     for (const ball of hello.balls) {
       this.#add(ball, { mine: false, explicit: false, fresh: ball.tick >= hello.tick });
     }
@@ -52,7 +62,7 @@ export class Table {
 
   /** True while something is in flight or still to be shown. */
   get busy() {
-    return this.balls.size > 0 || this.#contacts.length > 0 || this.#hits.length > 0;
+    return this.balls.size > 0 || this.impacts.busy || this.#hits.length > 0;
   }
 
   get flying() {
@@ -65,17 +75,14 @@ export class Table {
     for (let i = 0; i < snapshot.count; i += 1) {
       const ball = this.#byWireId.get(snapshot.ids[i]);
       if (!ball || ball.landed || t <= ball.start) continue;
-      ball.path.add({
-        t,
-        x: snapshot.x[i],
-        y: snapshot.y[i],
-        angle: snapshot.angle[i],
-        vx: snapshot.vx[i],
-        vy: snapshot.vy[i],
-        vIn: true,
-        vOut: true,
-        bounced: snapshot.bounced[i] === 1,
-      });
+      knot.t = t;
+      knot.x = snapshot.x[i];
+      knot.y = snapshot.y[i];
+      knot.angle = snapshot.angle[i];
+      knot.vx = snapshot.vx[i];
+      knot.vy = snapshot.vy[i];
+      knot.bounced = snapshot.bounced[i] === 1;
+      ball.path.add(knot);
     }
   }
 
@@ -84,8 +91,9 @@ export class Table {
     const ball = this.balls.get(event.ball);
     if (!ball) return;
     const t = ball.start + event.t;
-    if (ball.path.knots.length) ball.path.add(place(t, event.x, event.y));
-    this.#contacts.push({ t, kind: event.kind, index: event.index, speed: event.speed });
+    // What the picture has passed already is not bent any more.
+    if (ball.path.knots.length && t > ball.path.start) ball.path.add(place(t, event.x, event.y));
+    this.impacts.add(t, event);
   }
 
   /** @param {any} event landed @returns {Ball | undefined} */
@@ -95,7 +103,8 @@ export class Table {
     ball.landed = event;
     ball.end = ball.start + event.t;
     if (event.bin !== null && ball.path.knots.length) {
-      ball.sinkFrom = ball.path.knots.at(-1);
+      const { vx, vy } = ball.path.knots.at(-1);
+      ball.sink = { vx, vy };
       ball.path.add(place(ball.end, event.x_end, this.board.bins.y));
     }
     return ball;
@@ -104,7 +113,7 @@ export class Table {
   /**
    * Balls whose landing is due; each is given once.
    * @param {number} until landings up to this table time are due, s
-   * @param {number} wall local time at which their bins light up, s
+   * @param {number} wall local time at which their bins light up, s; null when nobody looks
    * @returns {Ball[]}
    */
   settle(until, wall) {
@@ -112,86 +121,117 @@ export class Table {
     for (const ball of this.balls.values()) {
       if (!ball.landed || ball.settled || until < ball.end) continue;
       ball.settled = true;
-      if (ball.landed.bin !== null) {
-        this.#hits.push({ since: wall, bin: ball.landed.bin, score: ball.landed.score });
+      if (ball.landed.bin !== null && wall !== null) this.#hit(ball, wall);
+      if (ball.mine && ball.trace) {
+        this.#pass(ball, Number.POSITIVE_INFINITY);
+        this.lastTrace = ball.trace;
       }
-      if (ball.mine) this.lastPath = ball.path;
       due.push(ball);
     }
     return due;
   }
 
   /**
-   * All that moves; what is over by then is forgotten.
+   * All that moves, in an object that the next call fills anew; what is over is forgotten.
    * @param {number} t table time, s
    * @param {number} wall local time, s: table time stands still while a room sleeps
    * @returns {import("./board-view.js").Scene}
    */
   sceneAt(t, wall) {
-    const scene = emptyScene();
+    const scene = this.#scene;
     this.forget(t, wall);
+    this.impacts.advance(t, this.heard);
+    scene.balls.length = 0;
+    scene.paths.length = 0;
     for (const ball of this.balls.values()) {
-      if (ball.path.knots.length && t >= ball.path.start) scene.balls.push(this.#pose(ball, t));
+      if (!ball.path.knots.length || t < ball.path.start) continue;
+      scene.balls.push(this.#pose(ball, t));
     }
-    for (const contact of this.#contacts) {
-      const age = (t - contact.t) / FLASH_SECONDS;
-      const peg = this.board.pegs[contact.index];
-      if (contact.kind !== PEG || age < 0 || !peg) continue;
-      scene.flashes.push({ ...peg, age, strength: Math.min(1, contact.speed / LOUD) });
-    }
-    for (const { since, bin, score } of this.#hits) {
-      scene.hits.push({ bin, score, age: Math.max(0, wall - since) / HIT_SECONDS });
-    }
+    scene.flashes = this.impacts.lit;
+    for (const hit of this.#hits) hit.age = Math.max(0, wall - hit.since) / HIT_SECONDS;
+    scene.hits = this.#hits;
     return scene;
+  }
+
+  /** @param {number} t table time, s @param {number} wall local time, s */
+  forget(t, wall) {
+    for (const ball of this.balls.values()) {
+      if (ball.settled && t >= ball.end + SINK_SECONDS) this.#remove(ball);
+      else this.#pass(ball, t - KEPT_SECONDS);
+    }
+    let kept = 0;
+    for (const hit of this.#hits) if (wall < hit.since + HIT_SECONDS) this.#hits[kept++] = hit;
+    this.#hits.length = kept;
   }
 
   #add({ ball: id, seed, x, tick }, { mine, explicit, fresh }) {
     const start = tick / this.rate;
+    const path = new Path(this.law, MOST_KNOTS);
     const ball = {
-      id, seed, x, explicit, start, mine, path: new Path(this.law), landed: null, settled: false,
-      end: Number.POSITIVE_INFINITY, sinkFrom: null, trail: new Float64Array(2 * TRAIL_POINTS),
+      id, seed, x, explicit, start, mine, path, landed: null, settled: false,
+      end: Number.POSITIVE_INFINITY, sink: null,
+      trace: mine && this.tracing ? new Trace() : null,
+      pose: {
+        x, y: this.board.drop.y, angle: 0, mine, trail: new Float64Array(2 * TRAIL_POINTS),
+        trailCount: 0, id,
+      },
+    };
+    ball.passed = (a, b, law) => {
+      ball.trace?.follow(a, b, law);
+      this.onPassed?.(a, b, law);
     };
     if (fresh) {
-      ball.path.add({
-        ...place(start, x, this.board.drop.y), angle: 0, vIn: true, vOut: true,
-      });
+      path.add({ ...place(start, x, this.board.drop.y), vIn: true, vOut: true });
     }
     this.balls.set(id, ball);
     this.#byWireId.set(id % 65536, ball);
     return ball;
   }
 
-  /** @param {number} t table time, s @param {number} wall local time, s */
-  forget(t, wall) {
-    for (const ball of this.balls.values()) {
-      if (!ball.settled || t < ball.end + SINK_SECONDS) continue;
-      this.balls.delete(ball.id);
-      this.#byWireId.delete(ball.id % 65536);
+  #remove(ball) {
+    this.#pass(ball, Number.POSITIVE_INFINITY);
+    this.balls.delete(ball.id);
+    this.#byWireId.delete(ball.id % 65536);
+  }
+
+  #pass(ball, before) {
+    ball.path.forget(before, ball.passed);
+  }
+
+  /** One light a bin, the newest: a shower of balls must not pile up pictures. */
+  #hit({ landed: { bin, score }, mine }, wall) {
+    let hit = this.#hits.find((one) => one.bin === bin);
+    if (!hit) {
+      hit = { bin, score, since: wall, age: 0, ticket: mine };
+      this.#hits.push(hit);
     }
-    this.#contacts = this.#contacts.filter((contact) => t < contact.t + FLASH_SECONDS);
-    this.#hits = this.#hits.filter((hit) => wall < hit.since + HIT_SECONDS);
+    hit.score = score;
+    hit.since = wall;
+    hit.ticket = mine;
   }
 
   #pose(ball, t) {
-    const pose = { x: 0, y: 0, angle: 0, mine: ball.mine, trail: ball.trail, trailCount: 0 };
+    const { pose, path } = ball;
+    pose.mine = ball.mine;
     this.#place(ball, t, pose);
-    for (let i = 0; i < TRAIL_POINTS; i += 1) {
+    pose.trail[0] = pose.x;
+    pose.trail[1] = pose.y;
+    pose.trailCount = 1;
+    for (let i = 1; i < TRAIL_POINTS; i += 1) {
       const then = t - i * TRAIL_STEP;
-      if (then < ball.path.start) break;
-      const { x, y } = this.#place(ball, then, this.#scratch);
-      ball.trail[2 * i] = x;
-      ball.trail[2 * i + 1] = y;
+      if (then < path.start) break;
+      this.#place(ball, then, this.#scratch);
+      pose.trail[2 * i] = this.#scratch.x;
+      pose.trail[2 * i + 1] = this.#scratch.y;
       pose.trailCount = i + 1;
     }
     return pose;
   }
 
-  #scratch = { x: 0, y: 0, angle: 0 };
-
   #place(ball, t, out) {
-    if (t <= ball.end || !ball.sinkFrom) return ball.path.poseAt(t, out);
+    if (t <= ball.end || !ball.sink) return ball.path.poseAt(t, out);
     // Past the end of the simulation it keeps its last velocity while its pocket swallows it.
-    const { vx, vy } = ball.sinkFrom;
+    const { vx, vy } = ball.sink;
     ball.path.poseAt(ball.end, out);
     out.x += vx * (t - ball.end) * 0.5;
     out.y += Math.max(vy, 1.5) * (t - ball.end);
@@ -199,7 +239,12 @@ export class Table {
   }
 }
 
+/** What a snapshot tells of a ball, on its way into a path. */
+const knot = {
+  t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: true, vOut: true, bounced: false,
+};
+
 /** A moment known by its place alone. */
 function place(t, x, y) {
-  return { t, x, y, angle: 0, vx: 0, vy: 0, vIn: false, vOut: false, bounced: false };
+  return { t, x, y, vIn: false, vOut: false };
 }

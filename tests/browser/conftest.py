@@ -140,6 +140,25 @@ def complaints() -> Iterator[Complaints]:
 
 
 Open = Callable[..., Screen]
+Run = Callable[..., Any]
+
+
+@pytest.fixture(scope="module")
+def run(browser: Browser, server: ServerProcess) -> Iterator[Run]:
+    """Calls a JavaScript function with a module of js/ and an argument, away from the page."""
+    page = browser.new_page()
+    complaints = Complaints()
+    complaints.watch(page)
+    page.goto(f"{server.url}/theme.json")
+
+    def call(module: str, function: str, argument: Any = None) -> Any:
+        script = f"async (given) => ({function})(await import('/js/{module}'), given)"
+        return page.evaluate(script, argument)
+
+    yield call
+    page.close()
+    complaints.allow("404")  # a bare file has no icon; a missing module fails by itself
+    assert not complaints.seen
 
 
 @pytest.fixture

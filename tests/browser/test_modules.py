@@ -4,30 +4,16 @@ import itertools
 import json
 import math
 import random
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 from playwright.sync_api import Error
 
-from tests.browser.conftest import ROOT, Open
+from tests.browser.conftest import ROOT, Run
 
-Run = Callable[..., Any]
 GOLDEN = ROOT / "tests" / "golden"
 G = 9.81  # m/s^2
 TICK = 1.0 / 60.0  # s
-
-
-@pytest.fixture
-def run(opened: Open) -> Run:
-    """Calls a JavaScript function with a module of js/ and an argument."""
-    page = opened().page
-
-    def call(module: str, function: str, argument: Any = None) -> Any:
-        script = f"async (given) => ({function})(await import('/js/{module}'), given)"
-        return page.evaluate(script, argument)
-
-    return call
 
 
 def golden(name: str) -> Any:
