@@ -20,6 +20,7 @@ from starlette.middleware.cors import CORSMiddleware
 
 from app import logs, problems, schemas, transport
 from app.boards import Boards
+from app.cameras import Cameras
 from app.errors import SettingError
 from app.garbage import GarbageKeeper
 from app.hub import Hub
@@ -33,7 +34,7 @@ from app.pictures import Pictures
 from app.protocol import shorten
 from app.readings import readings
 from app.rooms import Rooms
-from app.routes import boards, drops, health, page, pictures, rooms, simulate, ws
+from app.routes import boards, drops, health, live, page, pictures, rooms, simulate, ws
 from app.services import Services
 from app.settings import Settings, static_directory
 from app.tokens import Tokens, secret_of
@@ -42,6 +43,7 @@ from engine import Board, World, drop, preset_names
 from engine.errors import BoardError
 
 COMPILING = "Plinko compiles its physics; the next start finds it done."
+_MOMENTS = 1 << 22  # bytes of single frames of rooms that are kept for who asks at the same moment
 _PATIENCE = 2.0  # s of a silent start; longer, and someone at a terminal wonders
 
 _DESCRIPTION = """\
@@ -85,6 +87,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         pictures.router,
         drops.router,
         simulate.router,
+        live.router,
         rooms.router,
         health.router,
         ws.router,
@@ -121,6 +124,7 @@ def _services(settings: Settings) -> Services:
     metrics = Metrics()
     workers = Workers(settings.workers, settings.max_jobs)
     database = Database(settings.ledger_url)
+    cameras = Cameras(settings.max_cameras, settings.max_viewers)
     ledger = Ledger(
         database,
         period=1.0 / settings.tick_rate,
@@ -137,16 +141,19 @@ def _services(settings: Settings) -> Services:
             known,
             hub,
             _main_board(settings.board),
-            watchers=(metrics, GarbageKeeper()),
+            watchers=(metrics, GarbageKeeper(), cameras),
             keeper=keeper,
         ),
         ledger=ledger,
         tokens=Tokens(secret_of(settings.secret, _secret_file(settings, database))),
         workers=workers,
         pictures=Pictures(workers, settings.max_picture_bytes),
+        moments=Pictures(workers, _MOMENTS),
+        cameras=cameras,
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
         metrics=metrics,
     )
+    server.rooms.in_use = cameras.films
     metrics.read_from(functools.partial(readings, server))
     ledger.on_commit = metrics.ledger_commit.observe
     return server
@@ -189,6 +196,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
             await server.ticking
         server.rooms.leave()
         await server.ledger.close()
+        server.cameras.close()
         server.workers.close()
 
 

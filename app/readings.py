@@ -15,7 +15,13 @@ def readings(server: Services) -> Iterator[Reading]:
         "transport": server.transport,
     }
     yield "plinko_info", "What runs here; `transport` is how clients are written to.", 1, info
-    parts = (*_clock(server), *_rooms(server), *_ledger(server), *_traffic(server))
+    parts = (
+        *_clock(server),
+        *_rooms(server),
+        *_ledger(server),
+        *_traffic(server),
+        *_pictures(server),
+    )
     for name, text, value in parts:
         yield f"plinko_{name}", text, value, {}
 
@@ -53,3 +59,10 @@ def _traffic(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "sent_bytes_total", "Bytes of those messages.", traffic.bytes
     yield "frames_skipped_total", "Pictures that a newer one overtook unsent.", traffic.skipped
     yield "clients_too_slow_total", "Clients closed because they did not read.", traffic.too_slow
+
+
+def _pictures(server: Services) -> Iterator[tuple[str, str, float]]:
+    yield "pictures_total", "Pictures drawn on request.", server.pictures.drawn
+    yield "cameras", "Live picture streams drawn now.", server.cameras.running
+    yield "viewers", "Viewers of live picture streams.", server.cameras.viewers
+    yield "camera_frames_total", "Frames drawn for live streams.", server.cameras.drawn

@@ -75,6 +75,7 @@ class Rooms:
             Unkept(), tick_rate=settings.tick_rate, max_balls=settings.max_balls
         )
         self.hub = hub
+        self.in_use: Callable[[str], bool] = lambda _: False  # watched by others than the hub's
         self.clock = clock
         self.ticker = Ticker(
             Schedule(1.0 / settings.tick_rate, settings.max_catch_up),
@@ -323,6 +324,7 @@ class Rooms:
         """The longest unused room that can be had again without loss, of those that fit."""
         for room in self._rooms.values():
             used = room.id == MAIN or room.awake or self.hub.count(room.id)
+            used = used or self.in_use(room.id)
             if not used and self.keeper.parkable(room) and also(room):
                 return room
         return None

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from app.boards import Boards
+from app.cameras import Cameras
 from app.hub import Hub
 from app.ledger.writer import Ledger
 from app.limits import KeyedBuckets
@@ -30,6 +31,8 @@ class Services:
     tokens: Tokens
     workers: Workers
     pictures: Pictures
+    moments: Pictures  # single frames of rooms
+    cameras: Cameras
     room_drops: KeyedBuckets
     metrics: Metrics
     warm: bool = False

@@ -96,6 +96,10 @@ class Settings:
     max_picture_bytes: int = _setting(
         1 << 25, "bytes of pictures kept for who asks again", 0, 1 << 40
     )
+    max_cameras: int = _setting(
+        8, "live picture streams drawn at once; those of one room and look share one", 0, 1000
+    )
+    max_viewers: int = _setting(200, "viewers of live picture streams, in all", 0, 100_000)
     wait_limit: float = _setting(
         30.0, "longest wait of `?wait=1` for a landing, in seconds", 0.1, 3600
     )

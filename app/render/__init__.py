@@ -6,11 +6,13 @@ from app.render.encode import MEDIA_TYPES, STILLS
 from app.render.histogram import histogram_picture
 from app.render.picture import drop_picture
 from app.render.sheet import contact_sheet
+from app.render.stage import Stage
 
 __all__ = [
     "ANIMATIONS",
     "MEDIA_TYPES",
     "STILLS",
+    "Stage",
     "contact_sheet",
     "density_picture",
     "drop_animation",
