@@ -1,0 +1,389 @@
+"""A board is made: by pointer and by keys, checked where it is wrong, tested, shared, played."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Route, expect
+
+from engine import Board, drop_many
+from tests.browser.conftest import Complaints, Open
+from tests.browser.looks import SIZES, check_fit, context_for
+from tests.browser.screen import Screen
+
+_BOARD = """
+async () => {
+  const { unpackBoard, boardInHash } = await import("/js/board-link.js");
+  return unpackBoard(boardInHash(location.hash));
+}
+"""
+
+# The way from metres to the field, by the page's own drawing of the board in the address.
+_PLACES = """
+async (points) => {
+  const { layOut } = await import("/js/geometry.js");
+  const { unpackBoard, boardInHash } = await import("/js/board-link.js");
+  const board = await unpackBoard(boardInHash(location.hash));
+  const field = document.querySelector("#field");
+  const { px, py, height } = layOut(board, field.clientWidth);
+  // What lies above the start moves the picture down.
+  const more = field.clientHeight - height;
+  return points.map(([x, y]) => [px(x), py(y) + more]);
+}
+"""
+
+
+class Bench:
+    """The editor as its user sees it."""
+
+    def __init__(self, screen: Screen) -> None:
+        self.screen = screen
+        self.page = screen.page
+        self.field = screen.page.locator("#field")
+        screen.state("asleep")
+        self.checked("good")
+
+    @property
+    def board(self) -> Any:
+        """The board in the address, which is the link to share."""
+        return self.page.evaluate(_BOARD)
+
+    def checked(self, verdict: str) -> None:
+        expect(self.screen.root).to_have_attribute("data-check", verdict)
+
+    def tool(self, name: str) -> None:
+        self.page.get_by_role("radio", name=name, exact=True).check()
+
+    def places(self, *points: list[float]) -> list[list[float]]:
+        """Metres as CSS pixels of the field."""
+        found: list[list[float]] = self.page.evaluate(_PLACES, list(points))
+        return found
+
+    def click(self, x: float, y: float) -> None:
+        ((left, top),) = self.places([x, y])
+        self.field.click(position={"x": left, "y": top})
+
+    def drag(self, start: list[float], end: list[float]) -> None:
+        box = self.field.bounding_box()
+        assert box is not None
+        from_, to = self.places(start, end)
+        mouse = self.page.mouse
+        mouse.move(box["x"] + from_[0], box["y"] + from_[1])
+        mouse.down()
+        mouse.move(box["x"] + (from_[0] + to[0]) / 2, box["y"] + (from_[1] + to[1]) / 2)
+        mouse.move(box["x"] + to[0], box["y"] + to[1])
+        mouse.up()
+
+    def becomes(self, path: str, value: Any) -> None:
+        """Wait until a part of the board in the address has a value."""
+        self.page.wait_for_function(
+            f"async (wanted) => JSON.stringify((await ({_BOARD})()).{path}) === wanted",
+            arg=json.dumps(value, separators=(",", ":")),
+        )
+
+    def press(self, *keys: str) -> None:
+        for key in keys:
+            self.page.keyboard.press(key)
+
+
+@pytest.fixture
+def bench(opened: Open) -> Bench:
+    return Bench(opened("/editor.html"))
+
+
+def test_pegs_are_placed_moved_and_deleted_with_the_pointer(bench: Bench) -> None:
+    pegs = bench.board["pegs"]
+    bench.tool("Peg")
+    bench.click(0.52, 1.98)
+    added = {"x": 0.5, "y": 2, "radius": pegs[-1]["radius"]}
+    bench.becomes("pegs", [*pegs, added])
+    expect(bench.page.locator("#selected-title")).to_have_text(f"Peg {len(pegs)}")
+
+    bench.tool("Move")
+    bench.drag([0.5, 2.0], [-0.75, 1.85])
+    bench.becomes("pegs.at(-1)", {**added, "x": -0.75, "y": 1.85})
+    bench.screen.shot("editor-peg")
+    bench.page.get_by_role("button", name="Delete").click()
+    bench.becomes("pegs", pegs)
+    bench.checked("good")
+
+
+def test_bins_are_made_moved_paid_and_joined(bench: Bench) -> None:
+    bins = bench.board["bins"]
+    bench.tool("Bin")
+    bench.click(0.0, bins["y"] + 0.1)
+    bench.becomes("bins.edges", [-1.5, -0.5, 0, 0.5, 1.5])
+    bench.becomes("bins.multipliers", [2, 0.5, 0.5, 2])
+    bench.tool("Move")
+    bench.drag([0.0, bins["y"] + 0.2], [0.2, bins["y"] + 0.2])
+    bench.becomes("bins.edges", [-1.5, -0.5, 0.2, 0.5, 1.5])
+    bench.click(-1.0, bins["y"] + 0.2)
+    pays = bench.page.get_by_label("Pays")
+    pays.fill("7.5")
+    pays.press("Enter")
+    bench.becomes("bins.multipliers", [7.5, 0.5, 0.5, 2])
+    bench.click(0.2, bins["y"] + 0.2)
+    bench.page.get_by_role("button", name="Delete").click()
+    bench.becomes("bins.multipliers", [7.5, 0.5, 2])
+    bench.becomes("bins.edges", [-1.5, -0.5, 0.5, 1.5])
+
+
+def test_walls_are_drawn_and_their_ends_moved(bench: Bench) -> None:
+    walls = bench.board["walls"]
+    bench.tool("Wall")
+    bench.drag([-1.0, 1.9], [-0.5, 2.1])
+    bench.becomes("walls.at(-1)", {"x1": -1, "y1": 1.9, "x2": -0.5, "y2": 2.1})
+    bench.tool("Move")
+    bench.drag([-0.5, 2.1], [-0.6, 2.05])
+    bench.becomes("walls.at(-1)", {"x1": -1, "y1": 1.9, "x2": -0.6, "y2": 2.05})
+    bench.press("Delete")
+    bench.becomes("walls", walls)
+    bench.tool("Wall")
+    bench.click(0.8, 1.0)
+    expect(bench.screen.result).to_contain_text("two ends")
+    assert bench.board["walls"] == walls
+
+
+def test_a_whole_board_is_edited_by_keyboard_alone(bench: Bench) -> None:
+    pegs = bench.board["pegs"]
+    for _ in range(12):
+        if bench.field.evaluate("field => field === document.activeElement"):
+            break
+        bench.press("Tab")
+        if bench.page.evaluate("document.activeElement.value === 'move'"):
+            bench.press("ArrowRight")  # the tool for pegs
+    expect(bench.field).to_be_focused()
+    bench.press("Shift+ArrowDown", "ArrowRight", "Enter")
+    added = bench.board["pegs"]
+    assert len(added) == len(pegs) + 1
+    new = added[-1]
+    bench.press(
+        "ArrowLeft", "ArrowLeft", "ArrowLeft", "ArrowLeft", "ArrowLeft", "ArrowLeft", "Enter"
+    )
+    bench.becomes("pegs.at(-1).x", round(new["x"] - 0.3, 6))
+
+    bench.press("PageDown", "PageDown")
+    expect(bench.page.locator("#selected-title")).to_have_text("Peg 0")
+    bench.press("ArrowDown", "ArrowDown")
+    bench.becomes("pegs[0].y", round(pegs[0]["y"] + 0.1, 6))
+    expect(bench.screen.result).to_contain_text("Peg 0 of")
+    bench.press("Delete")
+    bench.becomes("pegs.length", len(pegs) + 1)
+    for _ in range(4):
+        bench.press("Control+z")
+    bench.becomes("pegs", [*pegs, new])
+    bench.press("Control+y", "Control+y", "Control+y")
+    bench.becomes("pegs[0].y", round(pegs[0]["y"] + 0.1, 6))
+    bench.press("Control+z", "Control+z", "Control+z", "Control+z")
+    bench.becomes("pegs", pegs)
+    bench.press("Control+z")
+    expect(bench.screen.result).to_contain_text("nothing to undo")
+
+
+def test_a_wall_and_a_bin_are_placed_by_keys(bench: Bench) -> None:
+    bench.tool("Wall")
+    bench.field.focus()
+    bench.press("Enter", "Shift+ArrowLeft", "ArrowDown", "Enter")
+    bench.page.wait_for_function(f"async () => (await ({_BOARD})()).walls.length === 3")
+    wall = bench.board["walls"][-1]
+    assert wall["x2"] == pytest.approx(wall["x1"] - 0.5)
+    assert wall["y2"] == pytest.approx(wall["y1"] + 0.05)
+    bench.tool("Bin")
+    bench.field.focus()
+    bench.press("ArrowRight", "Enter")
+    bench.page.wait_for_function(f"async () => (await ({_BOARD})()).bins.edges.length === 5")
+
+
+def test_a_refusal_is_shown_at_the_place_it_is_about(bench: Bench, complaints: Complaints) -> None:
+    peg = bench.board["pegs"][0]
+    bench.tool("Peg")
+    bench.click(peg["x"] + 0.3, peg["y"])
+    x = bench.page.get_by_label("x, m")
+    x.fill(str(peg["x"] + 0.05))
+    x.press("Enter")
+    bench.checked("bad")
+    bubble = bench.page.locator("#bubble")
+    expect(bubble).to_contain_text("overlaps")
+    expect(bench.page.locator("#check-text")).to_contain_text("overlaps")
+    at, box, field = (
+        bench.places([peg["x"], peg["y"]])[0],
+        bubble.bounding_box(),
+        bench.field.bounding_box(),
+    )
+    assert box is not None
+    assert field is not None
+    assert box["x"] - 10 <= field["x"] + at[0] <= box["x"] + box["width"] + 10
+    assert abs(box["y"] - field["y"] - at[1]) < 60
+    bench.screen.shot("editor-problem")
+    bench.press("Escape")
+    bench.page.get_by_role("button", name="Show where").click()
+    expect(bench.page.locator("#selected-title")).to_have_text(re.compile("^Peg "))
+    bench.press("Delete")
+    bench.checked("good")
+    expect(bubble).to_be_hidden()
+    complaints.allow("422")
+
+
+def test_a_refusal_of_a_number_is_shown_at_its_field(bench: Bench, complaints: Complaints) -> None:
+    radius = bench.page.get_by_label("Ball radius, m")
+    radius.fill("-1")
+    radius.press("Enter")
+    bench.checked("bad")
+    expect(radius).to_have_attribute("aria-invalid", "true")
+    expect(bench.page.locator("#check-text")).to_contain_text("ball.radius is -1")
+    bench.page.get_by_role("button", name="Show where").click()
+    expect(radius).to_be_focused()
+    radius.fill("much")
+    radius.press("Enter")
+    expect(bench.page.locator("#at-ball-radius-note")).to_contain_text("“much” is not a number")
+    bench.page.get_by_role("button", name="Undo").click()
+    bench.checked("good")
+    expect(radius).to_have_attribute("aria-invalid", "false")
+    complaints.allow("422")
+
+
+def test_a_hundred_balls_are_dropped_at_once_and_counted(bench: Bench) -> None:
+    test = bench.page.get_by_role("button", name="Test-drop")
+    test.click()
+    count = bench.page.locator("#tray-count")
+    expect(count).to_have_text("100 test drops")
+    board = Board.from_json(bench.board)
+    first = drop_many(board, range(100))
+    histogram = bench.page.locator("#histogram")
+    told = ", ".join(f"bin {bin_}: {n}" for bin_, n in enumerate(first.histogram))
+    expect(histogram).to_have_attribute("aria-label", re.compile(re.escape(told)))
+    expect(bench.page.locator("#tray-numbers")).to_contain_text(
+        f"return {100 * first.scores.mean():.1f} %"
+    )
+    test.click()
+    expect(count).to_have_text("200 test drops")
+    both = drop_many(board, range(200))
+    told = ", ".join(f"bin {bin_}: {n}" for bin_, n in enumerate(both.histogram))
+    expect(histogram).to_have_attribute("aria-label", re.compile(re.escape(told)))
+    bench.screen.shot("editor-test")
+
+    bench.tool("Peg")
+    bench.click(0.0, 2.0)
+    expect(count).to_have_text("No test yet")
+
+
+def test_the_address_is_a_link_that_opens_the_same_board(bench: Bench, opened: Open) -> None:
+    bench.tool("Peg")
+    bench.click(0.0, 2.0)
+    bench.becomes("pegs.length", 4)
+    bench.page.get_by_role("button", name="Copy link").click()
+    link = bench.page.get_by_label("Link with the board in it")
+    expect(link).to_have_value(bench.page.url)
+    board = bench.board
+    other = Bench(opened(bench.page.url.removeprefix(bench.screen.url)))
+    assert other.board == board
+    other.page.get_by_role("link", name="Replay").click()
+    other.screen.state("replay")
+    record = other.page.request.post(
+        f"{other.screen.url}/api/v1/drops", data={"board": board, "seed": "1"}
+    ).json()
+    expect(other.screen.fact("digest")).to_have_text(record["digest"])
+
+
+def test_a_board_is_saved_and_loaded_as_json(bench: Bench, tmp_path: Path) -> None:
+    bench.tool("Peg")
+    bench.click(0.0, 2.0)
+    bench.becomes("pegs.length", 4)
+    with bench.page.expect_download() as download:
+        bench.page.get_by_role("button", name="Save JSON").click()
+    path = tmp_path / "board.json"
+    download.value.save_as(path)
+    board = bench.board
+    assert json.loads(path.read_text()) == board
+    assert Board.from_json(path).name == board["name"]
+
+    bench.press("Control+z")
+    bench.becomes("pegs.length", 3)
+    bench.page.locator("#file").set_input_files(path)
+    bench.becomes("pegs.length", 4)
+    assert bench.board == board
+    path.write_text('{"pegs": 3}')
+    bench.page.locator("#file").set_input_files(path)
+    expect(bench.page.locator("#keep-text")).to_contain_text("pegs are not a list")
+    path.write_text("{")
+    bench.page.locator("#file").set_input_files(path)
+    expect(bench.page.locator("#keep-text")).to_contain_text("not JSON")
+    assert bench.board == board
+
+
+def test_a_board_is_registered_and_played_in_a_room(bench: Bench) -> None:
+    board = Board.from_json(bench.board)
+    bench.page.get_by_role("button", name="Register").click()
+    expect(bench.page.locator("#keep-text")).to_contain_text(board.digest)
+    assert bench.screen.api(f"boards/{board.digest}")["name"] == board.name
+    bench.page.get_by_role("button", name="Play it in a room").click()
+    bench.page.wait_for_url(re.compile(r"\?room="))
+    screen = bench.screen.ready()
+    screen.seed.fill("42")
+    screen.drop.click()
+    screen.landed(screen.api(f"drops/{board.digest}/42")["bin"])
+
+
+def test_any_preset_is_a_start(bench: Bench) -> None:
+    bench.page.get_by_label("Start from").select_option("classic")
+    bench.becomes("name", "classic")
+    bench.checked("good")
+    assert Board.from_json(bench.board) == Board.preset("classic")
+
+
+def test_a_board_named_in_the_address_is_opened(opened: Open) -> None:
+    bench = Bench(opened("/editor.html?board=triangle-8"))
+    assert Board.from_json(bench.board) == Board.preset("triangle-8")
+    bench.tool("Move")
+    peg = bench.board["pegs"][10]
+    bench.page.get_by_label("Snap to").select_option("0")
+    bench.drag([peg["x"], peg["y"]], [peg["x"] + 0.07, peg["y"] + 0.02])
+    bench.page.wait_for_function(
+        f"async (x) => Math.abs((await ({_BOARD})()).pegs[10].x - x) < 0.02",
+        arg=peg["x"] + 0.07,
+    )
+
+
+def test_a_link_cut_short_is_told(opened: Open) -> None:
+    screen = opened("/editor.html#board=abc").state("failed")
+    expect(screen.result).to_contain_text("cannot be read")
+
+
+def test_a_busy_server_is_told_and_the_board_is_kept(bench: Bench, complaints: Complaints) -> None:
+    def busy(route: Route) -> None:
+        route.fulfill(
+            status=503,
+            content_type="application/problem+json",
+            body='{"detail":"64 jobs wait already","status":503}',
+        )
+
+    bench.page.route(re.compile("/simulate$"), busy)
+    bench.page.get_by_role("button", name="Test-drop").click()
+    expect(bench.screen.result).to_contain_text("64 jobs wait already")
+    expect(bench.page.get_by_role("button", name="Test-drop")).to_be_enabled()
+    complaints.allow("503")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_the_editor_fits_its_screen(opened: Open, width: int, height: int, scheme: str) -> None:
+    options: dict[str, Any] = context_for(width, height, scheme)
+    bench = Bench(opened("/editor.html?board=triangle-8", **options))
+    bench.page.get_by_role("button", name="Test-drop").click()
+    expect(bench.page.locator("#tray-count")).to_have_text("100 test drops")
+    bench.field.focus()
+    bench.press("PageDown", "PageDown")
+    check_fit(bench.screen)
+    bench.screen.shot(f"editor-{width}x{height}-{scheme}")
+
+
+def test_a_finger_places_and_moves_a_peg(opened: Open) -> None:
+    bench = Bench(opened("/editor.html", **context_for(390, 844, "light")))
+    count = len(bench.board["pegs"])
+    bench.tool("Peg")
+    ((x, y),) = bench.places([0.0, 2.0])
+    bench.field.tap(position={"x": x, "y": y})
+    bench.becomes("pegs.length", count + 1)
+    bench.becomes("pegs.at(-1).y", 2)
