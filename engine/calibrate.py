@@ -21,19 +21,21 @@ SHORTEST_FALL = 2.0
 LONGEST_FALL = 5.0
 """s. Mean durations between which a drop is neither over at once nor tiresome."""
 
-LOW = Tuning(drag=1.5, restitution=0.4, friction=0.0, jitter=0.05, gravity=TABLE_GRAVITY)
-HIGH = Tuning(drag=7.0, restitution=0.85, friction=0.5, jitter=0.85, gravity=TABLE_GRAVITY)
-"""Where to look. Jitter beyond 0.85 spacings meets the mouth's walls."""
-
 ROUNDS = (0.15, 0.08, 0.04, 0.02)
 """Of the local search: how far each looks around the best so far, as a part of the whole range."""
+
+UNSEEN = 10**12
+"""First seed of drops that no search has been fitted to."""
 
 _HALTON_BASES = (2, 3, 5, 7, 11)
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """What a tuning gives: distance from the binomial, mean fall in s, balls that did not land."""
+    """What a tuning gives: distance from the binomial, mean fall in s, balls that did not land.
+
+    `floor` is the distance that as many fair draws would show on average.
+    """
 
     tuning: Tuning
     drops: int
@@ -48,6 +50,17 @@ class Fit:
         """Distance, and what the mean fall lies outside of its limits, in s."""
         outside = max(SHORTEST_FALL - self.duration, self.duration - LONGEST_FALL, 0.0)
         return self.distance + outside + self.unsettled
+
+
+def limits(rows: int) -> tuple[Tuning, Tuning]:
+    """Where to look for a tuning: the least and the largest of each parameter.
+
+    Motion on boards of one shape depends on drag only by its ratio to sqrt(g / spacing). Jitter
+    beyond 0.85 spacings meets the mouth's walls.
+    """
+    rate = sqrt(TABLE_GRAVITY / presets.spacing_of(rows))
+    low = Tuning(round(0.45 * rate, 3), 0.60, 0.1, 0.02, TABLE_GRAVITY)
+    return low, Tuning(round(0.75 * rate, 3), 0.80, 0.7, 0.85, TABLE_GRAVITY)
 
 
 def binomial(rows: int) -> npt.NDArray[np.float64]:
@@ -81,22 +94,25 @@ def fit(rows: int, tuning: Tuning, drops: int, first_seed: int = 0) -> Fit:
 
 
 def fit_of(batch: DropBatch, tuning: Tuning) -> Fit:
-    """What a batch on a triangle shows."""
+    """What a batch on a triangle shows.
+
+    Board and starts are symmetric, so the bins of the mirrored drops count as well: they cost
+    nothing and halve the variance.
+    """
     expected = binomial(batch.board.bins.count - 1)
+    histogram = batch.histogram + batch.histogram[::-1]
     return Fit(
         tuning=tuning,
         drops=len(batch),
-        distance=total_variation(batch.histogram, expected),
-        floor=sampling_floor(expected, len(batch)),
+        distance=total_variation(histogram, expected),
+        floor=sampling_floor(expected, 2 * len(batch)),
         duration=float(batch.duration.mean()),
         impacts=float(batch.impact_count.mean()),
         unsettled=batch.unsettled,
     )
 
 
-def search(
-    rows: int, trials: int, drops: int, low: Tuning = LOW, high: Tuning = HIGH
-) -> Iterator[Fit]:
+def search(rows: int, trials: int, drops: int) -> Iterator[Fit]:
     """Yield each better fit found: a sweep of the whole range, then rounds ever nearer the best.
 
     The sweep is `trials` points of Halton's sequence with `drops` drops each. Each of the ROUNDS
@@ -104,6 +120,7 @@ def search(
     anew among them: by chance it may have looked better than it is. Within a round every trial uses
     the same seeds, so that two tunings differ by themselves and not by luck; each round has others.
     """
+    low, high = limits(rows)
     centre = _tuning(np.full(len(low), 0.5), low, high)
     best = yield from _round(rows, _around(centre, 0.5, trials, low, high), drops, 0)
     seed = drops

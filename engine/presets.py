@@ -89,12 +89,17 @@ def preset(name: str) -> Board:
     )
 
 
+def spacing_of(rows: int) -> float:
+    """Distance between neighbouring pegs of a triangle, m."""
+    return _PEG_SPAN / (rows + 1)
+
+
 def triangle(name: str, rows: int, multipliers: tuple[float, ...], tuning: Tuning) -> Board:
     """Make the triangular board of `rows` rows in the reference game's proportions.
 
     Row i, from 0, has i + 3 pegs; the last row's rows + 2 pegs part rows + 1 bins.
     """
-    spacing = _PEG_SPAN / (rows + 1)
+    spacing = spacing_of(rows)
     pitch = (_LAST_ROW_Y - _FIRST_ROW_Y) / (rows - 1)
     peg_radius = (24 - rows) / 200
     ball_radius = 2.0 * peg_radius

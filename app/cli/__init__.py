@@ -7,7 +7,17 @@ from collections.abc import Sequence
 
 import click
 
-COMMANDS = ("serve", "drop", "simulate", "render", "verify", "boards", "load", "bench")
+COMMANDS = (
+    "serve",
+    "drop",
+    "simulate",
+    "render",
+    "verify",
+    "boards",
+    "calibrate",
+    "load",
+    "bench",
+)
 """Subcommands, in the order of the help. `name` lives in `app/cli/name.py` as `command`."""
 
 EXIT_BAD_INPUT = 2

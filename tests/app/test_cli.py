@@ -9,6 +9,8 @@ from PIL import Image
 
 from app.cli import main
 from engine import Board, drop, drop_many, preset_names
+from engine.calibrate import UNSEEN, fit_of
+from engine.presets import TUNING, Tuning
 
 BOARD = {
     "name": "my board",
@@ -212,6 +214,31 @@ def test_a_printed_board_is_the_board(plinko: Terminal, tmp_path: Path) -> None:
     path.write_text(plinko.run("boards", "triangle-9"))
     assert Board.from_json(path) == Board.preset("triangle-9")
     assert plinko.json("drop", path, "--seed", 1)["board"] == "triangle-9"
+
+
+# calibrate
+
+
+def test_calibrate_searches_and_looks_again_with_new_seeds(plinko: Terminal) -> None:
+    out = plinko.run(
+        "calibrate", "--rows", 8, "--trials", 4, "--drops", 32, "--check", 100, "--json"
+    )
+    lines = [json.loads(line) for line in out.splitlines()]
+    assert [line["what"] for line in lines] == ["better"] * (len(lines) - 1) + ["check"]
+    *_, last, check = lines
+    assert check["drops"] == 100
+    assert {name: check[name] for name in Tuning._fields} == {
+        name: last[name] for name in Tuning._fields
+    }
+
+
+def test_calibrate_measures_a_preset_as_it_is(plinko: Terminal) -> None:
+    out = plinko.run("calibrate", "--rows", 12, "--preset", "--drops", 50, "--json")
+    check = json.loads(out)
+    assert {name: check[name] for name in Tuning._fields} == TUNING["triangle-12"]._asdict()
+    batch = drop_many(Board.preset("triangle-12"), range(UNSEEN, UNSEEN + 50))
+    assert check["mean_duration"] == batch.duration.mean()
+    assert check["distance"] == fit_of(batch, TUNING["triangle-12"]).distance
 
 
 # render

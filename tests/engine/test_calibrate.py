@@ -1,9 +1,26 @@
 """The search for tunings measures what it says, and only ever gets better."""
 
+from dataclasses import replace
+from itertools import groupby, pairwise
+
 import numpy as np
 import pytest
 
-from engine.calibrate import HIGH, LOW, binomial, fit, sampling_floor, search, total_variation
+from engine.batch import drop_many
+from engine.calibrate import (
+    LONGEST_FALL,
+    ROUNDS,
+    SHORTEST_FALL,
+    Fit,
+    binomial,
+    fit,
+    fit_of,
+    limits,
+    sampling_floor,
+    search,
+    total_variation,
+    tuned,
+)
 from engine.presets import TUNING
 
 
@@ -31,11 +48,34 @@ def test_a_fit_of_a_preset_is_that_of_its_drops() -> None:
     assert 0.0 < found.distance < 1.0
 
 
-def test_a_search_yields_ever_lower_costs_within_its_limits() -> None:
+def test_mirrored_drops_count_as_well() -> None:
+    batch = drop_many(tuned(8, TUNING["triangle-8"]), range(64))
+    both = batch.histogram + batch.histogram[::-1]
+    found = fit_of(batch, TUNING["triangle-8"])
+    assert found.distance == total_variation(both, binomial(8))
+    assert found.floor == sampling_floor(binomial(8), 128)
+
+
+def test_a_search_gets_better_within_each_round_and_looks_closer_in_the_next() -> None:
     fits = list(search(8, trials=6, drops=64))
-    costs = [found.cost for found in fits]
-    assert costs == sorted(costs, reverse=True)
-    for found in fits:
-        assert all(
-            low <= value <= high for low, value, high in zip(LOW, found.tuning, HIGH, strict=True)
-        )
+    rounds = [list(group) for _, group in groupby(fits, key=lambda found: found.drops)]
+    assert [found[0].drops for found in rounds] == [64 * 2**i for i in range(len(ROUNDS) + 1)]
+    for found in rounds:
+        costs = [fit.cost for fit in found]
+        assert costs == sorted(costs, reverse=True)
+    for before, after in pairwise(rounds):
+        assert after[0].tuning == before[-1].tuning
+
+
+def test_a_search_stays_within_its_limits() -> None:
+    low, high = limits(8)
+    for found in search(8, trials=8, drops=16):
+        assert all(a <= b <= c for a, b, c in zip(low, found.tuning, high, strict=True))
+
+
+def test_a_fall_outside_of_its_limits_and_balls_that_stay_count_against_a_tuning() -> None:
+    good = Fit(TUNING["triangle-8"], 64, 0.1, 0.05, 3.0, 20.0, 0)
+    assert good.cost == pytest.approx(0.1)
+    assert replace(good, duration=LONGEST_FALL + 1.0).cost == pytest.approx(1.1)
+    assert replace(good, duration=SHORTEST_FALL - 0.5).cost == pytest.approx(0.6)
+    assert replace(good, unsettled=2).cost == pytest.approx(2.1)
