@@ -10,6 +10,7 @@ import pytest
 from playwright.sync_api import expect
 
 from engine import Board, Drop, drop
+from tests.browser.axe import check_axe
 from tests.browser.conftest import Complaints, Open
 from tests.browser.looks import SIZES, check_fit, context_for, painted
 from tests.browser.screen import Screen
@@ -155,4 +156,5 @@ def test_the_comparison_fits_its_screen(opened: Open, width: int, height: int, s
     screen = paused(opened(f"{LINK}&shift=1e-3", **options))
     screen.page.get_by_label("Time in the drops").fill("4")
     check_fit(screen)
+    check_axe(screen)
     screen.shot(f"compare-{width}x{height}-{scheme}")

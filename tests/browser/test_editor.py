@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import Route, expect
 
 from engine import Board, drop_many
+from tests.browser.axe import check_axe
 from tests.browser.conftest import Complaints, Open
 from tests.browser.looks import SIZES, check_fit, context_for
 from tests.browser.screen import Screen
@@ -216,6 +217,7 @@ def test_a_refusal_is_shown_at_the_place_it_is_about(bench: Bench, complaints: C
     assert field is not None
     assert box["x"] - 10 <= field["x"] + at[0] <= box["x"] + box["width"] + 10
     assert abs(box["y"] - field["y"] - at[1]) < 60
+    check_axe(bench.screen)
     bench.screen.shot("editor-problem")
     bench.press("Escape")
     bench.page.get_by_role("button", name="Show where").click()
@@ -376,6 +378,7 @@ def test_the_editor_fits_its_screen(opened: Open, width: int, height: int, schem
     bench.field.focus()
     bench.press("PageDown", "PageDown")
     check_fit(bench.screen)
+    check_axe(bench.screen)
     bench.screen.shot(f"editor-{width}x{height}-{scheme}")
 
 

@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import Route, expect
 
 from engine import Board, drop
+from tests.browser.axe import check_axe
 from tests.browser.conftest import Complaints, Open, Quick
 from tests.browser.looks import SIZES, check_fit, context_for, painted
 from tests.browser.screen import Screen
@@ -272,6 +273,7 @@ def test_the_replay_fits_its_screen(opened: Open, width: int, height: int, schem
     play.click()
     screen.page.locator("#impacts tr").nth(3).click()
     check_fit(screen)
+    check_axe(screen)
     screen.shot(f"replay-{width}x{height}-{scheme}")
 
 
