@@ -45,11 +45,15 @@ def minorant_root(f: float, fd: float, m: float) -> float:
 
 @kernel
 def stays_positive(f: float, fd: float, m: float, h: float) -> bool:
-    """Whether f + fd d + m d^2 / 2 > 0 on all of [0, h], for f > 0; no square root taken."""
+    """Whether f + fd d + m d^2 / 2 > 0 on all of [0, h], for f > 0; no square root taken.
+
+    Both cases are computed and none is branched on: a processor guesses this branch badly.
+    """
     slope_at_end = fd + m * h
-    if m <= 0.0 or slope_at_end <= 0.0:
-        return f + 0.5 * h * (fd + slope_at_end) > 0.0
-    return fd >= 0.0 or fd * fd < 2.0 * m * f
+    dips = (m > 0.0) & (slope_at_end > 0.0)  # the least value is not at the end
+    at_end = f + 0.5 * h * (fd + slope_at_end) > 0.0
+    at_dip = (fd >= 0.0) | (fd * fd < 2.0 * m * f)
+    return bool((dips & at_dip) | ((not dips) & at_end))
 
 
 @kernel

@@ -16,6 +16,7 @@ from engine.kernels.impact_time import (
     circle_hit,
     circle_hit_after_leaving,
     circle_hit_again,
+    circle_search,
     line_hit,
     line_hit_again,
     stays_positive,
@@ -282,14 +283,20 @@ def next_hit(
                 f = qx * qx + qy * qy - d2
                 fd = 2.0 * (qx * vx + qy * vy)
                 qa = qx * ax + qy * ay
-                low2 = 2.0 * (vv + qa) + best * third_derivative_bound(va, aa, qa, k, horizon)
-                if f > 0.0 and stays_positive(f, fd, low2, best):
+                fdd = 2.0 * (vv + qa)
+                low3 = third_derivative_bound(va, aa, qa, k, horizon)
+                if (f > 0.0) & stays_positive(f, fd, fdd + low3 * best, best):
                     continue
                 other = members[j]
                 if other == skipped:
                     continue
                 other_side = 0.0
-                s = circle_hit(qx, qy, vx, vy, ax, ay, k, d2, horizon, best)
+                if f > 0.0:
+                    s = circle_search(
+                        qx, qy, vx, vy, ax, ay, k, d2, horizon, best, 0.0, f, fd, fdd, low3
+                    )
+                else:
+                    s = circle_hit(qx, qy, vx, vy, ax, ay, k, d2, horizon, best)
             if s != NO_HIT and (s < best or item == NOWHERE or (s == best and other < item)):
                 best = s
                 item = other
