@@ -5,6 +5,7 @@ import contextlib
 import time
 from array import array
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -91,6 +92,7 @@ class Load:
     clients: int
     stream: str = protocol.SNAPSHOTS
     drops: float = 5.0  # a second
+    on_count: Callable[[], None] = lambda: None  # called when counting begins
     counting: bool = False
     leaving: bool = False
     counted: dict[RoomClient, Counted] = field(default_factory=dict)
@@ -108,6 +110,7 @@ class Load:
         try:
             await asyncio.sleep(_SETTLE)
             self._check_welcome()
+            self.on_count()
             self.counting, begin = True, time.monotonic()
             await asyncio.sleep(seconds)
             self.counting, took = False, time.monotonic() - begin

@@ -23,7 +23,6 @@ def run(settings: Settings) -> Section:
     _prices(section, settings)
     _unused(section, settings)
     idle.live(section, settings)
-    idle.server(section, settings)
     return section
 
 

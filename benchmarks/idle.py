@@ -1,19 +1,13 @@
 """What the server does when nobody looks: rooms without watchers, and a thousand rooms asleep."""
 
-import contextlib
 import json
-import os
-import signal
-import subprocess
-import sys
 import time
 import urllib.request
-from collections.abc import Iterator
-from pathlib import Path
 
 from benchmarks.clock import Job, in_turns, seconds_of
 from benchmarks.report import Section, Table, spread
-from benchmarks.settings import MissingError, Settings
+from benchmarks.serving import can_watch, serving
+from benchmarks.settings import Settings
 from engine import Board, World
 
 BALLS = 50
@@ -77,18 +71,18 @@ def server(section: Section, settings: Settings) -> None:
     """Processor time of a server whose rooms are all asleep."""
     rooms = settings.size(999, 3)  # and the one that is always there
     watch = float(settings.size(20, 1))
-    if not Path("/proc/self/stat").exists():
+    if not can_watch():
         section.absent.append("idle server: its processor time is read from /proc, as on Linux")
         return
-    with _running_server() as (process, address):
+    with serving(["--max-rooms", "2000"]) as running:
         for _ in range(rooms):
-            _post(f"{address}/api/v1/rooms", {"board": "triangle-16"})
+            _post(f"{running.address}/api/v1/rooms", {"board": "triangle-16"})
         settings.step("idle rooms")
         time.sleep(1.0)
-        before = _cpu_seconds(process.pid)
+        before = running.cpu
         start = time.monotonic()
         time.sleep(watch)
-        share = (_cpu_seconds(process.pid) - before) / (time.monotonic() - start)
+        share = (running.cpu - before) / (time.monotonic() - start)
     settings.step("idle server")
     section.data["idle"] = {"rooms": rooms + 1, "seconds": watch, "share_of_a_core": share}
     section.tables.append(
@@ -97,58 +91,11 @@ def server(section: Section, settings: Settings) -> None:
             ["rooms", "watched for, s", "share of a core"],
             [[f"{rooms + 1:,}", f"{watch:.0f}", f"{share:.2%}"]],
             [
-                "Processor time of the server's process with all rooms open and nothing moving, "
-                "counted in hundredths of a second by the system. Aim: below 0.5 %."
+                "Processor time of the server's process with all rooms open and nothing moving. "
+                "Aim: below 0.5 %."
             ],
         )
     )
-
-
-@contextlib.contextmanager
-def _running_server() -> Iterator[tuple[subprocess.Popen[bytes], str]]:
-    """A server on a free port of this machine, stopped at the end."""
-    environment = os.environ | {"PLINKO_MAX_ROOMS": "2000"}
-    port = _free_port()
-    process = subprocess.Popen(
-        [sys.executable, "-m", "app.cli", "serve", "--port", str(port)],
-        cwd=Path(__file__).parents[1],
-        env=environment,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    address = f"http://127.0.0.1:{port}"
-    try:
-        _wait_until_ready(process, address)
-        yield process, address
-    finally:
-        process.send_signal(signal.SIGINT)
-        try:
-            process.wait(15)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-
-
-def _free_port() -> int:
-    import socket
-
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        port: int = listener.getsockname()[1]
-        return port
-
-
-def _wait_until_ready(process: subprocess.Popen[bytes], address: str) -> None:
-    end = time.monotonic() + READY
-    while time.monotonic() < end:
-        if process.poll() is not None:
-            raise MissingError(f"the server ended with exit code {process.returncode}")
-        try:
-            with urllib.request.urlopen(f"{address}/readyz", timeout=2.0):
-                return
-        except OSError:  # not listening yet, or not ready yet
-            time.sleep(0.1)
-    raise MissingError(f"the server was not ready within {READY:.0f} s")
 
 
 def _post(url: str, body: dict[str, object]) -> None:
@@ -157,10 +104,3 @@ def _post(url: str, body: dict[str, object]) -> None:
     )
     with urllib.request.urlopen(request, timeout=10.0) as answer:
         answer.read()
-
-
-def _cpu_seconds(pid: int) -> float:
-    """User and system time of a process so far."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    ticks = int(fields[11]) + int(fields[12])
-    return ticks / os.sysconf("SC_CLK_TCK")

@@ -1,8 +1,10 @@
 """The benchmarks run, say what they should, and judge rightly; how fast they run is no claim."""
 
+import asyncio
 import json
 import math
 import shutil
+import socket
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +14,18 @@ from click.testing import CliRunner
 from benchmarks import (
     arithmetic,
     energy,
+    fan_out,
     machine,
     operations,
     page,
     random_boards,
     scenes,
+    serving,
+    stream,
     stripped,
     torture,
     watch,
+    wire,
 )
 from benchmarks.clock import Sample, in_turns
 from benchmarks.contestants import node
@@ -276,3 +282,53 @@ def test_the_page_is_judged_by_the_thread_that_draws() -> None:
     assert page.quantile([3.0, 1.0, 2.0], 50) == 2.0
     with pytest.raises(MissingError, match="no frame"):
         page.read(elsewhere[:1])
+
+
+def test_segments_take_fewer_bytes_than_snapshots() -> None:
+    section = Section("stream")
+    wire.compare(section, QUICK)
+    assert len(section.tables[0].rows) == 2 * len(wire.BOARDS)
+    for name, found in section.data["wire"].items():
+        assert 0 < found["segments"] < found["snapshots"], name
+        assert found["segments"] < found["all_segments"] < found["all_snapshots"], name
+        # 12 bytes of header and 12 a ball, 60 times a second; and less than 5 of framing.
+        assert 720 < found["snapshots"] < 60 * 29, name
+
+
+def test_lateness_is_read_from_a_histogram() -> None:
+    buckets = [(0.001, 50.0), (0.004, 90.0), (0.008, 100.0), (math.inf, 100.0)]
+    assert stream._share(buckets, 0.004) == 0.9
+    assert stream._quantile(buckets, 0.25) == pytest.approx(0.0005)
+    assert stream._quantile(buckets, 0.7) == pytest.approx(0.0025)
+    assert stream._quantile(buckets, 0.99) == pytest.approx(0.0076)
+
+
+def test_the_bare_loop_sends_what_it_is_asked_to() -> None:
+    with fan_out._bare(2) as bare:
+        host, _, port = bare.address.rpartition(":")
+        place = host, int(port)
+        with socket.create_connection(place) as one, socket.create_connection(place) as two:
+            assert asyncio.run(fan_out._send(bare, 700, 0.2)) > 0
+            for connection in (one, two):
+                data = b""
+                while len(data) < 12 * 700:
+                    data += connection.recv(65536)
+                assert data == bytes(12 * 700)
+
+
+def test_a_server_is_watched_from_outside_and_stopped() -> None:
+    if not serving.can_watch():
+        pytest.skip("this system tells nothing of other processes")
+    with serving.serving(["--max-rooms", "5"]) as server:
+        assert server.metrics()["plinko_rooms"] == 1
+        assert server.resident > 1e7
+        before = server.cpu
+        server.metrics()
+        assert server.cpu > before > 0
+        assert server.process.poll() is None
+    assert server.process.poll() == 0
+
+
+def test_the_eager_server_differs_in_nothing_but_its_garbage() -> None:
+    with serving.serving(module="benchmarks.eager") as server:
+        assert server.metrics()["plinko_ticker_asleep"] == 1
