@@ -1,5 +1,6 @@
 """The price of each feature to a scene that uses it, and to one that does not."""
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import Any
@@ -10,7 +11,7 @@ from benchmarks import idle, scenes, stripped
 from benchmarks.clock import Job, Sample, in_turns, seconds_of
 from benchmarks.report import Section, Table, spread
 from benchmarks.settings import Settings
-from engine import Board, drop, drop_many
+from engine import Board, Drop, drop, drop_many
 from engine.materials import Material
 
 UNUSED = 1.05
@@ -68,6 +69,16 @@ def _impacts(board: Board, drops: int) -> float:
     return float(drop_many(board, range(drops)).impact_count.mean())
 
 
+def _each_drop(board: Board, drops: int, impacts: float, ask: Callable[[Drop], object]) -> Job:
+    """Nanoseconds per impact of single drops, each asked for something."""
+    ask(drop(board, 0))
+
+    def work() -> object:
+        return [ask(drop(board, seed)) for seed in range(drops)]
+
+    return lambda: seconds_of(work) * 1e9 / (drops * impacts)
+
+
 def _prices(section: Section, settings: Settings) -> None:
     drops = settings.size(4096, 128)
     jobs: dict[str, Job] = {}
@@ -78,15 +89,17 @@ def _prices(section: Section, settings: Settings) -> None:
     bare = _bare()
     some = settings.size(512, 16)
     per_drop = _impacts(bare, some)
-    drop(bare, 0)
-    jobs["the whole path of each drop/with"] = lambda: (
-        seconds_of(lambda: [drop(bare, seed).impacts for seed in range(some)])
-        * 1e9
-        / (some * per_drop)
+    alone = _each_drop(bare, some, per_drop, lambda found: found.x_end)
+    jobs["the whole path of each drop/with"] = _each_drop(
+        bare, some, per_drop, lambda found: found.impacts
     )
     jobs["the whole path of each drop/without"] = _job(bare, some, per_drop)
+    jobs["tangents: how sure each drop is/with"] = _each_drop(
+        bare, some, per_drop, lambda found: found.amplification
+    )
+    jobs["tangents: how sure each drop is/without"] = alone
     times = in_turns(jobs, settings.rounds, lambda: settings.step("prices"))
-    names = [*pairs, "the whole path of each drop"]
+    names = [*pairs, "the whole path of each drop", "tangents: how sure each drop is"]
     rows, data = [], {}
     for name in names:
         used, unused = times[f"{name}/with"], times[f"{name}/without"]
@@ -105,7 +118,8 @@ def _prices(section: Section, settings: Settings) -> None:
                 "12 rows, exact solver, one core; per impact, since a feature also changes how "
                 "many there are. Walls: the same pegs with and without the sides. The whole path: "
                 "one `drop` a seed from Python with its events, against a batch that keeps only "
-                "outcomes; nearly all of it is Python."
+                "outcomes; nearly all of it is Python. Tangents: a `drop` asked for its "
+                "`amplification` against one that is not."
             ],
         )
     )
