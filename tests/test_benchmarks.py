@@ -1,6 +1,7 @@
 """The benchmarks run, say what they should, and judge rightly; how fast they run is no claim."""
 
 import asyncio
+import io
 import json
 import math
 import shutil
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from PIL import Image
 
 from benchmarks import (
     arithmetic,
@@ -19,6 +21,7 @@ from benchmarks import (
     operations,
     page,
     random_boards,
+    render,
     scenes,
     serving,
     stream,
@@ -229,6 +232,35 @@ def test_the_torture_catalogue_does_no_harm_to_the_exact_solver() -> None:
             found.add(watch.examine(scene.board, scene.xs[:2], {"solver": "exact"}))
     assert found.drops > 40
     assert dict(found.faults) == {}, found.kept
+
+
+def test_pictures_are_measured_and_their_aims_are_told() -> None:
+    section = render.run(QUICK)
+    assert [table.title.split()[0] for table in section.tables] == ["A", "A", "Pictures", "A"]
+    assert section.data["stream_frames"]["nobody"] == 0
+    one, fifty = (section.data["stream_frames"][name] for name in ("1 viewer", "50 viewers"))
+    assert one == fifty > 0
+    assert section.data["drop_bytes"]["GIF"] < render.GIF_BYTES
+    assert section.data["bands"]["GIF"] <= render.BAND
+    json.dumps(section.to_dict())
+
+
+def test_bands_are_seen() -> None:
+    """An animation of six colours has them."""
+    d = render.four_seconds()
+    from app.render import drop_animation
+
+    good = drop_animation(d, "gif", fps=10)
+    with Image.open(io.BytesIO(good)) as frames:
+        shown = []
+        for number in range(getattr(frames, "n_frames", 1)):
+            frames.seek(number)
+            few = frames.convert("RGB").quantize(6, dither=Image.Dither.NONE)
+            shown.append(few.convert("RGB"))
+    buffer = io.BytesIO()
+    shown[0].save(buffer, "WEBP", save_all=True, append_images=shown[1:], lossless=True, method=0)
+    assert render.bands(d, good, 10) <= render.BAND
+    assert render.bands(d, buffer.getvalue(), 10) > 2.0 * render.BAND
 
 
 @pytest.mark.slow

@@ -27,6 +27,11 @@ def _painted(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]
     return pixels
 
 
+def forget() -> None:
+    """Forget the boards that were painted, as if none had been yet; for measurements."""
+    _painted.cache_clear()
+
+
 def plate_canvas(board: Board, view: View, theme_name: str) -> Canvas:
     """A canvas with the plate and the hopper, to be painted on before the furniture."""
     theme = named(theme_name)
