@@ -24,8 +24,8 @@ PNG_SECONDS: Final = 5e-3
 GIF_LENGTH, GIF_FPS = 4.0, 30  # s, frames/s
 GIF_SECONDS, GIF_BYTES = 0.5, 1_000_000
 BAND: Final = 2.0
-"""Levels of 255 by which a square of 8 x 8 pixels may be off: a smooth plate of 8 bits a channel has
-steps of one by itself, and a step of two is on the verge of what an eye sees."""
+"""Levels of 255 by which a square of 8 x 8 pixels may be off: a smooth plate of 8 bits a channel
+has steps of one by itself, and a step of two is on the verge of what an eye sees."""
 
 VIEWERS: Final = (1, 50)
 
