@@ -7,27 +7,30 @@ COPY app app
 COPY benchmarks benchmarks
 COPY static static
 RUN python -m venv /opt/plinko \
- && /opt/plinko/bin/pip install --no-cache-dir -c constraints.txt .
+ && /opt/plinko/bin/pip install --no-cache-dir -c constraints.txt '.[postgres]'
 
 FROM python:3.11-slim
 RUN useradd --uid 10001 --no-create-home --shell /usr/sbin/nologin plinko
 COPY --from=build /opt/plinko /opt/plinko
 ENV PATH=/opt/plinko/bin:$PATH \
     PYTHONUNBUFFERED=1 \
+    PLINKO_DATA=/var/lib/plinko \
     NUMBA_CACHE_DIR=/var/cache/plinko
 # Machine code is compiled here, by the user that runs it, so that a container starts at once. On
 # a processor that lacks what the builder's has it is compiled again at the first start.
-RUN install -d -o plinko /var/cache/plinko
+RUN install -d -o plinko /var/cache/plinko && install -d -o plinko -m 0700 /var/lib/plinko
 USER plinko
 RUN plinko drop triangle-8 --seed 42 \
  && plinko drop triangle-8 --seed 42 --solver stepped \
  && plinko simulate triangle-8 --drops 10 \
  && plinko simulate triangle-8 --drops 10 --solver stepped
-RUN plinko serve & server=$!; \
+RUN PLINKO_DATABASE_URL=sqlite:// plinko serve & server=$!; \
     until python -c "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/readyz')" 2>&-; \
     do sleep 1; done; \
     kill $server; wait $server
 EXPOSE 8000
+# The ledger: what was dropped and how it ended, and the secret that signs rooms' tokens.
+VOLUME /var/lib/plinko
 HEALTHCHECK --interval=30s --timeout=3s --start-period=60s \
   CMD ["python", "-c", "import urllib.request; urllib.request.urlopen('http://127.0.0.1:8000/healthz', timeout=2)"]
 CMD ["plinko", "serve", "--host", "0.0.0.0"]

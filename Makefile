@@ -16,16 +16,18 @@ PORT ?= 8000
 PYTEST_WORKERS ?= 2
 PYTEST_ARGS ?=
 BENCH_ARGS ?=
+KILLS ?= 50
 
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
 
-.PHONY: help play test test-arm64 lint format bench readme constraints clean
+.PHONY: help play test test-crash test-arm64 lint format bench readme constraints clean
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
 	@echo 'make test         run every test, browser tests included (PYTEST_ARGS=...)'
+	@echo 'make test-crash   kill the server under load at random moments, many times (KILLS=50)'
 	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
 	@echo 'make lint         style, format, types and import contracts'
 	@echo 'make format       put the code in its format'
@@ -37,10 +39,16 @@ help:
 play: $(VENV)/.stamp-play
 	exec $(BIN)/plinko serve --host $(HOST) --port $(PORT)
 
-# The tests drive a real Chromium: the machine's own, or else Debian's.
+# The tests drive a real Chromium and a real PostgreSQL: the machine's own, or else Debian's.
 test: $(VENV)/.stamp-test
+	tools/postgresql
 	chromium="$$(tools/chromium)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) $(PYTEST_ARGS)
+
+# The server is killed KILLS times under load, once over SQLite and once over PostgreSQL.
+test-crash: $(VENV)/.stamp-test
+	tools/postgresql
+	PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s tests/ledger/test_crash.py
 
 # Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU; with the JIT and without.
 test-arm64: $(VENV)/.stamp-play

@@ -1,5 +1,6 @@
 """A server as its own process, a real Chromium, and pages whose every complaint fails the test."""
 
+import atexit
 import json
 import os
 import re
@@ -7,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import urllib.request
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -40,6 +42,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.browser)
 
 
+def _folder() -> str:
+    """A place for a ledger that outlives the servers of a test, but not the tests."""
+    folder = tempfile.mkdtemp(prefix="plinko-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
 @dataclass
 class ServerProcess:
     """`plinko serve` as a process of its own, which can be killed and started again."""
@@ -47,12 +56,17 @@ class ServerProcess:
     port: int = 0
     url: str = ""
     process: "subprocess.Popen[str] | None" = None
+    folder: str = field(default_factory=_folder)
 
     def start(self) -> None:
         command = [sys.executable, "-m", "app.cli", "serve", "--port", str(self.port)]
         command += ["--drop-rate", "1000", "--message-rate", "1000"]
         self.process = subprocess.Popen(
-            command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env={**os.environ}
+            command,
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PLINKO_DATABASE_URL": f"sqlite:///{self.folder}/plinko.db"},
         )
         assert self.process.stdout is not None
         line = self.process.stdout.readline()

@@ -13,6 +13,8 @@ def cluster() -> Iterator[postgres.Cluster]:
     binaries = postgres.programs()
     if binaries is None:
         pytest.skip(postgres.MISSING)
+    if not postgres.can_run():
+        pytest.skip(postgres.NO_USER)
     with postgres.running(binaries) as running:
         yield running
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import pwd
 import shutil
 import signal
 import subprocess
@@ -13,6 +14,7 @@ from itertools import count
 from pathlib import Path
 
 MISSING = "PostgreSQL's server programs are not here: apt-get install postgresql"
+NO_USER = "PostgreSQL refuses to run as root, and there is no user `postgres` to run it as"
 
 
 def programs() -> Path | None:
@@ -22,6 +24,17 @@ def programs() -> Path | None:
         return Path(found).parent
     versions = sorted(Path("/usr/lib/postgresql").glob("*/bin/initdb"), reverse=True)
     return versions[0].parent if versions else None
+
+
+def can_run() -> bool:
+    """Whether there is a user to run it as: anyone but root."""
+    if os.geteuid() != 0:
+        return True
+    try:
+        pwd.getpwnam("postgres")
+    except KeyError:
+        return False
+    return True
 
 
 @dataclass
