@@ -17,6 +17,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   │   └── MessageFloodError
 │   ├── BallLimitError
 │   ├── RoomFullError
+│   ├── QuotaError
 │   └── RoomLimitError
 ├── BusyError             the server cannot take more work now
 ├── LedgerError           what must be kept cannot be written or read now
@@ -106,6 +107,10 @@ class RoomFullError(LimitError):
     """The room has as many clients as it may."""
 
 
+class QuotaError(LimitError):
+    """One client has as many rooms as it may."""
+
+
 class RoomLimitError(LimitError):
     """The server holds as many rooms as it may, all in use."""
 
@@ -163,6 +168,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     MessageFloodError: Answer(429, "too-many-messages", "Too many messages"),
     BallLimitError: Answer(429, "too-many-balls", "Too many balls in the room", 1013),
     RoomFullError: Answer(429, "room-full", "The room is full", 1013),
+    QuotaError: Answer(429, "too-many-rooms", "Too many rooms of yours", 1013),
     RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),
     BusyError: Answer(503, "busy", "The server is busy", 1013),
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),

@@ -1,8 +1,11 @@
-"""Token buckets: how often a client may do something. Pure; the caller brings the time."""
+"""How often a client may do something, and how much it may have. Pure; time is brought along."""
 
-from collections import OrderedDict
+import functools
+from collections import Counter, OrderedDict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
-from app.errors import RateLimitError
+from app.errors import QuotaError, RateLimitError
 
 
 class TokenBucket:
@@ -48,6 +51,53 @@ class KeyedBuckets:
                 self._buckets.popitem(last=False)
         self._buckets.move_to_end(key)
         spend(bucket, now, what)
+
+
+class Quota:
+    """How many things of a kind each key may have at a time; `is_open` says which still are.
+
+    What was there before the server started is nobody's: it counts for no key.
+    """
+
+    def __init__(self, most: int, what: str, is_open: Callable[[str], bool]) -> None:
+        self.most = most
+        self.what = what
+        self._is_open = is_open
+        self._held: dict[str, list[str]] = {}
+        self._coming: Counter[str] = Counter()
+
+    @contextmanager
+    def place(self, key: str) -> Iterator[Callable[[str], None]]:
+        """A place for one more, to be filled in the block by calling what it gives with its name.
+
+        Raises QuotaError when `key` has as many as it may, those in the making counted.
+        """
+        self._check(key)
+        self._coming[key] += 1
+        try:
+            yield functools.partial(self._add, key)
+        finally:
+            self._coming[key] -= 1
+            if not self._coming[key]:
+                del self._coming[key]
+
+    def _check(self, key: str) -> None:
+        held = [thing for thing in self._held.get(key, ()) if self._is_open(thing)]
+        if held:
+            self._held[key] = held
+        else:
+            self._held.pop(key, None)
+        count = len(held) + self._coming[key]
+        if count >= self.most:
+            raise QuotaError(f"{count} {self.what} are open already, of {self.most} at most")
+
+    def _add(self, key: str, thing: str) -> None:
+        if key not in self._held:
+            for other in list(self._held):  # those who will not come back are forgotten
+                self._held[other] = [old for old in self._held[other] if self._is_open(old)]
+                if not self._held[other]:
+                    del self._held[other]
+        self._held.setdefault(key, []).append(thing)
 
 
 def spend(bucket: TokenBucket, now: float, what: str) -> None:

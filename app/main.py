@@ -27,7 +27,7 @@ from app.hub import Hub
 from app.keeper import Keeper
 from app.ledger.database import Database
 from app.ledger.writer import Ledger
-from app.limits import KeyedBuckets
+from app.limits import KeyedBuckets, Quota
 from app.metrics import Metrics
 from app.middleware import BodyLimit, OriginCheck, SecurityHeaders
 from app.pictures import Pictures
@@ -131,19 +131,20 @@ def _services(settings: Settings) -> Services:
         patience=settings.ledger_patience,
     )
     keeper = Keeper(ledger, tick_rate=settings.tick_rate, max_balls=settings.max_balls)
+    held = Rooms(
+        settings,
+        known,
+        hub,
+        _main_board(settings.board),
+        watchers=(metrics, GarbageKeeper(), cameras),
+        keeper=keeper,
+    )
     server = Services(
         settings=settings,
         version=version(),
         boards=known,
         hub=hub,
-        rooms=Rooms(
-            settings,
-            known,
-            hub,
-            _main_board(settings.board),
-            watchers=(metrics, GarbageKeeper(), cameras),
-            keeper=keeper,
-        ),
+        rooms=held,
         ledger=ledger,
         tokens=Tokens(secret_of(settings.secret, _secret_file(settings, database))),
         workers=workers,
@@ -151,6 +152,7 @@ def _services(settings: Settings) -> Services:
         moments=Pictures(workers, _MOMENTS),
         cameras=cameras,
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
+        creators=Quota(settings.creator_rooms, "rooms of this address", held.is_open),
         metrics=metrics,
     )
     server.rooms.in_use = cameras.films

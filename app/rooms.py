@@ -114,6 +114,10 @@ class Rooms:
         self._close_idle()
         return list(self._parked.values())
 
+    def is_open(self, room_id: str) -> bool:
+        """Whether there is a room of this id, in memory or parked."""
+        return room_id in self._rooms or room_id in self._parked
+
     def find(self, room_id: str) -> Room:
         """The room of this id; a preset's name opens its public table. Raises UnknownRoomError."""
         room = self._rooms.get(room_id)

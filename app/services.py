@@ -9,7 +9,7 @@ from app.boards import Boards
 from app.cameras import Cameras
 from app.hub import Hub
 from app.ledger.writer import Ledger
-from app.limits import KeyedBuckets
+from app.limits import KeyedBuckets, Quota
 from app.metrics import Metrics
 from app.pictures import Pictures
 from app.rooms import Rooms
@@ -34,6 +34,7 @@ class Services:
     moments: Pictures  # single frames of rooms
     cameras: Cameras
     room_drops: KeyedBuckets
+    creators: Quota
     metrics: Metrics
     warm: bool = False
     transport: str = "public"  # how clients are written to; see app.transport

@@ -65,10 +65,16 @@ class Settings:
     max_balls: int = _setting(200, "balls in flight in one room", 1, 65535)
     max_clients: int = _setting(1000, "clients in one room", 1, 1_000_000)
     max_rooms: int = _setting(1000, "rooms held at once; idle ones make way", 1, 1_000_000)
+    creator_rooms: int = _setting(
+        50, "open rooms that one address may have made since the server started", 1, 1_000_000
+    )
     room_idle: float = _setting(
         86400.0, "seconds after which an unused room of a player's own is closed", 1.0, 1e9
     )
     max_boards: int = _setting(256, "registered boards held; the least used make way", 1, 1_000_000)
+    max_surfaces: int = _setting(
+        5000, "pegs and walls of a board that a client sends; bounds the work", 1, 22_000
+    )
     max_queue: int = _setting(256, "event frames waiting for one client", 8, 1_000_000)
     max_queue_bytes: int = _setting(1 << 20, "event bytes waiting for one client", 1 << 16, 1 << 30)
     send_buffer: int = _setting(

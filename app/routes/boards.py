@@ -1,11 +1,10 @@
 """Boards: list, look up, register."""
 
-import functools
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
 
-from app.routes.common import Server, body_of, documented, read, reply
+from app.routes.common import Server, body_of, checked_board, documented, read, reply
 from app.schemas import BoardList, BoardSummary, BoardView
 from engine import Board
 
@@ -53,7 +52,7 @@ async def register_board(request: Request, server: Server) -> Response:
     bounded number of boards; the longest unused is forgotten and can be registered again.
     """
     data = await read(request, dict[str, Any])
-    board = await server.workers.run(functools.partial(Board.from_json, data))
+    board = await checked_board(server, data)
     new = server.boards.register(board)
     headers = {"location": f"/api/v1/boards/{board.digest}"}
     return reply(_view(board), 201 if new else 200, headers)
@@ -68,7 +67,7 @@ async def register_board(request: Request, server: Server) -> Response:
 async def check_board(request: Request, server: Server) -> Response:
     """Check a board without keeping it; the reply has its digest and every default filled in."""
     data = await read(request, dict[str, Any])
-    return reply(_view(await server.workers.run(functools.partial(Board.from_json, data))))
+    return reply(_view(await checked_board(server, data)))
 
 
 def _summary(board: Board) -> BoardSummary:

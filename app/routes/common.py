@@ -10,7 +10,7 @@ from fastapi import Depends, Request, Response
 from starlette.requests import HTTPConnection
 
 from app import schemas
-from app.errors import InvalidValueError
+from app.errors import InvalidValueError, TooLargeError
 from app.protocol import shorten
 from app.services import Services
 from engine import Board
@@ -71,8 +71,12 @@ def optional_seed(value: object) -> int | None:
 
 def limit_drops(request: Request, server: Services) -> None:
     """Raise RateLimitError when this address drops into rooms too often."""
-    address = request.client.host if request.client else ""
-    server.room_drops.take(address, time.monotonic(), "drops")
+    server.room_drops.take(address_of(request), time.monotonic(), "drops")
+
+
+def address_of(connection: HTTPConnection) -> str:
+    """The client's address, by which it is told from others."""
+    return connection.client.host if connection.client else ""
 
 
 async def resolve_board(server: Services, board: object) -> Board:
@@ -84,7 +88,7 @@ async def resolve_board(server: Services, board: object) -> Board:
     if isinstance(board, str):
         return server.boards.find(board)
     if isinstance(board, dict):
-        return await server.workers.run(functools.partial(Board.from_json, board))
+        return await checked_board(server, board)
     raise BoardError(
         f"board {shorten(board)} is not a name, a digest or a board object", field="board"
     )
@@ -103,6 +107,23 @@ def check_step(server: Services, solver: Any, dt: Any, substeps: Any) -> None:
             "compute it with the command line",
             field="dt",
         )
+
+
+async def checked_board(server: Services, form: dict[str, Any]) -> Board:
+    """A board from its JSON form, checked in a thread.
+
+    Raises TooLargeError when it has more pegs and walls than the server takes, BoardError when it
+    cannot be played.
+    """
+    parts = (form.get(name) for name in ("pegs", "walls"))
+    surfaces = sum(len(part) for part in parts if isinstance(part, list))
+    if surfaces > server.settings.max_surfaces:
+        raise TooLargeError(
+            f"a board of {surfaces} pegs and walls is over the limit of "
+            f"{server.settings.max_surfaces}",
+            field="board",
+        )
+    return await server.workers.run(functools.partial(Board.from_json, form))
 
 
 def cache_headers(etag: str) -> dict[str, str]:

@@ -13,6 +13,7 @@ from app.protocol import parse_x
 from app.room import MODE, SOLVER, Room
 from app.routes.common import (
     Server,
+    address_of,
     body_of,
     documented,
     documented_failures,
@@ -64,8 +65,10 @@ async def open_room(request: Request, server: Server) -> Response:
 
     The reply's `token` lets its holder change, reset and close the room.
     """
-    body = await read(request, RoomRequest)
-    room = await server.rooms.create(await resolve_board(server, body.board))
+    with server.creators.place(address_of(request)) as take:
+        body = await read(request, RoomRequest)
+        room = await server.rooms.create(await resolve_board(server, body.board))
+        take(room.id)
     view = msgspec.structs.asdict(_view(server, room))
     opened = RoomOpened(**view, token=server.tokens.of(room.id))
     headers = {"location": f"/api/v1/rooms/{room.id}", "cache-control": "no-store"}

@@ -1,11 +1,13 @@
-"""Token buckets: what a rate allows, whenever it is asked."""
+"""What a rate allows, whenever it is asked, and what a quota does."""
+
+import contextlib
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.errors import RateLimitError
-from app.limits import KeyedBuckets, TokenBucket, spend
+from app.errors import QuotaError, RateLimitError, retry_after
+from app.limits import KeyedBuckets, Quota, TokenBucket, spend
 
 
 @given(st.lists(st.floats(0.0, 2.0), max_size=200), st.floats(0.1, 100.0), st.integers(1, 50))
@@ -52,3 +54,38 @@ def test_keys_do_not_share_and_the_longest_unseen_is_forgotten() -> None:
     with pytest.raises(RateLimitError):
         buckets.take("a", 0.0, "drops")
     buckets.take("b", 0.0, "drops")
+
+
+def test_a_quota_counts_what_is_open_and_what_is_in_the_making() -> None:
+    still_open = {"a", "b", "c"}
+    quota = Quota(2, "rooms", still_open.__contains__)
+    with quota.place("me") as take:
+        take("a")
+    with quota.place("me") as take:
+        said = "2 rooms are open already, of 2 at most"
+        with pytest.raises(QuotaError, match=said), quota.place("me"):
+            raise AssertionError("there was a place")
+        with quota.place("you") as other:
+            other("c")
+    still_open.remove("a")
+    with quota.place("me") as take:
+        take("b")
+    with quota.place("me"), contextlib.suppress(ZeroDivisionError):
+        raise ZeroDivisionError("what fails takes no place")
+    with quota.place("me") as take:
+        take("a")
+    still_open.add("a")
+    with pytest.raises(QuotaError), quota.place("me"):
+        raise AssertionError("there was a place")
+    assert retry_after(QuotaError("x")) == 1
+
+
+def test_a_quota_forgets_those_who_have_nothing() -> None:
+    still_open: set[str] = set()
+    quota = Quota(5, "rooms", still_open.__contains__)
+    for number in range(100):
+        still_open.clear()
+        still_open.add(str(number))
+        with quota.place(f"client {number}") as take:
+            take(str(number))
+    assert len(quota._held) == 1

@@ -601,3 +601,38 @@ def test_a_drop_says_how_sure_it_is_when_asked(http: httpx.Client) -> None:
 def test_the_stepped_solver_is_not_asked_how_sure_it_is(http: httpx.Client) -> None:
     response = http.get("/api/v1/drops/triangle-8/42?solver=stepped&certainty=true")
     problem(response, 422, "bad-parameter", "only 'exact'")
+
+
+def test_an_address_may_have_so_many_rooms_and_no_more() -> None:
+    with (
+        serving(creator_rooms=2) as server,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
+    ):
+        body = {"board": "triangle-8"}
+        opened = [http.post("/api/v1/rooms", json=body) for _ in range(2)]
+        assert [response.status_code for response in opened] == [201, 201]
+        refused = http.post("/api/v1/rooms", json=body)
+        problem(refused, 429, "too-many-rooms", "2 rooms of this address")
+        assert refused.headers["retry-after"] == "1"
+        first = opened[0].json()
+        headers = {"authorization": f"Bearer {first['token']}"}
+        assert http.delete(f"/api/v1/rooms/{first['id']}", headers=headers).status_code == 204
+        problem(http.post("/api/v1/rooms", json={"board": "nope"}), 404, "unknown-board")
+        assert http.post("/api/v1/rooms", json=body).status_code == 201
+
+
+def test_a_board_of_too_many_parts_is_refused_before_it_is_looked_at() -> None:
+    board: dict[str, Any] = {"pegs": [{}] * 7, "walls": [{}] * 4}
+    with (
+        serving(max_surfaces=10) as server,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
+    ):
+        for path, body in (
+            ("boards", board),
+            ("boards/check", board),
+            ("rooms", {"board": board}),
+            ("drops", {"board": board, "seed": 1}),
+        ):
+            refused = http.post(f"/api/v1/{path}", json=body)
+            problem(refused, 413, "too-large", "11 pegs and walls", "10")
+        problem(http.post("/api/v1/boards", json={"pegs": [{}] * 10}), 422, "bad-board")
