@@ -168,7 +168,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     MessageFloodError: Answer(429, "too-many-messages", "Too many messages"),
     BallLimitError: Answer(429, "too-many-balls", "Too many balls in the room", 1013),
     RoomFullError: Answer(429, "room-full", "The room is full", 1013),
-    QuotaError: Answer(429, "too-many-rooms", "Too many rooms of yours", 1013),
+    QuotaError: Answer(429, "room-quota", "Too many rooms of one client", 1013),
     RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),
     BusyError: Answer(503, "busy", "The server is busy", 1013),
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),

@@ -612,7 +612,7 @@ def test_an_address_may_have_so_many_rooms_and_no_more() -> None:
         opened = [http.post("/api/v1/rooms", json=body) for _ in range(2)]
         assert [response.status_code for response in opened] == [201, 201]
         refused = http.post("/api/v1/rooms", json=body)
-        problem(refused, 429, "too-many-rooms", "2 rooms of this address")
+        problem(refused, 429, "room-quota", "2 rooms of this address")
         assert refused.headers["retry-after"] == "1"
         first = opened[0].json()
         headers = {"authorization": f"Bearer {first['token']}"}
