@@ -22,7 +22,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
 
-.PHONY: help play test test-crash test-arm64 lint format bench readme constraints clean
+.PHONY: help play test test-crash test-arm64 lint format bench readme pictures constraints clean
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
@@ -33,6 +33,7 @@ help:
 	@echo 'make format       put the code in its format'
 	@echo 'make bench        measure speed and error and write docs/benchmarks.md'
 	@echo 'make readme       run the examples of the README and write what they print'
+	@echo 'make pictures     photograph the pages for the documentation'
 	@echo 'make constraints  pin the newest versions that work together'
 	@echo 'make clean        remove the environment and all caches'
 
@@ -72,6 +73,10 @@ format: $(VENV)/.stamp-lint
 # What the README's examples print, and its pictures, anew.
 readme: $(VENV)/.stamp-test
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.readme
+
+# Screenshots of the pages, anew.
+pictures: $(VENV)/.stamp-test
+	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.photographs
 
 # The newest versions that the ranges in pyproject.toml allow, tried and written down together.
 constraints:

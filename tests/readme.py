@@ -16,6 +16,8 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests import photographs
+
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 IMAGES = Path("docs/images")
@@ -119,26 +121,6 @@ def runner() -> Iterator[Runner]:
         yield Runner(Path(folder), stack.enter_context(server()))
 
 
-def photograph(address: str, path: Path) -> None:
-    """A picture of the page while balls fall."""
-    from playwright.sync_api import sync_playwright
-
-    program = os.environ.get("CHROMIUM") or shutil.which("chromium")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=program, args=["--headless", "--no-sandbox", "--disable-gpu"]
-        )
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(address)
-        page.wait_for_selector("html[data-state=asleep]")
-        for seed in range(1, 31):
-            page.get_by_label("Seed", exact=True).fill(str(seed))
-            page.get_by_role("button", name="Drop", exact=True).click()
-            page.wait_for_timeout(350)
-        page.screenshot(path=path)
-        browser.close()
-
-
 def main() -> None:
     """Write what the examples print into the README, and its pictures beside it."""
     text = README.read_text(encoding="utf-8")
@@ -147,7 +129,7 @@ def main() -> None:
         for picture in (run.folder / IMAGES).iterdir():
             (ROOT / IMAGES).mkdir(exist_ok=True)
             shutil.copy(picture, ROOT / IMAGES)
-        photograph(run.address, ROOT / IMAGES / "page.png")
+        photographs.take(run.address, ROOT / IMAGES)
     for example, printed in reversed(list(zip(examples(text), prints, strict=True))):
         text = text[: example.start] + printed + text[example.end :]
     README.write_text(text, encoding="utf-8")

@@ -11,6 +11,7 @@ import { ImpactList } from "./impact-list.js";
 import { DEFAULT_BOARD, fillBoards, fillFacts, openPage, showState, tableLink } from "./page-kit.js";
 import { paintArrow, paintPath, paintRing } from "./paint-marks.js";
 import { boardOf, Replay } from "./replay.js";
+import { figure } from "./scale.js";
 import { readSeed } from "./seed.js";
 import { Stage } from "./stage.js";
 import { Transport } from "./transport.js";
@@ -100,11 +101,14 @@ class ReplayPage {
     const at = { x: px(point.x), y: py(point.y) };
     const long = Math.max(34, 4 * radius);
     const rim = palette.railShade;
-    const share = (1.5 * long) / (this.list.strongest || 1);
-    const push = { x: share * impulse.x, y: share * impulse.y };
-    paintArrow(ctx, at, push, { colour: palette.trayBar, rim, width: long / 5 });
     const out = { x: 1.9 * long * normal.x, y: 1.9 * long * normal.y };
     paintArrow(ctx, at, out, { colour: palette.rail, rim, width: long / 20 });
+    const size = Math.hypot(impulse.x, impulse.y);
+    if (size === 0) return;
+    // A weak one is still long enough to show where it points.
+    const reach = (1.5 * long * Math.max(0.35, size / this.list.strongest)) / size;
+    const push = { x: reach * impulse.x, y: reach * impulse.y };
+    paintArrow(ctx, at, push, { colour: palette.trayBar, rim, width: long / 6 });
   }
 
   #choose(index) {
@@ -159,6 +163,7 @@ class ReplayPage {
       ["Score", multiplier(score)],
       ["Duration", seconds(record.duration)],
       ["Impacts", String(record.impacts.length)],
+      ...sureness(record),
       ["Digest", record.digest],
     ]);
     this.#fillForm(drop);
@@ -206,6 +211,16 @@ class ReplayPage {
       note.textContent = error.message;
     }
   }
+}
+
+/** How sure the bin is, where the server says so. */
+function sureness({ amplification, x_error: error, certain }) {
+  if (typeof amplification !== "number") return [];
+  return [
+    ["Amplified", `${figure(amplification)} times, from start to end`],
+    ["End is right to", `${figure(error)} m`],
+    ["Bin is certain", certain ? "yes" : "no: half a bit may change it"],
+  ];
 }
 
 openPage(async (theme) => {

@@ -31,7 +31,9 @@ export class Replay {
    * @returns {Promise<Replay>}
    */
   static async load(board, drop) {
-    const text = await (await request(dropPath(drop))).text();
+    // How sure a bin is can be said of exact drops alone.
+    const certainty = drop.solver === "stepped" ? {} : { certainty: "true" };
+    const text = await (await request(dropPath(drop, "", certainty))).text();
     const record = JSON.parse(text);
     const fps = String(framesNeeded(record));
     const sampled = await getJson(dropPath(drop, "/frames", { fps }));

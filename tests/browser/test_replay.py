@@ -107,6 +107,16 @@ def test_each_impact_is_listed_with_its_time_normal_and_impulse(opened: Open) ->
     assert painted(screen, "board-arrows") == 0
 
 
+def test_the_record_says_how_sure_the_bin_is(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    record = screen.api("drops/triangle-8/42?certainty=true")
+    expect(screen.fact("bin-is-certain")).to_contain_text("yes" if record["certain"] else "no")
+    told = screen.fact("amplified").text_content() or ""
+    digits, power = re.fullmatch(r"([\d.]+)(?:·10(\S+))? times.*", told).groups()  # type: ignore[union-attr]
+    ten = 10 ** int((power or "⁰").translate(str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")))
+    assert float(digits) * ten == pytest.approx(record["amplification"], rel=0.01)
+
+
 def test_time_goes_by_frames_and_by_impacts_with_keys_alone(opened: Open) -> None:
     screen = opened(LINK).state("replay")
     page = screen.page
@@ -166,7 +176,7 @@ def test_a_record_that_was_tampered_with_is_not_reproduced(opened: Open) -> None
         route.fulfill(response=response, json={**record, "x_end": record["x_end"] + 1e-12})
 
     screen = opened()
-    screen.page.route(re.compile(r"/drops/triangle-8/42$"), tamper)
+    screen.page.route(re.compile(r"/drops/triangle-8/42(\?|$)"), tamper)
     screen.page.goto(f"{screen.url}{LINK}")
     paused(screen)
     screen.page.get_by_role("button", name="Verify").click()
