@@ -107,7 +107,10 @@ class Hello(Event, frozen=True, tag="hello", kw_only=True):
 
 
 class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
-    """A drop was taken; the ball starts at `tick`. Only its sender sees its own `ref`."""
+    """A drop was taken; the ball starts at `tick`. Only its sender sees its own `ref`.
+
+    `stake` in minor units is there where something was staked.
+    """
 
     ball: int
     seed: str
@@ -115,6 +118,7 @@ class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
     explicit_x: bool
     tick: int
     ref: Any = None
+    stake: int | msgspec.UnsetType = msgspec.UNSET
 
 
 class Contact(Event, frozen=True, tag="contact", kw_only=True):
@@ -131,7 +135,10 @@ class Contact(Event, frozen=True, tag="contact", kw_only=True):
 
 
 class Landed(Event, frozen=True, tag="landed", kw_only=True):
-    """A ball's end; `digest` is that of the same drop replayed alone."""
+    """A ball's end; `digest` is that of the same drop replayed alone.
+
+    `payout` in minor units is there where something was staked.
+    """
 
     ball: int
     seed: str
@@ -142,6 +149,12 @@ class Landed(Event, frozen=True, tag="landed", kw_only=True):
     x_end: float
     digest: str
     unsettled: str | None
+    payout: int | msgspec.UnsetType = msgspec.UNSET
+
+    @property
+    def paid(self) -> int:
+        """The payout, 0 where nothing was staked."""
+        return self.payout if isinstance(self.payout, int) else 0
 
 
 class Error(Event, frozen=True, tag="error", kw_only=True):
@@ -183,6 +196,8 @@ class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields
     seed: Any = None
     x: Any = None
     ref: Any = None
+    stake: Any = None
+    who: Any = None
 
 
 class PingMessage(msgspec.Struct, frozen=True, tag="ping", forbid_unknown_fields=True):

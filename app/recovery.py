@@ -70,6 +70,7 @@ def result_of(number: int, landed: protocol.Landed) -> ResultRow:
         x_end=landed.x_end,
         digest=landed.digest,
         unsettled=landed.unsettled,
+        payout=landed.paid,
     )
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from app import protocol
 from app.errors import BallLimitError
 from app.segments import SegmentStream
+from app.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, World
 from engine.drop import start_of
 from engine.errors import RecordError
@@ -64,6 +65,7 @@ class _Checkpoint(msgspec.Struct, frozen=True):
     drops: int
     unsettled: int
     histogram: list[int]
+    stakes: dict[int, int]
 
 
 class Room:
@@ -84,6 +86,7 @@ class Room:
         self.unsettled = 0
         self.histogram = [0] * board.bins.count
         self.planned: deque[Plan] = deque()
+        self._stakes: dict[int, int] = {}  # of the balls in flight, where there is one
         self._bounced: set[int] = set()
         self._segments: SegmentStream | None = None
         self._board_json = msgspec.Raw(msgspec.json.encode(board.to_dict()))
@@ -147,6 +150,8 @@ class Room:
         if (number, self.world.tick) != (plan.ball, plan.tick):
             raise RuntimeError(f"{plan} entered as ball {number} at tick {self.world.tick}")
         ball = self.world.balls[-1]
+        if command.stake:
+            self._stakes[ball.id] = command.stake
         self.drops += 1
         self.seq += 1
         if self._segments is not None:
@@ -157,12 +162,20 @@ class Room:
             x=ball.x,
             explicit_x=command.x is not None,
             tick=ball.tick,
+            stake=command.stake or msgspec.UNSET,
         )
 
     def checkpoint(self) -> bytes:
         """All that `restore` needs but the planned drops; small where nothing moves."""
         return msgspec.msgpack.encode(
-            _Checkpoint(self.world.snapshot(), self.seq, self.drops, self.unsettled, self.histogram)
+            _Checkpoint(
+                self.world.snapshot(),
+                self.seq,
+                self.drops,
+                self.unsettled,
+                self.histogram,
+                self._stakes,
+            )
         )
 
     def restore(self, checkpoint: bytes) -> None:
@@ -174,6 +187,7 @@ class Room:
         self.world.restore(saved.world)
         self.seq, self.drops, self.unsettled = saved.seq, saved.drops, saved.unsettled
         self.histogram = list(saved.histogram)
+        self._stakes = dict(saved.stakes)
 
     def step(self, *, watched: bool) -> list[protocol.Event]:
         """One tick on; returns the events to announce, in order.
@@ -270,6 +284,7 @@ class Room:
             self.unsettled += 1
         else:
             self.histogram[landing.bin] += 1
+        stake = self._stakes.pop(landing.ball, 0)
         return protocol.Landed(
             ball=landing.ball,
             seed=str(landing.seed),
@@ -280,6 +295,7 @@ class Room:
             x_end=landing.x_end,
             digest=landing.digest,
             unsettled=landing.unsettled,
+            payout=payout_of(stake, landing.score) if stake else msgspec.UNSET,
         )
 
     def _contact(self, contact: Contact) -> protocol.Contact:

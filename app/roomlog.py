@@ -14,6 +14,7 @@ from app.errors import AppError
 from app.ledger.records import DropRow, ResultRow
 from app.protocol import Landed
 from app.room import MODE, SOLVER, DropCommand, Room
+from app.stakes import parse_stake
 from engine import PHYSICS_VERSION
 from engine.errors import EngineError, RecordError
 from engine.seeding import parse_seed
@@ -129,7 +130,7 @@ def _drops(value: object) -> list[Mapping[str, Any]]:
             )
         result = drop["result"]
         if result is not None and not (
-            isinstance(result, Mapping) and all(name in result for name in _RESULT)
+            isinstance(result, Mapping) and all(name in result for name in (*_RESULT, "payout"))
         ):
             raise RecordError(
                 f"{where}.result is neither null nor an object with {', '.join(_RESULT)}",
@@ -157,7 +158,8 @@ def _replay(room: Room, drops: Sequence[Mapping[str, Any]], last: int) -> dict[i
             raise RecordError(f"{where}tick {tick} is after the log's tick {last}", field="tick")
         _advance(room, tick, results)
         try:
-            room.drop(DropCommand(parse_seed(drop["seed"]), drop.get("x")))
+            stake = parse_stake(drop.get("stake"))
+            room.drop(DropCommand(parse_seed(drop["seed"]), drop.get("x"), stake))
         except (EngineError, AppError, TypeError) as error:
             raise RecordError(f"drops[{number}]: {error}", field=f"drops[{number}]") from error
     _advance(room, last, results)
@@ -185,9 +187,10 @@ def _compare(
                 actual = None if landed is None else msgspec.to_builtins(landed)
                 return Verification(False, where, said, actual)
             continue
-        for name in _RESULT:
-            if said[name] != getattr(landed, name):
-                return Verification(False, f"{where}.{name}", said[name], getattr(landed, name))
+        actual = {name: getattr(landed, name) for name in _RESULT} | {"payout": landed.paid}
+        for name, value in actual.items():
+            if said[name] != value:
+                return Verification(False, f"{where}.{name}", said[name], value)
     world = room.world.digest()
     if log["world_digest"] != world:
         return Verification(False, "world_digest", log["world_digest"], world)

@@ -232,6 +232,8 @@ class Rooms:
         seed: int | None,
         x: float | None,
         *,
+        stake: int = 0,
+        who: str | None = None,
         client: int | None = None,
         ref: Any = None,
     ) -> "asyncio.Future[protocol.Accepted]":
@@ -240,7 +242,7 @@ class Rooms:
         The future then has the event, whose `ref` goes to `client` alone, or the LedgerError that
         came in between. Raises BallLimitError, LedgerError and the engine's errors.
         """
-        command = DropCommand(self._draw() if seed is None else seed, x)
+        command = DropCommand(self._draw() if seed is None else seed, x, stake, who)
         plan = room.plan(command, self.keeper.lead)
         accepted = asyncio.get_running_loop().create_future()
         plan.note = _Ask(client, ref, accepted)

@@ -13,6 +13,7 @@ from msgspec import Meta
 
 from app.errors import InvalidValueError, MalformedError
 from app.protocol import BallStart, Extent, Stats
+from app.stakes import MAX_STAKE, MAX_WHO
 from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
 
 T = TypeVar("T")
@@ -322,6 +323,30 @@ class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     seed: SeedIn = None
     x: StartIn = None
+    stake: Annotated[
+        Any,
+        Meta(
+            description="Whole minor units, kept with the drop; `landed` has the payout.",
+            extra_json_schema={
+                "anyOf": [
+                    {"type": "integer", "minimum": 0, "maximum": MAX_STAKE},
+                    {"type": "null"},
+                ]
+            },
+        ),
+    ] = None
+    who: Annotated[
+        Any,
+        Meta(
+            description="A mark of the player's own, kept with the drop.",
+            extra_json_schema={
+                "anyOf": [
+                    {"type": "string", "minLength": 1, "maxLength": MAX_WHO},
+                    {"type": "null"},
+                ]
+            },
+        ),
+    ] = None
 
 
 class RoomDrop(msgspec.Struct, frozen=True, omit_defaults=True):

@@ -35,6 +35,7 @@ from app.schemas import (
     RoomView,
 )
 from app.services import Services
+from app.stakes import parse_stake, parse_who
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 
@@ -159,7 +160,13 @@ async def post_room_drop(
     limit_drops(request, server)
     body = await read(request, RoomDropRequest, empty=RoomDropRequest())
     found = await server.rooms.seek(room)
-    accepted = await server.rooms.drop(found, optional_seed(body.seed), parse_x(body.x))
+    accepted = await server.rooms.drop(
+        found,
+        optional_seed(body.seed),
+        parse_x(body.x),
+        stake=parse_stake(body.stake),
+        who=parse_who(body.who),
+    )
     landed = None
     if wait:
         landed = await server.rooms.landing(found, accepted.ball, server.settings.wait_limit)

@@ -27,6 +27,7 @@ from app.protocol import shorten
 from app.room import Room
 from app.routes.common import Server
 from app.services import Services
+from app.stakes import parse_stake, parse_who
 from app.transport import line_of, sever
 from engine.errors import EngineError
 from engine.seeding import parse_seed
@@ -157,7 +158,15 @@ class Session:
         seed = None if message.seed is None else parse_seed(message.seed)
         x = protocol.parse_x(message.x)
         # Not waited for: a player's next message need not wait for a disk.
-        asked = self.server.rooms.drop(self.room, seed, x, client=self.client.id, ref=message.ref)
+        asked = self.server.rooms.drop(
+            self.room,
+            seed,
+            x,
+            stake=parse_stake(message.stake),
+            who=parse_who(message.who),
+            client=self.client.id,
+            ref=message.ref,
+        )
         asked.add_done_callback(functools.partial(self._dropped, message.ref))
 
     def _dropped(self, ref: object, asked: "asyncio.Future[protocol.Accepted]") -> None:

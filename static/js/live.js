@@ -19,6 +19,8 @@ import { Table } from "./table.js";
  * @property {(ms: number) => void} [onPong] how long a message took there and back
  */
 
+const MINOR_UNITS = 100; // the server counts stakes in hundredths
+
 /** One room, through reconnections. */
 export class LiveTable {
   /** @type {Table | null} */
@@ -49,7 +51,13 @@ export class LiveTable {
   drop({ seed, x, stake = 1 }) {
     const ref = `d${this.#refs}`;
     this.#refs += 1;
-    const message = { type: "drop", ref, ...(seed !== null && { seed }), ...(x !== null && { x }) };
+    const message = {
+      type: "drop",
+      ref,
+      stake: Math.round(stake * MINOR_UNITS),
+      ...(seed !== null && { seed }),
+      ...(x !== null && { x }),
+    };
     if (!this.table || !this.connection.send(message)) return false;
     this.#mine.set(ref, { ref, ball: null, stake });
     this.connection.expectNews(true);
