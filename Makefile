@@ -32,8 +32,8 @@ help:
 	@echo 'make lint         style, format, types and import contracts'
 	@echo 'make format       put the code in its format'
 	@echo 'make bench        measure speed and error and write docs/benchmarks.md'
-	@echo 'make readme       run the examples of the README and write what they print'
-	@echo 'make pictures     photograph the pages for the documentation'
+	@echo 'make readme       run the examples of the pages and write what they print'
+	@echo 'make pictures     take and draw the pictures of the documentation anew'
 	@echo 'make constraints  pin the newest versions that work together'
 	@echo 'make clean        remove the environment and all caches'
 
@@ -70,13 +70,14 @@ format: $(VENV)/.stamp-lint
 	$(BIN)/ruff check --fix-only --quiet .
 	$(BIN)/ruff format .
 
-# What the README's examples print, and its pictures, anew.
+# What the examples of the README and of docs/pictures.md print, and their pictures, anew.
 readme: $(VENV)/.stamp-test
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.readme
 
-# Screenshots of the pages, anew.
+# Screenshots of the pages, and docs/pictures.md, which takes a million drops, anew.
 pictures: $(VENV)/.stamp-test
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.photographs
+	$(BIN)/python -m tests.readme docs/pictures.md
 
 # The newest versions that the ranges in pyproject.toml allow, tried and written down together.
 constraints:

@@ -1,4 +1,4 @@
-"""The README's examples, run for real: `python -m tests.readme` writes what they print.
+"""The examples of pages, run for real: `python -m tests.readme [PAGE…]` writes what they print.
 
 A ```console block holds commands (`$ ...`), each followed by what it prints. A ```python block is
 a program, and the ```text block after it what that prints. Commands run in a folder of their own,
@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +20,7 @@ from tests import photographs
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
+PAGES = (README, ROOT / "docs" / "pictures.md")
 IMAGES = Path("docs/images")
 ADDRESS = "http://127.0.0.1:8000"
 
@@ -50,6 +51,11 @@ def examples(text: str) -> list[Example]:
     for block in _PYTHON.finditer(text):
         found.append(Example(block[1], block[2], block.start(2), block.end(2), True))
     return sorted(found, key=lambda example: example.start)
+
+
+def pictures(example: Example) -> list[str]:
+    """The picture files that an example writes."""
+    return re.findall(rf"{IMAGES}/[\w.-]+", example.code)
 
 
 def without_measurements(text: str) -> str:
@@ -121,19 +127,27 @@ def runner() -> Iterator[Runner]:
         yield Runner(Path(folder), stack.enter_context(server()))
 
 
-def main() -> None:
-    """Write what the examples print into the README, and its pictures beside it."""
-    text = README.read_text(encoding="utf-8")
+def main(pages: Sequence[str]) -> None:
+    """Write what the examples of these pages print into them, and their pictures beside them."""
     with runner() as run:
-        prints = [run.run(example) for example in examples(text)]
+        for page in [ROOT / name for name in pages] or PAGES:
+            renew(page, run)
         for picture in (run.folder / IMAGES).iterdir():
             (ROOT / IMAGES).mkdir(exist_ok=True)
             shutil.copy(picture, ROOT / IMAGES)
-        photographs.take(run.address, ROOT / IMAGES)
-    for example, printed in reversed(list(zip(examples(text), prints, strict=True))):
+        if not pages:
+            photographs.take(run.address, ROOT / IMAGES)
+
+
+def renew(page: Path, run: Runner) -> None:
+    """Write what the examples of a page print into it."""
+    text = page.read_text(encoding="utf-8")
+    found = examples(text)
+    prints = [run.run(example) for example in found]
+    for example, printed in reversed(list(zip(found, prints, strict=True))):
         text = text[: example.start] + printed + text[example.end :]
-    README.write_text(text, encoding="utf-8")
+    page.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -25,6 +25,7 @@ CONTRAST: Final = 300.0
 """How much brighter the brightest is than what is just seen: the scale is logarithmic."""
 
 FULL: Final = 0.999  # part of the cells with any light that are not brighter than the brightest
+STEPS: Final = 96  # of brightness
 OPAQUE: Final = 0.4  # brightness from which on the plate does not shine through
 
 
@@ -79,8 +80,13 @@ def _brightest(found: Occupancy) -> float:
 def _light(found: Occupancy, brightest: float) -> Floats:
     """0 for no time at all to 1 for the brightest, logarithmic between."""
     part = np.minimum(found.seconds / brightest, 1.0)
-    light: Floats = (np.log1p(CONTRAST * part) / np.log1p(CONTRAST)).astype(np.float32)
-    return light
+    return _stepped(np.log1p(CONTRAST * part) / np.log1p(CONTRAST))
+
+
+def _stepped(light: npt.NDArray[np.float64]) -> Floats:
+    """Light in STEPS steps: few enough to be kept in a palette, too many to be told apart."""
+    steps: Floats = (np.rint(light * STEPS) / STEPS).astype(np.float32)
+    return steps
 
 
 def _colours(light: Floats, theme: Theme) -> Floats:
@@ -109,7 +115,7 @@ def _paint_scale(canvas: Canvas, view: View, theme: Theme, brightest: float) -> 
     wide = max(text_width(most, size) + text_width("0", size) + 24.0 * view.unit, 150.0 * view.unit)
     right = view.width - 16.0 * view.unit
     top, bottom = round(0.22 * view.header), round(0.46 * view.header)
-    ramp = np.linspace(0.0, 1.0, round(wide), dtype=np.float32)[None]
+    ramp = _stepped(np.linspace(0.0, 1.0, round(wide))[None])
     cover = np.minimum(ramp / OPAQUE, 1.0).repeat(bottom - top, axis=0)
     plate = (right - wide, float(top), right, float(bottom))
     canvas.box(plate, 0.0, theme["board"])
