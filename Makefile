@@ -28,6 +28,7 @@ help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
 	@echo 'make test         run every test, browser tests included (PYTEST_ARGS=...)'
 	@echo 'make test-crash   kill the server under load at random moments, many times (KILLS=50)'
+	@echo 'make test-long    a quarter of an hour of load and malformed input on a server'
 	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
 	@echo 'make lint         style, format, types and import contracts'
 	@echo 'make format       put the code in its format'
@@ -50,6 +51,10 @@ test: $(VENV)/.stamp-test
 test-crash: $(VENV)/.stamp-test
 	tools/postgresql
 	PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s tests/ledger/test_crash.py
+
+# Ten minutes of soak, 10^5 malformed messages, and hundreds of requests of each REST operation.
+test-long: $(VENV)/.stamp-test
+	LONG=1 $(BIN)/python -m pytest tests/app/test_soak.py tests/app/test_fuzz.py $(PYTEST_ARGS)
 
 # Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU; with the JIT and without.
 test-arm64: $(VENV)/.stamp-play

@@ -20,12 +20,21 @@ def configure(level: str, style: str) -> None:
     """Log to standard error from `level` on, in the style `text` or `json`."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonFormatter() if style == "json" else TextFormatter())
+    handler.addFilter(_Quiet())
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(logging.WARNING)
     logging.getLogger("plinko").setLevel(level.upper())
     for name in _FOREIGN:
         logging.getLogger(name).setLevel(max(logging.WARNING, logging.getLevelName(level.upper())))
+
+
+class _Quiet(logging.Filter):
+    """Drops what any client can have logged at will: a close code has told it already."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether the record is worth a line."""
+        return not record.getMessage().startswith("Invalid UTF-8 sequence")
 
 
 def particulars(record: logging.LogRecord) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import urllib.request
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 from benchmarks.settings import MissingError
 
@@ -58,15 +59,17 @@ def can_watch() -> bool:
 
 
 @contextlib.contextmanager
-def serving(arguments: Sequence[str] = (), module: str = "app.cli") -> Iterator[Served]:
-    """Run `plinko serve` with these arguments until the block ends."""
+def serving(
+    arguments: Sequence[str] = (), module: str = "app.cli", log: IO[str] | None = None
+) -> Iterator[Served]:
+    """Run `plinko serve` with these arguments until the block ends; `log` gets what it logs."""
     with tempfile.TemporaryDirectory() as directory:
         command = [sys.executable, "-m", module, "serve", "--port", "0", "--data", directory]
         process = subprocess.Popen(
             [*command, *arguments],
             cwd=Path(__file__).parents[1],
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            stderr=log or subprocess.DEVNULL,
             text=True,
         )
         try:
