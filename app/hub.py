@@ -96,10 +96,12 @@ class Client:
         grace: float,
         *,
         stream: str = "snapshots",
+        key: str = "",
         traffic: Traffic | None = None,
     ) -> None:
         self.id = client_id
         self.stream = stream
+        self.key = key  # by which it is known when it comes back
         self.mailbox = mailbox
         self.sent = 0  # frames
         self._line = line

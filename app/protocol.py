@@ -104,6 +104,8 @@ class Hello(Event, frozen=True, tag="hello", kw_only=True):
     limits: Limits
     balls: list[BallStart]
     stats: Stats
+    run: str = ""
+    key: str = ""
 
 
 class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
@@ -165,6 +167,13 @@ class Error(Event, frozen=True, tag="error", kw_only=True):
     ref: Any = None
 
 
+class Missed(Event, frozen=True, tag="missed", kw_only=True):
+    """Answer to `resume`: what was announced since, in order; null when that is not known."""
+
+    since: int
+    events: list[Any] | None
+
+
 class Pong(Event, frozen=True, tag="pong", kw_only=True):
     """Answer to a ping: its own `t`, and the server's clock now and at the room's last tick."""
 
@@ -206,9 +215,17 @@ class PingMessage(msgspec.Struct, frozen=True, tag="ping", forbid_unknown_fields
     t: float
 
 
-Message = DropMessage | PingMessage
+class ResumeMessage(msgspec.Struct, frozen=True, tag="resume", forbid_unknown_fields=True):
+    """Ask for what was announced while the line was broken: after number `since` of `run`."""
+
+    run: str
+    since: int
+    key: str = ""
+
+
+Message = DropMessage | PingMessage | ResumeMessage
 _messages: msgspec.json.Decoder[Message] = msgspec.json.Decoder(Message)
-_types = ("drop", "ping")
+_types = ("drop", "ping", "resume")
 
 
 def decode_message(data: str | bytes) -> Message:

@@ -29,6 +29,7 @@ from app.ledger.records import Parked, RoomRow
 from app.ledger.unkept import Unkept
 from app.loop import Schedule, Ticker, Watcher
 from app.protocol import shorten
+from app.recent import Recent
 from app.room import DropCommand, Plan, Room
 from app.settings import Settings
 from engine import Board, preset_names
@@ -45,6 +46,7 @@ class _Ask:
     """Who asked for a drop, and waits to hear of it."""
 
     client: int | None
+    key: str
     ref: Any
     accepted: "asyncio.Future[protocol.Accepted]"
 
@@ -88,6 +90,7 @@ class Rooms:
         self._boards = boards
         self._draw = draw
         self._new_id = new_id
+        self._recent: dict[str, Recent] = {}
         self._rooms: OrderedDict[str, Room] = OrderedDict()  # the longest unused first
         self._awake: dict[str, Room] = {}
         self._waiting: dict[tuple[str, int], list[asyncio.Future[protocol.Landed]]] = {}
@@ -190,7 +193,7 @@ class Rooms:
         """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
         await self.keeper.end(room)
         self._leave_behind(room, ClosedRoomError(f"room {room.id!r} was closed by its creator"))
-        del self._rooms[room.id]
+        del self._rooms[room.id], self._recent[room.id]
         self.hub.close(room.id, ClosedRoomError(f"room {room.id!r} was closed by its creator"))
         _log.info("room closed", extra={"room": room.id, "why": "its creator"})
 
@@ -203,6 +206,7 @@ class Rooms:
         await self.keeper.replace(room, new)
         self._leave_behind(room, ResetError(f"room {room.id!r} was reset by its creator"))
         self._rooms[room.id] = new
+        self._recall(new)
         for client in self.hub.clients(room.id):
             self._greet(new, client)
         return new
@@ -220,7 +224,11 @@ class Rooms:
 
     def _greet(self, room: Room, client: Client) -> None:
         """Give a client the full state to start from."""
-        hello = room.hello(self.clock(), self._limits, client.stream)
+        hello = msgspec.structs.replace(
+            room.hello(self.clock(), self._limits, client.stream),
+            run=self._recent[room.id].run,
+            key=client.key,
+        )
         client.post(Frame.event(protocol.encode_event(hello)))
         if client.stream == protocol.SEGMENTS:
             room.watch_segments(True)
@@ -235,6 +243,7 @@ class Rooms:
         stake: int = 0,
         who: str | None = None,
         client: int | None = None,
+        key: str = "",
         ref: Any = None,
     ) -> "asyncio.Future[protocol.Accepted]":
         """Take a drop; once it is durable and its tick has come, it enters and the room is told.
@@ -245,7 +254,7 @@ class Rooms:
         command = DropCommand(self._draw() if seed is None else seed, x, stake, who)
         plan = room.plan(command, self.keeper.lead)
         accepted = asyncio.get_running_loop().create_future()
-        plan.note = _Ask(client, ref, accepted)
+        plan.note = _Ask(client, key, ref, accepted)
         try:
             self.keeper.submit(room, plan, functools.partial(self._kept, room, plan))
         except LedgerError:
@@ -267,8 +276,10 @@ class Rooms:
 
     def _admit(self, room: Room) -> None:
         """Let in the drops whose tick it is, and tell everyone."""
-        for plan, accepted in room.enter():
+        before = room.seq
+        for seq, (plan, accepted) in enumerate(room.enter(), before + 1):
             ask: _Ask = plan.note
+            self._recent[room.id].add(seq, accepted, ask.key, ask.ref)
             self.accepted += 1
             own = msgspec.structs.replace(accepted, ref=ask.ref)
             if ask.client is not None:
@@ -318,6 +329,7 @@ class Rooms:
 
     def _add(self, room: Room) -> Room:
         self._rooms[room.id] = room
+        self._recall(room)
         self.keeper.touch(room)
         _log.info("room opened", extra={"room": room.id, "board": room.board.digest})
         if self.keeper.keeps and len(self._rooms) > _IN_MEMORY:
@@ -325,6 +337,15 @@ class Rooms:
             if unneeded is not None:
                 self._park(unneeded)
         return room
+
+    def _recall(self, room: Room) -> None:
+        """Begin to remember what is announced in a room that is new to the memory."""
+        self._recent[room.id] = Recent(self._new_id())
+        self._recent[room.id].begin(room.seq)
+
+    def missed(self, room: Room, run: str, since: int, key: str) -> protocol.Missed:
+        """What a client with this key has missed after event number `since` of `run`."""
+        return protocol.Missed(since=since, events=self._recent[room.id].since(run, since, key))
 
     def _unneeded(self, also: Callable[[Room], bool]) -> Room | None:
         """The longest unused room that can be had again without loss, of those that fit."""
@@ -337,7 +358,7 @@ class Rooms:
 
     def _park(self, room: Room) -> None:
         """Let the ledger have a sleeping room, and memory a line about it."""
-        del self._rooms[room.id]
+        del self._rooms[room.id], self._recent[room.id]
         owned = self.keeper.book(room).owned
         row = self.keeper.park(room)
         if row is not None and owned:
@@ -420,6 +441,8 @@ class Rooms:
         self, room: Room, events: list[protocol.Event], *, with_picture: bool = False
     ) -> None:
         """Send events, and the picture of this moment, to all who watch."""
+        for seq, event in enumerate(events, room.seq - len(events) + 1):
+            self._recent[room.id].add(seq, event)
         if self.hub.count(room.id, protocol.SNAPSHOTS) and (events or with_picture):
             told = protocol.encode_events(events) if events else None
             picture = room.frame() if with_picture else None
@@ -451,6 +474,7 @@ class Rooms:
     def _close(self, room: Room) -> None:
         error = AppError(f"room {room.id!r} failed and was closed")
         self._rooms.pop(room.id, None)
+        self._recent.pop(room.id, None)
         self.keeper.abandon(room)
         self._leave_behind(room, error)
         self.hub.close(room.id, error)

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import functools
 import logging
+import secrets
 import time
 from collections.abc import Callable
 
@@ -93,6 +94,7 @@ class Session:
             settings.client_grace,
             stream=room.stream_of(stream),
             traffic=server.hub.traffic,
+            key=secrets.token_hex(8),
         )
         self._messages = TokenBucket(settings.message_rate, 2 * settings.message_rate, now)
         self._drops = TokenBucket(settings.drop_rate, 2 * settings.drop_rate, now)
@@ -154,6 +156,10 @@ class Session:
         if isinstance(message, protocol.PingMessage):
             self._tell(self._pong(message))
             return
+        if isinstance(message, protocol.ResumeMessage):
+            where = (message.run, message.since, message.key)
+            self._tell(self.server.rooms.missed(self.room, *where))
+            return
         spend(self._drops, time.monotonic(), "drops")
         seed = None if message.seed is None else parse_seed(message.seed)
         x = protocol.parse_x(message.x)
@@ -165,6 +171,7 @@ class Session:
             stake=parse_stake(message.stake),
             who=parse_who(message.who),
             client=self.client.id,
+            key=self.client.key,
             ref=message.ref,
         )
         asked.add_done_callback(functools.partial(self._dropped, message.ref))

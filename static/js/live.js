@@ -20,6 +20,13 @@ import { Table } from "./table.js";
  */
 
 const MINOR_UNITS = 100; // the server counts stakes in hundredths
+const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
+
+/** What a drop needs to know of its ball, from an acceptance that came late. */
+function ballOf(event) {
+  if (!event) return null;
+  return { id: event.ball, seed: event.seed, x: event.x, explicit: event.explicit_x };
+}
 
 /** One room, through reconnections. */
 export class LiveTable {
@@ -29,6 +36,11 @@ export class LiveTable {
   /** Drops asked for and not yet settled, by ref. */
   #mine = new Map();
   #state = "connecting";
+  /** Room events heard of so far, and how the server knows us again. */
+  #seq = 0;
+  #last = null;
+  /** Drops of ours that were under way when the line broke. */
+  #adrift = [];
 
   /** @param {string} room @param {LiveListener} listener */
   constructor(room, listener) {
@@ -111,8 +123,10 @@ export class LiveTable {
   }
 
   #take(event) {
+    if (COUNTED.has(event.type)) this.#seq += 1;
     const handlers = {
       hello: () => this.#hello(event),
+      missed: () => this.#reclaim(event.events ?? []),
       accepted: () => this.#accepted(event),
       contact: () => this.table?.applyContact(event),
       landed: () => this.#landed(event),
@@ -133,7 +147,7 @@ export class LiveTable {
     this.table = new Table(hello);
     this.#learnAddress(hello);
     this.listener.onTable(hello, hello.stats.histogram);
-    this.#reclaim(hello);
+    this.#resume(hello);
     this.#setState(this.table.flying ? "live" : "asleep");
     this.connection.expectNews(this.table.flying);
   }
@@ -147,19 +161,41 @@ export class LiveTable {
     }
   }
 
-  /** After a lost line: our balls are still flying here, or have landed where their seed says. */
-  #reclaim(hello) {
-    for (const drop of [...this.#mine.values()]) {
+  /** After a lost line: asks what we have missed of what became of our drops. */
+  #resume(hello) {
+    const last = this.#last;
+    const since = this.#seq;
+    this.#last = { run: hello.run, key: hello.key };
+    this.#seq = hello.seq;
+    // What is dropped from here on is not lost, whatever the answer says.
+    this.#adrift = [...this.#mine.values()];
+    if (this.#adrift.length === 0) return;
+    if (last?.run) this.connection.send({ type: "resume", since, ...last });
+    else this.#reclaim([]);
+  }
+
+  /** Our balls are still flying here, have landed meanwhile, or landed where their seed says. */
+  #reclaim(missed) {
+    const accepted = missed.filter(({ type }) => type === "accepted");
+    const landed = missed.filter(({ type }) => type === "landed");
+    for (const drop of this.#adrift) {
+      drop.ball ??= ballOf(accepted.find(({ ref }) => ref === drop.ref));
       if (!drop.ball) {
         this.#mine.delete(drop.ref);
         this.listener.onError("The line broke before the table took a drop. Its stake is back.");
         continue;
       }
-      const { seed, x } = drop.ball;
-      const there = hello.balls.find((ball) => ball.seed === seed && ball.x === x);
-      if (there) {
-        drop.ball = Object.assign(this.table.balls.get(there.ball), {
-          mine: true, explicit: drop.ball.explicit,
+      const { seed, x, explicit } = drop.ball;
+      const there = this.hello.balls.find((ball) => ball.seed === seed && ball.x === x);
+      const end = landed.find(({ ball }) => ball === drop.ball.id);
+      const flying = there && this.table.balls.get(there.ball);
+      if (flying) {
+        drop.ball = Object.assign(flying, { mine: true, explicit });
+      } else if (end) {
+        this.#mine.delete(drop.ref);
+        const { bin, score, unsettled } = end;
+        this.listener.onPlayed({
+          ...this.#playedOf(drop.ball), stake: drop.stake, bin, score, unsettled,
         });
       } else {
         this.#recover(drop);

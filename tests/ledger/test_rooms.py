@@ -309,3 +309,60 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
             assert http.delete(f"/rooms/{room}", headers=own).status_code == 204
     with serving(**settings) as server:
         assert room not in {each.id for each in server.services.rooms.parked()}
+
+
+# A line that broke.
+
+
+async def test_a_client_that_comes_back_hears_what_it_missed(
+    server: Running, http: httpx.Client
+) -> None:
+    room, own = opened(http)
+    async with playing(server.socket(room)) as player:
+        await player.send(type="drop", seed=1, ref="one")
+        await player.until("accepted")
+        hello, heard = player.hello, [*player.events]
+        await player.send(type="drop", seed=2, ref="two")
+        await eventually(lambda: server.services.rooms.find(room).drops == 2)
+    since = hello["seq"] + len([e for e in heard if e["type"] in ("accepted", "contact", "landed")])
+    await eventually(lambda: not server.services.rooms.find(room).awake)
+    async with playing(server.socket(room)) as again:
+        assert (again.hello["run"], again.hello["seq"] > since) == (hello["run"], True)
+        assert again.hello["key"] != hello["key"]
+        asking = {"type": "resume", "run": hello["run"], "since": since}
+        await again.send(**asking, key=hello["key"])
+        missed = (await again.until("missed"))["events"]
+        assert [(e["type"], e["ball"]) for e in missed if e["type"] == "accepted"] == [
+            ("accepted", 1)
+        ]
+        assert missed[0]["ref"] == "two", "its own note, as before"
+        assert {e["ball"] for e in missed if e["type"] == "landed"} == {0, 1}
+        await again.send(**asking, key="another")
+        assert (await again.until("missed"))["events"][0]["ref"] is None
+        await again.send(**asking | {"since": again.hello["seq"]}, key=hello["key"])
+        assert (await again.until("missed", since=again.hello["seq"]))["events"] == []
+        await again.send(**asking | {"run": "0" * 16}, key=hello["key"])
+        assert (await again.until("missed", events=None))["since"] == since
+        http.post(f"/rooms/{room}/reset", headers=own)
+        await again.until("hello")
+        await again.send(**asking, key=hello["key"])
+        assert (await again.until("missed", events=None))["since"] == since
+
+
+def test_only_so_much_is_remembered_and_what_is_lost_is_said() -> None:
+    from app import protocol
+    from app.recent import KEPT, Recent
+
+    def accepted(ball: int) -> protocol.Accepted:
+        return protocol.Accepted(ball=ball, seed="1", x=0.0, explicit_x=False, tick=0)
+
+    recent = Recent("r")
+    recent.begin(10)
+    assert recent.since("r", 9, "") is None, "from before this life"
+    for seq in range(11, 11 + KEPT):
+        recent.add(seq, accepted(seq))
+    assert len(recent.since("r", 10, "") or ()) == KEPT
+    recent.add(11 + KEPT, accepted(0))
+    assert recent.since("r", 10, "") is None
+    assert len(recent.since("r", 11, "") or ()) == KEPT
+    assert recent.since("other", 11, "") is None
