@@ -2,6 +2,7 @@
 
 import { ApiError, postJson } from "./api.js";
 import { Chart } from "./chart.js";
+import { CloseUp, paintImpact } from "./closeup.js";
 import { byId } from "./dom.js";
 import { dropSearch, readDrop, replayLink } from "./drop-link.js";
 import { describeEnergy, energyPlot } from "./energy-plot.js";
@@ -9,7 +10,7 @@ import { multiplier, seconds } from "./format.js";
 import { FrameLoop } from "./frame-loop.js";
 import { ImpactList } from "./impact-list.js";
 import { DEFAULT_BOARD, fillBoards, fillFacts, openPage, showState, tableLink } from "./page-kit.js";
-import { paintArrow, paintPath, paintRing } from "./paint-marks.js";
+import { paintPath, paintRing } from "./paint-marks.js";
 import { boardOf, Replay } from "./replay.js";
 import { figure } from "./scale.js";
 import { readSeed } from "./seed.js";
@@ -29,6 +30,8 @@ class ReplayPage {
     this.transport = new Transport(() => this.loop.wake());
     this.list = new ImpactList((index) => this.#choose(index));
     this.energy = new Chart(byId("energy"), theme, (t) => this.transport.seek(t));
+    this.closeUp = new CloseUp(byId("closeup"), theme);
+    byId("with-closeup").addEventListener("change", () => this.loop.wake());
     byId("with-height").addEventListener("change", () => this.#plotEnergy());
     byId("verify").addEventListener("click", () => this.#verify());
     byId("board").addEventListener("pointerdown", (event) => this.#pick(event));
@@ -49,6 +52,7 @@ class ReplayPage {
     this.path = replay.motion.line(0, replay.duration, PATH_RATE);
     this.stage.setBoard(board);
     this.list.load(replay);
+    this.closeUp.load(replay);
     this.#plotEnergy();
     byId("energy").setAttribute("aria-label", describeEnergy(replay.motion));
     const stops = replay.motion.events.map(({ t }) => t);
@@ -75,6 +79,7 @@ class ReplayPage {
       (ctx, geometry) => this.#paintPath(ctx, geometry, t),
       (ctx, geometry) => this.#paintImpact(ctx, geometry, this.list.chosen),
     );
+    this.#drawCloseUp(Math.min(t, this.replay.duration));
     return this.transport.playing;
   }
 
@@ -98,17 +103,20 @@ class ReplayPage {
     const { x, y } = this.replay.motion.events[index].after;
     const radius = this.replay.board.ball.radius * scale;
     paintRing(ctx, px(x), py(y), radius + 3, { colour: palette.flash, width: 2 });
-    const at = { x: px(point.x), y: py(point.y) };
-    const long = Math.max(34, 4 * radius);
-    const rim = palette.railShade;
-    const out = { x: 1.9 * long * normal.x, y: 1.9 * long * normal.y };
-    paintArrow(ctx, at, out, { colour: palette.rail, rim, width: long / 20 });
-    const size = Math.hypot(impulse.x, impulse.y);
-    if (size === 0) return;
-    // A weak one is still long enough to show where it points.
-    const reach = (1.5 * long * Math.max(0.35, size / this.list.strongest)) / size;
-    const push = { x: reach * impulse.x, y: reach * impulse.y };
-    paintArrow(ctx, at, push, { colour: palette.trayBar, rim, width: long / 6 });
+    const long = Math.max(44, 5 * radius);
+    const what = { normal, impulse, strongest: this.list.strongest, long };
+    paintImpact(ctx, { x: px(point.x), y: py(point.y) }, what, palette);
+  }
+
+  #drawCloseUp(t) {
+    const { geometry } = this.stage;
+    const canvas = this.closeUp.canvas;
+    canvas.hidden = !byId("with-closeup").checked;
+    if (canvas.hidden || !geometry) return;
+    const state = this.replay.motion.stateAt(t);
+    const impact = this.list.chosen >= 0 ? this.list.impacts[this.list.chosen] : null;
+    this.closeUp.avoid({ x: geometry.px(state.x), y: geometry.py(state.y) });
+    this.closeUp.draw(state, this.path, impact, this.list.strongest);
   }
 
   #choose(index) {

@@ -33,7 +33,7 @@ export function paintArrow(ctx, from, by, { colour, rim, width }) {
   const length = Math.hypot(by.x, by.y);
   if (length < 1) return;
   const [ux, uy] = [by.x / length, by.y / length];
-  const head = Math.min(length, 3.2 * width + 3);
+  const head = Math.min(0.7 * length, 2.4 * width + 3);
   const at = (along, aside) => [
     from.x + ux * along - uy * aside,
     from.y + uy * along + ux * aside,
@@ -42,9 +42,9 @@ export function paintArrow(ctx, from, by, { colour, rim, width }) {
   ctx.beginPath();
   ctx.moveTo(...at(0, half));
   ctx.lineTo(...at(length - head, half));
-  ctx.lineTo(...at(length - head, 0.55 * head));
+  ctx.lineTo(...at(length - head, 0.62 * head));
   ctx.lineTo(...at(length, 0));
-  ctx.lineTo(...at(length - head, -0.55 * head));
+  ctx.lineTo(...at(length - head, -0.62 * head));
   ctx.lineTo(...at(length - head, -half));
   ctx.lineTo(...at(0, -half));
   ctx.closePath();

@@ -2,7 +2,17 @@
 
 from tests.browser.screen import Screen
 
-SIZES = [(360, 740), (390, 844), (768, 1024), (1280, 800), (1920, 1080), (3840, 2160)]
+# Width, height, colours: the smallest and the commonest in both, the others in one.
+SCREENS = [
+    (360, 740, "light"),
+    (360, 740, "dark"),
+    (390, 844, "dark"),
+    (768, 1024, "light"),
+    (1280, 800, "light"),
+    (1280, 800, "dark"),
+    (1920, 1080, "light"),
+    (3840, 2160, "dark"),
+]
 
 # Fingers need 44 CSS pixels. The target of a radio button or a checkbox is the chip it fills.
 _SMALL_TARGETS = """

@@ -12,7 +12,7 @@ from playwright.sync_api import expect
 from engine import Board, Drop, drop
 from tests.browser.axe import check_axe
 from tests.browser.conftest import Complaints, Open
-from tests.browser.looks import SIZES, check_fit, context_for, painted
+from tests.browser.looks import SCREENS, check_fit, context_for, painted
 from tests.browser.screen import Screen
 
 LINK = "/compare.html?board=triangle-12&seed=42"
@@ -149,8 +149,7 @@ def test_reduced_motion_shows_both_paths_at_once(opened: Open) -> None:
     assert painted(screen, "board-marks") > 500
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize(("width", "height"), SIZES)
+@pytest.mark.parametrize(("width", "height", "scheme"), SCREENS)
 def test_the_comparison_fits_its_screen(opened: Open, width: int, height: int, scheme: str) -> None:
     options: dict[str, Any] = context_for(width, height, scheme)
     screen = paused(opened(f"{LINK}&shift=1e-3", **options))

@@ -11,7 +11,7 @@ from playwright.sync_api import Route, expect
 from engine import Board, drop_many
 from tests.browser.axe import check_axe
 from tests.browser.conftest import Complaints, Open
-from tests.browser.looks import SIZES, check_fit, context_for
+from tests.browser.looks import SCREENS, check_fit, context_for
 from tests.browser.screen import Screen
 
 _BOARD = """
@@ -368,8 +368,7 @@ def test_a_busy_server_is_told_and_the_board_is_kept(bench: Bench, complaints: C
     complaints.allow("503")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize(("width", "height"), SIZES)
+@pytest.mark.parametrize(("width", "height", "scheme"), SCREENS)
 def test_the_editor_fits_its_screen(opened: Open, width: int, height: int, scheme: str) -> None:
     options: dict[str, Any] = context_for(width, height, scheme)
     bench = Bench(opened("/editor.html?board=triangle-8", **options))

@@ -11,7 +11,7 @@ from playwright.sync_api import Route, expect
 from engine import Board, drop
 from tests.browser.axe import check_axe
 from tests.browser.conftest import Complaints, Open, Quick
-from tests.browser.looks import SIZES, check_fit, context_for, painted
+from tests.browser.looks import SCREENS, check_fit, context_for, painted
 from tests.browser.screen import Screen
 
 LINK = "/replay.html?board=triangle-8&seed=42"
@@ -115,6 +115,27 @@ def test_the_record_says_how_sure_the_bin_is(opened: Open) -> None:
     digits, power = re.fullmatch(r"([\d.]+)(?:·10(\S+))? times.*", told).groups()  # type: ignore[union-attr]
     ten = 10 ** int((power or "⁰").translate(str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")))
     assert float(digits) * ten == pytest.approx(record["amplification"], rel=0.01)
+
+
+def test_the_close_up_shows_the_ball_and_keeps_out_of_its_way(opened: Open) -> None:
+    screen = paused(opened(LINK))
+    time = screen.page.get_by_label("Time in the drop")
+    loupe = screen.page.locator("#closeup")
+    duration = screen.api("drops/triangle-8/42")["duration"]
+    for step in range(12):
+        time.fill(str(step / 11 * duration))
+        screen.page.evaluate("new Promise(requestAnimationFrame)")
+        lens, board = loupe.bounding_box(), screen.page.locator("#board").bounding_box()
+        assert lens is not None
+        assert board is not None
+        if step < 11:  # at the end the ball has gone into its bin
+            x, y = screen.ball()
+            dx = board["x"] + x - lens["x"] - lens["width"] / 2
+            dy = board["y"] + y - lens["y"] - lens["height"] / 2
+            assert math.hypot(dx, dy) > lens["width"] / 2
+        assert painted(screen, "closeup") > 1000
+    screen.page.get_by_label(re.compile("Close-up")).uncheck()
+    expect(loupe).to_be_hidden()
 
 
 def test_time_goes_by_frames_and_by_impacts_with_keys_alone(opened: Open) -> None:
@@ -274,8 +295,7 @@ def test_a_drop_that_cannot_be_is_told(
     complaints.allow("404|422")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize(("width", "height"), SIZES)
+@pytest.mark.parametrize(("width", "height", "scheme"), SCREENS)
 def test_the_replay_fits_its_screen(opened: Open, width: int, height: int, scheme: str) -> None:
     options: dict[str, Any] = context_for(width, height, scheme)
     screen = opened(LINK, **options).state("replay")
