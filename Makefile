@@ -22,7 +22,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
 
-.PHONY: help play test test-crash test-arm64 lint format bench readme pictures constraints clean
+.PHONY: help play test test-long test-crash test-arm64 lint format bench readme pictures constraints clean
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'

@@ -1,5 +1,8 @@
 """What /metrics says is what happened."""
 
+import re
+from pathlib import Path
+
 import httpx
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
@@ -82,3 +85,14 @@ def test_two_servers_in_one_process_count_apart() -> None:
     one.errors.labels("x").inc()
     assert b'code="x"' in one.exposition("")[0]
     assert b'code="x"' not in two.exposition("")[0]
+
+
+def test_every_metric_is_documented_and_every_documented_one_is_there(server: Running) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "operations.md").read_text()
+    documented = set(re.findall(r"`(plinko_\w+)[`{]", text))
+    there = {
+        family.name + ("_total" if family.type == "counter" else "")
+        for family in text_string_to_metric_families(httpx.get(f"{server.url}/metrics").text)
+        if family.name.startswith("plinko_") and not family.name.endswith("_created")
+    }
+    assert documented == there
