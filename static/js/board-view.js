@@ -109,12 +109,13 @@ export class BoardView {
     for (const hit of scene.hits) if (hit.ticket ?? true) this.#drawPaid(ctx, hit);
   }
 
-  /** @param {PointerEvent | MouseEvent} event @returns {{x: number, above: boolean} | null} */
+  /** @param {PointerEvent | MouseEvent} event @returns {{x: number, y: number, above: boolean} | null} */
   aimOf(event) {
     if (!this.geometry) return null;
     const box = this.still.getBoundingClientRect();
     return {
       x: this.geometry.x(event.clientX - box.left),
+      y: this.geometry.y(event.clientY - box.top),
       above: event.clientY - box.top <= this.geometry.aimBottom,
     };
   }

@@ -22,6 +22,8 @@ export class Connection {
   #retryTimer = 0;
   #watchTimer = 0;
   #closed = false;
+  /** Bytes of all messages so far, over all sockets. */
+  received = 0;
 
   /** @param {string} url @param {Listener} listener */
   constructor(url, listener) {
@@ -79,6 +81,7 @@ export class Connection {
   }
 
   #receive(data) {
+    this.received += sizeOf(data);
     if (this.expecting) this.expectNews(true);
     if (typeof data === "string") this.listener.onText(data);
     else this.listener.onBytes(data);
@@ -118,4 +121,11 @@ export class Connection {
     }
     return socket;
   }
+}
+
+/** @param {string | ArrayBuffer} data @returns {number} bytes on the wire, without framing */
+function sizeOf(data) {
+  if (typeof data !== "string") return data.byteLength;
+  // Plain text, as good as always, has a byte a letter.
+  return /^[\x00-\x7f]*$/.test(data) ? data.length : new TextEncoder().encode(data).length;
 }

@@ -1,26 +1,35 @@
-// The desk: seed, start, board choice, the drop button and the keys. Knows no socket, no canvas.
+// The desk: balls, stake, seed, start, board choice, auto-drop and the keys. Knows no socket, no canvas.
 
 import { readBoardName } from "./boards.js";
 import { byId, make } from "./dom.js";
-import { readSeed } from "./seed.js";
+import { readSeed, seedAfter } from "./seed.js";
 import { StartField } from "./start-field.js";
+import { GRAVITY, OWN, readWorldName, RESTITUTION, restitutionOf } from "./worlds.js";
 
 const FEWEST_ROWS = 8;
 const MOST_ROWS = 16;
 
 /**
+ * @typedef {{seed: string | null, x: number | null, stake: number}} Ask
+ * @typedef {import("./boards.js").Choice & import("./worlds.js").World} TableChoice
+ *
  * @typedef {object} ControlsListener
- * @property {(ask: {seed: string | null, x: number | null}) => void} onDrop valid as far as known
- * @property {(choice: import("./boards.js").Choice) => void} onBoard
+ * @property {(count: number, ask: () => Ask) => void} onDrop so many balls; `ask` makes each
+ * @property {(rate: number, count: number, ask: () => Ask) => void} onAuto from now on
+ * @property {() => void} onStop
+ * @property {(choice: TableChoice) => void} onBoard
  * @property {() => void} onAim
  */
 
 /** The form fields and keys of the live table. */
 export class Controls {
+  #running = false;
+
   /** @param {ControlsListener} listener */
   constructor(listener) {
     this.listener = listener;
     this.seed = byId("seed");
+    this.stake = byId("stake");
     this.note = byId("seed-note");
     this.hint = this.note.textContent;
     this.boardForm = byId("board-form");
@@ -30,6 +39,7 @@ export class Controls {
       event.preventDefault();
       this.drop(this.start.x);
     });
+    byId("auto").addEventListener("click", () => this.#auto());
     this.seed.addEventListener("input", () => this.#checkSeed());
     byId("seed-clear").addEventListener("click", () => this.setSeed(""));
     this.boardForm.addEventListener("change", () => listener.onBoard(this.#choice()));
@@ -38,16 +48,12 @@ export class Controls {
   }
 
   /**
-   * Asks for a drop, unless the seed is not one: then says so and sends nothing.
+   * Asks for drops, unless a field holds what is no value: then says so and sends nothing.
    * @param {number | null} x
    */
   drop(x) {
-    const reading = this.#checkSeed();
-    if (!reading.ok) {
-      this.seed.focus();
-      return;
-    }
-    this.listener.onDrop({ seed: reading.seed, x });
+    const ask = this.#asker(x);
+    if (ask) this.listener.onDrop(this.#balls, ask);
   }
 
   /** @param {string} text */
@@ -59,19 +65,74 @@ export class Controls {
 
   /** @param {string} name @param {any} board @param {number[]} slots */
   setBoard(name, board, slots) {
-    const choice = readBoardName(name);
+    this.showChoice(name);
+    byId("gravity").options[0].textContent = `Board's own, ${Number(board.gravity.toFixed(2))}`;
+    this.start.setBoard(board, slots);
+  }
+
+  /** @param {string} name of the board that is played */
+  showChoice(name) {
+    const { preset, gravity, material } = readWorldName(name);
+    const choice = readBoardName(preset);
     for (const radio of this.boardForm.elements.kind) radio.checked = radio.value === choice?.kind;
     byId("triangle-only").hidden = choice?.kind !== "triangle";
+    byId("world").hidden = choice === null;
+    this.boardForm.elements.gravity.value = gravity;
+    this.boardForm.elements.material.value = material;
     if (choice?.kind === "triangle") {
       this.boardForm.elements.rows.value = String(choice.rows);
       this.boardForm.elements.risk.value = choice.risk;
     }
-    this.start.setBoard(board, slots);
+  }
+
+  /** @param {boolean} running @param {number} left drops still to come */
+  showAuto(running, left) {
+    this.#running = running;
+    const button = byId("auto");
+    button.setAttribute("aria-pressed", String(running));
+    const text = running ? `Stop${Number.isFinite(left) ? ` ${left}` : ""}` : "Start";
+    if (button.textContent !== text) button.textContent = text;
+  }
+
+  get #balls() {
+    return Number(document.querySelector("input[name=balls]:checked").value);
+  }
+
+  /** What makes one ask after the other, or null when a field is wrong. */
+  #asker(x) {
+    const reading = this.#checkSeed();
+    if (!reading.ok) {
+      this.seed.focus();
+      return null;
+    }
+    if (!this.stake.reportValidity()) return null;
+    const stake = Number(this.stake.value);
+    let { seed } = reading;
+    return () => {
+      const ask = { seed, x, stake };
+      if (seed !== null) seed = seedAfter(seed);
+      return ask;
+    };
+  }
+
+  #auto() {
+    if (this.#running) {
+      this.listener.onStop();
+      return;
+    }
+    const count = byId("auto-count");
+    const ask = count.reportValidity() ? this.#asker(this.start.x) : null;
+    if (!ask) return;
+    const many = count.value === "" ? Number.POSITIVE_INFINITY : Number(count.value);
+    this.listener.onAuto(Number(byId("auto-rate").value), many, ask);
   }
 
   #choice() {
-    const { kind, rows, risk } = this.boardForm.elements;
-    return { kind: kind.value || "triangle", rows: Number(rows.value), risk: risk.value };
+    const { kind, rows, risk, gravity, material } = this.boardForm.elements;
+    return {
+      kind: kind.value || "triangle", rows: Number(rows.value), risk: risk.value,
+      gravity: gravity.value, material: material.value,
+    };
   }
 
   #checkSeed() {
@@ -85,12 +146,18 @@ export class Controls {
     return reading;
   }
 
-  /** Space drops from anywhere that has no use of its own for it. */
+  /** Space drops and arrows aim from anywhere that has no use of its own for them. */
   #key(event) {
-    if (event.key !== " " || event.ctrlKey || event.altKey || event.metaKey) return;
-    if (event.target.closest("input:not([type=range]), select, button, a, summary")) return;
-    event.preventDefault();
-    if (!event.repeat) this.drop(this.start.x);
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.key === " ") {
+      if (event.target.closest("input:not([type=range]), select, button, a, summary")) return;
+      event.preventDefault();
+      if (!event.repeat) this.drop(this.start.x);
+    } else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
+      if (event.target.closest("input, select, textarea")) return;
+      event.preventDefault();
+      this.start.nudge(event.key === "ArrowLeft" ? -1 : 1, event.shiftKey);
+    }
   }
 
   #fillRows() {
@@ -99,5 +166,10 @@ export class Controls {
       rows.append(make("option", { value: String(count) }, String(count)));
     }
     rows.value = String(MOST_ROWS);
+    const own = () => make("option", { value: OWN }, "Board's own");
+    byId("gravity").append(own(), ...Object.entries(GRAVITY).map(([name, value]) =>
+      make("option", { value: name }, `${name}, ${value}`)));
+    byId("material").append(own(), ...Object.keys(RESTITUTION).map((name) =>
+      make("option", { value: name }, `${name}, ${restitutionOf(name)}`)));
   }
 }

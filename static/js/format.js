@@ -37,6 +37,7 @@ export function counted(count, one) {
   return `${count.toLocaleString("en")} ${one}${count === 1 ? "" : "s"}`;
 }
 
-function plain(value) {
+/** @param {number} value @returns {string} no more digits than it needs, at most four decimals */
+export function plain(value) {
   return String(Number(value.toFixed(4)));
 }

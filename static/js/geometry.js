@@ -17,6 +17,7 @@ const BIN_M = 0.42;
  * @property {(x: number) => number} px metres to pixels, across
  * @property {(y: number) => number} py metres to pixels, down
  * @property {(px: number) => number} x pixels to metres, across
+ * @property {(px: number) => number} y pixels to metres, down
  */
 
 /** @param {any} board the JSON form @returns {{left: number, right: number}} metres */
@@ -67,6 +68,7 @@ export function layOut(board, width) {
     px: (x) => (x - left) * scale,
     py,
     x: (px) => px / scale + left,
+    y: (px) => (px - dropY) / scale + board.drop.y,
   };
 }
 

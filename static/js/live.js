@@ -16,6 +16,7 @@ import { Table } from "./table.js";
  * @property {(bin: number) => void} onHit a ball, whosever, lies in a bin
  * @property {(message: string, code?: string) => void} onError
  * @property {() => void} onChange there is something new to draw
+ * @property {() => void} [onSnapshot] the balls have new places
  * @property {(ms: number) => void} [onPong] how long a message took there and back
  */
 
@@ -270,6 +271,7 @@ export class LiveTable {
     this.tick = this.snapshot.tick;
     this.clock.observe(this.tick, performance.now());
     this.table.applySnapshot(this.snapshot);
+    this.listener.onSnapshot?.();
     this.listener.onChange();
   }
 

@@ -1,16 +1,21 @@
 // The page as a live table: pointer, keys and news in, pictures and words out.
 
-import { boardName, MAIN_ROOM, roomOf } from "./boards.js";
+import { Announcer } from "./announcer.js";
+import { MAIN_ROOM } from "./boards.js";
+import { emptyScene } from "./board-view.js";
 import { Controls } from "./controls.js";
 import { byId } from "./dom.js";
-import { expectedOf } from "./expected.js";
-import { counted, multiplier } from "./format.js";
+import { Dropper } from "./dropper.js";
+import { counted } from "./format.js";
 import { FrameLoop } from "./frame-loop.js";
 import { allowedStart, announceShape } from "./geometry.js";
 import { LiveTable } from "./live.js";
+import { Measures } from "./measures.js";
 import { Scoreboard } from "./scoreboard.js";
+import { Sound } from "./sound.js";
+import { switchGhost, switchSound } from "./switches.js";
+import { findTable } from "./tables.js";
 import { describeBoard } from "./words.js";
-import { emptyScene } from "./board-view.js";
 
 const STATE_WORDS = {
   connecting: "Connecting…",
@@ -18,6 +23,7 @@ const STATE_WORDS = {
   asleep: "Ready",
   closed: "Closed",
 };
+const SCORE_MS = 200; // between two renewals of the list while balls rain
 
 /** @param {import("./main.js").Parts} parts @param {URLSearchParams} asked */
 export function startTable(parts, asked) {
@@ -30,16 +36,34 @@ class TablePage {
   #hover = null;
   #mainBoard = null;
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
+  #scoreStale = false;
+  #scoreMs = 0;
 
   constructor({ theme, view, histogram, ghost, session }, room) {
     Object.assign(this, { theme, view, histogram, ghost, session });
+    this.sound = new Sound();
+    this.announcer = new Announcer((text, score) => this.#say(text, score));
     this.loop = new FrameLoop((now) => this.#draw(now));
-    this.controls = new Controls({
+    this.measures = new Measures(theme, {
+      onExpected: (expected) => this.#compare(expected),
+      onChange: () => this.loop.wake(),
+      say: (text) => this.#say(text),
+    });
+    this.dropper = new Dropper({
+      room: () => this.#hasRoom(),
       onDrop: (ask) => this.#drop(ask),
-      onBoard: (choice) => this.#move(boardName(choice)),
+      onAuto: (running, left) => this.controls.showAuto(running, left),
+    });
+    this.controls = new Controls({
+      onDrop: (count, ask) => this.#dropSome(count, ask),
+      onAuto: (rate, count, ask) => this.dropper.start(rate, count, ask),
+      onStop: () => this.dropper.stop(),
+      onBoard: (choice) => this.#move(choice),
       onAim: () => this.loop.wake(),
     });
     this.scoreboard = new Scoreboard(session, theme, (seed) => this.controls.setSeed(seed));
+    switchSound(this.sound);
+    switchGhost(this.ghost, () => this.loop.wake());
     this.#followPointer(byId("board-moving"));
     theme.onChange(() => this.#recolour());
     const { onLayout } = view;
@@ -53,24 +77,34 @@ class TablePage {
 
   #join(room) {
     this.live?.close();
+    this.dropper.clear();
     document.documentElement.dataset.state = "connecting";
     this.live = new LiveTable(room, {
       onTable: (hello, counts) => this.#setTable(hello, counts),
       onState: (state, detail) => this.#showState(state, detail),
       onPlayed: (played) => this.#played(played),
       onHit: (bin) => this.#hit(bin),
-      onError: (message) => this.#say(message),
+      onError: (message, code) => this.#refused(message, code),
       onChange: () => this.loop.wake(),
+      onPong: (ms) => this.measures.line.pong(ms),
+      onSnapshot: () => this.measures.ball.measure(),
     });
     this.session.enter(room);
   }
 
-  #move(name) {
-    const room = roomOf(name, this.#mainBoard);
-    if (room === this.live.room) return;
-    const query = room === MAIN_ROOM ? window.location.pathname : `?room=${encodeURIComponent(room)}`;
-    window.history.replaceState(null, "", query);
-    this.#join(room);
+  async #move(choice) {
+    try {
+      const room = await findTable(choice, this.#mainBoard, this.session);
+      if (room === this.live.room) return;
+      const query = room === MAIN_ROOM
+        ? window.location.pathname
+        : `?room=${encodeURIComponent(room)}`;
+      window.history.replaceState(null, "", query);
+      this.#join(room);
+    } catch (error) {
+      this.#say(`That table cannot be opened: ${error.message}`);
+      if (this.live.hello) this.controls.showChoice(this.live.hello.board_name);
+    }
   }
 
   #setTable(hello, counts) {
@@ -82,45 +116,75 @@ class TablePage {
       announceShape(board);
       this.controls.setBoard(name, board, slots);
       this.ghost.setBoard(board);
+      this.sound.setBoard(board);
       this.view.setBoard(board, slots);
       byId("board-moving").setAttribute("aria-label", describeBoard(board));
     }
     this.live.table.onPassed = this.ghost.follow;
     this.live.table.tracing = this.#still.matches;
-    this.expected = expectedOf(name, board.bins.multipliers.length);
-    this.histogram.setBoard(board, counts, this.expected);
+    this.measures.setTable(hello, this.live.table);
+    this.histogram.setBoard(board, counts, this.measures.fit.expected);
     this.#showCount();
     this.loop.wake();
   }
 
+  #hasRoom() {
+    const { live } = this;
+    const flying = (live.table?.balls.size ?? 0) + live.unanswered;
+    return flying < (live.hello?.limits?.balls ?? Number.POSITIVE_INFINITY);
+  }
+
+  /** One ball goes at once, whatever the table has to say to it; more go one by one. */
+  #dropSome(count, ask) {
+    if (count === 1) this.#drop(ask());
+    else this.dropper.shower(count, ask);
+  }
+
   #drop(ask) {
-    if (!this.live.drop(ask)) this.#say("There is no line to the table yet. Nothing was dropped.");
+    const sent = this.live.drop(ask);
+    if (!sent) this.#say("There is no line to the table yet. Nothing was dropped.");
+    return sent;
   }
 
   #draw(now) {
-    const { live, view } = this;
+    const { live, view, measures } = this;
+    const { table } = live;
     const t = live.time(now);
     const quiet = this.#still.matches;
     live.settle(quiet ? Number.POSITIVE_INFINITY : t, now);
-    const scene = live.table ? live.table.sceneAt(t, now / 1000) : emptyScene();
+    const scene = table ? table.sceneAt(t, now / 1000) : emptyScene();
+    if (table) this.sound.hear(table.heard, t);
     if (quiet) scene.balls.length = 0;
     if (quiet) scene.flashes = [];
     if (quiet) scene.paths = live.ownPaths();
     scene.aim = this.#hover ?? this.controls.start.x;
+    scene.chosen = measures.open ? measures.ball.chosen : null;
     view.draw(scene);
     this.ghost.paint(now);
     this.histogram.refresh(now);
     if (this.shownCount !== this.histogram.total) this.#showCount();
-    return (live.table?.busy ?? false) || this.ghost.pending || this.histogram.pending;
+    if (this.#scoreStale && now - this.#scoreMs >= SCORE_MS) this.#showScore(now);
+    const measuring = measures.show(live, this.histogram.counts, this.session.scores, now);
+    return (table?.busy ?? false) || this.ghost.pending || this.histogram.pending
+      || this.#scoreStale || measuring;
   }
 
   #played(played) {
     this.session.settle(played);
-    this.scoreboard.show();
-    const { bin, score, seed } = played;
+    this.#scoreStale = true;
+    // A hidden tab draws no pictures; its list is renewed all the same.
+    if (document.visibilityState === "hidden") this.#showScore(performance.now());
+    else this.loop.wake();
+    const { bin, score } = played;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
-    if (bin === null) this.#say(`Seed ${seed} came to rest in no bin. Its stake is back.`);
-    else this.#say(`Bin ${bin} pays ${multiplier(score)} for seed ${seed}.`, score);
+    if (bin !== null) this.sound.chime(score, (bin + 0.5) / this.histogram.counts.length);
+    this.announcer.add(played);
+  }
+
+  #showScore(now) {
+    this.#scoreStale = false;
+    this.#scoreMs = now;
+    this.scoreboard.show();
   }
 
   #hit(bin) {
@@ -128,14 +192,27 @@ class TablePage {
     this.loop.wake();
   }
 
+  #compare(expected) {
+    this.histogram.setExpected(expected);
+    this.#showCount();
+    this.loop.wake();
+  }
+
   #showCount() {
     const { total } = this.histogram;
+    const { expected } = this.measures.fit;
     this.shownCount = total;
     byId("tray-count").textContent = total
       ? `${counted(total, "drop")} landed at this table`
       : "Nothing has landed here yet";
-    byId("tray-key").hidden = !this.expected;
-    byId("tray-key").textContent = this.expected ? `expected: ${this.expected.label}` : "";
+    byId("tray-key").hidden = !expected;
+    byId("tray-key").textContent = expected ? `expected: ${expected.label}` : "";
+  }
+
+  #refused(message, code) {
+    // A full table is no fault of a shower of balls: it goes on as soon as there is room.
+    if (code === "too-many-balls" && this.dropper.running) return;
+    this.#say(message);
   }
 
   #showState(state, detail) {
@@ -145,8 +222,10 @@ class TablePage {
       : STATE_WORDS[state];
     if (state === "closed") this.#say(detail || "The table is closed.");
     if (state === "reconnecting" && this.state !== state) this.#say("The line to the table broke.");
+    if (state === "reconnecting" || state === "closed") this.dropper.clear();
     if (this.state === "reconnecting" && state !== this.state) this.#say("Back at the table.");
     this.state = state;
+    if (state !== "live") this.measures.line.rest(this.live);
     this.loop.wake();
   }
 
@@ -184,7 +263,9 @@ class TablePage {
     canvas.addEventListener("pointerleave", () => hover(null));
     canvas.addEventListener("click", (event) => {
       const x = aim(event);
+      const place = this.view.aimOf(event);
       if (x !== null) this.controls.drop(x);
+      else if (place && this.live.table) this.measures.pick(place.x, place.y);
     });
   }
 }

@@ -2,7 +2,7 @@
 
 import { byId, make } from "./dom.js";
 import { replayLink } from "./drop-link.js";
-import { amount, multiplier, shortSeed, signed } from "./format.js";
+import { amount, multiplier, plain, shortSeed, signed } from "./format.js";
 
 /** Draws a session; call `show` after it has changed. */
 export class Scoreboard {
@@ -24,7 +24,7 @@ export class Scoreboard {
 
   show() {
     const { staked, returned, net, last } = this.session;
-    byId("staked").textContent = String(staked);
+    byId("staked").textContent = plain(staked);
     byId("returned").textContent = amount(returned);
     byId("net").textContent = signed(net);
     byId("net").dataset.sign = String(Math.sign(Math.round(net * 100)));

@@ -22,6 +22,11 @@ export function readSeed(text) {
   return { ok: true, seed: digits };
 }
 
+/** @param {string} seed decimal @returns {string} the next one; 0 comes after the last */
+export function seedAfter(seed) {
+  return String((BigInt(seed) + 1n) & MAX_SEED);
+}
+
 const RULE = `Use a whole number from 0 to ${MAX_SEED}.`;
 
 function clip(text) {

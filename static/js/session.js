@@ -1,6 +1,8 @@
 // What this visitor has played: score and last drops, kept while the tab lives.
 
-const KEY = "plinko.session.1";
+import { Mean } from "./statistics.js";
+
+const KEY = "plinko.session.2";
 const KEPT = 30;
 
 /**
@@ -10,7 +12,8 @@ const KEPT = 30;
  * @property {string} seed decimal
  * @property {number | null} x explicit start in metres, null when the seed decided
  * @property {number | null} bin null when it never settled
- * @property {number} score what one stake came back as
+ * @property {number} score what a stake of one came back as
+ * @property {number} [stake] 1 unless it was more
  */
 
 /** Score and history, saved after each change so that a replay's reload loses nothing. */
@@ -19,6 +22,10 @@ export class Session {
   returned = 0;
   /** @type {Played[]} newest first */
   last = [];
+  /** Of all scores, each drop counting alike whatever was staked on it. */
+  scores = new Mean();
+  /** Rooms that were opened for a board, by its digest. @type {Record<string, string>} */
+  rooms = {};
   /** Where this visitor last played, so that a replay leads back there. */
   room = "";
 
@@ -26,17 +33,21 @@ export class Session {
   constructor(storage) {
     this.storage = storage;
     const saved = storage.getItem(KEY);
-    if (saved !== null) Object.assign(this, JSON.parse(saved));
+    if (saved === null) return;
+    const { scores, ...rest } = JSON.parse(saved);
+    Object.assign(this, rest, { scores: new Mean(scores) });
   }
 
   get net() {
     return this.returned - this.staked;
   }
 
-  /** @param {Played} drop settled; its stake of 1 counts from here on */
+  /** @param {Played} drop settled; its stake counts from here on */
   settle(drop) {
-    this.staked += 1;
-    this.returned += drop.score;
+    const { stake = 1, score } = drop;
+    this.staked += stake;
+    this.returned += stake * score;
+    this.scores.add(score);
     this.last = [drop, ...this.last].slice(0, KEPT);
     this.#save();
   }
@@ -47,15 +58,23 @@ export class Session {
     this.#save();
   }
 
+  /** @param {string} digest of a board @param {string} room where it is played */
+  remember(digest, room) {
+    const rooms = Object.entries({ ...this.rooms, [digest]: room });
+    this.rooms = Object.fromEntries(rooms.slice(-KEPT));
+    this.#save();
+  }
+
   clear() {
     this.staked = 0;
     this.returned = 0;
+    this.scores = new Mean();
     this.last = [];
     this.#save();
   }
 
   #save() {
-    const { staked, returned, last, room } = this;
-    this.storage.setItem(KEY, JSON.stringify({ staked, returned, last, room }));
+    const { staked, returned, last, scores, rooms, room } = this;
+    this.storage.setItem(KEY, JSON.stringify({ staked, returned, last, scores, rooms, room }));
   }
 }

@@ -1,0 +1,34 @@
+// Finds or opens the room where a board is played in the world that was chosen.
+
+import { getJson } from "./api.js";
+import { boardName, roomOf } from "./boards.js";
+import { isOwn, transported } from "./worlds.js";
+
+const JSON_HEADERS = { "content-type": "application/json" };
+
+/**
+ * @param {import("./controls.js").TableChoice} choice
+ * @param {string | null} mainBoard the main room's board, as far as it is known
+ * @param {import("./session.js").Session} session remembers the rooms opened before
+ * @returns {Promise<string>} the room's id; rejects with what the server has against the board
+ */
+export async function findTable(choice, mainBoard, session) {
+  const name = boardName(choice);
+  if (isOwn(choice)) return roomOf(name, mainBoard);
+  const { board } = await getJson(`boards/${encodeURIComponent(name)}`);
+  const body = JSON.stringify(transported(board, choice));
+  const { digest } = await getJson("boards", { method: "POST", headers: JSON_HEADERS, body });
+  const known = session.rooms[digest];
+  if (known && (await isOpen(known))) return known;
+  const opened = await getJson("rooms", {
+    method: "POST", headers: JSON_HEADERS, body: JSON.stringify({ board: digest }),
+  });
+  session.remember(digest, opened.id);
+  return opened.id;
+}
+
+/** The list is asked, not the room itself: one that is gone is no error. */
+async function isOpen(id) {
+  const { rooms } = await getJson("rooms");
+  return rooms.some((room) => room.id === id);
+}

@@ -1,0 +1,308 @@
+"""More than one ball at a time: showers, auto-drop, stakes, keys, other worlds, sound, ghosts."""
+
+import json
+import re
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from engine.materials import GRAVITY, RESTITUTION
+from tests.browser.conftest import Open, Quick, Run
+from tests.browser.looks import painted
+
+
+def seeds_sent(screen: Any) -> list[str]:
+    frames = [json.loads(frame) for frame in screen.sent]
+    return [frame["seed"] for frame in frames if frame["type"] == "drop" and "seed" in frame]
+
+
+def drops_sent(screen: Any) -> int:
+    return sum(json.loads(frame)["type"] == "drop" for frame in screen.sent)
+
+
+def test_several_balls_of_one_push_have_one_seed_after_the_other(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(quick.page).ready()
+    screen.page.get_by_role("radio", name="5 balls").check()
+    screen.seed.fill("18446744073709551613")
+    screen.drop.click()
+    expect(screen.rows).to_have_count(5)
+    expect(screen.page.locator("#staked")).to_have_text("5")
+    assert seeds_sent(screen) == [
+        "18446744073709551613",
+        "18446744073709551614",
+        "18446744073709551615",
+        "0",
+        "1",
+    ]
+    expect(screen.result).to_contain_text(re.compile(r"Bin \d+ pays|balls? landed"))
+
+
+def test_auto_drop_gives_so_many_and_ends_by_itself(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    screen.page.get_by_label("How many").fill("6")
+    screen.page.get_by_label("Drops a second").select_option("8")
+    button = screen.page.locator("#auto")
+    button.click()
+    expect(button).to_contain_text("Stop")
+    expect(button).to_have_text("Start")
+    expect(screen.page.locator("#staked")).to_have_text("6")
+    assert drops_sent(screen) == 6
+    screen.shot("auto-drop")
+
+
+def test_auto_drop_without_an_end_goes_on_until_it_is_stopped(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    screen.page.get_by_label("How many").fill("")
+    button = screen.page.locator("#auto")
+    button.click()
+    expect(screen.rows.nth(3)).to_be_visible()
+    button.click()
+    expect(button).to_have_text("Start")
+    sent = drops_sent(screen)
+    screen.page.wait_for_timeout(1000)
+    assert drops_sent(screen) == sent >= 4
+
+
+def test_a_pause_is_not_made_up_for_by_a_burst(run: Run) -> None:
+    given = run(
+        "pacer.js",
+        """({ Pacer }) => {
+          const pacer = new Pacer(10, 100, 0);
+          const at = (from, to) => {
+            let count = 0;
+            for (let now = from; now < to; now += 5) count += pacer.take(now);
+            return count;
+          };
+          return [at(0, 1000), at(60000, 60100), at(60100, 61100), pacer.left];
+        }""",
+    )
+    assert given[0] == 10
+    assert given[1] <= 2
+    assert given[2] == pytest.approx(10, abs=1)
+    assert given[3] == 100 - sum(given[:3])
+
+
+def test_a_stake_is_counted_and_paid_back_by_the_bin(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    screen.page.get_by_label("Stake").fill("2.5")
+    screen.seed.fill("42")
+    screen.drop.click()
+    score = screen.api(f"drops/{quick.board}/42")["score"]
+    expect(screen.page.locator("#staked")).to_have_text("2.5")
+    expect(screen.page.locator("#returned")).to_have_text(f"{2.5 * score:.2f}")
+    expect(screen.result).to_contain_text(f"{2.5 * score:.2f} for 2.5")
+
+
+@pytest.mark.parametrize("stake", ["0", "-1", ""])
+def test_what_is_no_stake_drops_nothing(opened: Open, quick: Quick, stake: str) -> None:
+    screen = opened(quick.page).ready()
+    field = screen.page.get_by_label("Stake")
+    field.fill(stake)
+    screen.drop.click()
+    expect(field).to_be_focused()
+    assert screen.sent == []
+
+
+def test_arrow_keys_aim_and_say_where(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    words = screen.page.locator("#start-words")
+    for _ in range(3):
+        screen.page.keyboard.press("ArrowRight")
+    expect(words).to_have_text(re.compile(r"0\.\d+ m right of the middle"))
+    screen.page.keyboard.press("Shift+ArrowLeft")
+    screen.page.keyboard.press("Space")
+    expect(screen.rows).to_have_count(1)
+    link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
+    found = re.search(r"x=([\d.]+)", link)
+    assert found
+    jitter = screen.api(f"boards/{quick.board}")["board"]["drop"]["jitter"]
+    assert float(found[1]) == pytest.approx(2 * jitter * (4 / 24 - 1 / 240), abs=1e-3)
+
+
+def test_arrow_keys_go_from_slot_to_slot(opened: Open) -> None:
+    screen = opened("/?room=classic").ready()
+    screen.page.keyboard.press("ArrowRight")
+    expect(screen.page.get_by_role("radio", name="Slot 5")).to_be_checked()
+    screen.page.keyboard.press("ArrowLeft")
+    screen.page.keyboard.press("ArrowLeft")
+    expect(screen.page.get_by_role("radio", name="Slot 3")).to_be_checked()
+    expect(screen.page.locator("#start-words")).to_have_text("Slot 3.")
+
+
+def test_gravities_and_materials_are_the_engines(run: Run) -> None:
+    worlds = run("worlds.js", "({ GRAVITY, RESTITUTION }) => ({ GRAVITY, RESTITUTION })")
+    assert worlds["GRAVITY"] == dict(GRAVITY)
+    ranges = {row.name: [row.low, row.high] for row in RESTITUTION[1:]}
+    assert worlds["RESTITUTION"] == ranges
+
+
+def test_another_gravity_and_material_make_a_table_of_their_own(opened: Open) -> None:
+    screen = opened("/?room=triangle-8").ready()
+    screen.page.get_by_label("Gravity").select_option("Jupiter")
+    expect(screen.root).to_have_attribute("data-state", "asleep")
+    expect(screen.page.locator("#board-moving")).to_have_attribute(
+        "aria-label", re.compile("triangle-8 · Jupiter")
+    )
+    screen.page.get_by_label("Material").select_option("Rubber on concrete")
+    expect(screen.page.locator("#board-moving")).to_have_attribute(
+        "aria-label", re.compile("triangle-8 · Jupiter · Rubber on concrete")
+    )
+    screen.ready()
+    room = screen.page.url.rsplit("=", 1)[1]
+    digest = screen.api(f"rooms/{room}")["board_digest"]
+    board = screen.api(f"boards/{digest}")["board"]
+    plain = screen.api("boards/triangle-8")["board"]
+    assert board["gravity"] == GRAVITY["Jupiter"]
+    materials = [board["ball"], board["peg_material"], board["wall_material"]]
+    assert {one["restitution"] for one in materials} == {0.8}
+    assert board["pegs"] == plain["pegs"]
+    screen.seed.fill("3")
+    screen.drop.click()
+    screen.landed(screen.api(f"drops/{digest}/3")["bin"])
+    screen.shot("jupiter")
+
+    # A friend with the link sees the same table, and the same choice.
+    friend = opened(f"/?room={room}").ready()
+    expect(friend.page.get_by_label("Gravity")).to_have_value("Jupiter")
+    expect(friend.page.get_by_label("Material")).to_have_value("Rubber on concrete")
+    expect(friend.page.get_by_label("Rows", exact=True)).to_have_value("8")
+
+    # The table is found again rather than opened twice.
+    screen.page.get_by_label("Material").select_option("own")
+    expect(screen.page.locator("#board-moving")).not_to_have_attribute(
+        "aria-label", re.compile("Rubber")
+    )
+    screen.ready()
+    screen.page.get_by_label("Material").select_option("Rubber on concrete")
+    expect(screen.page.locator("#board-moving")).to_have_attribute(
+        "aria-label", re.compile("Rubber")
+    )
+    assert screen.page.url.rsplit("=", 1)[1] == room
+
+
+_LISTEN = """
+window.heard = { contexts: 0, voices: 0, now: 0, most: 0 };
+const Real = window.AudioContext;
+window.AudioContext = class extends Real {
+  constructor(...all) { super(...all); heard.contexts += 1; }
+  createOscillator() {
+    const voice = super.createOscillator();
+    heard.voices += 1;
+    heard.now += 1;
+    heard.most = Math.max(heard.most, heard.now);
+    voice.addEventListener("ended", () => { heard.now -= 1; });
+    return voice;
+  }
+};
+"""
+
+
+def test_sound_is_off_until_asked_for_and_has_a_limit(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page, before=_LISTEN).ready()
+    screen.drop.click()
+    expect(screen.rows).to_have_count(1)
+    assert screen.page.evaluate("heard") == {"contexts": 0, "voices": 0, "now": 0, "most": 0}
+
+    button = screen.page.get_by_role("button", name="Sound")
+    expect(button).to_have_attribute("aria-pressed", "false")
+    button.click()
+    expect(button).to_have_attribute("aria-pressed", "true")
+    screen.page.get_by_role("radio", name="20 balls").check()
+    screen.drop.click()
+    expect(screen.rows).to_have_count(21)
+    heard = screen.page.evaluate("heard")
+    assert heard["contexts"] == 1
+    assert heard["voices"] > 20
+    assert heard["most"] <= 16
+
+    button.click()
+    before = screen.page.evaluate("heard.voices")
+    screen.page.get_by_role("radio", name="1 ball", exact=True).check()
+    screen.drop.click()
+    expect(screen.rows).to_have_count(22)
+    assert screen.page.evaluate("heard.voices") == before
+
+
+def test_the_harder_the_impact_the_louder_the_sound(run: Run) -> None:
+    loud = run(
+        "sound.js",
+        """async ({ strike }) => {
+          const { toneOf } = await import("/js/tones.js");
+          const heard = [];
+          for (const speed of [0.3, 1, 3, 6]) {
+            const context = new OfflineAudioContext(2, 9600, 48000);
+            const tone = toneOf({ kind: 0, speed, x: 0 }, { left: -1, right: 1 });
+            strike(context, context.destination, tone, 0, () => {});
+            const sound = await context.startRendering();
+            const data = sound.getChannelData(0);
+            heard.push(Math.sqrt(data.reduce((sum, one) => sum + one * one, 0) / data.length));
+          }
+          const soft = toneOf({ kind: 0, speed: 0.1, x: 0 }, { left: -1, right: 1 });
+          return { heard, soft };
+        }""",
+    )
+    assert loud["soft"] is None
+    assert loud["heard"] == sorted(loud["heard"])
+    assert loud["heard"][-1] > 5 * loud["heard"][0] > 0
+
+
+def test_ghost_trails_stay_where_balls_have_been_and_can_be_turned_off(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(quick.page).ready()
+    ghost = screen.page.locator("#board-ghost")
+    assert painted(screen, "board-ghost") == 0
+    screen.page.get_by_role("radio", name="5 balls").check()
+    screen.drop.click()
+    expect(screen.rows).to_have_count(5)
+    screen.ready()
+    screen.page.wait_for_timeout(1700)
+    after_five = painted(screen, "board-ghost")
+    assert after_five > 1000
+    size = ghost.evaluate("canvas => canvas.width * canvas.height")
+    screen.drop.click()
+    expect(screen.rows).to_have_count(10)
+    screen.ready()
+    screen.page.wait_for_timeout(1700)
+    assert painted(screen, "board-ghost") > after_five
+    assert ghost.evaluate("canvas => canvas.width * canvas.height") == size
+    screen.shot("ghost-trails")
+
+    button = screen.page.get_by_role("button", name="Ghost trails")
+    button.click()
+    expect(ghost).to_be_hidden()
+    screen.page.reload()
+    screen.ready()
+    expect(button).to_have_attribute("aria-pressed", "false")
+    screen.drop.click()
+    screen.ready()
+    assert painted(screen, "board-ghost") == 0
+    button.click()
+    expect(ghost).to_be_visible()
+
+
+def test_a_bin_shines_the_more_the_more_it_pays(run: Run) -> None:
+    pulses = run(
+        "paint-bin.js",
+        """({ pulseOf, beamHeight }) => [0.2, 1, 10, 1000].map((score) => {
+          const { strength } = pulseOf(score, 0);
+          return [strength, beamHeight({ height: 40 }, { strength }), pulseOf(score, 1).glow];
+        })""",
+    )
+    strengths = [strength for strength, _, _ in pulses]
+    assert strengths == sorted(strengths)
+    assert strengths[0] < 0.05
+    assert strengths[-1] == 1
+    assert [beam for _, beam, _ in pulses] == sorted(beam for _, beam, _ in pulses)
+    assert all(glow == 0 for _, _, glow in pulses)
+
+
+def test_a_shower_of_results_is_told_in_one_sentence(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    screen.page.get_by_role("radio", name="20 balls").check()
+    screen.drop.click()
+    expect(screen.result).to_contain_text(re.compile(r"\d+ balls landed: [\d.]+ back for \d+"))
+    expect(screen.page.locator("#staked")).to_have_text("20")
