@@ -10,6 +10,7 @@ import { byId, make } from "./dom.js";
 import { dropSearch, readDrop, replayLink } from "./drop-link.js";
 import { multiplier, seconds } from "./format.js";
 import { FrameLoop } from "./frame-loop.js";
+import { upTo } from "./motion.js";
 import { fillBoards, openPage, showState, tableLink } from "./page-kit.js";
 import { paintPath } from "./paint-marks.js";
 import { boardOf, Replay } from "./replay.js";
@@ -97,7 +98,7 @@ class ComparePage {
     ];
     for (const [replay, path, colour, wide] of both) {
       paintPath(ctx, geometry, path, { colour, width: wide, alpha: 0.22 });
-      const past = replay.motion.line(0, Math.min(t, replay.duration), PATH_RATE);
+      const past = upTo(path, replay.motion.stateAt(Math.min(t, replay.duration)));
       paintPath(ctx, geometry, past, { colour, width: wide, alpha: 0.95 });
     }
   }

@@ -9,6 +9,7 @@ import { describeEnergy, energyPlot } from "./energy-plot.js";
 import { multiplier, seconds } from "./format.js";
 import { FrameLoop } from "./frame-loop.js";
 import { ImpactList } from "./impact-list.js";
+import { upTo } from "./motion.js";
 import { DEFAULT_BOARD, fillBoards, fillFacts, openPage, showState, tableLink } from "./page-kit.js";
 import { paintPath, paintRing } from "./paint-marks.js";
 import { boardOf, Replay } from "./replay.js";
@@ -91,7 +92,7 @@ class ReplayPage {
     const { palette } = this.theme;
     const width = Math.max(1.25, 0.16 * this.replay.board.ball.radius * geometry.scale);
     paintPath(ctx, geometry, this.path, { colour: palette.trayMark, width, alpha: 0.3, dash: [2, 4] });
-    const past = this.replay.motion.line(0, Math.min(t, this.replay.duration), PATH_RATE);
+    const past = upTo(this.path, this.replay.motion.stateAt(Math.min(t, this.replay.duration)));
     paintPath(ctx, geometry, past, { colour: palette.trayMark, width: 1.4 * width, alpha: 0.85 });
   }
 

@@ -101,6 +101,23 @@ export class Motion {
   }
 }
 
+/**
+ * The part of a line that has been travelled.
+ * @param {State[]} line as `Motion.line` makes it
+ * @param {State} now
+ * @returns {State[]} the same points up to now, and now itself
+ */
+export function upTo(line, now) {
+  let count = 0;
+  let end = line.length;
+  while (count < end) {
+    const middle = (count + end) >> 1;
+    if (line[middle].t <= now.t) count = middle + 1;
+    else end = middle;
+  }
+  return [...line.slice(0, count), now];
+}
+
 function isRide(kind) {
   return kind === CONTACT_BEGIN || kind === CONTACT_CHANGE;
 }

@@ -52,7 +52,9 @@ export class Replay {
    * @param {boolean} [mine] which of the two kinds of ball it is drawn as
    */
   addTo(scene, t, mine = true) {
-    if (t <= this.duration) scene.balls.push(this.#ball(t, mine));
+    // A landed ball is in its bin; one that came to rest elsewhere lies there.
+    const stays = this.record.bin === null;
+    if (t <= this.duration || stays) scene.balls.push(this.#ball(Math.min(t, this.duration), mine));
     for (const { t: since, after, index } of this.motion.hits.filter(({ kind }) => kind === 0)) {
       const age = (t - since) / FLASH_SECONDS;
       if (age < 0 || age >= 1) continue;

@@ -328,3 +328,43 @@ def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open) -> None:
     screen.page.keyboard.press("End")
     expect(screen.fact("digest")).to_have_text(record["digest"])
     screen.shot("replay-rides")
+
+
+def test_a_ball_that_never_settles_is_replayed_and_lies_where_it_stopped(opened: Open) -> None:
+    """In perfect balance on a peg: no bin, the stake back, and the ball is still to be seen."""
+    board = {
+        "name": "balance",
+        "pegs": [{"x": 0.0, "y": 1.0, "radius": 0.05}],
+        "width": 3.0,
+        "height": 2.0,
+        "bins": {"y": 2.0, "edges": [-1.5, 0.0, 1.5], "multipliers": [1.0, 2.0]},
+    }
+    screen = opened().ready()
+    posted = screen.page.request.post(f"{screen.url}/api/v1/boards", data=board).json()
+    screen.page.goto(f"{screen.url}/replay.html?board={posted['digest']}&seed=1")
+    screen.state("replay")
+    record = screen.api(f"drops/{posted['digest']}/1")
+    assert record["bin"] is None
+    expect(screen.root).to_have_attribute("data-last-bin", "none")
+    expect(screen.result).to_contain_text("comes to rest in no bin")
+    screen.page.keyboard.press("End")
+    ((x, y),) = screen.pixels(
+        posted["board"], [[0.0, 1.0 - 0.05 - posted["board"]["ball"]["radius"]]]
+    )["points"]
+    assert math.dist(screen.ball(), (x, y)) < 6
+
+
+def test_the_pages_lead_to_each_other(opened: Open) -> None:
+    screen = opened().ready()
+    for name, state in (
+        ("Editor", "asleep"),
+        ("Compare", "replay"),
+        ("Replay", "replay"),
+        ("Editor", "asleep"),
+        ("Play", "asleep"),
+    ):
+        nav = screen.page.get_by_role("navigation", name="Pages")
+        nav.get_by_role("link", name=name, exact=True).click()
+        here = nav.get_by_role("link", name=name, exact=True)
+        expect(here).to_have_attribute("aria-current", "page")
+        screen.state(state)
