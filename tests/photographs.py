@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 DESK = {"width": 1280, "height": 800}
+WIDE = {"width": 1400, "height": 800}
 PHONE = {"width": 390, "height": 844}
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu"]
 
@@ -88,7 +89,7 @@ def problem(page: "Page", address: str) -> None:
 
 
 SCENES: dict[str, tuple[Callable[["Page", str], None], dict[str, int]]] = {
-    "page": (table, DESK),
+    "page": (table, WIDE),
     "replay": (replay, DESK),
     "compare": (compare, DESK),
     "editor": (editor, DESK),

@@ -270,7 +270,14 @@ def test_a_hidden_tab_catches_up_without_a_burst(opened: Open, quick: Quick) -> 
     assert painted == [0] * 5
     expect(screen.page.locator("#tray-count")).to_have_text("12 drops landed at this table")
 
+    # Watched from before the drop: a quick ball may be down before a busy machine looks again.
+    screen.page.evaluate(
+        f"""() => {{
+          const look = (done) => (({_PAINTED})() ? done(true)
+            : requestAnimationFrame(() => look(done)));
+          window.painted_again = new Promise(look);
+        }}"""
+    )
     screen.drop.click()
-    screen.state("live")
-    screen.page.wait_for_function(f"({_PAINTED})() > 0")
+    assert screen.page.evaluate("painted_again")
     expect(screen.rows).to_have_count(13)
