@@ -23,7 +23,10 @@ USER plinko
 RUN plinko drop triangle-8 --seed 42 \
  && plinko drop triangle-8 --seed 42 --solver stepped \
  && plinko simulate triangle-8 --drops 10 \
- && plinko simulate triangle-8 --drops 10 --solver stepped
+ && plinko simulate triangle-8 --drops 10 --solver stepped \
+ && plinko render triangle-8 --seed 42 /tmp/drop.gif \
+ && plinko render triangle-8 --density 10 /tmp/density.png \
+ && rm /tmp/drop.gif /tmp/density.png
 RUN PLINKO_DATABASE_URL=sqlite:// plinko serve & server=$!; \
     until python -c "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/readyz')" 2>&-; \
     do sleep 1; done; \

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from app.render import Stage
 
 BOUNDARY = "plinko-frame"
+PART_HEAD = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\n\r\n".encode()
+"""What comes before each frame of a stream."""
+
 TRAIL_SECONDS = 0.16  # that a ball's trail lasts, as on the page
 LIT_SECONDS = 0.6  # that a bin stays lit
 
@@ -211,12 +214,12 @@ def _trails(
 
 
 def _part(picture: bytes) -> bytes:
-    """A frame as a part of a multipart stream.
+    """A frame as a part of a multipart stream, with the head of the part that will follow it.
 
-    The next boundary follows at once: browsers show a part when they see where it ends.
+    Browsers show a part when they have read the head of the next, so that head goes ahead. It can
+    have no length, for that is not known yet.
     """
-    head = f"Content-Type: image/jpeg\r\nContent-Length: {len(picture)}\r\n\r\n".encode()
-    return b"".join([head, picture, f"\r\n--{BOUNDARY}\r\n".encode()])
+    return b"".join([picture, b"\r\n", PART_HEAD])
 
 
 class Cameras:

@@ -1,4 +1,4 @@
-"""The game's colours for pictures: the page's own `static/theme.json`, read once at import."""
+"""The game's look for pictures: the page's own `static/theme.json`, read once at import."""
 
 import json
 from collections.abc import Mapping
@@ -23,10 +23,14 @@ class Payout:
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours by name, as the page has them, and those of the bins."""
+    """Colours by name, as the page has them, those of the bins, and the shapes of what is drawn.
+
+    shapes: as in the file, numbers in parts of a radius unless it says otherwise.
+    """
 
     colours: Mapping[str, Colour]
     payouts: tuple[Payout, ...]
+    shapes: Mapping[str, Any]
 
     def __getitem__(self, name: str) -> Colour:
         return self.colours[name]
@@ -49,7 +53,8 @@ def _theme(data: Mapping[str, Any], name: str) -> Theme:
     payouts = tuple(
         Payout(step["from"], parse(step["fill"]), parse(step["ink"])) for step in data["payout"]
     )
-    return Theme({key: parse(value) for key, value in data[name].items()}, payouts)
+    colours = {key: parse(value) for key, value in data[name].items()}
+    return Theme(colours, payouts, data["shapes"])
 
 
 def _load() -> dict[str, Theme]:

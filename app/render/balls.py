@@ -7,56 +7,72 @@ import numpy as np
 import numpy.typing as npt
 
 from app.render import compiled
-from app.theme import Colour, named
+from app.render.canvas import Gradient
+from app.theme import Theme, named
 
 Floats = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.uint8]
 
 LEAST_RADIUS = 2.0  # px: a smaller ball is drawn as large as this, or nobody finds it
 
-# The page's own measures (static/js/paint-ball.js, board-view.js), in radii.
-HALF_BAND = 0.24
-SHADOW_OFFSET = (0.28, 0.5)
-SHADOW_ALPHA = 0.35
-TRAIL_WIDTH = 1.6
-TRAIL_ALPHA = 0.4
-TRAIL_POINTS = 14
-TRAIL_STEP = 1 / 90
+TRAIL_POINTS = 8
+TRAIL_STEP = 1 / 55
 """s between the points of a trail."""
-
-_HIGHLIGHT = (-0.35, -0.4, 0.1)  # the gloss's inner circle: centre and radius
-_GLOSS_STOPS = (0.0, 0.3, 0.65, 1.0)
-_GLOSS_ALPHAS = (0xE6 / 255, 0x30 / 255, 0.0, 0xD0 / 255)
 
 
 @dataclass(frozen=True)
 class Look:
-    """A ball of one size in one theme's colours, ready to be painted often."""
+    """A ball of one size in one theme's colours, ready to be painted often; lengths in px."""
 
-    radius: float  # px
+    radius: float
     body: Floats
     band: Floats
+    half_band: float  # part of the radius
     shadow: Floats
+    shadow_at: tuple[float, float]
+    shadow_alpha: float
     gloss: Floats
+    trail_width: float
+    trail_alpha: float
 
 
 @functools.lru_cache(maxsize=16)
 def look_of(radius: float, theme_name: str) -> Look:
     """The red ball with a radius in px."""
     theme = named(theme_name)
+    shape, trail = theme.shapes["ball"], theme.shapes["trail"]
     radius = max(radius, LEAST_RADIUS)
-    size = min(2 * max(round(2.0 * radius), 8) + 1, 257)  # two samples a pixel
     body, band, shadow = (
         np.array(theme[name], np.float64) for name in ("ball", "ballBand", "shadow")
     )
-    gloss = _gloss(size, theme["ballLight"], theme["ballDark"])
-    return Look(radius, body, band, shadow, gloss)
+    shadow_at = (shape["shadow"]["across"] * radius, shape["shadow"]["down"] * radius)
+    return Look(
+        radius=radius,
+        body=body,
+        band=band,
+        half_band=shape["band"],
+        shadow=shadow,
+        shadow_at=shadow_at,
+        shadow_alpha=shape["shadow"]["alpha"],
+        gloss=_gloss(radius, theme),
+        trail_width=2.0 * trail["width"] * radius,
+        trail_alpha=trail["alpha"],
+    )
+
+
+def _gloss(radius: float, theme: Theme) -> Floats:
+    """The light on a ball, which does not turn with it: colour and opacity, shape (n, n, 4)."""
+    shape = theme.shapes["ball"]
+    names = {"light": "ballLight", "dark": "ballDark"}
+    stops = [(stop["at"], *theme[names[stop["colour"]]], stop["alpha"]) for stop in shape["gloss"]]
+    size = min(2 * max(round(2.0 * radius), 8) + 1, 257)  # two samples a pixel
+    axis = np.linspace(-1.0, 1.0, size)
+    return Gradient(shape["highlight"], stops).over(axis[None, :], axis[:, None])
 
 
 def paint_trail(pixels: Pixels, points: Floats, look: Look, lowest: int) -> None:
     """The ribbon behind a ball through `points` (n, 2), px, newest first."""
-    width = TRAIL_WIDTH * look.radius
-    compiled.paint_trail(pixels, points, width, lowest, look.body, TRAIL_ALPHA)
+    compiled.paint_trail(pixels, points, look.trail_width, lowest, look.body, look.trail_alpha)
 
 
 def paint_balls(
@@ -66,29 +82,8 @@ def paint_balls(
 
     Rows from `lowest` on stay as they are: a ball sinks behind the bins' faces.
     """
-    radius = look.radius
-    dx, dy = (offset * radius for offset in SHADOW_OFFSET)
     cosines, sines = np.cos(thetas), np.sin(thetas)
     compiled.paint_balls(
-        pixels, xs, ys, cosines, sines, radius, dx, dy, lowest,
-        look.shadow, SHADOW_ALPHA, look.body, look.band, HALF_BAND, look.gloss,
+        pixels, xs, ys, cosines, sines, look.radius, *look.shadow_at, lowest,
+        look.shadow, look.shadow_alpha, look.body, look.band, look.half_band, look.gloss,
     )  # fmt: skip
-
-
-def _gloss(size: int, light: Colour, dark: Colour) -> Floats:
-    """Colour and opacity (size, size, 4) of a radial gradient from the highlight to the rim.
-
-    A point's place s between the circles solves |p - (1 - s) h| = (1 - s) r + s.
-    """
-    axis = np.linspace(-1.0, 1.0, size)
-    x, y = axis[None, :], axis[:, None]
-    hx, hy, hr = _HIGHLIGHT
-    qx, qy = x - hx, y - hy
-    a = hx * hx + hy * hy - (1.0 - hr) ** 2
-    b = qx * hx + qy * hy - hr * (1.0 - hr)
-    c = qx * qx + qy * qy - hr * hr
-    # a < 0: the highlight lies within the rim, so one root is the place.
-    place = np.clip((-b - np.sqrt(np.maximum(b * b - a * c, 0.0))) / a, 0.0, 1.0)
-    stops = np.array([light, light, dark, dark], np.float64)
-    layers = [np.interp(place, _GLOSS_STOPS, stops[:, channel]) for channel in range(3)]
-    return np.stack([*layers, np.interp(place, _GLOSS_STOPS, _GLOSS_ALPHAS)], axis=-1)

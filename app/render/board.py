@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from app.render.canvas import Canvas, polygon_coverage, text_width
+from app.render.canvas import Canvas, Gradient, polygon_coverage, text_width
 from app.render.view import View
 from app.theme import Theme, named
 from engine import Board
@@ -15,7 +15,6 @@ from engine import Board
 Point = tuple[float, float]
 
 LEAST_LABEL = 4.0  # px: smaller letters are dirt
-RAYS = 28  # wedges of the printed sunburst, every other one painted
 
 
 @functools.lru_cache(maxsize=8)
@@ -106,7 +105,7 @@ def tight(value: float) -> str:
 def _plate(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
     """Enamel between the walls, darker shoulders outside, a sunburst printed over both."""
     width, height = view.width, view.height
-    rays = polygon_coverage(_rays(board, view), width, height)
+    rays = polygon_coverage(_rays(board, view, theme.shapes["rays"]), width, height)
     canvas.blend(0, 0, rays, theme["shoulderRay"])
     field = polygon_coverage([_field(board, view)], width, height)
     fade = np.linspace(0.0, 1.0, height, dtype=np.float32)[:, None, None]
@@ -151,16 +150,16 @@ def _near_picture(start: Point, end: Point, view: View) -> list[Point]:
     return [p if low <= p[1] <= high else at(min(max(p[1], low), high)) for p in (start, end)]
 
 
-def _rays(board: Board, view: View) -> list[list[Point]]:
-    """Wedges out of the place where balls start."""
+def _rays(board: Board, view: View, count: int) -> list[list[Point]]:
+    """The printed sunburst: every other one of `count` wedges out of where balls start."""
     x, y = view.px(board.drop.x), view.start
     reach = float(view.width + view.height)
 
     def rim(ray: float) -> Point:
-        angle = 2.0 * math.pi * ray / RAYS
+        angle = 2.0 * math.pi * ray / count
         return x + reach * math.cos(angle), y + reach * math.sin(angle)
 
-    return [[(x, y), rim(ray + 0.5), rim(ray + 1.5)] for ray in range(0, RAYS, 2)]
+    return [[(x, y), rim(ray + 0.5), rim(ray + 1.5)] for ray in range(0, count, 2)]
 
 
 def _hopper(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
@@ -180,18 +179,23 @@ def _hopper(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
 
 
 def _pegs(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
-    shades = [theme[name] for name in ("pegLight", "peg", "pegDark")]
+    shape = theme.shapes["peg"]
+    shadow, shade = shape["shadow"], shape["shade"]
+    stops = [(stop["at"], *theme[stop["colour"]], 1.0) for stop in shade]
+    lit = Gradient(shape["highlight"], stops)
     places = [(view.px(p.x), view.py(p.y), max(p.radius * view.scale, 0.5)) for p in board.pegs]
     for x, y, radius in places:
-        canvas.disc(x + 0.55 * radius, y + 0.95 * radius, radius, theme["shadow"], 0.45)
+        centre = (x + shadow["across"] * radius, y + shadow["down"] * radius)
+        canvas.disc(*centre, radius, theme["shadow"], shadow["alpha"])
     for x, y, radius in places:
-        canvas.ball(x, y, radius, shades)
+        canvas.ball(x, y, radius, lit)
 
 
 def _rails(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
     """Walls have no thickness: a rail lies outside of its wall, so that balls touch its edge."""
-    width = max(3.0 * view.unit, 0.07 * view.scale)
-    shade = (2.0 * view.unit, 3.0 * view.unit)
+    shape = theme.shapes["rail"]
+    width = max(shape["least"] * view.unit, shape["metres"] * view.scale)
+    shade = [length * view.unit for length in shape["shade"]]
     lines = [_rail(board, view, number, width) for number in range(len(board.walls))]
     for x1, y1, x2, y2 in lines:
         ends = (x1 + shade[0], y1 + shade[1], x2 + shade[0], y2 + shade[1])

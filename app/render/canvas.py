@@ -6,7 +6,8 @@ supersampling and they can lie anywhere between pixels. Pixel (i, j) has its cen
 """
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -56,14 +57,15 @@ class Canvas:
             left, top, xs, ys = patch
             self.blend(left, top, _edge(radius - np.hypot(xs - x, ys - y)), colour, alpha)
 
-    def ball(self, x: float, y: float, radius: float, shades: Sequence[Colour]) -> None:
-        """A disc lit from the upper left: light, middle and dark shade."""
+    def ball(self, x: float, y: float, radius: float, light: "Gradient") -> None:
+        """A disc in the colours of a gradient."""
         patch = self._patch(x - radius, y - radius, x + radius, y + radius)
         if patch is None:
             return
         left, top, xs, ys = patch
         depth = _edge(radius - np.hypot(xs - x, ys - y))
-        self.blend(left, top, depth, _lit((xs - x) / radius, (ys - y) / radius, shades))
+        shades = light.over((xs - x) / radius, (ys - y) / radius)[..., :3]
+        self.blend(left, top, depth, shades.astype(np.float32))
 
     def line(
         self,
@@ -186,21 +188,34 @@ def _edge(depth: Array) -> Array:
     return coverage
 
 
-def _lit(x: Array, y: Array, shades: Sequence[Colour]) -> Array:
-    """Shades over a unit disc, between a highlight circle (-0.4, -0.45; 0.05) and the rim.
+class Gradient:
+    """Colours over a unit disc, between a small circle of light in it and its rim.
 
-    The point's place between the two circles solves |p - (1-s) h| = 0.05 (1-s) + s.
+    highlight: x, y and radius of that circle. stops: rows of place (0 at the circle, 1 at the rim),
+    red, green, blue (0 to 255) and opacity.
     """
-    hx, hy, hr = -0.4, -0.45, 0.05
-    qx, qy = x - hx, y - hy
-    a = hx * hx + hy * hy - (1.0 - hr) ** 2
-    b = qx * hx + qy * hy - hr * (1.0 - hr)
-    c = qx * qx + qy * qy - hr * hr
-    # a < 0: the highlight lies within the rim, so one root is the place.
-    place = np.clip((-b - np.sqrt(np.maximum(b * b - a * c, 0.0))) / a, 0.0, 1.0)
-    stops = np.array(shades, dtype=np.float32)
-    channels = [np.interp(place, (0.0, 0.45, 1.0), stops[:, k]) for k in range(3)]
-    return np.stack(channels, axis=-1).astype(np.float32)
+
+    def __init__(self, highlight: Mapping[str, float], stops: Sequence[tuple[float, ...]]) -> None:
+        self._centre = (highlight["x"], highlight["y"])
+        self._radius = highlight["radius"]
+        self._stops = np.array(stops, np.float64)
+
+    def over(self, x: Any, y: Any) -> npt.NDArray[np.float64]:
+        """Red, green, blue and opacity at points of the disc, shape (…, 4).
+
+        A point's place s between the circles solves |p - (1 - s) h| = (1 - s) r + s.
+        """
+        (hx, hy), hr = self._centre, self._radius
+        qx, qy = x - hx, y - hy
+        a = hx * hx + hy * hy - (1.0 - hr) ** 2
+        b = qx * hx + qy * hy - hr * (1.0 - hr)
+        c = qx * qx + qy * qy - hr * hr
+        # a < 0: the highlight lies within the rim, so one root is the place.
+        place = np.clip((-b - np.sqrt(np.maximum(b * b - a * c, 0.0))) / a, 0.0, 1.0)
+        at = self._stops[:, 0]
+        return np.stack(
+            [np.interp(place, at, self._stops[:, column]) for column in range(1, 5)], axis=-1
+        )
 
 
 @functools.lru_cache(maxsize=32)

@@ -8,7 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 from starlette.types import Receive, Scope, Send
 
-from app.cameras import BOUNDARY, Camera, Cameras, Shot, scene_of
+from app.cameras import BOUNDARY, PART_HEAD, Camera, Cameras, Shot, scene_of
 from app.pictures import look
 from app.routes.common import Server, documented, is_current
 from app.routes.pictures import STILLS, ThemeName, Width
@@ -105,7 +105,7 @@ class _Stream(Response):
     async def _send(self, send: Send) -> None:
         start = {"status": self.status_code, "headers": self.raw_headers}
         await send({"type": "http.response.start", **start})
-        part = f"--{BOUNDARY}\r\n".encode() + self._part
+        part = PART_HEAD + self._part
         while True:
             await send({"type": "http.response.body", "body": part, "more_body": True})
             self._seen, part = await self._camera.newest(self._seen)

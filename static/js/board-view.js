@@ -138,17 +138,17 @@ export class BoardView {
   }
 
   #makeSprites() {
-    const { palette } = this.theme;
+    const { palette, shapes: { ball } } = this.theme;
     this.radius = this.board.ball.radius * this.geometry.scale;
     const { ballLight: light, shadow } = palette;
     this.sprites = {
       mine: makeSprite(this.radius, this.#density, {
         body: palette.ball, dark: palette.ballDark, light, band: palette.ballBand, shadow,
-      }),
+      }, ball),
       other: makeSprite(this.radius, this.#density, {
         body: palette.other, dark: palette.otherDark, light: "#ffffff",
         band: palette.otherDark, shadow,
-      }),
+      }, ball),
     };
     const largest = this.board.pegs.reduce((most, { radius }) => Math.max(most, radius), 0.01);
     this.flashes = makeFlashes(largest * this.geometry.scale, this.#density, palette.flash);
@@ -157,7 +157,7 @@ export class BoardView {
   #drawTrails(ctx, balls, mine) {
     const { px, py } = this.geometry;
     const points = this.#points;
-    const { palette } = this.theme;
+    const { palette, shapes: { trail } } = this.theme;
     ctx.beginPath();
     for (const ball of balls) {
       if (ball.mine !== mine) continue;
@@ -166,10 +166,10 @@ export class BoardView {
         points[2 * i] = px(ball.trail[2 * i]);
         points[2 * i + 1] = py(ball.trail[2 * i + 1]);
       }
-      traceTrail(ctx, points, count, this.radius);
+      traceTrail(ctx, points, count, trail.width * this.radius);
       this.#damage.addPoints(points, count, this.radius + 2);
     }
-    ctx.globalAlpha = 0.4;
+    ctx.globalAlpha = trail.alpha;
     ctx.fillStyle = mine ? palette.ball : palette.other;
     ctx.fill();
     ctx.globalAlpha = 1;

@@ -3,7 +3,6 @@
 import { multiplier } from "./format.js";
 import { LABEL_FONT } from "./paint-board.js";
 
-const SHADOW = { across: 0.28, down: 0.5, alpha: 0.35 }; // of the radius; its strength
 const MARGIN = 0.6; // of the radius, around the ball in its stamp: the shadow's room
 const HALF_TURN_STEPS = 40; // the band looks the same after half a turn
 const FLASH_STEPS = 16;
@@ -20,20 +19,22 @@ const FLASH_STEPS = 16;
  * @param {number} radius CSS pixels
  * @param {number} density device pixels per CSS pixel
  * @param {{body: string, dark: string, light: string, band: string, shadow: string}} colours
+ * @param {any} shape of a ball, as in theme.json
  * @returns {Sprite}
  */
-export function makeSprite(radius, density, colours) {
+export function makeSprite(radius, density, colours, shape) {
   const side = Math.ceil(2 * (1 + MARGIN) * radius * density + 2);
   const half = side / density / 2;
   const ctx = sheetOf(side, HALF_TURN_STEPS);
-  const gloss = glossOf(ctx, radius, colours);
+  const gloss = glossOf(ctx, radius, colours, shape);
+  const { across, down, alpha } = shape.shadow;
   for (let step = 0; step < HALF_TURN_STEPS; step += 1) {
     ctx.setTransform(density, 0, 0, density, (step + 0.5) * side, side / 2);
-    ctx.globalAlpha = SHADOW.alpha;
+    ctx.globalAlpha = alpha;
     ctx.fillStyle = colours.shadow;
-    disc(ctx, SHADOW.across * radius, SHADOW.down * radius, radius);
+    disc(ctx, across * radius, down * radius, radius);
     ctx.globalAlpha = 1;
-    paintBody(ctx, radius, (step * Math.PI) / HALF_TURN_STEPS, colours);
+    paintBody(ctx, radius, (step * Math.PI) / HALF_TURN_STEPS, colours, shape.band);
     ctx.fillStyle = gloss;
     disc(ctx, 0, 0, radius);
   }
@@ -48,21 +49,25 @@ function sheetOf(side, count) {
 }
 
 /** The body turns under its light, so the gloss is the same at every angle. */
-function glossOf(ctx, radius, { light, dark }) {
+function glossOf(ctx, radius, colours, { highlight, gloss: stops }) {
   const gloss = ctx.createRadialGradient(
-    -0.35 * radius, -0.4 * radius, 0.1 * radius, 0, 0, radius,
+    highlight.x * radius, highlight.y * radius, highlight.radius * radius, 0, 0, radius,
   );
-  gloss.addColorStop(0, `${light}f0`);
-  gloss.addColorStop(0.3, `${light}40`);
-  gloss.addColorStop(0.65, `${dark}00`);
-  gloss.addColorStop(1, `${dark}e6`);
+  for (const { at, colour, alpha } of stops) {
+    gloss.addColorStop(at, colours[colour] + hexByte(alpha));
+  }
   return gloss;
 }
 
-function paintBody(ctx, radius, angle, { body, band }) {
+/** 0 … 1 as the last two digits of #rrggbbaa. */
+function hexByte(part) {
+  return Math.round(255 * part).toString(16).padStart(2, "0");
+}
+
+function paintBody(ctx, radius, angle, { body, band }, half) {
   ctx.fillStyle = body;
   disc(ctx, 0, 0, radius);
-  const reach = Math.asin(0.24);
+  const reach = Math.asin(half);
   ctx.fillStyle = band;
   ctx.beginPath();
   ctx.arc(0, 0, radius, angle - reach, angle + reach);
@@ -89,24 +94,24 @@ export function paintBall(ctx, { sheet, half, side }, x, y, angle) {
  * @param {CanvasRenderingContext2D} ctx
  * @param {Float64Array} points x0 y0 x1 y1 … CSS pixels, newest first
  * @param {number} count points that hold
- * @param {number} radius of the ball, CSS pixels
+ * @param {number} width half of it at the ball, CSS pixels
  */
-export function traceTrail(ctx, points, count, radius) {
+export function traceTrail(ctx, points, count, width) {
   if (count < 3) return;
-  edge(ctx, points, count, 0, radius, true);
-  for (let i = 1; i < count; i += 1) edge(ctx, points, count, i, radius, false);
-  for (let i = count - 2; i >= 0; i -= 1) edge(ctx, points, count, i, -radius, false);
+  edge(ctx, points, count, 0, width, true);
+  for (let i = 1; i < count; i += 1) edge(ctx, points, count, i, width, false);
+  for (let i = count - 2; i >= 0; i -= 1) edge(ctx, points, count, i, -width, false);
   ctx.closePath();
 }
 
 /** One point of the ribbon's outline: aside of point i by what is left of the width there. */
-function edge(ctx, points, count, i, radius, first) {
+function edge(ctx, points, count, i, width, first) {
   const before = Math.max(0, i - 1);
   const after = Math.min(count - 1, i + 1);
   const dx = points[2 * after] - points[2 * before];
   const dy = points[2 * after + 1] - points[2 * before + 1];
   const length = Math.sqrt(dx * dx + dy * dy) || 1;
-  const half = 0.8 * radius * (1 - i / (count - 1));
+  const half = width * (1 - i / (count - 1));
   const x = points[2 * i] - (dy / length) * half;
   const y = points[2 * i + 1] + (dx / length) * half;
   if (first) ctx.moveTo(x, y);

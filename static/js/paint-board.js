@@ -2,7 +2,6 @@
 
 import { tight } from "./format.js";
 
-const RAYS = 28;
 export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow", "Arial Narrow", sans-serif';
 
 /** @typedef {import("./geometry.js").Geometry} Geometry */
@@ -17,20 +16,20 @@ export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow
  */
 export function paintBoard(ctx, geometry, board, slots, theme) {
   const colours = theme.palette;
-  paintPlate(ctx, geometry, board, colours);
+  paintPlate(ctx, geometry, board, colours, theme.shapes);
   paintHopper(ctx, geometry, board, slots, colours);
-  paintPegs(ctx, geometry, board, colours);
+  paintPegs(ctx, geometry, board, colours, theme.shapes.peg);
   board.bins.multipliers.forEach((score, bin) => {
     paintBin(ctx, geometry, board, bin, theme.payout(score));
   });
-  paintRails(ctx, geometry, board, colours);
+  paintRails(ctx, geometry, board, colours, theme.shapes.rail);
 }
 
-function paintPlate(ctx, geometry, board, colours) {
+function paintPlate(ctx, geometry, board, colours, { rays }) {
   const { width, height } = geometry;
   ctx.fillStyle = colours.shoulder;
   ctx.fillRect(0, 0, width, height);
-  paintRays(ctx, geometry, board, colours.shoulderRay);
+  paintRays(ctx, geometry, board, rays, colours.shoulderRay);
   ctx.save();
   clipToField(ctx, geometry, board);
   const enamel = ctx.createLinearGradient(0, 0, 0, height);
@@ -39,7 +38,7 @@ function paintPlate(ctx, geometry, board, colours) {
   ctx.fillStyle = enamel;
   ctx.fillRect(0, 0, width, height);
   ctx.globalAlpha = 0.6;
-  paintRays(ctx, geometry, board, colours.ray);
+  paintRays(ctx, geometry, board, rays, colours.ray);
   ctx.restore();
 }
 
@@ -70,13 +69,13 @@ function chain(walls) {
 }
 
 /** The printed sunburst: every other wedge, out of the place where balls start. */
-function paintRays(ctx, { px, dropY, width, height }, board, colour) {
+function paintRays(ctx, { px, dropY, width, height }, board, rays, colour) {
   const x = px(board.drop.x);
   const reach = width + height;
   ctx.fillStyle = colour;
-  for (let ray = 0; ray < RAYS; ray += 2) {
-    const from = ((ray + 0.5) / RAYS) * 2 * Math.PI;
-    const to = ((ray + 1.5) / RAYS) * 2 * Math.PI;
+  for (let ray = 0; ray < rays; ray += 2) {
+    const from = ((ray + 0.5) / rays) * 2 * Math.PI;
+    const to = ((ray + 1.5) / rays) * 2 * Math.PI;
     ctx.beginPath();
     ctx.moveTo(x, dropY);
     ctx.lineTo(x + reach * Math.cos(from), dropY + reach * Math.sin(from));
@@ -105,35 +104,41 @@ function paintHopper(ctx, { px, dropY, scale }, board, slots, colours) {
   stroke(ctx, px(x - jitter), dropY, px(x + jitter), dropY, 2 * radius + 6, colours.railShade);
 }
 
-function paintPegs(ctx, { px, py, scale }, board, colours) {
-  ctx.globalAlpha = 0.45;
+function paintPegs(ctx, { px, py, scale }, board, colours, shape) {
+  const { across, down, alpha } = shape.shadow;
+  ctx.globalAlpha = alpha;
   ctx.fillStyle = colours.shadow;
   for (const peg of board.pegs) {
     const r = peg.radius * scale;
-    circle(ctx, px(peg.x) + 0.55 * r, py(peg.y) + 0.95 * r, r);
+    circle(ctx, px(peg.x) + across * r, py(peg.y) + down * r, r);
   }
   ctx.globalAlpha = 1;
-  for (const peg of board.pegs) paintPeg(ctx, px(peg.x), py(peg.y), peg.radius * scale, colours);
+  for (const peg of board.pegs) {
+    paintPeg(ctx, px(peg.x), py(peg.y), peg.radius * scale, colours, shape);
+  }
 }
 
-function paintPeg(ctx, x, y, r, colours) {
-  const brass = ctx.createRadialGradient(x - 0.4 * r, y - 0.45 * r, 0.05 * r, x, y, r);
-  brass.addColorStop(0, colours.pegLight);
-  brass.addColorStop(0.45, colours.peg);
-  brass.addColorStop(1, colours.pegDark);
+function paintPeg(ctx, x, y, r, colours, { highlight, shade }) {
+  const brass = ctx.createRadialGradient(
+    x + highlight.x * r, y + highlight.y * r, highlight.radius * r, x, y, r,
+  );
+  for (const { at, colour } of shade) brass.addColorStop(at, colours[colour]);
   ctx.fillStyle = brass;
   circle(ctx, x, y, r);
 }
 
-function paintRails(ctx, { px, py, scale }, board, colours) {
-  const width = Math.max(3, 0.07 * scale);
+function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, shade }) {
+  const width = Math.max(least, metres * scale);
   ctx.lineCap = "round";
   for (const wall of board.walls) {
     // The wall has no thickness; its rail lies outside of it, so that balls touch its inner edge.
     const away = Math.sign(wall.x1 + wall.x2 - 2 * board.drop.x) * (width / 2);
     const from = [px(wall.x1) + away, py(wall.y1)];
     const to = [px(wall.x2) + away, py(wall.y2)];
-    stroke(ctx, from[0] + 2, from[1] + 3, to[0] + 2, to[1] + 3, width, colours.railShade);
+    const [right, down] = shade;
+    stroke(
+      ctx, from[0] + right, from[1] + down, to[0] + right, to[1] + down, width, colours.railShade,
+    );
     stroke(ctx, from[0], from[1], to[0], to[1], width, colours.rail);
   }
 }

@@ -1,4 +1,4 @@
-// The game's colours: one file for CSS, canvas and pictures made elsewhere.
+// The game's colours and shapes: one file for CSS, canvas and pictures made elsewhere.
 
 /** @typedef {Record<string, string>} Palette colour by name, as in theme.json */
 /** @typedef {{from: number, fill: string, ink: string}} PayoutColour for scores >= from */
@@ -7,7 +7,7 @@
 export class Theme {
   #dark = window.matchMedia("(prefers-color-scheme: dark)");
 
-  /** @param {{light: Palette, dark: Palette, payout: PayoutColour[]}} data theme.json */
+  /** @param {{light: Palette, dark: Palette, payout: PayoutColour[], shapes: any}} data theme.json */
   constructor(data) {
     this.data = data;
     this.#apply();
@@ -23,6 +23,11 @@ export class Theme {
   /** @type {Palette} */
   get palette() {
     return this.#dark.matches ? this.data.dark : this.data.light;
+  }
+
+  /** Measures of what is drawn, as in theme.json. */
+  get shapes() {
+    return this.data.shapes;
   }
 
   /** @param {() => void} listener called after the colours have changed */

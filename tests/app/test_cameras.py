@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from app.cameras import BOUNDARY, LIT_SECONDS, Cameras, Shot, scene_of
+from app.cameras import BOUNDARY, LIT_SECONDS, PART_HEAD, Cameras, Shot, scene_of
 from app.errors import BusyError, InvalidValueError, RoomFullError
 from app.render import Stage
 from app.render.indexed import Palette
@@ -30,13 +30,11 @@ def decode(picture: bytes) -> Any:
 
 
 def picture_in(part: bytes) -> Any:
-    """The picture of a part; its length and the boundary after it must be right."""
-    head, _, rest = part.partition(b"\r\n\r\n")
-    fields = dict(line.split(": ") for line in head.decode().splitlines())
-    assert fields["Content-Type"] == "image/jpeg"
-    length = int(fields["Content-Length"])
-    assert rest[length:] == f"\r\n--{BOUNDARY}\r\n".encode()
-    return decode(rest[:length])
+    """The picture of a part, after which the next one's head must follow."""
+    end = b"\r\n" + PART_HEAD
+    assert part.endswith(end)
+    assert f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\n\r\n".encode() == PART_HEAD
+    return decode(part.removesuffix(end))
 
 
 def redness(pixels: Any, x: float, y: float, reach: int) -> float:
@@ -310,17 +308,16 @@ def test_a_rooms_frame_has_a_tag_that_changes_when_it_moves(
 
 
 async def parts(response: httpx.Response) -> AsyncIterator[bytes]:
-    """The parts of a stream, each with the boundary that follows it."""
-    boundary = f"--{BOUNDARY}\r\n".encode()
-    rest, first = b"", True
+    """The parts of a stream, each with the head of the next; the first head opens the stream."""
+    rest, end, opened = b"", b"\r\n" + PART_HEAD, False
     async for chunk in response.aiter_raw():
         rest += chunk
-        if first and rest.startswith(boundary):
-            rest, first = rest[len(boundary) :], False
-        while not first and (at := rest.find(b"\r\n" + boundary)) >= 0:
-            end = at + 2 + len(boundary)
-            yield rest[:end]
-            rest = rest[end:]
+        if not opened and len(rest) >= len(PART_HEAD):
+            assert rest.startswith(PART_HEAD)
+            rest, opened = rest.removeprefix(PART_HEAD), True
+        while opened and (at := rest.find(end)) >= 0:
+            yield rest[: at + len(end)]
+            rest = rest[at + len(end) :]
 
 
 async def test_a_stream_shows_a_fall_to_all_who_watch_and_ends_with_them(

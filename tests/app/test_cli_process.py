@@ -138,3 +138,13 @@ def test_a_drop_imports_neither_server_nor_pictures() -> None:
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
     assert done.stdout.splitlines()[-1] == b"[]"
+
+
+def test_a_server_that_draws_nothing_has_no_pictures_loaded() -> None:
+    program = (
+        "import sys; from app.main import create_app; from app.settings import Settings;"
+        "create_app(Settings(database_url='sqlite://'));"
+        "print([name for name in ('PIL', 'app.render') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    assert done.stdout.splitlines()[-1] == b"[]"

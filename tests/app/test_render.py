@@ -507,3 +507,13 @@ def test_a_palette_that_is_no_colour_is_refused() -> None:
 def test_the_page_and_the_pictures_read_the_same_file() -> None:
     path = static_directory() / "theme.json"
     assert path == Path(__file__).parents[2] / "static" / "theme.json"
+    shapes = json.loads(path.read_text(encoding="utf-8"))["shapes"]
+    assert THEMES["light"].shapes == THEMES["dark"].shapes == shapes
+    look = look_of(10.0, "light")
+    assert look.half_band == shapes["ball"]["band"]
+    assert look.shadow_at[0] == 10.0 * shapes["ball"]["shadow"]["across"]
+    assert look.gloss[..., 3].max() == pytest.approx(shapes["ball"]["gloss"][0]["alpha"], abs=0.05)
+    for name in ("paint-ball.js", "paint-board.js"):  # the page has no such numbers of its own
+        script = (static_directory() / "js" / name).read_text(encoding="utf-8")
+        assert "0.24" not in script
+        assert "0.45" not in script.replace("0.45 + 0.55", "")

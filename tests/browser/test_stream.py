@@ -1,0 +1,46 @@
+"""A live room in an image tag: it shows balls falling, without a script of the page's own."""
+
+import io
+from typing import Any
+
+import httpx
+import numpy as np
+from PIL import Image
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Open, ServerProcess
+
+
+def test_an_image_tag_shows_a_room_as_it_moves(opened: Open, server: ServerProcess) -> None:
+    page = opened().ready().page
+    rooms = f"{server.url}/api/v1/rooms"
+    room = httpx.post(rooms, json={"board": "triangle-8"}).json()["id"]
+    page.evaluate(
+        """source => {
+          const image = document.createElement("img");
+          image.src = source;
+          image.alt = "the room";
+          document.body.prepend(image);
+        }""",
+        f"/api/v1/rooms/{room}/stream.mjpg?width=400",
+    )
+    image = page.get_by_alt_text("the room")
+    expect(image).to_have_js_property("naturalWidth", 400)
+    still = pixels(image.screenshot())
+    moving = []
+    for seed in range(8):
+        httpx.post(f"{rooms}/{room}/drops", json={"seed": str(seed)}).raise_for_status()
+        page.wait_for_timeout(200)
+        moving.append(pixels(image.screenshot()))
+    assert changed(still, moving[-1]) > 50
+    assert len({frame.tobytes() for frame in moving}) > 3
+
+
+def changed(one: Any, other: Any) -> int:
+    """How many pixels differ clearly."""
+    return int((abs(one - other).max(axis=-1) > 60).sum())
+
+
+def pixels(picture: bytes) -> Any:
+    with Image.open(io.BytesIO(picture)) as image:
+        return np.asarray(image.convert("RGB")).astype(int)
