@@ -62,7 +62,7 @@ rooms = Table(
 drops = Table(
     "drops",
     metadata,
-    Column("room", ForeignKey("rooms.number"), primary_key=True),
+    Column("room", BigInteger, ForeignKey("rooms.number"), primary_key=True, autoincrement=False),
     Column("ball", BigInteger, primary_key=True, autoincrement=False),
     Column("tick", BigInteger, nullable=False),
     # Decimal: a seed may need 64 bits without a sign, which no database's integer has.

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import urllib.request
 from collections.abc import Sequence
+from pathlib import Path
 
 import pytest
 
@@ -127,6 +128,21 @@ def test_a_taken_port_is_one_line() -> None:
     assert done.returncode == 2
     assert done.stderr.startswith(b"plinko: ")
     assert port.encode() in done.stderr
+    assert done.stderr.count(b"\n") == 1
+
+
+def test_a_ledger_in_use_is_one_line(tmp_path: Path) -> None:
+    ledger = ("--database-url", f"sqlite:///{tmp_path / 'plinko.db'}")
+    process = start(("serve", "--port", "0", *ledger), stdout=subprocess.PIPE)
+    try:
+        assert process.stdout is not None
+        assert b"http://" in process.stdout.readline()
+        done = run("serve", "--port", "0", *ledger)
+    finally:
+        process.kill()
+        process.communicate()
+    assert done.returncode == 2
+    assert b"another server uses it; give this one a --data directory" in done.stderr
     assert done.stderr.count(b"\n") == 1
 
 

@@ -48,6 +48,25 @@ def test_a_bad_value_is_named_with_what_would_be_right(variable: str, text: str,
         Settings.load({variable: text})
 
 
+def test_a_secret_has_no_flag_and_is_never_shown() -> None:
+    settings = Settings.load({"PLINKO_SECRET": "quiet" * 8})
+    assert settings.secret == "quiet" * 8
+    assert "quiet" not in repr(settings)
+    (row,) = [row for row in options() if row.name == "secret"]
+    assert row.flag == ""
+    with pytest.raises(SettingError, match="PLINKO_SECRET has 5 characters, not 32") as raised:
+        Settings.load({"PLINKO_SECRET": "quiet"})
+    assert "quiet" not in str(raised.value)
+
+
+def test_the_ledger_is_where_a_server_on_this_port_left_it() -> None:
+    home = Path("~/.local/share/plinko").expanduser()
+    assert Settings(port=8000).ledger_url == f"sqlite:///{home}/8000/plinko.db"
+    assert Settings(port=0).ledger_url == "sqlite://", "a free port is another one each time"
+    assert Settings(port=0, data="d").ledger_url == "sqlite:///d/plinko.db"
+    assert Settings(data="d", database_url="sqlite://").ledger_url == "sqlite://"
+
+
 def test_wrong_types_and_unknown_flags_are_refused() -> None:
     with pytest.raises(SettingError, match="port=True"):
         Settings(port=True)
