@@ -95,9 +95,10 @@ class Listener(Protocol):
 class RoomClient(asyncio.Protocol):
     """One connection to a room; made by `connect`."""
 
-    def __init__(self, listener: Listener, host: str, path: str) -> None:
+    def __init__(self, listener: Listener, host: str, path: str, events: bool) -> None:
         self.ready: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._listener = listener
+        self._events = events
         self._key = base64.b64encode(os.urandom(16))
         self._request = (
             f"GET {path} HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\n"
@@ -138,7 +139,7 @@ class RoomClient(asyncio.Protocol):
         for opcode, payload in self._reader.feed(data):
             if opcode == _BINARY:
                 self._listener.picture(self, payload, now)
-            elif opcode == _TEXT:
+            elif opcode == _TEXT and self._events:
                 told = msgspec.json.decode(payload)
                 for event in told if isinstance(told, list) else [told]:
                     self._listener.event(self, event, now)
@@ -195,12 +196,15 @@ def room_url(url: str, room: str, stream: str) -> str:
     return f"{scheme}://{parts.netloc}{path}?stream={stream}"
 
 
-async def connect(url: str, listener: Listener) -> RoomClient:
-    """Join the room at a `room_url`; raises RefusedError, or OSError when nobody answers."""
+async def connect(url: str, listener: Listener, *, events: bool = True) -> RoomClient:
+    """Join the room at a `room_url`; without `events` they are read and not looked at.
+
+    Raises RefusedError, or OSError when nobody answers.
+    """
     parts = urlsplit(url)
     secure = ssl.create_default_context() if parts.scheme == "wss" else None
     _, client = await asyncio.get_running_loop().create_connection(
-        lambda: RoomClient(listener, parts.netloc, f"{parts.path}?{parts.query}"),
+        lambda: RoomClient(listener, parts.netloc, f"{parts.path}?{parts.query}", events),
         parts.hostname or "",
         parts.port or _DEFAULT_PORTS[parts.scheme],
         ssl=secure,

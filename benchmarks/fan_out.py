@@ -87,8 +87,8 @@ class _Crowd:
         from app.client import connect, room_url
 
         url = room_url(self.server.address, "main", "snapshots")
-        for _ in range(count):
-            self.clients.append(await connect(url, self))
+        for number in range(count):
+            self.clients.append(await connect(url, self, events=number == 0))
 
     def measure(self) -> float:
         """µs of the server's processor time a picture delivered."""
@@ -97,6 +97,8 @@ class _Crowd:
     async def _measure(self) -> float:
         for seed in range(BALLS):
             self.clients[0].send(type="drop", seed=seed)
+        while self.balls < BALLS:
+            await asyncio.sleep(0.01)
         await asyncio.sleep(SETTLE)
         sent = self.server.metrics()["plinko_sent_bytes_total"]
         cpu, pictures = self.server.cpu, self.pictures

@@ -77,7 +77,7 @@ class _Watch:
         from app.client import connect, room_url
 
         url = room_url(self.server.address, "main", "snapshots")
-        self.clients = [await connect(url, self) for _ in range(CLIENTS)]
+        self.clients = [await connect(url, self, events=not n) for n in range(CLIENTS)]
         for seed in range(self.balls):
             self.clients[0].send(type="drop", seed=seed)
             if seed % 50 == 49:
