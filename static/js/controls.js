@@ -66,7 +66,7 @@ export class Controls {
   /** @param {string} name @param {any} board @param {number[]} slots */
   setBoard(name, board, slots) {
     this.showChoice(name);
-    byId("gravity").options[0].textContent = `Board's own, ${Number(board.gravity.toFixed(2))}`;
+    byId("gravity").options[0].textContent = `Own, ${Number(board.gravity.toFixed(2))}`;
     this.start.setBoard(board, slots);
   }
 
@@ -166,7 +166,7 @@ export class Controls {
       rows.append(make("option", { value: String(count) }, String(count)));
     }
     rows.value = String(MOST_ROWS);
-    const own = () => make("option", { value: OWN }, "Board's own");
+    const own = () => make("option", { value: OWN }, "Own");
     byId("gravity").append(own(), ...Object.entries(GRAVITY).map(([name, value]) =>
       make("option", { value: name }, `${name}, ${value}`)));
     byId("material").append(own(), ...Object.keys(RESTITUTION).map((name) =>

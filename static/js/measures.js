@@ -61,11 +61,8 @@ export class Measures {
   /** Our newest ball is followed as long as nobody chose another that still flies. */
   #followOwn(table) {
     if (!this.ball.free) return;
-    for (const ball of table.balls.values()) {
-      if (ball.mine && !ball.landed && ball.id !== this.ball.chosen) {
-        this.ball.follow(ball);
-        return;
-      }
-    }
+    let newest = null;
+    for (const ball of table.balls.values()) if (ball.mine && !ball.landed) newest = ball;
+    if (newest && newest.id !== this.ball.chosen) this.ball.follow(newest);
   }
 }
