@@ -106,6 +106,7 @@ class Camera:
         self._clock = clock
         self._stage: Stage | None = None
         self._failure: Exception | None = None
+        self._stopped = False
         self._moved = asyncio.Event()
         self._moved.set()
         self._wanted = asyncio.Event()
@@ -124,14 +125,22 @@ class Camera:
     async def newest(self, seen: int) -> tuple[int, bytes]:
         """The number of the newest frame and the frame, once there is one after number `seen`.
 
+        An empty frame says that there will be no more, because the server stops.
         Raises InvalidValueError for a size or theme that is none.
         """
         while self.frames <= seen:
+            if self._stopped:
+                return self.frames, b""
             if self._failure is not None:
                 raise self._failure
             self._wanted.set()
             await self._drawn.wait()
         return self.frames, self.part
+
+    def stop(self) -> None:
+        """Let the viewers go."""
+        self._stopped = True
+        self._drawn.set()
 
     async def run(self) -> None:
         """Film until cancelled; a failure ends it and goes to the viewers."""
@@ -304,7 +313,9 @@ class Cameras:
         """Nothing moves any more."""
 
     def close(self) -> None:
-        """Stop all cameras."""
-        for _, task in self._cameras.values():
+        """Stop all cameras and end the streams; none is opened afterwards."""
+        self.max_cameras = 0
+        for camera, task in self._cameras.values():
+            camera.stop()
             task.cancel()
         self._workers.close()

@@ -252,6 +252,12 @@ class Server(uvicorn.Server):
             print(f"Plinko is at {_address(listener)}", flush=True)  # noqa: T201 - it says where
         self.listening.set()
 
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Stop; streams have no end of their own and are ended before requests are waited for."""
+        app: Any = self.config.app
+        app.state.services.cameras.close()
+        await super().shutdown(sockets)
+
 
 def run(settings: Settings | None = None) -> None:
     """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen or has no board."""

@@ -109,6 +109,9 @@ class _Stream(Response):
         while True:
             await send({"type": "http.response.body", "body": part, "more_body": True})
             self._seen, part = await self._camera.newest(self._seen)
+            if not part:
+                await send({"type": "http.response.body", "body": b"", "more_body": False})
+                return
 
 
 async def _left(receive: Receive) -> None:

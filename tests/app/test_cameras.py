@@ -18,7 +18,7 @@ from app.render.indexed import Palette
 from app.room import DropCommand, Room
 from app.theme import THEMES
 from engine import Board, World
-from tests.app.conftest import TINY, Running, eventually
+from tests.app.conftest import TINY, Running, eventually, serving
 
 RED = THEMES["light"]["ball"]
 SHOT = Shot("r", 240, "light", 60)
@@ -352,6 +352,17 @@ async def test_a_stream_shows_a_fall_to_all_who_watch_and_ends_with_them(
     await eventually(lambda: cameras.viewers == 0)
     assert not cameras.films(room)
     assert cameras.drawn > drawn
+
+
+def test_a_server_that_stops_ends_its_streams() -> None:
+    with serving(database_url="sqlite://", shutdown_grace=3600) as running:
+        url = f"{running.url}/api/v1/rooms/main/stream.mjpg?width=240"
+        with httpx.Client(timeout=60) as client, client.stream("GET", url) as response:
+            chunks = response.iter_raw()
+            first = next(chunks)
+            running.uvicorn.should_exit = True
+            whole = b"".join([first, *chunks])
+        assert picture_in(whole.removeprefix(PART_HEAD)).shape[1] == 240
 
 
 def test_a_stream_that_cannot_be_is_refused(http: httpx.Client) -> None:
