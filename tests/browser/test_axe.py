@@ -1,20 +1,11 @@
 """axe finds nothing to complain about, on a phone and on a desk, in light and in dark."""
 
-from importlib import resources
-
 import pytest
 from playwright.sync_api import expect
 
+from tests.browser.axe import check_axe
 from tests.browser.conftest import Open, Quick
 from tests.browser.looks import context_for
-
-AXE = resources.files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8")
-
-_RUN = """async () => {
-  const { violations } = await axe.run(document, { resultTypes: ["violations"] });
-  return violations.flatMap(({ id, help, nodes }) =>
-    nodes.map(({ target, failureSummary }) => `${id} (${help}) at ${target}: ${failureSummary}`));
-}"""
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -29,6 +20,5 @@ def test_axe_has_nothing_to_say(
     screen.page.get_by_role("radio", name="I choose").check()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
-    screen.page.evaluate(AXE)
-    assert screen.page.evaluate(_RUN) == []
+    check_axe(screen)
     screen.page.screenshot(path=screen._artifacts / f"whole-{width}-{scheme}.png", full_page=True)
