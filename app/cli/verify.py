@@ -25,7 +25,8 @@ def command(record: str) -> int:
 
     if roomlog.is_log(fields):
         result = roomlog.verify_log(fields)
-        what, maker, done = "log", "replay", f"{len(fields['drops'])} drops, "
+        count = len(fields["drops"])
+        what, maker, done = "log", "replay", f"{count} drop{'s' * (count != 1)}, "
     else:
         from engine import verify
 
