@@ -7,7 +7,7 @@ from pathlib import Path
 from benchmarks.report import Section
 from benchmarks.settings import Settings
 
-NAMES = ("accuracy", "throughput", "stability", "features", "stream", "page", "render")
+NAMES = ("accuracy", "throughput", "stability", "features", "stream", "page", "render", "stepped")
 
 
 def run(name: str, settings: Settings) -> Section:

@@ -15,5 +15,6 @@ KIND_CONTACT_BEGIN: Final = 2
 KIND_CONTACT_CHANGE: Final = 3
 KIND_CONTACT_END: Final = 4
 KIND_LANDING: Final = 5
+KIND_BALL: Final = 6  # another ball, where balls touch each other; in no drop's record
 
 KIND_NAMES: Final = ("peg", "wall", "contact begins", "contact changes", "contact ends", "landing")

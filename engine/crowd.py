@@ -1,10 +1,9 @@
-"""The balls of a world, stepped together: one class per solver, the same four methods.
+"""The balls of a world, stepped together: one class per solver, the same methods.
 
 `states` are rows of t (s since the ball's own start), x, y, vx, vy, theta, omega. `step` returns,
 in the order of the rows, what each ball went through: its new events and, if its drop ended, how.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,8 @@ import numpy.typing as npt
 
 from engine.board import Board
 from engine.compiled import layout_of
+from engine.crowd_progress import End, Progress
+from engine.crowd_touching import TouchingCrowd
 from engine.digest import drop_digest
 from engine.kernels.log import EVENT_SIZE, PX, PY, SEGMENT_SIZE, STATE_SIZE, T, new_log
 from engine.parameters import Exact, Stepped
@@ -21,27 +22,6 @@ from engine.trajectory import Trajectory, follow, start_row
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
-
-
-@dataclass(frozen=True, slots=True)
-class End:
-    """How a ball's drop ended."""
-
-    outcome: int
-    bin: int
-    t: float
-    x: float
-    digest: str
-
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """What one step did to the ball in `row`: events (n, 6), marks (n, 2), and its end if any."""
-
-    row: int
-    events: Floats
-    marks: npt.NDArray[np.int32]
-    end: End | None
 
 
 class ExactCrowd:
@@ -244,4 +224,4 @@ class SteppedCrowd:
             self._marks[-1].append(marks.reshape(-1, 2))
 
 
-Crowd = ExactCrowd | SteppedCrowd
+Crowd = ExactCrowd | SteppedCrowd | TouchingCrowd

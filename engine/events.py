@@ -9,9 +9,10 @@ from engine.constants import KIND_PEG
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """A ball hit a peg or a wall: t in s since the ball's start, centre in m.
+    """A ball hit something: t in s since the ball's start, centre in m.
 
-    kind is KIND_PEG or KIND_WALL, index the peg's or wall's number, speed the approach along the
+    kind is KIND_PEG, KIND_WALL or, where balls touch, KIND_BALL; index the peg's or wall's number
+    or the other ball's id; speed the approach along the
     normal in m/s.
     """
 

@@ -71,6 +71,15 @@ class Stepped:
         return {"dt": self.dt, "substeps": self.substeps, "correction": self.correction}
 
 
+@dataclass(frozen=True, slots=True)
+class Touching(Stepped):
+    """The fixed-step solver of balls that touch each other."""
+
+    def encoded(self) -> bytes:
+        """Bytes of the solver in a digest."""
+        return b"\x02" + struct.pack("<dId", self.dt, self.substeps, self.correction)
+
+
 Solver = Exact | Stepped
 
 

@@ -9,9 +9,12 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from engine.arena import Arena
 from engine.board import Board
-from engine.constants import KIND_WALL, PHYSICS_VERSION
-from engine.crowd import Crowd, ExactCrowd, Progress, SteppedCrowd
+from engine.constants import KIND_BALL, KIND_WALL, PHYSICS_VERSION
+from engine.crowd import Crowd, ExactCrowd, SteppedCrowd
+from engine.crowd_progress import Progress
+from engine.crowd_touching import TouchingCrowd
 from engine.drop import start_of
 from engine.errors import ParameterError, RecordError
 from engine.events import Contact, Event, Landing, approach_speed
@@ -21,6 +24,7 @@ from engine.parameters import (
     DEFAULT_DT,
     DEFAULT_SUBSTEPS,
     Stepped,
+    Touching,
     make_solver,
     number,
 )
@@ -76,6 +80,8 @@ class World:
 
     A ball starts at the tick at which it is added and leaves the world when its drop ends. With
     the exact solver dt only says when the world is looked at: each ball's path is that of `drop`.
+    interacting: balls touch each other, which takes the stepped solver; one that comes to rest on
+    the board ends without a bin.
     """
 
     def __init__(
@@ -86,10 +92,18 @@ class World:
         dt: float = DEFAULT_DT,
         substeps: int = DEFAULT_SUBSTEPS,
         correction: float = DEFAULT_CORRECTION,
+        interacting: bool = False,
     ) -> None:
         self.board = board
         self.dt = number(dt, "dt", 1e-6, 0.1)
         self.solver = make_solver(solver, dt, substeps, correction)
+        if interacting:
+            if not isinstance(self.solver, Stepped):
+                raise ParameterError(
+                    f"interacting: balls that touch need solver 'stepped', not {solver!r}",
+                    field="interacting",
+                )
+            self.solver = Touching(dt, substeps, correction)
         self.tick = 0
         self._accumulator = 0.0
         self._next_id = 0
@@ -100,9 +114,19 @@ class World:
         self._crowd = self._new_crowd()
 
     def _new_crowd(self) -> Crowd:
+        if isinstance(self.solver, Touching):
+            return TouchingCrowd(self.board, self.solver)
         if isinstance(self.solver, Stepped):
             return SteppedCrowd(self.board, self.solver)
         return ExactCrowd(self.board, self.dt)
+
+    @property
+    def arena(self) -> Arena | None:
+        """Where balls that touch each other are: to kick them, and for diagnostics; else None.
+
+        Balls are added by `add` alone.
+        """
+        return self._crowd.arena if isinstance(self._crowd, TouchingCrowd) else None
 
     @property
     def time(self) -> float:
@@ -175,13 +199,16 @@ class World:
     ) -> list[tuple[tuple[float, int, int], Event]]:
         """Contacts with their place in the total order: time in the world, kind, ball."""
         found: list[tuple[tuple[float, int, int], Event]] = []
-        for row, (kind, index) in zip(
-            progress.events.tolist(), progress.marks.tolist(), strict=True
+        for k, (row, (kind, index)) in enumerate(
+            zip(progress.events.tolist(), progress.marks.tolist(), strict=True)
         ):
-            if kind > KIND_WALL:
+            if kind > KIND_WALL and kind != KIND_BALL:
                 continue
             self._bounced[progress.row] = 1
-            speed = approach_speed(self.board, kind, index, tuple(row[1:5]))
+            if progress.speeds is None:
+                speed = approach_speed(self.board, kind, index, tuple(row[1:5]))
+            else:
+                speed = float(progress.speeds[k])
             contact = Contact(ball.id, row[0], row[1], row[2], kind, index, speed)
             found.append(((ball.tick * self.dt + row[0], kind, ball.id), contact))
         return found

@@ -24,7 +24,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """
     if hasattr(config, "workerinput"):
         return
-    from engine import Board, World, drop, drop_many
+    from engine import Arena, Board, Place, World, drop, drop_many
 
     board = Board.preset("triangle-8")
     for solver in ("exact", "stepped"):
@@ -33,3 +33,7 @@ def pytest_configure(config: pytest.Config) -> None:
         world = World(board, solver=solver)
         world.add(42)
         world.step()
+    arena = Arena(Place.of_board(board))
+    arena.add(0.0, 0.0)
+    arena.step()
+    arena.diagnostics()

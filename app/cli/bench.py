@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from benchmarks.report import Section
 
-WHAT = ("accuracy", "throughput", "stability", "features", "stream", "page", "render")
+WHAT = ("accuracy", "throughput", "stability", "features", "stream", "page", "render", "stepped")
 
 
 @click.command(name="bench", short_help="Measure speed, accuracy and stability.")

@@ -1,0 +1,145 @@
+"""When a moving disc meets another, a peg or a wall, and how near it is; straight motion."""
+
+from math import inf, sqrt
+
+from engine.kernels.arena_data import LENGTH, THICKNESS, TX, TY, X1, Y1, Floats
+from engine.kernels.jit import kernel
+
+SLACK = 0.005
+"""Overlap, in radii of the smaller disc, up to which a slow approach is left to the contact solver.
+Twice of it must stay below the one per cent that piles may show; at zero, every ball at rest would
+be an impact in each substep."""
+
+CREEP = 1.0e-3
+"""An approach that covers less than this part of the allowed overlap is none: rounding."""
+
+
+@kernel
+def nearest(items: Floats, item: int, x: float, y: float) -> tuple[float, float]:
+    """Vector in m from the nearest point of an item's axis to (x, y)."""
+    dx = x - items[item, X1]
+    dy = y - items[item, Y1]
+    length = items[item, LENGTH]
+    if length > 0.0:
+        along = dx * items[item, TX] + dy * items[item, TY]
+        if along > 0.0:
+            along = min(along, length)
+            dx -= along * items[item, TX]
+            dy -= along * items[item, TY]
+    return dx, dy
+
+
+@kernel
+def meets(
+    px: float,
+    py: float,
+    vx: float,
+    vy: float,
+    reach: float,
+    slack: float,
+    threshold: float,
+    rest: float,
+) -> float:
+    """Seconds until a point at p with velocity v comes as near the origin as `reach`, or inf.
+
+    Looked for in [0, rest]. Approaches slower than `threshold` (m/s along the normal) may come
+    nearer by `slack`, in m; those that are as near already meet at once.
+    """
+    pv = px * vx + py * vy
+    if pv >= 0.0:
+        return inf
+    pp = px * px + py * py
+    f = pp - reach * reach
+    if f + 2.0 * pv * rest > 0.0:
+        return inf
+    vv = vx * vx + vy * vy
+    if f > 0.0:
+        discriminant = pv * pv - vv * f
+        if discriminant <= 0.0:
+            return inf
+        root = sqrt(discriminant)
+        if root >= threshold * reach:
+            s = f / (root - pv)
+            return s if s <= rest else inf
+    elif pp == 0.0 or -pv >= threshold * sqrt(pp):
+        return 0.0
+    nearer = reach - slack
+    f = pp - nearer * nearer
+    if f <= 0.0:
+        return 0.0 if pp > 0.0 and -pv * rest > CREEP * slack * sqrt(pp) else inf
+    if f + 2.0 * pv * rest > 0.0:
+        return inf
+    discriminant = pv * pv - vv * f
+    if discriminant <= 0.0:
+        return inf
+    s = f / (sqrt(discriminant) - pv)
+    return s if s <= rest else inf
+
+
+@kernel
+def meets_line(
+    items: Floats,
+    item: int,
+    dx: float,
+    dy: float,
+    vx: float,
+    vy: float,
+    reach: float,
+    slack: float,
+    threshold: float,
+    rest: float,
+) -> float:
+    """`meets` for the inside of a wall; (dx, dy) is seen from its first end."""
+    tx = items[item, TX]
+    ty = items[item, TY]
+    d = tx * dy - ty * dx
+    approach = -(tx * vy - ty * vx)
+    if d < 0.0 or (d == 0.0 and approach < 0.0):
+        d = -d
+        approach = -approach
+    if approach <= 0.0:
+        return inf
+    gap = d - reach
+    if approach < threshold:
+        gap += slack
+        if gap <= 0.0 and approach * rest <= CREEP * slack:
+            return inf
+    s = gap / approach if gap > 0.0 else 0.0
+    if s > rest:
+        return inf
+    foot = (dx + vx * s) * tx + (dy + vy * s) * ty
+    return s if 0.0 <= foot <= items[item, LENGTH] else inf
+
+
+@kernel
+def meets_item(
+    items: Floats,
+    item: int,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    radius: float,
+    slack: float,
+    threshold: float,
+    rest: float,
+) -> float:
+    """`meets` for a disc at (x, y) and a peg or a wall, the wall's ends included."""
+    reach = radius + items[item, THICKNESS]
+    dx = x - items[item, X1]
+    dy = y - items[item, Y1]
+    length = items[item, LENGTH]
+    if length == 0.0:
+        return meets(dx, dy, vx, vy, reach, slack, threshold, rest)
+    tx = items[item, TX]
+    ty = items[item, TY]
+    best = meets_line(items, item, dx, dy, vx, vy, reach, slack, threshold, rest)
+    s = meets(dx, dy, vx, vy, reach, slack, threshold, rest)
+    if s < best and (dx + vx * s) * tx + (dy + vy * s) * ty < 0.0:
+        best = s
+    dx -= length * tx
+    dy -= length * ty
+    s = meets(dx, dy, vx, vy, reach, slack, threshold, rest)
+    if s < best and (dx + vx * s) * tx + (dy + vy * s) * ty > 0.0:
+        best = s
+    return best

@@ -1,0 +1,176 @@
+"""Balls that touch each other under stress: never a NaN, an escape, growing energy, or a hang.
+
+With LONG_TESTS=1 in the environment the scenes have their full sizes.
+"""
+
+import math
+import os
+
+import numpy as np
+import pytest
+
+from engine.arena import Arena
+from engine.arena_scenes import sandbox
+from engine.arena_settings import ArenaSettings
+from engine.board_parts import Wall
+from engine.materials import Material
+from engine.place import Place
+
+LONG = os.environ.get("LONG_TESTS") == "1"
+
+
+def watch(
+    arena: Arena, frames: int, half: float, height: float, *, slack: float = 1e-3, every: int = 5
+) -> float:
+    """Step, and look at every few frames: all finite, all inside, no energy from nowhere.
+
+    Energy may exceed its start by `slack` of what there was plus what the lag of velocities by
+    half a substep can show. Returns the deepest overlap in radii.
+    """
+    first = arena.diagnostics()
+    h = arena.settings.dt / arena.settings.substeps
+    gravity = arena.settings.gravity
+    depth_of_fall = gravity * height
+    mass = sum(arena.ball(int(i))["mass"] for i in arena.bodies["id"])
+    scale = first.kinetic + first.rotational + mass * depth_of_fall
+    worst = 0.0
+    for k in range(frames):
+        arena.step()
+        if k % every:
+            continue
+        b = arena.bodies
+        for name in ("x", "y", "vx", "vy", "omega", "theta"):
+            assert np.isfinite(b[name]).all(), name
+        assert (np.abs(b["x"]) <= half).all()
+        assert ((b["y"] >= 0.0) & (b["y"] <= height)).all()
+        now = arena.diagnostics()
+        lag = gravity * h * math.sqrt(2.0 * mass * max(now.kinetic, first.kinetic))
+        assert now.total - first.total <= slack * scale + lag
+        worst = max(worst, now.penetration_radii)
+    assert arena.count == first.count
+    return worst
+
+
+@pytest.mark.parametrize("gravity", ["none", "Earth", "Jupiter"])
+@pytest.mark.parametrize("e", [0.0, 1.0])
+def test_dead_and_elastic_balls(e: float, gravity: str) -> None:
+    arena = sandbox(
+        80, gravity=gravity, restitution=e, width=3.0, height=3.0, speed=3.0, seed=1, friction=0.3
+    )
+    assert watch(arena, 300, 1.5, 3.0) < 0.01
+
+
+@pytest.mark.parametrize("e", [0.0, 0.8])
+@pytest.mark.parametrize("heavy_on_top", [True, False])
+def test_a_mass_ratio_of_a_million(e: float, heavy_on_top: bool) -> None:
+    arena = Arena(Place.box(1.0, 2.0, restitution=e), ArenaSettings())
+    densities = (1.0, 1e6) if heavy_on_top else (1e6, 1.0)
+    for k in range(5):
+        arena.add(-0.4 + 0.2 * k, 1.85, radius=0.09, density=densities[0], restitution=e)
+        arena.add(-0.4 + 0.2 * k + 0.01, 1.6, radius=0.09, density=densities[1], restitution=e)
+    assert watch(arena, 400, 0.5, 2.0, slack=2e-2) < 0.02
+
+
+def test_a_size_ratio_of_a_thousand() -> None:
+    arena = Arena(Place.box(2.0, 2.0, restitution=0.5), ArenaSettings())
+    rng = np.random.default_rng(4)
+    small = 300 if LONG else 100
+    arena.add(0.0, 1.3, radius=0.5, density=50.0)
+    arena.add_many(
+        rng.uniform(-0.9, 0.9, small), rng.uniform(0.1, 0.6, small),
+        vx=rng.normal(0, 1, small), radius=0.0005, density=50.0,
+    )  # fmt: skip
+    assert watch(arena, 200, 1.0, 2.0) < 0.02
+
+
+def test_the_cost_of_a_size_ratio_of_a_thousand_is_not_quadratic() -> None:
+    """Pairs listed, which is what costs: near the number of balls, not of its square."""
+    arena = Arena(Place.box(4.0, 4.0), ArenaSettings(gravity=0.0))
+    rng = np.random.default_rng(3)
+    n = 3000
+    arena.add(0.0, 3.0, radius=0.5)
+    arena.add_many(rng.uniform(-1.9, 1.9, n), rng.uniform(0.05, 2.4, n), radius=0.0005)
+    arena.step()
+    assert len(arena._table.pairs.other) < 3 * n
+
+
+@pytest.mark.parametrize("speed", [1e2, 1e3, 1e5])
+@pytest.mark.parametrize("e", [0.5, 1.0])
+def test_speeds_up_to_a_hundred_kilometres_a_second(speed: float, e: float) -> None:
+    arena = sandbox(25, restitution=e, width=3.0, height=3.0, speed=speed, seed=2, friction=0.2)
+    assert watch(arena, 60, 1.5, 3.0, every=1) < 0.01
+
+
+def funnel(n: int) -> Arena:
+    """A funnel 4 m wide over a closed bin, and n balls above it."""
+    walls = (
+        Wall(-2.0, 0.0, -0.25, 3.0), Wall(2.0, 0.0, 0.25, 3.0),
+        Wall(-0.25, 3.0, -0.25, 3.2), Wall(0.25, 3.0, 0.25, 3.2),
+        Wall(-2.0, 5.2, 2.0, 5.2), Wall(-2.0, 3.2, -2.0, 5.2), Wall(2.0, 3.2, 2.0, 5.2),
+        Wall(-2.0, 3.2, -0.25, 3.2), Wall(2.0, 3.2, 0.25, 3.2),
+        Wall(-2.0, 0.0, -2.0, -20.0), Wall(2.0, 0.0, 2.0, -20.0),
+    )  # fmt: skip
+    arena = Arena(Place(walls=walls, wall_material=Material(0.4, 0.2)), ArenaSettings())
+    k = np.arange(n)
+    rng = np.random.default_rng(5)
+    arena.add_many(
+        -1.8 + 0.09 * (k % 40) + rng.uniform(-0.004, 0.004, n), -0.1 - 0.09 * (k // 40),
+        radius=0.04, restitution=0.4, friction=0.2,
+    )  # fmt: skip
+    return arena
+
+
+def test_balls_dropped_into_a_funnel() -> None:
+    n = 2000 if LONG else 200
+    arena = funnel(n)
+    worst = 0.0
+    for k in range(900 if LONG else 240):
+        arena.step()
+        if k % 10 == 0:
+            b = arena.bodies
+            assert np.isfinite(b["x"]).all()
+            assert (np.abs(b["x"]) < 2.0).all()
+            assert (b["y"] < 5.2).all()
+            worst = max(worst, arena.diagnostics().penetration_radii)
+    assert arena.count == n
+    assert worst < 0.015
+    assert (arena.bodies["y"] > 3.2).any()
+
+
+@pytest.mark.parametrize("n", [2, 60])
+def test_balls_placed_exactly_on_each_other(n: int) -> None:
+    arena = Arena(Place.box(3.0, 3.0), ArenaSettings())
+    arena.add_many([0.0] * n, [1.5] * n, radius=0.05)
+    for _ in range(240):
+        arena.step()
+        b = arena.bodies
+        assert np.isfinite(b["x"]).all()
+        assert (np.abs(b["x"]) <= 1.5).all()
+        assert ((b["y"] > 0.0) & (b["y"] < 3.0)).all()
+    assert arena.diagnostics().penetration_radii < 0.01
+    assert np.abs(b["vx"]).max() < 1.0
+
+
+@pytest.mark.parametrize("dt", [1.0 / 1000.0, 1.0 / 240.0, 1.0 / 60.0, 1.0 / 20.0, 1.0 / 10.0])
+@pytest.mark.parametrize("gravity", [0.0, 24.79])
+def test_frames_from_a_thousandth_to_a_tenth_of_a_second(dt: float, gravity: float) -> None:
+    arena = sandbox(
+        40, gravity=gravity, restitution=0.6, width=2.0, height=2.0, seed=6, dt=dt, speed=2.0
+    )
+    worst = watch(arena, min(300, int(4.0 / dt)), 1.0, 2.0, slack=5e-3)
+    assert worst < (0.01 if dt <= 1.0 / 60.0 else 0.03)
+
+
+def test_many_steps_of_a_small_scene() -> None:
+    """A million of them in the long mode; elastic and in motion all the time."""
+    arena = sandbox(
+        4, restitution=1.0, friction=0.0, radii=(0.1, 0.2), width=1.5, height=1.5, speed=2.0
+    )
+    start = arena.diagnostics()
+    for _ in range(1_000_000 if LONG else 5_000):
+        arena.step()
+    end = arena.diagnostics()
+    lag = 0.5 * 9.81 / 240.0
+    change = (end.total + lag * end.py) - (start.total + lag * start.py)
+    assert abs(change) < 1e-3 * end.kinetic
+    assert arena.count == 4
