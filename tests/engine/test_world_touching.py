@@ -24,7 +24,7 @@ def played(world: World, balls: int, every: int = 6, frames: int = 4000) -> list
 
 def test_every_ball_ends_and_balls_hit_each_other() -> None:
     world = World(BOARD, solver="stepped", interacting=True)
-    events = played(world, 40)
+    events = played(world, 40, every=30)
     ends = [e for e in events if isinstance(e, Landing)]
     assert sorted(e.ball for e in ends) == list(range(40))
     edges = BOARD.bins.edges
@@ -33,7 +33,7 @@ def test_every_ball_ends_and_balls_hit_each_other() -> None:
             assert edges[end.bin] <= end.x_end <= edges[end.bin + 1]
             assert end.score == BOARD.bins.multipliers[end.bin]
     hits = [e for e in events if isinstance(e, Contact) and e.kind == KIND_BALL]
-    assert len(hits) > 40
+    assert len(hits) > 20
     assert all(0 <= e.index < 40 and e.index != e.ball and e.speed > 0.0 for e in hits)
     assert all(e.t >= 0.0 for e in events)
 

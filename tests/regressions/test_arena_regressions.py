@@ -1,0 +1,47 @@
+"""Every saved arena that once went wrong: all inside, all finite, next to no overlap, no energy gained."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.arena import Arena
+from engine.arena_settings import ArenaSettings
+from engine.place import Place
+
+STATES = sorted((Path(__file__).parent / "arena").glob("*.json"))
+
+
+@pytest.mark.parametrize("path", STATES, ids=[path.stem for path in STATES])
+def test_an_arena_stays_sound(path: Path) -> None:
+    saved = json.loads(path.read_text(encoding="utf-8"))
+    place = Place.from_dict(saved["place"])
+    arena = Arena(place, ArenaSettings(**saved["settings"]))
+    left, right, top, bottom = place.extent
+    lag = arena.settings.gravity * arena.settings.dt / arena.settings.substeps
+    inputs = list(saved["inputs"])
+    highest = math.inf
+    while arena.tick < saved["ticks"]:
+        while inputs and inputs[0]["tick"] <= arena.tick:
+            arena.apply(inputs.pop(0))
+            highest = math.inf
+        if highest == math.inf:
+            now = arena.diagnostics()
+            mass = sum(arena.ball(int(i))["mass"] for i in arena.bodies["id"])
+            scale = now.kinetic + mass * arena.settings.gravity * (bottom - top)
+            highest = now.total + 1e-2 * scale
+        arena.step()
+        b = arena.bodies
+        assert np.isfinite([b[name] for name in ("x", "y", "vx", "vy", "omega")]).all()
+        assert ((b["x"] > left) & (b["x"] < right)).all(), saved["about"]
+        assert ((b["y"] > top) & (b["y"] < bottom)).all(), saved["about"]
+        now = arena.diagnostics()
+        assert now.penetration_radii < 0.02, saved["about"]
+        sway = lag * math.sqrt(2.0 * mass * now.kinetic)
+        assert now.total <= highest + sway, saved["about"]
+
+
+def test_there_are_saved_arenas() -> None:
+    assert len(STATES) >= 5
