@@ -1,4 +1,4 @@
-"""Every saved arena that once went wrong: all inside, all finite, next to no overlap, no energy gained."""
+"""Saved arenas that once went wrong: all inside and finite, hardly an overlap, no energy gained."""
 
 import json
 import math
