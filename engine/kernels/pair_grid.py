@@ -6,7 +6,7 @@ level of the same or larger cells is in the nine cells around it: the smaller ba
 and a ratio of sizes of a thousand costs a few levels more, not a search through all.
 """
 
-from math import floor, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -188,8 +188,8 @@ def _list_within(bodies: Bodies, n: int, statics: Statics, limit: int) -> tuple[
         size = smallest
         for _ in range(level[i]):
             size *= 2.0
-        cells[i, 0] = floor(pos[i, X] / size)
-        cells[i, 1] = floor(pos[i, Y] / size)
+        cells[i, 0] = int(np.floor(pos[i, X] / size))
+        cells[i, 1] = int(np.floor(pos[i, Y] / size))
         bucket = _bucket(int(cells[i, 0]), int(cells[i, 1]), int(level[i]), mask)
         chain[i] = heads[bucket]
         heads[bucket] = i
@@ -212,10 +212,10 @@ def _list_within(bodies: Bodies, n: int, statics: Statics, limit: int) -> tuple[
             if wanted == 0:
                 continue
             rim = 0.0 if k >= level[a] else reach
-            cx0 = floor((x - rim) / size) - 1
-            cx1 = floor((x + rim) / size) + 1
-            cy0 = floor((y - rim) / size) - 1
-            cy1 = floor((y + rim) / size) + 1
+            cx0 = int(np.floor((x - rim) / size)) - 1
+            cx1 = int(np.floor((x + rim) / size)) + 1
+            cy0 = int(np.floor((y - rim) / size)) - 1
+            cy1 = int(np.floor((y + rim) / size)) + 1
             if (cx1 - cx0 + 1) * (cy1 - cy0 + 1) > max(9, n):
                 for b in range(n):  # fewer balls than cells
                     if level[b] != k or marks[b, FLAGS] & ASLEEP == 0:
@@ -262,10 +262,10 @@ def _list_items(
 ) -> tuple[int, Ints]:
     """Append the fixed things within `reach` of ball `a` at (x, y), as -1 - item."""
     scale = statics.cells_per_metre
-    low = max(floor((x - reach - statics.x0) * scale), 0.0)
-    high = min(floor((x + reach - statics.x0) * scale), statics.columns - 1.0)
-    top = max(floor((y - reach - statics.y0) * scale), 0.0)
-    bottom = min(floor((y + reach - statics.y0) * scale), statics.rows - 1.0)
+    low = max(np.floor((x - reach - statics.x0) * scale), 0.0)
+    high = min(np.floor((x + reach - statics.x0) * scale), statics.columns - 1.0)
+    top = max(np.floor((y - reach - statics.y0) * scale), 0.0)
+    bottom = min(np.floor((y + reach - statics.y0) * scale), statics.rows - 1.0)
     if not (low <= high and top <= bottom):
         return count, other
     for row in range(int(top), int(bottom) + 1):

@@ -1,6 +1,8 @@
 """When a moving disc meets another, a peg or a wall, and how near it is; straight motion."""
 
-from math import inf, sqrt
+from math import sqrt
+
+import numpy as np
 
 from engine.kernels.arena_data import LENGTH, THICKNESS, TX, TY, X1, Y1, Floats
 from engine.kernels.jit import kernel
@@ -47,33 +49,33 @@ def meets(
     """
     pv = px * vx + py * vy
     if pv >= 0.0:
-        return inf
+        return np.inf
     pp = px * px + py * py
     f = pp - reach * reach
     if f + 2.0 * pv * rest > 0.0:
-        return inf
+        return np.inf
     vv = vx * vx + vy * vy
     if f > 0.0:
         discriminant = pv * pv - vv * f
         if discriminant <= 0.0:
-            return inf
+            return np.inf
         root = sqrt(discriminant)
         if root >= threshold * reach:
             s = f / (root - pv)
-            return s if s <= rest else inf
+            return s if s <= rest else np.inf
     elif pp == 0.0 or -pv >= threshold * sqrt(pp):
         return 0.0
     nearer = reach - slack
     f = pp - nearer * nearer
     if f <= 0.0:
-        return 0.0 if pp > 0.0 and -pv * rest > CREEP * slack * sqrt(pp) else inf
+        return 0.0 if pp > 0.0 and -pv * rest > CREEP * slack * sqrt(pp) else np.inf
     if f + 2.0 * pv * rest > 0.0:
-        return inf
+        return np.inf
     discriminant = pv * pv - vv * f
     if discriminant <= 0.0:
-        return inf
+        return np.inf
     s = f / (sqrt(discriminant) - pv)
-    return s if s <= rest else inf
+    return s if s <= rest else np.inf
 
 
 @kernel
@@ -98,17 +100,17 @@ def meets_line(
         d = -d
         approach = -approach
     if approach <= 0.0:
-        return inf
+        return np.inf
     gap = d - reach
     if approach < threshold:
         gap += slack
         if gap <= 0.0 and approach * rest <= CREEP * slack:
-            return inf
+            return np.inf
     s = gap / approach if gap > 0.0 else 0.0
     if s > rest:
-        return inf
+        return np.inf
     foot = (dx + vx * s) * tx + (dy + vy * s) * ty
-    return s if 0.0 <= foot <= items[item, LENGTH] else inf
+    return s if 0.0 <= foot <= items[item, LENGTH] else np.inf
 
 
 @kernel
