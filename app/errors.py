@@ -8,6 +8,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 ├── NotFoundError
 │   ├── UnknownBoardError
 │   ├── UnknownRoomError
+│   ├── MissingBallError   it may have landed or been taken out meanwhile
 │   └── ClosedRoomError    it was there, and its creator closed it
 ├── ResetError            a drop that a room's creator took back by resetting the room
 ├── OriginError           a page of another site asked
@@ -69,6 +70,10 @@ class UnknownBoardError(NotFoundError):
 
 class UnknownRoomError(NotFoundError):
     """No room has this id."""
+
+
+class MissingBallError(NotFoundError):
+    """The room has no such ball, or no more."""
 
 
 class ClosedRoomError(NotFoundError):
@@ -159,6 +164,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     NotFoundError: Answer(404, "not-found", "Not found", 4004),
     UnknownBoardError: Answer(404, "unknown-board", "Unknown board", 4004),
     UnknownRoomError: Answer(404, "unknown-room", "Unknown room", 4004),
+    MissingBallError: Answer(404, "no-such-ball", "No such ball"),
     ClosedRoomError: Answer(404, "room-closed", "The room was closed", 4004),
     ResetError: Answer(409, "room-reset", "The room was reset"),
     OriginError: Answer(403, "foreign-origin", "Foreign origin"),

@@ -14,14 +14,17 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import msgspec
+from sqlalchemy import Connection
 
-from app import protocol, roomlog
+from app import arena_log, protocol, roomlog
+from app.arena_room import InputPlan
 from app.errors import LedgerError
 from app.ledger import store
 from app.ledger.records import (
     BoardRow,
     Close,
     DropRow,
+    InputRow,
     Mark,
     Parked,
     ResultRow,
@@ -31,8 +34,18 @@ from app.ledger.records import (
 )
 from app.ledger.unkept import Unkept
 from app.ledger.writer import Done, Ledger
-from app.recovery import Kept, Rebuilt, finish, rebuild, result_of
-from app.room import MODE, Plan, Room
+from app.recovery import Rebuilt, finish, rebuild, rebuild_arena, result_of
+from app.room import Plan
+from app.room_kinds import (
+    MODE,
+    AnyRoom,
+    ArenaRoom,
+    BallLimits,
+    Ground,
+    Room,
+    ground_of,
+    make_room,
+)
 from engine import PHYSICS_VERSION, Board
 
 AHEAD: Final = 0.5  # s; what a rebuilt room may have to skip
@@ -72,13 +85,13 @@ class Keeper:
         ledger: Ledger | Unkept,
         *,
         tick_rate: int,
-        max_balls: int,
+        limits: BallLimits,
         now: Callable[[], float] = time.time,
     ) -> None:
         self.ledger = ledger
         self.rebuilt = 0  # rooms, at the start
         self._tick_rate = tick_rate
-        self._max_balls = max_balls
+        self._limits = limits
         self.now = now
         self._books: dict[str, Book] = {}
         self._next_number = 1
@@ -91,7 +104,7 @@ class Keeper:
         longest = math.ceil(_LONGEST_LEAD * self._tick_rate)
         return min(max(1, math.ceil(self.ledger.lag * self._tick_rate)), longest)
 
-    def book(self, room: Room) -> Book:
+    def book(self, room: AnyRoom) -> Book:
         """The room's page, a new one where it has none."""
         found = self._books.get(room.id)
         if found is None:
@@ -104,22 +117,22 @@ class Keeper:
         """Whether there is a ledger to find rooms in."""
         return not isinstance(self.ledger, Unkept)
 
-    def forget(self, room: Room) -> None:
+    def forget(self, room: AnyRoom) -> None:
         """The room left the memory; what is in the ledger stays."""
         self._books.pop(room.id, None)
 
-    def abandon(self, room: Room) -> None:
+    def abandon(self, room: AnyRoom) -> None:
         """The room failed: its sitting is over."""
         book = self.book(room)
         if book.known:
             self._news([self._closing(room)], None)
         self.forget(room)
 
-    def parkable(self, room: Room) -> bool:
+    def parkable(self, room: AnyRoom) -> bool:
         """Whether the ledger knows all of a sleeping room, so that memory may forget it."""
         return self.book(room).clean
 
-    def park(self, room: Room) -> RoomRow | None:
+    def park(self, room: AnyRoom) -> RoomRow | None:
         """Forget a sleeping room; the row from which `adopt` makes it again, if it has one."""
         book = self.book(room)
         self.forget(room)
@@ -132,10 +145,10 @@ class Keeper:
             used=book.used,
             tick=room.world.tick,
             checkpoint=room.checkpoint(),
-            checkpoint_drops=room.drops,
+            checkpoint_drops=room.taken,
         )
 
-    async def found(self, room: Room) -> None:
+    async def found(self, room: AnyRoom) -> None:
         """Enter a room that belongs to its creator; raises LedgerError."""
         book = self.book(room)
         book.owned = book.known = True
@@ -147,12 +160,12 @@ class Keeper:
             self.forget(room)
             raise
 
-    async def end(self, room: Room) -> None:
+    async def end(self, room: AnyRoom) -> None:
         """Close the room's sitting for good; raises LedgerError."""
         await self.ledger.commit(*self._take_results(), self._closing(room))
         self.forget(room)
 
-    async def replace(self, old: Room, new: Room) -> None:
+    async def replace(self, old: AnyRoom, new: AnyRoom) -> None:
         """End a room's sitting and begin its next, both or neither; raises LedgerError."""
         book = self.book(old)
         now = self.now()
@@ -165,28 +178,25 @@ class Keeper:
         )
         self._books[new.id] = next_book
 
-    def _closing(self, room: Room) -> Close:
+    def _closing(self, room: AnyRoom) -> Close:
         return Close(self.book(room).number, room.world.tick, self.now())
 
     def _take_results(self) -> list[Write]:
         results, self._results = self._results, []
         return results
 
-    def submit(self, room: Room, plan: Plan, done: Done) -> None:
+    def submit(self, room: AnyRoom, plan: Plan | InputPlan, done: Done) -> None:
         """Have a planned drop written down; `done` hears when it is. Raises LedgerError."""
         book = self.book(room)
         now = self.now()
         tick = book.marked = max(book.marked, plan.tick + self._ahead)
-        command = plan.command
-        drop = DropRow(
-            book.number, plan.ball, plan.tick, command.seed, command.x, command.stake, command.who
-        )
+        row, number = _row_of(book.number, plan)
         rows = [] if book.known else self._rows(room, book)
-        undo: list[Write] = [Undo(book.number, plan.ball)]
+        undo: list[Write] = [Undo(book.number, number)]
         if rows:
             undo.append(Close(book.number, 0, now))
         self.ledger.submit(
-            [*rows, Mark(book.number, tick, True, now), drop],
+            [*rows, Mark(book.number, tick, True, now), row],
             functools.partial(self._submitted, room, book.number, tick, bool(rows), done),
             undo=undo,
         )
@@ -195,24 +205,30 @@ class Keeper:
         book.used = now
         book.version += 1
 
-    def may_step(self, room: Room) -> bool:
-        """Whether the ledger has heard of the room's next tick; not asked for while it is lost."""
-        return room.world.tick < self.book(room).horizon or not self.ledger.up
+    def may_step(self, room: AnyRoom) -> bool:
+        """Whether the ledger has heard of the room's next tick; not asked for while it is lost.
 
-    def landed(self, room: Room, landed: protocol.Landed) -> None:
+        Nor of a room that it does not know: what moves there has moved since it began.
+        """
+        book = self.book(room)
+        return not book.known or room.world.tick < book.horizon or not self.ledger.up
+
+    def landed(self, room: AnyRoom, landed: protocol.Landed) -> None:
         """A ball has landed; the ledger hears of it with the next news."""
-        self._results.append(result_of(self.book(room).number, landed))
+        # What comes of a drop among balls that touch follows from all inputs, not from its own.
+        if isinstance(room, Room):
+            self._results.append(result_of(self.book(room).number, landed))
 
-    def slept(self, room: Room) -> None:
+    def slept(self, room: AnyRoom) -> None:
         """Nothing moves in the room any more."""
         book = self.book(room)
         book.version += 1
         book.checkpoint_tick = book.marked = room.world.tick
         book.horizon = min(book.horizon, room.world.tick)
-        mark = Mark(book.number, room.world.tick, False, self.now(), room.checkpoint(), room.drops)
+        mark = Mark(book.number, room.world.tick, False, self.now(), room.checkpoint(), room.taken)
         self._news([mark], functools.partial(self._asleep, room, book.number, book.version))
 
-    def ticked(self, ticks: int, awake: Iterable[Room]) -> None:
+    def ticked(self, ticks: int, awake: Iterable[AnyRoom]) -> None:
         """So many ticks have passed; now and then the ledger hears how far the rooms have come."""
         self._since_renewal += ticks
         if self._since_renewal < _RENEW * self._tick_rate:
@@ -228,7 +244,7 @@ class Keeper:
                 done = functools.partial(self._renewed, room, book.number, book.version, tick)
                 self._news([mark], done)
 
-    def leave(self, awake: Iterable[Room]) -> None:
+    def leave(self, awake: Iterable[AnyRoom]) -> None:
         """The server stops: write down where the rooms stand that are awake, to go on there."""
         marks: list[Write] = []
         for room in awake:
@@ -236,44 +252,44 @@ class Keeper:
             if book.known:
                 tick = room.world.tick
                 marks.append(
-                    Mark(book.number, tick, True, self.now(), room.checkpoint(), room.drops)
+                    Mark(book.number, tick, True, self.now(), room.checkpoint(), room.taken)
                 )
         self._news(marks, None)
 
-    async def log(self, room: Room) -> AsyncIterator[bytes]:
+    async def log(self, room: AnyRoom) -> AsyncIterator[bytes]:
         """The room's log as JSON in pieces, up to this moment; raises LedgerError.
 
         It is asked for whole before the first piece is given, but for later pages of a long one.
         """
-        book, count = self.book(room), room.drops
-        head = roomlog.head(room)
+        book = self.book(room)
+        log: _DropLog | _InputLog
+        if isinstance(room, ArenaRoom):
+            log = _InputLog(room, book.number)
+        else:
+            log = _DropLog(room, book.number)
         self._news([], None)
-        first = await self._page(book.number, 0, count)
-        return self._log(head, book.number, count, first)
+        first = await self._page(log, 0)
+        return self._log(log, first)
 
-    async def _page(self, number: int, first: int, count: int) -> Kept:
-        if first >= count:
-            return ()
-        limit = min(_PAGE, count - first)
-        return await self.ledger.read(
-            functools.partial(store.drops, room=number, first=first, limit=limit)
-        )
+    async def _page(self, log: "_DropLog | _InputLog", first: int) -> list[dict[str, Any]]:
+        if first >= log.count:
+            return []
+        limit = min(_PAGE, log.count - first)
+        return await self.ledger.read(functools.partial(log.read, first=first, limit=limit))
 
     async def _log(
-        self, head: dict[str, Any], number: int, count: int, page: Kept
+        self, log: "_DropLog | _InputLog", page: list[dict[str, Any]]
     ) -> AsyncIterator[bytes]:
-        digest = roomlog.LogDigest(head["world_digest"])
-        yield msgspec.json.encode(head)[:-1] + b',"drops":['
+        yield msgspec.json.encode(log.head)[:-1] + f',"{log.name}":['.encode()
         done = 0
         while page:
-            entries = [roomlog.entry(drop, result, head["tick"]) for drop, result in page]
-            digest.add(entries)
-            yield (b"," if done else b"") + msgspec.json.encode(entries)[1:-1]
+            log.digest.add(page)
+            yield (b"," if done else b"") + msgspec.json.encode(page)[1:-1]
             done += len(page)
-            page = await self._page(number, done, count)
-        yield b'],"digest":"' + digest.hex().encode() + b'"}\n'
+            page = await self._page(log, done)
+        yield b'],"digest":"' + log.digest.hex().encode() + b'"}\n'
 
-    async def resume(self) -> list[Room]:
+    async def resume(self) -> list[AnyRoom]:
         """The rooms in which something moved when the last server ended, as they were.
 
         Raises LedgerError when the ledger cannot be read.
@@ -306,11 +322,11 @@ class Keeper:
         """A parked room's sitting is over."""
         self._news([Close(room.number, room.tick, self.now())], None)
 
-    def touch(self, room: Room) -> None:
+    def touch(self, room: AnyRoom) -> None:
         """Someone needs the room."""
         self.book(room).used = self.now()
 
-    async def load(self, room_id: str) -> Room | None:
+    async def load(self, room_id: str) -> AnyRoom | None:
         """A room that sleeps in the ledger, or None when it knows no such open room.
 
         Raises LedgerError when it cannot be read.
@@ -320,7 +336,7 @@ class Keeper:
             return None
         return await (self._succeed(row) if self._outdated(row) else self._resume(row))
 
-    def adopt(self, row: RoomRow, board: Board) -> Room | None:
+    def adopt(self, row: RoomRow, board: Ground) -> AnyRoom | None:
         """A sleeping public room's next life in memory; None when its sitting cannot go on."""
         why = self._outdated(row)
         if why is None and row.board != board.digest:
@@ -328,8 +344,9 @@ class Keeper:
         if why is not None:
             self._retire(row, why)
             return None
-        rebuilt = rebuild(row, board, (), max_balls=self._max_balls)
-        return self._enter(row, rebuilt)
+        if isinstance(board, Board) and row.mode == MODE:
+            return self._enter(row, rebuild(row, board, (), max_balls=self._limits.alone))
+        return self._enter(row, rebuild_arena(row, board, (), limits=self._limits))
 
     @property
     def _ahead(self) -> int:
@@ -339,7 +356,7 @@ class Keeper:
         number, self._next_number = self._next_number, self._next_number + 1
         return number
 
-    def _rows(self, room: Room, book: Book) -> list[Write]:
+    def _rows(self, room: AnyRoom, book: Book) -> list[Write]:
         board = msgspec.json.encode(room.board.to_dict()).decode()
         return [
             BoardRow(room.board.digest, room.board.name, board),
@@ -347,7 +364,7 @@ class Keeper:
                 number=book.number,
                 id=room.id,
                 board=room.board.digest,
-                mode=MODE,
+                mode=room.mode,
                 owned=book.owned,
                 tick_rate=room.tick_rate,
                 physics_version=PHYSICS_VERSION,
@@ -356,12 +373,12 @@ class Keeper:
             ),
         ]
 
-    def _mark(self, room: Room, book: Book, tick: int) -> Mark:
+    def _mark(self, room: AnyRoom, book: Book, tick: int) -> Mark:
         mark = Mark(book.number, tick, True, self.now())
         if room.world.tick - book.checkpoint_tick < _CHECKPOINT * self._tick_rate:
             return mark
         book.checkpoint_tick = room.world.tick
-        return replace(mark, checkpoint=room.checkpoint(), checkpoint_drops=room.drops)
+        return replace(mark, checkpoint=room.checkpoint(), checkpoint_drops=room.taken)
 
     def _news(self, writes: list[Write], done: Done | None) -> None:
         """Hand what has landed, and `writes`, to the ledger."""
@@ -370,7 +387,7 @@ class Keeper:
 
     def _submitted(
         self,
-        room: Room,
+        room: AnyRoom,
         number: int,
         tick: int,
         first: bool,
@@ -388,22 +405,25 @@ class Keeper:
         done(error)
 
     def _renewed(
-        self, room: Room, number: int, version: int, tick: int, error: LedgerError | None
+        self, room: AnyRoom, number: int, version: int, tick: int, error: LedgerError | None
     ) -> None:
         book = self._books.get(room.id)
         if error is None and book is not None and (book.number, book.version) == (number, version):
             book.horizon = max(book.horizon, tick)
 
-    def _asleep(self, room: Room, number: int, version: int, error: LedgerError | None) -> None:
+    def _asleep(self, room: AnyRoom, number: int, version: int, error: LedgerError | None) -> None:
         book = self._books.get(room.id)
         if book is not None and (book.number, book.version) == (number, version):
             book.clean = error is None
 
-    async def _resume(self, row: RoomRow) -> Room | None:
+    async def _resume(self, row: RoomRow) -> AnyRoom | None:
         """A sitting's room, or None when it could not go on and was brought to an end."""
-        board = await self._board(row.board)
+        if row.mode != MODE:
+            return await self._resume_arena(row)
+        board = await self._ground(row)
+        assert isinstance(board, Board)
         # Those before the checkpoint are in it; their results are read to be compared.
-        first = max(0, row.checkpoint_drops - self._max_balls)
+        first = max(0, row.checkpoint_drops - self._limits.alone)
         drops = await self.ledger.read(functools.partial(store.drops, room=row.number, first=first))
         why = self._outdated(row)
         if why is not None and row.physics_version != PHYSICS_VERSION:
@@ -411,7 +431,7 @@ class Keeper:
             self._results += void
             self._retire(row, why)
             return None
-        work = functools.partial(rebuild, row, board, drops, max_balls=self._max_balls)
+        work = functools.partial(rebuild, row, board, drops, max_balls=self._limits.alone)
         rebuilt = await asyncio.to_thread(work)
         for difference in rebuilt.differences:
             _log.error("a result is not reproduced: %s", difference, extra={"room": row.id})
@@ -424,7 +444,21 @@ class Keeper:
         self.rebuilt += row.awake
         return self._enter(row, rebuilt)
 
-    def _enter(self, row: RoomRow, rebuilt: Rebuilt) -> Room:
+    async def _resume_arena(self, row: RoomRow) -> AnyRoom | None:
+        """The same, of a sitting whose balls touch each other."""
+        why = self._outdated(row)
+        if why is not None:
+            self._retire(row, why)
+            return None
+        ground = await self._ground(row)
+        read = functools.partial(store.inputs, room=row.number, first=row.checkpoint_drops)
+        inputs = await self.ledger.read(read)
+        work = functools.partial(rebuild_arena, row, ground, inputs, limits=self._limits)
+        rebuilt = await asyncio.to_thread(work)
+        self.rebuilt += row.awake
+        return self._enter(row, rebuilt)
+
+    def _enter(self, row: RoomRow, rebuilt: Rebuilt) -> AnyRoom:
         room = rebuilt.room
         self._results += rebuilt.results
         self._books[row.id] = Book(
@@ -454,24 +488,69 @@ class Keeper:
         _log.warning("room starts anew: %s", why, extra={"room": row.id})
         self._news([Close(row.number, row.tick, self.now())], None)
 
-    async def _succeed(self, row: RoomRow) -> Room:
+    async def _succeed(self, row: RoomRow) -> AnyRoom:
         """The same room in a new sitting, as the old one cannot go on."""
-        board = await self._board(row.board)
+        ground = await self._ground(row)
         if row.awake:
             await self._resume(row)
         else:
             self._retire(row, self._outdated(row) or "")
-        room = Room(row.id, board, tick_rate=self._tick_rate, max_balls=self._max_balls)
+        room = make_room(row.id, ground, row.mode, tick_rate=self._tick_rate, limits=self._limits)
         book = self.book(room)
         book.owned, book.opened, book.known = row.owned, row.opened, True
         await self.ledger.commit(*self._rows(room, book), undo=(Close(book.number, 0, row.used),))
         return room
 
-    async def _board(self, digest: str) -> Board:
-        text = await self.ledger.read(functools.partial(store.board, digest=digest))
+    async def _ground(self, row: RoomRow) -> Ground:
+        text = await self.ledger.read(functools.partial(store.board, digest=row.board))
         if text is None:
-            raise LedgerError(f"the ledger lacks board {digest}")
-        return await asyncio.to_thread(Board.from_json, msgspec.json.decode(text))
+            raise LedgerError(f"the ledger lacks board {row.board}")
+        return await asyncio.to_thread(ground_of, row.mode, text)
+
+
+def _row_of(room: int, plan: Plan | InputPlan) -> tuple[DropRow | InputRow, int]:
+    """What the ledger keeps of a planned drop or input, and its number in the room."""
+    if isinstance(plan, InputPlan):
+        data = msgspec.json.encode(plan.command.data).decode()
+        return InputRow(room, plan.number, plan.tick, data, plan.command.who), plan.number
+    drop = plan.command
+    row = DropRow(room, plan.ball, plan.tick, drop.seed, drop.x, drop.stake, drop.who)
+    return row, plan.ball
+
+
+class _DropLog:
+    """The log of a room by its drops."""
+
+    name = "drops"
+
+    def __init__(self, room: Room, number: int) -> None:
+        self.head = roomlog.head(room)
+        self.count = room.taken
+        self.digest = roomlog.LogDigest(self.head["world_digest"])
+        self._number = number
+
+    def read(self, connection: Connection, first: int, limit: int) -> list[dict[str, Any]]:
+        """Entries from `first` on."""
+        found = store.drops(connection, self._number, first, limit)
+        return [roomlog.entry(drop, result, self.head["tick"]) for drop, result in found]
+
+
+class _InputLog:
+    """The log of a room whose balls touch each other, by all its inputs."""
+
+    name = "inputs"
+
+    def __init__(self, room: ArenaRoom, number: int) -> None:
+        self.head = arena_log.head(room, roomlog.KIND)
+        self.count = room.taken
+        self.digest = arena_log.LogDigest(self.head["world_digest"])
+        self._number = number
+
+    def read(self, connection: Connection, first: int, limit: int) -> list[dict[str, Any]]:
+        """Entries from `first` on."""
+        return [
+            arena_log.entry(row) for row in store.inputs(connection, self._number, first, limit)
+        ]
 
 
 def _void(ball: int, row: RoomRow, why: str) -> ResultRow:

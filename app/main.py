@@ -19,6 +19,7 @@ from fastapi.openapi.utils import get_openapi
 from starlette.middleware.cors import CORSMiddleware
 
 from app import logs, problems, schemas, transport
+from app.arena_room import ArenaRoom
 from app.boards import Boards
 from app.cameras import Cameras
 from app.errors import SettingError
@@ -33,8 +34,10 @@ from app.middleware import BodyLimit, OriginCheck, SecurityHeaders
 from app.pictures import Pictures
 from app.protocol import shorten
 from app.readings import readings
+from app.room import DropCommand
+from app.room_kinds import BallLimits
 from app.rooms import Rooms
-from app.routes import boards, drops, health, live, page, pictures, rooms, simulate, ws
+from app.routes import boards, drops, health, live, page, pictures, rooms, scenes, simulate, ws
 from app.services import Services
 from app.settings import Settings, static_directory
 from app.tokens import Tokens, secret_of
@@ -89,6 +92,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         simulate.router,
         live.router,
         rooms.router,
+        scenes.router,
         health.router,
         ws.router,
     ):
@@ -130,7 +134,8 @@ def _services(settings: Settings) -> Services:
         period=1.0 / settings.tick_rate,
         patience=settings.ledger_patience,
     )
-    keeper = Keeper(ledger, tick_rate=settings.tick_rate, max_balls=settings.max_balls)
+    limits = BallLimits(settings.max_balls, settings.max_touching)
+    keeper = Keeper(ledger, tick_rate=settings.tick_rate, limits=limits)
     held = Rooms(
         settings,
         known,
@@ -210,6 +215,10 @@ def _warm_up() -> None:
     world = World(board, solver="exact")
     world.add(seed=0)
     world.step()
+    touching = ArenaRoom("warm-up", board, tick_rate=60, max_balls=2)
+    touching.take(DropCommand(0))
+    touching.step(watched=True)
+    touching.diagnostics()
 
 
 def _openapi(app: FastAPI) -> dict[str, Any]:

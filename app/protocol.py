@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from app.arena_messages import Change, ClaimMessage, WatchMessage
 from app.errors import InvalidValueError, MalformedError, UnknownMessageError
 from engine import Board
 
@@ -34,6 +35,7 @@ BALL = np.dtype(
     ]
 )
 FLAG_BOUNCED = 1  # the ball hit something since the snapshot before
+FLAG_ASLEEP = 2  # the ball is at rest, and stays so until something touches it
 
 _GRID = 65535  # steps of a 16-bit coordinate across the extent
 _TURN = 256  # steps of the angle in a full turn
@@ -81,6 +83,19 @@ class Limits(msgspec.Struct, frozen=True):
     message_bytes: int
 
 
+class ArenaState(msgspec.Struct, frozen=True, kw_only=True):
+    """What a room whose balls touch each other has beside the rest; `balls` is in columns."""
+
+    scene: dict[str, Any] | None
+    place: dict[str, Any]
+    settings: dict[str, float]
+    paused: bool
+    owned: bool
+    balls: dict[str, list[float]]
+    ranges: dict[str, Any]
+    presets: dict[str, dict[str, float]]
+
+
 class Hello(Event, frozen=True, tag="hello", kw_only=True):
     """The full state of a room, first to each client that connects."""
 
@@ -106,6 +121,7 @@ class Hello(Event, frozen=True, tag="hello", kw_only=True):
     stats: Stats
     run: str = ""
     key: str = ""
+    arena: ArenaState | msgspec.UnsetType = msgspec.UNSET
 
 
 class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
@@ -137,7 +153,7 @@ class Contact(Event, frozen=True, tag="contact", kw_only=True):
 
 
 class Landed(Event, frozen=True, tag="landed", kw_only=True):
-    """A ball's end; `digest` is that of the same drop replayed alone.
+    """A ball's end; `digest` is that of the same drop replayed alone, if no other ball touches it.
 
     `payout` in minor units is there where something was staked.
     """
@@ -149,7 +165,7 @@ class Landed(Event, frozen=True, tag="landed", kw_only=True):
     tick: int
     t: float
     x_end: float
-    digest: str
+    digest: str | None
     unsettled: str | None
     payout: int | msgspec.UnsetType = msgspec.UNSET
 
@@ -157,6 +173,73 @@ class Landed(Event, frozen=True, tag="landed", kw_only=True):
     def paid(self) -> int:
         """The payout, 0 where nothing was staked."""
         return self.payout if isinstance(self.payout, int) else 0
+
+
+class Placed(Event, frozen=True, tag="placed", kw_only=True):
+    """A ball was put in where balls touch each other, and what it is made of."""
+
+    tick: int
+    ball: int
+    x: float
+    y: float
+    radius: float
+    density: float
+    restitution: float
+    friction: float
+    ref: Any = None
+
+
+class Edited(Event, frozen=True, tag="edited", kw_only=True, omit_defaults=True):
+    """A ball, or every one where `ball` is null, is made of something else now."""
+
+    tick: int
+    ball: int | None
+    radius: float | None = None
+    density: float | None = None
+    restitution: float | None = None
+    friction: float | None = None
+
+
+class Removed(Event, frozen=True, tag="removed", kw_only=True):
+    """Balls are gone without having landed as a drop."""
+
+    tick: int
+    balls: list[int]
+
+
+class Settings(Event, frozen=True, tag="settings", kw_only=True):
+    """What holds for the room from now on, all of it, and whether its clock is stopped."""
+
+    tick: int
+    settings: dict[str, float]
+    paused: bool
+
+
+class Claimed(Event, frozen=True, tag="claimed", kw_only=True):
+    """The token was right: this connection may change the room."""
+
+    ref: Any = None
+
+
+class Diagnostics(Event, frozen=True, tag="diagnostics", kw_only=True):
+    """Energies in J (potential: zero at y = 0), momentum in kg m/s, angular in kg m^2/s.
+
+    `penetration` is the deepest overlap in m; `time` seconds of the arena.
+    """
+
+    tick: int
+    time: float
+    kinetic: float
+    potential: float
+    rotational: float
+    total: float
+    px: float
+    py: float
+    angular: float
+    contacts: int
+    penetration: float
+    asleep: int
+    count: int
 
 
 class Error(Event, frozen=True, tag="error", kw_only=True):
@@ -223,9 +306,12 @@ class ResumeMessage(msgspec.Struct, frozen=True, tag="resume", forbid_unknown_fi
     key: str = ""
 
 
-Message = DropMessage | PingMessage | ResumeMessage
+Message = DropMessage | PingMessage | ResumeMessage | Change | WatchMessage | ClaimMessage
 _messages: msgspec.json.Decoder[Message] = msgspec.json.Decoder(Message)
-_types = ("drop", "ping", "resume")
+_types = (
+    "drop", "ping", "resume", "add", "kick", "drag", "release", "remove", "clear", "edit", "settings",
+    "pause", "step", "reset", "watch", "claim",
+)  # fmt: skip
 
 
 def decode_message(data: str | bytes) -> Message:
@@ -315,8 +401,11 @@ def encode_snapshot(
     bounced: npt.NDArray[np.bool_],
     extent: Extent,
     velocity_scale: float,
+    asleep: npt.NDArray[np.bool_] | None = None,
 ) -> bytes:
     """A snapshot of `bodies` (shape (n,): id x y theta vx vy, SI units) with `bounced`, shape (n,).
+
+    `asleep`, of the same shape, is for rooms whose balls stay when they rest.
 
     `tick` and `seq` are taken modulo 2^32, ids modulo 2^16. What lies outside the extent or the
     velocity range is clamped to its edge.
@@ -329,6 +418,8 @@ def encode_snapshot(
     turns = bodies["theta"] * (1.0 / (2.0 * math.pi))
     balls["angle"] = np.rint((turns - np.floor(turns)) * _TURN).astype(np.int64) & (_TURN - 1)
     balls["flags"] = np.where(bounced, FLAG_BOUNCED, 0)
+    if asleep is not None:
+        balls["flags"] |= np.where(asleep, FLAG_ASLEEP, 0).astype(np.uint8)
     balls["vx"] = np.clip(np.rint(bodies["vx"] / velocity_scale), -_TOP, _TOP)
     balls["vy"] = np.clip(np.rint(bodies["vy"] / velocity_scale), -_TOP, _TOP)
     header = HEADER.pack(MAGIC, PROTOCOL_VERSION, count, tick & 0xFFFFFFFF, seq & 0xFFFFFFFF)
@@ -341,7 +432,7 @@ def _grid(values: npt.NDArray[np.float64], low: float, high: float) -> npt.NDArr
 
 
 class Snapshot(msgspec.Struct, frozen=True):
-    """A decoded snapshot: `balls` has fields id x y theta vx vy (SI units) and bounced."""
+    """A decoded snapshot: `balls` has fields id x y theta vx vy (SI units), bounced, asleep."""
 
     tick: int
     seq: int
@@ -357,6 +448,7 @@ DECODED = np.dtype(
         ("vx", "f8"),
         ("vy", "f8"),
         ("bounced", "?"),
+        ("asleep", "?"),
     ]
 )
 
@@ -382,4 +474,5 @@ def decode_snapshot(data: bytes, extent: Extent, velocity_scale: float) -> Snaps
     balls["vx"] = raw["vx"] * velocity_scale
     balls["vy"] = raw["vy"] * velocity_scale
     balls["bounced"] = (raw["flags"] & FLAG_BOUNCED) != 0
+    balls["asleep"] = (raw["flags"] & FLAG_ASLEEP) != 0
     return Snapshot(tick, seq, balls)

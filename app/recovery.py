@@ -3,9 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import msgspec
+
 from app import protocol
-from app.ledger.records import DropRow, ResultRow, RoomRow
-from app.room import DropCommand, Room
+from app.ledger.records import DropRow, InputRow, ResultRow, RoomRow
+from app.room import DropCommand
+from app.room_kinds import AnyRoom, ArenaRoom, BallLimits, Ground, Room, make_room
 from engine import Board
 
 Kept = Sequence[tuple[DropRow, ResultRow | None]]
@@ -15,7 +18,7 @@ Kept = Sequence[tuple[DropRow, ResultRow | None]]
 class Rebuilt:
     """A room as it was, what landed on the way there, and what of it the ledger says otherwise."""
 
-    room: Room
+    room: AnyRoom
     results: list[ResultRow] = field(default_factory=list)
     differences: list[str] = field(default_factory=list)
 
@@ -44,6 +47,23 @@ def rebuild(row: RoomRow, board: Board, drops: Kept, *, max_balls: int) -> Rebui
     return rebuilt
 
 
+def rebuild_arena(
+    row: RoomRow, ground: Ground, inputs: Sequence[InputRow], *, limits: BallLimits
+) -> Rebuilt:
+    """The same for a room whose balls touch each other, from its checkpoint and later `inputs`."""
+    room = make_room(row.id, ground, row.mode, tick_rate=row.tick_rate, limits=limits)
+    assert isinstance(room, ArenaRoom)
+    if row.checkpoint is not None:
+        room.restore(row.checkpoint)
+    for each in inputs:
+        while room.world.tick < each.tick:
+            room.step(watched=False)
+        room.replay(msgspec.json.decode(each.data))
+    while room.awake and room.world.tick < row.tick:
+        room.step(watched=False)
+    return Rebuilt(room)
+
+
 def finish(rebuilt: Rebuilt, number: int, most: int) -> bool:
     """Let all that moves land, in at most `most` ticks; returns whether it did."""
     for _ in range(most):
@@ -68,7 +88,7 @@ def result_of(number: int, landed: protocol.Landed) -> ResultRow:
         score=landed.score,
         t=landed.t,
         x_end=landed.x_end,
-        digest=landed.digest,
+        digest=landed.digest or "",
         unsettled=landed.unsettled,
         payout=landed.paid,
     )

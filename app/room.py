@@ -11,7 +11,7 @@ which a ball starts never depends on how long the ledger took.
 
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import msgspec
 import numpy as np
@@ -92,6 +92,26 @@ class Room:
         self._board_json = msgspec.Raw(msgspec.json.encode(board.to_dict()))
 
     @property
+    def mode(self) -> str:
+        """That each ball's path depends on its own seed alone."""
+        return MODE
+
+    @property
+    def solver(self) -> Literal["exact", "stepped"]:
+        """The solver that computes the paths."""
+        return SOLVER
+
+    @property
+    def taken(self) -> int:
+        """What the ledger counts: drops."""
+        return self.drops
+
+    @property
+    def touched(self) -> bool:
+        """Whether it changed between two ticks; balls begin to be seen with the next one."""
+        return False
+
+    @property
     def awake(self) -> bool:
         """Whether anything moves, or is about to."""
         return self.world.awake or bool(self.planned)
@@ -129,19 +149,20 @@ class Room:
         """Take a planned drop back, as if it had never been asked for."""
         self.planned.remove(plan)
 
-    def enter(self) -> list[tuple[Plan, protocol.Accepted]]:
+    def enter(self) -> list[tuple[Plan, list[protocol.Event]]]:
         """Put in the confirmed drops whose tick it is; returns the events that say so."""
-        entered = []
+        entered: list[tuple[Plan, list[protocol.Event]]] = []
         while self.planned and self.planned[0].durable and self.held:
             plan = self.planned.popleft()
-            entered.append((plan, self._add(plan)))
+            entered.append((plan, [self._add(plan)]))
         return entered
 
     def drop(self, command: DropCommand) -> protocol.Accepted:
         """Take a drop now, at once; raises what `plan` raises."""
         plan = self.plan(command)
         plan.durable = True
-        (_, accepted) = self.enter()[-1]
+        (_, (accepted,)) = self.enter()[-1]
+        assert isinstance(accepted, protocol.Accepted)
         return accepted
 
     def _add(self, plan: Plan) -> protocol.Accepted:

@@ -8,15 +8,18 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 
 from app import protocol
+from app.arena_room import ArenaCommand, InputPlan
+from app.arena_scene import GALTON, SANDBOX, Scene
 from app.boards import Boards
 from app.errors import (
     AppError,
     ClosedRoomError,
+    InvalidValueError,
     LedgerError,
     ResetError,
     RoomLimitError,
@@ -30,11 +33,29 @@ from app.ledger.unkept import Unkept
 from app.loop import Schedule, Ticker, Watcher
 from app.protocol import shorten
 from app.recent import Recent
-from app.room import DropCommand, Plan, Room
+from app.room import DropCommand, Plan
+from app.room_kinds import (
+    INTERACTING,
+    MODE,
+    SCENE,
+    AnyRoom,
+    ArenaRoom,
+    BallLimits,
+    Ground,
+    make_room,
+)
 from app.settings import Settings
 from engine import Board, preset_names
 
 MAIN = "main"  # the room that is always there
+
+PUBLIC_SCENES = {"sandbox": SANDBOX, "galton-pile": GALTON}
+"""Rooms of scenes that are always there, open to everybody."""
+
+TOUCHING = "interacting-"
+"""Before a preset's name: the public table on which balls knock each other."""
+
+_DIAGNOSED = 5  # times a second, for those who watch a room's diagnostics
 
 _IN_MEMORY = 256  # rooms; beyond that, those that nobody needs now are parked
 
@@ -43,12 +64,12 @@ _log = logging.getLogger("plinko")
 
 @dataclass(frozen=True, slots=True)
 class _Ask:
-    """Who asked for a drop, and waits to hear of it."""
+    """Who asked for a drop or a change, and waits to hear of it."""
 
     client: int | None
     key: str
     ref: Any
-    accepted: "asyncio.Future[protocol.Accepted]"
+    accepted: "asyncio.Future[protocol.Event | None]"
 
 
 class Rooms:
@@ -73,8 +94,9 @@ class Rooms:
         keeper: Keeper | None = None,
     ) -> None:
         self.settings = settings
+        self.ball_limits = BallLimits(settings.max_balls, settings.max_touching)
         self.keeper = keeper or Keeper(
-            Unkept(), tick_rate=settings.tick_rate, max_balls=settings.max_balls
+            Unkept(), tick_rate=settings.tick_rate, limits=self.ball_limits
         )
         self.hub = hub
         self.in_use: Callable[[str], bool] = lambda _: False  # watched by others than the hub's
@@ -91,24 +113,25 @@ class Rooms:
         self._draw = draw
         self._new_id = new_id
         self._recent: dict[str, Recent] = {}
-        self._rooms: OrderedDict[str, Room] = OrderedDict()  # the longest unused first
-        self._awake: dict[str, Room] = {}
+        self._rooms: OrderedDict[str, AnyRoom] = OrderedDict()  # the longest unused first
+        self._awake: dict[str, AnyRoom] = {}
         self._waiting: dict[tuple[str, int], list[asyncio.Future[protocol.Landed]]] = {}
         self._limits = protocol.Limits(settings.max_balls, settings.drop_rate, settings.max_message)
         self._main_board = main_board
         self._public: dict[str, RoomRow] = {}  # presets' rooms and main, while they are parked
         self._parked: OrderedDict[str, Parked] = OrderedDict()  # those with owners; as _rooms
         self._loading = asyncio.Lock()
+        self._curious: dict[str, set[int]] = {}  # clients that watch a room's diagnostics
         if not self.keeper.keeps:
             self.find(MAIN)
 
-    def all(self) -> list[Room]:
+    def all(self) -> list[AnyRoom]:
         """Every open room in memory, the longest unused first."""
         self._close_idle()
         return list(self._rooms.values())
 
     @property
-    def awake(self) -> list[Room]:
+    def awake(self) -> list[AnyRoom]:
         """The rooms in which something moves."""
         return list(self._awake.values())
 
@@ -121,7 +144,7 @@ class Rooms:
         """Whether there is a room of this id, in memory or parked."""
         return room_id in self._rooms or room_id in self._parked
 
-    def find(self, room_id: str) -> Room:
+    def find(self, room_id: str) -> AnyRoom:
         """The room of this id; a preset's name opens its public table. Raises UnknownRoomError."""
         room = self._rooms.get(room_id)
         if room is not None:
@@ -129,14 +152,24 @@ class Rooms:
             self.keeper.touch(room)
             return room
         if room_id == MAIN:
-            return self._open_public(MAIN, self._main_board)
+            return self._open_public(MAIN, self._main_board, MODE)
         if room_id in preset_names():
-            return self._open_public(room_id, self._boards.find(room_id))
+            return self._open_public(room_id, self._boards.find(room_id), MODE)
+        if room_id in PUBLIC_SCENES:
+            return self._open_public(room_id, self.scene({"scene": PUBLIC_SCENES[room_id]}), SCENE)
+        preset = room_id.removeprefix(TOUCHING)
+        if preset != room_id and preset in preset_names():
+            return self._open_public(room_id, self._boards.find(preset), INTERACTING)
         raise UnknownRoomError(
             f"room {shorten(room_id)} is neither open nor the name of a preset board", field="room"
         )
 
-    async def seek(self, room_id: str) -> Room:
+    def scene(self, values: object) -> Scene:
+        """The scene of a JSON object; raises InvalidValueError, SeedError."""
+        most = self.settings.max_touching
+        return Scene.of(values, tick_rate=self.settings.tick_rate, max_balls=most)
+
+    async def seek(self, room_id: str) -> AnyRoom:
         """`find`, in the ledger too. Raises UnknownRoomError, or LedgerError where it cannot tell.
 
         RoomLimitError when all rooms in memory are in use.
@@ -155,8 +188,6 @@ class Rooms:
         """Go on where the last server ended; raises LedgerError when the ledger cannot be read."""
         for room in await self.keeper.resume():
             self._add(room)
-            if room.awake:
-                self._awake[room.id] = room
         self._public = await self.keeper.public()
         self._parked = OrderedDict((room.id, room) for room in await self.keeper.parked())
         for room_id in self._rooms:
@@ -170,26 +201,26 @@ class Rooms:
         """The server stops: hand the ledger what it needs to go on from here."""
         self.keeper.leave(self._awake.values())
 
-    async def create(self, board: Board) -> Room:
-        """Open a room of its own over `board`.
+    async def create(self, ground: Ground, mode: str = MODE) -> AnyRoom:
+        """Open a room of its own over a board or a scene.
 
         Raises RoomLimitError when all rooms are in use, LedgerError when it cannot be kept.
         """
         self._make_place()
-        room = self._new(self._new_id(), board)
+        room = self._new(self._new_id(), ground, mode)
         await self.keeper.found(room)
         return self._add(room)
 
-    def enter(self, room: Room, client: Client) -> None:
+    def enter(self, room: AnyRoom, client: Client) -> None:
         """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
         self.hub.join(room.id, client)
         self._greet(room, client)
 
-    def owned(self, room: Room) -> bool:
+    def owned(self, room: AnyRoom) -> bool:
         """Whether the room has a creator, who alone may change it."""
         return self.keeper.book(room).owned
 
-    async def delete(self, room: Room) -> None:
+    async def delete(self, room: AnyRoom) -> None:
         """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
         await self.keeper.end(room)
         self._leave_behind(room, ClosedRoomError(f"room {room.id!r} was closed by its creator"))
@@ -197,21 +228,24 @@ class Rooms:
         self.hub.close(room.id, ClosedRoomError(f"room {room.id!r} was closed by its creator"))
         _log.info("room closed", extra={"room": room.id, "why": "its creator"})
 
-    async def reset(self, room: Room, board: Board | None = None) -> Room:
+    async def reset(self, room: AnyRoom, board: Board | None = None) -> AnyRoom:
         """Begin a room anew, on another board if one is given; everyone there starts over.
 
         Raises LedgerError, nothing done.
         """
-        new = self._new(room.id, board or room.board)
+        if board is not None and room.mode == SCENE:
+            raise InvalidValueError(f"room {room.id!r} is a scene without a board", field="board")
+        new = self._new(room.id, board or room.board, room.mode)
         await self.keeper.replace(room, new)
         self._leave_behind(room, ResetError(f"room {room.id!r} was reset by its creator"))
         self._rooms[room.id] = new
         self._recall(new)
+        self._rouse(new)
         for client in self.hub.clients(room.id):
             self._greet(new, client)
         return new
 
-    def _leave_behind(self, room: Room, error: AppError) -> None:
+    def _leave_behind(self, room: AnyRoom, error: AppError) -> None:
         """Tell all who wait for something in this room that it will not come."""
         self._awake.pop(room.id, None)
         for key in [key for key in self._waiting if key[0] == room.id]:
@@ -222,21 +256,26 @@ class Rooms:
             if not plan.note.accepted.done():
                 plan.note.accepted.set_exception(error)
 
-    def _greet(self, room: Room, client: Client) -> None:
+    def _greet(self, room: AnyRoom, client: Client) -> None:
         """Give a client the full state to start from."""
+        if isinstance(room, ArenaRoom):
+            room.owned = self.owned(room)
         hello = msgspec.structs.replace(
             room.hello(self.clock(), self._limits, client.stream),
             run=self._recent[room.id].run,
             key=client.key,
         )
         client.post(Frame.event(protocol.encode_event(hello)))
-        if client.stream == protocol.SEGMENTS:
+        if isinstance(room, ArenaRoom):
+            # Balls at rest are there too, and nothing moves that would have them shown.
+            client.show(Frame.picture(room.frame(first=True)))
+        elif client.stream == protocol.SEGMENTS:
             room.watch_segments(True)
             client.show(Frame.picture(room.all_segments()))
 
     def drop(
         self,
-        room: Room,
+        room: AnyRoom,
         seed: int | None,
         x: float | None,
         *,
@@ -252,17 +291,38 @@ class Rooms:
         came in between. Raises BallLimitError, LedgerError and the engine's errors.
         """
         command = DropCommand(self._draw() if seed is None else seed, x, stake, who)
-        plan = room.plan(command, self.keeper.lead)
-        accepted = asyncio.get_running_loop().create_future()
+        asked = self._ask(room, room.plan(command, self.keeper.lead), client, ref, key)
+        return cast("asyncio.Future[protocol.Accepted]", asked)
+
+    def change(
+        self,
+        room: ArenaRoom,
+        data: dict[str, Any],
+        *,
+        client: int | None = None,
+        key: str = "",
+        ref: Any = None,
+    ) -> "asyncio.Future[protocol.Event | None]":
+        """Take an input of a room whose balls touch each other, as `drop` takes a drop.
+
+        The future has the first event that came of it, if any. Raises InvalidValueError,
+        BallLimitError, LedgerError.
+        """
+        return self._ask(room, room.plan(ArenaCommand(data), self.keeper.lead), client, ref, key)
+
+    def _ask(
+        self, room: AnyRoom, plan: Plan | InputPlan, client: int | None, ref: Any, key: str
+    ) -> "asyncio.Future[protocol.Event | None]":
+        accepted: asyncio.Future[protocol.Event | None] = asyncio.get_running_loop().create_future()
         plan.note = _Ask(client, key, ref, accepted)
         try:
             self.keeper.submit(room, plan, functools.partial(self._kept, room, plan))
         except LedgerError:
-            room.refuse(plan)
+            room.refuse(plan)  # type: ignore[arg-type]
             raise
         return accepted
 
-    def _kept(self, room: Room, plan: Plan, error: LedgerError | None) -> None:
+    def _kept(self, room: AnyRoom, plan: Plan | InputPlan, error: LedgerError | None) -> None:
         """A planned drop is in the ledger, or will not be."""
         if self._rooms.get(room.id) is not room:
             error = error or LedgerError(f"room {room.id!r} was closed before the drop was kept")
@@ -270,34 +330,78 @@ class Rooms:
             plan.durable = True
             self._admit(room)
             return
-        room.refuse(plan)
+        room.refuse(plan)  # type: ignore[arg-type]
         if not plan.note.accepted.done():
             plan.note.accepted.set_exception(error)
 
-    def _admit(self, room: Room) -> None:
-        """Let in the drops whose tick it is, and tell everyone."""
-        before = room.seq
-        for seq, (plan, accepted) in enumerate(room.enter(), before + 1):
+    def _admit(self, room: AnyRoom) -> None:
+        """Let in what is planned for this tick, and tell everyone."""
+        seq = room.seq
+        for plan, events in room.enter():
             ask: _Ask = plan.note
-            self._recent[room.id].add(seq, accepted, ask.key, ask.ref)
-            self.accepted += 1
-            own = msgspec.structs.replace(accepted, ref=ask.ref)
-            if ask.client is not None:
-                self.hub.tell(room.id, ask.client, protocol.encode_event(own))
-            if self.hub.count(room.id) > (ask.client is not None):
-                self.hub.announce(room.id, protocol.encode_event(accepted), skip=ask.client)
+            own = None
+            for seq, event in enumerate(events, seq + 1):  # noqa: B020, PLW2901 - goes on counting
+                told = self._announce(room, seq, ask, event)
+                own = own or told
+            if isinstance(plan, InputPlan) and plan.command.data["type"] == "reset":
+                for client in self.hub.clients(room.id):
+                    self._greet(room, client)
             if not ask.accepted.done():
                 ask.accepted.set_result(own)
             self._awake[room.id] = room
             self.ticker.wake()
 
+    def _announce(
+        self, room: AnyRoom, seq: int, ask: _Ask, event: protocol.Event
+    ) -> protocol.Event:
+        """Tell everyone what came of an input; its note goes to who gave it alone."""
+        own = event
+        noted = isinstance(event, protocol.Accepted | protocol.Placed)
+        self._recent[room.id].add(seq, event, ask.key if noted else "", ask.ref)
+        if isinstance(event, protocol.Accepted | protocol.Placed):
+            self.accepted += isinstance(event, protocol.Accepted)
+            own = msgspec.structs.replace(event, ref=ask.ref)
+        if ask.client is not None:
+            self.hub.tell(room.id, ask.client, protocol.encode_event(own))
+        if self.hub.count(room.id) > (ask.client is not None):
+            self.hub.announce(room.id, protocol.encode_event(event), skip=ask.client)
+        return own
+
+    def watch(self, room: ArenaRoom, client: int, wanted: bool) -> None:
+        """Send a client the room's diagnostics from now on, or no more."""
+        watchers = self._curious.setdefault(room.id, set())
+        if wanted:
+            watchers.add(client)
+            self.hub.tell(room.id, client, protocol.encode_event(room.diagnostics()))
+        else:
+            watchers.discard(client)
+        if not watchers:
+            del self._curious[room.id]
+
+    def _diagnose(self, room: AnyRoom, before: int) -> None:
+        """Tell the diagnostics to those who watch them: a few times a second, and at the end."""
+        watchers = self._curious.get(room.id)
+        if not watchers or not isinstance(room, ArenaRoom):
+            return
+        every = max(1, self.settings.tick_rate // _DIAGNOSED)
+        if room.world.tick // every == before // every and room.awake:
+            return
+        told = protocol.encode_event(room.diagnostics())
+        for client in watchers:
+            self.hub.tell(room.id, client, told)
+
     def exit(self, room_id: str, client: Client) -> None:
         """A client watches no more."""
         self.hub.leave(room_id, client)
+        watchers = self._curious.get(room_id)
+        if watchers is not None:
+            watchers.discard(client.id)
+            if not watchers:
+                del self._curious[room_id]
         if room_id in self._rooms:
             self.keeper.touch(self._rooms[room_id])
 
-    async def landing(self, room: Room, ball: int, seconds: float) -> protocol.Landed | None:
+    async def landing(self, room: AnyRoom, ball: int, seconds: float) -> protocol.Landed | None:
         """Wait until the ball in flight lands; None when that takes longer than `seconds`."""
         future: asyncio.Future[protocol.Landed] = asyncio.get_running_loop().create_future()
         key = (room.id, ball)
@@ -313,23 +417,20 @@ class Rooms:
             if not waiting:
                 self._waiting.pop(key, None)
 
-    def _open_public(self, room_id: str, board: Board) -> Room:
+    def _open_public(self, room_id: str, ground: Ground, mode: str) -> AnyRoom:
         self._make_place()
         row = self._public.pop(room_id, None)
-        room = None if row is None else self.keeper.adopt(row, board)
-        return self._add(room or self._new(room_id, board))
+        room = None if row is None else self.keeper.adopt(row, ground)
+        return self._add(room or self._new(room_id, ground, mode))
 
-    def _new(self, room_id: str, board: Board) -> Room:
-        return Room(
-            room_id,
-            board,
-            tick_rate=self.settings.tick_rate,
-            max_balls=self.settings.max_balls,
-        )
+    def _new(self, room_id: str, ground: Ground, mode: str) -> AnyRoom:
+        rate = self.settings.tick_rate
+        return make_room(room_id, ground, mode, tick_rate=rate, limits=self.ball_limits)
 
-    def _add(self, room: Room) -> Room:
+    def _add(self, room: AnyRoom) -> AnyRoom:
         self._rooms[room.id] = room
         self._recall(room)
+        self._rouse(room)
         self.keeper.touch(room)
         _log.info("room opened", extra={"room": room.id, "board": room.board.digest})
         if self.keeper.keeps and len(self._rooms) > _IN_MEMORY:
@@ -338,16 +439,22 @@ class Rooms:
                 self._park(unneeded)
         return room
 
-    def _recall(self, room: Room) -> None:
+    def _recall(self, room: AnyRoom) -> None:
         """Begin to remember what is announced in a room that is new to the memory."""
         self._recent[room.id] = Recent(self._new_id())
         self._recent[room.id].begin(room.seq)
 
-    def missed(self, room: Room, run: str, since: int, key: str) -> protocol.Missed:
+    def missed(self, room: AnyRoom, run: str, since: int, key: str) -> protocol.Missed:
         """What a client with this key has missed after event number `since` of `run`."""
         return protocol.Missed(since=since, events=self._recent[room.id].since(run, since, key))
 
-    def _unneeded(self, also: Callable[[Room], bool]) -> Room | None:
+    def _rouse(self, room: AnyRoom) -> None:
+        """See to it that a room ticks in which something moves from the beginning."""
+        if room.awake:
+            self._awake[room.id] = room
+            self.ticker.wake()
+
+    def _unneeded(self, also: Callable[[AnyRoom], bool]) -> AnyRoom | None:
         """The longest unused room that can be had again without loss, of those that fit."""
         for room in self._rooms.values():
             used = room.id == MAIN or room.awake or self.hub.count(room.id)
@@ -356,7 +463,7 @@ class Rooms:
                 return room
         return None
 
-    def _park(self, room: Room) -> None:
+    def _park(self, room: AnyRoom) -> None:
         """Let the ledger have a sleeping room, and memory a line about it."""
         del self._rooms[room.id], self._recent[room.id]
         owned = self.keeper.book(room).owned
@@ -387,11 +494,11 @@ class Rooms:
         while (room := self._unneeded(functools.partial(self._idle, before))) is not None:
             self._retire(room, "unused")
 
-    def _idle(self, before: float, room: Room) -> bool:
+    def _idle(self, before: float, room: AnyRoom) -> bool:
         book = self.keeper.book(room)
         return book.owned and book.used < before
 
-    def _retire(self, room: Room, why: str) -> None:
+    def _retire(self, room: AnyRoom, why: str) -> None:
         """Close a room with an owner; park one without, as it opens again when asked for."""
         self._park(room)
         if room.id in self._parked:
@@ -413,7 +520,7 @@ class Rooms:
         self.keeper.ticked(due, self._awake.values())
         return bool(self._awake)
 
-    def _advance(self, room: Room, due: int) -> None:
+    def _advance(self, room: AnyRoom, due: int) -> None:
         watched = self.hub.count(room.id) > 0
         events: list[protocol.Event] = []
         before = room.world.tick
@@ -422,15 +529,14 @@ class Rooms:
                 self._tell(room, events)
                 events = []
                 self._admit(room)
-            if room.held or not self.keeper.may_step(room):
+            if room.held or not room.awake or not self.keeper.may_step(room):
                 break
             events += room.step(watched=watched)
-            if not room.awake:
-                break
         stepped = room.world.tick > before
         if stepped:
             room.tick_time = self.clock()
-        self._tell(room, events, with_picture=stepped)
+        self._tell(room, events, with_picture=stepped or room.touched)
+        self._diagnose(room, before)
         if not room.awake:
             del self._awake[room.id]
             self.keeper.slept(room)
@@ -438,7 +544,7 @@ class Rooms:
             self._admit(room)
 
     def _tell(
-        self, room: Room, events: list[protocol.Event], *, with_picture: bool = False
+        self, room: AnyRoom, events: list[protocol.Event], *, with_picture: bool = False
     ) -> None:
         """Send events, and the picture of this moment, to all who watch."""
         for seq, event in enumerate(events, room.seq - len(events) + 1):
@@ -452,8 +558,12 @@ class Rooms:
             if isinstance(event, protocol.Landed):
                 self._landed(room, event)
 
-    def _tell_segments(self, room: Room, events: list[protocol.Event], with_pieces: bool) -> None:
+    def _tell_segments(
+        self, room: AnyRoom, events: list[protocol.Event], with_pieces: bool
+    ) -> None:
         """Send what clients that draw the paths themselves need: no contacts, and new pieces."""
+        if isinstance(room, ArenaRoom):
+            return
         watched = self.hub.count(room.id, protocol.SEGMENTS) > 0
         room.watch_segments(watched)
         if not watched:
@@ -464,14 +574,14 @@ class Rooms:
             text = protocol.encode_events(told) if told else None
             self.hub.publish(room.id, protocol.SEGMENTS, text, pieces)
 
-    def _landed(self, room: Room, landed: protocol.Landed) -> None:
+    def _landed(self, room: AnyRoom, landed: protocol.Landed) -> None:
         self.landed += 1
         self.keeper.landed(room, landed)
         for future in self._waiting.pop((room.id, landed.ball), ()):
             if not future.done():
                 future.set_result(landed)
 
-    def _close(self, room: Room) -> None:
+    def _close(self, room: AnyRoom) -> None:
         error = AppError(f"room {room.id!r} failed and was closed")
         self._rooms.pop(room.id, None)
         self._recent.pop(room.id, None)

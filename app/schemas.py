@@ -208,13 +208,59 @@ class Simulation(msgspec.Struct, frozen=True):
     digest: Annotated[Digest, Meta(description="Over all outcomes, in the order of the seeds.")]
 
 
-class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A room to open."""
+SceneValue = Annotated[
+    Any, Meta(description="A parameter of the scene, as `GET scenes` lists them.")
+]
 
-    board: BoardRef
-    mode: Annotated[Literal["independent"], Meta(description="Balls do not touch each other.")] = (
-        "independent"
-    )
+
+class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A room to open, over a board or as a scene."""
+
+    board: BoardRef = None
+    mode: Annotated[
+        Literal["independent", "interacting"],
+        Meta(description="Whether balls pass through each other or knock each other."),
+    ] = "independent"
+    scene: Annotated[
+        str | None,
+        Meta(description="`sandbox` or `galton`, instead of a board; the rest is for scenes."),
+    ] = None
+    balls: SceneValue = None
+    seed: SceneValue = None
+    width: SceneValue = None
+    height: SceneValue = None
+    radii: SceneValue = None
+    speed: SceneValue = None
+    gravity: SceneValue = None
+    drag: SceneValue = None
+    restitution: SceneValue = None
+    friction: SceneValue = None
+    density: SceneValue = None
+    damping: SceneValue = None
+    correction: SceneValue = None
+    dt: SceneValue = None
+    substeps: SceneValue = None
+
+
+SCENE_PARAMETERS = tuple(
+    name for name in RoomRequest.__struct_fields__ if name not in ("board", "mode", "scene")
+)
+
+
+class SceneView(msgspec.Struct, frozen=True):
+    """A scene by name, the room in which everybody may play it, and what it is made with."""
+
+    name: str
+    room: str
+    parameters: Annotated[dict[str, Any], Meta(description="With their defaults.")]
+
+
+class SceneList(msgspec.Struct, frozen=True):
+    """The scenes; the ranges of what can be set, with units; the presets by name."""
+
+    scenes: list[SceneView]
+    ranges: dict[str, Any]
+    presets: dict[str, dict[str, float]]
 
 
 class RoomChange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -234,7 +280,9 @@ class RoomSummary(msgspec.Struct, frozen=True):
     awake: Annotated[bool, Meta(description="Whether anything moves.")]
     balls: Annotated[int, Meta(description="Balls in flight.")]
     clients: int
-    drops: Annotated[int, Meta(description="Drops accepted so far.")]
+    drops: Annotated[
+        int, Meta(description="Drops accepted so far; where balls touch each other, inputs.")
+    ]
 
 
 class RoomList(msgspec.Struct, frozen=True):
@@ -259,8 +307,11 @@ class RoomView(msgspec.Struct, frozen=True):
         bool, Meta(description="Whether its creator, by its token, may change, reset or close it.")
     ]
     extent: Extent
-    balls: list[BallStart]
+    balls: Annotated[list[BallStart], Meta(description="The drops in flight.")]
     stats: Stats
+    scene: Annotated[
+        dict[str, Any] | None, Meta(description="As it was opened; null for a room with a board.")
+    ]
 
 
 class RoomOpened(RoomView, frozen=True):
@@ -399,6 +450,7 @@ DOCUMENTED = (
     SimulationRequest,
     Simulation,
     RoomRequest,
+    SceneList,
     RoomChange,
     RoomList,
     RoomView,

@@ -63,6 +63,10 @@ class Settings:
     message_rate: float = _setting(60.0, "messages a second from one client", 0.1, 1e6)
     drop_rate: float = _setting(20.0, "drops a second from one client", 0.1, 1e6)
     max_balls: int = _setting(200, "balls in flight in one room", 1, 65535)
+    max_touching: int = _setting(500, "balls in one room whose balls touch each other", 1, 1000)
+    change_rate: float = _setting(
+        40.0, "changes a second from one client of a room whose balls touch each other", 0.1, 1e6
+    )
     max_clients: int = _setting(1000, "clients in one room", 1, 1_000_000)
     max_rooms: int = _setting(1000, "rooms held at once; idle ones make way", 1, 1_000_000)
     creator_rooms: int = _setting(

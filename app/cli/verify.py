@@ -25,8 +25,9 @@ def command(record: str) -> int:
 
     if roomlog.is_log(fields):
         result = roomlog.verify_log(fields)
-        count = len(fields["drops"])
-        what, maker, done = "log", "replay", f"{count} drop{'s' * (count != 1)}, "
+        name = "drop" if "drops" in fields else "input"
+        count = len(fields[f"{name}s"])
+        what, maker, done = "log", "replay", f"{count} {name}{'s' * (count != 1)}, "
     else:
         from engine import verify
 

@@ -20,7 +20,8 @@ class RoomRow:
     """A sitting of the room `id`: one world from tick 0 on; `number` is its own, for ever.
 
     `tick` is one that nobody was shown a later one than. `checkpoint` is a world to start a replay
-    from, after `checkpoint_drops` drops; None means an empty one at tick 0. Times are Unix times.
+    from, after `checkpoint_drops` drops (or inputs); None means the world at tick 0. Times are
+    Unix times.
     """
 
     number: int
@@ -73,6 +74,17 @@ class DropRow:
 
 
 @dataclass(frozen=True, slots=True)
+class InputRow:
+    """Input `number` of a room whose balls touch each other, as JSON, carried out at `tick`."""
+
+    room: int
+    number: int
+    tick: int
+    data: str
+    who: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class ResultRow:
     """How a drop ended, with the digest of all it went through; `payout` in minor units."""
 
@@ -102,7 +114,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Undo:
-    """Forget drops of `room` from ball number `first` on: they were refused, or may have been."""
+    """Forget drops or inputs of `room` from number `first` on: they were or may be refused."""
 
     room: int
     first: int
@@ -117,4 +129,4 @@ class Close:
     closed: float
 
 
-Write = BoardRow | RoomRow | DropRow | ResultRow | Mark | Undo | Close
+Write = BoardRow | RoomRow | DropRow | InputRow | ResultRow | Mark | Undo | Close

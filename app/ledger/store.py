@@ -13,6 +13,7 @@ from app.ledger.records import (
     BoardRow,
     Close,
     DropRow,
+    InputRow,
     Mark,
     Parked,
     ResultRow,
@@ -121,6 +122,24 @@ def drops(
     return found
 
 
+def inputs(
+    connection: Connection, room: int, first: int, limit: int | None = None
+) -> list[InputRow]:
+    """Inputs of a sitting from `first` on, in order; raises ValueError when one is missing."""
+    row = tables.inputs.c
+    chosen = (
+        select(tables.inputs)
+        .where(row.room == room, row.number >= first)
+        .order_by(row.number)
+        .limit(limit)
+    )
+    found = [InputRow(**each) for each in connection.execute(chosen).mappings()]
+    for number, each in enumerate(found, first):
+        if each.number != number:
+            raise ValueError(f"sitting {room} of the ledger lacks input {number}")
+    return found
+
+
 def drop_count(connection: Connection, room: int) -> int:
     """How many drops a sitting has taken."""
     highest = select(tables.drops.c.ball).where(tables.drops.c.room == room)
@@ -175,6 +194,10 @@ def _add_drops(connection: Connection, rows: list[DropRow]) -> None:
     )
 
 
+def _add_inputs(connection: Connection, rows: list[InputRow]) -> None:
+    connection.execute(insert(tables.inputs), [asdict(row) for row in rows])
+
+
 def _add_results(connection: Connection, rows: list[ResultRow]) -> None:
     # A result that is written again is the same: it follows from the drop.
     _insert_new(connection, tables.results, [asdict(row) for row in rows])
@@ -196,6 +219,10 @@ def _undo(connection: Connection, rows: list[Undo]) -> None:
             connection.execute(
                 delete(table).where(table.c.room == row.room, table.c.ball >= row.first)
             )
+        number = tables.inputs.c.number
+        connection.execute(
+            delete(tables.inputs).where(tables.inputs.c.room == row.room, number >= row.first)
+        )
 
 
 def _close(connection: Connection, rows: list[Close]) -> None:
@@ -211,6 +238,7 @@ _APPLY: dict[type, Callable[[Connection, Any], None]] = {
     BoardRow: _add_boards,
     RoomRow: _add_rooms,
     DropRow: _add_drops,
+    InputRow: _add_inputs,
     ResultRow: _add_results,
     Mark: _mark,
     Undo: _undo,

@@ -73,6 +73,17 @@ drops = Table(
     CheckConstraint("stake >= 0", name="drops_stake"),
 )
 
+# What rooms were told whose balls touch each other, drops included: such a room follows from it.
+inputs = Table(
+    "inputs",
+    metadata,
+    Column("room", ForeignKey("rooms.number"), primary_key=True),
+    Column("number", BigInteger, primary_key=True, autoincrement=False),
+    Column("tick", BigInteger, nullable=False),
+    Column("data", Text, nullable=False),  # JSON
+    Column("who", String(64)),
+)
+
 results = Table(
     "results",
     metadata,

@@ -9,7 +9,9 @@ from fastapi import APIRouter, Query, Request, Response
 from starlette.types import Receive, Scope, Send
 
 from app.cameras import BOUNDARY, PART_HEAD, Camera, Cameras, Shot, scene_of
+from app.errors import InvalidValueError
 from app.pictures import look
+from app.room_kinds import AnyRoom, ArenaRoom, Room
 from app.routes.common import Server, documented, is_current
 from app.routes.pictures import STILLS, ThemeName, Width
 
@@ -20,12 +22,22 @@ STREAM = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
 Fps = Annotated[int, Query(ge=1, le=60, description="Frames a second, at most.")]
 
 
+def drawable(room: AnyRoom) -> Room:
+    """The room, if its balls are all of one size and it has a board; else InvalidValueError."""
+    if isinstance(room, ArenaRoom):
+        raise InvalidValueError(
+            f"room {room.id!r} has balls of many sizes, which no picture shows; watch it live",
+            field="room",
+        )
+    return room
+
+
 def _frame(fmt: str) -> Callable[..., object]:
     async def get_frame(
         room: str, request: Request, server: Server, width: Width = 760, theme: ThemeName = "light"
     ) -> Response:
         """The room as it is now. The ETag changes when something has moved."""
-        found = await server.rooms.seek(room)
+        found = drawable(await server.rooms.seek(room))
         moment = f"{found.id}.{found.world.tick}.{found.drops}"
         etag = f"{moment}.{fmt}.{width}.{theme}.{look()}"
         headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
@@ -72,7 +84,7 @@ async def get_stream(
     All who watch a room in the same size, theme and rate get the same bytes. One who reads slowly
     gets fewer frames.
     """
-    found = await server.rooms.seek(room)
+    found = drawable(await server.rooms.seek(room))
     shot = Shot(found.id, width, theme, fps)
     return _Stream(server.cameras, *await server.cameras.open(found, shot))
 

@@ -7,10 +7,10 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import StreamingResponse
 from fastapi.security import HTTPBearer
 
-from app.errors import TokenError
+from app.errors import InvalidValueError, TokenError
 from app.ledger.records import Parked
 from app.protocol import parse_x
-from app.room import MODE, SOLVER, Room
+from app.room_kinds import SCENE, AnyRoom, Ground, Scene
 from app.routes.common import (
     Server,
     address_of,
@@ -24,6 +24,7 @@ from app.routes.common import (
     resolve_board,
 )
 from app.schemas import (
+    SCENE_PARAMETERS,
     RoomChange,
     RoomDrop,
     RoomDropRequest,
@@ -62,13 +63,17 @@ async def list_rooms(server: Server) -> Response:
     openapi_extra=body_of(RoomRequest, {"board": "triangle-12-high"}),
 )
 async def open_room(request: Request, server: Server) -> Response:
-    """Open a room with an id of its own over any board; watch it at `/ws/rooms/{id}`.
+    """Open a room with an id of its own; watch it at `/ws/rooms/{id}`.
+
+    Over any board, `mode` says whether its balls touch each other. Instead of a board a `scene`
+    may be asked for, with any of its parameters (`GET scenes` lists them).
 
     The reply's `token` lets its holder change, reset and close the room.
     """
     with server.creators.place(address_of(request)) as take:
         body = await read(request, RoomRequest)
-        room = await server.rooms.create(await resolve_board(server, body.board))
+        ground, mode = await _ground(server, body)
+        room = await server.rooms.create(ground, mode)
         take(room.id)
     view = msgspec.structs.asdict(_view(server, room))
     opened = RoomOpened(**view, token=server.tokens.of(room.id))
@@ -174,7 +179,22 @@ async def post_room_drop(
     return reply(drop, 202 if landed is None else 200)
 
 
-async def _own_room(room_id: str, request: Request, server: Services) -> Room:
+async def _ground(server: Services, body: RoomRequest) -> tuple[Ground, str]:
+    """What a room is asked for over, and its mode."""
+    if body.scene is None:
+        for name in SCENE_PARAMETERS:
+            if getattr(body, name) is not None:
+                raise InvalidValueError(
+                    f"{name} is a parameter of a scene, not of a board", field=name
+                )
+        return await resolve_board(server, body.board), body.mode
+    if body.board is not None:
+        raise InvalidValueError("a room has either a board or a scene", field="board")
+    values = {name: getattr(body, name) for name in SCENE_PARAMETERS}
+    return server.rooms.scene({"scene": body.scene, **values}), SCENE
+
+
+async def _own_room(room_id: str, request: Request, server: Services) -> AnyRoom:
     """The room, if the request bears its token; raises what stands in the way."""
     room = await server.rooms.seek(room_id)
     if not server.rooms.owned(room):
@@ -183,17 +203,17 @@ async def _own_room(room_id: str, request: Request, server: Services) -> Room:
     return room
 
 
-def _summary(server: Services, room: Room) -> RoomSummary:
+def _summary(server: Services, room: AnyRoom) -> RoomSummary:
     return RoomSummary(
         id=room.id,
         board_name=room.board.name,
         board_digest=room.board.digest,
-        mode=MODE,
+        mode=room.mode,
         tick=room.world.tick,
         awake=room.awake,
-        balls=len(room.balls),
+        balls=room.world.count,
         clients=server.hub.count(room.id),
-        drops=room.drops,
+        drops=room.taken,
     )
 
 
@@ -211,13 +231,13 @@ def _parked(room: Parked) -> RoomSummary:
     )
 
 
-def _view(server: Services, room: Room) -> RoomView:
+def _view(server: Services, room: AnyRoom) -> RoomView:
     return RoomView(
         id=room.id,
         board_name=room.board.name,
         board_digest=room.board.digest,
-        mode=MODE,
-        solver=SOLVER,
+        mode=room.mode,
+        solver=room.solver,
         tick=room.world.tick,
         tick_rate=room.tick_rate,
         awake=room.awake,
@@ -226,4 +246,5 @@ def _view(server: Services, room: Room) -> RoomView:
         extent=room.extent,
         balls=room.balls,
         stats=room.stats(),
+        scene=room.board.to_dict() if isinstance(room.board, Scene) else None,
     )

@@ -7,10 +7,13 @@ import logging
 import secrets
 import time
 from collections.abc import Callable
+from typing import Any
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from app import protocol
+from app.arena_messages import ClaimMessage, WatchMessage
+from app.changes import Changes
 from app.errors import (
     AbuseError,
     AppError,
@@ -18,6 +21,7 @@ from app.errors import (
     LimitError,
     MalformedError,
     MessageFloodError,
+    MissingBallError,
     SlowClientError,
     answer,
 )
@@ -25,7 +29,7 @@ from app.frames import Frame
 from app.hub import Client, Mailbox
 from app.limits import TokenBucket, spend
 from app.protocol import shorten
-from app.room import Room
+from app.room_kinds import AnyRoom, ArenaRoom
 from app.routes.common import Server
 from app.services import Services
 from app.stakes import parse_stake, parse_who
@@ -81,7 +85,7 @@ def _event(error: BaseException, ref: object = None) -> protocol.Error:
 class Session:
     """One client in one room."""
 
-    def __init__(self, socket: WebSocket, server: Services, room: Room, stream: str) -> None:
+    def __init__(self, socket: WebSocket, server: Services, room: AnyRoom, stream: str) -> None:
         settings = server.settings
         now = time.monotonic()
         self.socket = socket
@@ -98,10 +102,11 @@ class Session:
         )
         self._messages = TokenBucket(settings.message_rate, 2 * settings.message_rate, now)
         self._drops = TokenBucket(settings.drop_rate, 2 * settings.drop_rate, now)
+        self._changes = Changes(server, room.id, self.client.id)
         self._strikes = TokenBucket(_STRIKES_FORGIVEN, _STRIKES, now)
 
     @property
-    def room(self) -> Room:
+    def room(self) -> AnyRoom:
         """The room as it is now: its creator may have begun it anew."""
         return self.server.rooms.find(self.room_id)
 
@@ -112,6 +117,7 @@ class Session:
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
+            self._changes.let_go()
             self.server.rooms.exit(self.room_id, self.client)
             for task in tasks:
                 task.cancel()
@@ -138,9 +144,15 @@ class Session:
 
     def _renewal(self, stream: str) -> Callable[[], Frame] | None:
         """Pieces of paths add up: several that could not be sent are made good by a full frame."""
-        if self.room.stream_of(stream) == protocol.SNAPSHOTS:
+        room = self.room
+        if isinstance(room, ArenaRoom) or room.stream_of(stream) == protocol.SNAPSHOTS:
             return None
-        return lambda: Frame.picture(self.room.all_segments())
+        return self._all_segments
+
+    def _all_segments(self) -> Frame:
+        room = self.room
+        assert not isinstance(room, ArenaRoom)
+        return Frame.picture(room.all_segments())
 
     def _limit_messages(self) -> None:
         """Raise MessageFloodError when messages come too fast."""
@@ -153,17 +165,24 @@ class Session:
         if not isinstance(data, str):
             raise MalformedError("a binary frame is no message; send JSON in a text frame")
         message = protocol.decode_message(data)
-        if isinstance(message, protocol.PingMessage):
-            self._tell(self._pong(message))
-            return
-        if isinstance(message, protocol.ResumeMessage):
-            where = (message.run, message.since, message.key)
-            self._tell(self.server.rooms.missed(self.room, *where))
-            return
+        match message:
+            case protocol.PingMessage():
+                self._tell(self._pong(message))
+            case protocol.ResumeMessage(run=run, since=since, key=key):
+                self._tell(self.server.rooms.missed(self.room, run, since, key))
+            case protocol.DropMessage():
+                self._drop(message)
+            case ClaimMessage():
+                self._tell(self._changes.claim(message))
+            case WatchMessage():
+                self._changes.watch(self.room, message)
+            case _:
+                self._follow(message.ref, self._changes.take(self.room, message))
+
+    def _drop(self, message: protocol.DropMessage) -> None:
         spend(self._drops, time.monotonic(), "drops")
         seed = None if message.seed is None else parse_seed(message.seed)
         x = protocol.parse_x(message.x)
-        # Not waited for: a player's next message need not wait for a disk.
         asked = self.server.rooms.drop(
             self.room,
             seed,
@@ -174,10 +193,14 @@ class Session:
             key=self.client.key,
             ref=message.ref,
         )
-        asked.add_done_callback(functools.partial(self._dropped, message.ref))
+        self._follow(message.ref, asked)
 
-    def _dropped(self, ref: object, asked: "asyncio.Future[protocol.Accepted]") -> None:
-        """Tell the player that a drop could not be kept; that it was, the room has told."""
+    def _follow(self, ref: object, asked: "asyncio.Future[Any]") -> None:
+        # Not waited for: a player's next message need not wait for a disk.
+        asked.add_done_callback(functools.partial(self._kept, ref))
+
+    def _kept(self, ref: object, asked: "asyncio.Future[Any]") -> None:
+        """Tell the player what could not be kept; what was kept, the room has told."""
         error = None if asked.cancelled() else asked.exception()
         if error is not None:
             event = protocol.encode_event(_event(error, ref))
@@ -189,7 +212,7 @@ class Session:
 
     def _answer(self, error: AppError | EngineError, ref: object) -> None:
         # A full room, a finger too fast, or a ledger that is lost, is no offence.
-        innocent = isinstance(error, LimitError | LedgerError)
+        innocent = isinstance(error, LimitError | LedgerError | MissingBallError)
         innocent = innocent and not isinstance(error, MessageFloodError)
         if not innocent and not self._strikes.take(time.monotonic()):
             raise AbuseError(f"too many bad messages; the last: {error}")

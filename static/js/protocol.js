@@ -7,6 +7,7 @@ const HEADER_BYTES = 12;
 const BALL_BYTES = 12;
 const GRID = 65535; // steps of a coordinate across the extent
 const BOUNCED = 1;
+const ASLEEP = 2;
 
 /** Bytes or text that do not follow the protocol. The message names the bad value. */
 export class ProtocolError extends Error {}
@@ -31,6 +32,7 @@ export class ProtocolError extends Error {}
  * @property {Float64Array} vx m/s
  * @property {Float64Array} vy m/s
  * @property {Uint8Array} bounced 1 when it hit something since the snapshot before
+ * @property {Uint8Array} asleep 1 when it is at rest, in a room whose balls touch each other
  */
 
 /**
@@ -55,6 +57,7 @@ export function decodeSnapshot(buffer, { extent, velocityScale }, into) {
     snapshot.y[i] = (view.getUint16(at + 4, true) / GRID) * down + extent.y_min;
     snapshot.angle[i] = view.getUint8(at + 6) * ((2 * Math.PI) / 256);
     snapshot.bounced[i] = view.getUint8(at + 7) & BOUNCED;
+    snapshot.asleep[i] = (view.getUint8(at + 7) & ASLEEP) >> 1;
     snapshot.vx[i] = view.getInt16(at + 8, true) * velocityScale;
     snapshot.vy[i] = view.getInt16(at + 10, true) * velocityScale;
   }
@@ -74,6 +77,7 @@ function columns(size) {
     vx: new Float64Array(size),
     vy: new Float64Array(size),
     bounced: new Uint8Array(size),
+    asleep: new Uint8Array(size),
   };
 }
 
