@@ -7,6 +7,7 @@ import httpx
 import pytest
 
 from app import roomlog
+from app.arena_room import ArenaRoom
 from tests.app.conftest import Player, Running, eventually, playing, serving
 
 
@@ -127,13 +128,8 @@ async def test_diagnostics_come_a_few_times_a_second_to_those_who_asked(
     server: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     room = await opened(server, scene="sandbox", balls=10, restitution=0.9)
-    live = server.services.rooms.find(room["id"])
-    computed = []
-    monkeypatch.setattr(
-        type(live),
-        "diagnostics",
-        _counted(type(live).diagnostics, computed),  # type: ignore[attr-defined]
-    )
+    computed: list[int] = []
+    monkeypatch.setattr(ArenaRoom, "diagnostics", _counted(ArenaRoom.diagnostics, computed))
     async with playing(server.socket(room["id"])) as one, playing(server.socket(room["id"])) as two:
         for player in (one, two):
             await mine(player, room)
@@ -237,7 +233,7 @@ async def test_changes_too_fast_and_balls_too_many_are_refused() -> None:
         async with playing(server.socket("interacting-triangle-8")) as player:
             for ref in range(12):
                 await player.send(type="add", x=0.0, y=0.5 + 0.1 * ref, radius=0.02, ref=ref)
-            codes = []
+            codes: list[str] = []
             while len(codes) < 9:
                 codes.append((await player.until("error"))["code"])
             assert set(codes) == {"too-many-balls", "rate-limited"}

@@ -17,6 +17,7 @@ from app.ledger.writer import Done
 from app.protocol import Landed
 from app.recovery import Kept, rebuild, result_of
 from app.room import DropCommand, Room
+from app.room_kinds import BallLimits
 from app.rooms import Rooms
 from app.settings import Settings
 from engine import PHYSICS_VERSION, Board, drop
@@ -51,7 +52,7 @@ class Table:
 
     def __init__(self) -> None:
         self.ledger = Patient()
-        keeper = Keeper(self.ledger, tick_rate=60, max_balls=200)
+        keeper = Keeper(self.ledger, tick_rate=60, limits=BallLimits(200, 200))
         self.rooms = Rooms(Settings(), Boards(8), Hub(8), BOARD, keeper=keeper)
         self.room = self.rooms.find("main")
 
