@@ -309,8 +309,8 @@ class ResumeMessage(msgspec.Struct, frozen=True, tag="resume", forbid_unknown_fi
 Message = DropMessage | PingMessage | ResumeMessage | Change | WatchMessage | ClaimMessage
 _messages: msgspec.json.Decoder[Message] = msgspec.json.Decoder(Message)
 _types = (
-    "drop", "ping", "resume", "add", "kick", "drag", "release", "remove", "clear", "edit", "settings",
-    "pause", "step", "reset", "watch", "claim",
+    "drop", "ping", "resume", "add", "kick", "drag", "release", "remove", "clear", "edit",
+    "settings", "pause", "step", "reset", "watch", "claim",
 )  # fmt: skip
 
 

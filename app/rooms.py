@@ -2,6 +2,7 @@
 
 import asyncio
 import functools
+import itertools
 import logging
 import secrets
 import time
@@ -336,12 +337,12 @@ class Rooms:
 
     def _admit(self, room: AnyRoom) -> None:
         """Let in what is planned for this tick, and tell everyone."""
-        seq = room.seq
+        numbers = itertools.count(room.seq + 1)
         for plan, events in room.enter():
             ask: _Ask = plan.note
             own = None
-            for seq, event in enumerate(events, seq + 1):  # noqa: B020, PLW2901 - goes on counting
-                told = self._announce(room, seq, ask, event)
+            for event in events:
+                told = self._announce(room, next(numbers), ask, event)
                 own = own or told
             if isinstance(plan, InputPlan) and plan.command.data["type"] == "reset":
                 for client in self.hub.clients(room.id):

@@ -1,4 +1,4 @@
-"""A room whose balls touch, with no server: inputs in, events and frames out, the same each time."""
+"""A room whose balls touch, with no server: inputs in, events and frames out, each time alike."""
 
 import random
 from typing import Any
@@ -161,7 +161,8 @@ def test_drops_on_a_board_knock_each_other_and_land_in_bins() -> None:
 
 
 def play(  # noqa: PLR0912 - one branch for each thing that people do
-    room: ArenaRoom, seed: int, ticks: int = 240) -> list[InputRow]:
+    room: ArenaRoom, seed: int, ticks: int = 240
+) -> list[InputRow]:
     """Everything that people do, at random; returns the inputs as a ledger keeps them."""
     chance = random.Random(seed)
     kept = []
