@@ -1,6 +1,7 @@
 // Names of the preset boards and of the public tables they are played at. Pure.
 
 export const MAIN_ROOM = "main";
+const KNOCKING = "interacting-"; // before a preset's name: its table on which balls knock each other
 
 /**
  * @typedef {object} Choice
@@ -27,8 +28,10 @@ export function readBoardName(name) {
 /**
  * @param {string} name of a preset
  * @param {string | null} mainBoard the main room's board, as far as it is known
+ * @param {boolean} [knock] whether balls knock each other there
  * @returns {string} the id of the public room where it is played
  */
-export function roomOf(name, mainBoard) {
+export function roomOf(name, mainBoard, knock = false) {
+  if (knock) return `${KNOCKING}${name}`;
   return name === mainBoard ? MAIN_ROOM : name;
 }

@@ -11,7 +11,8 @@ const MOST_ROWS = 16;
 
 /**
  * @typedef {{seed: string | null, x: number | null, stake: number}} Ask
- * @typedef {import("./boards.js").Choice & import("./worlds.js").World} TableChoice
+ * @typedef {import("./boards.js").Choice & import("./worlds.js").World & {knock: boolean}} TableChoice
+ * knock: whether balls knock each other
  *
  * @typedef {object} ControlsListener
  * @property {(count: number, ask: () => Ask) => void} onDrop so many balls; `ask` makes each
@@ -68,6 +69,11 @@ export class Controls {
     this.showChoice(name);
     byId("gravity").options[0].textContent = `Own, ${Number(board.gravity.toFixed(2))}`;
     this.start.setBoard(board, slots);
+  }
+
+  /** @param {boolean} knock whether balls knock each other at this table */
+  showKnocking(knock) {
+    this.boardForm.elements.balls.value = knock ? "knock" : "pass";
   }
 
   /** @param {string} name of the board that is played */
@@ -128,10 +134,10 @@ export class Controls {
   }
 
   #choice() {
-    const { kind, rows, risk, gravity, material } = this.boardForm.elements;
+    const { kind, rows, risk, balls, gravity, material } = this.boardForm.elements;
     return {
       kind: kind.value || "triangle", rows: Number(rows.value), risk: risk.value,
-      gravity: gravity.value, material: material.value,
+      gravity: gravity.value, material: material.value, knock: balls.value === "knock",
     };
   }
 

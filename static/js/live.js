@@ -61,7 +61,9 @@ export class LiveTable {
    * @param {{seed: string | null, x: number | null, stake?: number}} ask
    * @returns {boolean} false when there is no line: nothing was sent
    */
-  drop({ seed, x, stake = 1 }) {
+  drop({ seed, x, stake: wanted = 1 }) {
+    // Where others may knock the ball nothing is staked.
+    const stake = this.hello?.mode === "interacting" ? 0 : wanted;
     const ref = `d${this.#refs}`;
     this.#refs += 1;
     const message = {
@@ -207,6 +209,10 @@ export class LiveTable {
   /** @param {{ref: string, ball: any}} drop landed while nobody told us */
   async #recover({ ref, ball, stake }) {
     this.#mine.delete(ref);
+    if (this.hello.mode === "interacting") {
+      this.listener.onError(`What became of seed ${ball.seed} is unknown: others knocked it.`);
+      return;
+    }
     try {
       const played = { ...this.#playedOf(ball), stake };
       const record = await getJson(dropPath(played));
@@ -256,7 +262,8 @@ export class LiveTable {
   }
 
   #playedOf({ seed, x, explicit }) {
-    return { board: this.address, name: this.hello.board_name, seed, x: explicit ? x : null };
+    const knocked = this.hello.mode === "interacting";
+    return { board: this.address, name: this.hello.board_name, seed, x: explicit ? x : null, knocked };
   }
 
   #refused(event) {

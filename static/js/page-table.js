@@ -103,8 +103,13 @@ class TablePage {
       this.#join(room);
     } catch (error) {
       this.#say(`That table cannot be opened: ${error.message}`);
-      if (this.live.hello) this.controls.showChoice(this.live.hello.board_name);
+      if (this.live.hello) this.#showTable();
     }
+  }
+
+  #showTable() {
+    this.controls.showChoice(this.live.hello.board_name);
+    this.controls.showKnocking(this.live.hello.mode === "interacting");
   }
 
   #setTable(hello, counts) {
@@ -120,6 +125,7 @@ class TablePage {
       this.view.setBoard(board, slots);
       byId("board-moving").setAttribute("aria-label", describeBoard(board));
     }
+    this.controls.showKnocking(hello.mode === "interacting");
     this.live.table.onPassed = this.ghost.follow;
     this.live.table.tracing = this.#still.matches;
     this.measures.setTable(hello, this.live.table);

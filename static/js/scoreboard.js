@@ -43,8 +43,13 @@ export class Scoreboard {
     seed.setAttribute("aria-label", `Use seed ${drop.seed} again`);
     seed.append(shortSeed(drop.seed));
     seed.addEventListener("click", () => this.onReuse(drop.seed));
+    const where = make("span", { class: "on" }, drop.name);
+    if (drop.knocked) {
+      // What others did to the ball is in no seed: there is nothing to replay alone.
+      return make("li", {}, paid, seed, where, make("span", { class: "on" }, "knocked"));
+    }
     const link = make("a", { class: "again", href: replayLink(drop) }, "Replay");
     link.setAttribute("aria-label", `Replay seed ${drop.seed} on ${drop.name}`);
-    return make("li", {}, paid, seed, make("span", { class: "on" }, drop.name), link);
+    return make("li", {}, paid, seed, where, link);
   }
 }

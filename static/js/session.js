@@ -13,6 +13,7 @@ const KEPT = 30;
  * @property {number | null} x explicit start in metres, null when the seed decided
  * @property {number | null} bin null when it never settled
  * @property {number} score what a stake of one came back as
+ * @property {boolean} [knocked] others may have touched the ball: its seed alone says nothing
  * @property {number} [stake] 1 unless it was more
  */
 

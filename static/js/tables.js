@@ -14,16 +14,19 @@ const JSON_HEADERS = { "content-type": "application/json" };
  */
 export async function findTable(choice, mainBoard, session) {
   const name = boardName(choice);
-  if (isOwn(choice)) return roomOf(name, mainBoard);
+  if (isOwn(choice)) return roomOf(name, mainBoard, choice.knock);
   const { board } = await getJson(`boards/${encodeURIComponent(name)}`);
   const body = JSON.stringify(transported(board, choice));
   const { digest } = await getJson("boards", { method: "POST", headers: JSON_HEADERS, body });
-  const known = session.rooms[digest];
+  const key = choice.knock ? `${digest}+knock` : digest;
+  const known = session.rooms[key];
   if (known && (await isOpen(known))) return known;
   const opened = await getJson("rooms", {
-    method: "POST", headers: JSON_HEADERS, body: JSON.stringify({ board: digest }),
+    method: "POST",
+    headers: JSON_HEADERS,
+    body: JSON.stringify({ board: digest, mode: choice.knock ? "interacting" : "independent" }),
   });
-  session.remember(digest, opened.id);
+  session.remember(key, opened.id);
   return opened.id;
 }
 

@@ -1,0 +1,261 @@
+"""The sandbox as a person plays it: throws, sliders, pause, the energy plot, keys, every screen."""
+
+import json
+import re
+import urllib.request
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.axe import check_axe
+from tests.browser.conftest import Open, ServerProcess
+from tests.browser.looks import SIZES, check_fit, context_for, painted
+from tests.browser.screen import Screen
+
+
+def own_room(server: ServerProcess, **scene: Any) -> tuple[str, str]:
+    """A fresh box, and what lets a page play in it."""
+    request = urllib.request.Request(
+        f"{server.url}/api/v1/rooms",
+        json.dumps({"scene": "sandbox", **scene}).encode(),
+        {"content-type": "application/json"},
+    )
+    with urllib.request.urlopen(request) as reply:
+        room = json.load(reply)
+    token = json.dumps(json.dumps({room["id"]: room["token"]}))
+    return room["id"], f"sessionStorage.setItem('plinko.tokens.1', {token})"
+
+
+@pytest.fixture
+def box(opened: Open, server: ServerProcess) -> Any:
+    """Opens a page on a box of its own with this scene."""
+
+    def open_box(scene: dict[str, Any], **options: Any) -> Screen:
+        room, before = own_room(server, **scene)
+        screen = opened(f"/sandbox.html?room={room}", before=before, **options)
+        expect(screen.page.locator("#locked")).to_be_hidden()
+        expect(screen.page.get_by_role("button", name="Throw a ball")).to_be_enabled()
+        return screen
+
+    return open_box
+
+
+def canvas_box(screen: Screen) -> dict[str, float]:
+    found = screen.page.locator("#board-moving").bounding_box()
+    assert found is not None
+    return dict(found)
+
+
+def told(screen: Screen, kind: str) -> list[dict[str, Any]]:
+    """What the page sent of this type."""
+    messages = [json.loads(frame) for frame in screen.sent if isinstance(frame, str)]
+    return [message for message in messages if message["type"] == kind]
+
+
+def balls(screen: Screen, count: int) -> None:
+    """Wait until the page says that there are so many balls."""
+    name = re.compile(f"Box with {count} balls")
+    expect(screen.page.locator("#board-moving")).to_have_attribute("aria-label", name)
+
+
+def test_a_ball_is_thrown_by_pulling_from_an_empty_place(box: Any) -> None:
+    screen = box({"balls": 0, "gravity": 0, "restitution": 1})
+    at = canvas_box(screen)
+    x, y = at["x"] + 0.3 * at["width"], at["y"] + 0.5 * at["height"]
+    screen.page.mouse.move(x, y)
+    screen.page.mouse.down()
+    screen.page.mouse.move(x + 80, y, steps=4)
+    screen.page.mouse.up()
+    balls(screen, 1)
+    (sent,) = told(screen, "add")
+    assert sent["vx"] > 2.0
+    assert abs(sent["vy"]) < 0.2
+    expect(screen.result).to_contain_text("Thrown at")
+    first = screen.ball()
+    screen.page.wait_for_timeout(150)
+    assert screen.ball()[0] != first[0], "it flies"
+
+
+def test_a_ball_is_dragged_and_thrown_and_a_tap_puts_one_down(box: Any) -> None:
+    screen = box({"balls": 0, "gravity": 0})
+    at = canvas_box(screen)
+    x, y = at["x"] + 0.4 * at["width"], at["y"] + 0.4 * at["height"]
+    screen.page.mouse.click(x, y)
+    balls(screen, 1)
+    (sent,) = told(screen, "add")
+    assert (sent["vx"], sent["vy"]) == (0, 0)
+    screen.page.mouse.move(x, y)
+    screen.page.mouse.down()
+    for step in range(1, 12):
+        screen.page.mouse.move(x + 12 * step, y)
+        screen.page.wait_for_timeout(20)
+    drawn = screen.ball()
+    assert drawn[0] > x - at["x"] + 20, "the ball follows the hand"
+    screen.page.mouse.up()
+    assert told(screen, "release") == [{"type": "release", "ball": 0}]
+    expect(screen.page.locator("#ball-title")).to_contain_text("Ball 0")
+    screen.page.get_by_role("button", name="Remove it").click()
+    balls(screen, 0)
+
+
+def test_sliders_and_presets_set_the_room_for_everyone(box: Any, opened: Open) -> None:
+    screen = box({"balls": 3})
+    room = screen.page.url.split("room=")[1]
+    guest = opened(f"/sandbox.html?room={room}")
+    expect(guest.page.locator("#locked")).to_be_visible()
+    screen.page.get_by_label("Gravity of").select_option("Jupiter")
+    shown = re.compile(r"24\.79 m/s²")
+    for page in (screen.page, guest.page):
+        expect(page.locator("output[for=world-sliders-gravity]")).to_have_text(shown)
+    slider = screen.page.get_by_label("Bounce", exact=True).first
+    slider.focus()
+    slider.press("Home")
+    expect(guest.page.locator("output[for=world-sliders-restitution]")).to_have_text("0")
+    expect(guest.page.get_by_role("button", name="Throw a ball")).to_be_disabled()
+
+
+def test_pause_stops_step_goes_one_tick_and_reset_begins_anew(box: Any) -> None:
+    screen = box({"balls": 20})
+    page = screen.page
+    page.get_by_role("button", name="Pause").click()
+    screen.state("paused")
+    time = screen.fact("time")
+    expect(time).to_have_text(re.compile(r"\d"))
+    page.wait_for_timeout(300)
+    before = time.inner_text()
+    page.get_by_role("button", name="Step").click()
+    expect(time).not_to_have_text(before)
+    assert float(time.inner_text().split()[0]) - float(before.split()[0]) < 0.05
+    page.get_by_role("button", name="Go on").click()
+    screen.state("live", "asleep")
+    page.get_by_role("button", name="Clear").click()
+    balls(screen, 0)
+    page.get_by_role("button", name="Reset").click()
+    balls(screen, 20)
+
+
+def test_energy_momentum_and_the_rest_are_measured(box: Any) -> None:
+    screen = box({"balls": 30, "restitution": 0.5})
+    expect(screen.fact("asleep")).to_have_text(re.compile(r"\d+ of 30"))
+    screen.state("asleep")
+    expect(screen.fact("asleep")).to_have_text("30 of 30")
+    expect(screen.fact("kinetic")).to_have_text(re.compile(r"^0\.00 "))
+    expect(screen.fact("momentum")).to_have_text("0.00 kg m/s")
+    overlap = float(screen.fact("deepest-overlap").inner_text().split()[0])
+    assert overlap < 2.0, "millimetres"
+    assert painted(screen, "energy") > 500
+    expect(screen.page.locator("#energy")).to_have_attribute("aria-label", re.compile("joules"))
+    expect(screen.result).to_have_text("Everything is at rest.")
+
+
+def test_a_game_by_keyboard_alone(box: Any) -> None:
+    screen = box({"balls": 0, "gravity": 0})
+    page = screen.page
+    canvas = page.locator("#board-moving")
+    for _ in range(12):
+        page.keyboard.press("Tab")
+        if canvas.evaluate("canvas => canvas === document.activeElement"):
+            break
+    expect(canvas).to_be_focused()
+    for _ in range(3):
+        page.keyboard.press("Shift+ArrowLeft")
+    page.keyboard.press("Enter")
+    balls(screen, 1)
+    (sent,) = told(screen, "add")
+    assert sent["x"] == pytest.approx(-1.5)
+    page.keyboard.press("g")
+    expect(screen.result).to_contain_text("Ball 0 is held")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("g")
+    expect(screen.result).to_have_text("Let go.")
+    assert told(screen, "release") == [{"type": "release", "ball": 0}]
+    page.keyboard.press("k")
+    expect(screen.result).to_have_text("Kicked ball 0.")
+    page.keyboard.press("p")
+    screen.state("paused")
+    page.keyboard.press(".")
+    assert told(screen, "step")
+    page.keyboard.press("p")
+    screen.state("live", "asleep")
+    page.keyboard.press("Delete")
+    balls(screen, 0)
+
+
+def test_another_scene_is_begun_from_the_form(box: Any) -> None:
+    screen = box({"balls": 2})
+    page = screen.page
+    page.get_by_role("heading", name="Scene").click()
+    page.get_by_label("Balls", exact=True).fill("12")
+    page.get_by_label("Width, m").fill("3")
+    page.get_by_role("button", name="Begin", exact=True).click()
+    balls(screen, 12)
+    page.get_by_label("Balls", exact=True).fill("4000")
+    page.get_by_role("button", name="Begin", exact=True).click()
+    expect(screen.result).to_contain_text("4000")
+
+
+def test_a_board_whose_balls_knock_each_other_is_played_on_both_pages(opened: Open) -> None:
+    table = opened("/?room=triangle-8").ready()
+    table.page.get_by_role("radio", name="Knock each other").check(force=True)
+    expect(table.page).to_have_url(re.compile("room=interacting-triangle-8"))
+    table.ready()
+    table.drop.click()
+    expect(table.rows).to_have_count(1)
+    expect(table.rows.first).to_contain_text("knocked")
+    screen = opened("/sandbox.html?room=interacting-triangle-8")
+    expect(screen.page.locator("#title")).to_contain_text("triangle-8")
+    screen.page.get_by_role("button", name="Drop one").click()
+    expect(screen.result).to_have_text(re.compile(r"fell into bin \d|came to rest"))
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_fits_every_screen(box: Any, width: int, height: int, scheme: str) -> None:
+    screen = box({"balls": 40}, **context_for(width, height, scheme))
+    expect(screen.fact("asleep")).to_have_text(re.compile("of 40"))
+    for panel in ("Solver", "Scene"):
+        screen.page.get_by_role("heading", name=panel).click()
+    check_fit(screen)
+    if width in (360, 1280):
+        check_axe(screen)
+    screen.shot(f"sandbox-{width}-{scheme}")
+
+
+def test_those_who_want_no_motion_see_pictures_now_and_then(box: Any) -> None:
+    screen = box({"balls": 30, "restitution": 1}, reduced_motion="reduce")
+    drawn = screen.page.evaluate(
+        """async () => {
+          const canvas = document.querySelector("#board-moving");
+          const ctx = canvas.getContext("2d");
+          let count = 0;
+          const { clearRect } = ctx;
+          ctx.clearRect = (...box) => { count += 1; clearRect.apply(ctx, box); };
+          await new Promise((done) => setTimeout(done, 2000));
+          return count;
+        }"""
+    )
+    assert 1 <= drawn <= 6
+
+
+def test_five_hundred_balls_are_drawn_in_a_fraction_of_a_frame(box: Any) -> None:
+    screen = box({"balls": 500, "radii": [0.03, 0.08], "restitution": 0.9})
+    balls(screen, 500)
+    times = screen.page.evaluate(
+        """async () => {
+          const times = [];
+          const canvas = document.querySelector("#board-moving");
+          const ctx = canvas.getContext("2d");
+          const { clearRect } = ctx;
+          let began = 0;
+          ctx.clearRect = (...box) => { began = performance.now(); clearRect.apply(ctx, box); };
+          for (let i = 0; i < 60; i += 1) {
+            began = 0;
+            await new Promise(requestAnimationFrame);
+            if (began) times.push(performance.now() - began);
+          }
+          return times.sort((a, b) => a - b);
+        }"""
+    )
+    assert len(times) > 5
+    print(f"500 balls: median {times[len(times) // 2]:.2f} ms a frame")
