@@ -52,7 +52,7 @@ export class EnergyHistory {
       x: { from, to: Math.max(from + SPAN / 3, last), unit: "s" },
       y: { from: 0, to: 1.08 * per * most, unit },
       series: [
-        { points: line("potential"), colour: "other", width: 2 },
+        { points: line("potential"), colour: "other", width: 2, alpha: 0.55 },
         { points: line("rotational"), colour: "ball", width: 2 },
         { points: line("kinetic"), colour: "trayBar", width: 2 },
         { points: line("total"), colour: "trayMark", width: 2.5 },

@@ -210,7 +210,7 @@ def play(  # noqa: PLR0912 - one branch for each thing that people do
 @pytest.mark.parametrize("kind", ["box", "table"])
 def test_the_log_of_a_room_replays_to_the_same_world(kind: str) -> None:
     room = box(balls=8, dt=1 / 90) if kind == "box" else table()
-    rows = play(room, seed=5)
+    rows = play(room, seed=5, ticks=600)
     assert len({protocol.peek(row.data, "type") for row in rows}) >= 9
     log = whole_log(room, rows)
     verdict = roomlog.verify_log(log)

@@ -25,6 +25,12 @@ KINDS = {
     "landed": protocol.Landed,
     "error": protocol.Error,
     "pong": protocol.Pong,
+    "placed": protocol.Placed,
+    "edited": protocol.Edited,
+    "removed": protocol.Removed,
+    "settings": protocol.Settings,
+    "claimed": protocol.Claimed,
+    "diagnostics": protocol.Diagnostics,
 }
 
 EXTENT = protocol.Extent(-4.0, 4.0, -1.0, 6.5)
@@ -59,6 +65,7 @@ def test_golden_values_encode_to_exactly_these_bytes(golden: dict[str, Any]) -> 
         bounced,
         msgspec.convert(golden["extent"], protocol.Extent),
         golden["velocity_scale"],
+        np.array([ball["asleep"] for ball in golden["balls"]], bool),
     )
     assert data.hex() == golden["hex"]
 

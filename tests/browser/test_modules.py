@@ -32,7 +32,8 @@ def test_golden_snapshots_decode_to_the_last_bit(run: Run) -> None:
               const scale = { extent, velocityScale: velocity_scale };
               const all = decodeSnapshot(bytes.buffer, scale);
               return { ...all, ids: [...all.ids], x: [...all.x], y: [...all.y], vx: [...all.vx],
-                vy: [...all.vy], angle: [...all.angle], bounced: [...all.bounced] };
+                vy: [...all.vy], angle: [...all.angle], bounced: [...all.bounced],
+                asleep: [...all.asleep] };
             }""",
             example,
         )
@@ -48,6 +49,7 @@ def test_golden_snapshots_decode_to_the_last_bit(run: Run) -> None:
             ("vy", "vy"),
         ]:
             assert decoded[mine] == [ball[theirs] for ball in balls], example["name"]
+        assert decoded["asleep"] == [int(ball["asleep"]) for ball in balls]
         assert decoded["bounced"] == [int(ball["bounced"]) for ball in balls]
 
 
