@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 
 from tests.browser.axe import check_axe
 from tests.browser.conftest import Open, ServerProcess
-from tests.browser.looks import SIZES, check_fit, context_for, painted
+from tests.browser.looks import SCREENS, check_fit, context_for, painted
 from tests.browser.screen import Screen
 
 
@@ -209,8 +209,7 @@ def test_a_board_whose_balls_knock_each_other_is_played_on_both_pages(opened: Op
     expect(screen.result).to_have_text(re.compile(r"fell into bin \d|came to rest"))
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize(("width", "height"), SIZES)
+@pytest.mark.parametrize(("width", "height", "scheme"), SCREENS)
 def test_fits_every_screen(box: Any, width: int, height: int, scheme: str) -> None:
     screen = box({"balls": 40}, **context_for(width, height, scheme))
     expect(screen.fact("asleep")).to_have_text(re.compile("of 40"))
