@@ -176,7 +176,9 @@ export class SandboxView {
       const colours = asleep
         ? { body: palette.other, dark: palette.otherDark, light: "#ffffff", band: palette.otherDark }
         : { body: palette.ball, dark: palette.ballDark, light: palette.ballLight, band: palette.ballBand };
-      const sprite = makeSprite(of, this.#density, { ...colours, shadow: palette.shadow });
+      const sprite = makeSprite(
+        of, this.#density, { ...colours, shadow: palette.shadow }, this.theme.shapes.ball,
+      );
       found = { sprite, of };
       this.#sprites.set(key, found);
     }

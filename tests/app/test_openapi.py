@@ -50,6 +50,7 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/verify", "post"),
         ("/api/v1/rooms", "get"),
         ("/api/v1/rooms", "post"),
+        ("/api/v1/scenes", "get"),
         ("/api/v1/rooms/{room}", "get"),
         ("/api/v1/rooms/{room}", "patch"),
         ("/api/v1/rooms/{room}", "delete"),

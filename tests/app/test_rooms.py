@@ -118,5 +118,6 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
         await waits[0]
     landed = await waits[1]
     assert landed is not None
-    assert landed.digest == drop(Board.preset("triangle-8"), 42).digest
+    assert isinstance(sound.board, Board)
+    assert landed.digest == drop(sound.board, 42).digest
     assert held.find("triangle-8") is not broken, "asked for again, it opens afresh"

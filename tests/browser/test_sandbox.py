@@ -44,7 +44,7 @@ def box(opened: Open, server: ServerProcess) -> Any:
 def canvas_box(screen: Screen) -> dict[str, float]:
     found = screen.page.locator("#board-moving").bounding_box()
     assert found is not None
-    return dict(found)
+    return {name: found[name] for name in ("x", "y", "width", "height")}
 
 
 def told(screen: Screen, kind: str) -> list[dict[str, Any]]:
