@@ -20,7 +20,7 @@ from app.protocol import shorten
 from app.room import QUIET, DropCommand
 from engine import PHYSICS_VERSION, Board
 from engine.arena_log import ArenaEvent, Landed, Left, Touch
-from engine.constants import KIND_PEG, KIND_WALL
+from engine.constants import KIND_BALL, KIND_PEG, KIND_WALL
 from engine.drop import start_of
 from engine.errors import RecordError
 from engine.seeding import parse_seed
@@ -29,7 +29,6 @@ INTERACTING: Final = "interacting"
 SCENE: Final = "scene"  # how the ledger calls a room without a board
 SOLVER: Final[Literal["exact", "stepped"]] = "stepped"
 
-KIND_BALL: Final = 6  # of a contact event: another ball, `index` its number
 _KINDS: Final = {"peg": KIND_PEG, "wall": KIND_WALL, "ball": KIND_BALL}
 
 _MOST_CONTACTS: Final = 24  # told in one tick, the hardest: more is noise, and costs every client

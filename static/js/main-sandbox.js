@@ -224,7 +224,7 @@ class SandboxPage {
     showState(state, state === "reconnecting"
       ? `Line lost, trying again in ${detail}` : STATE_WORDS[state]);
     if (state === "closed") this.#say(detail || "The room is closed.");
-    if (state === "asleep") this.#say("Everything is at rest.");
+    if (state === "asleep" && this.room.made.size) this.#say("Everything is at rest.");
     this.loop.wake();
   }
 

@@ -164,6 +164,7 @@ def test_a_game_by_keyboard_alone(box: Any) -> None:
     balls(screen, 1)
     (sent,) = told(screen, "add")
     assert sent["x"] == pytest.approx(-1.5)
+    page.wait_for_timeout(300)  # the picture is a few ticks behind the news of the ball
     page.keyboard.press("g")
     expect(screen.result).to_contain_text("Ball 0 is held")
     page.keyboard.press("ArrowRight")
