@@ -85,6 +85,7 @@ def test_a_ball_is_dragged_and_thrown_and_a_tap_puts_one_down(box: Any) -> None:
     balls(screen, 1)
     (sent,) = told(screen, "add")
     assert (sent["vx"], sent["vy"]) == (0, 0)
+    screen.page.wait_for_timeout(300)  # the picture is a few ticks behind the news of the ball
     screen.page.mouse.move(x, y)
     screen.page.mouse.down()
     for step in range(1, 12):
