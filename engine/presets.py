@@ -36,19 +36,19 @@ one: six seconds for 16 rows. Motion on a board 3 m wide under Earth's gravity, 
 is motion under this one (Froude's law: lengths and g grow alike at equal times)."""
 
 TUNING: Final = {
-    "triangle-8": Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8),
-    "triangle-9": Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8),
-    "triangle-10": Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8),
-    "triangle-11": Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8),
-    "triangle-12": Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8),
-    "triangle-13": Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8),
-    "triangle-14": Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8),
-    "triangle-15": Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8),
-    "triangle-16": Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8),
+    "triangle-8": Tuning(3.732, 0.7, 0.402, 0.509, TABLE_GRAVITY),
+    "triangle-9": Tuning(3.262, 0.632, 0.409, 0.73, TABLE_GRAVITY),
+    "triangle-10": Tuning(3.439, 0.637, 0.248, 0.462, TABLE_GRAVITY),
+    "triangle-11": Tuning(3.869, 0.667, 0.274, 0.685, TABLE_GRAVITY),
+    "triangle-12": Tuning(4.719, 0.784, 0.324, 0.211, TABLE_GRAVITY),
+    "triangle-13": Tuning(4.139, 0.676, 0.245, 0.583, TABLE_GRAVITY),
+    "triangle-14": Tuning(4.917, 0.781, 0.415, 0.557, TABLE_GRAVITY),
+    "triangle-15": Tuning(4.533, 0.718, 0.339, 0.218, TABLE_GRAVITY),
+    "triangle-16": Tuning(4.596, 0.713, 0.454, 0.797, TABLE_GRAVITY),
     "classic": Tuning(drag=1.5, restitution=0.6, friction=0.15, jitter=4.25),
     "galton": Tuning(drag=2.2, restitution=0.5, friction=0.1, jitter=0.4),
 }
-"""Physics of each preset, its payout variants included."""
+"""Physics of each preset, its payout variants included; those of triangles come from `calibrate`."""
 
 # The reference game's canvas, 760 x 570 pixels, at 100 pixels a metre.
 TRIANGLE_WIDTH: Final = 7.6
