@@ -48,7 +48,7 @@ TUNING: Final = {
     "classic": Tuning(drag=1.5, restitution=0.6, friction=0.15, jitter=4.25),
     "galton": Tuning(drag=2.2, restitution=0.5, friction=0.1, jitter=0.4),
 }
-"""Physics of each preset, its payout variants included; those of triangles come from `calibrate`."""
+"""Physics of each preset, its payout variants included; a triangle's comes from `calibrate`."""
 
 # The reference game's canvas, 760 x 570 pixels, at 100 pixels a metre.
 TRIANGLE_WIDTH: Final = 7.6
