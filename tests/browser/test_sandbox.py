@@ -94,8 +94,10 @@ def test_a_ball_is_dragged_and_thrown_and_a_tap_puts_one_down(box: Any) -> None:
     drawn = screen.ball()
     assert drawn[0] > x - at["x"] + 20, "the ball follows the hand"
     screen.page.mouse.up()
-    assert told(screen, "release") == [{"type": "release", "ball": 0}]
     expect(screen.page.locator("#ball-title")).to_contain_text("Ball 0")
+    screen.page.wait_for_timeout(100)
+    assert told(screen, "drag")
+    assert told(screen, "release") == [{"type": "release", "ball": 0}]
     screen.page.get_by_role("button", name="Remove it").click()
     balls(screen, 0)
 
