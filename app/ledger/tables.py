@@ -77,7 +77,7 @@ drops = Table(
 inputs = Table(
     "inputs",
     metadata,
-    Column("room", ForeignKey("rooms.number"), primary_key=True),
+    Column("room", BigInteger, ForeignKey("rooms.number"), primary_key=True, autoincrement=False),
     Column("number", BigInteger, primary_key=True, autoincrement=False),
     Column("tick", BigInteger, nullable=False),
     Column("data", Text, nullable=False),  # JSON

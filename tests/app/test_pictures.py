@@ -55,8 +55,8 @@ def test_what_is_asked_for_is_what_is_drawn(http: httpx.Client) -> None:
     assert http.get(f"{DROP}.png?{query}").content == drop_picture(done, "png", 300, "dark", 1.5)
     slow = http.get(f"{DROP}.gif?width=240&fps=5&theme=dark").content
     assert slow == drop_animation(done, "gif", 240, 5, "dark")
-    other = drop(BOARD, 42, x=0.125)
-    assert http.get(f"{DROP}.png?x=0.125&width=300").content == drop_picture(other, "png", 300)
+    other = drop(BOARD, 42, x=0.0625)
+    assert http.get(f"{DROP}.png?x=0.0625&width=300").content == drop_picture(other, "png", 300)
 
 
 def test_a_picture_is_cacheable_under_a_tag_for_each_query(http: httpx.Client) -> None:

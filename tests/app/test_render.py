@@ -145,9 +145,12 @@ def test_bins_have_the_pages_colours_and_the_hit_one_a_bright_rim(
 def test_contacts_are_marked_where_ball_and_peg_touch(
     fall: Drop, view: View, picture: Pixels
 ) -> None:
+    """The last mark at each place: bounces that die on a peg are marked one over the other."""
     hits = fall.impacts[fall.impacts["kind"] == 0]
-    assert len(hits) > 3
-    for hit in hits:
+    pegs = hits["index"].tolist()
+    last = [hits[i] for i in range(len(hits)) if pegs[i] not in pegs[i + 1 :]]
+    assert len(last) > 3
+    for hit in last:
         peg = fall.board.pegs[hit["index"]]
         gap = math.hypot(peg.x - hit["x"], peg.y - hit["y"])
         part = fall.board.ball.radius / gap

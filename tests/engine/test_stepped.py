@@ -161,7 +161,8 @@ def heights(path: Trajectory) -> Floats:
     """Energy per mass in J/kg over the bins' line at the ends of the path's straight pieces."""
     s = path.segments
     spin = 0.25 * (path.board.ball.radius * s[:, 6]) ** 2
-    energy: Floats = 0.5 * (s[:, 3] ** 2 + s[:, 4] ** 2) + spin + G * (path.board.bins.y - s[:, 2])
+    energy: Floats = 0.5 * (s[:, 3] ** 2 + s[:, 4] ** 2) + spin
+    energy += path.board.gravity * (path.board.bins.y - s[:, 2])
     return energy
 
 
@@ -172,11 +173,11 @@ def test_energy_never_grows_beyond_what_a_substep_of_gravity_gives(name: str) ->
     """What is lost at impacts is more than the method's error; without it the error shows, and
     falls with the substep."""
     board = scene(name).board if name in scene_names() else Board.preset(name)
-    start = G * (board.bins.y - board.drop.y)
+    start = board.gravity * (board.bins.y - board.drop.y)
     for seed in range(3):
         energy = heights(drop(board, seed, solver="stepped").trajectory)
         speed = math.sqrt(2.0 * start)
-        assert energy.max() <= start + 2.0 * G * Stepped().h * speed
+        assert energy.max() <= start + 2.0 * board.gravity * Stepped().h * speed
 
 
 def test_the_energy_error_of_elastic_impacts_falls_with_the_substep() -> None:

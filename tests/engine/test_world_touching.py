@@ -24,7 +24,7 @@ def played(world: World, balls: int, every: int = 6, frames: int = 4000) -> list
 
 def test_every_ball_ends_and_balls_hit_each_other() -> None:
     world = World(BOARD, solver="stepped", interacting=True)
-    events = played(world, 40, every=30)
+    events = played(world, 40, every=20)
     ends = [e for e in events if isinstance(e, Landing)]
     assert sorted(e.ball for e in ends) == list(range(40))
     edges = BOARD.bins.edges
