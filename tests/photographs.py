@@ -88,13 +88,22 @@ def problem(page: "Page", address: str) -> None:
     page.wait_for_selector("html[data-check=bad]")
 
 
+def sandbox(page: "Page", address: str) -> None:
+    """Balls of many sizes while they fall and pile up, with their energy."""
+    page.goto(f"{address}/sandbox.html")
+    page.get_by_role("button", name="Reset", exact=True).click()
+    page.wait_for_timeout(1500)
+
+
 SCENES: dict[str, tuple[Callable[["Page", str], None], dict[str, int]]] = {
     "page": (table, WIDE),
     "replay": (replay, DESK),
     "compare": (compare, DESK),
     "editor": (editor, DESK),
     "problem": (problem, PHONE),
+    "sandbox": (sandbox, DESK),
 }
+MOVING = {"page", "sandbox"}
 
 
 def take(address: str, folder: Path, names: list[str] | None = None) -> None:
@@ -103,7 +112,7 @@ def take(address: str, folder: Path, names: list[str] | None = None) -> None:
     with chromium() as browser:
         for name in names or SCENES:
             scene, size = SCENES[name]
-            motion = "no-preference" if name == "page" else "reduce"
+            motion = "no-preference" if name in MOVING else "reduce"
             page = browser.new_page(viewport=size, reduced_motion=motion)  # type: ignore[arg-type]
             scene(page, address.rstrip("/"))
             page.wait_for_timeout(400)  # the last frame is drawn
