@@ -13,6 +13,7 @@ export class LineMeter {
   #readMs = 0;
   #pingMs = 0;
   #latency = Number.NaN;
+  #resting = true;
 
   /** A picture was drawn. */
   frame() {
@@ -29,6 +30,7 @@ export class LineMeter {
 
   /** @param {import("./live.js").LiveTable} live @param {number} nowMs */
   read(live, nowMs) {
+    if (this.#resting) return; // a ball that is down is still shown for a moment
     if (nowMs - this.#pingMs > PING_MS && live.ping()) this.#pingMs = nowMs;
     const since = nowMs - this.#readMs;
     if (since < READ_MS) return;
@@ -43,8 +45,14 @@ export class LineMeter {
     this.#readMs = nowMs;
   }
 
+  /** Something moves again. */
+  wake() {
+    this.#resting = false;
+  }
+
   /** Nothing moves: nothing comes and nothing is drawn. */
   rest(live) {
+    this.#resting = true;
     byId("received").textContent = rate(0);
     byId("drawn").textContent = "0 /s";
     byId("tick").textContent = String(live.tick ?? "–");

@@ -231,7 +231,8 @@ class TablePage {
     if (state === "reconnecting" || state === "closed") this.dropper.clear();
     if (this.state === "reconnecting" && state !== this.state) this.#say("Back at the table.");
     this.state = state;
-    if (state !== "live") this.measures.line.rest(this.live);
+    if (state === "live") this.measures.line.wake();
+    else this.measures.line.rest(this.live);
     this.loop.wake();
   }
 
