@@ -132,8 +132,8 @@ def ride_rates(
     friction: float,
     radius: float,
     rates: Tangent,
-) -> float:
-    """Rates of a state that rides a surface, into `rates`; returns u', the tangential one, m/s^2.
+) -> None:
+    """Rates of a state that rides a surface, into `rates`.
 
     The equations are those of `contact`.
     """
@@ -153,7 +153,6 @@ def ride_rates(
     rates[DVX] = -rate * ny - curvature * u * u * nx
     rates[DVY] = rate * nx - curvature * u * u * ny
     rates[DOMEGA] = turning
-    return rate
 
 
 @kernel

@@ -264,7 +264,7 @@ def ride(
         elif cause == ROLLED_OVER:
             note_event(log, state, KIND_CONTACT_CHANGE, surface_index(board, other))
             item = other
-            side = _side_of(board, state, item)
+            side = side_of(board, state, item)
         elif cause != STEP_END:
             return cause, item, side, other, sign
 
@@ -282,7 +282,7 @@ def _has_stopped(board: Layout, u: float) -> bool:
 
 
 @kernel
-def _side_of(board: Layout, state: npt.NDArray[np.float64], item: int) -> float:
+def side_of(board: Layout, state: npt.NDArray[np.float64], item: int) -> float:
     """Side of `item` on which the ball is: 1 or -1 for a line, 0 for a circle."""
     row = board.items[item]
     if row[DISTANCE] > 0.0:

@@ -11,16 +11,19 @@ from math import copysign, sqrt
 import numpy as np
 import numpy.typing as npt
 
-from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_CHANGE, KIND_CONTACT_END, KIND_LANDING
+from engine.constants import (
+    KIND_CONTACT_BEGIN,
+    KIND_CONTACT_CHANGE,
+    KIND_CONTACT_END,
+    KIND_LANDING,
+    KIND_WALL,
+)
 from engine.kernels.contact import ORDER, SLIDING, new_series
 from engine.kernels.jit import kernel
 from engine.kernels.layout import (
-    DISTANCE,
     FIRST_END,
     LAST_END,
     LENGTH,
-    NX,
-    NY,
     TX,
     TY,
     Layout,
@@ -58,7 +61,7 @@ from engine.kernels.tangent import (
     ride_rates,
     shift,
 )
-from engine.solvers.riding import start_series
+from engine.solvers.riding import side_of, start_series
 from engine.solvers.sample import sample_segment
 
 Array = npt.NDArray[np.float64]
@@ -85,29 +88,18 @@ def _part(board: Layout, wall: int, x: float, y: float) -> int:
 
 
 @kernel
-def _side(board: Layout, item: int, x: float, y: float) -> float:
-    """Side of a line on which (x, y) is, 1 or -1; 0 for a circle."""
-    row = board.items[item]
-    if row[DISTANCE] > 0.0:
-        return 0.0
-    d = (x - row[X]) * row[NX] + (y - row[Y]) * row[NY]
-    return 1.0 if d > 0.0 else -1.0
-
-
-@kernel
-def _rates_of(board: Layout, segment: Array, state: Array, rates: Array) -> tuple[float, float]:
-    """Rates of `state` under a segment's law, into `rates`; tangential speed and acceleration."""
+def _rates_of(board: Layout, segment: Array, state: Array, rates: Array) -> None:
+    """Rates of `state` under a segment's law, into `rates`."""
     if segment[ITEM] < 0.0:
         flight_rates(state[VX], state[VY], board.gravity, board.drag, rates)
-        return 0.0, 0.0
+        return
     item = int(segment[ITEM])
     nx, ny, _, _ = touch(board, item, segment[SIDE], state[PX], state[PY])
     u = state[VY] * nx - state[VX] * ny
-    rate = ride_rates(
+    ride_rates(
         nx, ny, u, state[OMEGA], int(segment[MODE]), segment[SLIP_SIGN], curvature(board, item),
         board.gravity, board.drag, friction_of(board, item), board.radius, rates,
     )  # fmt: skip
-    return u, rate
 
 
 @kernel
@@ -185,7 +177,7 @@ def _bounce(
     They are then those of the state at the event, `delays` later. A ball that comes back to the
     surface it left does so exactly, as its root is divided out: only then no rounding leads across.
     """
-    side = _side(board, item, state[PX], state[PY])
+    side = side_of(board, state, item)
     nx, ny, _, _ = touch(board, item, side, state[PX], state[PY])
     if item != left:
         across = tangents[ERROR, DX] * nx + tangents[ERROR, DY] * ny
@@ -261,7 +253,7 @@ def sensitivity(
             return
         if kind < KIND_CONTACT_BEGIN:
             item = marks[at, 1]
-            if kind == 1:
+            if kind == KIND_WALL:
                 item = _part(board, marks[at, 1], state[PX], state[PY])
             if not flying:
                 left = int(segment[ITEM])
