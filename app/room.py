@@ -18,7 +18,7 @@ import numpy as np
 
 from app import protocol
 from app.errors import BallLimitError
-from app.segments import SegmentStream
+from app.segments import Scale, SegmentStream
 from app.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, World
 from engine.drop import start_of
@@ -80,6 +80,14 @@ class Room:
         self.extent = protocol.Extent(*board.extent)
         self.velocity_scale = protocol.velocity_scale_of(board, self.extent)
         self.spin_scale = self.velocity_scale / board.ball.radius
+        self.scale = Scale(
+            self.extent,
+            self.velocity_scale,
+            self.spin_scale,
+            tick_rate,
+            board.gravity,
+            board.drag,
+        )
         self.tick_time = 0.0  # server time of the last tick, for whoever holds the room to set
         self.seq = 0
         self.drops = 0
@@ -249,20 +257,20 @@ class Room:
         if not watched:
             self._segments = None
         elif self._segments is None:
-            self._segments = SegmentStream(self.tick_rate, self.spin_scale, self.world.tick)
+            self._segments = SegmentStream(self.scale, self.world.tick)
             for ball in self.world.balls:
                 self._follow(self._segments, ball)
 
     def segments(self) -> bytes | None:
         """The frame of the pieces that began since the last one; None if none did."""
-        return None if self._segments is None else self._segments.take(self.world.tick)
+        return None if self._segments is None else self._segments.take(self.world.tick, self.seq)
 
     def all_segments(self) -> bytes:
         """The frame of the piece that each ball in flight is on."""
         if self._segments is None:
             self.watch_segments(True)
         assert self._segments is not None
-        return self._segments.full(self.world.tick)
+        return self._segments.full(self.world.tick, self.seq)
 
     def _follow(self, segments: SegmentStream, ball: Ball) -> None:
         segments.add(ball.id, ball.tick, self.world.trajectory(ball.id), self.world.tick)

@@ -1,299 +1,202 @@
-"""A ball's path in pieces that a client can draw by itself: one for each flight between bounces.
+"""Frames of `?stream=segments`: pieces of paths as bytes, and which are to be sent when. Pure.
 
-Pure. A flight is exact: its state at the start, from which gravity and drag do the rest. Where a
-ball lies on a surface, or hops too low to see, one parabola stands for as much of the path as it
-fits to within TOLERANCE. docs/protocol.md describes every byte.
+docs/protocol.md describes every byte. Times on the wire are in steps of a tick; a piece is told
+from where the ball is at such a step, so that rounding its time moves nothing.
 """
 
 import math
 import struct
 from dataclasses import dataclass
-from typing import Final
 
 import msgspec
-import numpy as np
-import numpy.typing as npt
 
 from app.errors import MalformedError
-from engine.constants import KIND_PEG, KIND_WALL
+from app.pieces import UNDER_WAY, Piece, later, pieces_of
+from app.protocol import Extent
 from engine.kernels.flight import basis
-from engine.kernels.log import IN_FLIGHT, ITEM, OMEGA, PX, PY, THETA, VX, VY, T
 from engine.trajectory import Trajectory
 
 MAGIC = 0x53
-VERSION = 1
-HEADER = struct.Struct("<BBHIHBB")  # magic, version, flights, tick, curves, flags, 0
+VERSION = 2
+HEADER = struct.Struct("<BBHIIHBB")  # magic, version, flights, tick, seq, curves, flags, 0
 FULL = 1  # flag: the current piece of every ball in flight, whatever came before
 
-_COMMON = [
-    ("id", "<u2"),
-    ("kind", "u1"),
-    ("angle", "u1"),
-    ("t", "<f4"),
-    ("x", "<f4"),
-    ("y", "<f4"),
-    ("vx", "<f4"),
-    ("vy", "<f4"),
-    ("spin", "<i2"),
-    ("index", "<u2"),
-]
-FLIGHT = np.dtype(_COMMON)
-CURVE = np.dtype([*_COMMON, ("ax", "<f4"), ("ay", "<f4")])
+FLIGHT = struct.Struct("<HBBHHHhhhH")  # id, kind, angle, age, x, y, vx, vy, spin, index
+CURVE = struct.Struct("<HBBHHHhhhHff")  # the same and ax, ay
 
-# Kinds of a piece: what it begins with, or what it runs along.
-OFF_PEG: Final = KIND_PEG
-OFF_WALL: Final = KIND_WALL
-LEFT_PEG: Final = 2
-LEFT_WALL: Final = 3
-DROPPED: Final = 4
-
-TOLERANCE = 2e-4
-"""m; how far a curve may be from the true path: a fiftieth of a pixel at 100 px/m."""
-
-TURN_TOLERANCE = 0.05
-"""rad; the same for the angle, which a curve turns evenly."""
-
-_SAMPLES = 17  # instants at which a curve is compared with the path; odd: the middle is one
-_SHORTEST = 1e-5  # s; a stretch of a ride is not halved below it
 _TURN = 256
 _TOP = 32767
-
-Floats = npt.NDArray[np.float64]
+_GRID = 65535
+_STEPS = 1024  # of a tick: a piece may begin up to half a step, 8 us at 60 Hz, too soon or late
+_OLDEST = 63  # ticks; a piece that began longer ago is told from there
 
 
 @dataclass(frozen=True, slots=True)
-class Pieces:
-    """A whole path: flights, shape (n,) of FLIGHT, and curves, shape (m,) of CURVE, by time."""
+class Scale:
+    """What the numbers of a frame mean: the hello tells it all. SI units, ticks a second."""
 
-    flights: npt.NDArray[np.void]
-    curves: npt.NDArray[np.void]
+    extent: Extent
+    velocity_scale: float
+    spin_scale: float
+    tick_rate: int
+    gravity: float
+    drag: float
 
-
-def pieces_of(path: Trajectory, ball: int, spin_scale: float) -> Pieces:
-    """The pieces of an exact drop's path; `spin_scale` is the rad/s of one step of `spin`."""
-    return _Cutter(path, ball, spin_scale).cut()
-
-
-class _Cutter:
-    """Walks along the solver's segments and writes down pieces."""
-
-    def __init__(self, path: Trajectory, ball: int, spin_scale: float) -> None:
-        self.path = path
-        self.ball = ball & 0xFFFF
-        self.spin_scale = spin_scale
-        self.rows = path.segments
-        self.starts: list[float] = self.rows[:, T].tolist()
-        self.ends = [*self.starts[1:], float(path.end[T])]
-        self.flies: list[bool] = (self.rows[:, ITEM] == IN_FLIGHT).tolist()
-        self.hits = _hits(path)
-        # A flight that strays less than the tolerance from a straight line may be part of a curve.
-        self.short = math.sqrt(8.0 * TOLERANCE / max(path.board.gravity, 1e-9))
-        self.flights: list[tuple[float, ...]] = []
-        self.curves: list[tuple[float, ...]] = []
-
-    def cut(self) -> Pieces:
-        first = 0
-        while first < len(self.rows):
-            last = first
-            while last < len(self.rows) and not self._is_long_flight(last):
-                last += 1
-            if last == first:
-                self._fly(first)
-                last += 1
-            else:
-                self._bend(first, last)
-            first = last
-        return Pieces(np.array(self.flights, FLIGHT), np.array(self.curves, CURVE))
-
-    def _is_long_flight(self, row: int) -> bool:
-        return self.flies[row] and self.ends[row] - self.starts[row] > self.short
-
-    def _fly(self, row: int) -> None:
-        state = self.rows[row]
-        kind, index = self._origin(row)
-        self.flights.append(self._record(kind, index, state, state[VX], state[VY], state[OMEGA]))
-
-    def _origin(self, row: int) -> tuple[int, int]:
-        """What a flight begins with: the kind and the index of the peg or wall."""
-        if row == 0:
-            return DROPPED, 0
-        hit = self.hits.get(self.starts[row])
-        if hit is not None:
-            return hit
-        kind, index = self._surface(row - 1)
-        return (LEFT_PEG if kind == OFF_PEG else LEFT_WALL), index
-
-    def _surface(self, row: int) -> tuple[int, int]:
-        """The peg or wall that a segment runs along; for a short hop, what it hopped off."""
-        item = int(self.rows[row, ITEM])
-        if item < 0:
-            return self.hits.get(self.starts[row], (OFF_PEG, 0))
-        pegs = len(self.path.board.pegs)
-        return (OFF_PEG, item) if item < pegs else (OFF_WALL, (item - pegs) // 3)
-
-    def _bend(self, first: int, last: int) -> None:
-        """Curves for the segments from `first` up to `last`, as few as fit."""
-        begin, end = self.starts[first], self.ends[last - 1]
-        if end <= begin:
-            return
-        if self._fits(first, begin, end):
-            return
-        if last - first > 1:
-            middle = 0.5 * (begin + end)
-            cut = min(range(first + 1, last), key=lambda row: abs(self.starts[row] - middle))
-            self._bend(first, cut)
-            self._bend(cut, last)
-        elif self.flies[first]:
-            self._fly(first)
-        else:
-            self._halve(first, begin, end)
-
-    def _halve(self, row: int, begin: float, end: float) -> None:
-        middle = 0.5 * (begin + end)
-        for low, high in ((begin, middle), (middle, end)):
-            if not self._fits(row, low, high, force=high - low < _SHORTEST):
-                self._halve(row, low, high)
-
-    def _fits(self, row: int, begin: float, end: float, *, force: bool = False) -> bool:
-        """Write down the parabola through the path's start, middle and end, if it is near enough.
-
-        A quadratic through three points of a smooth path errs by 0.008 h^3 times its jerk.
-        """
-        times = np.linspace(begin, end, _SAMPLES)
-        states = self.path.states_at(times)
-        h = end - begin
-        s = times - begin
-        places = states[:, [PX, PY]]
-        start, middle, stop = places[0], places[_SAMPLES // 2], places[-1]
-        a = (stop - 2.0 * middle + start) * (4.0 / (h * h))
-        v = (stop - start) / h - 0.5 * h * a
-        drawn = start + np.outer(s, v) + np.outer(0.5 * s * s, a)
-        omega = (states[-1, THETA] - states[0, THETA]) / h
-        turned = states[0, THETA] + omega * s
-        good = (
-            np.abs(drawn - places).max() <= TOLERANCE
-            and np.abs(turned - states[:, THETA]).max() <= TURN_TOLERANCE
-        )
-        if good or force:
-            kind, index = self._surface(row)
-            record = self._record(kind, index, states[0], v[0], v[1], omega)
-            self.curves.append((*record, float(a[0]), float(a[1])))
-        return bool(good or force)
-
-    def _record(
-        self, kind: int, index: int, state: Floats, vx: float, vy: float, omega: float
-    ) -> tuple[float, ...]:
-        turns = state[THETA] / (2.0 * math.pi)
-        angle = round((turns - math.floor(turns)) * _TURN) % _TURN
-        spin = round(min(max(omega / self.spin_scale, -_TOP), _TOP))
-        place = (float(state[T]), float(state[PX]), float(state[PY]))
-        return self.ball, kind, angle, *place, float(vx), float(vy), spin, index & 0xFFFF
+    def law(self) -> dict[str, float]:
+        """Gravity in m/s^2 and drag in 1/s by name."""
+        return {"gravity": self.gravity, "drag": self.drag}
 
 
-def _hits(path: Trajectory) -> dict[float, tuple[int, int]]:
-    """Bounces off pegs and walls by their time."""
-    return {
-        t: (kind, index)
-        for t, (kind, index) in zip(path.events[:, 0].tolist(), path.marks.tolist(), strict=True)
-        if kind <= KIND_WALL
-    }
+@dataclass(frozen=True, slots=True)
+class _Due:
+    """A piece on its way: the room's tick at which it is due, and when it begins, in ticks."""
+
+    tick: int
+    begin: float
+    piece: Piece
 
 
 class SegmentStream:
     """What of each ball's path is to be sent at which tick of a room; `now` is the room's tick."""
 
-    def __init__(self, tick_rate: int, spin_scale: float, now: int) -> None:
-        self._rate = tick_rate
-        self._spin_scale = spin_scale
+    def __init__(self, scale: Scale, now: int) -> None:
+        self._scale = scale
         self._next = now + 1
-        self._due: dict[int, tuple[list[bytes], list[bytes]]] = {}
-        self._paths: dict[int, list[tuple[int, bool, bytes]]] = {}
+        self._paths: dict[int, list[_Due]] = {}
+        self._due: dict[int, list[_Due]] = {}
 
     def add(self, ball: int, start_tick: int, path: Trajectory, now: int) -> None:
-        """Follow a ball; of one that started before `now` only what is to come will be sent."""
-        pieces = pieces_of(path, ball, self._spin_scale)
-        rows: list[tuple[int, bool, bytes]] = []
-        for array in (pieces.flights, pieces.curves):
-            curved = array.dtype == CURVE
-            for record in array:
-                # The tick that ends when or after the piece begins, as for its bounce's event.
-                tick = start_tick + math.ceil(float(record["t"]) * self._rate)
-                rows.append((tick, curved, record.tobytes()))
-        self._paths[ball] = sorted(rows, key=lambda row: row[0])
-        for tick, curved, record in self._paths[ball]:
-            if tick > now or start_tick == now:
-                self._due.setdefault(max(tick, now + 1), ([], []))[curved].append(record)
+        """Follow a ball: what begins after tick `now`, or at a start that is now, will be sent."""
+        rate = self._scale.tick_rate
+        # The tick that ends when or after the piece begins, as for its bounce's event.
+        rows = [
+            _Due(start_tick + math.ceil(piece.t * rate), start_tick + piece.t * rate, piece)
+            for piece in pieces_of(path, ball)
+        ]
+        self._paths[ball] = rows
+        for row in rows:
+            if row.tick > now or start_tick == now:
+                self._due.setdefault(max(row.tick, now + 1), []).append(row)
 
     def forget(self, ball: int) -> None:
         """A ball has landed."""
         self._paths.pop(ball, None)
 
-    def take(self, tick: int) -> bytes | None:
+    def take(self, tick: int, seq: int) -> bytes | None:
         """The frame of all that became due up to this tick; None when nothing did."""
-        flights: list[bytes] = []
-        curves: list[bytes] = []
+        rows: list[_Due] = []
         for due in range(self._next, tick + 1):
-            new_flights, new_curves = self._due.pop(due, ((), ()))
-            flights += new_flights
-            curves += new_curves
+            rows += self._due.pop(due, ())
         self._next = tick + 1
-        return _frame(tick, flights, curves, 0) if flights or curves else None
+        return _frame(tick, seq, rows, 0, self._scale) if rows else None
 
-    def full(self, tick: int) -> bytes:
+    def full(self, tick: int, seq: int) -> bytes:
         """The frame of the piece that every ball is on at this tick."""
-        flights: list[bytes] = []
-        curves: list[bytes] = []
+        current = []
         for rows in self._paths.values():
-            current = [row for row in rows if row[0] <= tick] or rows[:1]
-            _, curved, record = current[-1]
-            (curves if curved else flights).append(record)
-        return _frame(tick, flights, curves, FULL)
+            begun = [row for row in rows if row.tick <= tick] or rows[:1]
+            current.append(begun[-1])
+        return _frame(tick, seq, current, FULL, self._scale)
 
 
-def _frame(tick: int, flights: list[bytes], curves: list[bytes], flags: int) -> bytes:
-    header = HEADER.pack(MAGIC, VERSION, len(flights), tick & 0xFFFFFFFF, len(curves), flags, 0)
+def _frame(tick: int, seq: int, rows: list[_Due], flags: int, scale: Scale) -> bytes:
+    flights = [_record(tick, row, scale) for row in rows if row.piece.bend is None]
+    curves = [_record(tick, row, scale) for row in rows if row.piece.bend is not None]
+    stamp = (tick & 0xFFFFFFFF, seq & 0xFFFFFFFF)
+    header = HEADER.pack(MAGIC, VERSION, len(flights), *stamp, len(curves), flags, 0)
     return b"".join((header, *flights, *curves))
 
 
+def _record(tick: int, row: _Due, scale: Scale) -> bytes:
+    """A piece as bytes in a frame of this tick."""
+    age = round((tick - row.begin) * _STEPS)
+    kind = row.piece.kind
+    if age > _OLDEST * _STEPS:
+        age = _OLDEST * _STEPS
+        kind = UNDER_WAY
+    moved = (tick - age / _STEPS - row.begin) / scale.tick_rate
+    piece = later(row.piece, moved, **scale.law())
+    box = scale.extent
+    turns = piece.angle / (2.0 * math.pi)
+    values = (
+        piece.ball & 0xFFFF,
+        kind,
+        round((turns - math.floor(turns)) * _TURN) % _TURN,
+        age,
+        _clamp((0.5 * (piece.x - box.x_min) / (box.x_max - box.x_min) + 0.25) * _GRID, 0, _GRID),
+        _clamp((piece.y - box.y_min) / (box.y_max - box.y_min) * _GRID, 0, _GRID),
+        _clamp(piece.vx / (0.5 * scale.velocity_scale), -_TOP, _TOP),
+        _clamp(piece.vy / (0.5 * scale.velocity_scale), -_TOP, _TOP),
+        _clamp(piece.spin / scale.spin_scale, -_TOP, _TOP),
+        piece.index & 0xFFFF,
+    )
+    return FLIGHT.pack(*values) if piece.bend is None else CURVE.pack(*values, *piece.bend)
+
+
+def _clamp(value: float, low: int, high: int) -> int:
+    return round(min(max(value, low), high))
+
+
 class Segments(msgspec.Struct, frozen=True):
-    """A decoded frame: its tick, whether it is full, and rows of FLIGHT and CURVE."""
+    """A decoded frame: its tick, the room's events so far, whether it is full, and its pieces.
+
+    Times count from the room's start; balls are known by their number modulo 65536.
+    """
 
     tick: int
+    seq: int
     full: bool
-    flights: npt.NDArray[np.void]
-    curves: npt.NDArray[np.void]
+    flights: list[Piece]
+    curves: list[Piece]
 
 
-def decode_segments(data: bytes) -> Segments:
-    """A frame's bytes as records.
+def decode_segments(data: bytes, scale: Scale) -> Segments:
+    """A frame's bytes as pieces.
 
     Raises MalformedError naming the byte count, magic or version that is wrong.
     """
     if len(data) < HEADER.size:
         raise MalformedError(f"segments of {len(data)} bytes have no whole header")
-    magic, version, flights, tick, curves, flags, _ = HEADER.unpack_from(data)
+    magic, version, flights, tick, seq, curves, flags, _ = HEADER.unpack_from(data)
     if magic != MAGIC or version != VERSION:
-        raise MalformedError(f"magic {magic:#x}, version {version} is no frame of segments 1")
-    middle = HEADER.size + flights * FLIGHT.itemsize
-    if len(data) != middle + curves * CURVE.itemsize:
+        raise MalformedError(f"magic {magic:#x}, version {version} is no frame of segments 2")
+    middle = HEADER.size + flights * FLIGHT.size
+    if len(data) != middle + curves * CURVE.size:
         raise MalformedError(f"{len(data)} bytes do not hold {flights} flights, {curves} curves")
     return Segments(
         tick,
+        seq,
         bool(flags & FULL),
-        np.frombuffer(data, FLIGHT, flights, HEADER.size),
-        np.frombuffer(data, CURVE, curves, middle),
+        [_piece(tick, row, scale) for row in FLIGHT.iter_unpack(data[HEADER.size : middle])],
+        [_piece(tick, row, scale) for row in CURVE.iter_unpack(data[middle:])],
     )
 
 
-def pose_at(
-    piece: np.void, t: float, *, gravity: float, drag: float, spin_scale: float
-) -> tuple[float, float, float]:
-    """x, y (m) and angle (rad) on a decoded piece at t seconds after the ball's start."""
-    x, y, vx, vy = (float(piece[name]) for name in ("x", "y", "vx", "vy"))
-    s = t - float(piece["t"])
-    angle = float(piece["angle"]) * (2.0 * math.pi / _TURN) + float(piece["spin"]) * spin_scale * s
-    if "ax" in (piece.dtype.names or ()):
-        ax, ay = float(piece["ax"]), float(piece["ay"])
-        return x + vx * s + 0.5 * ax * s * s, y + vy * s + 0.5 * ay * s * s, angle
-    _, _, psi = basis(drag, s)
-    return x + vx * s - drag * vx * psi, y + vy * s + (gravity - drag * vy) * psi, angle
+def _piece(tick: int, row: tuple[float, ...], scale: Scale) -> Piece:
+    ball, kind, angle, age, x, y, vx, vy, spin, index, *bend = row
+    box = scale.extent
+    return Piece(
+        ball=int(ball),
+        kind=int(kind),
+        index=int(index),
+        t=(tick - age / _STEPS) / scale.tick_rate,
+        x=(2.0 * x / _GRID - 0.5) * (box.x_max - box.x_min) + box.x_min,
+        y=y / _GRID * (box.y_max - box.y_min) + box.y_min,
+        vx=vx * 0.5 * scale.velocity_scale,
+        vy=vy * 0.5 * scale.velocity_scale,
+        angle=angle * (2.0 * math.pi / _TURN),
+        spin=spin * scale.spin_scale,
+        bend=(bend[0], bend[1]) if bend else None,
+    )
+
+
+def pose_at(piece: Piece, t: float, *, gravity: float, drag: float) -> tuple[float, float, float]:
+    """x, y (m) and angle (rad) on a piece at t, counted as its own start is."""
+    s = t - piece.t
+    psi = 0.5 * s * s if piece.bend else basis(drag, s)[2]
+    ax, ay = piece.bend or (-drag * piece.vx, gravity - drag * piece.vy)
+    return (
+        piece.x + piece.vx * s + ax * psi,
+        piece.y + piece.vy * s + ay * psi,
+        piece.angle + piece.spin * s,
+    )

@@ -3,16 +3,18 @@
 import { ProtocolError } from "./protocol.js";
 
 const MAGIC = 0x53;
-const VERSION = 1;
-const HEADER_BYTES = 12;
-const FLIGHT_BYTES = 28;
-const CURVE_BYTES = 36;
+const VERSION = 2;
+const HEADER_BYTES = 16;
+const FLIGHT_BYTES = 18;
+const CURVE_BYTES = 26;
+const STEPS = 1024; // of a tick, in which the age of a piece is told
+const GRID = 65535;
 const FULL = 1;
 const LINE_RATE = 120; // points a second when the whole path is wanted
 const SERIES_LIMIT = 1e-3; // of drag times time: below it the closed form of psi cancels
 
 /** What a piece begins with, or for a curve what it runs along. */
-export const KIND = { offPeg: 0, offWall: 1, leftPeg: 2, leftWall: 3, dropped: 4 };
+export const KIND = { offPeg: 0, offWall: 1, leftPeg: 2, leftWall: 3, dropped: 4, underWay: 5 };
 
 /**
  * A stretch of a path: free flight, or where ax and ay are numbers a parabola along a surface.
@@ -20,7 +22,7 @@ export const KIND = { offPeg: 0, offWall: 1, leftPeg: 2, leftWall: 3, dropped: 4
  * @property {number} id ball number mod 65536
  * @property {number} kind one of KIND
  * @property {number} index of the peg or wall
- * @property {number} t its start, in seconds since the ball's
+ * @property {number} t its start, table time: seconds since the room's
  * @property {number} x metres
  * @property {number} y metres, down
  * @property {number} vx m/s
@@ -31,44 +33,57 @@ export const KIND = { offPeg: 0, offWall: 1, leftPeg: 2, leftWall: 3, dropped: 4
  * @property {number} [ay]
  */
 
+/**
+ * What the numbers of a frame mean; the hello tells it.
+ * @typedef {object} Scale
+ * @property {{x_min: number, x_max: number, y_min: number, y_max: number}} extent metres
+ * @property {number} velocityScale m/s of one step of a snapshot's velocity, two of a piece's
+ * @property {number} spinScale rad/s of one step of a piece's spin
+ * @property {number} rate ticks a second
+ */
+
 /** @typedef {{gravity: number, drag: number}} Law m/s^2 and 1/s */
 /** @typedef {{x: number, y: number, angle: number}} Pose */
 
 /**
  * @param {ArrayBuffer} buffer
- * @param {number} spinScale rad/s of one step of a piece's spin
- * @returns {{tick: number, full: boolean, flights: Piece[], curves: Piece[]}}
+ * @param {Scale} scale
+ * @returns {{tick: number, seq: number, full: boolean, flights: Piece[], curves: Piece[]}}
  */
-export function decodeSegments(buffer, spinScale) {
+export function decodeSegments(buffer, scale) {
   const view = new DataView(buffer);
   const { flights, curves } = checkHeader(view);
+  const tick = view.getUint32(4, true);
   const middle = HEADER_BYTES + flights * FLIGHT_BYTES;
   return {
-    tick: view.getUint32(4, true),
-    full: (view.getUint8(10) & FULL) !== 0,
+    tick,
+    seq: view.getUint32(8, true),
+    full: (view.getUint8(14) & FULL) !== 0,
     flights: Array.from({ length: flights }, (_, i) =>
-      readPiece(view, HEADER_BYTES + i * FLIGHT_BYTES, spinScale)),
+      readPiece(view, HEADER_BYTES + i * FLIGHT_BYTES, tick, scale)),
     curves: Array.from({ length: curves }, (_, i) => {
       const at = middle + i * CURVE_BYTES;
-      const ax = view.getFloat32(at + 28, true);
-      const ay = view.getFloat32(at + 32, true);
-      return { ...readPiece(view, at, spinScale), ax, ay };
+      const ax = view.getFloat32(at + 18, true);
+      const ay = view.getFloat32(at + 22, true);
+      return { ...readPiece(view, at, tick, scale), ax, ay };
     }),
   };
 }
 
-function readPiece(view, at, spinScale) {
+function readPiece(view, at, tick, { extent, velocityScale, spinScale, rate }) {
+  const width = extent.x_max - extent.x_min;
+  const height = extent.y_max - extent.y_min;
   return {
     id: view.getUint16(at, true),
     kind: view.getUint8(at + 2),
     angle: view.getUint8(at + 3) * ((2 * Math.PI) / 256),
-    t: view.getFloat32(at + 4, true),
-    x: view.getFloat32(at + 8, true),
-    y: view.getFloat32(at + 12, true),
-    vx: view.getFloat32(at + 16, true),
-    vy: view.getFloat32(at + 20, true),
-    spin: view.getInt16(at + 24, true) * spinScale,
-    index: view.getUint16(at + 26, true),
+    t: (tick - view.getUint16(at + 4, true) / STEPS) / rate,
+    x: ((2 * view.getUint16(at + 6, true)) / GRID - 0.5) * width + extent.x_min,
+    y: (view.getUint16(at + 8, true) / GRID) * height + extent.y_min,
+    vx: view.getInt16(at + 10, true) * 0.5 * velocityScale,
+    vy: view.getInt16(at + 12, true) * 0.5 * velocityScale,
+    spin: view.getInt16(at + 14, true) * spinScale,
+    index: view.getUint16(at + 16, true),
   };
 }
 
@@ -84,7 +99,7 @@ function checkHeader(view) {
     throw new ProtocolError(`segments version ${view.getUint8(1)} is not ${VERSION}`);
   }
   const flights = view.getUint16(2, true);
-  const curves = view.getUint16(8, true);
+  const curves = view.getUint16(12, true);
   const expected = HEADER_BYTES + flights * FLIGHT_BYTES + curves * CURVE_BYTES;
   if (view.byteLength !== expected) {
     throw new ProtocolError(
@@ -98,7 +113,7 @@ function checkHeader(view) {
  * Where a ball is on a piece. A flight is r + v s + a psi(s) with a = g - k v, the acceleration at
  * its start, and psi(s) = (s - phi(s)) / k, phi(s) = (1 - exp(-k s)) / k; s^2 / 2 without drag.
  * @param {Piece} piece
- * @param {number} t seconds since the ball's start
+ * @param {number} t table time, s
  * @param {Law} law
  * @param {Pose} [out]
  */
@@ -128,10 +143,9 @@ export class PiecePath {
   #since = Number.POSITIVE_INFINITY;
   #end = Number.POSITIVE_INFINITY;
 
-  /** @param {Law} law @param {number} birth table time of the ball's start, s */
-  constructor(law, birth) {
+  /** @param {Law} law */
+  constructor(law) {
     this.law = law;
-    this.birth = birth;
   }
 
   /** @param {Piece} piece may come twice, and late */
@@ -140,7 +154,7 @@ export class PiecePath {
     let at = pieces.length;
     while (at > 0 && pieces[at - 1].t >= piece.t) at -= 1;
     pieces.splice(at, pieces[at]?.t === piece.t ? 1 : 0, piece);
-    this.#since = this.birth + pieces[0].t;
+    this.#since = pieces[0].t;
   }
 
   /** Whether anything is known of it. */
@@ -162,24 +176,24 @@ export class PiecePath {
    * @param {Pose} [out]
    */
   poseAt(t, out = { x: 0, y: 0, angle: 0 }) {
-    const own = Math.max(Math.min(t, this.#end), this.#since) - this.birth;
-    return piecePose(this.#pieceAt(own), own, this.law, out);
+    const known = Math.max(Math.min(t, this.#end), this.#since);
+    return piecePose(this.#pieceAt(known), known, this.law, out);
   }
 
   /** @returns {{x: number, y: number}[]} the whole of it, a point every 1/120 s */
   line() {
-    const until = Math.min(this.#end, this.birth + this.pieces[this.pieces.length - 1].t + 1);
+    const until = Math.min(this.#end, this.pieces[this.pieces.length - 1].t + 1);
     const count = Math.ceil((until - this.start) * LINE_RATE) + 1;
     return Array.from({ length: count }, (_, step) =>
       this.poseAt(Math.min(until, this.start + step / LINE_RATE)));
   }
 
   /** Time moves a little between calls, so the last answer is the best place to look from. */
-  #pieceAt(own) {
+  #pieceAt(t) {
     const { pieces } = this;
     let i = Math.min(this.#hint, pieces.length - 1);
-    while (i > 0 && pieces[i].t > own) i -= 1;
-    while (i < pieces.length - 1 && pieces[i + 1].t <= own) i += 1;
+    while (i > 0 && pieces[i].t > t) i -= 1;
+    while (i < pieces.length - 1 && pieces[i + 1].t <= t) i += 1;
     this.#hint = i;
     return pieces[i];
   }

@@ -4,22 +4,24 @@ import json
 from collections.abc import Callable
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from playwright.sync_api import Error
 
 from app import segments
+from app.protocol import Extent
 from app.room import DropCommand, Room
 from engine import Board, drop
 from tests.browser.conftest import ROOT, Open
 
 GOLDEN = json.loads((ROOT / "tests" / "golden" / "segments.json").read_text())
-LAW = GOLDEN["law"]
-TURN = 2 * np.pi / 256  # rad of one step of an angle
+SCALE = GOLDEN["scale"]
+LAW = {name: SCALE[name] for name in ("gravity", "drag")}
 
-DECODE = """({ decodeSegments }, { hex, spinScale }) => {
+DECODE = """({ decodeSegments }, { hex, scale }) => {
   const bytes = Uint8Array.from(hex.match(/../g) ?? [], (pair) => parseInt(pair, 16));
-  return decodeSegments(bytes.buffer, spinScale);
+  return decodeSegments(bytes.buffer, scale);
 }"""
 
 
@@ -35,23 +37,39 @@ def run(opened: Open) -> Callable[[str, Any], Any]:
     return call
 
 
-def in_units(piece: dict[str, Any]) -> dict[str, Any]:
-    """A golden record as the page knows it: angle and spin in rad and rad/s."""
-    spin = piece["spin"] * LAW["spin_scale"]
-    return {**piece, "angle": piece["angle"] * TURN, "spin": spin}
+def as_page(piece: dict[str, Any]) -> dict[str, Any]:
+    """A golden piece as the page names things."""
+    form = {name: value for name, value in piece.items() if name not in ("ball", "bend")}
+    ax, ay = piece["bend"] or (None, None)
+    return {**form, "id": piece["ball"], **({} if ax is None else {"ax": ax, "ay": ay})}
+
+
+def page_scale(scale: segments.Scale) -> dict[str, Any]:
+    return {
+        "extent": msgspec.to_builtins(scale.extent),
+        "velocityScale": scale.velocity_scale,
+        "spinScale": scale.spin_scale,
+        "rate": scale.tick_rate,
+    }
+
+
+def golden_scale() -> dict[str, Any]:
+    given = dict(SCALE)
+    return page_scale(segments.Scale(Extent(**given.pop("extent")), **given))
 
 
 def test_golden_frames_decode_to_the_last_bit(run: Callable[[str, Any], Any]) -> None:
     for example in GOLDEN["frames"]:
-        decoded = run(DECODE, {"hex": example["hex"], "spinScale": LAW["spin_scale"]})
-        assert (decoded["tick"], decoded["full"]) == (example["tick"], example["full"])
-        assert decoded["flights"] == [in_units(piece) for piece in example["flights"]]
-        assert decoded["curves"] == [in_units(piece) for piece in example["curves"]]
+        decoded = run(DECODE, {"hex": example["hex"], "scale": golden_scale()})
+        for name in ("tick", "seq", "full"):
+            assert decoded[name] == example[name]
+        assert decoded["flights"] == [as_page(piece) for piece in example["flights"]]
+        assert decoded["curves"] == [as_page(piece) for piece in example["curves"]]
 
 
 def test_golden_pieces_are_drawn_where_they_should(run: Callable[[str, Any], Any]) -> None:
     for example in GOLDEN["frames"]:
-        pieces = [in_units(p) for p in example["flights"] + example["curves"] for _ in range(2)]
+        pieces = [as_page(p) for p in example["flights"] + example["curves"] for _ in range(2)]
         drawn = run(
             """({ piecePose }, { pieces, times, law }) =>
               pieces.map((piece, i) => piecePose(piece, times[i], law))""",
@@ -66,16 +84,16 @@ def test_golden_pieces_are_drawn_where_they_should(run: Callable[[str, Any], Any
     ("hex_bytes", "said"),
     [
         ("", "shorter than their header"),
-        ("50" + "00" * 11, "start with 80"),
-        ("5302" + "00" * 10, "version 2"),
-        (GOLDEN["frames"][0]["hex"] + "00", "41 bytes, not 40"),
+        ("50" + "00" * 15, "start with 80"),
+        ("5301" + "00" * 14, "version 1"),
+        (GOLDEN["frames"][0]["hex"] + "00", "35 bytes, not 34"),
     ],
 )
 def test_damaged_frames_are_refused(
     run: Callable[[str, Any], Any], hex_bytes: str, said: str
 ) -> None:
     with pytest.raises(Error, match=said):
-        run(DECODE, {"hex": hex_bytes, "spinScale": 1.0})
+        run(DECODE, {"hex": hex_bytes, "scale": golden_scale()})
 
 
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "galton"])
@@ -83,7 +101,9 @@ def test_a_whole_drop_is_drawn_true(run: Callable[[str, Any], Any], name: str) -
     board = Board.preset(name)
     room = Room("r", board, tick_rate=60, max_balls=1)
     room.watch_segments(True)
-    room.drop(DropCommand(42))
+    for _ in range(30):
+        room.world.step()
+    start = room.drop(DropCommand(42)).tick / 60
     frames = []
     while room.awake:
         room.step(watched=True)
@@ -93,26 +113,25 @@ def test_a_whole_drop_is_drawn_true(run: Callable[[str, Any], Any], name: str) -
     alone = drop(board, 42)
     times = np.arange(0.0, alone.duration, 1.0 / 120.0)
     drawn = run(
-        """({ decodeSegments, PiecePath }, { frames, spinScale, law, times, birth }) => {
-          const path = new PiecePath(law, birth);
+        """({ decodeSegments, PiecePath }, { frames, scale, law, times }) => {
+          const path = new PiecePath(law);
           for (const hex of frames) {
             const bytes = Uint8Array.from(hex.match(/../g), (pair) => parseInt(pair, 16));
-            const { flights, curves } = decodeSegments(bytes.buffer, spinScale);
+            const { flights, curves } = decodeSegments(bytes.buffer, scale);
             for (const piece of [...curves, ...flights, ...flights]) path.add(piece);
           }
-          return times.map((t) => path.poseAt(birth + t)).map(({ x, y }) => [x, y]);
+          return times.map((t) => path.poseAt(t)).map(({ x, y }) => [x, y]);
         }""",
         {
             "frames": frames,
-            "spinScale": room.spin_scale,
+            "scale": page_scale(room.scale),
             "law": {"gravity": board.gravity, "drag": board.drag},
-            "times": times.tolist(),
-            "birth": 12.5,
+            "times": (start + times).tolist(),
         },
     )
     states = alone.states(times)
     off = np.abs(np.array(drawn) - np.stack([states["x"], states["y"]], axis=1))
-    assert off.max() <= segments.TOLERANCE + 1e-5
+    assert off.max() <= 4e-4  # m: a twenty-fifth of a pixel at 100 px/m
 
 
 def test_a_path_waits_for_its_first_piece_and_stops_at_its_end(
@@ -120,9 +139,9 @@ def test_a_path_waits_for_its_first_piece_and_stops_at_its_end(
 ) -> None:
     seen = run(
         """({ PiecePath }, law) => {
-          const path = new PiecePath(law, 10);
+          const path = new PiecePath(law);
           const before = [path.known, path.start];
-          path.add({ t: 0, x: 0, y: 0, vx: 1, vy: 0, angle: 0, spin: 0 });
+          path.add({ t: 10, x: 0, y: 0, vx: 1, vy: 0, angle: 0, spin: 0 });
           path.finish(10.5);
           return { before, known: path.known, start: path.start,
             early: path.poseAt(9).x, late: path.poseAt(99).x, end: path.poseAt(10.5).x,
