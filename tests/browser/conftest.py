@@ -83,7 +83,9 @@ class ServerProcess:
         self.process = None
 
 
-@pytest.fixture(scope="module")
+# One of each for all tests of this folder, which stay in one row: while Playwright's loop lives no
+# asynchronous test could run, so neither may outlive the last of them.
+@pytest.fixture(scope="package")
 def server() -> Iterator[ServerProcess]:
     running = ServerProcess()
     running.start()
@@ -91,9 +93,8 @@ def server() -> Iterator[ServerProcess]:
     running.kill()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
-    # A module at a time: while Playwright's loop lives, no asynchronous test could run.
     program = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chrome")
     with sync_playwright() as playwright:
         running = playwright.chromium.launch(executable_path=program, args=FLAGS)
@@ -157,7 +158,7 @@ Open = Callable[..., Screen]
 Run = Callable[..., Any]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def run(browser: Browser, server: ServerProcess) -> Iterator[Run]:
     """Calls a JavaScript function with a module of js/ and an argument, away from the page."""
     page = browser.new_page()

@@ -1,18 +1,21 @@
 """What every page owes every screen: no sideways scrolling, targets that a finger hits."""
 
+from collections.abc import Iterator
+from typing import Any
+
 from tests.browser.screen import Screen
 
 # Width, height, colours: the smallest and the commonest in both, the others in one.
-SCREENS = [
-    (360, 740, "light"),
-    (360, 740, "dark"),
-    (390, 844, "dark"),
-    (768, 1024, "light"),
-    (1280, 800, "light"),
-    (1280, 800, "dark"),
-    (1920, 1080, "light"),
-    (3840, 2160, "dark"),
-]
+SCREENS = {
+    "phone": [(360, 740, "light"), (360, 740, "dark"), (390, 844, "dark")],
+    "desk": [
+        (768, 1024, "light"),
+        (1280, 800, "light"),
+        (1280, 800, "dark"),
+        (1920, 1080, "light"),
+        (3840, 2160, "dark"),
+    ],
+}
 
 # Fingers need 44 CSS pixels. The target of a radio button or a checkbox is the chip it fills.
 _SMALL_TARGETS = """
@@ -24,10 +27,19 @@ _SMALL_TARGETS = """
   .map(([name, box]) => `${name}: ${box.width} x ${box.height}`)
 """
 
+# A page that was resized lays itself out in the next frame and has drawn by the one after.
+_TWO_FRAMES = """
+async () => {
+  await new Promise(requestAnimationFrame);
+  await new Promise(requestAnimationFrame);
+}
+"""
 
-def context_for(width: int, height: int, scheme: str) -> dict[str, object]:
-    """Options of a browser context for a screen of this size; narrow ones are phones."""
-    phone = width < 700
+
+def context_for(device: str) -> dict[str, Any]:
+    """Options of a browser context for a "phone" or a "desk", with the first of its screens."""
+    width, height, scheme = SCREENS[device][0]
+    phone = device == "phone"
     return {
         "viewport": {"width": width, "height": height},
         "color_scheme": scheme,
@@ -35,6 +47,15 @@ def context_for(width: int, height: int, scheme: str) -> dict[str, object]:
         "is_mobile": phone,
         "has_touch": phone,
     }
+
+
+def each_screen(screen: Screen, device: str) -> Iterator[str]:
+    """Put the open page on one screen of the device after the other; gives each one's name."""
+    for width, height, scheme in SCREENS[device]:
+        screen.page.set_viewport_size({"width": width, "height": height})
+        screen.page.emulate_media(color_scheme="dark" if scheme == "dark" else "light")
+        screen.page.evaluate(_TWO_FRAMES)
+        yield f"{width}x{height}-{scheme}"
 
 
 def check_fit(screen: Screen) -> None:

@@ -10,17 +10,43 @@ from playwright.sync_api import Locator, Page, WebSocket, expect
 
 expect.set_options(timeout=30_000)
 
+# To be run before the page: how late the newest snapshot came, ms behind the quickest of late.
+HEAR = """
+window.heard = { at: 0, late: 0 };
+const samples = [];
+window.WebSocket = class extends WebSocket {
+  constructor(...all) {
+    super(...all);
+    this.addEventListener("message", ({ data }) => {
+      if (typeof data === "string") return;
+      heard.at = performance.now();
+      samples.push(heard.at - (1000 / 60) * new DataView(data).getUint32(4, true));
+      if (samples.length > 120) samples.shift();
+      heard.late = samples.at(-1) - Math.min(...samples);
+    });
+  }
+};
+"""
+
+# The picture is three ticks behind the quickest snapshots, at least. Where the newest one is older
+# than that, a busy machine held it up, and the page draws where the ball would be if it flew on.
+_KNOWN_MS = 50
+
 # Where a ball of ours is on the moving canvas, once a frame until the last one has landed: the
-# middle of the pixels in the ball's own red, in CSS pixels. Trails are too faint to count.
+# middle of the pixels in the ball's own red, in CSS pixels. Trails are too faint to count. Frames
+# that the page had to guess do not count either; it needs HEAR.
 _TRACK = """
-async () => {
+async (known) => {
   const canvas = document.querySelector("#board-moving");
   const ctx = canvas.getContext("2d");
   const density = canvas.width / canvas.clientWidth;
   const places = [];
+  const deadline = performance.now() + 60_000;
   const landings = Number(document.querySelector("#staked").textContent);
   while (Number(document.querySelector("#staked").textContent) === landings) {
     await new Promise(requestAnimationFrame);
+    if (performance.now() > deadline) throw new Error("nothing landed within a minute");
+    if (performance.now() - heard.at + heard.late > known) continue;
     const { data } = ctx.getImageData(0, 0, canvas.width, canvas.height);
     let count = 0, x = 0, y = 0;
     for (let i = 0; i < data.length; i += 4) {
@@ -111,8 +137,11 @@ class Screen:
             return json.load(reply)
 
     def track(self) -> list[list[float]]:
-        """Where the ball is, frame by frame, until the next landing; CSS pixels."""
-        places: list[list[float]] = self.page.evaluate(_TRACK)
+        """Where the ball is, frame by frame, until the next landing; CSS pixels.
+
+        Only frames of which the page knew what it drew. It has to be opened with HEAR.
+        """
+        places: list[list[float]] = self.page.evaluate(_TRACK, _KNOWN_MS)
         return places
 
     def ball(self) -> list[float]:
@@ -124,7 +153,7 @@ class Screen:
         """Metres as CSS pixels of the canvas: `points`, and the `scale` in pixels per metre."""
         return self.page.evaluate(_TO_PIXELS, [board, points])
 
-    def shot(self, name: str) -> None:
+    def shot(self, name: str, *, full_page: bool = False) -> None:
         """Keep a picture of the page, for people to look at."""
         self._artifacts.mkdir(exist_ok=True)
-        self.page.screenshot(path=self._artifacts / f"{name}.png")
+        self.page.screenshot(path=self._artifacts / f"{name}.png", full_page=full_page)

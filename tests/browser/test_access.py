@@ -1,14 +1,12 @@
 """Playable without a mouse, without sight of the picture, without motion, on a phone and a wall."""
 
 import re
-from typing import Any
 
 import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Open, Quick
-
-SIZES = [(360, 740), (390, 844), (768, 1024), (1280, 800), (1920, 1080), (3840, 2160)]
+from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 
 
 def test_a_whole_game_by_keyboard_alone(opened: Open, quick: Quick) -> None:
@@ -95,85 +93,42 @@ def test_reduced_motion_shows_the_way_and_the_result_without_a_moving_ball(
     screen.seed.fill("42")
     screen.drop.click()
     screen.state("live")
-    assert painted(screen.page) == 0
+    assert painted(screen, "board-moving") == 0
     screen.landed(screen.api(f"drops/{quick.board}/42")["bin"])
     screen.ready()
     screen.page.wait_for_timeout(1600)  # the bin's light has faded, the path stays
-    first = painted(screen.page)
+    first = painted(screen, "board-moving")
     assert first > 500, "the path is drawn"
     screen.page.wait_for_timeout(200)
-    assert painted(screen.page) == first
+    assert painted(screen, "board-moving") == first
     screen.shot("reduced-motion")
 
 
-def painted(page: Any) -> int:
-    """How many pixels of the moving canvas are not clear."""
-    count: int = page.evaluate(
-        """() => {
-          const canvas = document.querySelector("#board-moving");
-          const ctx = canvas.getContext("2d");
-          const { data } = ctx.getImageData(0, 0, canvas.width, canvas.height);
-          let count = 0;
-          for (let i = 3; i < data.length; i += 4) count += data[i] > 0;
-          return count;
-        }"""
-    )
-    return count
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize(("width", "height"), SIZES)
-def test_the_page_fits_its_screen(opened: Open, width: int, height: int, scheme: str) -> None:
-    phone = width < 700
-    screen = opened(
-        viewport={"width": width, "height": height},
-        color_scheme=scheme,
-        device_scale_factor=2 if phone else 1,
-        is_mobile=phone,
-        has_touch=phone,
-    ).ready()
-    overflow = screen.page.evaluate(
-        "document.documentElement.scrollWidth - document.documentElement.clientWidth"
-    )
-    assert overflow <= 0, "no sideways scrolling"
-    box = screen.drop.bounding_box()
-    assert box is not None
-    assert box["y"] + box["height"] <= height, "the drop button is seen without scrolling"
-    too_small = screen.page.evaluate(_SMALL_TARGETS)
-    assert too_small == []
-    for _ in range(5):
-        (screen.drop.tap if phone else screen.drop.click)()
-    screen.state("live")
-    screen.shot(f"page-{width}x{height}-{scheme}")
-
-
-# Fingers need 44 CSS pixels. A radio button's target is the chip it fills.
-_SMALL_TARGETS = """
-[...document.querySelectorAll("button, input, select, a:not(.skip)")]
-  .filter((element) => element.offsetParent !== null)
-  .map((element) => [element.id || element.name || element.textContent,
-                     element.getBoundingClientRect()])
-  .filter(([, box]) => box.height < 44 || box.width < 30)
-  .map(([name, box]) => `${name}: ${box.width} x ${box.height}`)
-"""
+@pytest.mark.parametrize("device", SCREENS)
+def test_the_page_fits_its_screens(opened: Open, device: str) -> None:
+    screen = opened(**context_for(device)).ready()
+    for name in each_screen(screen, device):
+        check_fit(screen)
+        box, window = screen.drop.bounding_box(), screen.page.viewport_size
+        assert box is not None
+        assert window is not None
+        assert box["y"] + box["height"] <= window["height"], "the button is seen without scrolling"
+        (screen.drop.tap if device == "phone" else screen.drop.click)()
+        screen.state("live")
+        screen.shot(f"page-{name}")
 
 
 @pytest.mark.parametrize("name", ["classic", "galton", "triangle-8-high", "triangle-16-high"])
 def test_every_board_fits_a_phone(opened: Open, name: str) -> None:
-    screen = opened(
-        f"/?room={name}", viewport={"width": 360, "height": 740}, is_mobile=True, has_touch=True
-    ).ready()
-    overflow = screen.page.evaluate("document.documentElement.scrollWidth - innerWidth")
-    assert overflow <= 0
+    screen = opened(f"/?room={name}", **context_for("phone")).ready()
+    check_fit(screen)
     screen.drop.tap()
     screen.state("live")
     screen.shot(f"{name}-360")
 
 
 def test_a_touch_above_the_pegs_drops(opened: Open, quick: Quick) -> None:
-    screen = opened(
-        quick.page, viewport={"width": 360, "height": 740}, is_mobile=True, has_touch=True
-    ).ready()
+    screen = opened(quick.page, **context_for("phone")).ready()
     screen.page.locator("#board-moving").tap(position={"x": 190, "y": 30})
     expect(screen.rows).to_have_count(1)
 

@@ -3,7 +3,6 @@
 import math
 import re
 import urllib.parse
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from playwright.sync_api import expect
 from engine import Board, Drop, drop
 from tests.browser.axe import check_axe
 from tests.browser.conftest import Complaints, Open
-from tests.browser.looks import SCREENS, check_fit, context_for, painted
+from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
 
 LINK = "/compare.html?board=triangle-12&seed=42"
@@ -149,11 +148,12 @@ def test_reduced_motion_shows_both_paths_at_once(opened: Open) -> None:
     assert painted(screen, "board-marks") > 500
 
 
-@pytest.mark.parametrize(("width", "height", "scheme"), SCREENS)
-def test_the_comparison_fits_its_screen(opened: Open, width: int, height: int, scheme: str) -> None:
-    options: dict[str, Any] = context_for(width, height, scheme)
+@pytest.mark.parametrize("device", SCREENS)
+def test_the_comparison_fits_its_screens(opened: Open, device: str) -> None:
+    options = context_for(device)
     screen = paused(opened(f"{LINK}&shift=1e-3", **options))
     screen.page.get_by_label("Time in the drops").fill("4")
-    check_fit(screen)
-    check_axe(screen)
-    screen.shot(f"compare-{width}x{height}-{scheme}")
+    for name in each_screen(screen, device):
+        check_fit(screen)
+        check_axe(screen)
+        screen.shot(f"compare-{name}")

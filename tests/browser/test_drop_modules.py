@@ -3,7 +3,6 @@
 import json
 import math
 import random
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -11,9 +10,7 @@ from playwright.sync_api import Error
 
 from engine import Board, Drop, drop
 from engine.constants import KIND_CONTACT_BEGIN
-from tests.browser.conftest import Open
-
-Run = Callable[..., Any]
+from tests.browser.conftest import Run
 
 # Balls that hardly bounce, on a slope and on pegs: bounces die, and rolling and sliding are real.
 RIDES = {
@@ -31,18 +28,6 @@ RIDES = {
     "bins": {"y": 3.0, "edges": [-2.0, 0.0, 2.0], "multipliers": [2.0, 0.5]},
     "drop": {"x": 0.0, "y": 0.0, "jitter": 1.0},
 }
-
-
-@pytest.fixture
-def run(opened: Open) -> Run:
-    """Calls a JavaScript function with a module of js/ and an argument."""
-    page = opened().page
-
-    def call(module: str, function: str, argument: Any = None) -> Any:
-        script = f"async (given) => ({function})(await import('/js/{module}'), given)"
-        return page.evaluate(script, argument)
-
-    return call
 
 
 def boards() -> list[Board]:

@@ -11,7 +11,7 @@ from playwright.sync_api import Route, expect
 from engine import Board, drop_many
 from tests.browser.axe import check_axe
 from tests.browser.conftest import Complaints, Open
-from tests.browser.looks import SCREENS, check_fit, context_for
+from tests.browser.looks import SCREENS, check_fit, context_for, each_screen
 from tests.browser.screen import Screen
 
 _BOARD = """
@@ -368,21 +368,22 @@ def test_a_busy_server_is_told_and_the_board_is_kept(bench: Bench, complaints: C
     complaints.allow("503")
 
 
-@pytest.mark.parametrize(("width", "height", "scheme"), SCREENS)
-def test_the_editor_fits_its_screen(opened: Open, width: int, height: int, scheme: str) -> None:
-    options: dict[str, Any] = context_for(width, height, scheme)
+@pytest.mark.parametrize("device", SCREENS)
+def test_the_editor_fits_its_screens(opened: Open, device: str) -> None:
+    options = context_for(device)
     bench = Bench(opened("/editor.html?board=triangle-8", **options))
     bench.page.get_by_role("button", name="Test-drop").click()
     expect(bench.page.locator("#tray-count")).to_have_text("100 test drops")
     bench.field.focus()
     bench.press("PageDown", "PageDown")
-    check_fit(bench.screen)
-    check_axe(bench.screen)
-    bench.screen.shot(f"editor-{width}x{height}-{scheme}")
+    for name in each_screen(bench.screen, device):
+        check_fit(bench.screen)
+        check_axe(bench.screen)
+        bench.screen.shot(f"editor-{name}")
 
 
 def test_a_finger_places_and_moves_a_peg(opened: Open) -> None:
-    bench = Bench(opened("/editor.html", **context_for(390, 844, "light")))
+    bench = Bench(opened("/editor.html", **context_for("phone")))
     count = len(bench.board["pegs"])
     bench.tool("Peg")
     ((x, y),) = bench.places([0.0, 2.0])

@@ -1,28 +1,20 @@
 """The editor's model of a board: what may change, what is found where, what a refusal is about."""
 
 import json
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import pytest
 from playwright.sync_api import Error
 
 from engine import Board
-from tests.browser.conftest import Open
-
-Run = Callable[..., Any]
+from tests.browser.conftest import Run
 
 
 @pytest.fixture
-def draft(opened: Open) -> Run:
+def draft(run: Run) -> Run:
     """Calls a JavaScript function with the module draft.js and an argument."""
-    page = opened().page
-
-    def call(function: str, argument: Any = None) -> Any:
-        script = f"async (given) => ({function})(await import('/js/draft.js'), given)"
-        return page.evaluate(script, argument)
-
-    return call
+    return partial(run, "draft.js")
 
 
 BOARD = Board.preset("triangle-8").to_dict()
@@ -188,10 +180,10 @@ def test_a_refusal_names_what_it_is_about(
     assert [[ref["kind"], ref["index"]] for ref in found] == wanted
 
 
-def test_undo_and_redo_go_back_and_forth_and_a_change_ends_the_future(opened: Open) -> None:
-    seen = opened().page.evaluate(
-        """async () => {
-          const { EditHistory } = await import("/js/edit-history.js");
+def test_undo_and_redo_go_back_and_forth_and_a_change_ends_the_future(run: Run) -> None:
+    seen = run(
+        "edit-history.js",
+        """({ EditHistory }) => {
           const history = new EditHistory("a");
           const seen = [history.undo(), history.redo()];
           history.push("b");
@@ -202,6 +194,6 @@ def test_undo_and_redo_go_back_and_forth_and_a_change_ends_the_future(opened: Op
           history.push("d");
           seen.push(history.canRedo, history.undo(), history.board);
           return seen;
-        }"""
+        }""",
     )
     assert seen == [False, False, True, "b", True, "a", False, True, "b", False, True, "b"]

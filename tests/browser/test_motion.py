@@ -275,9 +275,9 @@ def test_a_hidden_tab_catches_up_without_a_burst(opened: Open, quick: Quick) -> 
         f"""() => {{
           const look = (done) => (({_PAINTED})() ? done(true)
             : requestAnimationFrame(() => look(done)));
-          window.painted_again = new Promise(look);
+          new Promise(look).then(() => {{ window.painted_again = true; }});
         }}"""
     )
     screen.drop.click()
-    assert screen.page.evaluate("painted_again")
+    screen.page.wait_for_function("() => window.painted_again")
     expect(screen.rows).to_have_count(13)

@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Open, Quick
+from tests.browser.screen import HEAR
 
 
 def distance_to_path(place: list[float], path: list[list[float]]) -> float:
@@ -29,25 +30,32 @@ def places_of(sampled: Any) -> list[list[float]]:
 
 
 def test_a_seeded_ball_falls_along_the_predicted_path_into_the_predicted_bin(opened: Open) -> None:
-    screen = opened().ready()
-    screen.seed.fill("42")
-    screen.drop.click()
-    places = screen.track()
-
+    screen = opened(before=HEAR).ready()
     record = screen.api("drops/triangle-16/42")
     board = screen.api("boards/triangle-16")["board"]
     predicted = places_of(screen.api("drops/triangle-16/42/frames?fps=240"))
     drawn = screen.pixels(board, predicted)
     radius = board["ball"]["radius"] * drawn["scale"]
 
-    assert len(places) > 60, "the ball was drawn in many frames"
     fall = drawn["points"][-1][1] - drawn["points"][0][1]
-    seen = max(y for _, y in places) - min(y for _, y in places)
+
+    # On a machine so busy that most frames are guesses, the same drop is looked at again.
+    places: list[list[float]] = []
+    seen = 0.0
+    for count in range(1, 6):
+        screen.seed.fill("42")
+        screen.drop.click()
+        places += screen.track()
+        expect(screen.page.locator("#staked")).to_have_text(str(count))
+        seen = max((y for _, y in places), default=0) - min((y for _, y in places), default=0)
+        if len(places) > 60 and seen > 0.8 * fall:
+            break
+    assert len(places) > 60, "the ball was drawn in many frames"
     assert seen > 0.8 * fall, "it was seen from the top to the bottom"
     # The mean of a striped, glossy disc's red pixels wobbles about its centre by a part of its
     # radius; another ball's path is further off than that. Corners are test_modules' to judge.
-    # A frame drawn while snapshots are late (a busy machine) shows where the ball would have flown,
-    # which may be past a bounce nobody has told of yet: one in twenty may be such a guess.
+    # What is looked at in a frame was drawn in it or in the one before, which may have been a guess
+    # though this one is none: that is let pass for one in twenty.
     off = sorted(distance_to_path(place, drawn["points"]) for place in places)
     most = off[int(0.95 * len(off))]
     assert most < 0.5 * radius, f"{most:.2f} px off a path of a ball of {radius:.2f} px"

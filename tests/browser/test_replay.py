@@ -3,7 +3,6 @@
 import json
 import math
 import re
-from typing import Any
 
 import pytest
 from playwright.sync_api import Route, expect
@@ -11,7 +10,7 @@ from playwright.sync_api import Route, expect
 from engine import Board, drop
 from tests.browser.axe import check_axe
 from tests.browser.conftest import Complaints, Open, Quick
-from tests.browser.looks import SCREENS, check_fit, context_for, painted
+from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
 
 LINK = "/replay.html?board=triangle-8&seed=42"
@@ -299,16 +298,17 @@ def test_a_drop_that_cannot_be_is_told(
     complaints.allow("404|422")
 
 
-@pytest.mark.parametrize(("width", "height", "scheme"), SCREENS)
-def test_the_replay_fits_its_screen(opened: Open, width: int, height: int, scheme: str) -> None:
-    options: dict[str, Any] = context_for(width, height, scheme)
+@pytest.mark.parametrize("device", SCREENS)
+def test_the_replay_fits_its_screens(opened: Open, device: str) -> None:
+    options = context_for(device)
     screen = opened(LINK, **options).state("replay")
     play = screen.page.locator("#play")
     play.click()
     screen.page.locator("#impacts tr").nth(3).click()
-    check_fit(screen)
-    check_axe(screen)
-    screen.shot(f"replay-{width}x{height}-{scheme}")
+    for name in each_screen(screen, device):
+        check_fit(screen)
+        check_axe(screen)
+        screen.shot(f"replay-{name}")
 
 
 def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open) -> None:

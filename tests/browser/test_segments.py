@@ -1,7 +1,7 @@
 """Paths in pieces, decoded and drawn by the module that the page uses."""
 
 import json
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -13,7 +13,7 @@ from app import segments
 from app.protocol import Extent
 from app.room import DropCommand, Room
 from engine import Board, drop
-from tests.browser.conftest import ROOT, Open
+from tests.browser.conftest import ROOT, Run
 
 GOLDEN = json.loads((ROOT / "tests" / "golden" / "segments.json").read_text())
 SCALE = GOLDEN["scale"]
@@ -26,15 +26,9 @@ DECODE = """({ decodeSegments }, { hex, scale }) => {
 
 
 @pytest.fixture
-def run(opened: Open) -> Callable[[str, Any], Any]:
-    """Calls a JavaScript function with the module and an argument."""
-    page = opened().page
-
-    def call(function: str, argument: Any) -> Any:
-        script = f"async (given) => ({function})(await import('/js/segments.js'), given)"
-        return page.evaluate(script, argument)
-
-    return call
+def segments_js(run: Run) -> Run:
+    """Calls a JavaScript function with the module segments.js and an argument."""
+    return partial(run, "segments.js")
 
 
 def as_page(piece: dict[str, Any]) -> dict[str, Any]:
@@ -58,19 +52,19 @@ def golden_scale() -> dict[str, Any]:
     return page_scale(segments.Scale(Extent(**given.pop("extent")), **given))
 
 
-def test_golden_frames_decode_to_the_last_bit(run: Callable[[str, Any], Any]) -> None:
+def test_golden_frames_decode_to_the_last_bit(segments_js: Run) -> None:
     for example in GOLDEN["frames"]:
-        decoded = run(DECODE, {"hex": example["hex"], "scale": golden_scale()})
+        decoded = segments_js(DECODE, {"hex": example["hex"], "scale": golden_scale()})
         for name in ("tick", "seq", "full"):
             assert decoded[name] == example[name]
         assert decoded["flights"] == [as_page(piece) for piece in example["flights"]]
         assert decoded["curves"] == [as_page(piece) for piece in example["curves"]]
 
 
-def test_golden_pieces_are_drawn_where_they_should(run: Callable[[str, Any], Any]) -> None:
+def test_golden_pieces_are_drawn_where_they_should(segments_js: Run) -> None:
     for example in GOLDEN["frames"]:
         pieces = [as_page(p) for p in example["flights"] + example["curves"] for _ in range(2)]
-        drawn = run(
+        drawn = segments_js(
             """({ piecePose }, { pieces, times, law }) =>
               pieces.map((piece, i) => piecePose(piece, times[i], law))""",
             {"pieces": pieces, "times": [d["at"] for d in example["drawn"]], "law": LAW},
@@ -89,15 +83,13 @@ def test_golden_pieces_are_drawn_where_they_should(run: Callable[[str, Any], Any
         (GOLDEN["frames"][0]["hex"] + "00", "35 bytes, not 34"),
     ],
 )
-def test_damaged_frames_are_refused(
-    run: Callable[[str, Any], Any], hex_bytes: str, said: str
-) -> None:
+def test_damaged_frames_are_refused(segments_js: Run, hex_bytes: str, said: str) -> None:
     with pytest.raises(Error, match=said):
-        run(DECODE, {"hex": hex_bytes, "scale": golden_scale()})
+        segments_js(DECODE, {"hex": hex_bytes, "scale": golden_scale()})
 
 
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "galton"])
-def test_a_whole_drop_is_drawn_true(run: Callable[[str, Any], Any], name: str) -> None:
+def test_a_whole_drop_is_drawn_true(segments_js: Run, name: str) -> None:
     board = Board.preset(name)
     room = Room("r", board, tick_rate=60, max_balls=1)
     room.watch_segments(True)
@@ -112,7 +104,7 @@ def test_a_whole_drop_is_drawn_true(run: Callable[[str, Any], Any], name: str) -
             frames.append(frame.hex())
     alone = drop(board, 42)
     times = np.arange(0.0, alone.duration, 1.0 / 120.0)
-    drawn = run(
+    drawn = segments_js(
         """({ decodeSegments, PiecePath }, { frames, scale, law, times }) => {
           const path = new PiecePath(law);
           for (const hex of frames) {
@@ -135,9 +127,9 @@ def test_a_whole_drop_is_drawn_true(run: Callable[[str, Any], Any], name: str) -
 
 
 def test_a_path_waits_for_its_first_piece_and_stops_at_its_end(
-    run: Callable[[str, Any], Any],
+    segments_js: Run,
 ) -> None:
-    seen = run(
+    seen = segments_js(
         """({ PiecePath }, law) => {
           const path = new PiecePath(law);
           const before = [path.known, path.start];

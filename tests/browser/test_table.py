@@ -96,13 +96,14 @@ def test_a_stake_is_counted_and_paid_back_by_the_bin(opened: Open, quick: Quick)
     expect(screen.result).to_contain_text(f"{2.5 * score:.2f} for 2.5")
 
 
-@pytest.mark.parametrize("stake", ["0", "-1", ""])
-def test_what_is_no_stake_drops_nothing(opened: Open, quick: Quick, stake: str) -> None:
+def test_what_is_no_stake_drops_nothing(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     field = screen.page.get_by_label("Stake")
-    field.fill(stake)
-    screen.drop.click()
-    expect(field).to_be_focused()
+    for stake in ("0", "-1", ""):
+        field.fill(stake)
+        screen.drop.click()
+        expect(field).to_be_focused()
+        field.blur()
     assert screen.sent == []
 
 
