@@ -160,8 +160,25 @@ def substep(
             _bounce_off(board, state, item, side, threshold, log)
         elif s < window:
             return ESCAPED
+    if rest > 0.0:
+        _note_wait(state, log)
     push_out(board, state, correction)
     return FLYING
+
+
+@kernel
+def _note_wait(state: State, log: Log) -> None:
+    """Write down that the ball stays where it is for the rest of the substep."""
+    vx = state[VX]
+    vy = state[VY]
+    omega = state[OMEGA]
+    state[VX] = 0.0
+    state[VY] = 0.0
+    state[OMEGA] = 0.0
+    note_segment(log, state, IN_FLIGHT, 0.0, 0.0, 0.0)
+    state[VX] = vx
+    state[VY] = vy
+    state[OMEGA] = omega
 
 
 @kernel

@@ -107,8 +107,8 @@ async def test_an_interacting_table_has_the_events_of_any_table(server: Running)
         assert player.hello["board"]["name"] == "triangle-8"
         for seed in range(6):
             await player.send(type="drop", seed=seed, ref=seed)
-        for _ in range(6):
-            await player.until("landed")
+        while player.kinds().count("landed") < 6:  # two may land in one tick, and share a message
+            await player.step()
         accepted = [event for event in player.events if event["type"] == "accepted"]
         assert [event["seed"] for event in accepted] == [str(seed) for seed in range(6)]
         landed = [event for event in player.events if event["type"] == "landed"]
