@@ -10,18 +10,18 @@ import threading
 import time
 from collections import OrderedDict, deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from app.errors import BusyError, RoomFullError
-from app.room import Room
+from app.room_kinds import AnyRoom, ArenaRoom, Ground, Scene
 from app.workers import Workers
 
 if TYPE_CHECKING:
-    from app.render import Stage
+    from app.render import BoxStage, Stage
 
 BOUNDARY = "plinko-frame"
 PART_HEAD = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\n\r\n".encode()
@@ -42,27 +42,52 @@ class Shot:
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class Still:
     """A room at one moment, taken on the loop's thread and drawn on another."""
 
     bodies: npt.NDArray[np.void]
     facts: tuple[str, ...]
+    ground: str = ""  # digest of what does not move: a room of a scene may be begun anew
     trails: dict[int, npt.NDArray[np.float64]] = field(default_factory=dict)
     lit: tuple[int, ...] = ()
 
 
-def scene_of(room: Room) -> Scene:
+def still_of(room: AnyRoom) -> Still:
     """A room as it is."""
-    bodies = room.world.bodies
-    landed = sum(room.histogram) + room.unsettled
-    return Scene(bodies, (f"{len(bodies)} in flight", f"{landed:,} landed"))
+    bodies, ground = room.world.bodies, ground_of(room)
+    if isinstance(ground, Scene):
+        asleep = int((bodies["asleep"] != 0).sum())
+        return Still(bodies, (f"{len(bodies):,} balls", f"{asleep:,} asleep"), ground.digest)
+    stats = room.stats()
+    landed = sum(stats.histogram) + stats.unsettled
+    return Still(bodies, (f"{len(bodies)} in flight", f"{landed:,} landed"), ground.digest)
 
 
-def stage_of(room: Room, width: int, theme: str) -> "Stage":
+def ground_of(room: AnyRoom) -> Ground:
+    """What stands in a room now: another scene may have been begun in it."""
+    return room.ground if isinstance(room, ArenaRoom) else room.board
+
+
+def moment_of(room: AnyRoom) -> str:
+    """What is another whenever the room looks otherwise."""
+    inputs = room.taken if isinstance(room, ArenaRoom) else room.drops
+    return f"{room.id}.{room.world.tick}.{inputs}"
+
+
+def stage_of(room: AnyRoom, width: int, theme: str) -> "Stage | BoxStage":
     """Where a room's frames are painted; raises InvalidValueError. For a worker's thread."""
-    from app.render import Stage  # noqa: PLC0415 - Pillow is loaded when a picture is asked for
+    from app.render import (  # noqa: PLC0415 - Pillow is loaded when a picture is asked for
+        BoxStage,
+        Stage,
+    )
 
-    return Stage(room.board, width, theme=theme, title=f"{room.id}   {room.board.name}")
+    ground = ground_of(room)
+    title = room.id if room.id == ground.name else f"{room.id}   {ground.name}"
+    if not isinstance(ground, Scene):
+        return Stage(ground, width, theme=theme, title=title)
+    assert isinstance(room, ArenaRoom)
+    place = room.world.arena.place
+    return BoxStage(place, width, theme=theme, title=title, radius=ground.radius)
 
 
 class Stages:
@@ -70,20 +95,22 @@ class Stages:
 
     def __init__(self, most: int = 8) -> None:
         self._most = most
-        self._stages: OrderedDict[tuple[str, str, int, str], tuple[Stage, threading.Lock]] = (
-            OrderedDict()
-        )
+        self._stages: OrderedDict[
+            tuple[str, str, int, str], tuple[Stage | BoxStage, threading.Lock]
+        ] = OrderedDict()
         self._lock = threading.Lock()
 
-    def draw(self, room: Room, scene: Scene, fmt: str, width: int, theme: str) -> bytes:
+    def draw(self, room: AnyRoom, still: Still, fmt: str, width: int, theme: str) -> bytes:
         """A frame of `room` as `png` or `jpg`; raises InvalidValueError."""
-        stage, lock = self._stage(room, width, theme)
+        stage, lock = self._stage(room, still.ground, width, theme)
         with lock:
-            pixels = stage.frame(scene.bodies, facts=scene.facts)
+            pixels = stage.frame(still.bodies, facts=still.facts)
             return stage.png(pixels) if fmt == "png" else stage.jpg(pixels)
 
-    def _stage(self, room: Room, width: int, theme: str) -> "tuple[Stage, threading.Lock]":
-        key = (room.id, room.board.digest, width, theme)
+    def _stage(
+        self, room: AnyRoom, ground: str, width: int, theme: str
+    ) -> "tuple[Stage | BoxStage, threading.Lock]":
+        key = (room.id, ground, width, theme)
         with self._lock:
             if key not in self._stages:
                 self._stages[key] = stage_of(room, width, theme), threading.Lock()
@@ -96,7 +123,7 @@ class Stages:
 class Camera:
     """Films one shot for all its viewers."""
 
-    def __init__(self, room: Room, shot: Shot, workers: Workers, clock: Callable[[], float]):
+    def __init__(self, room: AnyRoom, shot: Shot, workers: Workers, clock: Callable[[], float]):
         self.room = room
         self.shot = shot
         self.viewers = 0
@@ -104,22 +131,24 @@ class Camera:
         self.part = b""  # the last frame, as a part of the stream
         self._workers = workers
         self._clock = clock
-        self._stage: Stage | None = None
+        self._stage: Stage | BoxStage | None = None
+        self._ground = ""  # digest of what the stage is of
         self._failure: Exception | None = None
         self._stopped = False
         self._moved = asyncio.Event()
         self._moved.set()
         self._wanted = asyncio.Event()
         self._drawn = asyncio.Event()
-        self._tick = -1
+        self._moment = moment_of(room)
         self._past: deque[tuple[float, npt.NDArray[np.void]]] = deque()
-        self._histogram = list(room.histogram)
+        self._histogram = room.stats().histogram
         self._hits: dict[int, float] = {}
 
     def ticked(self) -> None:
         """Time has passed: film the room if it has moved."""
-        if self.room.world.tick != self._tick:
-            self._tick = self.room.world.tick
+        moment = moment_of(self.room)
+        if moment != self._moment:
+            self._moment = moment
             self._moved.set()
 
     async def newest(self, seen: int) -> tuple[int, bytes]:
@@ -151,8 +180,6 @@ class Camera:
             self._drawn.set()
 
     async def _run(self) -> None:
-        stage = functools.partial(stage_of, self.room, self.shot.width, self.shot.theme)
-        self._stage = await self._workers.run(stage)
         due = self._clock()
         while True:
             await self._next_move()
@@ -177,7 +204,7 @@ class Camera:
 
     async def _film(self) -> None:
         try:
-            picture = await self._workers.run(functools.partial(self._draw, self._scene()))
+            picture = await self._workers.run(functools.partial(self._draw, self._still()))
         except BusyError:
             self._moved.set()  # the frame is given up; the next try comes in its turn
             self._wanted.set()
@@ -187,26 +214,30 @@ class Camera:
         self._drawn.set()
         self._drawn = asyncio.Event()
 
-    def _draw(self, scene: Scene) -> bytes:
-        assert self._stage is not None
+    def _draw(self, still: Still) -> bytes:
+        if self._stage is None or self._ground != still.ground:
+            self._stage = stage_of(self.room, self.shot.width, self.shot.theme)
+            self._ground = still.ground
         pixels = self._stage.frame(
-            scene.bodies, trails=scene.trails, lit=scene.lit, facts=scene.facts
+            still.bodies, trails=still.trails, lit=still.lit, facts=still.facts
         )
         return self._stage.jpg(pixels)
 
-    def _scene(self) -> Scene:
+    def _still(self) -> Still:
         """The room with what came before: trails behind the balls, light on bins just hit."""
-        now, scene = self._clock(), scene_of(self.room)
+        now, still = self._clock(), still_of(self.room)
         while self._past and self._past[0][0] < now - TRAIL_SECONDS:
             self._past.popleft()
-        self._past.append((now, scene.bodies))
-        counts = self.room.histogram
+        self._past.append((now, still.bodies))
+        counts = self.room.stats().histogram
         for number, (old, new) in enumerate(zip(self._histogram, counts, strict=True)):
             if new > old:
                 self._hits[number] = now
-        self._histogram = list(counts)
+        self._histogram = counts
         self._hits = {n: at for n, at in self._hits.items() if at > now - LIT_SECONDS}
-        return Scene(scene.bodies, scene.facts, _trails(self._past), tuple(self._hits))
+        if isinstance(ground_of(self.room), Scene):
+            return still  # where balls lie in heaps, trails would hide them
+        return replace(still, trails=_trails(self._past), lit=tuple(self._hits))
 
 
 def _trails(
@@ -268,7 +299,7 @@ class Cameras:
         """Whether somebody watches pictures of this room."""
         return any(shot.room == room_id for shot in self._cameras)
 
-    async def open(self, room: Room, shot: Shot) -> tuple[Camera, int, bytes]:
+    async def open(self, room: AnyRoom, shot: Shot) -> tuple[Camera, int, bytes]:
         """A camera for one more viewer, with its newest frame; `leave` it at the end.
 
         Raises BusyError when too many cameras film already, RoomFullError when too many watch, and
@@ -281,7 +312,7 @@ class Cameras:
             self.leave(camera)
             raise
 
-    def _join(self, room: Room, shot: Shot) -> Camera:
+    def _join(self, room: AnyRoom, shot: Shot) -> Camera:
         if self.viewers >= self.max_viewers:
             raise RoomFullError(f"{self.max_viewers} watch live pictures already")
         if shot not in self._cameras:

@@ -1,6 +1,7 @@
 """Pictures with no browser: drops and rooms go in, the bytes of image files come out. No I/O."""
 
 from app.render.animation import ANIMATIONS, drop_animation
+from app.render.box import BoxStage
 from app.render.density import density_picture
 from app.render.encode import MEDIA_TYPES, STILLS
 from app.render.histogram import histogram_picture
@@ -12,6 +13,7 @@ __all__ = [
     "ANIMATIONS",
     "MEDIA_TYPES",
     "STILLS",
+    "BoxStage",
     "Stage",
     "contact_sheet",
     "density_picture",

@@ -29,7 +29,7 @@ class Look:
     band: Floats
     half_band: float  # part of the radius
     shadow: Floats
-    shadow_at: tuple[float, float]
+    shadow_at: tuple[float, float]  # parts of the radius
     shadow_alpha: float
     gloss: Floats
     trail_width: float
@@ -37,34 +37,34 @@ class Look:
 
 
 @functools.lru_cache(maxsize=16)
-def look_of(radius: float, theme_name: str) -> Look:
-    """The red ball with a radius in px."""
+def look_of(radius: float, theme_name: str, *, asleep: bool = False) -> Look:
+    """The red ball with a radius in px; grey when it sleeps."""
     theme = named(theme_name)
     shape, trail = theme.shapes["ball"], theme.shapes["trail"]
     radius = max(radius, LEAST_RADIUS)
-    body, band, shadow = (
-        np.array(theme[name], np.float64) for name in ("ball", "ballBand", "shadow")
-    )
-    shadow_at = (shape["shadow"]["across"] * radius, shape["shadow"]["down"] * radius)
+    names = ("other", "otherDark") if asleep else ("ball", "ballBand")
+    body, band, shadow = (np.array(theme[name], np.float64) for name in (*names, "shadow"))
     return Look(
         radius=radius,
         body=body,
         band=band,
         half_band=shape["band"],
         shadow=shadow,
-        shadow_at=shadow_at,
+        shadow_at=(shape["shadow"]["across"], shape["shadow"]["down"]),
         shadow_alpha=shape["shadow"]["alpha"],
-        gloss=_gloss(radius, theme),
+        gloss=_gloss(radius, theme, asleep),
         trail_width=2.0 * trail["width"] * radius,
         trail_alpha=trail["alpha"],
     )
 
 
-def _gloss(radius: float, theme: Theme) -> Floats:
+def _gloss(radius: float, theme: Theme, asleep: bool) -> Floats:
     """The light on a ball, which does not turn with it: colour and opacity, shape (n, n, 4)."""
     shape = theme.shapes["ball"]
-    names = {"light": "ballLight", "dark": "ballDark"}
-    stops = [(stop["at"], *theme[names[stop["colour"]]], stop["alpha"]) for stop in shape["gloss"]]
+    lights = {"light": theme["ballLight"], "dark": theme["ballDark"]}
+    if asleep:
+        lights = {"light": (255, 255, 255), "dark": theme["otherDark"]}
+    stops = [(stop["at"], *lights[stop["colour"]], stop["alpha"]) for stop in shape["gloss"]]
     size = min(2 * max(round(2.0 * radius), 8) + 1, 257)  # two samples a pixel
     axis = np.linspace(-1.0, 1.0, size)
     return Gradient(shape["highlight"], stops).over(axis[None, :], axis[:, None])
@@ -76,14 +76,22 @@ def paint_trail(pixels: Pixels, points: Floats, look: Look, lowest: int) -> None
 
 
 def paint_balls(
-    pixels: Pixels, xs: Floats, ys: Floats, thetas: Floats, look: Look, lowest: int
+    pixels: Pixels,
+    xs: Floats,
+    ys: Floats,
+    thetas: Floats,
+    look: Look,
+    lowest: int,
+    radii: Floats | None = None,
 ) -> None:
-    """Balls at (xs, ys), px, turned by `thetas`, rad, each shape (n,).
+    """Balls at (xs, ys), px, turned by `thetas`, rad, each shape (n,); `radii` if they differ, px.
 
     Rows from `lowest` on stay as they are: a ball sinks behind the bins' faces.
     """
+    if radii is None:
+        radii = np.full(len(xs), look.radius)
     cosines, sines = np.cos(thetas), np.sin(thetas)
     compiled.paint_balls(
-        pixels, xs, ys, cosines, sines, look.radius, *look.shadow_at, lowest,
+        pixels, xs, ys, cosines, sines, radii, *look.shadow_at, lowest,
         look.shadow, look.shadow_alpha, look.body, look.band, look.half_band, look.gloss,
     )  # fmt: skip

@@ -33,8 +33,9 @@ def paint_words(
 ) -> None:
     """A title and facts below it, the most telling first: what does not fit is left out."""
     height, margin = view.header, 16.0 * view.unit
-    size = min(20.0 * view.unit, room / text_width(title, 100.0) * 100.0)
-    canvas.text(margin, 0.36 * height, title, size, theme["ink"], "lm")
+    if title:
+        size = min(20.0 * view.unit, room / text_width(title, 100.0) * 100.0)
+        canvas.text(margin, 0.36 * height, title, size, theme["ink"], "lm")
     facts, size = [*facts], max(12.0 * view.unit, SMALLEST)
     while facts and text_width("     ".join(facts), size) > room:
         facts.pop()

@@ -111,9 +111,9 @@ def paint_balls(
     ys: Floats,
     cosines: Floats,
     sines: Floats,
-    radius: float,
-    shadow_dx: float,
-    shadow_dy: float,
+    radii: Floats,
+    shadow_across: float,
+    shadow_down: float,
     lowest: int,
     shadow: Floats,
     shadow_alpha: float,
@@ -122,14 +122,19 @@ def paint_balls(
     half_band: float,
     gloss: Floats,
 ) -> None:
-    """Balls with their shadows, later ones over earlier ones; far-off ones are left out."""
-    reach = 2.0 * radius
+    """Balls with their shadows, later ones over earlier ones; far-off ones are left out.
+
+    A shadow lies aside by `shadow_across` and `shadow_down` radii.
+    """
     for i in range(xs.shape[0]):
         x = xs[i]
         y = ys[i]
+        radius = radii[i]
+        reach = 2.0 * radius
         if not (-reach < x < pixels.shape[1] + reach and -reach < y < pixels.shape[0] + reach):
             continue
-        paint_disc(pixels, x + shadow_dx, y + shadow_dy, radius, lowest, shadow, shadow_alpha)
+        dx, dy = shadow_across * radius, shadow_down * radius
+        paint_disc(pixels, x + dx, y + dy, radius, lowest, shadow, shadow_alpha)
         paint_ball(pixels, x, y, radius, cosines[i], sines[i], lowest, body, band, half_band, gloss)
 
 

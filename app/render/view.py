@@ -77,13 +77,20 @@ def lay_out(board: Board, width: int, height: int | None = None) -> View:
     With a `height` the board is drawn as large as fits into both. Raises InvalidValueError that
     names a size out of range.
     """
-    for name, value, least in (("width", width, LEAST_WIDTH), ("height", height, LEAST_HEIGHT)):
-        if value is not None and not least <= value <= MOST_WIDTH:
-            raise InvalidValueError(
-                f"{name} {value} is not a whole number of pixels from {least} to {MOST_WIDTH}",
-                field=name,
-            )
+    check_size("width", width)
+    if height is not None:
+        check_size("height", height)
     return fit(board, width, height, header=HEADER)
+
+
+def check_size(name: str, value: int) -> None:
+    """Raise InvalidValueError for a `width` or `height` in px that no picture can have."""
+    least = LEAST_WIDTH if name == "width" else LEAST_HEIGHT
+    if not least <= value <= MOST_WIDTH:
+        raise InvalidValueError(
+            f"{name} {value} is not a whole number of pixels from {least} to {MOST_WIDTH}",
+            field=name,
+        )
 
 
 def fit(board: Board, width: int, height: int | None, header: float) -> View:

@@ -8,10 +8,8 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 from starlette.types import Receive, Scope, Send
 
-from app.cameras import BOUNDARY, PART_HEAD, Camera, Cameras, Shot, scene_of
-from app.errors import InvalidValueError
+from app.cameras import BOUNDARY, PART_HEAD, Camera, Cameras, Shot, moment_of, still_of
 from app.pictures import look
-from app.room_kinds import AnyRoom, ArenaRoom, Room
 from app.routes.common import Server, documented, is_current
 from app.routes.pictures import STILLS, ThemeName, Width
 
@@ -22,29 +20,18 @@ STREAM = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
 Fps = Annotated[int, Query(ge=1, le=60, description="Frames a second, at most.")]
 
 
-def drawable(room: AnyRoom) -> Room:
-    """The room, if its balls are all of one size and it has a board; else InvalidValueError."""
-    if isinstance(room, ArenaRoom):
-        raise InvalidValueError(
-            f"room {room.id!r} has balls of many sizes, which no picture shows; watch it live",
-            field="room",
-        )
-    return room
-
-
 def _frame(fmt: str) -> Callable[..., object]:
     async def get_frame(
         room: str, request: Request, server: Server, width: Width = 760, theme: ThemeName = "light"
     ) -> Response:
         """The room as it is now. The ETag changes when something has moved."""
-        found = drawable(await server.rooms.seek(room))
-        moment = f"{found.id}.{found.world.tick}.{found.drops}"
-        etag = f"{moment}.{fmt}.{width}.{theme}.{look()}"
+        found = await server.rooms.seek(room)
+        etag = f"{moment_of(found)}.{fmt}.{width}.{theme}.{look()}"
         headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
         if is_current(request, etag):
             return Response(status_code=304, headers=headers)
-        scene = scene_of(found)
-        draw = functools.partial(server.cameras.stages.draw, found, scene, fmt, width, theme)
+        still = still_of(found)
+        draw = functools.partial(server.cameras.stages.draw, found, still, fmt, width, theme)
         picture = await server.moments.get(etag, draw)
         return Response(picture, headers=headers, media_type=STILLS[fmt])
 
@@ -84,7 +71,7 @@ async def get_stream(
     All who watch a room in the same size, theme and rate get the same bytes. One who reads slowly
     gets fewer frames.
     """
-    found = drawable(await server.rooms.seek(room))
+    found = await server.rooms.seek(room)
     shot = Shot(found.id, width, theme, fps)
     return _Stream(server.cameras, *await server.cameras.open(found, shot))
 

@@ -2,7 +2,6 @@
 
 import { makeSprite, paintBall } from "./paint-ball.js";
 
-const PAD = 14; // CSS pixels around the box
 const STEPS = 3.5; // sprites of different radii in each doubling; in between they are stretched
 const LARGEST = 64; // CSS pixels; larger balls stretch this one, whose stamps still fit a canvas
 
@@ -51,8 +50,9 @@ export class SandboxView {
     this.#width = width;
     this.#density = density;
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
-    this.scale = (width - 2 * PAD) / (x1 - x0);
-    this.height = Math.round((y1 - y0) * this.scale + 2 * PAD);
+    const { pad } = this.theme.shapes.box; // CSS pixels around what stands
+    this.scale = (width - 2 * pad) / (x1 - x0);
+    this.height = Math.round((y1 - y0) * this.scale + 2 * pad);
     this.width = width;
     for (const canvas of [this.still, this.moving]) {
       canvas.width = Math.round(width * density);
@@ -63,19 +63,20 @@ export class SandboxView {
   }
 
   px(x) {
-    return PAD + (x - this.extent.x_min) * this.scale;
+    return this.theme.shapes.box.pad + (x - this.extent.x_min) * this.scale;
   }
 
   py(y) {
-    return PAD + (y - this.extent.y_min) * this.scale;
+    return this.theme.shapes.box.pad + (y - this.extent.y_min) * this.scale;
   }
 
   /** @param {PointerEvent} event @returns {{x: number, y: number}} metres */
   placeOf(event) {
     const box = this.moving.getBoundingClientRect();
+    const { pad } = this.theme.shapes.box;
     return {
-      x: (event.clientX - box.left - PAD) / this.scale + this.extent.x_min,
-      y: (event.clientY - box.top - PAD) / this.scale + this.extent.y_min,
+      x: (event.clientX - box.left - pad) / this.scale + this.extent.x_min,
+      y: (event.clientY - box.top - pad) / this.scale + this.extent.y_min,
     };
   }
 
@@ -112,7 +113,8 @@ export class SandboxView {
     const { palette } = this.theme;
     ctx.lineCap = "round";
     ctx.strokeStyle = palette.rail;
-    const width = Math.max(2, Math.min(6, 0.04 * this.scale));
+    const { least, most, metres } = this.theme.shapes.box;
+    const width = Math.max(least, Math.min(most, metres * this.scale));
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
     for (const wall of this.place.walls) {
       // A wall has no thickness; on the rim its rail lies outside, so that balls touch its edge.

@@ -514,7 +514,7 @@ def test_the_page_and_the_pictures_read_the_same_file() -> None:
     assert THEMES["light"].shapes == THEMES["dark"].shapes == shapes
     look = look_of(10.0, "light")
     assert look.half_band == shapes["ball"]["band"]
-    assert look.shadow_at[0] == 10.0 * shapes["ball"]["shadow"]["across"]
+    assert look.shadow_at[0] == shapes["ball"]["shadow"]["across"]
     assert look.gloss[..., 3].max() == pytest.approx(shapes["ball"]["gloss"][0]["alpha"], abs=0.05)
     for name in ("paint-ball.js", "paint-board.js"):  # the page has no such numbers of its own
         script = (static_directory() / "js" / name).read_text(encoding="utf-8")

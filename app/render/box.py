@@ -1,0 +1,146 @@
+"""A place that is no board, a box with balls in it: frames as the sandbox page shows it."""
+
+import functools
+import math
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from app.render.canvas import Canvas
+from app.render.picture import DEFAULT_WIDTH
+from app.render.stage import Layer, Pixels
+from app.render.view import (
+    HEADER,
+    LEAST_UNIT,
+    MAX_ASPECT,
+    PIXELS_PER_METRE,
+    REFERENCE_WIDTH,
+    View,
+    check_size,
+)
+from app.theme import Theme, named
+from engine.arena import ARENA_BODY
+from engine.place import Place
+
+_SAMPLE: Final = 12  # balls side by side in the picture that the palette is made from
+
+
+class BoxStage(Layer):
+    """Frames of one place in one size and theme, for one thread at a time.
+
+    `width` in px, 240 to 2048; the picture is as high as the place needs. radius: of a usual ball,
+    m. Raises InvalidValueError naming a size or a theme that is none.
+    """
+
+    def __init__(
+        self,
+        place: Place,
+        width: int = DEFAULT_WIDTH,
+        theme: str = "light",
+        title: str = "",
+        radius: float = 0.1,
+    ) -> None:
+        check_size("width", width)
+        view = lay_out_place(place, width, named(theme))
+        super().__init__(view, place_pixels(place, view, theme), radius, theme, title)
+        self.place = place
+
+    def _crowded(self) -> Pixels:
+        """Balls of several sizes all over the place, every third of them asleep."""
+        x0, x1, y0, y1 = self.place.extent
+        xs, ys = np.meshgrid(np.linspace(x0, x1, _SAMPLE), np.linspace(y0, y1, _SAMPLE))
+        bodies = np.zeros(xs.size, ARENA_BODY)
+        bodies["x"], bodies["y"] = xs.ravel(), ys.ravel()
+        bodies["theta"] = 0.37 * np.arange(xs.size)
+        bodies["radius"] = self._radius * (0.6 + 0.2 * (np.arange(xs.size) % 5))
+        bodies["asleep"] = np.arange(xs.size) % 3 == 0
+        return self.frame(bodies)
+
+
+def lay_out_place(place: Place, width: int, theme: Theme) -> View:
+    """The view of a place on a picture `width` px wide, with a strip for words above it."""
+    x0, x1, y0, y1 = place.extent
+    unit = max(width / (REFERENCE_WIDTH * PIXELS_PER_METRE), LEAST_UNIT)
+    pad, header = theme.shapes["box"]["pad"] * unit, HEADER * unit
+    scale = min((width - 2.0 * pad) / (x1 - x0), (MAX_ASPECT * width - 2.0 * pad) / (y1 - y0))
+    height = round(header + 2.0 * pad + (y1 - y0) * scale)
+    return View(
+        width=width,
+        height=height,
+        scale=scale,
+        unit=unit,
+        left=0.5 * (x0 + x1 - width / scale),
+        drop_y=y0,
+        start=header + pad,
+        bin_top=height - 2.0,  # there are no bins whose faces hide a ball
+        bin_height=2.0,
+        header=header,
+    )
+
+
+@functools.lru_cache(maxsize=8)
+def place_pixels(place: Place, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
+    """What never moves, shape (h, w, 3), 8 bits a channel; shared, so it cannot be written."""
+    theme = named(theme_name)
+    canvas = Canvas.blank(view.width, view.height, theme["board"])
+    _ground(canvas, place, view, theme)
+    _walls(canvas, place, view, theme)
+    for peg in place.pegs:
+        canvas.disc(view.px(peg.x), view.py(peg.y), peg.radius * view.scale, theme["peg"])
+    _bins(canvas, place, view, theme)
+    pixels = canvas.bytes()
+    pixels.flags.writeable = False
+    return pixels
+
+
+def _ground(canvas: Canvas, place: Place, view: View, theme: Theme) -> None:
+    """Enamel with a grid of metres, so that speeds and sizes can be judged."""
+    top, bottom = (np.asarray(theme[name], dtype=np.float32) for name in ("board", "boardDeep"))
+    fade = np.linspace(0.0, 1.0, view.height, dtype=np.float32)[:, None, None]
+    canvas.pixels[:] = top + fade * (bottom - top)
+    x0, x1, y0, y1 = place.extent
+    left, right, upper, lower = view.px(x0), view.px(x1), view.py(y0), view.py(y1)
+    half = 0.5 * view.unit
+    for x in range(math.ceil(x0), math.floor(x1) + 1):
+        at = view.px(float(x))
+        canvas.box((at - half, upper, at + half, lower), 0.0, theme["ray"])
+    for y in range(math.ceil(y0), math.floor(y1) + 1):
+        at = view.py(float(y))
+        canvas.box((left, at - half, right, at + half), 0.0, theme["ray"])
+
+
+def _walls(canvas: Canvas, place: Place, view: View, theme: Theme) -> None:
+    """Walls have no thickness: on the rim the rail lies outside, so that balls touch its edge."""
+    shape = theme.shapes["box"]
+    least, most = shape["least"] * view.unit, shape["most"] * view.unit
+    width = max(least, min(most, shape["metres"] * view.scale))
+    x0, x1, y0, y1 = place.extent
+    for wall in place.walls:
+        dx = 0.5 * width * _outwards(wall.x1, wall.x2, x0, x1)
+        dy = 0.5 * width * _outwards(wall.y1, wall.y2, y0, y1)
+        ends = (
+            view.px(wall.x1) + dx,
+            view.py(wall.y1) + dy,
+            view.px(wall.x2) + dx,
+            view.py(wall.y2) + dy,
+        )
+        canvas.line(ends, width, theme["rail"])
+
+
+def _outwards(one: float, other: float, low: float, high: float) -> int:
+    """-1 or 1 for a wall along the lower or the upper rim, else 0."""
+    if one != other or low == high:
+        return 0
+    return (one == high) - (one == low)
+
+
+def _bins(canvas: Canvas, place: Place, view: View, theme: Theme) -> None:
+    if place.bins is None:
+        return
+    y, edges, unit = view.py(place.bins.y), place.bins.edges, view.unit
+    line = (view.px(edges[0]), y - unit, view.px(edges[-1]), y + unit)
+    canvas.box(line, 0.0, theme["trayMark"])
+    for edge in edges:
+        x = view.px(edge)
+        canvas.box((x - unit, y - 8.0 * unit, x + unit, y), 0.0, theme["trayMark"])
