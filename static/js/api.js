@@ -74,9 +74,14 @@ export async function boardAddress({ board, board_digest: digest }) {
   return digest;
 }
 
-/** @param {string} room @returns {string} address of its socket */
-export function socketUrl(room) {
+/**
+ * @param {string} room
+ * @param {string} [stream] what its binary frames are to be; the server's default without it
+ * @returns {string} address of its socket
+ */
+export function socketUrl(room, stream = "") {
   const url = new URL(`ws/rooms/${encodeURIComponent(room)}`, document.baseURI);
   url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
+  if (stream) url.searchParams.set("stream", stream);
   return url.href;
 }

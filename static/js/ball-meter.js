@@ -1,4 +1,4 @@
-// Follows one ball: its speed and energy against time, from the snapshots that the server sends.
+// Follows one ball: its speed and energy against time, from the moments known of its path.
 
 import { byId } from "./dom.js";
 import { Chart } from "./chart.js";
@@ -66,11 +66,14 @@ export class BallMeter {
     return found !== null;
   }
 
-  /** A snapshot has come: the followed ball's newest moment is measured. */
+  /** The followed ball's path has grown: its new moments are measured. */
   measure() {
-    const knot = this.table?.balls.get(this.chosen)?.path.knots.at(-1);
-    if (!knot?.vIn || knot.t <= (this.#before?.t ?? -1)) return;
-    const { t, y, vx, vy, angle } = knot;
+    const knots = this.table?.balls.get(this.chosen)?.path.knots ?? [];
+    const since = this.#before?.t ?? -1;
+    for (const knot of knots) if (knot.vIn && knot.t > since) this.#add(knot);
+  }
+
+  #add({ t, y, vx, vy, angle }) {
     const before = this.#before;
     // The wire has no spin; the angle's change since the last snapshot has it.
     const omega = before ? shortestTurn(before.angle, angle) / (t - before.t) : 0;

@@ -1,6 +1,7 @@
 // Which tick to draw now: follows the server's tick stamps through jitter, drift and sleep.
 
-const WINDOW = 120; // samples: two seconds at 60 Hz, short enough to follow drift
+const WINDOW = 120; // samples, and
+const WINDOW_MS = 2000; // of what time at most: short enough to follow drift
 const MAX_BUFFER_TICKS = 15; // a quarter second; beyond it a late picture is worse than a rough one
 const SLEW = 0.1; // the picture runs at 0.9 to 1.1 of true speed while it corrects itself
 const JUMP_SECONDS = 0.4; // further off than this (hidden tab, slept room) it is set, not slewed
@@ -14,6 +15,7 @@ const JUMP_SECONDS = 0.4; // further off than this (hidden tab, slept room) it i
  */
 export class TickClock {
   #samples = new Float64Array(WINDOW);
+  #arrivals = new Float64Array(WINDOW);
   #count = 0;
   #shown = Number.NaN;
   #shownAt = 0;
@@ -32,6 +34,7 @@ export class TickClock {
   /** @param {number} tick stamp of a message @param {number} nowMs local time of its arrival */
   observe(tick, nowMs) {
     this.#samples[this.#count % WINDOW] = nowMs - (tick * 1000) / this.rate;
+    this.#arrivals[this.#count % WINDOW] = nowMs;
     this.#count += 1;
   }
 
@@ -69,9 +72,11 @@ export class TickClock {
 
   #range() {
     const kept = Math.min(this.#count, WINDOW);
+    const since = this.#arrivals[(this.#count - 1) % WINDOW] - WINDOW_MS;
     let least = Number.POSITIVE_INFINITY;
     let most = Number.NEGATIVE_INFINITY;
     for (let i = 0; i < kept; i += 1) {
+      if (this.#arrivals[i] < since) continue;
       least = Math.min(least, this.#samples[i]);
       most = Math.max(most, this.#samples[i]);
     }

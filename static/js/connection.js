@@ -5,6 +5,7 @@ const LONGEST_WAIT_MS = 5000;
 const GROWTH = 1.7;
 const DO_NOT_RETURN = 4004; // close code: there is no such room
 const SILENCE_MS = 8000; // without a word while an answer is due, the line is taken for dead
+const ASK_MS = SILENCE_MS / 2; // by then the server is asked for a sign of life
 
 /**
  * @typedef {object} Listener
@@ -12,6 +13,7 @@ const SILENCE_MS = 8000; // without a word while an answer is due, the line is t
  * @property {(bytes: ArrayBuffer) => void} onBytes
  * @property {(waitMs: number) => void} onLost it will try again after waitMs
  * @property {(reason: string) => void} onRefused the server said not to come back
+ * @property {() => void} [onQuiet] nothing came for a while though news is expected: time to ask
  */
 
 /** A socket with back-off, immediate retry when the network returns, and a dead-line watch. */
@@ -52,7 +54,7 @@ export class Connection {
     clearTimeout(this.#watchTimer);
     this.#watchTimer = 0;
     this.expecting = expected;
-    if (expected) this.#watchTimer = setTimeout(() => this.#abandon(), SILENCE_MS);
+    if (expected) this.#watchTimer = setTimeout(() => this.#ask(), ASK_MS);
   }
 
   /** Tries at once when it was waiting to try. */
@@ -85,6 +87,11 @@ export class Connection {
     if (this.expecting) this.expectNews(true);
     if (typeof data === "string") this.listener.onText(data);
     else this.listener.onBytes(data);
+  }
+
+  #ask() {
+    this.#watchTimer = setTimeout(() => this.#abandon(), SILENCE_MS - ASK_MS);
+    this.listener.onQuiet?.();
   }
 
   #abandon() {

@@ -72,7 +72,7 @@ function kineticOf(board, state) {
 }
 
 /** Unit normal of what was touched towards the ball. Contacts name wall w as -1 - w. */
-function normalAt(board, kind, index, { x, y }) {
+export function normalAt(board, kind, index, { x, y }) {
   const isWall = kind === WALL || (kind !== PEG && index < 0);
   const wall = kind === WALL ? index : -1 - index;
   const from = isWall ? nearestOn(board.walls[wall], x, y) : board.pegs[index];

@@ -5,6 +5,7 @@ import { TickClock } from "./clock.js";
 import { Connection } from "./connection.js";
 import { dropPath } from "./drop-link.js";
 import { decodeEvents, decodeSnapshot, ProtocolError } from "./protocol.js";
+import { decodeSegments } from "./segments.js";
 import { Table } from "./table.js";
 
 /**
@@ -21,6 +22,7 @@ import { Table } from "./table.js";
  */
 
 const MINOR_UNITS = 100; // the server counts stakes in hundredths
+const SEGMENTS = "segments"; // a piece of a path a bounce, from which the page draws the rest
 const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
 
 /** What a drop needs to know of its ball, from an acceptance that came late. */
@@ -43,17 +45,23 @@ export class LiveTable {
   /** Drops of ours that were under way when the line broke. */
   #adrift = [];
 
-  /** @param {string} room @param {LiveListener} listener */
-  constructor(room, listener) {
+  /**
+   * @param {string} room
+   * @param {LiveListener} listener
+   * @param {string} [stream] another one than the pieces of paths that a table sends if it can
+   */
+  constructor(room, listener, stream = SEGMENTS) {
     this.room = room;
     this.listener = listener;
-    this.connection = new Connection(socketUrl(room), {
+    this.connection = new Connection(socketUrl(room, stream), {
       onText: (text) => this.#read(() => {
         for (const event of decodeEvents(text)) this.#take(event);
       }),
-      onBytes: (bytes) => this.#read(() => this.#snapshot(bytes)),
+      onBytes: (bytes) => this.#read(() => this.#picture(bytes)),
       onLost: (waitMs) => this.#lost(waitMs),
       onRefused: (reason) => this.#setState("closed", reason),
+      // A ball that flies for long sends no pieces meanwhile.
+      onQuiet: () => this.ping(),
     });
   }
 
@@ -144,7 +152,12 @@ export class LiveTable {
   #hello(hello) {
     this.connection.settled();
     this.hello = hello;
-    this.scale = { extent: hello.extent, velocityScale: hello.velocity_scale };
+    this.scale = {
+      extent: hello.extent,
+      velocityScale: hello.velocity_scale,
+      spinScale: hello.spin_scale,
+      rate: hello.tick_rate,
+    };
     this.clock = new TickClock({ rate: hello.tick_rate });
     this.tick = hello.tick;
     this.table = new Table(hello);
@@ -224,7 +237,7 @@ export class LiveTable {
 
   #accepted(event) {
     const drop = this.#mine.get(event.ref);
-    if (!this.table.flying) this.clock.restart();
+    if (!this.table.awake) this.clock.restart();
     this.clock.observe(event.tick, performance.now());
     const ball = this.table.accept(event, drop !== undefined);
     if (drop) drop.ball = ball;
@@ -272,14 +285,26 @@ export class LiveTable {
     if (this.table) this.#rest();
   }
 
-  #snapshot(bytes) {
+  #picture(bytes) {
     if (!this.table) return;
+    if (this.hello.stream === SEGMENTS) this.#pieces(bytes);
+    else this.#snapshot(bytes);
+    this.clock.observe(this.tick, performance.now());
+    this.listener.onChange();
+  }
+
+  #pieces(bytes) {
+    const frame = decodeSegments(bytes, this.scale);
+    this.tick = frame.tick;
+    this.#seq = frame.seq; // contacts are among them, which this stream does not tell
+    this.table.applySegments(frame);
+  }
+
+  #snapshot(bytes) {
     this.snapshot = decodeSnapshot(bytes, this.scale, this.snapshot);
     this.tick = this.snapshot.tick;
-    this.clock.observe(this.tick, performance.now());
     this.table.applySnapshot(this.snapshot);
     this.listener.onSnapshot?.();
-    this.listener.onChange();
   }
 
   #lost(waitMs) {

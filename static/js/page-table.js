@@ -27,7 +27,7 @@ const SCORE_MS = 200; // between two renewals of the list while balls rain
 
 /** @param {import("./main.js").Parts} parts @param {URLSearchParams} asked */
 export function startTable(parts, asked) {
-  const page = new TablePage(parts, asked.get("room") || MAIN_ROOM);
+  const page = new TablePage(parts, asked.get("room") || MAIN_ROOM, asked.get("stream"));
   if (asked.has("seed")) page.controls.setSeed(asked.get("seed"));
   return page;
 }
@@ -39,8 +39,8 @@ class TablePage {
   #scoreStale = false;
   #scoreMs = 0;
 
-  constructor({ theme, view, histogram, ghost, session }, room) {
-    Object.assign(this, { theme, view, histogram, ghost, session });
+  constructor({ theme, view, histogram, ghost, session }, room, stream) {
+    Object.assign(this, { theme, view, histogram, ghost, session, stream: stream ?? undefined });
     this.sound = new Sound();
     this.announcer = new Announcer((text, score) => this.#say(text, score));
     this.loop = new FrameLoop((now) => this.#draw(now));
@@ -88,7 +88,7 @@ class TablePage {
       onChange: () => this.loop.wake(),
       onPong: (ms) => this.measures.line.pong(ms),
       onSnapshot: () => this.measures.ball.measure(),
-    });
+    }, this.stream);
     this.session.enter(room);
   }
 
@@ -159,6 +159,7 @@ class TablePage {
     const quiet = this.#still.matches;
     live.settle(quiet ? Number.POSITIVE_INFINITY : t, now);
     const scene = table ? table.sceneAt(t, now / 1000) : emptyScene();
+    if (table?.obstacles) measures.ball.measure();
     if (table) this.sound.hear(table.heard, t);
     if (quiet) scene.balls.length = 0;
     if (quiet) scene.flashes = [];

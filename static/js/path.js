@@ -65,6 +65,15 @@ export class Path {
     this.#hint = Math.max(0, this.#hint - gone);
   }
 
+  /** @param {number} t takes back all knots after it: what was foreseen has turned out otherwise */
+  rewind(t) {
+    const { knots } = this;
+    while (knots.length && knots[knots.length - 1].t > t) {
+      const knot = knots.pop();
+      if (spare.length < MAX_SPARE) spare.push(knot);
+    }
+  }
+
   /** Contacts come without an angle: theirs lies on the line between the snapshots around them. */
   #turnThrough(at) {
     const { knots } = this;

@@ -1,5 +1,6 @@
 // Paths in pieces: frames of `?stream=segments` in, the exact place of a ball at any time out. Pure.
 
+import { basis } from "./flight.js";
 import { ProtocolError } from "./protocol.js";
 
 const MAGIC = 0x53;
@@ -10,8 +11,6 @@ const CURVE_BYTES = 26;
 const STEPS = 1024; // of a tick, in which the age of a piece is told
 const GRID = 65535;
 const FULL = 1;
-const LINE_RATE = 120; // points a second when the whole path is wanted
-const SERIES_LIMIT = 1e-3; // of drag times time: below it the closed form of psi cancels
 
 /** What a piece begins with, or for a curve what it runs along. */
 export const KIND = { offPeg: 0, offWall: 1, leftPeg: 2, leftWall: 3, dropped: 4, underWay: 5 };
@@ -111,7 +110,7 @@ function checkHeader(view) {
 
 /**
  * Where a ball is on a piece. A flight is r + v s + a psi(s) with a = g - k v, the acceleration at
- * its start, and psi(s) = (s - phi(s)) / k, phi(s) = (1 - exp(-k s)) / k; s^2 / 2 without drag.
+ * its start; a curve has an even acceleration of its own.
  * @param {Piece} piece
  * @param {number} t table time, s
  * @param {Law} law
@@ -122,79 +121,25 @@ export function piecePose(piece, t, { gravity, drag }, out = { x: 0, y: 0, angle
   const curved = piece.ax !== undefined;
   const ax = curved ? piece.ax : -drag * piece.vx;
   const ay = curved ? piece.ay : gravity - drag * piece.vy;
-  const bend = curved ? 0.5 * s * s : psi(drag, s);
-  out.x = piece.x + piece.vx * s + ax * bend;
-  out.y = piece.y + piece.vy * s + ay * bend;
+  const { psi } = basis(curved ? 0 : drag, s);
+  out.x = piece.x + piece.vx * s + ax * psi;
+  out.y = piece.y + piece.vy * s + ay * psi;
   out.angle = piece.angle + piece.spin * s;
   return out;
 }
 
-function psi(k, s) {
-  const z = k * s;
-  if (Math.abs(z) < SERIES_LIMIT) return s * s * (0.5 - z / 6 + (z * z) / 24 - (z * z * z) / 120);
-  return (s + Math.expm1(-z) / k) / k;
-}
-
-/** One ball's path from its pieces: what `Path` is for snapshots. Times are the table's. */
-export class PiecePath {
-  /** @type {Piece[]} in time order */
-  pieces = [];
-  #hint = 0;
-  #since = Number.POSITIVE_INFINITY;
-  #end = Number.POSITIVE_INFINITY;
-
-  /** @param {Law} law */
-  constructor(law) {
-    this.law = law;
-  }
-
-  /** @param {Piece} piece may come twice, and late */
-  add(piece) {
-    const { pieces } = this;
-    let at = pieces.length;
-    while (at > 0 && pieces[at - 1].t >= piece.t) at -= 1;
-    pieces.splice(at, pieces[at]?.t === piece.t ? 1 : 0, piece);
-    this.#since = pieces[0].t;
-  }
-
-  /** Whether anything is known of it. */
-  get known() {
-    return this.pieces.length > 0;
-  }
-
-  get start() {
-    return this.#since;
-  }
-
-  /** @param {number} t table time at which the ball's drop ends */
-  finish(t) {
-    this.#end = t;
-  }
-
-  /**
-   * @param {number} t table time
-   * @param {Pose} [out]
-   */
-  poseAt(t, out = { x: 0, y: 0, angle: 0 }) {
-    const known = Math.max(Math.min(t, this.#end), this.#since);
-    return piecePose(this.#pieceAt(known), known, this.law, out);
-  }
-
-  /** @returns {{x: number, y: number}[]} the whole of it, a point every 1/120 s */
-  line() {
-    const until = Math.min(this.#end, this.pieces[this.pieces.length - 1].t + 1);
-    const count = Math.ceil((until - this.start) * LINE_RATE) + 1;
-    return Array.from({ length: count }, (_, step) =>
-      this.poseAt(Math.min(until, this.start + step / LINE_RATE)));
-  }
-
-  /** Time moves a little between calls, so the last answer is the best place to look from. */
-  #pieceAt(t) {
-    const { pieces } = this;
-    let i = Math.min(this.#hint, pieces.length - 1);
-    while (i > 0 && pieces[i].t > t) i -= 1;
-    while (i < pieces.length - 1 && pieces[i + 1].t <= t) i += 1;
-    this.#hint = i;
-    return pieces[i];
-  }
+/**
+ * @param {Piece} piece
+ * @param {number} t table time, s
+ * @param {Law} law
+ * @returns {{vx: number, vy: number}} m/s; along a curve it is no exact velocity of the ball
+ */
+export function pieceVelocity(piece, t, { gravity, drag }) {
+  const s = t - piece.t;
+  if (piece.ax !== undefined) return { vx: piece.vx + piece.ax * s, vy: piece.vy + piece.ay * s };
+  const { phi } = basis(drag, s);
+  return {
+    vx: piece.vx - drag * piece.vx * phi,
+    vy: piece.vy + (gravity - drag * piece.vy) * phi,
+  };
 }

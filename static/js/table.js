@@ -2,7 +2,9 @@
 
 import { emptyScene } from "./board-view.js";
 import { Impacts } from "./impacts.js";
+import { Obstacles } from "./obstacles.js";
 import { Path } from "./path.js";
+import { PieceFeed } from "./piece-feed.js";
 import { Trace } from "./trace.js";
 
 const SINK_SECONDS = 0.25; // a landed ball is still seen falling into its pocket
@@ -10,6 +12,7 @@ const HIT_SECONDS = 1.4;
 const TRAIL_POINTS = 8;
 const TRAIL_STEP = 1 / 55; // s between points of a trail
 const KEPT_SECONDS = 0.3; // of a path behind the picture: the trail, and some for late contacts
+const QUIET = 0.05; // m/s; slower impacts are not told in any stream
 const MOST_KNOTS = 600; // of one ball, should nobody draw for a while
 
 /**
@@ -21,6 +24,7 @@ const MOST_KNOTS = 600; // of one ball, should nobody draw for a while
  * @property {number} start table time, s
  * @property {boolean} mine
  * @property {Path} path
+ * @property {PieceFeed | null} feed makes the path, where pieces of it come and not snapshots
  * @property {any} landed the landed event, once it came
  * @property {boolean} settled its landing has been shown
  * @property {Trace | null} trace the whole way, when it is wanted
@@ -50,6 +54,7 @@ export class Table {
     this.rate = hello.tick_rate;
     this.law = { gravity: hello.board.gravity, drag: hello.board.drag };
     this.impacts = new Impacts(hello.board.pegs);
+    this.obstacles = hello.stream === "segments" ? new Obstacles(hello.board) : null;
     for (const ball of hello.balls) {
       this.#add(ball, { mine: false, explicit: false, fresh: ball.tick >= hello.tick });
     }
@@ -63,6 +68,12 @@ export class Table {
   /** True while something is in flight or still to be shown. */
   get busy() {
     return this.balls.size > 0 || this.impacts.busy || this.#hits.length > 0;
+  }
+
+  /** Whether the room's clock runs: it stands still once all have landed. */
+  get awake() {
+    for (const ball of this.balls.values()) if (!ball.landed) return true;
+    return false;
   }
 
   get flying() {
@@ -86,6 +97,20 @@ export class Table {
     }
   }
 
+  /** @param {{flights: import("./segments.js").Piece[], curves: import("./segments.js").Piece[]}} frame */
+  applySegments({ flights, curves }) {
+    for (const pieces of [flights, curves]) {
+      for (const piece of pieces) {
+        const ball = this.#byWireId.get(piece.id);
+        if (!ball || piece.t >= ball.end) continue;
+        const speed = ball.feed.add(piece);
+        // The last bounce may be told after the landing that it led to.
+        if (ball.landed) this.#close(ball);
+        if (speed >= QUIET) this.impacts.add(piece.t, { ...piece, speed });
+      }
+    }
+  }
+
   /** @param {any} event contact */
   applyContact(event) {
     const ball = this.balls.get(event.ball);
@@ -102,11 +127,7 @@ export class Table {
     if (!ball) return undefined;
     ball.landed = event;
     ball.end = ball.start + event.t;
-    if (event.bin !== null && ball.path.knots.length) {
-      const { vx, vy } = ball.path.knots.at(-1);
-      ball.sink = { vx, vy };
-      ball.path.add(place(ball.end, event.x_end, this.board.bins.y));
-    }
+    this.#close(ball);
     return ball;
   }
 
@@ -144,6 +165,7 @@ export class Table {
     scene.balls.length = 0;
     scene.paths.length = 0;
     for (const ball of this.balls.values()) {
+      ball.feed?.until(t + 1 / this.rate);
       if (!ball.path.knots.length || t < ball.path.start) continue;
       scene.balls.push(this.#pose(ball, t));
     }
@@ -170,6 +192,7 @@ export class Table {
     const ball = {
       id, seed, x, explicit, start, mine, path, landed: null, settled: false,
       end: Number.POSITIVE_INFINITY, sink: null,
+      feed: this.obstacles && new PieceFeed(path, this.board, this.obstacles, this.rate),
       trace: mine && this.tracing ? new Trace() : null,
       pose: {
         x, y: this.board.drop.y, angle: 0, mine, trail: new Float64Array(2 * TRAIL_POINTS),
@@ -186,6 +209,16 @@ export class Table {
     this.balls.set(id, ball);
     this.#byWireId.set(id % 65536, ball);
     return ball;
+  }
+
+  /** Leads a path to the place where the ball landed. */
+  #close(ball) {
+    const { landed: { bin, x_end: x }, path, feed, end } = ball;
+    feed?.finish(end);
+    if (bin === null || !path.knots.length) return;
+    const { vx, vy } = path.knots.at(-1);
+    ball.sink = { vx, vy };
+    if (path.end < end || !feed) path.add(place(end, x, this.board.bins.y));
   }
 
   #remove(ball) {

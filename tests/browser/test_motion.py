@@ -2,21 +2,30 @@
 
 import itertools
 import random
+from collections.abc import Callable
 from typing import Any
 
+import httpx
+import msgspec
 import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from app.protocol import Landed, Limits
+from app.room import DropCommand, Room
 from engine import Board, drop
-from tests.browser.conftest import Open, Quick, Run
+from tests.browser.conftest import Open, Quick, Run, ServerProcess
+from tests.browser.test_segments import page_scale
+
+Tell = Callable[..., tuple[dict[str, Any], Any]]
 
 TICK = 1.0 / 60.0  # s
 
 # One ball as a room tells of it: snapshots and contacts that arrive late and unevenly, frames of a
 # display in between. Gives the table time and the place of each frame, and what is kept at most.
-_PLAY = """async ({ Table }, { hello, accepted, stamps, frames, rate }) => {
+_PLAY = """async ({ Table }, { hello, accepted, stamps, frames, rate, scale }) => {
   const { TickClock } = await import("/js/clock.js");
+  const { decodeSegments } = await import("/js/segments.js");
   const table = new Table(hello);
   const clock = new TickClock({ rate });
   table.accept(accepted, true);
@@ -25,10 +34,14 @@ _PLAY = """async ({ Table }, { hello, accepted, stamps, frames, rate }) => {
   let kept = 0;
   for (const now of frames) {
     for (; next < stamps.length && stamps[next].at <= now; next += 1) {
-      const { tick, at, contacts, ball, landed } = stamps[next];
+      const { tick, at, contacts, ball, landed, pieces } = stamps[next];
       clock.observe(tick, at);
       for (const contact of contacts) table.applyContact(contact);
       if (landed) table.applyLanded(landed);
+      if (pieces) {
+        const bytes = Uint8Array.from(pieces.match(/../g), (pair) => parseInt(pair, 16));
+        table.applySegments(decodeSegments(bytes.buffer, scale));
+      }
       if (!ball) continue;
       table.applySnapshot({ tick, count: 1, ids: [0], x: [ball[0]], y: [ball[1]],
         angle: [ball[2]], vx: [ball[3]], vy: [ball[4]], bounced: [ball[5]] });
@@ -78,6 +91,34 @@ def told(board: Board, seed: int, jitter: float) -> tuple[dict[str, Any], Any]:
     }, fall
 
 
+def told_in_pieces(board: Board, seed: int, jitter: float) -> tuple[dict[str, Any], Any]:
+    """The same as the stream of segments carries it."""
+    chance = random.Random(seed)
+    room = Room("r", board, tick_rate=60, max_balls=1)
+    hello = room.hello(0.0, Limits(1, 1.0, 4096), "segments")
+    room.watch_segments(True)
+    accepted = room.drop(DropCommand(seed))
+    stamps: list[dict[str, Any]] = []
+    arrived = 0.0
+    while room.awake:
+        events = [event for event in room.step(watched=True) if isinstance(event, Landed)]
+        pieces = room.segments()
+        tick = room.world.tick
+        arrived = max(arrived, 1000 * tick * TICK + chance.expovariate(1.0) * jitter)
+        stamp: dict[str, Any] = {"tick": tick, "at": arrived, "contacts": []}
+        if events:
+            stamps.append({**stamp, "landed": msgspec.to_builtins(events[0])})
+        if pieces is not None:
+            stamps.append({**stamp, "pieces": pieces.hex()})
+    return {
+        "hello": msgspec.json.decode(msgspec.json.encode(hello)),
+        "accepted": msgspec.to_builtins(accepted),
+        "stamps": stamps,
+        "rate": 60,
+        "scale": page_scale(room.scale),
+    }, drop(board, seed=seed)
+
+
 def contact(tick: int, hit: Any) -> dict[str, Any]:
     places = {name: float(hit[name]) for name in ("t", "x", "y")}
     speed = float(np.hypot(hit["vx"], hit["vy"]))
@@ -98,13 +139,14 @@ def wired(state: Any, bounced: bool) -> list[float]:
     return [x, y, float(state["theta"]), vx, vy, int(bounced)]
 
 
+@pytest.mark.parametrize("tell", [told, told_in_pieces])
 @pytest.mark.parametrize("hertz", [30, 60, 144])
 def test_every_display_shows_the_true_place_and_no_bounce_is_cut_short(
-    run: Run, hertz: int
+    run: Run, hertz: int, tell: Tell
 ) -> None:
     board = Board.preset("triangle-12")
     for seed in (1, 2, 3):
-        given, fall = told(board, seed, jitter=4.0)
+        given, fall = tell(board, seed, jitter=4.0)
         end = given["stamps"][-1]["at"] + 300
         frames = np.arange(200.0, end, 1000 / hertz).tolist()
         played = run("table.js", _PLAY, {**given, "frames": frames})
@@ -119,6 +161,81 @@ def test_every_display_shows_the_true_place_and_no_bounce_is_cut_short(
         steps = np.diff(times) * hertz
         assert steps.min() > 0.88
         assert steps.max() < 1.12
+
+
+def test_pieces_are_drawn_as_exact_curves(run: Run) -> None:
+    """Nothing is smoothed and no slow touch is left out, as in snapshots."""
+    for name in ("triangle-8", "triangle-16", "galton"):
+        for seed in (1, 2, 3):
+            given, fall = told_in_pieces(Board.preset(name), seed, jitter=4.0)
+            end = given["stamps"][-1]["at"] + 300
+            played = run(
+                "table.js", _PLAY, {**given, "frames": np.arange(200.0, end, 1000 / 97).tolist()}
+            )
+            shown = np.array([row for row in played["shown"] if 0.0 < row[0] < fall.duration])
+            true = fall.states(shown[:, 0])
+            off = np.hypot(shown[:, 1] - true["x"], shown[:, 2] - true["y"])
+            assert off.max() < 6e-4, f"{name}, seed {seed}: {off.max()}"  # m: 0.06 pixels
+
+
+def test_a_ball_whose_next_piece_is_late_waits_at_the_peg_and_then_goes_on(run: Run) -> None:
+    board = Board.preset("triangle-12")
+    given, fall = told_in_pieces(board, 2, jitter=0.0)
+    stamps = given["stamps"]
+    late = range(4, 10)
+    resumed = stamps[late.stop]["at"]
+    for index in late:
+        stamps[index]["at"] = resumed
+    frames = np.arange(200.0, stamps[-1]["at"] + 300, 1000 / 60).tolist()
+    shown = np.array(run("table.js", _PLAY, {**given, "frames": frames})["shown"])
+    pegs = np.array([(peg.x, peg.y) for peg in board.pegs])
+    reach = board.pegs[0].radius + board.ball.radius
+    apart = np.hypot(shown[:, None, 1] - pegs[:, 0], shown[:, None, 2] - pegs[:, 1]).min(axis=1)
+    assert apart.min() > reach - 0.35 * board.ball.radius
+    still = np.hypot(np.diff(shown[:, 1]), np.diff(shown[:, 2])) == 0.0
+    assert still.sum() > 5
+    settled = (shown[:, 0] > resumed / 1000 + 0.1) & (shown[:, 0] < fall.duration)
+    assert settled.sum() > 30
+    true = fall.states(shown[settled, 0])
+    off = np.hypot(shown[settled, 1] - true["x"], shown[settled, 2] - true["y"])
+    assert off.max() < 6e-4
+
+
+def test_a_ball_waits_for_its_landing_at_the_bins(run: Run) -> None:
+    board = Board.preset("triangle-8")
+    given, fall = told_in_pieces(board, 2, jitter=0.0)
+    last = given["stamps"][-1]
+    assert "landed" in last
+    last["at"] += 400
+    frames = np.arange(200.0, last["at"], 1000 / 60).tolist()
+    shown = np.array(run("table.js", _PLAY, {**given, "frames": frames})["shown"])
+    assert shown[-1, 0] > fall.duration + 0.2
+    assert board.bins.y - 0.2 < shown[-1, 2] < board.bins.y
+
+
+def test_a_long_flight_without_news_is_no_broken_line(opened: Open, server: ServerProcess) -> None:
+    form = {**Board.preset("triangle-8").to_dict(), "gravity": 0.01, "name": "weightless"}
+    rooms = f"{server.url}/api/v1/rooms"
+    room = httpx.post(rooms, json={"board": form}).raise_for_status().json()["id"]
+    # Timers run twenty times as fast: what waits 8 s waits 0.4.
+    screen = opened(f"/?room={room}", before=_HASTY).ready()
+    screen.drop.click()
+    screen.state("live")
+    pings = sum('"ping"' in str(sent) for sent in screen.sent)
+    screen.page.wait_for_timeout(1500)
+    screen.state("live")
+    assert sum('"ping"' in str(sent) for sent in screen.sent) > pings
+    assert screen.page.evaluate("sockets") == 1
+
+
+_HASTY = """
+const wait = window.setTimeout;
+window.setTimeout = (call, ms) => wait(call, ms / 20);
+window.sockets = 0;
+window.WebSocket = class extends WebSocket {
+  constructor(...all) { super(...all); window.sockets += 1; }
+};
+"""
 
 
 def test_a_ball_keeps_half_a_second_of_its_path_however_long_it_falls(run: Run) -> None:

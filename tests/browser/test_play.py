@@ -29,8 +29,11 @@ def places_of(sampled: Any) -> list[list[float]]:
     return [[row[x], row[y]] for row in sampled["frames"]]
 
 
-def test_a_seeded_ball_falls_along_the_predicted_path_into_the_predicted_bin(opened: Open) -> None:
-    screen = opened(before=HEAR).ready()
+@pytest.mark.parametrize("query", ["", "?stream=snapshots"])
+def test_a_seeded_ball_falls_along_the_predicted_path_into_the_predicted_bin(
+    opened: Open, query: str
+) -> None:
+    screen = opened(f"/{query}", before=HEAR).ready()
     record = screen.api("drops/triangle-16/42")
     board = screen.api("boards/triangle-16")["board"]
     predicted = places_of(screen.api("drops/triangle-16/42/frames?fps=240"))
@@ -170,6 +173,10 @@ def test_everyone_at_a_table_sees_the_same_histogram(opened: Open, quick: Quick)
     count = "3 drops landed at this table"
     expect(one.page.locator("#tray-count")).to_have_text(count)
     expect(two.page.locator("#tray-count")).to_have_text(count)
+    # What is said of it follows what is drawn, some moments later.
+    for each in (one, two):
+        label = re.compile("^Histogram of 3 drops")
+        expect(each.page.locator("#histogram")).to_have_attribute("aria-label", label)
     described = two.page.locator("#histogram").get_attribute("aria-label")
     assert one.page.locator("#histogram").get_attribute("aria-label") == described
     expect(two.page.locator("#staked")).to_have_text("0")
