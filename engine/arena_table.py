@@ -67,7 +67,7 @@ def no_pairs(n: int) -> Pairs:
     """A list of nothing for n balls."""
     zeros = np.zeros(n + 1, np.int32)
     none = np.zeros(0, np.int32)
-    return Pairs(zeros, none, np.zeros((0, 2)), zeros.copy(), none.copy(), none.copy())
+    return Pairs(zeros, none, np.zeros((0, 2)), zeros.copy(), none.copy())
 
 
 class BallTable:

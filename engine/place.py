@@ -145,7 +145,7 @@ def statics_of(place: Place) -> Statics:
     items = _items(place)
     x0, x1, y0, y1 = place.extent
     side = max(x1 - x0, y1 - y0, 1e-9)
-    count = min(_CELLS, max(1, math.isqrt(4 * len(items))))
+    count = min(_CELLS, max(1, math.isqrt(32 * len(items))))
     scale = count / side
     columns = int((x1 - x0) * scale) + 1
     rows = int((y1 - y0) * scale) + 1

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
+Counts = npt.NDArray[np.int64]
 
 # Columns of `Bodies.pos`.
 X = 0  # centre, m
@@ -92,9 +93,8 @@ class Pairs(NamedTuple):
     starts: Ints  # (n + 1,)
     other: Ints  # (p,)
     impulse: Floats  # (p, 2): normal and tangential impulse of the last substep, N s
-    reverse_starts: Ints  # (n + 1,): where the pairs owned by others start, for each ball
-    reverse: Ints  # (p,): those pairs
-    owner: Ints  # (p,): who owns each
+    near_starts: Ints  # (n + 1,)
+    near: Ints  # all that may touch a ball, whoever owns the pair: near_starts as starts
 
 
 class Settings(NamedTuple):
@@ -110,6 +110,15 @@ class Settings(NamedTuple):
     sleep_frames: int  # frames of stillness before a ball may sleep; 0: never
 
 
+class Lines(NamedTuple):
+    """Work space of a frame: the straight line each ball is on, and what it meets first."""
+
+    at: Floats  # (n, 8): columns in solvers/arena_lines.py
+    state: Ints  # (n, 3): HITS, STAMP, WAITING
+    seen: Ints  # (n, 2): PARTNER, STAMP_THEN
+    tree: Floats  # (2 m,), m >= n a power of two: times from row m on, above them the least of two
+
+
 # Columns of `Log.floats` and `Log.ints`.
 LOG_T = 0  # s since the start of the frame
 LOG_X = 1  # of ball a's centre, m
@@ -117,7 +126,6 @@ LOG_Y = 2
 LOG_SPEED = 3  # approach along the normal, m/s
 LOG_A = 0  # ids
 LOG_B = 1  # an id, or -1 - item
-LOG_SUBSTEP = 2
 
 TOUCHES = 0
 LANDINGS = 1
@@ -135,4 +143,4 @@ class Log(NamedTuple):
     ints: Ints  # (m, 2)
     landings: Floats  # (k, 2): t since the start of the frame in s, x in m
     landed: Ints  # (k,): ids
-    counts: npt.NDArray[np.int64]  # (6,)
+    counts: Counts  # (6,)

@@ -20,6 +20,12 @@ def _stamp() -> str:
 
 _STAMP = _stamp()
 
+_njit: Any = njit  # its types leave out an option that is used below
+
+_RULES: dict[str, Any] = {
+    "cache": True, "nogil": True, "fastmath": False, "error_model": "numpy",
+}  # fmt: skip
+
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
     """Compile `function` so that its bits do not depend on where it runs.
@@ -32,7 +38,18 @@ def kernel(function: Callable[P, T]) -> Callable[P, T]:
     the code of those it calls, from other files. Here a change to any of the files makes all stale:
     else a new version could go on with parts of the old one's physics.
     """
-    compiled: Any = njit(cache=True, nogil=True, fastmath=False, error_model="numpy")(function)
+    return _stamped(function, _njit(**_RULES))
+
+
+def lean_kernel(function: Callable[P, T]) -> Callable[P, T]:
+    """`kernel` for a function that makes no arrays, nor calls one that does: its own are not
+    counted. Numba otherwise counts references at each call, by atomic operations that cost more
+    than the call. To make an array in one is an error when it is compiled."""
+    return _stamped(function, _njit(**_RULES, _nrt=False))
+
+
+def _stamped(function: Callable[P, T], compiler: Any) -> Callable[P, T]:
+    compiled = compiler(function)
     if compiled is not function:  # else the JIT is off
         compiled._cache._cache_file._source_stamp = _STAMP
     return cast("Callable[P, T]", compiled)

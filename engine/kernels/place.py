@@ -4,8 +4,8 @@ from math import sqrt
 
 import numpy as np
 
-from engine.kernels.arena_data import LENGTH, THICKNESS, TX, TY, X1, Y1, Floats
-from engine.kernels.jit import kernel
+from engine.kernels.arena_data import LENGTH, TX, TY, X1, Y1, Floats
+from engine.kernels.jit import lean_kernel
 
 SLACK = 0.005
 """Overlap, in radii of the smaller disc, up to which a slow approach is left to the contact solver.
@@ -16,7 +16,7 @@ CREEP = 1.0e-3
 """An approach that covers less than this part of the allowed overlap is none: rounding."""
 
 
-@kernel
+@lean_kernel
 def nearest(items: Floats, item: int, x: float, y: float) -> tuple[float, float]:
     """Vector in m from the nearest point of an item's axis to (x, y)."""
     dx = x - items[item, X1]
@@ -31,7 +31,7 @@ def nearest(items: Floats, item: int, x: float, y: float) -> tuple[float, float]
     return dx, dy
 
 
-@kernel
+@lean_kernel
 def meets(
     px: float,
     py: float,
@@ -78,22 +78,12 @@ def meets(
     return s if s <= rest else np.inf
 
 
-@kernel
-def meets_line(
-    items: Floats,
-    item: int,
-    dx: float,
-    dy: float,
-    vx: float,
-    vy: float,
-    reach: float,
-    slack: float,
-    threshold: float,
-    rest: float,
-) -> float:
+@lean_kernel
+def _meets_side(
+    dx: float, dy: float, vx: float, vy: float, tx: float, ty: float, length: float,
+    reach: float, slack: float, threshold: float, rest: float,
+) -> float:  # fmt: skip
     """`meets` for the inside of a wall; (dx, dy) is seen from its first end."""
-    tx = items[item, TX]
-    ty = items[item, TY]
     d = tx * dy - ty * dx
     approach = -(tx * vy - ty * vx)
     if d < 0.0 or (d == 0.0 and approach < 0.0):
@@ -110,32 +100,17 @@ def meets_line(
     if s > rest:
         return np.inf
     foot = (dx + vx * s) * tx + (dy + vy * s) * ty
-    return s if 0.0 <= foot <= items[item, LENGTH] else np.inf
+    return s if 0.0 <= foot <= length else np.inf
 
 
-@kernel
-def meets_item(
-    items: Floats,
-    item: int,
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    radius: float,
-    slack: float,
-    threshold: float,
-    rest: float,
-) -> float:
-    """`meets` for a disc at (x, y) and a peg or a wall, the wall's ends included."""
-    reach = radius + items[item, THICKNESS]
-    dx = x - items[item, X1]
-    dy = y - items[item, Y1]
-    length = items[item, LENGTH]
-    if length == 0.0:
-        return meets(dx, dy, vx, vy, reach, slack, threshold, rest)
-    tx = items[item, TX]
-    ty = items[item, TY]
-    best = meets_line(items, item, dx, dy, vx, vy, reach, slack, threshold, rest)
+@lean_kernel
+def meets_wall(
+    dx: float, dy: float, vx: float, vy: float, tx: float, ty: float, length: float,
+    reach: float, slack: float, threshold: float, rest: float,
+) -> float:  # fmt: skip
+    """`meets` for a wall of that direction and length, its ends included; (dx, dy) is where the
+    disc is, seen from the wall's first end."""
+    best = _meets_side(dx, dy, vx, vy, tx, ty, length, reach, slack, threshold, rest)
     s = meets(dx, dy, vx, vy, reach, slack, threshold, rest)
     if s < best and (dx + vx * s) * tx + (dy + vy * s) * ty < 0.0:
         best = s

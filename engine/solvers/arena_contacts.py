@@ -28,7 +28,7 @@ from engine.kernels.arena_data import (
     X,
     Y,
 )
-from engine.kernels.jit import kernel
+from engine.kernels.jit import lean_kernel
 from engine.kernels.place import nearest
 
 TOUCH = 0.005
@@ -59,7 +59,7 @@ DRAGGED = 6
 CONTACT_COLUMNS = 7
 
 
-@kernel
+@lean_kernel
 def resting_speed(restitution: float, gravity: float, h: float, radius: float) -> float:
     """Approach in m/s below which an impact does not rebound: twice what gravity adds meanwhile.
 
@@ -71,7 +71,7 @@ def resting_speed(restitution: float, gravity: float, h: float, radius: float) -
     return max(2.0 * gravity * h, floor)
 
 
-@kernel
+@lean_kernel
 def pair_surface(surface: Floats, items: Floats, a: int, b: int) -> tuple[float, float]:
     """Restitution of a pair, the larger, and its friction, the root of the product."""
     restitution = surface[a, RESTITUTION]
@@ -87,7 +87,7 @@ def pair_surface(surface: Floats, items: Floats, a: int, b: int) -> tuple[float,
     return max(restitution, other), mu
 
 
-@kernel
+@lean_kernel
 def any_direction(a: int, b: int) -> tuple[float, float]:
     """A unit vector for discs with one centre: by their ids, so that it is always the same."""
     mixed = (a * 40503 + b * 30011 + 7919) % 65521
@@ -99,7 +99,7 @@ def any_direction(a: int, b: int) -> tuple[float, float]:
     return (x, y) if (mixed // 255) % 2 == 0 else (x, -y)
 
 
-@kernel
+@lean_kernel
 def separation(pos: Floats, items: Floats, a: int, b: int) -> tuple[float, float, float, float]:
     """Vector from b (a ball, or -1 - item) to ball a, their contact distance, and the size in m
     by which tolerances are measured."""
@@ -112,7 +112,7 @@ def separation(pos: Floats, items: Floats, a: int, b: int) -> tuple[float, float
     return dx, dy, pos[a, RADIUS] + items[item, THICKNESS], pos[a, RADIUS]
 
 
-@kernel
+@lean_kernel
 def _push_apart(
     pos: Floats, room: Floats, a: int, b: int, nx: float, ny: float, push: float, share: float
 ) -> None:
@@ -130,7 +130,7 @@ def _push_apart(
     pos[a, Y] += da * ny
 
 
-@kernel
+@lean_kernel
 def gather(
     pos: Floats,
     vel: Floats,
@@ -217,7 +217,7 @@ def gather(
     return count
 
 
-@kernel
+@lean_kernel
 def _apply(
     vel: Floats, a: int, b: int, nx: float, ny: float, normal: float, tangent: float
 ) -> None:
@@ -234,7 +234,7 @@ def _apply(
     vel[b, ROLL] -= 2.0 * wb * tangent
 
 
-@kernel
+@lean_kernel
 def warm_start(vel: Floats, count: int, ends: Ints, rows: Floats) -> None:
     """Apply the impulses of the last substep."""
     for c in range(count):
@@ -245,7 +245,7 @@ def warm_start(vel: Floats, count: int, ends: Ints, rows: Floats) -> None:
             )  # fmt: skip
 
 
-@kernel
+@lean_kernel
 def solve(vel: Floats, count: int, ends: Ints, rows: Floats) -> float:
     """One pass over the contacts: no approach, and Coulomb's friction within what presses.
 
@@ -285,7 +285,7 @@ def solve(vel: Floats, count: int, ends: Ints, rows: Floats) -> float:
     return largest
 
 
-@kernel
+@lean_kernel
 def keep_impulses(impulse: Floats, count: int, ends: Ints, rows: Floats) -> None:
     """Write the impulses back for the next warm start."""
     for c in range(count):
@@ -294,7 +294,7 @@ def keep_impulses(impulse: Floats, count: int, ends: Ints, rows: Floats) -> None
         impulse[k, 1] = rows[c, DRAGGED]
 
 
-@kernel
+@lean_kernel
 def deepest(bodies: Bodies, n: int, pairs: Pairs, statics: Statics) -> tuple[float, float, int]:
     """Deepest overlap of listed pairs in m and in radii of the smaller ball; contacts touching."""
     metres = 0.0

@@ -11,7 +11,6 @@ from engine.kernels.arena_data import (
     FLAGS,
     GONE,
     ITEM_RESTITUTION,
-    LEFT,
     REBUILDS,
     RESTITUTION,
     ROLL,
@@ -24,8 +23,8 @@ from engine.kernels.arena_data import (
     Statics,
 )
 from engine.kernels.flight import basis
-from engine.kernels.jit import kernel
-from engine.kernels.pair_grid import renew, too_far
+from engine.kernels.jit import kernel, lean_kernel
+from engine.kernels.pair_grid import renew
 from engine.solvers.arena_contacts import (
     CONTACT_COLUMNS,
     gather,
@@ -34,6 +33,7 @@ from engine.solvers.arena_contacts import (
     warm_start,
 )
 from engine.solvers.arena_drift import drift
+from engine.solvers.arena_lines import new_lines
 from engine.solvers.arena_sleep import count_still, send_to_sleep, wake_touched
 
 PASSES = 8
@@ -42,11 +42,8 @@ PASSES = 8
 CALM = 0.02
 """Change of an approach, in what gravity adds in a substep, below which a pass was the last."""
 
-FARTHEST = 1.0e9
-"""m from the origin beyond which a ball has left; nearer, its cell's number fits an integer."""
 
-
-@kernel
+@lean_kernel
 def _kick(bodies: Bodies, n: int, settings: Settings, decay: float, gain: float) -> None:
     """New velocities: drag and gravity over a substep in closed form, and the clamp if there is."""
     for i in range(n):
@@ -63,7 +60,7 @@ def _kick(bodies: Bodies, n: int, settings: Settings, decay: float, gain: float)
         bodies.vel[i, VY] = vy
 
 
-@kernel
+@lean_kernel
 def _damp(bodies: Bodies, n: int, damping: float) -> None:
     for i in range(n):
         bodies.vel[i, VX] *= damping
@@ -71,7 +68,7 @@ def _damp(bodies: Bodies, n: int, damping: float) -> None:
         bodies.vel[i, ROLL] *= damping
 
 
-@kernel
+@lean_kernel
 def _least_resting_speed(bodies: Bodies, n: int, statics: Statics, settings: Settings) -> float:
     """The least resting speed, m/s, of any pair: none, if something here is elastic."""
     surface = bodies.surface
@@ -108,6 +105,7 @@ def frame(
         pairs = renew(bodies, n, statics, pairs, horizon, settings.gravity)
         log.counts[REBUILDS] += 1
     room = np.empty(n)
+    lines = new_lines(n)
     rows = np.empty((pairs.other.shape[0], CONTACT_COLUMNS))
     ends = np.empty((pairs.other.shape[0], 3), np.int32)
     if settings.damping != 1.0:
@@ -131,10 +129,7 @@ def frame(
                 break
         keep_impulses(impulse, count, ends, rows)
         log.counts[CONTACTS] = count
-        pairs = drift(bodies, n, pairs, statics, settings, k * settings.h, least, log)
-        for i in range(n):
-            if too_far(bodies, i, FARTHEST):
-                bodies.marks[i, FLAGS] |= LEFT
+        pairs = drift(bodies, n, pairs, statics, settings, k * settings.h, least, lines, log)
     may_sleep = settings.sleep_frames > 0 and count_still(bodies, n, settings) > 0
     if may_sleep and send_to_sleep(bodies, n, pairs, statics, settings):
         pairs = renew(bodies, n, statics, pairs, horizon, settings.gravity)

@@ -20,16 +20,16 @@ from engine.kernels.arena_data import (
     Settings,
     Statics,
 )
-from engine.kernels.jit import kernel
+from engine.kernels.jit import kernel, lean_kernel
 from engine.solvers.arena_contacts import TOUCH, separation
-from engine.solvers.arena_drift import wake
+from engine.solvers.arena_impact import wake
 
 STILLNESS = 0.01
 """Speed below which a ball counts as still, in sqrt(g R), what it gains by falling half a radius.
 Larger ones are seen as a stop; below the jitter of a pile's contact impulses it never sleeps."""
 
 
-@kernel
+@lean_kernel
 def _root(parents: Ints, i: int) -> int:
     while parents[i] != i:
         parents[i] = parents[parents[i]]
@@ -37,7 +37,7 @@ def _root(parents: Ints, i: int) -> int:
     return i
 
 
-@kernel
+@lean_kernel
 def count_still(bodies: Bodies, n: int, settings: Settings) -> int:
     """Count the frames in which each awake ball was still; how many may sleep."""
     ready = 0
@@ -105,7 +105,7 @@ def send_to_sleep(
     return slept
 
 
-@kernel
+@lean_kernel
 def wake_touched(bodies: Bodies, n: int, pairs: Pairs, statics: Statics) -> bool:
     """Wake all sleepers that an awake ball touches; whether there were any."""
     woke = False
