@@ -7,15 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import idle, scenes, stripped
+from benchmarks import idle, scenes, stripped, worlds
 from benchmarks.clock import Job, Sample, in_turns, seconds_of
 from benchmarks.report import Section, Table, spread
 from benchmarks.settings import Settings
+from benchmarks.worlds import UNUSED
 from engine import Board, Drop, drop, drop_many
 from engine.materials import Material
 
-UNUSED = 1.05
-"""What an unused feature may cost: the time with it unused over that of code without it."""
+DROPS = ("nothing", "drag", "friction", "walls", "recording")
+"""Cuts whose price is one of drops; the others' is one of moving worlds."""
 
 
 def run(settings: Settings) -> Section:
@@ -23,6 +24,7 @@ def run(settings: Settings) -> Section:
     section = Section("features")
     _prices(section, settings)
     _unused(section, settings)
+    worlds.run(section, settings)
     idle.live(section, settings)
     return section
 
@@ -129,7 +131,7 @@ def _unused(section: Section, settings: Settings) -> None:
     """The engine on a scene that does not use a feature, against the engine without its code."""
     drops = settings.size(4096, 128)
     bare = _bare()
-    boards = dict.fromkeys(stripped.CUTS, bare) | {"walls": _without_walls(bare)}
+    boards = dict.fromkeys(DROPS, bare) | {"walls": _without_walls(bare)}
     if settings.quick:  # each copy takes half a minute to compile
         boards = {"friction": bare}
     rows: list[list[str]] = []

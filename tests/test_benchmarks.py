@@ -13,6 +13,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
+import engine
 from benchmarks import (
     arithmetic,
     energy,
@@ -29,6 +30,7 @@ from benchmarks import (
     torture,
     watch,
     wire,
+    worlds,
 )
 from benchmarks.clock import Sample, in_turns
 from benchmarks.contestants import node
@@ -278,6 +280,15 @@ def test_every_cut_still_finds_what_it_cuts(feature: str, tmp_path: Path) -> Non
     stripped.copy(package, stripped.CUTS[feature](), tmp_path)
     assert "import" in (tmp_path / package / "drop.py").read_text()
     assert "from engine." not in (tmp_path / package / "drop.py").read_text()
+
+
+def test_moving_worlds_are_timed_with_and_without_what_they_can_use() -> None:
+    section = Section("features")
+    worlds.run(section, QUICK)
+    assert [row[0] for row in section.tables[0].rows] == ["ball-ball pairs", "diagnostics"]
+    assert section.data["worlds"]["ball-ball pairs/with"]["median"] > 0
+    done, digest = worlds._box(engine, 5)
+    assert (done, digest) == worlds._box(engine, 5, asked=True), "asking changes nothing"
 
 
 def test_the_command_prints_json_and_saves_plots(
