@@ -32,7 +32,7 @@ help:
 	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
 	@echo 'make lint         style, format, types and import contracts'
 	@echo 'make format       put the code in its format'
-	@echo 'make bench        measure speed and error and write docs/benchmarks.md'
+	@echo 'make bench        measure speed and error, for docs/benchmarks.md and the README'
 	@echo 'make readme       run the examples of the pages and write what they print'
 	@echo 'make pictures     take and draw the pictures of the documentation anew'
 	@echo 'make constraints  pin the newest versions that work together'
@@ -69,7 +69,8 @@ lint: $(VENV)/.stamp-lint
 # Every table and plot of docs/benchmarks.md, anew; BENCH_ARGS=--quick for a trial.
 bench: $(VENV)/.stamp-bench
 	chromium="$$(tools/chromium)" && \
-	CHROMIUM="$$chromium" $(BIN)/plinko bench all --plots docs/images --page docs/benchmarks.md $(BENCH_ARGS)
+	CHROMIUM="$$chromium" $(BIN)/plinko bench all --plots docs/images --page docs/benchmarks.md \
+		--readme README.md $(BENCH_ARGS)
 
 format: $(VENV)/.stamp-lint
 	$(BIN)/ruff check --fix-only --quiet .

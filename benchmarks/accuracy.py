@@ -28,25 +28,44 @@ RATES = (60, 120, 240, 480, 960)
 
 QUICK_RATES = (60, 240)
 
+BOARDS = {
+    "plain-12": ("12 rows, no friction, no drag", 12, scenes.PLAIN),
+    "trial-16": ("16 rows, drag, friction and spin", 16, scenes.FULL),
+}
+"""Title, rows and physics of each board."""
+
+HEADING = "Error against the oracle: "
+
+COLUMNS = (
+    "contestant, dt in s",
+    *(f"after impact {n}" for n in AFTER),
+    "same bin, decidable",
+    "same bin, all",
+    "deepest overlap",
+    "drops/s",
+)
+
+
+def plot_of(key: str) -> str:
+    """File name of a board's plot."""
+    return f"bench-accuracy-{key}.png"
+
 
 def run(settings: Settings) -> Section:
     """All of the accuracy benchmark."""
     section = Section("accuracy")
-    boards = {
-        "plain-12": ("12 rows, no friction, no drag", scenes.triangle(12, scenes.PLAIN)),
-        "trial-16": ("16 rows, drag, friction and spin", scenes.triangle(16, scenes.FULL)),
-    }
+    boards = {key: scenes.triangle(rows, tuning) for key, (_, rows, tuning) in BOARDS.items()}
     rates = QUICK_RATES if settings.quick else RATES
     with contestants(section, settings) as everyone:
-        for key, (title, board) in boards.items():
+        for key, board in boards.items():
+            title = BOARDS[key][0]
             truth = reference(board, settings.size(128, 4), settings)
             entries = list(_entries(everyone, rates))
             speeds = _speeds(board, truth.xs, entries, settings)
             section.data[key] = _errors(truth, entries, speeds, settings)
             section.tables.append(_table(title, truth, section.data[key]))
-            plot = f"bench-accuracy-{key}.png"
-            section.plots[plot] = _plotter(title, section.data[key])
-        histograms(section, boards["trial-16"][1], everyone, settings)
+            section.plots[plot_of(key)] = _plotter(title, section.data[key])
+        histograms(section, boards["trial-16"], everyone, settings)
         energy.elastic(section, everyone, rates, settings)
         energy.bounces(section, everyone, rates, settings)
     return section
@@ -159,15 +178,8 @@ def _table(title: str, truth: Reference, data: dict[str, Any]) -> Table:
     ]
     floor = ["(one rounding of the start)", *(length(x) for x in data["floor"]), "", "", "", ""]
     return Table(
-        f"Error against the oracle: {title}",
-        [
-            "contestant, dt in s",
-            *(f"after impact {n}" for n in AFTER),
-            "same bin, decidable",
-            "same bin, all",
-            "deepest overlap",
-            "drops/s",
-        ],
+        HEADING + title,
+        COLUMNS,
         [*rows, floor],
         [
             f"Median position error over {len(truth.xs)} drops midway between the impact and the "

@@ -1,5 +1,6 @@
 """Puts printed results into a page: between the markers of each section, and nowhere else."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -7,16 +8,32 @@ from benchmarks.report import Section
 from benchmarks.settings import MissingError
 
 
-def fill(page: Path, machine: dict[str, str], sections: Sequence[Section]) -> None:
+def fill(
+    page: Path, machine: dict[str, str], sections: Sequence[Section], plots: Path | None = None
+) -> None:
     """Replace what stands between `<!-- NAME -->` and `<!-- /NAME -->` for each section's name.
 
-    Each part begins with the machine it was measured on. Sections not run stay as they are;
-    MissingError if a section has no markers.
+    Each part begins with the machine it was measured on and ends with its plots, if they were drawn
+    into the directory `plots`. Sections not run stay as they are; MissingError if a section has no
+    markers.
     """
-    text = page.read_text(encoding="utf-8")
     for section in sections:
-        text = _replaced(text, section.name, _part(machine, section))
-    page.write_text(text, encoding="utf-8")
+        part = _part(machine, section)
+        if plots:
+            folder = Path(os.path.relpath(plots, page.parent)).as_posix()
+            part = "\n\n".join([part, *(_shown(folder, name) for name in section.plots)])
+        put(page, section.name, part)
+
+
+def put(page: Path, name: str, part: str) -> None:
+    """Replace what stands between `<!-- NAME -->` and `<!-- /NAME -->`; MissingError without."""
+    text = page.read_text(encoding="utf-8")
+    page.write_text(_replaced(text, name, part), encoding="utf-8")
+
+
+def _shown(folder: str, name: str) -> str:
+    words = Path(name).stem.removeprefix("bench-").replace("-", " ")
+    return f"![{words}]({folder}/{name})"
 
 
 def _part(machine: dict[str, str], section: Section) -> str:

@@ -15,6 +15,7 @@ from PIL import Image
 
 import engine
 from benchmarks import (
+    accuracy,
     arithmetic,
     energy,
     fan_out,
@@ -22,6 +23,7 @@ from benchmarks import (
     operations,
     page,
     random_boards,
+    readme,
     render,
     scenes,
     serving,
@@ -44,6 +46,7 @@ from benchmarks.report import Section, Table, length, spread
 from benchmarks.settings import MissingError, Settings
 from engine import drop, drop_many
 
+ROOT = Path(__file__).parents[1]
 QUICK = Settings(quick=True, rounds=1, node=False)
 
 
@@ -310,6 +313,39 @@ def test_the_command_prints_json_and_saves_plots(
     assert list(printed["sections"]) == list(suite.NAMES)
     assert printed["machine"]["python"]
     assert (tmp_path / "plot.png").exists()
+
+
+def test_the_readme_shows_what_the_page_records(tmp_path: Path) -> None:
+    (tmp_path / "docs").mkdir()
+    page, short = tmp_path / "docs" / "benchmarks.md", tmp_path / "README.md"
+    cells = dict.fromkeys(accuracy.COLUMNS, "-")
+    cells |= dict(zip(readme.COLUMNS, ("1 µm", "2 mm", "3/3", "9"), strict=True))
+    names = ["plinko exact", "Box2D 1/60", "Box2D 1/240", "(one rounding of the start)"]
+    rows = [[name, *list(cells.values())[1:]] for name in names]
+    table = Table(readme.TITLE, accuracy.COLUMNS, rows)
+    page.write_text("<!-- accuracy -->\n<!-- /accuracy -->\n")
+    short.write_text("Head\n\n<!-- benchmarks -->\nold\n<!-- /benchmarks -->\n\nTail\n")
+    readme.renew(short, page)
+    assert "No run is recorded yet" in short.read_text()
+    section = Section("accuracy", [table], plots={readme.PLOT: lambda path: None})
+    fill(page, {"python": "1"}, [section], tmp_path / "docs" / "images")
+    assert f"![accuracy trial 16](images/{readme.PLOT})" in page.read_text()
+    readme.renew(short, page)
+    shown = short.read_text()
+    assert shown.startswith(
+        "Head\n\n<!-- benchmarks -->\n\n| contestant, dt in s | after impact 2 |"
+    )
+    assert shown.endswith("<!-- /benchmarks -->\n\nTail\n")
+    assert "| Box2D 1/240 | 1 µm | 2 mm | 3/3 | 9 |" in shown
+    assert "1/60" not in shown
+    assert f"](docs/images/{readme.PLOT})" in shown
+    assert "](docs/benchmarks.md)" in shown
+
+
+def test_the_readme_is_that_of_the_recorded_run() -> None:
+    recorded = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert readme.summary(recorded, "docs/benchmarks.md") in text
 
 
 def test_the_page_is_judged_by_the_thread_that_draws() -> None:

@@ -32,6 +32,11 @@ WHAT = ("accuracy", "throughput", "stability", "features", "stream", "page", "re
     help="Put the results into this page, between its markers.",
 )
 @click.option(
+    "--readme",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Put a short table and a plot of the page into this file, between its markers.",
+)
+@click.option(
     "--rounds",
     type=click.IntRange(min=1),
     help="Repeats of each timed job.  [7; with --quick 1]",
@@ -49,6 +54,7 @@ def command(
     quick: bool,
     plots: Path | None,
     page: Path | None,
+    readme: Path | None,
     rounds: int | None,
     long: bool,
     findings: Path | None,
@@ -60,9 +66,12 @@ def command(
     oracle of `accuracy` and all plots need the `bench` extra.
     """
     from benchmarks import machine, suite
+    from benchmarks import readme as short
     from benchmarks.markers import fill
     from benchmarks.settings import MissingError, Settings
 
+    if readme and not page:
+        raise click.UsageError("--readme takes its table from a page: say which with --page")
     names = WHAT if what == "all" else (what,)
     found = []
     with _progress() as step:
@@ -83,7 +92,9 @@ def command(
                 raise click.UsageError(f"{name}: {error}") from error
     drawn = suite.draw(found, plots) if plots else []
     if page:
-        fill(page, about, found)
+        fill(page, about, found, plots)
+        if readme:
+            short.renew(readme, page)
     if as_json:
         common.print_json(_as_json(about, quick, found))
     else:
