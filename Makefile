@@ -54,7 +54,7 @@ test-crash: $(VENV)/.stamp-test
 
 # Ten minutes of soak, 10^5 malformed messages, and hundreds of requests of each REST operation.
 test-long: $(VENV)/.stamp-test
-	LONG=1 $(BIN)/python -m pytest tests/app/test_soak.py tests/app/test_fuzz.py $(PYTEST_ARGS)
+	LONG=1 $(BIN)/python -m pytest -s tests/app/test_soak.py tests/app/test_fuzz.py $(PYTEST_ARGS)
 
 # Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU; with the JIT and without.
 test-arm64: $(VENV)/.stamp-play

@@ -111,9 +111,10 @@ class RoomClient(asyncio.Protocol):
         self._end = (1006, "")
 
     def send(self, **message: Any) -> None:
-        """Send a message of docs/protocol.md."""
+        """Send a message of docs/protocol.md; nothing once the connection is closed."""
         assert self._transport is not None
-        self._transport.write(frame(_TEXT, msgspec.json.encode(message)))
+        if not self._transport.is_closing():
+            self._transport.write(frame(_TEXT, msgspec.json.encode(message)))
 
     def close(self) -> None:
         """Leave."""

@@ -309,6 +309,7 @@ class Room:
     def _land(self, landing: Landing) -> protocol.Landed:
         if self._segments is not None:
             self._segments.forget(landing.ball)
+        self._bounced.discard(landing.ball)
         if landing.bin is None:
             self.unsettled += 1
         else:

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -101,9 +102,11 @@ def stop(process: subprocess.Popen[str]) -> None:
 def _address(process: subprocess.Popen[str]) -> str:
     """The address that a server prints once it can be used."""
     assert process.stdout is not None
+    if not select.select([process.stdout], [], [], READY)[0]:
+        raise MissingError(f"the server said nothing within {READY:.0f} s")
     line = process.stdout.readline()
     if not line:
-        raise MissingError(f"the server ended with exit code {process.wait()}")
+        raise MissingError(f"the server ended with exit code {process.wait(READY)}")
     address = line.split()[-1].rstrip("/")
     end = time.monotonic() + READY
     while time.monotonic() < end:

@@ -205,6 +205,8 @@ def _sqlite(url: URL) -> Engine:
         # A commit returns once it is on the disk, not once it is on its way there.
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA foreign_keys = ON")
+        # Rows are added at the tables' ends and hardly ever read: a few hundred pages are enough.
+        connection.execute("PRAGMA cache_size = -512")
 
     @event.listens_for(engine, "begin")
     def _begin(connection: Connection) -> None:

@@ -16,6 +16,7 @@ from app.main import Server, create_app, listen, server_config
 from app.protocol import Extent, Snapshot, decode_snapshot
 from app.services import Services
 from app.settings import Settings
+from tests.waiting import LIMIT
 
 # A board whose balls land in two thirds of a second: live tests wait for real falls.
 TINY = {
@@ -60,7 +61,8 @@ def serving(**settings: Any) -> Iterator[Running]:
     port = listener.getsockname()[1]
     thread.start()
     try:
-        server.listening.wait()
+        while not server.listening.wait(0.1):
+            assert thread.is_alive(), "the server ended while it was to start"
         yield Running(f"http://127.0.0.1:{port}", app.state.services, server)
     finally:
         server.should_exit = True
@@ -95,7 +97,8 @@ class Player:
 
     async def step(self) -> list[dict[str, Any]] | bytes:
         """The next frame: its events, or a snapshot's bytes."""
-        frame = await self.socket.recv()
+        async with asyncio.timeout(LIMIT):
+            frame = await self.socket.recv()
         if isinstance(frame, bytes):
             self.binaries.append(frame)
             return frame
@@ -132,13 +135,15 @@ class Player:
 @contextlib.asynccontextmanager
 async def playing(url: str, **options: Any) -> AsyncIterator[Player]:
     """Join a room; `options` go to the connection."""
-    async with connect(url, compression=None, **options) as socket:
+    # With a bound the client would stop reading, and then not hear the answer to its own close.
+    async with connect(url, **{"compression": None, "max_queue": None, **options}) as socket:
         first = await socket.recv()
         assert isinstance(first, str)
         yield Player(socket, msgspec.json.decode(first), first)
 
 
 async def eventually(condition: Any) -> None:
-    """Wait until the condition holds; a test that hangs here has found its bug."""
-    while not condition():
-        await asyncio.sleep(0.01)
+    """Wait until the condition holds; what has not come about after long is not going to."""
+    async with asyncio.timeout(LIMIT):
+        while not condition():
+            await asyncio.sleep(0.01)

@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.waiting import LIMIT, first_line
+
 MODULE = [sys.executable, "-m", "app.cli"]
 ENDLESS = ("simulate", "triangle-8", "--drops", str(10**12))
 
@@ -60,7 +62,7 @@ def test_an_interrupt_is_exit_code_130_and_says_nothing() -> None:
     with contextlib.suppress(OSError):  # how Linux says that the other end is closed
         while more := os.read(terminal, 1024):
             seen += more
-    out, _ = process.communicate()
+    out, _ = process.communicate(timeout=LIMIT)
     os.close(terminal)
     assert (process.returncode, out) == (130, b"")
     assert b"Traceback" not in seen
@@ -74,7 +76,7 @@ def test_progress_is_shown_on_a_terminal_and_nowhere_else() -> None:
     process = start(few, stdout=subprocess.PIPE, stderr=stderr)
     os.close(stderr)
     seen = read_terminal(terminal, b"100%")
-    out, _ = process.communicate()
+    out, _ = process.communicate(timeout=LIMIT)
     os.close(terminal)
     assert b"drops" in seen
     assert json.loads(out)["drops"] == 50
@@ -87,7 +89,7 @@ def test_a_reader_that_goes_away_is_no_error() -> None:
     assert process.stderr is not None
     said = process.stderr.read()
     process.stderr.close()
-    assert process.wait() == 141
+    assert process.wait(LIMIT) == 141
     assert said == b""
 
 
@@ -102,29 +104,27 @@ def test_a_full_disk_is_one_line() -> None:
 def test_serve_prints_its_address_and_stops_in_order() -> None:
     process = start(("serve", "--port", "0"), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
-        assert process.stdout is not None
-        line = process.stdout.readline().decode()
+        line = first_line(process).decode()
         found = re.search(r"http://127\.0\.0\.1:\d+", line)
         assert found, line
         with urllib.request.urlopen(f"{found[0]}/healthz") as reply:
             assert reply.status == 200
         process.send_signal(signal.SIGINT)
-        _, err = process.communicate()
+        _, err = process.communicate(timeout=LIMIT)
     finally:
         process.kill()
-        process.communicate()
+        process.communicate(timeout=LIMIT)
     assert (process.returncode, err) == (0, b"")
 
 
 def test_a_taken_port_is_one_line() -> None:
     process = start(("serve", "--port", "0"), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
-        assert process.stdout is not None
-        port = process.stdout.readline().decode().strip().rstrip("/").rsplit(":", 1)[1]
+        port = first_line(process).decode().strip().rstrip("/").rsplit(":", 1)[1]
         done = run("serve", "--port", port)
     finally:
         process.kill()
-        process.communicate()
+        process.communicate(timeout=LIMIT)
     assert done.returncode == 2
     assert done.stderr.startswith(b"plinko: ")
     assert port.encode() in done.stderr
@@ -135,12 +135,11 @@ def test_a_ledger_in_use_is_one_line(tmp_path: Path) -> None:
     ledger = ("--database-url", f"sqlite:///{tmp_path / 'plinko.db'}")
     process = start(("serve", "--port", "0", *ledger), stdout=subprocess.PIPE)
     try:
-        assert process.stdout is not None
-        assert b"http://" in process.stdout.readline()
+        assert b"http://" in first_line(process)
         done = run("serve", "--port", "0", *ledger)
     finally:
         process.kill()
-        process.communicate()
+        process.communicate(timeout=LIMIT)
     assert done.returncode == 2
     assert b"another server uses it; give this one a --data directory" in done.stderr
     assert done.stderr.count(b"\n") == 1

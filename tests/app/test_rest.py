@@ -543,9 +543,26 @@ def test_health_and_readiness(http: httpx.Client) -> None:
 
 def test_an_unknown_path_and_method_are_problems_too(http: httpx.Client) -> None:
     problem(http.get("/api/v1/nothing"), 404, "not-found", "/api/v1/nothing")
-    problem(http.delete("/api/v1/boards"), 405, "method-not-allowed", "DELETE")
+    refused = http.delete("/api/v1/boards")
+    problem(refused, 405, "method-not-allowed", "DELETE")
+    assert refused.headers["allow"] == "GET, POST"
     problem(http.get("/nothing.js"), 404, "not-found")
     problem(http.get("/../app/main.py"), 404, "not-found")
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH"])
+@pytest.mark.parametrize("path", ["/api/v1/nothing", "/nothing", "/api/v1/rooms/a/b/c"])
+def test_an_unknown_path_is_not_found_by_whatever_method(
+    http: httpx.Client, method: str, path: str
+) -> None:
+    problem(http.request(method, path), 404, "not-found", path)
+
+
+@pytest.mark.parametrize("path", ["/", "/index.html", "/js/main.js"])
+def test_the_pages_files_can_only_be_read(http: httpx.Client, path: str) -> None:
+    refused = http.post(path)
+    problem(refused, 405, "method-not-allowed", "POST")
+    assert refused.headers["allow"] == "GET, HEAD"
 
 
 def test_every_reply_carries_the_security_headers(http: httpx.Client) -> None:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app import protocol
+from app import protocol, segments
 from app.errors import BallLimitError
 from app.room import DropCommand, Room
 from engine import Board, ParameterError, SeedError, drop
@@ -130,6 +130,18 @@ def test_a_bounce_is_flagged_in_the_next_frame_however_many_ticks_later_and_only
 
     assert flags() == [True]
     assert flags() == [False], "nothing happened in between"
+
+
+def test_balls_that_have_landed_leave_nothing_behind_where_no_snapshot_is_taken() -> None:
+    room = Room("r", Board.preset("triangle-8"), tick_rate=60, max_balls=20)
+    room.watch_segments(True)
+    for seed in range(20):
+        room.drop(DropCommand(seed))
+    while room.awake:
+        room.step(watched=True)
+        room.segments()
+    assert not room._bounced
+    assert len(room.all_segments()) == segments.HEADER.size
 
 
 def test_frames_count_the_events_announced_before_them() -> None:

@@ -15,6 +15,7 @@ from websockets.sync.client import connect
 from app.errors import SettingError
 from app.main import COMPILING, create_app, listen
 from app.settings import Settings
+from tests.waiting import LIMIT, first_line
 
 PROGRAM = "from app.main import run; from app.settings import Settings; run(Settings.load())"
 
@@ -30,14 +31,13 @@ def process(**environ: str) -> Iterator[tuple["subprocess.Popen[str]", str]]:
         text=True,
     )
     try:
-        assert running.stdout is not None
-        line = running.stdout.readline()
+        line = first_line(running)
         if not line.startswith("Plinko is at http://"):
-            raise AssertionError(running.communicate())
+            raise AssertionError(running.communicate(timeout=LIMIT))
         yield running, line.removeprefix("Plinko is at ").strip().rstrip("/")
     finally:
         running.kill()
-        running.communicate()
+        running.communicate(timeout=LIMIT)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
@@ -55,7 +55,7 @@ def test_it_prints_its_address_and_stops_in_order(number: signal.Signals) -> Non
                 while True:
                     socket.recv()  # what was still on its way
             assert socket.close_code in (1001, 1012)
-        out, err = running.communicate()
+        out, err = running.communicate(timeout=LIMIT)
         assert (running.returncode, out, err.replace(f"{COMPILING}\n", "")) == (0, "", "")
 
 

@@ -20,6 +20,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 
 from engine import Board
 from tests.browser.screen import Screen
+from tests.waiting import first_line
 
 ROOT = Path(__file__).parents[2]
 ARTIFACTS = ROOT / "artifacts"
@@ -68,8 +69,7 @@ class ServerProcess:
             text=True,
             env={**os.environ, "PLINKO_DATABASE_URL": f"sqlite:///{self.folder}/plinko.db"},
         )
-        assert self.process.stdout is not None
-        line = self.process.stdout.readline()
+        line = first_line(self.process)
         found = re.search(r"http://\S+", line)
         assert found, f"the server said {line!r} and no address"
         self.url = found.group().rstrip("/")

@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 
+from tests.waiting import LIMIT
+
 MISSING = "PostgreSQL's server programs are not here: apt-get install postgresql"
 NO_USER = "PostgreSQL refuses to run as root, and there is no user `postgres` to run it as"
 
@@ -61,6 +63,8 @@ class Cluster:
 
     def start(self) -> None:
         options = [f"-k{self.folder}", "-clisten_addresses=", "-cmax_connections=20"]
+        # What is killed here is processes, whose files outlive them; no test pulls the plug.
+        options += ["-cfsync=off"]
         self.process = subprocess.Popen(
             [self.binaries / "postgres", "-D", self.folder / "data", *options],
             user=self.user,
@@ -68,22 +72,24 @@ class Cluster:
             stderr=subprocess.DEVNULL,
             cwd=self.folder,
         )
+        end = time.monotonic() + LIMIT
         while not self._answers():
             assert self.process.poll() is None, "PostgreSQL ended while it was to start"
+            assert time.monotonic() < end, f"PostgreSQL did not answer within {LIMIT:.0f} s"
             time.sleep(0.05)
 
     def stop(self, how: signal.Signals = signal.SIGINT) -> None:
         """End it: SIGINT in order, SIGQUIT as in a crash."""
         if self.process is not None:
             self.process.send_signal(how)
-            self.process.wait()
+            self.process.wait(LIMIT)
             self.process = None
 
     def _answers(self) -> bool:
         import psycopg
 
         try:
-            psycopg.connect(self.url("postgres")).close()
+            psycopg.connect(self.url("postgres"), connect_timeout=5).close()
         except psycopg.OperationalError:
             return False
         return True
@@ -103,10 +109,11 @@ def running(binaries: Path) -> Iterator[Cluster]:
             check=True,
             capture_output=True,
             cwd=folder,
+            timeout=LIMIT,
         )
         cluster = Cluster(folder, binaries, user)
         cluster.start()
         try:
             yield cluster
         finally:
-            cluster.stop()
+            cluster.stop(signal.SIGQUIT)  # in a hurry: nobody reads these files again

@@ -16,6 +16,8 @@ import msgspec
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
+from tests.waiting import LIMIT, first_line
+
 _SERVE = (
     *(sys.executable, "-m", "app.cli", "serve"),
     *("--drop-rate", "1000", "--message-rate", "1000"),
@@ -49,14 +51,13 @@ class Served:
             stdout=subprocess.PIPE,
             text=True,
         )
-        assert self.process.stdout is not None
-        line = self.process.stdout.readline()
+        line = first_line(self.process)
         assert re.search(r"http://\S+", line), f"the server said {line!r} and no address"
 
     def end(self, how: signal.Signals) -> int:
         assert self.process is not None
         self.process.send_signal(how)
-        self.process.communicate()
+        self.process.communicate(timeout=LIMIT)
         code = self.process.returncode
         self.process = None
         return code
@@ -116,7 +117,7 @@ async def play(server: Served, told: Told, seeds: Any, pause: float) -> None:
     """Drop ball after ball, and write down what comes, until the line breaks or it is cancelled."""
     url = f"ws{server.address.removeprefix('http')}/ws/rooms/{told.room}"
     with contextlib.suppress(ConnectionClosed, InvalidHandshake, OSError):
-        async with connect(url, compression=None, max_size=None) as line:
+        async with connect(url, compression=None, max_size=None, max_queue=None) as line:
 
             async def drop() -> None:
                 while True:

@@ -91,7 +91,7 @@ async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> 
             await asyncio.to_thread(server.end, signal.SIGKILL)
 
         for _ in range(KILLS):
-            async with connect(address, compression=None, max_size=None) as line:
+            async with connect(address, compression=None, max_size=None, max_queue=None) as line:
                 told.hear(await line.recv())
                 claim = {"type": "claim", "token": room["token"]}
                 await line.send(msgspec.json.encode(claim).decode())
