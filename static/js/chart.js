@@ -4,7 +4,7 @@ import { figure, powerText, powerTicks, ticks } from "./scale.js";
 import { fitted } from "./stage.js";
 
 const FAMILY = '"Segoe UI", "Helvetica Neue", "Liberation Sans", Arial, sans-serif';
-const MARGIN = { left: 3.7, right: 1, top: 0.8, bottom: 1.9 }; // in font sizes
+const MARGIN = { left: 3.7, right: 1, top: 1.6, bottom: 1.9 }; // in font sizes
 
 /**
  * @typedef {object} Plot
@@ -146,8 +146,8 @@ function paintAxes(ctx, { width, height, font, margin }, { x, y }, { px, py }, {
   }
   ctx.textAlign = "right";
   ctx.fillText(x.unit, width - margin.right, height - 0.5 * font);
-  ctx.textAlign = "left";
-  ctx.fillText(y.unit, margin.left + 0.4 * font, margin.top + 0.8 * font);
+  // Above the levels, where no curve comes.
+  ctx.fillText(y.unit, margin.left - 0.5 * font, margin.top - 0.7 * font);
 }
 
 function paintSeries(ctx, { points, base, colour, width = 2, alpha = 1, dots }, { px, py }, palette) {
@@ -164,7 +164,7 @@ function paintSeries(ctx, { points, base, colour, width = 2, alpha = 1, dots }, 
     ctx.lineJoin = "round";
     ctx.stroke();
   }
-  if (dots) {
+  if (dots || points.length === 1) {
     ctx.fillStyle = palette[colour];
     for (const { x, y } of points) {
       ctx.beginPath();
@@ -194,6 +194,6 @@ function paintLimit(ctx, { width, font, margin }, { y, text }, { py }, { ballLig
   ctx.stroke();
   ctx.restore();
   ctx.fillStyle = trayInk;
-  ctx.textAlign = "left";
-  ctx.fillText(text, margin.left + 3 * font, py(y) - 0.4 * font);
+  ctx.textAlign = "right";
+  ctx.fillText(text, width - margin.right, py(y) + 1.1 * font);
 }

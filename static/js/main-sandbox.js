@@ -233,7 +233,7 @@ class SandboxPage {
     for (const [name, values] of Object.entries(presets)) {
       const select = byId(`${name}-preset`);
       if (select.options.length) continue;
-      const own = make("option", { value: "" }, "as set below");
+      const own = make("option", { value: "" }, "as set");
       select.append(own, ...Object.entries(values).map(([preset, value]) =>
         make("option", { value: preset }, `${capital(preset)} (${value.toFixed(2)})`)));
     }
