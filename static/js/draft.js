@@ -1,10 +1,14 @@
 // A board being edited: its elements, and new boards made from it by single changes. Pure.
 
+import * as group from "./draft-group.js";
+
 const LEAST_BIN = 1e-3; // m that an edge keeps from its neighbours
 
 /**
- * An element of a board: the start, a peg, a wall or one of its ends, an edge between bins, a bin.
- * @typedef {{kind: "drop" | "peg" | "wall" | "edge" | "bin", index: number, end?: 1 | 2}} Ref
+ * An element of a board: the start, a peg, a wall or one of its ends, an edge between bins, a bin;
+ * or a group of starts, pegs and whole walls (see draft-group.js), whose place is its first one's.
+ * @typedef {{kind: "drop" | "peg" | "wall" | "edge" | "bin" | "group", index: number, end?: 1 | 2,
+ *   refs?: Ref[]}} Ref
  */
 
 /** What a board has where its JSON leaves it out; the server's own defaults. */
@@ -97,11 +101,14 @@ export function refsOf({ pegs, walls, bins }) {
 /** @param {Ref | null} one @param {Ref | null} two */
 export function sameRef(one, two) {
   if (!one || !two) return one === two;
+  if (one.refs || two.refs) return group.same(one, two);
   return one.kind === two.kind && one.index === two.index && one.end === two.end;
 }
 
 /** @returns {boolean} whether the board has this element */
-export function holds({ pegs, walls, bins }, { kind, index }) {
+export function holds(board, { kind, index, refs }) {
+  if (refs) return refs.every((ref) => holds(board, ref));
+  const { pegs, walls, bins } = board;
   const count = {
     drop: 1, peg: pegs.length, wall: walls.length, edge: bins.edges.length, bin: bins.multipliers.length,
   }[kind];
@@ -109,7 +116,9 @@ export function holds({ pegs, walls, bins }, { kind, index }) {
 }
 
 /** @param {any} board @param {Ref} ref @returns {{x: number, y: number}} metres */
-export function placeOf({ pegs, walls, bins, drop }, { kind, index, end }) {
+export function placeOf(board, { kind, index, end, refs }) {
+  if (refs) return placeOf(board, refs[0]);
+  const { pegs, walls, bins, drop } = board;
   if (kind === "drop") return { x: drop.x, y: drop.y };
   if (kind === "peg") return { x: pegs[index].x, y: pegs[index].y };
   if (kind === "edge") return { x: bins.edges[index], y: bins.y };
@@ -123,6 +132,7 @@ export function placeOf({ pegs, walls, bins, drop }, { kind, index, end }) {
 /** @returns {any} the board with an element at (x, y), as far as it may go there */
 export function moved(board, ref, x, y) {
   const { kind, index, end } = ref;
+  if (kind === "group") return group.moved(board, ref, x, y);
   if (kind === "drop") return { ...board, drop: { ...board.drop, x, y } };
   if (kind === "peg") return { ...board, pegs: replaced(board.pegs, index, { x, y }) };
   if (kind === "edge") return withEdge(board, index, x);
@@ -182,7 +192,8 @@ export function withSplit(board, x) {
 }
 
 /** @returns {any | null} the board without an element; null where it has to stay */
-export function without(board, { kind, index }) {
+export function without(board, { kind, index, refs }) {
+  if (refs) return group.without(board, refs);
   if (kind === "peg") return { ...board, pegs: board.pegs.toSpliced(index, 1) };
   if (kind === "wall") return { ...board, walls: board.walls.toSpliced(index, 1) };
   const { edges, multipliers, y } = board.bins;
@@ -196,8 +207,9 @@ export function without(board, { kind, index }) {
   };
 }
 
-/** @returns {{board: any, ref: Ref} | null} the board with a copy of a peg or wall beside it */
-export function duplicated(board, { kind, index }, by) {
+/** @returns {{board: any, ref: Ref} | null} the board with a copy of pegs and walls beside them */
+export function duplicated(board, { kind, index, refs }, by) {
+  if (refs) return group.duplicated(board, refs, by);
   if (kind === "peg") {
     const { x, y, radius } = board.pegs[index];
     return withPeg(board, x + by, y, radius);
@@ -285,6 +297,7 @@ function binAt({ bins }, x, y) {
 
 /** @param {any} board @param {Ref} ref @returns {string} the element in words */
 export function describeRef(board, ref) {
+  if (ref.refs) return `${group.named(ref)} selected`;
   const { x, y } = placeOf(board, ref);
   const at = `x ${short(x)}, y ${short(y)} m`;
   const { kind, index, end } = ref;

@@ -1,6 +1,7 @@
 // Hands on the board: pointer and keys become changes of the board. Knows no panel and no server.
 
 import { hit, moved, placeOf, snap, withPeg, withSplit, withWall } from "./draft.js";
+import { contains, groupOf, inside, membersOf, toggled } from "./draft-group.js";
 import { zoom } from "./editor-view.js";
 
 const REACH = 14; // CSS pixels by which a finger may miss
@@ -24,14 +25,21 @@ const LEAST_WALL = 0.02; // m; a shorter one was a slip of the hand
  * @property {(board: any, ref: import("./draft.js").Ref | null) => void} onChange it is done
  * @property {(words: string) => void} onSay
  * @property {() => void} onMark the cross has moved
- * @property {(way: "next" | "last" | "delete" | "undo" | "redo" | "duplicate") => void} onCommand
+ * @property {(way: "next" | "last" | "and-next" | "and-last" | "all" | "delete" | "undo" | "redo" |
+ *   "duplicate") => void} onCommand
  */
+
+/** A rectangle drawn around elements, metres. @typedef {{x0: number, y0: number, x1: number, y1: number}} Band */
 
 /** Follows pointer and keys on the field. */
 export class EditorHands {
   /** The cross that keys move when nothing is selected, m. */
   cursor = { x: 0, y: 0 };
+  /** @type {Band | null} */
+  band = null;
+  #kept = null; // what was selected before the band
   #drag = null;
+  #tap = null; // where a finger is on an empty place: a tap, unless the page scrolls
   #wallFrom = null;
 
   /**
@@ -47,6 +55,10 @@ export class EditorHands {
     field.addEventListener("pointerdown", (event) => this.#down(event));
     field.addEventListener("pointermove", (event) => this.#move(event));
     field.addEventListener("pointerup", () => this.#up());
+    // A finger that has taken hold of something does not scroll the page.
+    field.addEventListener("touchstart", (event) => {
+      if (this.#drag) event.preventDefault();
+    }, { passive: false });
     field.addEventListener("pointercancel", () => this.#cancel());
     field.addEventListener("keydown", (event) => this.#key(event));
   }
@@ -56,18 +68,45 @@ export class EditorHands {
   }
 
   #down(event) {
-    if (!this.view.geometry || event.button !== 0) return;
-    const { board, tool } = this.bench();
+    if (!this.view.geometry || event.button !== 0 || !event.isPrimary) return;
+    const { board, tool, selected } = this.bench();
     const place = this.view.placeOf(event);
     const reach = (REACH * zoom()) / this.view.geometry.scale;
     const found = hit(board, place.x, place.y, reach);
     this.view.field.setPointerCapture(event.pointerId);
     const taken = found && (tool === "move" || (tool === "peg" && found.kind === "peg"));
-    if (taken) this.#take(board, found, place);
-    else if (tool === "peg") this.#take(...this.#made("peg", place), place);
+    if (taken && tool === "move" && event.shiftKey) this.#toggle(found);
+    else if (taken) this.#take(board, contains(selected, found) ? selected : found, place);
     else if (tool === "wall") this.#take(...this.#made("wall", place), place);
+    else if (event.pointerType === "touch") this.#tap = place;
+    else if (tool === "move") this.#stretch(place, event.shiftKey ? selected : null);
+    else this.#hitEmpty(place);
+  }
+
+  #toggle(ref) {
+    const { selected } = this.bench();
+    const now = toggled(selected, ref);
+    if (now === selected) this.listener.onSay("Only the start, pegs and walls can be selected together.");
+    else this.listener.onSelect(now);
+  }
+
+  /** What a click or a tap on an empty place does. */
+  #hitEmpty(place) {
+    const { tool } = this.bench();
+    if (tool === "peg") this.#take(...this.#made("peg", place), place);
     else if (tool === "edge") this.#split(place.x);
     else this.listener.onSelect(null);
+  }
+
+  /** A finger that has moved on is no tap. */
+  #tremble(event) {
+    const { x, y } = this.view.placeOf(event);
+    if (Math.hypot(x - this.#tap.x, y - this.#tap.y) * this.view.geometry.scale > REACH) this.#tap = null;
+  }
+
+  #stretch({ x, y }, kept) {
+    this.band = { x0: x, y0: y, x1: x, y1: y };
+    this.#kept = kept;
   }
 
   /** A new element under the pointer, which is then dragged. */
@@ -97,6 +136,13 @@ export class EditorHands {
 
   #move(event) {
     const drag = this.#drag;
+    if (this.#tap) this.#tremble(event);
+    if (this.band) {
+      const { x, y } = this.view.placeOf(event);
+      Object.assign(this.band, { x1: x, y1: y });
+      this.listener.onMark();
+      return;
+    }
     if (!drag) return;
     const place = this.view.placeOf(event);
     const { x, y } = this.#snapped({ x: place.x + drag.dx, y: place.y + drag.dy });
@@ -110,6 +156,13 @@ export class EditorHands {
   }
 
   #up() {
+    if (this.band) {
+      this.#enclose();
+      return;
+    }
+    const tap = this.#tap;
+    this.#tap = null;
+    if (tap) this.#hitEmpty(tap);
     const drag = this.#drag;
     if (!drag) return;
     this.#drag = null;
@@ -125,7 +178,20 @@ export class EditorHands {
     this.listener.onChange(drag.board, isNew ? { kind, index } : drag.ref);
   }
 
+  /** Selects what the band is around. */
+  #enclose() {
+    const { band } = this;
+    this.band = null;
+    const refs = [...membersOf(this.#kept), ...inside(this.bench().board, band)];
+    this.listener.onSelect(groupOf(refs));
+  }
+
   #cancel() {
+    this.#tap = null;
+    if (this.band) {
+      this.band = null;
+      this.listener.onMark();
+    }
     if (!this.#drag) return;
     this.#drag = null;
     this.view.release();
@@ -147,11 +213,11 @@ export class EditorHands {
   #key(event) {
     const { key, ctrlKey, metaKey, altKey, shiftKey } = event;
     if (altKey) return;
-    const command = ctrlKey || metaKey ? commandOf(key.toLowerCase(), shiftKey) : plainCommand(key);
+    const command = ctrlKey || metaKey ? commandOf(key.toLowerCase(), shiftKey) : plainCommand(key, shiftKey);
     const arrow = ctrlKey || metaKey ? undefined : ARROWS[key];
     if (command) this.listener.onCommand(command);
     else if (arrow) this.#nudge(arrow, shiftKey);
-    else if (key === "Enter" || key === " ") this.#put();
+    else if (key === "Enter" || key === " ") this.#put(shiftKey);
     else if (key === "Escape") this.#letGo();
     else return;
     event.preventDefault();
@@ -171,12 +237,13 @@ export class EditorHands {
   }
 
   /** What Enter does at the cross. */
-  #put() {
+  #put(also) {
     const { board, tool, pegRadius } = this.bench();
     const { x, y } = this.cursor;
     if (tool === "move") {
       const found = hit(board, x, y, (REACH * zoom()) / this.view.geometry.scale);
-      this.listener.onSelect(found);
+      if (also && found) this.#toggle(found);
+      else this.listener.onSelect(found);
       if (!found) this.listener.onSay("Nothing lies there.");
     } else if (tool === "peg") {
       this.#add(withPeg(board, x, y, pegRadius));
@@ -202,7 +269,7 @@ export class EditorHands {
   #letGo() {
     const { board, selected } = this.bench();
     this.#wallFrom = null;
-    if (this.#drag) this.#cancel();
+    if (this.#drag || this.band) this.#cancel();
     if (!selected) return;
     this.cursor = this.#snapped(placeOf(board, selected));
     this.listener.onSelect(null);
@@ -211,12 +278,14 @@ export class EditorHands {
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
-function plainCommand(key) {
-  return { PageDown: "next", PageUp: "last", Delete: "delete", Backspace: "delete" }[key];
+function plainCommand(key, shift) {
+  const way = { PageDown: "next", PageUp: "last" }[key];
+  if (way) return shift ? `and-${way}` : way;
+  return { Delete: "delete", Backspace: "delete" }[key];
 }
 
 function commandOf(key, shift) {
-  return { z: shift ? "redo" : "undo", y: "redo", d: "duplicate" }[key];
+  return { z: shift ? "redo" : "undo", y: "redo", d: "duplicate", a: "all" }[key];
 }
 
 function lengthOf({ x1, y1, x2, y2 }) {

@@ -2,6 +2,7 @@
 
 import { byId } from "./dom.js";
 import { placeOf } from "./draft.js";
+import { membersOf } from "./draft-group.js";
 import { announceShape, layOut } from "./geometry.js";
 import { binBox, paintBoard } from "./paint-board.js";
 import { paintRing } from "./paint-marks.js";
@@ -18,6 +19,7 @@ const BUBBLE_GAP = 18; // CSS pixels between a message and what it is about
  * @property {import("./draft.js").Ref[]} problems
  * @property {{x: number, y: number} | null} cursor metres
  * @property {number} step of the grid, m; 0 for none
+ * @property {import("./editor-hands.js").Band | null} band that is drawn around elements
  */
 
 /** Draws a board and marks; turns pointer places into metres. */
@@ -76,7 +78,22 @@ export class EditorView {
       this.#paintAround(ctx, marks.selected, { colour: palette.railShade, width: 5 });
       this.#paintAround(ctx, marks.selected, { colour: palette.trayMark, width: 2.5 });
     }
+    if (marks.band) this.#paintBand(ctx, marks.band, palette);
     if (marks.cursor) this.#paintCursor(ctx, marks.cursor, palette);
+  }
+
+  #paintBand(ctx, { x0, y0, x1, y1 }, { flash }) {
+    const { px, py } = this.geometry;
+    const box = [px(x0), py(y0), px(x1) - px(x0), py(y1) - py(y0)];
+    ctx.fillStyle = flash;
+    ctx.globalAlpha = 0.12;
+    ctx.fillRect(...box);
+    ctx.globalAlpha = 1;
+    ctx.strokeStyle = flash;
+    ctx.lineWidth = 1.5 * zoom();
+    ctx.setLineDash([6 * zoom(), 4 * zoom()]);
+    ctx.strokeRect(...box);
+    ctx.setLineDash([]);
   }
 
   /** Puts a message beside an element, within the board. */
@@ -148,7 +165,11 @@ export class EditorView {
     paintRing(ctx, px(drop.x), py(drop.y), Math.max(5, ball.radius * scale), ring);
   }
 
-  #paintAround(ctx, ref, { colour, width }) {
+  #paintAround(ctx, ref, look) {
+    for (const one of membersOf(ref)) this.#paintAroundOne(ctx, one, look);
+  }
+
+  #paintAroundOne(ctx, ref, { colour, width }) {
     const { px, py, scale } = this.geometry;
     const { x, y } = placeOf(this.#board, ref);
     ctx.strokeStyle = colour;

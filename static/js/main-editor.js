@@ -7,6 +7,7 @@ import {
   complete, describeRef, duplicated, EMPTY, holds, placeOf, refsInProblem, refsOf, sameRef, without,
   written,
 } from "./draft.js";
+import { groupOf, membersOf, named } from "./draft-group.js";
 import { EditHistory } from "./edit-history.js";
 import { EditorCheck } from "./editor-check.js";
 import { EditorHands } from "./editor-hands.js";
@@ -124,7 +125,7 @@ class Editor {
     const ref = this.selected;
     byId("selected-title").textContent = ref ? nameOf(ref) : "Nothing selected";
     byId("selected-keys").hidden = !ref;
-    byId("duplicate").hidden = !["peg", "wall"].includes(ref?.kind);
+    byId("duplicate").hidden = !["peg", "wall", "group"].includes(ref?.kind);
     byId("delete").hidden = ref?.kind === "drop";
     this.fields.show(ref ? rowsOf(ref) : [], board);
     this.#markFields();
@@ -140,7 +141,8 @@ class Editor {
     this.view.draw({
       selected,
       problems,
-      cursor: focused && !selected && !this.hands.dragging ? this.hands.cursor : null,
+      cursor: focused && !selected && !this.hands.dragging && !this.hands.band ? this.hands.cursor : null,
+      band: this.hands.band,
       step: this.#bench().step,
     });
   }
@@ -187,7 +189,9 @@ class Editor {
   #command(command) {
     const { board } = this.history;
     if (command === "undo" || command === "redo") this.#travel(command);
-    else if (command === "next" || command === "last") this.#step(command === "next" ? 1 : -1);
+    else if (command === "next" || command === "last") this.#step(command === "next" ? 1 : -1, false);
+    else if (command === "and-next" || command === "and-last") this.#step(command === "and-next" ? 1 : -1, true);
+    else if (command === "all") this.#select(groupOf(refsOf(board)));
     else if (!this.selected) this.#say("Nothing is selected.");
     else if (command === "delete") this.#delete(board, this.selected);
     else this.#duplicate(board, this.selected);
@@ -202,11 +206,16 @@ class Editor {
     this.#say(way === "undo" ? "Undone." : "Done again.");
   }
 
-  #step(by) {
-    const refs = refsOf(this.history.board);
-    const whole = this.selected && { kind: this.selected.kind, index: this.selected.index };
+  /** Goes to the next element from the one selected last; `also` keeps what is selected. */
+  #step(by, also) {
+    const members = membersOf(this.selected);
+    const all = refsOf(this.history.board);
+    const refs = also ? all.filter((ref) => groupOf([ref])) : all;
+    const last = members.at(-1);
+    const whole = last ? { kind: last.kind, index: last.index } : null;
     const at = refs.findIndex((ref) => sameRef(ref, whole));
-    this.#select(refs[(at + by + refs.length) % refs.length]);
+    const next = refs[(Math.max(at, by < 0 ? 0 : -1) + by + refs.length) % refs.length];
+    this.#select(also ? groupOf([...members, next]) : next);
   }
 
   #delete(board, ref) {
@@ -342,15 +351,17 @@ class Editor {
 }
 
 /** @param {import("./draft.js").Ref} ref @returns {string} */
-function nameOf({ kind, index, end }) {
+function nameOf({ kind, index, end, refs }) {
+  if (refs) return capital(named({ refs }));
   if (kind === "drop") return "Start";
   if (kind === "wall" && end) return `Wall ${index}, end ${end}`;
   return `${{ peg: "Peg", wall: "Wall", edge: "Edge", bin: "Bin" }[kind]} ${index}`;
 }
 
-/** The numbers of an element. */
+/** The numbers of an element; a group has none. */
 function rowsOf({ kind, index }) {
   const rows = {
+    group: [],
     drop: [["drop.x", "x, m"], ["drop.y", "y, m"], ["drop.jitter", "Spread, m"]],
     peg: ["x", "y", "radius"].map((name) => [`pegs[${index}].${name}`, `${name}, m`]),
     wall: ["x1", "y1", "x2", "y2"].map((name) => [`walls[${index}].${name}`, `${name}, m`]),
@@ -358,6 +369,10 @@ function rowsOf({ kind, index }) {
     bin: [[`bins.multipliers[${index}]`, "Pays", 0.1]],
   }[kind];
   return rows.map(([path, label, step]) => ({ path, label, step }));
+}
+
+function capital(words) {
+  return words[0].toUpperCase() + words.slice(1);
 }
 
 /** A message of the server's as it is (it begins with a field's name), with a full stop. */

@@ -183,6 +183,75 @@ def test_a_whole_board_is_edited_by_keyboard_alone(bench: Bench) -> None:
     expect(bench.screen.result).to_contain_text("nothing to undo")
 
 
+def test_several_parts_are_moved_copied_and_deleted_together(
+    bench: Bench, complaints: Complaints
+) -> None:
+    pegs, walls = bench.board["pegs"], bench.board["walls"]
+    title = bench.page.locator("#selected-title")
+    bench.tool("Move")
+    bench.click(pegs[1]["x"], pegs[1]["y"])
+    bench.page.keyboard.down("Shift")
+    bench.click(pegs[2]["x"], pegs[2]["y"])
+    bench.click(walls[0]["x1"], 1.0)
+    expect(title).to_have_text("2 pegs and 1 wall")
+    bench.click(walls[0]["x1"], 1.0)
+    bench.page.keyboard.up("Shift")
+    expect(title).to_have_text("2 pegs")
+
+    bench.drag([pegs[2]["x"], pegs[2]["y"]], [pegs[2]["x"] + 0.2, pegs[2]["y"] + 0.3])
+    lower = [{**peg, "x": round(peg["x"] + 0.2, 6), "y": round(peg["y"] + 0.3, 6)}
+             for peg in pegs[1:]]  # fmt: skip
+    bench.becomes("pegs", [pegs[0], *lower])
+    bench.page.get_by_role("button", name="Duplicate").click()
+    bench.becomes("pegs.length", 5)
+    expect(title).to_have_text("2 pegs")
+    copies = bench.board["pegs"][3:]
+    assert [peg["y"] for peg in copies] == [peg["y"] for peg in lower]
+    assert all(copy["x"] > peg["x"] for copy, peg in zip(copies, lower, strict=True))
+    bench.screen.shot("editor-group")
+    bench.page.get_by_role("button", name="Delete").click()
+    bench.becomes("pegs", [pegs[0], *lower])
+    bench.page.get_by_role("button", name="Undo").click()
+    bench.becomes("pegs.length", 5)
+    bench.checked("bad")
+    complaints.allow("422")  # copies overlap until they are moved
+
+
+def test_a_rectangle_over_empty_board_selects_what_it_is_around(bench: Bench) -> None:
+    pegs = bench.board["pegs"]
+    title = bench.page.locator("#selected-title")
+    bench.tool("Move")
+    bench.drag([-0.9, 1.1], [0.9, 1.7])
+    expect(title).to_have_text("2 pegs")
+    bench.field.focus()
+    bench.press("ArrowDown", "ArrowDown")
+    bench.becomes("pegs[1].y", round(pegs[1]["y"] + 0.1, 6))
+    bench.becomes("pegs[2].y", round(pegs[2]["y"] + 0.1, 6))
+    assert bench.board["pegs"][0] == pegs[0]
+    bench.drag([-0.9, 1.8], [-0.7, 2.0])
+    expect(title).to_have_text("Nothing selected")
+
+
+def test_several_parts_are_selected_by_keys(bench: Bench) -> None:
+    pegs = bench.board["pegs"]
+    title = bench.page.locator("#selected-title")
+    bench.tool("Move")
+    bench.field.focus()
+    bench.press("PageDown", "PageDown", "Shift+PageDown")
+    expect(title).to_have_text("2 pegs")
+    expect(bench.screen.result).to_have_text("2 pegs selected.")
+    bench.press("ArrowRight")
+    bench.becomes("pegs[0].x", round(pegs[0]["x"] + 0.05, 6))
+    bench.becomes("pegs[1].x", round(pegs[1]["x"] + 0.05, 6))
+    bench.press("Control+a")
+    expect(title).to_have_text("The start, 3 pegs and 2 walls")
+    bench.press("Delete")
+    bench.becomes("pegs", [])
+    bench.becomes("walls", [])
+    bench.press("Control+z", "Control+z")
+    bench.becomes("pegs", pegs)
+
+
 def test_a_wall_and_a_bin_are_placed_by_keys(bench: Bench) -> None:
     bench.tool("Wall")
     bench.field.focus()
@@ -380,6 +449,35 @@ def test_the_editor_fits_its_screens(opened: Open, device: str) -> None:
         check_fit(bench.screen)
         check_axe(bench.screen)
         bench.screen.shot(f"editor-{name}")
+
+
+def test_a_finger_on_empty_board_scrolls_the_page_and_on_a_peg_moves_it(opened: Open) -> None:
+    bench = Bench(opened("/editor.html", **context_for("phone")))
+    bench.tool("Move")
+    pegs = bench.board["pegs"]
+    session = bench.page.context.new_cdp_session(bench.page)
+    box = bench.field.bounding_box()
+    assert box is not None
+
+    def pull(x: float, y: float, by: float) -> None:
+        """One finger from a place on the board, upwards."""
+        ((left, top),) = bench.places([x, y])
+        at = {"x": box["x"] + left, "y": box["y"] + top}
+        session.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [at]})
+        for step in range(1, 9):
+            moved = {**at, "y": at["y"] - by * step / 8}
+            session.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [moved]})
+        session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+    pull(pegs[0]["x"], pegs[0]["y"], 40)
+    bench.page.wait_for_function(
+        f"async (y) => (await ({_BOARD})()).pegs[0].y < y - 0.2", arg=pegs[0]["y"]
+    )
+    assert bench.page.evaluate("scrollY") == 0
+    board = bench.board
+    pull(0.0, 1.9, 120)
+    bench.page.wait_for_function("() => scrollY > 60")
+    assert bench.board == board
 
 
 def test_a_finger_places_and_moves_a_peg(opened: Open) -> None:
