@@ -45,7 +45,7 @@ def lean_kernel(function: Callable[P, T]) -> Callable[P, T]:
     """`kernel` for a function that makes no arrays, nor calls one that does: its own are not
     counted. Numba otherwise counts references at each call, by atomic operations that cost more
     than the call. To make an array in one is an error when it is compiled."""
-    return _stamped(function, _njit(**_RULES, _nrt=False))
+    return _stamped(function, _njit(**_RULES, _nrt=False, forceinline=True))
 
 
 def _stamped(function: Callable[P, T], compiler: Any) -> Callable[P, T]:

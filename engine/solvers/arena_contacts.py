@@ -39,6 +39,10 @@ pass each other; at zero, contacts flicker and piles never come to rest."""
 SLOP = 0.001
 """Overlap, in radii of the smaller ball, that is left alone: contacts at rest stay contacts."""
 
+DEEP = 0.008
+"""Overlap, in radii of the smaller ball, above which a pair is pushed apart at the end of a frame:
+below the one per cent that may show, above what the swept move leaves by itself."""
+
 PUSH_LIMIT = 0.25
 """A ball's radii by which others may push it out of overlap in a substep. A wall pushes back by
 the correction factor times the depth, so a ball cannot be pushed through one: at 0.25 radii a
@@ -47,6 +51,9 @@ substep and a factor of 0.4 it comes to rest 0.6 radii deep."""
 ELASTIC_REST = 1.0e-7
 """Speed below which not even an elastic approach rebounds, in radii of the smaller ball per
 substep: rounding."""
+
+LANES = 4
+"""Stretches of the contacts' list that a pass takes from in turns."""
 
 # Columns of the contacts' work space.
 NORMAL_X = 0
@@ -156,6 +163,7 @@ def gather(
     fixed = pos.shape[0] - 1
     n = starts.shape[0] - 1
     count = 0
+    travel = 2.0 * gravity * h * h
     for i in range(n):
         room[i] = PUSH_LIMIT * pos[i, RADIUS]
     for a in range(n):
@@ -173,12 +181,22 @@ def gather(
             else:
                 dx, dy, reach, small = separation(pos, items, a, b)
             near = reach + TOUCH * small
+            far = near + travel
             dd = dx * dx + dy * dy
-            if dd >= near * near:
+            if dd >= far * far:
                 if impulse[k, 0] != 0.0:
                     impulse[k, 0] = 0.0
                     impulse[k, 1] = 0.0
                 continue
+            if dd >= near * near:  # not yet a contact, but one before the substep ends
+                if impulse[k, 0] != 0.0:
+                    impulse[k, 0] = 0.0
+                    impulse[k, 1] = 0.0
+                foe = b if b >= 0 else fixed
+                ex = dx + (vel[a, VX] - vel[foe, VX]) * h
+                ey = dy + (vel[a, VY] - vel[foe, VY]) * h
+                if ex * ex + ey * ey >= near * near:
+                    continue
             partner = fixed
             if b >= 0:
                 if marks[b, FLAGS] & (ASLEEP | GONE):
@@ -253,9 +271,15 @@ def solve(vel: Floats, count: int, ends: Ints, rows: Floats) -> float:
 
     j_n >= 0 so that v_n >= -gap / h; |j_t| <= mu j_n, towards slip = 0 with
     slip = (v_a - v_b).t - omega_a R_a - omega_b R_b. The bounds hold for the accumulated impulses.
+    Contacts are taken from LANES stretches of the list in turns: neighbours in the list mostly
+    share a ball, and the processor would wait for one before it could begin the next.
     """
     largest = 0.0
-    for c in range(count):
+    stretch = (count + LANES - 1) // LANES
+    for m in range(stretch * LANES):
+        c = m // LANES + m % LANES * stretch
+        if c >= count:
+            continue
         a = ends[c, 0]
         b = ends[c, 1]
         nx = rows[c, NORMAL_X]
@@ -265,7 +289,7 @@ def solve(vel: Floats, count: int, ends: Ints, rows: Floats) -> float:
         uy = vel[a, VY] - vel[b, VY]
         before = rows[c, PRESSED]
         normal = before - mass * (ux * nx + uy * ny + rows[c, BIAS])
-        normal = max(normal, 0.0)
+        normal = normal if normal > 0.0 else 0.0
         rows[c, PRESSED] = normal
         grip = rows[c, GRIP]
         tangent = 0.0
@@ -274,14 +298,13 @@ def solve(vel: Floats, count: int, ends: Ints, rows: Floats) -> float:
             slip = uy * nx - ux * ny - vel[a, ROLL] - vel[b, ROLL]
             tangent = was - mass * slip * (1.0 / 3.0)
             limit = grip * normal
-            if tangent > limit:
-                tangent = limit
-            elif tangent < -limit:
-                tangent = -limit
+            tangent = tangent if tangent < limit else limit
+            tangent = tangent if tangent > -limit else -limit
             rows[c, DRAGGED] = tangent
         normal -= before
         _apply(vel, a, b, nx, ny, normal, tangent - was)
-        largest = max(largest, abs(normal) / mass)
+        change = abs(normal) * (vel[a, INVERSE_MASS] + vel[b, INVERSE_MASS])
+        largest = change if change > largest else largest
     return largest
 
 
@@ -292,6 +315,45 @@ def keep_impulses(impulse: Floats, count: int, ends: Ints, rows: Floats) -> None
         k = ends[c, 2]
         impulse[k, 0] = rows[c, PRESSED]
         impulse[k, 1] = rows[c, DRAGGED]
+
+
+@lean_kernel
+def part_deep(
+    pos: Floats, vel: Floats, marks: Ints, items: Floats, starts: Ints, other: Ints, room: Floats
+) -> bool:
+    """Push apart the pairs that overlap by more than DEEP; whether there were any.
+
+    `room` (n,) is how far each ball may still be pushed.
+    """
+    fixed = pos.shape[0] - 1
+    is_any = False
+    for a in range(starts.shape[0] - 1):
+        ra = pos[a, RADIUS]
+        for k in range(starts[a], starts[a + 1]):
+            b = other[k]
+            if b >= 0:
+                dx = pos[a, X] - pos[b, X]
+                dy = pos[a, Y] - pos[b, Y]
+                small = min(ra, pos[b, RADIUS])
+                reach = ra + pos[b, RADIUS]
+            else:
+                dx, dy, reach, small = separation(pos, items, a, b)
+            inner = reach - DEEP * small
+            dd = dx * dx + dy * dy
+            if dd >= inner * inner or dd == 0.0:
+                continue
+            if marks[a, FLAGS] & GONE or (b >= 0 and marks[b, FLAGS] & GONE):
+                continue
+            distance = sqrt(dd)
+            partner = fixed
+            share = 1.0
+            if b >= 0 and marks[b, FLAGS] & ASLEEP == 0:
+                partner = b
+                share = vel[a, INVERSE_MASS] / (vel[a, INVERSE_MASS] + vel[b, INVERSE_MASS])
+            push = inner - distance + DEEP * small * 0.25
+            _push_apart(pos, room, a, partner, dx / distance, dy / distance, push, share)
+            is_any = True
+    return is_any
 
 
 @lean_kernel

@@ -7,6 +7,8 @@ through, at any speed. Each ball knows what it meets first; a tree of times know
 
 from math import inf
 
+import numpy as np
+
 from engine.kernels.arena_data import (
     ASLEEP,
     EVENTS,
@@ -46,6 +48,7 @@ from engine.solvers.arena_lines import (
     first_events,
     foresee,
     lay_lines,
+    owners,
 )
 
 MAX_WINDOWS = 32
@@ -214,7 +217,8 @@ def drift(
     gravity = settings.gravity
     h = settings.h
     horizon = h * settings.substeps
-    if beyond_budget(bodies.pos, bodies.vel, bodies.home, bodies.marks, n, h):
+    may_end = beyond_budget(bodies.pos, bodies.vel, bodies.home, bodies.marks, n, h)
+    if may_end:
         pairs = renew(bodies, n, statics, pairs, horizon, gravity)
         log.counts[REBUILDS] += 1
     lines.state[:] = 0
@@ -222,8 +226,13 @@ def drift(
     windows = 0
     while True:
         lay_lines(bodies, n, lines, now)
+        owner = owners(pairs)
+        found = np.empty(owner.shape[0] + 1, np.int32)
         why = DONE
-        if first_events(bodies, n, lines, pairs, statics, now, h, gravity, least):
+        if first_events(
+            lines, bodies.home, n, owner, pairs.other, statics.items, found, now, h, gravity, least,
+            may_end,
+        ):  # fmt: skip
             why, now = _play(
                 bodies, lines, pairs, statics, settings, start, least, windows < MAX_WINDOWS, log
             )
@@ -232,6 +241,7 @@ def drift(
         bring_all(bodies, n, lines, statics, now, start, log)
         pairs = renew(bodies, n, statics, pairs, horizon, gravity)
         log.counts[REBUILDS] += 1
+        may_end = True
         windows += 1
     bring_all(bodies, n, lines, statics, h, start, log)
     return pairs

@@ -195,18 +195,84 @@ def budget_time(home: Floats, i: int, x: float, y: float, vx: float, vy: float) 
 
 
 @lean_kernel
-def _meets_ball(
-    px: float, py: float, vx: float, vy: float, ra: float, rb: float, bounce: float,
-    is_asleep: bool, gravity: float, h: float, rest: float,
+def _meets_item(
+    at: Floats, items: Floats, i: int, item: int, x: float, y: float, gravity: float, h: float,
+    rest: float,
 ) -> float:  # fmt: skip
-    """`meets` for two balls of radii ra, rb; one that sleeps is woken by the least touch."""
-    small = min(ra, rb)
+    """Seconds until ball i, now at (x, y), meets a peg or a wall, within `rest`, or inf."""
+    u = at[i, LINE_U]
+    v = at[i, LINE_V]
+    radius = at[i, LINE_RADIUS]
+    dx = x - items[item, X1]
+    dy = y - items[item, Y1]
+    length = items[item, LENGTH]
+    reach = radius + items[item, THICKNESS]
+    bounce = max(at[i, LINE_BOUNCE], items[item, ITEM_RESTITUTION])
+    threshold = resting_speed(bounce, gravity, h, radius)
+    tx = items[item, TX]
+    ty = items[item, TY]
+    s = inf
+    if length == 0.0:
+        s = meets(dx, dy, u, v, reach, SLACK * radius, threshold, rest)
+    elif abs(tx * dy - ty * dx) - abs(tx * v - ty * u) * rest <= reach:
+        s = meets_wall(dx, dy, u, v, tx, ty, length, reach, SLACK * radius, threshold, rest)
+    return s
+
+
+@lean_kernel
+def _meets_ball(
+    at: Floats, a: int, b: int, px: float, py: float, gravity: float, h: float, rest: float
+) -> float:
+    """Seconds until ball a, seen from ball b at (px, py), meets it within `rest`, or inf.
+
+    One that sleeps is woken by the least touch.
+    """
+    ra = at[a, LINE_RADIUS]
+    rb = at[b, LINE_RADIUS]
+    small = ra if ra < rb else rb
     threshold = 0.0
     slack = 0.0
-    if not is_asleep:
+    if at[b, LINE_KIND] == AWAKE:
+        bounce = max(at[a, LINE_BOUNCE], at[b, LINE_BOUNCE])
         threshold = resting_speed(bounce, gravity, h, small)
         slack = SLACK * small
+    vx = at[a, LINE_U] - at[b, LINE_U]
+    vy = at[a, LINE_V] - at[b, LINE_V]
     return meets(px, py, vx, vy, ra + rb, slack, threshold, rest)
+
+
+@lean_kernel
+def may_meet(at: Floats, a: int, b: int, px: float, py: float, least: float, rest: float) -> bool:
+    """Whether ball a, seen from ball b at (px, py), can meet it within `rest`.
+
+    Most pairs cannot: those that part, that are too far from each other, or that touch and approach
+    slower than `least`, the resting speed of any pair. No branches: they would be guessed badly.
+    """
+    vx = at[a, LINE_U] - at[b, LINE_U]
+    vy = at[a, LINE_V] - at[b, LINE_V]
+    ra = at[a, LINE_RADIUS]
+    rb = at[b, LINE_RADIUS]
+    small = ra if ra < rb else rb
+    pv = px * vx + py * vy
+    pp = px * px + py * py
+    reach = ra + rb
+    inner = reach - SLACK * small
+    nearest = pp + 2.0 * pv * rest
+    is_lively = (pv * pv >= least * least * pp) | (at[b, LINE_KIND] != AWAKE)
+    return bool((pv < 0.0) & (nearest <= reach * reach) & (is_lively | (nearest <= inner * inner)))
+
+
+@lean_kernel
+def end_time(at: Floats, home: Floats, i: int, now: float, h: float) -> float:
+    """When, in s of the substep, ball i will have gone as far as its pairs hold, or inf."""
+    u = at[i, LINE_U]
+    v = at[i, LINE_V]
+    dx = at[i, LINE_X] + u * h - home[i, HOME_X]
+    dy = at[i, LINE_Y] + v * h - home[i, HOME_Y]
+    t = inf
+    if not dx * dx + dy * dy <= home[i, BUDGET] * home[i, BUDGET]:
+        t = now + budget_time(home, i, at[i, LINE_X] + u * now, at[i, LINE_Y] + v * now, u, v)
+    return t
 
 
 @lean_kernel
@@ -217,67 +283,26 @@ def foresee(
     """When, in s of the substep, ball i meets what next: a ball, -1 - item, END or NOTHING.
 
     One event for each ball is enough: who changes foresees all its pairs anew, and who finds that
-    its partner changed does so too. Most pairs do not meet: those that part, that are too far from
-    each other, or that touch and approach slower than `least`, the resting speed of any pair, are
-    seen with few operations. Of meetings at one time the first in the list counts.
+    its partner changed does so too. Of meetings at one time the first in the list counts.
     """
     best = h
     partner = NOTHING
-    u = at[i, LINE_U]
-    v = at[i, LINE_V]
-    x = at[i, LINE_X] + u * now
-    y = at[i, LINE_Y] + v * now
-    ra = at[i, LINE_RADIUS]
-    dx = at[i, LINE_X] + u * h - home[i, HOME_X]
-    dy = at[i, LINE_Y] + v * h - home[i, HOME_Y]
-    if not dx * dx + dy * dy <= home[i, BUDGET] * home[i, BUDGET]:
-        s = budget_time(home, i, x, y, u, v)
-        if now + s < best:
-            best = now + s
-            partner = END
+    x = at[i, LINE_X] + at[i, LINE_U] * now
+    y = at[i, LINE_Y] + at[i, LINE_V] * now
+    t = end_time(at, home, i, now, h)
+    if t < best:
+        best = t
+        partner = END
     for k in range(near_starts[i], near_starts[i + 1]):
         b = near[k]
-        rest = best - now
         s = inf
         if b >= 0:
-            ub = at[b, LINE_U]
-            vb = at[b, LINE_V]
-            vx = u - ub
-            vy = v - vb
-            px = x - (at[b, LINE_X] + ub * now)
-            py = y - (at[b, LINE_Y] + vb * now)
-            pv = px * vx + py * vy
-            if pv < 0.0:
-                rb = at[b, LINE_RADIUS]
-                reach = ra + rb
-                pp = px * px + py * py
-                f = pp + 2.0 * pv * rest
-                if f <= reach * reach and at[b, LINE_KIND] != IS_GONE:
-                    is_asleep = at[b, LINE_KIND] == SLEEPS
-                    reach -= SLACK * min(ra, rb)
-                    is_slow = pv * pv < least * least * pp and not is_asleep
-                    if not is_slow or f <= reach * reach:
-                        bounce = max(at[i, LINE_BOUNCE], at[b, LINE_BOUNCE])
-                        s = _meets_ball(px, py, vx, vy, ra, rb, bounce, is_asleep, gravity, h, rest)
+            px = x - (at[b, LINE_X] + at[b, LINE_U] * now)
+            py = y - (at[b, LINE_Y] + at[b, LINE_V] * now)
+            if may_meet(at, i, b, px, py, least, best - now) and at[b, LINE_KIND] != IS_GONE:
+                s = _meets_ball(at, i, b, px, py, gravity, h, best - now)
         else:
-            item = -1 - b
-            dx = x - items[item, X1]
-            dy = y - items[item, Y1]
-            length = items[item, LENGTH]
-            reach = ra + items[item, THICKNESS]
-            if length == 0.0:
-                pv = dx * u + dy * v
-                if pv < 0.0 and dx * dx + dy * dy + 2.0 * pv * rest <= reach * reach:
-                    bounce = max(at[i, LINE_BOUNCE], items[item, ITEM_RESTITUTION])
-                    threshold = resting_speed(bounce, gravity, h, ra)
-                    s = meets(dx, dy, u, v, reach, SLACK * ra, threshold, rest)
-            else:
-                tx = items[item, TX]
-                ty = items[item, TY]
-                if abs(tx * dy - ty * dx) - abs(tx * v - ty * u) * rest <= reach:
-                    bounce = max(at[i, LINE_BOUNCE], items[item, ITEM_RESTITUTION])
-                    threshold = resting_speed(bounce, gravity, h, ra)
-                    s = meets_wall(dx, dy, u, v, tx, ty, length, reach, SLACK * ra, threshold, rest)
+            s = _meets_item(at, items, i, -1 - b, x, y, gravity, h, best - now)
         if now + s < best:
             best = now + s
             partner = b
@@ -285,37 +310,79 @@ def foresee(
 
 
 @lean_kernel
+def _candidates(
+    at: Floats, owner: Ints, other: Ints, now: float, rest: float, least: float, found: Ints
+) -> int:
+    """List the pairs of balls that can meet, and all with what is fixed; how many there are."""
+    count = 0
+    for k in range(other.shape[0]):
+        a = owner[k]
+        b = other[k]
+        found[count] = k
+        if b >= 0:
+            px = at[a, LINE_X] - at[b, LINE_X] + (at[a, LINE_U] - at[b, LINE_U]) * now
+            py = at[a, LINE_Y] - at[b, LINE_Y] + (at[a, LINE_V] - at[b, LINE_V]) * now
+            count += int(may_meet(at, a, b, px, py, least, rest))
+        else:
+            count += 1
+    return count
+
+
+@lean_kernel
 def first_events(
-    bodies: Bodies, n: int, lines: Lines, pairs: Pairs, statics: Statics, now: float, h: float,
-    gravity: float, least: float,
+    lines: Lines, home: Floats, n: int, owner: Ints, other: Ints, items: Floats, found: Ints,
+    now: float, h: float, gravity: float, least: float, may_end: bool,
 ) -> bool:  # fmt: skip
     """Note for every ball what it meets first of all that it owns a pair with; whether anything is.
 
-    The same as `foresee` of each ball, but every pair is looked at once.
+    The same as `foresee` of each ball, but every pair is looked at once. `may_end`: whether balls
+    may go farther than their pairs hold.
     """
     at = lines.at
     state = lines.state
     seen = lines.seen
     tree = lines.tree
     leaves = tree.shape[0] // 2
-    home = bodies.home
-    items = statics.items
-    starts = pairs.starts
-    other = pairs.other
-    is_any = False
     for i in range(n):
         tree[leaves + i] = inf
-        if at[i, LINE_KIND] != AWAKE:
+        if may_end and at[i, LINE_KIND] == AWAKE:
+            t = end_time(at, home, i, now, h)
+            if t < h:
+                tree[leaves + i] = t
+                seen[i, PARTNER] = END
+    for m in range(_candidates(at, owner, other, now, h - now, least, found)):
+        k = found[m]
+        a = owner[k]
+        b = other[k]
+        if at[a, LINE_KIND] != AWAKE:
             continue
-        best, partner = foresee(at, home, items, starts, other, i, now, h, gravity, least)
-        if partner != NOTHING:
-            tree[leaves + i] = best
-            seen[i, PARTNER] = partner
-            seen[i, STAMP_THEN] = state[partner, STAMP] if partner >= 0 else 0
-            is_any = True
-    if is_any:
-        for p in range(leaves - 1, 0, -1):
-            left = tree[2 * p]
-            right = tree[2 * p + 1]
-            tree[p] = left if left <= right else right
-    return is_any
+        x = at[a, LINE_X] + at[a, LINE_U] * now
+        y = at[a, LINE_Y] + at[a, LINE_V] * now
+        s = inf
+        if b < 0:
+            s = _meets_item(at, items, a, -1 - b, x, y, gravity, h, h - now)
+        elif at[b, LINE_KIND] != IS_GONE:
+            px = x - (at[b, LINE_X] + at[b, LINE_U] * now)
+            py = y - (at[b, LINE_Y] + at[b, LINE_V] * now)
+            s = _meets_ball(at, a, b, px, py, gravity, h, h - now)
+        if now + s < min(h, tree[leaves + a]):
+            tree[leaves + a] = now + s
+            seen[a, PARTNER] = b
+            if b >= 0:
+                seen[a, STAMP_THEN] = state[b, STAMP]
+    for p in range(leaves - 1, 0, -1):
+        left = tree[2 * p]
+        right = tree[2 * p + 1]
+        tree[p] = left if left <= right else right
+    return bool(tree[1] < h)
+
+
+@kernel
+def owners(pairs: Pairs) -> Ints:
+    """Who owns each pair, shape (p,)."""
+    starts = pairs.starts
+    owner = np.empty(pairs.other.shape[0], np.int32)
+    for a in range(starts.shape[0] - 1):
+        for k in range(starts[a], starts[a + 1]):
+            owner[k] = a
+    return owner
