@@ -30,7 +30,7 @@ overlap lifts them by, and what a frame of a tenth of a second is off by."""
 
 @dataclass
 class Scene:
-    """An arena to watch for `frames`; `settled`: the frame from which overlap counts."""
+    """An arena to watch for `frames`; `settled`: the frame from which overlap and energy count."""
 
     name: str
     arena: Arena
@@ -71,7 +71,7 @@ def catalogue(quick: bool) -> Iterator[Scene]:
             yield Scene(name, _stacked(densities, e), frames)
     yield Scene("radius ratio 1000", _grains(many), min(frames, 200))
     for n in (2, 3 * many):
-        yield Scene(f"{n} balls in one place", _coincident(n), frames, settled=frames // 2)
+        yield Scene(f"{n} balls in one place", _coincident(n), 480, settled=360)
     n = 200 if quick else 2000
     yield Scene(f"{n} balls dropped in a funnel", funnel(n), 30 if quick else 900)
 
@@ -141,12 +141,14 @@ def watch(scene: Scene) -> Seen:
         outside = (b["x"] < left) | (b["x"] > right) | (b["y"] < top) | (b["y"] > bottom)
         seen.faults["escape"] += int(outside.any() or arena.count != first.count)
         now = arena.diagnostics()
+        if k < scene.settled:
+            first = now
+            continue
         sway = lag * math.sqrt(2.0 * mass * max(now.kinetic, first.kinetic))
         grown = now.total - first.total > GAIN * scale + sway
         seen.faults["energy growth"] += int(grown)
-        if k >= scene.settled:
-            seen.deepest = max(seen.deepest, now.penetration_radii)
-            seen.faults["tunnelling"] += int(now.penetration_radii > INSIDE)
+        seen.deepest = max(seen.deepest, now.penetration_radii)
+        seen.faults["tunnelling"] += int(now.penetration_radii > INSIDE)
     return seen
 
 

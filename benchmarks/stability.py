@@ -136,8 +136,8 @@ def _touching(section: Section, settings: Settings) -> Table:
             "Every frame is looked at; counted are frames. Tunnelling: an overlap of more than "
             "half the smaller radius; escape: a ball outside of the walls, or gone; hang: a frame "
             "of 20 s; energy growth: by more than 0.5 % of all there is and what the lag of "
-            "velocities by half a substep shows. Of balls put in one place the overlap counts in "
-            "the second half, when they had time to part."
+            "velocities by half a substep shows. Of balls put in one place overlap and energy "
+            "count in the last quarter, when they had time to part."
         ],
     )
 
