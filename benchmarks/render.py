@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from benchmarks import drawing
 from benchmarks.clock import Job, in_turns
 from benchmarks.report import Section, Table, spread
 from benchmarks.settings import Settings
@@ -37,6 +38,7 @@ def run(settings: Settings) -> Section:
     _drops(section, settings)
     _many(section, settings)
     _stream(section, settings)
+    drawing.ticks(section, settings)
     return section
 
 

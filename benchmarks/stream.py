@@ -83,7 +83,7 @@ def _crowd(clients: int, module: str, settings: Settings) -> dict[str, float]:
     seconds = float(settings.size(10, 1))
     with serving(OPTIONS, module) as server:
         pinned(server.process, core_for_server())
-        watch = _Window(server)
+        watch = Window(server)
         load = Load(room_url(server.address, "main", "snapshots"), clients, drops=DROPS)
         load.on_count = watch.begin
         report = run(load, seconds)
@@ -91,8 +91,8 @@ def _crowd(clients: int, module: str, settings: Settings) -> dict[str, float]:
     late = watch.lateness()
     return {
         "fps": min(report.fps),
-        "late_p99": _quantile(late, 0.99),
-        "in_time": _share(late, LATE),
+        "late_p99": quantile(late, 0.99),
+        "in_time": share_within(late, LATE),
         "latency_p50": report.latency(0.5),
         "latency_p99": report.latency(0.99),
         "missed": report.missed,
@@ -100,7 +100,7 @@ def _crowd(clients: int, module: str, settings: Settings) -> dict[str, float]:
     }
 
 
-class _Window:
+class Window:
     """What a server did between two moments."""
 
     def __init__(self, server: Served) -> None:
@@ -130,13 +130,13 @@ class _Window:
         return sorted(pairs)
 
 
-def _share(buckets: list[tuple[float, float]], bound: float) -> float:
+def share_within(buckets: list[tuple[float, float]], bound: float) -> float:
     """Part of the ticks within a bucket's bound."""
     total = buckets[-1][1]
     return max((n for b, n in buckets if b <= bound), default=0.0) / total if total else 0.0
 
 
-def _quantile(buckets: list[tuple[float, float]], share: float) -> float:
+def quantile(buckets: list[tuple[float, float]], share: float) -> float:
     """Lateness that this share of the ticks did not exceed, evenly spread within a bucket."""
     wanted = share * buckets[-1][1]
     low = below = 0.0

@@ -376,10 +376,10 @@ def test_segments_take_fewer_bytes_than_snapshots() -> None:
 
 def test_lateness_is_read_from_a_histogram() -> None:
     buckets = [(0.001, 50.0), (0.004, 90.0), (0.008, 100.0), (math.inf, 100.0)]
-    assert stream._share(buckets, 0.004) == 0.9
-    assert stream._quantile(buckets, 0.25) == pytest.approx(0.0005)
-    assert stream._quantile(buckets, 0.7) == pytest.approx(0.0025)
-    assert stream._quantile(buckets, 0.99) == pytest.approx(0.0076)
+    assert stream.share_within(buckets, 0.004) == 0.9
+    assert stream.quantile(buckets, 0.25) == pytest.approx(0.0005)
+    assert stream.quantile(buckets, 0.7) == pytest.approx(0.0025)
+    assert stream.quantile(buckets, 0.99) == pytest.approx(0.0076)
 
 
 def test_the_bare_loop_sends_what_it_is_asked_to() -> None:
