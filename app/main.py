@@ -268,10 +268,16 @@ class Server(uvicorn.Server):
         await super().shutdown(sockets)
 
 
+_SWITCH = 0.0005
+"""s for which a worker's thread may keep the interpreter to itself while the loop waits for it.
+Python's own 5 ms are more than a tick may be late; shorter ones would cost the workers more."""
+
+
 def run(settings: Settings | None = None) -> None:
     """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen or has no board."""
     settings = settings or Settings()
     logs.configure(settings.log_level, settings.log_format)
+    sys.setswitchinterval(_SWITCH)
     app = create_app(settings)
     with listen(settings) as listener:
         ledger: Ledger = app.state.services.ledger
