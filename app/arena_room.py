@@ -13,10 +13,10 @@ import msgspec
 import numpy as np
 
 from app import arena_values, protocol
+from app.arena_checks import BALL_NAMES, InputCheck
 from app.arena_scene import Scene
 from app.arena_world import ArenaWorld
-from app.errors import BallLimitError, InvalidValueError, MissingBallError
-from app.protocol import shorten
+from app.errors import InvalidValueError
 from app.room import QUIET, DropCommand
 from engine import PHYSICS_VERSION, Board
 from engine.arena_log import ArenaEvent, Landed, Left, Touch
@@ -33,8 +33,6 @@ _KINDS: Final = {"peg": KIND_PEG, "wall": KIND_WALL, "ball": KIND_BALL}
 
 _MOST_CONTACTS: Final = 24  # told in one tick, the hardest: more is noise, and costs every client
 _VELOCITY_SCALE: Final = 1.0 / 256.0  # m/s; reaches to 128 m/s
-
-_BALL_NAMES: Final = ("density", "restitution", "friction")
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,13 +121,13 @@ class ArenaRoom:
         self._flights: dict[int, _Flight] = {}
         # What the next ball is made of unless told; sliders set it for all.
         self._made_of: dict[str, float] = {
-            name: float(arena_values.BALL[name].default or 0.0) for name in _BALL_NAMES
+            name: float(arena_values.BALL[name].default or 0.0) for name in BALL_NAMES
         }
         if isinstance(ground, Board):
-            for name in _BALL_NAMES:
+            for name in BALL_NAMES:
                 self._made_of[name] = getattr(ground.ball, name)
         else:
-            for name in _BALL_NAMES:
+            for name in BALL_NAMES:
                 self._made_of[name] = ground.values.get(name, self._made_of[name])
 
     @property
@@ -214,95 +212,17 @@ class ArenaRoom:
         return ArenaCommand(data, command.who)
 
     def _checked(self, data: dict[str, Any]) -> dict[str, Any]:
-        """The input with its values checked and made numbers."""
-        kind = data["type"]
-        rest = {key: value for key, value in data.items() if key != "type" and value is not None}
-        if kind in ("add", "drop"):
-            self._check_place()
-        if kind == "drop":
-            return data
-        if "ball" in rest and kind != "release":
-            self._check_ball(rest["ball"])
-        return {"type": kind, **_CHECKS[kind](self, rest)}
-
-    def _check_place(self) -> None:
         coming = sum(plan.command.data["type"] in ("add", "drop") for plan in self.planned)
-        if self.world.count + coming >= self.max_balls:
-            raise BallLimitError(f"room {self.id!r} already holds {self.max_balls} balls")
-        settings = self.world.arena.settings
-        arena_values.check_work(
-            self.world.count + coming + 1, settings.dt, settings.substeps, self.tick_rate
+        check = InputCheck(
+            room_id=self.id,
+            ground=self.ground,
+            world=self.world,
+            tick_rate=self.tick_rate,
+            max_balls=self.max_balls,
+            coming=coming,
+            made_of=self._made_of,
         )
-
-    def _check_ball(self, ball: int) -> None:
-        if not self.world.has(ball):
-            raise MissingBallError(f"there is no ball {ball} in the room", field="ball")
-
-    def _check_add(self, rest: dict[str, Any]) -> dict[str, Any]:
-        values = arena_values.checked(rest, arena_values.BALL, arena_values.MOTION)
-        self._check_given(values, "x", "y")
-        usual = self.ground.radius if isinstance(self.ground, Scene) else self.ground.ball.radius
-        radius = values.setdefault("radius", usual)
-        self._check_within(values["x"], values["y"], radius)
-        return {**self._made_of, **values}
-
-    def _check_given(self, values: dict[str, float], *names: str) -> None:
-        for name in names:
-            if name not in values:
-                raise InvalidValueError(f"{name} is missing", field=name)
-
-    def _check_within(self, x: float, y: float, margin: float) -> None:
-        """Raise unless a place lies inside what does not move; boards are open above."""
-        box = self.extent
-        top = box.y_min + margin if isinstance(self.ground, Scene) else box.y_min - 2.0
-        if not box.x_min + margin <= x <= box.x_max - margin:
-            raise InvalidValueError(
-                f"x {x!r} is not from {box.x_min + margin:g} to {box.x_max - margin:g} m", field="x"
-            )
-        if not top <= y <= box.y_max - margin:
-            raise InvalidValueError(
-                f"y {y!r} is not from {top:g} to {box.y_max - margin:g} m", field="y"
-            )
-
-    def _check_kick(self, rest: dict[str, Any]) -> dict[str, Any]:
-        ball = rest.pop("ball")
-        return {"ball": ball, **arena_values.checked(rest, arena_values.MOTION)}
-
-    def _check_drag(self, rest: dict[str, Any]) -> dict[str, Any]:
-        values = self._check_kick(rest)
-        self._check_given(values, "x", "y")
-        # A pointer may leave the box; the hand stays inside.
-        box = self.extent
-        values["x"] = min(max(values["x"], box.x_min), box.x_max)
-        values["y"] = min(max(values["y"], box.y_min - 2.0), box.y_max)
-        return values
-
-    def _check_edit(self, rest: dict[str, Any]) -> dict[str, Any]:
-        ball = rest.pop("ball")
-        values = arena_values.checked(rest, arena_values.BALL)
-        if not values:
-            known = ", ".join(arena_values.BALL)
-            raise InvalidValueError(f"an edit of ball {ball} sets none of: {known}", field="type")
-        return {"ball": ball, **values}
-
-    def _check_settings(self, rest: dict[str, Any]) -> dict[str, Any]:
-        ranges = {name: arena_values.BALL[name] for name in _BALL_NAMES}
-        values = arena_values.checked(rest, arena_values.SETTINGS, ranges)
-        now = self.world.arena.settings
-        dt, substeps = values.get("dt", now.dt), values.get("substeps", now.substeps)
-        arena_values.check_work(self.world.count, dt, substeps, self.tick_rate)
-        return values
-
-    def _check_reset(self, rest: dict[str, Any]) -> dict[str, Any]:
-        wanted = rest.get("scene")
-        if wanted is None:
-            return {}
-        if not isinstance(self.ground, Scene):
-            raise InvalidValueError(
-                f"scene {shorten(wanted)}: this room has a board, which stays", field="scene"
-            )
-        scene = Scene.of(wanted, tick_rate=self.tick_rate, max_balls=self.max_balls)
-        return {"scene": scene.to_dict()}
+        return check.checked(data)
 
     def _carry_out(self, plan: InputPlan) -> list[protocol.Event]:
         if (plan.number, plan.tick) != (self.taken, self.world.tick):
@@ -321,7 +241,7 @@ class ArenaRoom:
         board = self.ground
         assert isinstance(board, Board)
         start = start_of(board, parse_seed(seed), x)
-        made = {name: getattr(board.ball, name) for name in ("radius", *_BALL_NAMES)}
+        made = {name: getattr(board.ball, name) for name in ("radius", *BALL_NAMES)}
         ball = self.world.arena.add(start, board.drop.y, **made)
         begun = protocol.BallStart(ball, seed, start, self.world.tick)
         self._flights[ball] = _Flight(begun, self.world.arena.time)
@@ -367,7 +287,7 @@ class ArenaRoom:
         return [protocol.Edited(tick=self.world.tick, ball=ball, **values)]
 
     def _set(self, **values: float) -> list[protocol.Event]:
-        balls: dict[str, float] = {name: values.pop(name) for name in _BALL_NAMES if name in values}
+        balls: dict[str, float] = {name: values.pop(name) for name in BALL_NAMES if name in values}
         events: list[protocol.Event] = []
         if balls:
             self._made_of.update(balls)
@@ -562,7 +482,7 @@ class ArenaRoom:
     def _state(self) -> protocol.ArenaState:
         arena = self.world.arena
         rows = [arena.ball(ball) for ball in self.world.bodies["id"].tolist()]
-        names = ("radius", *_BALL_NAMES)
+        names = ("radius", *BALL_NAMES)
         columns = {"ball": self.world.bodies["id"].tolist()}
         return protocol.ArenaState(
             scene=self.ground.to_dict() if isinstance(self.ground, Scene) else None,
@@ -612,24 +532,6 @@ class ArenaRoom:
         self.paused, self._steps = saved.paused, saved.steps
         self._made_of = dict(saved.settings)
 
-
-def _as_is(room: ArenaRoom, rest: dict[str, Any]) -> dict[str, Any]:
-    return rest
-
-
-_CHECKS: Final[dict[str, Callable[[ArenaRoom, dict[str, Any]], dict[str, Any]]]] = {
-    "add": ArenaRoom._check_add,
-    "kick": ArenaRoom._check_kick,
-    "drag": ArenaRoom._check_drag,
-    "edit": ArenaRoom._check_edit,
-    "settings": ArenaRoom._check_settings,
-    "reset": ArenaRoom._check_reset,
-    "release": _as_is,
-    "remove": _as_is,
-    "clear": _as_is,
-    "pause": _as_is,
-    "step": _as_is,
-}
 
 _ACTS: Final[dict[str, Callable[..., list[protocol.Event]]]] = {
     "drop": ArenaRoom._drop,
