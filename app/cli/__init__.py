@@ -16,6 +16,7 @@ COMMANDS = (
     "boards",
     "calibrate",
     "load",
+    "ledger",
     "bench",
 )
 """Subcommands, in the order of the help. `name` lives in `app/cli/name.py` as `command`."""

@@ -110,6 +110,13 @@ class Database:
             self.disconnect()
             raise
 
+    def compact(self) -> None:
+        """Give the room of deleted rows back to the file system; PostgreSQL does so by itself."""
+        if self.file is not None:
+            connection = self._connected().connection.driver_connection
+            assert connection is not None
+            connection.execute("VACUUM")
+
     def disconnect(self) -> None:
         """Give up the connection; the next transaction makes a new one. Memory has only one."""
         if self._connection is None or self.in_memory:

@@ -101,6 +101,15 @@ class ResultRow:
 
 
 @dataclass(frozen=True, slots=True)
+class Pruned:
+    """How much was deleted: sittings of rooms, their drops and inputs."""
+
+    rooms: int
+    drops: int
+    inputs: int
+
+
+@dataclass(frozen=True, slots=True)
 class Mark:
     """How far a room has come: what `RoomRow` says, brought up to date. None leaves as is."""
 

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from itertools import groupby
 from typing import Any
 
-from sqlalchemy import Connection, Row, Select, delete, insert, select, update
+from sqlalchemy import Connection, Row, Select, delete, func, insert, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
 from app.ledger import tables
@@ -16,6 +16,7 @@ from app.ledger.records import (
     InputRow,
     Mark,
     Parked,
+    Pruned,
     ResultRow,
     RoomRow,
     Undo,
@@ -35,6 +36,29 @@ def probe(connection: Connection) -> None:
     """Write a page's worth and take it out again, in one transaction."""
     connection.execute(insert(tables.probes).values(number=1, filler=_PROBE))
     connection.execute(delete(tables.probes))
+
+
+def prune(connection: Connection, before: float, *, keep: bool = False) -> Pruned:
+    """Delete the sittings that were closed before this Unix time, in s, and all that was in them.
+
+    With `keep` nothing is deleted, only counted.
+    """
+    rooms = tables.rooms
+    over = select(rooms.c.number).where(rooms.c.closed < before).scalar_subquery()
+    counts = []
+    # In an order in which no row is left that points to one that is gone.
+    for table, column in (
+        (tables.results, tables.results.c.room),
+        (tables.drops, tables.drops.c.room),
+        (tables.inputs, tables.inputs.c.room),
+        (rooms, rooms.c.number),
+    ):
+        found = connection.scalar(select(func.count()).select_from(table).where(column.in_(over)))
+        counts.append(int(found or 0))
+        if not keep:
+            connection.execute(delete(table).where(column.in_(over)))
+    _, drops, inputs, sittings = counts
+    return Pruned(sittings, drops, inputs)
 
 
 def awake_rooms(connection: Connection) -> list[RoomRow]:
