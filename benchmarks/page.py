@@ -28,7 +28,7 @@ BOARD = "triangle-16"
 STALL = 8.0
 """ms. A layout or a collection longer than this is seen: it is half of a frame at 60 Hz."""
 
-SCREENS = ((1366, 768, 1), (390, 844, 3))
+SCREENS = ((1366, 768, 1), (360, 740, 3))
 """Width and height in CSS pixels, device pixels in one of them: a laptop, a phone."""
 
 LAYOUT = ("Layout", "UpdateLayoutTree")

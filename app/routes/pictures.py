@@ -159,28 +159,27 @@ async def _many(
 Many = Annotated[_Many, Depends(_many)]
 
 
-def _density(fmt: str) -> Callable[..., object]:
-    async def get_density(
-        request: Request, server: Server, many: Many, width: Width = 760, theme: ThemeName = "light"
-    ) -> Response:
-        """Where the balls of many drops spend their time, as light on the board."""
-        name = f"{many.name}.density.{fmt}.{width}.{theme}"
-        draw = functools.partial(_draw_density, many, fmt, width, theme)
-        return await picture_reply(request, server, name, draw, MANY[fmt])
+def _of_many(
+    what: str, draw: Callable[[_Many, str, int, str], bytes], about: str
+) -> Callable[[str], Callable[..., object]]:
+    """For each format the endpoint of a picture of many drops, called `what`."""
 
-    return get_density
+    def endpoint(fmt: str) -> Callable[..., object]:
+        async def get_picture(
+            request: Request,
+            server: Server,
+            many: Many,
+            width: Width = 760,
+            theme: ThemeName = "light",
+        ) -> Response:
+            name = f"{many.name}.{what}.{fmt}.{width}.{theme}"
+            work = functools.partial(draw, many, fmt, width, theme)
+            return await picture_reply(request, server, name, work, MANY[fmt])
 
+        get_picture.__doc__ = about
+        return get_picture
 
-def _histogram(fmt: str) -> Callable[..., object]:
-    async def get_histogram(
-        request: Request, server: Server, many: Many, width: Width = 760, theme: ThemeName = "light"
-    ) -> Response:
-        """How many balls land in each bin, beside what is expected."""
-        name = f"{many.name}.histogram.{fmt}.{width}.{theme}"
-        draw = functools.partial(_draw_histogram, many, fmt, width, theme)
-        return await picture_reply(request, server, name, draw, MANY[fmt])
-
-    return get_histogram
+    return endpoint
 
 
 def _sheet(fmt: str) -> Callable[..., object]:
@@ -205,13 +204,6 @@ def _sheet(fmt: str) -> Callable[..., object]:
         return await picture_reply(request, server, name, draw, MANY[fmt])
 
     return get_sheet
-
-
-add_routes("/drops/{board}/{seed}", STILLS, _still, "A drop")
-add_routes("/drops/{board}/{seed}", ANIMATIONS, _animation, "A drop's fall")
-add_routes("/boards/{board}/density", MANY, _density, "The density of many drops")
-add_routes("/boards/{board}/histogram", MANY, _histogram, "The histogram of many drops")
-add_routes("/boards/{board}/sheet", MANY, _sheet, "Many drops")
 
 
 # Imported when the first picture is asked for: without one, Pillow is never loaded.
@@ -249,3 +241,19 @@ def _draw_sheet(many: _Many, fmt: str, width: int, theme: str, columns: int | No
 
     patience = _Patience(many.drops)
     return contact_sheet(many.board, many.seeds, fmt, width, theme, columns, patience)
+
+
+density = _of_many(
+    "density",
+    _draw_density,
+    "Where the balls of many drops spend their time, as light on the board.",
+)
+histogram = _of_many(
+    "histogram", _draw_histogram, "How many balls land in each bin, beside what is expected."
+)
+
+add_routes("/drops/{board}/{seed}", STILLS, _still, "A drop")
+add_routes("/drops/{board}/{seed}", ANIMATIONS, _animation, "A drop's fall")
+add_routes("/boards/{board}/density", MANY, density, "The density of many drops")
+add_routes("/boards/{board}/histogram", MANY, histogram, "The histogram of many drops")
+add_routes("/boards/{board}/sheet", MANY, _sheet, "Many drops")
