@@ -43,6 +43,10 @@ DEEP = 0.008
 """Overlap, in radii of the smaller ball, above which a pair is pushed apart at the end of a frame:
 below the one per cent that may show, above what the swept move leaves by itself."""
 
+LEAST_SHARE = 0.02
+"""Part of such a push that even the heavier ball takes. At zero, a light ball under a heavy one
+would be pushed to and fro between it and the floor; at a half, heavy ones would climb."""
+
 PUSH_LIMIT = 0.25
 """A ball's radii by which others may push it out of overlap in a substep. A wall pushes back by
 the correction factor times the depth, so a ball cannot be pushed through one: at 0.25 radii a
@@ -350,6 +354,7 @@ def part_deep(
             if b >= 0 and marks[b, FLAGS] & ASLEEP == 0:
                 partner = b
                 share = vel[a, INVERSE_MASS] / (vel[a, INVERSE_MASS] + vel[b, INVERSE_MASS])
+                share = min(max(share, LEAST_SHARE), 1.0 - LEAST_SHARE)
             push = inner - distance + DEEP * small * 0.25
             _push_apart(pos, room, a, partner, dx / distance, dy / distance, push, share)
             is_any = True

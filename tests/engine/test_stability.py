@@ -18,6 +18,9 @@ from engine.place import Place
 
 LONG = os.environ.get("LONG_TESTS") == "1"
 
+DEEPEST = 0.01
+"""Overlap in radii that may show after a frame; above 0.008 the solver pushes pairs apart."""
+
 
 def watch(
     arena: Arena, frames: int, half: float, height: float, *, slack: float = 1e-3, every: int = 5
@@ -57,7 +60,7 @@ def test_dead_and_elastic_balls(e: float, gravity: str) -> None:
     arena = sandbox(
         80, gravity=gravity, restitution=e, width=3.0, height=3.0, speed=3.0, seed=1, friction=0.3
     )
-    assert watch(arena, 300, 1.5, 3.0) < (0.02 if gravity == "Jupiter" else 0.01)
+    assert watch(arena, 300, 1.5, 3.0) < DEEPEST
 
 
 @pytest.mark.parametrize("e", [0.0, 0.8])
@@ -68,7 +71,7 @@ def test_a_mass_ratio_of_a_million(e: float, heavy_on_top: bool) -> None:
     for k in range(5):
         arena.add(-0.4 + 0.2 * k, 1.85, radius=0.09, density=densities[0], restitution=e)
         arena.add(-0.4 + 0.2 * k + 0.01, 1.6, radius=0.09, density=densities[1], restitution=e)
-    assert watch(arena, 400, 0.5, 2.0, slack=2e-2) < 0.02
+    assert watch(arena, 400, 0.5, 2.0, slack=2e-2) < DEEPEST
 
 
 def test_a_size_ratio_of_a_thousand() -> None:
@@ -80,7 +83,7 @@ def test_a_size_ratio_of_a_thousand() -> None:
         rng.uniform(-0.9, 0.9, small), rng.uniform(0.1, 0.6, small),
         vx=rng.normal(0, 1, small), radius=0.0005, density=50.0,
     )  # fmt: skip
-    assert watch(arena, 200, 1.0, 2.0) < 0.02
+    assert watch(arena, 200, 1.0, 2.0) < DEEPEST
 
 
 def test_the_cost_of_a_size_ratio_of_a_thousand_is_not_quadratic() -> None:
@@ -98,7 +101,7 @@ def test_the_cost_of_a_size_ratio_of_a_thousand_is_not_quadratic() -> None:
 @pytest.mark.parametrize("e", [0.5, 1.0])
 def test_speeds_up_to_a_hundred_kilometres_a_second(speed: float, e: float) -> None:
     arena = sandbox(25, restitution=e, width=3.0, height=3.0, speed=speed, seed=2, friction=0.2)
-    assert watch(arena, 60, 1.5, 3.0, every=1) < 0.01
+    assert watch(arena, 60, 1.5, 3.0, every=1) < DEEPEST
 
 
 def funnel(n: int) -> Arena:
@@ -133,7 +136,7 @@ def test_balls_dropped_into_a_funnel() -> None:
             assert (b["y"] < 5.2).all()
             worst = max(worst, arena.diagnostics().penetration_radii)
     assert arena.count == n
-    assert worst < 0.015
+    assert worst < DEEPEST
     assert (arena.bodies["y"] > 3.2).any()
 
 
@@ -147,7 +150,7 @@ def test_balls_placed_exactly_on_each_other(n: int) -> None:
         assert np.isfinite(b["x"]).all()
         assert (np.abs(b["x"]) <= 1.5).all()
         assert ((b["y"] > 0.0) & (b["y"] < 3.0)).all()
-    assert arena.diagnostics().penetration_radii < 0.01
+    assert arena.diagnostics().penetration_radii < DEEPEST
     assert np.abs(b["vx"]).max() < 1.0
 
 
@@ -158,7 +161,7 @@ def test_frames_from_a_thousandth_to_a_tenth_of_a_second(dt: float, gravity: flo
         40, gravity=gravity, restitution=0.6, width=2.0, height=2.0, seed=6, dt=dt, speed=2.0
     )
     worst = watch(arena, min(300, int(4.0 / dt)), 1.0, 2.0, slack=5e-3)
-    assert worst < (0.01 if dt <= 1.0 / 60.0 else 0.03)
+    assert worst < DEEPEST
 
 
 def test_many_steps_of_a_small_scene() -> None:

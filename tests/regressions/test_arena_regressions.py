@@ -38,7 +38,7 @@ def test_an_arena_stays_sound(path: Path) -> None:
         assert ((b["x"] > left) & (b["x"] < right)).all(), saved["about"]
         assert ((b["y"] > top) & (b["y"] < bottom)).all(), saved["about"]
         now = arena.diagnostics()
-        assert now.penetration_radii < 0.02, saved["about"]
+        assert now.penetration_radii < 0.01, saved["about"]
         sway = lag * math.sqrt(2.0 * mass * now.kinetic)
         assert now.total <= highest + sway, saved["about"]
 
