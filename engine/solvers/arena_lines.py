@@ -41,7 +41,7 @@ from engine.kernels.arena_data import (
 )
 from engine.kernels.jit import kernel, lean_kernel
 from engine.kernels.place import SLACK, meets, meets_wall
-from engine.solvers.arena_contacts import resting_speed
+from engine.solvers.arena_contacts import PUSH_LIMIT, resting_speed
 
 FARTHEST = 1.0e9
 """m from the origin beyond which a ball has left; nearer, its cell's number fits an integer."""
@@ -122,11 +122,12 @@ def _land(
 ) -> None:  # fmt: skip
     """Let ball i land if it crossed the bins' line downward on its line, on which it is at `now`.
 
-    `turn` is the speed of its rim.
+    `turn` is the speed of its rim. One that was pushed across the line by another lands as well.
     """
     v = at[i, LINE_V]
-    if v > 0.0 and at[i, LINE_Y] + v * at[i, SINCE] < bins_y:
-        late = (pos[i, Y] - bins_y) / v
+    y = at[i, LINE_Y] + v * at[i, SINCE]
+    if v > 0.0 and y < bins_y + PUSH_LIMIT * pos[i, RADIUS]:
+        late = min((pos[i, Y] - bins_y) / v, now - at[i, SINCE])
         pos[i, X] -= at[i, LINE_U] * late
         pos[i, Y] = bins_y
         pos[i, ARC] -= turn * late

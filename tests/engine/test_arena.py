@@ -295,6 +295,20 @@ def test_a_ball_on_a_board_lands_in_the_bin_below_it() -> None:
     assert sorted(e.t for e in ends) == [e.t for e in ends]
 
 
+def test_a_ball_pushed_across_the_bins_line_lands() -> None:
+    """It is there without having crossed the line in its flight."""
+    board = Board.preset("triangle-8")
+    arena = on_board(board)
+    pushed = arena.add(0.1, board.bins.y + 0.1 * 0.05, vy=1.0, radius=0.05)
+    far = arena.add(0.5, board.bins.y + 0.05, vy=1.0, radius=0.05)
+    steps(arena, 2)
+    ends = [e for e in arena.take_events() if isinstance(e, Landed)]
+    assert [e.ball for e in ends] == [pushed]
+    assert ends[0].x == 0.1
+    assert 0.0 <= ends[0].t <= 1.0 / 60.0
+    assert arena.bodies["id"].tolist() == [far]
+
+
 def test_coincident_balls_part_and_always_in_the_same_way() -> None:
     results = []
     for _ in range(2):
