@@ -4,6 +4,7 @@ docs/protocol.md describes every byte; tests/golden/ holds examples that other l
 """
 
 import math
+import re
 import struct
 from typing import Any
 
@@ -307,6 +308,11 @@ class ResumeMessage(msgspec.Struct, frozen=True, tag="resume", forbid_unknown_fi
 
 
 Message = DropMessage | PingMessage | ResumeMessage | Change | WatchMessage | ClaimMessage
+_DEEPEST = 64  # brackets within brackets
+_TOO_DEEP = f"JSON nested too deeply: more than {_DEEPEST} levels"
+_BRACKETS = re.compile(r"[\[\]{}]")
+_STRINGS = re.compile(r'"(?:[^"\\]|\\.)*"', re.DOTALL)
+
 _messages: msgspec.json.Decoder[Message] = msgspec.json.Decoder(Message)
 _types = (
     "drop", "ping", "resume", "add", "kick", "drag", "release", "remove", "clear", "edit",
@@ -320,6 +326,8 @@ def decode_message(data: str | bytes) -> Message:
     Raises MalformedError for what is not a JSON object of a message's shape, UnknownMessageError
     for a `type` that is none of the protocol's.
     """
+    if too_deep(data):
+        raise MalformedError(_TOO_DEEP)
     try:
         return _messages.decode(data)
     except msgspec.ValidationError as error:
@@ -332,17 +340,34 @@ def decode_message(data: str | bytes) -> Message:
         raise MalformedError(str(error)) from None
     except (msgspec.DecodeError, UnicodeError) as error:
         raise MalformedError(f"not JSON: {error}") from None
-    except RecursionError:
-        raise MalformedError("JSON nested too deeply") from None
 
 
 def peek(data: str | bytes, key: str) -> Any:
     """Field `key` of a JSON object that may be no valid message; None when there is none."""
+    if too_deep(data):
+        return None
     try:
         value = msgspec.json.decode(data)
-    except (ValueError, RecursionError):
+    except ValueError:
         return None
     return value.get(key) if isinstance(value, dict) else None
+
+
+def too_deep(data: str | bytes) -> bool:
+    """Whether JSON is nested deeper than anyone needs.
+
+    What can just be decoded here could not be encoded again elsewhere, where Python's own stack is
+    deeper: a `ref` would come back as a failure of the room.
+    """
+    text = data if isinstance(data, str) else data.decode(errors="replace")
+    if text.count("[") + text.count("{") <= _DEEPEST:
+        return False
+    depth = 0
+    for bracket in _BRACKETS.findall(_STRINGS.sub("", text)):
+        depth += 1 if bracket in "[{" else -1
+        if depth > _DEEPEST:
+            return True
+    return False
 
 
 def parse_x(value: object) -> float | None:

@@ -88,6 +88,7 @@ async def swallow(reader: asyncio.StreamReader, until: bytes = b"") -> bool:
     return False
 
 
+@pytest.mark.timeout(3600)
 @pytest.mark.skipif(not can_watch(), reason="memory is read from /proc")
 async def test_malformed_messages_neither_fail_nor_crash_nor_grow_the_server(
     tmp_path: Path,
@@ -126,6 +127,7 @@ def test_garbled_messages_are_the_same_for_a_seed_and_of_every_kind() -> None:
 # The whole of the REST interface, from its own description.
 
 
+@pytest.mark.timeout(3600)
 def test_whatever_is_asked_the_answer_is_one_that_is_promised() -> None:
     """Every operation of /openapi.json but those that never end, with values good and bad."""
     failures = []

@@ -232,3 +232,27 @@ def test_a_start_that_is_no_number_is_named(value: object) -> None:
 @pytest.mark.parametrize(("value", "x"), [(None, None), (1, 1.0), (-0.25, -0.25)])
 def test_a_start_is_metres(value: object, x: float | None) -> None:
     assert protocol.parse_x(value) == x
+
+
+def nested(depth: int) -> str:
+    return '{"type":"drop","ref":' + "[" * depth + "]" * depth + "}"
+
+
+@pytest.mark.parametrize("depth", [64, 65, 500, 900, 940, 960, 980, 1000, 2000])
+def test_a_note_nested_so_deeply_that_it_could_not_come_back_is_refused(depth: int) -> None:
+    """It may be read where Python's stack is shallow, and fail to be written where it is not."""
+    with pytest.raises(MalformedError, match="nested too deeply: more than 64 levels"):
+        protocol.decode_message(nested(depth))
+    assert protocol.peek(nested(depth), "ref") is None
+
+
+def test_brackets_within_a_note_are_no_nesting() -> None:
+    message = protocol.decode_message(nested(63))
+    assert isinstance(message, protocol.DropMessage)
+    notes: list[Any] = ["[" * 500, '\\"' + "[" * 500, "]" * 500, [[]] * 200]
+    for note in notes:
+        data = msgspec.json.encode({"type": "drop", "ref": note})
+        message = protocol.decode_message(data)
+        assert isinstance(message, protocol.DropMessage)
+        assert message.ref == note
+        assert protocol.peek(data, "ref") == note

@@ -82,6 +82,7 @@ def test_creep_is_the_slope_whatever_single_samples_say() -> None:
     assert creep(list(zip(times, caches, strict=True))) == 0.0
 
 
+@pytest.mark.timeout(3 * SECONDS + 600.0)
 @pytest.mark.skipif(not can_watch(), reason="memory is read from /proc")
 async def test_a_server_in_use_keeps_its_size(tmp_path: Path) -> None:
     with (tmp_path / "log").open("w+") as log, serving(["--drop-rate", "100"], log=log) as server:
