@@ -105,7 +105,7 @@ class Board:
         half = 0.5 * self.width
         zone, bins = self.drop, self.bins
         xs = [-half, half, bins.edges[0], bins.edges[-1]]
-        xs += [zone.x - zone.jitter - reach, zone.x + zone.jitter + reach]
+        xs += [zone.x - zone.span - reach, zone.x + zone.span + reach]
         xs += [x + side for x in zone.slots for side in (-reach, reach)]
         ys = [0.0, self.height, zone.y - reach, bins.y + reach]
         for peg in self.pegs:

@@ -15,6 +15,7 @@ The bytes, all little-endian, with no padding:
     u32     number of multipliers, then f64 each
     f64 x3  drop x, y, jitter
     u32     number of slots, then f64 each
+    f64     reach, if it is not 0
 
 Negative zero is written as zero: the two are the same place. The order of pegs and walls counts,
 because impacts refer to them by index.
@@ -69,6 +70,7 @@ def encode(board: "Board") -> bytes:
             _floats((zone.x, zone.y, zone.jitter)),
             _count(len(zone.slots)),
             _floats(zone.slots),
+            _floats((zone.reach,) if zone.reach else ()),
         ),
     )
 

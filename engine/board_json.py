@@ -37,7 +37,7 @@ _MATERIAL: Final = ("restitution", "friction")
 _PEG: Final = ("x", "y", "radius")
 _WALL: Final = ("x1", "y1", "x2", "y2")
 _BINS: Final = ("y", "edges", "multipliers")
-_DROP: Final = ("x", "y", "jitter", "slots")
+_DROP: Final = ("x", "y", "jitter", "slots", "reach")
 
 Part = TypeVar("Part")
 
@@ -185,11 +185,13 @@ def _parts(
 
 
 def to_dict(board: "Board") -> dict[str, Any]:
-    """Return the JSON form of `board`, every field spelled out; `slots` only where there are."""
+    """Return the JSON form of `board`; every field but `slots` and `reach` where there are none."""
     bins, zone = board.bins, board.drop
     drop: dict[str, Any] = {"x": zone.x, "y": zone.y, "jitter": zone.jitter}
     if zone.slots:
         drop["slots"] = list(zone.slots)
+    if zone.reach:
+        drop["reach"] = zone.reach
     return {
         "name": board.name,
         "width": board.width,

@@ -74,10 +74,17 @@ class Bins:
 class DropZone:
     """Where a drop starts, at rest: `y`, and `x` plus a uniform offset in [-jitter, jitter); m.
 
-    slots: explicit starts offered to the player, often none.
+    slots: explicit starts offered to the player, often none. reach: how far from x others may lie,
+    where that is more than the jitter.
     """
 
     x: float = 0.0
     y: float = 0.0
     jitter: float = 0.0
     slots: tuple[float, ...] = ()
+    reach: float = 0.0
+
+    @property
+    def span(self) -> float:
+        """How far from `x` a ball may start, m, slots aside."""
+        return max(self.jitter, self.reach)

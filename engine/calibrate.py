@@ -24,10 +24,16 @@ LONGEST_FALL = 5.0
 ROUNDS = (0.15, 0.08, 0.04, 0.02)
 """Of the local search: how far each looks around the best so far, as a part of the whole range."""
 
+HEATS = (16, 4)
+"""A trial is first given this part of its drops, and no more if it is DOUBT times the sampling
+floor worse than the best so far: most need a sixteenth."""
+
+DOUBT = 2.0
+
 UNSEEN = 10**12
 """First seed of drops that no search has been fitted to."""
 
-_HALTON_BASES = (2, 3, 5, 7, 11)
+_HALTON_BASES = (2, 3, 5, 7, 11, 13)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +61,13 @@ class Fit:
 def limits(rows: int) -> tuple[Tuning, Tuning]:
     """Where to look for a tuning: the least and the largest of each parameter.
 
-    Motion on boards of one shape depends on drag only by its ratio to sqrt(g / spacing). Jitter
-    beyond 0.85 spacings meets the mouth's walls.
+    The height of the start is the preset's. Motion on boards of one shape depends on drag only by
+    its ratio to sqrt(g / spacing). Jitter beyond 0.85 spacings meets the mouth's walls.
     """
     rate = sqrt(TABLE_GRAVITY / presets.spacing_of(rows))
-    low = Tuning(round(0.45 * rate, 3), 0.60, 0.1, 0.02, TABLE_GRAVITY)
-    return low, Tuning(round(0.75 * rate, 3), 0.80, 0.7, 0.85, TABLE_GRAVITY)
+    given = (TABLE_GRAVITY, presets.TUNING[f"triangle-{rows}"].start)
+    low = Tuning(round(0.45 * rate, 3), 0.60, 0.1, 0.02, *given)
+    return low, Tuning(round(0.75 * rate, 3), 0.80, 0.7, 0.85, *given)
 
 
 def binomial(rows: int) -> npt.NDArray[np.float64]:
@@ -137,12 +144,23 @@ def _round(
     """Yield each better fit of a round and return the best."""
     best = None
     for tuning in tunings:
+        if best is not None and _falls_behind(rows, tuning, drops, first_seed, best):
+            continue
         found = fit(rows, tuning, drops, first_seed)
         if best is None or found.cost < best.cost:
             best = found
             yield found
     assert best is not None
     return best
+
+
+def _falls_behind(rows: int, tuning: Tuning, drops: int, first_seed: int, best: Fit) -> bool:
+    """Whether a part of its drops shows that a tuning is worse than the best."""
+    for part in HEATS:
+        found = fit(rows, tuning, max(drops // part, 1), first_seed)
+        if found.cost > best.cost + DOUBT * found.floor:
+            return True
+    return False
 
 
 def _around(centre: Tuning, reach: float, count: int, low: Tuning, high: Tuning) -> list[Tuning]:

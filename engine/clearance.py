@@ -51,10 +51,11 @@ def _at(board: "Board", i: int) -> str:
 
 
 def check_starts(board: "Board", obs: Obstacles) -> None:
-    """Raise BoardError if a ball touches anything at its start, over all jitter and every slot."""
+    """Raise BoardError if a ball touches anything at any start that is allowed."""
     zone = board.drop
-    what = f"drop.x = {zone.x!r} with drop.jitter = {zone.jitter!r}"
-    _check_start(obs, zone.x - zone.jitter, zone.x + zone.jitter, zone.y, what, "drop")
+    name = "reach" if zone.reach > zone.jitter else "jitter"
+    what = f"drop.x = {zone.x!r} with drop.{name} = {zone.span!r}"
+    _check_start(obs, zone.x - zone.span, zone.x + zone.span, zone.y, what, "drop")
     for i, x in enumerate(zone.slots):
         path = f"drop.slots[{i}]"
         _check_start(obs, x, x, zone.y, f"{path} = {x!r}", path)

@@ -187,6 +187,6 @@ def start_of(board: Board, seed: int | None, x: float | None) -> float:
     zone = board.drop
     if x is None:
         return start_x(seed or 0, zone.x, zone.jitter)
-    low = min((zone.x - zone.jitter, *zone.slots))
-    high = max((zone.x + zone.jitter, *zone.slots))
+    low = min((zone.x - zone.span, *zone.slots))
+    high = max((zone.x + zone.span, *zone.slots))
     return start_position(x, low, high)

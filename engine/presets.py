@@ -20,7 +20,7 @@ class Tuning(NamedTuple):
     """What geometry leaves open on a board.
 
     drag in 1/s; restitution and friction of ball, pegs and walls alike; jitter of the start as a
-    part of the peg spacing; gravity in m/s^2.
+    part of the peg spacing; gravity in m/s^2; start: the y at which a triangle's balls start, m.
     """
 
     drag: float
@@ -28,6 +28,7 @@ class Tuning(NamedTuple):
     friction: float
     jitter: float
     gravity: float = EARTH_GRAVITY
+    start: float = 0.0
 
 
 TABLE_GRAVITY: Final = 24.79
@@ -44,7 +45,7 @@ TUNING: Final = {
     "triangle-13": Tuning(4.139, 0.676, 0.245, 0.583, TABLE_GRAVITY),
     "triangle-14": Tuning(4.917, 0.781, 0.415, 0.557, TABLE_GRAVITY),
     "triangle-15": Tuning(4.533, 0.718, 0.339, 0.218, TABLE_GRAVITY),
-    "triangle-16": Tuning(4.596, 0.713, 0.454, 0.797, TABLE_GRAVITY),
+    "triangle-16": Tuning(4.936, 0.749, 0.588, 0.109, TABLE_GRAVITY, start=0.2),
     "classic": Tuning(drag=1.5, restitution=0.6, friction=0.15, jitter=4.25),
     "galton": Tuning(drag=2.2, restitution=0.5, friction=0.1, jitter=0.4),
 }
@@ -56,6 +57,7 @@ TRIANGLE_HEIGHT: Final = 5.7
 _FIRST_ROW_Y: Final = 0.36
 _LAST_ROW_Y: Final = 5.42
 _PEG_SPAN: Final = 6.56  # between the outermost pegs of the last row
+_AIM: Final = 0.8
 _WALL_GAP: Final = 0.25  # of a wall from the outermost pegs, in spacings
 
 
@@ -81,7 +83,8 @@ def preset(name: str) -> Board:
         risk: payouts.Risk = (
             "low" if name.endswith("-low") else "high" if name.endswith("-high") else "medium"
         )
-        return triangle(name, rows, payouts.multipliers(rows, risk), TUNING[f"triangle-{rows}"])
+        payout = payouts.multipliers(rows, risk)
+        return triangle(name, rows, payout, TUNING[f"triangle-{rows}"], _AIM)
     shown = repr(name)[:60]
     raise BoardError(
         f"there is no preset board {shown}; there are {', '.join(preset_names())}",
@@ -94,9 +97,12 @@ def spacing_of(rows: int) -> float:
     return _PEG_SPAN / (rows + 1)
 
 
-def triangle(name: str, rows: int, multipliers: tuple[float, ...], tuning: Tuning) -> Board:
+def triangle(
+    name: str, rows: int, multipliers: tuple[float, ...], tuning: Tuning, aim: float = 0.0
+) -> Board:
     """Make the triangular board of `rows` rows in the reference game's proportions.
 
+    aim: peg spacings from the middle within which a player may choose the start.
     Row i, from 0, has i + 3 pegs; the last row's rows + 2 pegs part rows + 1 bins.
     """
     spacing = spacing_of(rows)
@@ -127,7 +133,7 @@ def triangle(name: str, rows: int, multipliers: tuple[float, ...], tuning: Tunin
         walls=walls,
         wall_material=material,
         bins=Bins(line, (-outer, *inner, outer), multipliers),
-        drop=DropZone(0.0, 0.0, tuning.jitter * spacing),
+        drop=DropZone(0.0, tuning.start, tuning.jitter * spacing, reach=aim * spacing),
     )
 
 

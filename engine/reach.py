@@ -103,7 +103,7 @@ def check_reach(board: "Board", obs: Obstacles, segments: Floats) -> Reach:
     zone, bins = board.drop, board.bins
     gaps = free_intervals(obs, bins.y)
     probes = _probes(gaps, obs.radius)
-    starts = np.array([zone.x - zone.jitter, zone.x + zone.jitter, *zone.slots])
+    starts = np.array([zone.x - zone.span, zone.x + zone.span, *zone.slots])
     xs, ys = _grid(board, obs, np.concatenate((starts, probes, bins.edges)), starts, probes)
     parts = flood(xs, ys, segments)
     start_labels = parts.label[0, np.searchsorted(xs, starts)]

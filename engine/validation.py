@@ -225,6 +225,7 @@ def drop_zone(value: Any) -> DropZone:
         number(part.y, "drop.y"),
         number(part.jitter, "drop.jitter", 0.0),
         _numbers(part.slots, "drop.slots", MAX_SLOTS),
+        number(part.reach, "drop.reach", 0.0),
     )
 
 

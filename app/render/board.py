@@ -166,7 +166,7 @@ def _hopper(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
     """The slide along which a ball may start, or the numbered slots."""
     radius = max(board.ball.radius * view.scale, 5.0 * view.unit)
     if not board.slots:
-        x0, x1 = (view.px(board.drop.x + side * board.drop.jitter) for side in (-1, 1))
+        x0, x1 = (view.px(board.drop.x + side * board.drop.span) for side in (-1, 1))
         ends = (x0, view.start, x1, view.start)
         canvas.line(ends, 2.0 * radius + 6.0 * view.unit, theme["railShade"])
         return

@@ -148,7 +148,7 @@ def _sides(board: Board) -> tuple[float, float]:
     """Left and right end of what is shown, in metres."""
     zone, radius = board.drop, board.ball.radius
     xs = [board.bins.edges[0], board.bins.edges[-1]]
-    xs += [zone.x - zone.jitter - radius, zone.x + zone.jitter + radius]
+    xs += [zone.x - zone.span - radius, zone.x + zone.span + radius]
     xs += [x for wall in board.walls for x in (wall.x1, wall.x2)]
     xs += [peg.x for peg in board.pegs]
     return min(xs) - SIDE_PAD, max(xs) + SIDE_PAD

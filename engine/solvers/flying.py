@@ -23,7 +23,7 @@ from engine.kernels.impact_time import (
     third_derivative_bound,
 )
 from engine.kernels.impulse import bounce
-from engine.kernels.jit import kernel
+from engine.kernels.jit import kernel, lean_kernel
 from engine.kernels.layout import (
     DISTANCE,
     DISTANCE2,
@@ -189,7 +189,7 @@ def _leaves_by(
     return (end == int(first) and along < 0.0) or (end == int(last) and along > 0.0)
 
 
-@kernel
+@lean_kernel
 def next_hit(
     items: Array,
     starts: Ints,
@@ -220,7 +220,7 @@ def next_hit(
     ax0 = -k * vx0
     ay0 = gravity - k * vy0
     x, y, vx, vy, ax, ay = x0, y0, vx0, vy0, ax0, ay0
-    gain = 2.0 * travel * sqrt(ax0 * ax0 + ay0 * ay0)  # of v^2 over one window, at most
+    gain = 2.0 * travel * sqrt(ax0 * ax0 + ay0 * ay0)
     start = 0.0
     for _ in range(MAX_WINDOWS):
         bucket = cell_bucket(x, y, cells_per_metre, buckets)
@@ -229,8 +229,8 @@ def next_hit(
         vv = vx * vx + vy * vy
         va = vx * ax + vy * ay
         aa = ax * ax + ay * ay
-        # The ball is nowhere faster than sqrt(v^2 + 2 |a| travel) while it moves that far.
-        horizon = travel / sqrt(vv + gain)
+        # In s the ball moves |v| s + |a| s^2 / 2 at most, which reaches the travel here.
+        horizon = 2.0 * travel / (sqrt(vv) + sqrt(vv + gain))
         if k * horizon > SERIES_LIMIT:
             horizon = SERIES_LIMIT / k
         best = horizon
@@ -301,10 +301,11 @@ def next_hit(
                 best = s
                 item = other
                 side = other_side
-        s = line_hit(bins_y - y, -vy, -ay, k, horizon, best)
-        if s != NO_HIT and (s < best or item == NOWHERE):
-            best = s
-            item = BINS
+        if y + travel >= bins_y:
+            s = line_hit(bins_y - y, -vy, -ay, k, horizon, best)
+            if s != NO_HIT and (s < best or item == NOWHERE):
+                best = s
+                item = BINS
         if item != NOWHERE:
             return start + best, item, side
         start = start + horizon
@@ -321,7 +322,7 @@ def next_hit(
     return start, NOWHERE, 0.0
 
 
-@kernel
+@lean_kernel
 def fly(
     items: Array,
     starts: Ints,

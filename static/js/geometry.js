@@ -72,6 +72,9 @@ export function layOut(board, width) {
   };
 }
 
+/** How far from its x a ball may start, m, slots aside. @param {any} drop of a board */
+export const startSpan = ({ jitter, reach = 0 }) => Math.max(jitter, reach);
+
 /**
  * The start nearest to x that the board allows.
  * @param {any} board
@@ -82,8 +85,9 @@ export function allowedStart(board, slots, x) {
   if (slots.length) {
     return slots.reduce((best, slot) => (Math.abs(slot - x) < Math.abs(best - x) ? slot : best));
   }
-  const { x: middle, jitter } = board.drop;
+  const middle = board.drop.x;
+  const span = startSpan(board.drop);
   // Tenths of a millimetre keep links short; truncation keeps the value inside the range.
-  const offset = Math.max(-jitter, Math.min(jitter, x - middle));
+  const offset = Math.max(-span, Math.min(span, x - middle));
   return middle + Math.trunc(offset * 1e4) / 1e4;
 }

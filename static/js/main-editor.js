@@ -23,7 +23,7 @@ const BOARD_ROWS = [
   ["ball.friction", "Ball friction", 0.05], ["peg_material.restitution", "Peg bounce", 0.05],
   ["peg_material.friction", "Peg friction", 0.05], ["wall_material.restitution", "Wall bounce", 0.05],
   ["wall_material.friction", "Wall friction", 0.05], ["bins.y", "Bins at y, m", 0.05],
-  ["drop.jitter", "Start spread, m", 0.05],
+  ["drop.jitter", "Start spread, m", 0.05], ["drop.reach", "Aim within, m", 0.05],
 ].map(([path, label, step]) => ({ path, label, step }));
 
 class Editor {

@@ -23,7 +23,7 @@ export class NumberFields {
     const same = paths.length === this.#inputs.size && paths.every((path) => this.#inputs.has(path));
     if (!same) this.#build(rows);
     for (const [path, input] of this.#inputs) {
-      const text = String(read(board, path));
+      const text = String(read(board, path) ?? 0);
       if (input.value !== text) input.value = text;
       this.#say(path, "");
     }

@@ -1,6 +1,7 @@
 // Paints what never moves: plate, rays, rails, pegs, bins. Called on resize and theme change only.
 
 import { tight } from "./format.js";
+import { startSpan } from "./geometry.js";
 
 export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow", "Arial Narrow", sans-serif';
 
@@ -100,8 +101,9 @@ function paintHopper(ctx, { px, dropY, scale }, board, slots, colours) {
     });
     return;
   }
-  const { x, jitter } = board.drop;
-  stroke(ctx, px(x - jitter), dropY, px(x + jitter), dropY, 2 * radius + 6, colours.railShade);
+  const { x } = board.drop;
+  const span = startSpan(board.drop);
+  stroke(ctx, px(x - span), dropY, px(x + span), dropY, 2 * radius + 6, colours.railShade);
 }
 
 function paintPegs(ctx, { px, py, scale }, board, colours, shape) {

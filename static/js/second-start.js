@@ -1,6 +1,7 @@
 // The second ball of a comparison: the same drop with a start that differs by a little. Pure.
 
 import { nextDown, nextUp } from "./doubles.js";
+import { startSpan } from "./geometry.js";
 
 export const LAST_BIT = "bit";
 
@@ -14,7 +15,7 @@ export const SHIFTS = [LAST_BIT, "1e-12", "1e-9", "1e-6", "1e-3"];
  * @returns {number} m; to the left where the right is beyond the drop zone
  */
 export function secondStart({ drop }, x, shift) {
-  const most = Math.max(drop.x + drop.jitter, ...(drop.slots ?? []));
+  const most = Math.max(drop.x + startSpan(drop), ...(drop.slots ?? []));
   if (shift === LAST_BIT) return nextUp(x) <= most ? nextUp(x) : nextDown(x);
   const by = Number(shift);
   return x + by <= most ? x + by : x - by;

@@ -1,6 +1,7 @@
 // Where the ball starts: left to the seed, chosen on a slider, or one of the board's slots.
 
 import { byId, make } from "./dom.js";
+import { startSpan } from "./geometry.js";
 
 const SEED = "seed";
 const CHOSEN = "chosen";
@@ -28,7 +29,7 @@ export class StartField {
     this.#slots = slots;
     this.#middle = board.drop.x;
     this.words.textContent = "";
-    const { x, jitter } = board.drop;
+    const { x } = board.drop;
     const places = slots.length
       ? slots.map((_, index) => [String(index), String(index + 1), `Slot ${index + 1}`])
       : [[CHOSEN, "I choose", "I choose"]];
@@ -37,7 +38,7 @@ export class StartField {
       ...places.map(([value, text, name]) => chip(value, text, name, false)),
     );
     // A tenth of a millimetre inside, so that rounding never steps over the end.
-    const reach = Math.floor(jitter * 1e4 - 1) / 1e4;
+    const reach = Math.floor(startSpan(board.drop) * 1e4 - 1) / 1e4;
     Object.assign(this.slider, { min: x - reach, max: x + reach, step: "any" });
     // A push aside: dropped from the very middle, a ball may come to rest on the peg below.
     this.slider.value = String(x + 2 * reach * COARSE);

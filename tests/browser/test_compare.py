@@ -120,7 +120,7 @@ def test_a_seed_that_parts_is_found(opened: Open) -> None:
 
 def test_a_start_at_the_edge_is_shifted_inwards(opened: Open) -> None:
     zone = Board.preset("triangle-12").drop
-    edge = zone.x + zone.jitter
+    edge = zone.x + zone.span
     screen = paused(opened(f"{LINK}&x={edge!r}"))
     inside = math.nextafter(edge, -math.inf)
     expect(screen.fact("start-2")).to_have_text(f"{inside!r} m")

@@ -298,6 +298,8 @@ def test_a_start_is_kept_inside_what_the_board_allows(run: Run) -> None:
     for x in (-5.0, -0.3087059, 0.30870588235294116, 0.31, 5.0):
         assert abs(run("geometry.js", allowed, [board, [], x])) <= board["drop"]["jitter"]
     assert run("geometry.js", allowed, [board, [], 0.12345]) == 0.1234
+    board = {"drop": {"x": 0.0, "jitter": 0.1, "reach": 0.5}}
+    assert run("geometry.js", allowed, [board, [], 5.0]) == 0.5
     assert run("geometry.js", allowed, [board, [-1.5, 0.25, 1.5], 0.8]) == 0.25
 
 

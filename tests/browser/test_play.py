@@ -101,7 +101,7 @@ def test_a_click_above_the_pegs_drops_there(opened: Open, quick: Quick) -> None:
     assert box is not None
     board = screen.api(f"boards/{quick.board}")["board"]
     drop = board["drop"]
-    wanted = drop["x"] + 0.5 * drop["jitter"]
+    wanted = drop["x"] + 0.5 * drop["reach"]
     at = screen.pixels(board, [[wanted, drop["y"]]])["points"][0]
     canvas.click(position={"x": at[0], "y": at[1]})
     expect(screen.rows).to_have_count(1)
@@ -115,8 +115,8 @@ def test_a_click_above_the_pegs_drops_there(opened: Open, quick: Quick) -> None:
     link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
     found = re.search(r"x=(-?[\d.]+)", link)
     assert found
-    assert float(found[1]) == pytest.approx(drop["x"] + drop["jitter"], abs=0.001), "clamped"
-    assert float(found[1]) <= drop["x"] + drop["jitter"]
+    assert float(found[1]) == pytest.approx(drop["x"] + drop["reach"], abs=0.001), "clamped"
+    assert float(found[1]) <= drop["x"] + drop["reach"]
 
 
 def test_a_click_among_the_pegs_drops_nothing(opened: Open, quick: Quick) -> None:

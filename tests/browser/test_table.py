@@ -119,8 +119,8 @@ def test_arrow_keys_aim_and_say_where(opened: Open, quick: Quick) -> None:
     link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
     found = re.search(r"x=([\d.]+)", link)
     assert found
-    jitter = screen.api(f"boards/{quick.board}")["board"]["drop"]["jitter"]
-    assert float(found[1]) == pytest.approx(2 * jitter * (4 / 24 - 1 / 240), abs=1e-3)
+    reach = screen.api(f"boards/{quick.board}")["board"]["drop"]["reach"]
+    assert float(found[1]) == pytest.approx(2 * reach * (4 / 24 - 1 / 240), abs=1e-3)
 
 
 def test_arrow_keys_go_from_slot_to_slot(opened: Open) -> None:

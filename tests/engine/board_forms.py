@@ -147,6 +147,7 @@ def valid_forms(draw: st.DrawFn) -> Form:
             "y": draw(_between(-0.5, 0.5)),
             "jitter": draw(_between(0.0, 1.0)),
             "slots": draw(st.lists(starts, max_size=4)),
+            "reach": draw(_between(0.01, 1.0)),
         },
     }
 

@@ -75,7 +75,7 @@ def mirrored(board: Board) -> Board:
             pegs=tuple(Peg(-p.x, p.y, p.radius) for p in board.pegs),
             walls=tuple(Wall(-w.x1, w.y1, -w.x2, w.y2) for w in board.walls),
             bins=Bins(bins.y, tuple(-x for x in bins.edges[::-1]), bins.multipliers[::-1]),
-            drop=DropZone(-zone.x, zone.y, zone.jitter, tuple(-x for x in zone.slots)),
+            drop=replace(zone, x=-zone.x, slots=tuple(-x for x in zone.slots)),
         )
 
 

@@ -208,6 +208,18 @@ def test_the_drop_zone_ends_where_its_jitter_and_its_slots_end() -> None:
         drop(CLASSIC, x=math.nextafter(beyond, math.inf))
 
 
+def test_a_start_may_be_aimed_as_far_as_the_boards_reach_while_seeds_stay_within_the_jitter() -> (
+    None
+):
+    board = place(drop=DropZone(0.25, 0.0, 0.1, reach=0.5))
+    for x in (-0.25, 0.75):
+        assert drop(board, x=x).x_start == x
+        with pytest.raises(ParameterError):
+            drop(board, x=math.nextafter(x, math.copysign(math.inf, x)))
+    assert {abs(drop(board, seed).x_start - 0.25) <= 0.1 for seed in range(99)} == {True}
+    assert place(drop=DropZone(0.25, 0.0, 0.1)).digest != board.digest
+
+
 @given(st.integers(0, 2**64 - 1))
 def test_any_seed_is_a_drop_that_lands_or_says_why_not(seed: int) -> None:
     for board in (TRIANGLE, CLASSIC):

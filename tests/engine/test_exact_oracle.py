@@ -114,7 +114,7 @@ def test_the_bin_is_the_oracles_in_every_drop_that_double_precision_can_decide(n
         played = drop(board, x=kept.x)
         assert played.bin == kept.bin
         error = abs(float(kept.end - played.x_end))
-        assert error <= ULPS * golden.ROUNDING * kept.growth
+        assert error <= golden.bound(kept)
     # A test of nothing would pass too. Without air and friction errors grow to metres on the way:
     # of the drops on plain-12 a quarter can be decided, of those with drag at least three quarters.
     assert len(sure) >= (0.7 if board.drag > 0 else 0.1) * len(drops)

@@ -112,9 +112,10 @@ def test_triangles_have_the_reference_games_proportions(rows: int) -> None:
     radius = (24 - rows) / 2 / 100
     assert all(p.radius == pytest.approx(radius) for p in board.pegs)
     assert board.ball.radius == pytest.approx(2 * radius)
-    assert (board.drop.x, board.drop.y) == (0.0, 0.0)
     tuning = TUNING[f"triangle-{rows}"]
+    assert (board.drop.x, board.drop.y) == (0.0, tuning.start)
     assert board.drop.jitter == pytest.approx(tuning.jitter * spacing)
+    assert board.drop.reach == pytest.approx(0.8 * spacing)
     assert board.drag == tuning.drag
     assert board.ball.restitution == board.peg_material.restitution == tuning.restitution
     assert board.ball.friction == board.wall_material.friction == tuning.friction

@@ -22,6 +22,7 @@ from tests.engine.oracle.scene import Body, Circle, Face, Real, Scene
 
 CUT: Final = 1e-8  # m/s: below this a rebound is taken as the beginning of a contact
 NUDGE: Final = 1e-25  # m: how far the second run of an amplification starts from the first
+SHAKES: Final = 4  # runs with other signs of the changes at hits: in one alone they may cancel
 MAX_SECONDS: Final = 1000  # of simulated time: longer than any drop that ends
 
 
@@ -45,10 +46,11 @@ class OracleDrop:
 
     `amplification`: metres that x_end moves per metre that the start moves, and `amplifications`
     the same for the position at each event, from a second run started NUDGE metres away.
-    `growths`: how far the position at each event is from that of a third run, whose start is
+    `growths`: how far the position at each event is from that of further runs, whose start is
     nudged and whose velocity is changed by one part in 1 / NUDGE at every hit, up or down, per
-    NUDGE. It says what rounding does on the way even where a contact phase has made the ball
-    forget its start. Empty and NaN when not asked for; infinite once runs take different turns.
+    NUDGE; the farthest of SHAKES runs. It says what rounding does on the way even where a contact
+    phase has made the ball forget its start. Empty and NaN when not asked for; infinite once runs
+    take different turns.
     """
 
     bin: int | None
@@ -80,10 +82,16 @@ class _Run:
     """One ball from its start to its end."""
 
     def __init__(
-        self, scene: Scene, x_start: Real, max_events: int, cut: Real, shake: Real = 0
+        self,
+        scene: Scene,
+        x_start: Real,
+        max_events: int,
+        cut: Real,
+        shake: Real = 0,
+        pattern: int = 0,
     ) -> None:
         self.scene, self.cut, self.max_events = scene, cut, max_events
-        self.shake, self.signs = shake, random.Random(len(scene.circles))
+        self.shake, self.signs = shake, random.Random(len(scene.circles) + pattern)
         zero = scene.ctx.zero
         self.now = Point(zero, x_start, scene.start_y, zero, zero, zero, zero)
         self.events: list[Event] = []
@@ -269,9 +277,13 @@ def oracle_drop(
     if amplify:
         nudge = real(NUDGE)
         beside = _Run(scene, real(x_start) + nudge, max_events, real(cut)).run()
-        shaken = _Run(scene, real(x_start) + nudge, max_events, real(cut), nudge).run()
         drop.amplifications = _spread(drop, beside, nudge)
-        drop.growths = _spread(drop, shaken, nudge)
+        shaken = [
+            _Run(scene, real(x_start) + nudge, max_events, real(cut), nudge, pattern).run()
+            for pattern in range(SHAKES)
+        ]
+        spreads = [_spread(drop, run, nudge) for run in shaken]
+        drop.growths = [max(at_event) for at_event in zip(*spreads, strict=True)]
         same = len(drop.events) == len(beside.events) and bool(drop.amplifications)
         drop.amplification = drop.amplifications[-1] if same else math.inf
     return drop

@@ -24,6 +24,7 @@ SEED: Final = 20_240_607  # of the starts
 FIRST_EVENTS: Final = 8  # written out in full; of the later ones only what was hit
 DIGITS: Final = 25
 ROUNDING: Final = 2.0**-50  # m: an ulp of a coordinate from 4 to 8 m, the boards' size
+ULPS: Final = 4  # roundings that add up at most: every drop kept here stays within two
 ENDLESS: Final = 1e300  # in place of an infinite amplification, which JSON cannot say
 SHARP: Final = 1e9  # an amplification up to which the turns of two paths must be the same
 
@@ -137,6 +138,11 @@ def position_errors(drop: GoldenDrop, impacts: npt.NDArray[np.void], count: int)
 
 
 def decidable(drop: GoldenDrop, board: Board) -> bool:
-    """Whether rounding, grown as the oracle measured, stays short of the nearest bin edge."""
+    """Whether the error allowed for rounding, see `bound`, stays short of the nearest bin edge."""
     edge = min(abs(drop.end - edge) for edge in board.bins.edges)
-    return bool(drop.growth * ROUNDING < edge)
+    return bool(bound(drop) < edge)
+
+
+def bound(drop: GoldenDrop) -> float:
+    """Error of x_end in m that rounding may cause: ULPS roundings, grown as the oracle measured."""
+    return ULPS * ROUNDING * drop.growth
