@@ -241,7 +241,13 @@ def test_the_torture_catalogue_does_no_harm_to_the_exact_solver() -> None:
 
 def test_pictures_are_measured_and_their_aims_are_told() -> None:
     section = render.run(QUICK)
-    assert [table.title.split()[0] for table in section.tables] == ["A", "A", "Pictures", "A"]
+    assert [table.title.split()[0] for table in section.tables] == [
+        "A",
+        "A",
+        "Pictures",
+        "A",
+        "Ticks",
+    ]
     assert section.data["stream_frames"]["nobody"] == 0
     one, fifty = (section.data["stream_frames"][name] for name in ("1 viewer", "50 viewers"))
     assert one == fifty > 0

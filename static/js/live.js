@@ -48,9 +48,9 @@ export class LiveTable {
   /**
    * @param {string} room
    * @param {LiveListener} listener
-   * @param {string} [stream] another one than the pieces of paths that a table sends if it can
+   * @param {string} [stream] "segments" for pieces of paths instead of snapshots
    */
-  constructor(room, listener, stream = SEGMENTS) {
+  constructor(room, listener, stream = "") {
     this.room = room;
     this.listener = listener;
     this.connection = new Connection(socketUrl(room, stream), {

@@ -29,11 +29,10 @@ def places_of(sampled: Any) -> list[list[float]]:
     return [[row[x], row[y]] for row in sampled["frames"]]
 
 
-@pytest.mark.parametrize("query", ["", "?stream=snapshots"])
 def test_a_seeded_ball_falls_along_the_predicted_path_into_the_predicted_bin(
-    opened: Open, query: str
+    opened: Open,
 ) -> None:
-    screen = opened(f"/{query}", before=HEAR).ready()
+    screen = opened("/", before=HEAR).ready()
     record = screen.api("drops/triangle-16/42")
     board = screen.api("boards/triangle-16")["board"]
     predicted = places_of(screen.api("drops/triangle-16/42/frames?fps=240"))
