@@ -57,7 +57,7 @@ TRIANGLE_HEIGHT: Final = 5.7
 _FIRST_ROW_Y: Final = 0.36
 _LAST_ROW_Y: Final = 5.42
 _PEG_SPAN: Final = 6.56  # between the outermost pegs of the last row
-_AIM: Final = 0.8
+_AIM: Final = 0.8  # spacings from the middle within which a player may start a ball
 _WALL_GAP: Final = 0.25  # of a wall from the outermost pegs, in spacings
 
 

@@ -332,16 +332,9 @@ def part_deep(
     fixed = pos.shape[0] - 1
     is_any = False
     for a in range(starts.shape[0] - 1):
-        ra = pos[a, RADIUS]
         for k in range(starts[a], starts[a + 1]):
             b = other[k]
-            if b >= 0:
-                dx = pos[a, X] - pos[b, X]
-                dy = pos[a, Y] - pos[b, Y]
-                small = min(ra, pos[b, RADIUS])
-                reach = ra + pos[b, RADIUS]
-            else:
-                dx, dy, reach, small = separation(pos, items, a, b)
+            dx, dy, reach, small = separation(pos, items, a, b)
             inner = reach - DEEP * small
             dd = dx * dx + dy * dy
             if dd >= inner * inner or dd == 0.0:

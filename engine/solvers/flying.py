@@ -301,7 +301,7 @@ def next_hit(
                 best = s
                 item = other
                 side = other_side
-        if y + travel >= bins_y:
+        if y + travel >= bins_y:  # else no window from here comes as far
             s = line_hit(bins_y - y, -vy, -ay, k, horizon, best)
             if s != NO_HIT and (s < best or item == NOWHERE):
                 best = s

@@ -9,11 +9,10 @@ import os
 import numpy as np
 import pytest
 
+from benchmarks.arena_torture import funnel
 from engine.arena import Arena
 from engine.arena_scenes import sandbox
 from engine.arena_settings import ArenaSettings
-from engine.board_parts import Wall
-from engine.materials import Material
 from engine.place import Place
 
 LONG = os.environ.get("LONG_TESTS") == "1"
@@ -102,25 +101,6 @@ def test_the_cost_of_a_size_ratio_of_a_thousand_is_not_quadratic() -> None:
 def test_speeds_up_to_a_hundred_kilometres_a_second(speed: float, e: float) -> None:
     arena = sandbox(25, restitution=e, width=3.0, height=3.0, speed=speed, seed=2, friction=0.2)
     assert watch(arena, 60, 1.5, 3.0, every=1) < DEEPEST
-
-
-def funnel(n: int) -> Arena:
-    """A funnel 4 m wide over a closed bin, and n balls above it."""
-    walls = (
-        Wall(-2.0, 0.0, -0.25, 3.0), Wall(2.0, 0.0, 0.25, 3.0),
-        Wall(-0.25, 3.0, -0.25, 3.2), Wall(0.25, 3.0, 0.25, 3.2),
-        Wall(-2.0, 5.2, 2.0, 5.2), Wall(-2.0, 3.2, -2.0, 5.2), Wall(2.0, 3.2, 2.0, 5.2),
-        Wall(-2.0, 3.2, -0.25, 3.2), Wall(2.0, 3.2, 0.25, 3.2),
-        Wall(-2.0, 0.0, -2.0, -20.0), Wall(2.0, 0.0, 2.0, -20.0),
-    )  # fmt: skip
-    arena = Arena(Place(walls=walls, wall_material=Material(0.4, 0.2)), ArenaSettings())
-    k = np.arange(n)
-    rng = np.random.default_rng(5)
-    arena.add_many(
-        -1.8 + 0.09 * (k % 40) + rng.uniform(-0.004, 0.004, n), -0.1 - 0.09 * (k // 40),
-        radius=0.04, restitution=0.4, friction=0.2,
-    )  # fmt: skip
-    return arena
 
 
 def test_balls_dropped_into_a_funnel() -> None:
