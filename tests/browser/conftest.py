@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, sync_playwright
 
 from engine import Board
 from tests.browser.screen import Screen
@@ -135,16 +135,16 @@ class Complaints:
     seen: list[str] = field(default_factory=list)
 
     def watch(self, page: Page) -> None:
-        page.on("console", lambda message: self._console(message.type, message.text))
+        page.on("console", self._console)
         page.on("pageerror", lambda error: self.seen.append(f"page error: {error}"))
 
     def allow(self, pattern: str) -> None:
         """Forget what a test provokes on purpose."""
         self.seen = [text for text in self.seen if not re.search(pattern, text)]
 
-    def _console(self, kind: str, text: str) -> None:
-        if kind == "error":
-            self.seen.append(f"console error: {text}")
+    def _console(self, message: ConsoleMessage) -> None:
+        if message.type == "error":
+            self.seen.append(f"console error: {message.text} ({message.location['url']})")
 
 
 @pytest.fixture
