@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks import idle, scenes, stripped, worlds
-from benchmarks.clock import Job, Sample, in_turns, seconds_of
+from benchmarks.clock import Job, in_turns, seconds_of
 from benchmarks.report import Section, Table, spread
 from benchmarks.settings import Settings
-from benchmarks.worlds import UNUSED
+from benchmarks.worlds import UNUSED, unused_row
 from engine import Board, Drop, drop, drop_many
 from engine.materials import Material
 
@@ -157,17 +157,7 @@ def _unused(section: Section, settings: Settings) -> None:
         times = in_turns(jobs, rounds, lambda: settings.step("unused"))
     for name in boards:
         unused, never = times[f"{name}/unused"], times[f"{name}/never"]
-        ratio = unused.over(never)
-        rows.append(
-            [
-                name,
-                spread(unused, "{:,.0f}"),
-                spread(never, "{:,.0f}"),
-                spread(ratio, "{:.3f}"),
-                _verdict(ratio),
-                "yes" if data[name]["same_outcomes"] else "NO",
-            ]
-        )
+        rows.append(unused_row(name, unused, never, data[name]["same_outcomes"]))
         data[name] |= {"unused": unused.to_dict(), "never": never.to_dict()}
     section.data["unused"] = data
     section.tables.append(
@@ -191,7 +181,3 @@ def _unused(section: Section, settings: Settings) -> None:
             ],
         )
     )
-
-
-def _verdict(ratio: Sample) -> str:
-    return "free" if ratio.median <= UNUSED else f"above {UNUSED}"

@@ -118,21 +118,24 @@ def _prices(times: dict[str, Sample], ticks: int) -> Table:
     )
 
 
+def unused_row(name: str, unused: Sample, never: Sample, same: bool) -> list[str]:
+    """What code costs that a scene does not use: both times, their ratio, and whether it is free;
+    `same`: whether both came to the same outcome."""
+    ratio = unused.over(never)
+    return [
+        name,
+        spread(unused, "{:,.0f}"),
+        spread(never, "{:,.0f}"),
+        spread(ratio, "{:.3f}"),
+        "free" if ratio.median <= UNUSED else f"above {UNUSED}",
+        "yes" if same else "NO",
+    ]
+
+
 def _unused(times: dict[str, Sample], same: dict[str, bool]) -> Table:
     rows = []
     for name, is_same in same.items():
-        unused, never = times[f"{name}/without"], times[f"{name}/never"]
-        ratio = unused.over(never)
-        rows.append(
-            [
-                name,
-                spread(unused, "{:,.0f}"),
-                spread(never, "{:,.0f}"),
-                spread(ratio, "{:.3f}"),
-                "free" if ratio.median <= UNUSED else f"above {UNUSED}",
-                "yes" if is_same else "NO",
-            ]
-        )
+        rows.append(unused_row(name, times[f"{name}/without"], times[f"{name}/never"], is_same))
     return Table(
         "Price of a feature to a moving world that does not use it",
         [

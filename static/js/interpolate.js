@@ -21,6 +21,8 @@ const corner = { t: 0, x: 0, y: 0 };
  * @property {boolean} vIn the velocity holds just before this moment
  * @property {boolean} vOut the velocity holds just after it
  * @property {boolean} bounced something was hit between the knot before and this one
+ * @property {boolean} [smooth] nothing was, though the ball may have lain on something: both
+ *   velocities hold, and no guess is made
  */
 
 /** @typedef {{gravity: number, drag: number}} Law m/s^2 and 1/s: how a ball falls in between */
@@ -55,7 +57,7 @@ export function poseBetween(a, b, t, law, out = { x: 0, y: 0, angle: 0 }) {
   const s = (t - a.t) / span;
   out.angle = a.angle + s * shortestTurn(a.angle, b.angle);
   if (a.vOut && b.vIn) {
-    if (b.bounced || kicked(a, b, law)) return bouncePose(a, b, t, law, out);
+    if (b.bounced || (!b.smooth && kicked(a, b, law))) return bouncePose(a, b, t, law, out);
     return hermitePose(a, b, s, out);
   }
   if (a.vOut) return bentFlight(a, b, t, law, out);

@@ -138,10 +138,14 @@ export class Path {
 
 /** @returns {Knot} */
 function blank() {
-  return { t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: false, vOut: false, bounced: false };
+  return {
+    t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: false, vOut: false, bounced: false,
+    smooth: false,
+  };
 }
 
-function fill(knot, { t, x, y, angle = 0, vx = 0, vy = 0, vIn, vOut, bounced = false }) {
+function fill(knot, moment) {
+  const { t, x, y, angle = 0, vx = 0, vy = 0, vIn, vOut, bounced = false, smooth = false } = moment;
   knot.t = t;
   knot.x = x;
   knot.y = y;
@@ -151,6 +155,7 @@ function fill(knot, { t, x, y, angle = 0, vx = 0, vy = 0, vIn, vOut, bounced = f
   knot.vIn = vIn;
   knot.vOut = vOut;
   knot.bounced = bounced;
+  knot.smooth = smooth;
   return knot;
 }
 

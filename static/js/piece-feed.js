@@ -7,8 +7,8 @@ import { KIND, piecePose, pieceVelocity } from "./segments.js";
 
 /**
  * A piece does not say where it ends, so its knots are made only for the time that is drawn: at its
- * beginning and at each tick. A ball whose next piece is late waits at what it would fly into.
- * Times are the table's.
+ * beginning, at each tick, and at its end once the next piece is known. A ball whose next piece is
+ * late waits at what it would fly into. Times are the table's.
  */
 export class PieceFeed {
   /** @type {Piece[]} in time order; the first is the one in use */
@@ -48,7 +48,7 @@ export class PieceFeed {
       const end = pieces.length > 1 ? pieces[1].t : Number.POSITIVE_INFINITY;
       this.#fill(pieces[0], Math.min(last, end));
       if (last < end) return;
-      pieces.shift();
+      this.#turn(pieces.shift(), pieces[0]);
     }
   }
 
@@ -57,6 +57,8 @@ export class PieceFeed {
     this.#resume(t);
     this.#end = t;
     this.until(t);
+    const [piece] = this.#pieces;
+    if (piece && this.#at < t) this.#knot(piece, t, true);
   }
 
   /** What was drawn beyond a time was a guess, and is taken back. */
@@ -68,6 +70,12 @@ export class PieceFeed {
     if (t >= this.#at) return;
     this.path.rewind(t);
     this.#at = this.path.end;
+  }
+
+  /** From one piece to the next: the last moment of a curve is no flight towards a place. */
+  #turn(piece, next) {
+    if (this.#at < next.t) this.#knot(piece, next.t, true);
+    this.#knot(next, next.t, false);
   }
 
   #fill(piece, end) {
@@ -90,7 +98,7 @@ export class PieceFeed {
       return;
     }
     const { vx, vy } = pieceVelocity(piece, t, this.board);
-    this.path.add({ t, x, y, angle, vx, vy, vIn: smooth, vOut: true });
+    this.path.add({ t, x, y, angle, vx, vy, vIn: smooth, vOut: true, smooth });
     this.#at = t;
   }
 
