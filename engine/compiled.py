@@ -7,19 +7,19 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.board import Board
+from engine.cells import cells_of
 from engine.kernels.layout import (
     DISTANCE,
     DISTANCE2,
     FIRST_END,
     FIRST_LINE,
+    INVERSE,
     ITEM_COLUMNS,
     LAST_END,
     LENGTH,
     LINE_SLOTS,
     NX,
     NY,
-    PRIME_X,
-    PRIME_Y,
     TX,
     TY,
     Layout,
@@ -31,9 +31,8 @@ from engine.materials import combine
 # Cells and travel per mean peg spacing. Coarser cells make longer candidate lists, shorter travel
 # more search windows; the product of both is flat around these values.
 _CELLS_PER_PITCH = 4.0
-_TRAVEL_PER_PITCH = 0.3
+_TRAVEL_PER_PITCH = 0.35
 _CELLS_PER_WALL = 500.0  # along a wall at most: its box of cells stays small however long it is
-_BUCKETS_PER_CELL = 4  # occupied cells rarely share a bucket then, and empty ones look empty
 
 
 @lru_cache(maxsize=64)
@@ -42,18 +41,17 @@ def layout_of(board: Board) -> Layout:
     items = _items(board)
     pitch = _pitch(board)
     travel = _TRAVEL_PER_PITCH * pitch
-    cells_per_metre = min(_CELLS_PER_PITCH / pitch, _CELLS_PER_WALL / _longest_wall(board))
-    starts, members = _hash(items, board.ball.radius, travel, cells_per_metre)
+    fine = min(_CELLS_PER_PITCH / pitch, _CELLS_PER_WALL / _longest_wall(board))
+    cells = cells_of(items, board.ball.radius, travel, fine)
     pegs = combine(board.ball.material, board.peg_material)
     walls = combine(board.ball.material, board.wall_material)
     return Layout(
         items=items,
-        starts=starts,
-        members=members,
-        near=_near(items, members),
+        **cells._asdict(),
+        near=_near(items, cells.members),
         peg_count=len(board.pegs),
-        cells_per_metre=cells_per_metre,
         travel=travel,
+        fall=sqrt(2.0 * travel / board.gravity) if board.gravity > 0.0 else 1.0,
         gravity=board.gravity,
         drag=board.drag,
         radius=board.ball.radius,
@@ -101,6 +99,7 @@ def _items(board: Board) -> npt.NDArray[np.float64]:
 def _set_circle(row: npt.NDArray[np.float64], x: float, y: float, distance: float) -> None:
     row[[X, Y, DISTANCE, DISTANCE2]] = x, y, distance, distance * distance
     row[FIRST_LINE : FIRST_LINE + LINE_SLOTS] = -1.0
+    row[INVERSE] = 1.0 / distance
 
 
 def _longest_wall(board: Board) -> float:
@@ -121,36 +120,6 @@ def _pitch(board: Board) -> float:
     return max(sqrt(area / len(board.pegs)), board.ball.radius)
 
 
-def _hash(
-    items: npt.NDArray[np.float64], radius: float, travel: float, cells_per_metre: float
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Buckets of the spatial hash: starts, shape (b + 1,), and members, ascending in each.
-
-    A cell lists each surface that a ball in it can touch within `travel`. Two cells that share a
-    bucket see each other's surfaces too: more work, never another result.
-    """
-    cells: list[npt.NDArray[np.int64]] = []
-    owners: list[npt.NDArray[np.int64]] = []
-    for i, row in enumerate(items):
-        if row[DISTANCE2] < 0.0 and row[DISTANCE] > 0.0:
-            continue
-        found = _cells_near(row, radius, travel, cells_per_metre)
-        cells.append(found)
-        owners.append(np.full(len(found), i))
-    if not cells:
-        return np.zeros(2, np.int64), np.zeros(0, np.int64)
-    cell = np.concatenate(cells)
-    owner = np.concatenate(owners)
-    occupied = len(np.unique(cell, axis=0))
-    size = 1
-    while size < _BUCKETS_PER_CELL * occupied:
-        size *= 2
-    bucket = (cell[:, 0] * PRIME_X + cell[:, 1] * PRIME_Y) & (size - 1)
-    pairs = np.unique(np.stack([bucket, owner], axis=1), axis=0)
-    starts = np.searchsorted(pairs[:, 0], np.arange(size + 1)).astype(np.int64)
-    return starts, np.ascontiguousarray(pairs[:, 1])
-
-
 def _near(
     items: npt.NDArray[np.float64], members: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.float64]:
@@ -158,33 +127,3 @@ def _near(
     near = np.ascontiguousarray(items[members][:, [X, Y, DISTANCE2]])
     near[items[members, DISTANCE] == 0.0, 2] = 0.0
     return near
-
-
-def _cells_near(
-    row: npt.NDArray[np.float64], radius: float, travel: float, cells_per_metre: float
-) -> npt.NDArray[np.int64]:
-    """Cells, shape (m, 2), whose nearest point to a surface is within a ball's reach of it."""
-    size = 1.0 / cells_per_metre
-    is_circle = row[DISTANCE] > 0.0
-    reach = (row[DISTANCE] if is_circle else radius) + travel
-    reach *= 1.0 + 1e-9  # rounding of what follows must not lose a cell that just touches
-    length = 0.0 if is_circle else row[LENGTH]
-    ends = row[[X, Y]], row[[X, Y]] + length * row[[TX, TY]]
-    low = np.floor((np.minimum(*ends) - reach) * cells_per_metre).astype(np.int64)
-    high = np.floor((np.maximum(*ends) + reach) * cells_per_metre).astype(np.int64)
-    ix, iy = np.meshgrid(
-        np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1), indexing="ij"
-    )
-    if is_circle:
-        dx = np.maximum(np.maximum(ix * size - row[X], row[X] - (ix + 1) * size), 0.0)
-        dy = np.maximum(np.maximum(iy * size - row[Y], row[Y] - (iy + 1) * size), 0.0)
-        near = dx * dx + dy * dy <= reach * reach
-    else:  # the line's distance from the cell's centre, less half the cell's diagonal
-        x = (ix + 0.5) * size - row[X]
-        y = (iy + 0.5) * size - row[Y]
-        along = np.clip(x * row[TX] + y * row[TY], 0.0, length)
-        dx = x - along * row[TX]
-        dy = y - along * row[TY]
-        far = reach + 0.7072 * size
-        near = dx * dx + dy * dy <= far * far
-    return np.stack([ix[near], iy[near]], axis=1)

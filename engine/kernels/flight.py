@@ -43,6 +43,16 @@ def phi2(z: float) -> float:
 
 
 @kernel
+def short_basis(k: float, s: float) -> tuple[float, float, float]:
+    """`basis` where k s <= SERIES_LIMIT, as within a search window."""
+    if k == 0.0:
+        return 1.0, s, 0.5 * s * s
+    psi = s * s * phi2(k * s)
+    phi = s - k * psi
+    return 1.0 - k * phi, phi, psi
+
+
+@kernel
 def basis(k: float, s: float) -> tuple[float, float, float]:
     """exp(-k s), phi(s) and psi(s) for a drag k >= 0 in 1/s and a time s >= 0 in s.
 
@@ -50,18 +60,12 @@ def basis(k: float, s: float) -> tuple[float, float, float]:
     psi(2s) = psi + phi s + exp(-k s) psi, phi(2s) = phi + exp(-k s) phi. All terms are positive,
     so nothing cancels.
     """
-    if k == 0.0:
-        return 1.0, s, 0.5 * s * s
-    z = k * s
     h = s
     doublings = 0
-    while z > SERIES_LIMIT:
-        z *= 0.5
+    while k * h > SERIES_LIMIT:
         h *= 0.5
         doublings += 1
-    psi = h * h * phi2(z)
-    phi = h - k * psi
-    decay = 1.0 - k * phi
+    decay, phi, psi = short_basis(k, h)
     for _ in range(doublings):
         psi = psi + phi * h + decay * psi
         phi = phi + decay * phi

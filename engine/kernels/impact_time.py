@@ -1,10 +1,11 @@
 """The first instant at which a flying ball touches a circle or a line.
 
 The distance function of a contact is f(s) > 0 before it and f(s) = 0 at it. Every search here
-rests on one bound: if f'' >= m on [s, s + h], then f(s + d) >= f + f' d + m d^2 / 2 for d <= h,
-so f has no root before the minorant has one. Stepping to the minorant's root can neither skip a
-contact nor report one that lies behind; it converges from the left, and at least quadratically
-because m tends to f'' as the horizon h shrinks. `docs/physics.md` derives the bounds.
+rests on one bound: if f''' >= l on [s, s + h] and l <= 0, then f(s + d) >= f + f' d + m d^2 / 2
+with m = f'' + l h / 3 for d <= h, so f has no root before this minorant has one. Stepping to the
+minorant's root, or less far, can neither skip a contact nor report one that lies behind; it
+converges from the left, and cubically because h shrinks with the steps. `docs/physics.md` derives
+the bounds.
 
 Right after an impact f(0) = 0 is known; the root there is divided out (f(s) / s is searched)
 instead of being dodged with an epsilon.
@@ -12,7 +13,7 @@ instead of being dodged with an epsilon.
 
 from math import sqrt
 
-from engine.kernels.flight import SERIES_LIMIT, basis, phi2
+from engine.kernels.flight import SERIES_LIMIT, phi2, short_basis
 from engine.kernels.jit import kernel
 
 NO_HIT = -1.0
@@ -20,6 +21,8 @@ NO_HIT = -1.0
 # practice: at most 12.
 MAX_STEPS = 100
 
+THIRD = 1.0 / 3.0
+SIXTH = 1.0 / 6.0
 NEGLIGIBLE = 2.0**-54
 """Part of D^2 (or of the normal speed) below which what a step may have missed is not looked at
 again: half of what rounding leaves of f itself."""
@@ -44,16 +47,32 @@ def minorant_root(f: float, fd: float, m: float) -> float:
 
 
 @kernel
-def stays_positive(f: float, fd: float, m: float, h: float) -> bool:
-    """Whether f + fd d + m d^2 / 2 > 0 on all of [0, h], for f > 0; no square root taken.
+def halley_step(f: float, fd: float, m: float) -> float:
+    """At most the smallest d > 0 with f + fd d + m d^2 / 2 = 0 for f > 0; NO_HIT if there is none.
 
-    Both cases are computed and none is branched on: a processor guesses this branch badly.
+    Where f falls it is Halley's step, which waits for no square root. It ends short of the root
+    because sqrt(1 - 2x) <= 1 - x, for x = m f / fd^2; the minorant is f x^2 / (2 - x)^2 there.
     """
-    slope_at_end = fd + m * h
-    dips = (m > 0.0) & (slope_at_end > 0.0)  # the least value is not at the end
-    at_end = f + 0.5 * h * (fd + slope_at_end) > 0.0
-    at_dip = (fd >= 0.0) | (fd * fd < 2.0 * m * f)
-    return bool((dips & at_dip) | ((not dips) & at_end))
+    if fd >= 0.0:
+        return minorant_root(f, fd, m)
+    square = fd * fd
+    fm = f * m
+    if square < fm + fm:
+        return NO_HIT
+    return 2.0 * f * fd / (fm - (square + square))
+
+
+@kernel
+def stays_positive(f: float, b: float, c: float, h: float) -> bool:
+    """Whether f + 2 b d + c d^2 > 0 on all of [0, h]; no square root taken.
+
+    All cases are computed and none is branched on: a processor guesses such branches badly.
+    """
+    e = b + c * h
+    dips = (c > 0.0) & (e > 0.0)  # the least value is not at the end
+    at_end = f + h * (b + e) > 0.0
+    at_dip = (b >= 0.0) | (b * b < c * f)
+    return bool((f > 0.0) & ((dips & at_dip) | ((not dips) & at_end)))
 
 
 @kernel
@@ -103,18 +122,20 @@ def circle_hit(
     not depend on it.
     """
     f = qx * qx + qy * qy - d2
-    fd = 2.0 * (qx * vx + qy * vy)
+    b = qx * vx + qy * vy
     if f <= 0.0:
-        if fd < 0.0:
+        if b < 0.0:
             return 0.0
         return circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, best)
     qa = qx * ax + qy * ay
-    fdd = 2.0 * (vx * vx + vy * vy + qa)
+    c = vx * vx + vy * vy + qa
     low3 = third_derivative_bound(vx * ax + vy * ay, ax * ax + ay * ay, qa, k, horizon)
     reach = min(horizon, best)
-    if stays_positive(f, fd, fdd + low3 * reach, reach):
+    if stays_positive(f, b, c + low3 * reach * SIXTH, reach):
         return NO_HIT
-    return circle_search(qx, qy, vx, vy, ax, ay, k, d2, horizon, best, 0.0, f, fd, fdd, low3)
+    return circle_search(
+        qx, qy, vx, vy, ax, ay, k, d2, horizon, best, 0.0, f, 2.0 * b, 2.0 * c, low3
+    )
 
 
 @kernel
@@ -146,14 +167,14 @@ def circle_search(
     enough = NEGLIGIBLE * d2
     h = horizon - s
     for _ in range(MAX_STEPS):
-        m = fdd + low3 * h
-        step = minorant_root(f, fd, m)
+        m = fdd + low3 * h * THIRD
+        step = halley_step(f, fd, m)
         if step == NO_HIT or step > h:
             if s + h >= horizon:
                 return NO_HIT
             step = h  # no root within the trusted part: go to its end and trust more
             h = h + h
-        elif (size3 * step * (1.0 / 6.0) - 0.5 * low3 * h) * step * step <= enough:
+        elif _comes_near(f, fd, m, step, size3 * step - low3 * h, enough):
             s = s + step  # |f| there is below its own rounding
             return s if s <= best else NO_HIT
         else:
@@ -164,7 +185,7 @@ def circle_search(
             return NO_HIT
         if s == before:
             return s
-        decay, phi, psi = basis(k, s)
+        decay, phi, psi = short_basis(k, s)
         px = qx + vx * s + ax * psi
         py = qy + vy * s + ay * psi
         ux = vx + ax * phi
@@ -179,6 +200,20 @@ def circle_search(
             if h <= 0.0:
                 return NO_HIT
     return s
+
+
+@kernel
+def _comes_near(f: float, fd: float, m: float, step: float, change: float, enough: float) -> bool:
+    """Whether |f| <= enough after a `halley_step`; `change` bounds that of f'' from what m says.
+
+    The two parts of |f|, each at most half of `enough`: change step^2 / 6, and for a minorant with
+    a root, where x <= 1/2, f x^2 / (2 - x)^2 <= f x^2 / 2.
+    """
+    square = fd * fd
+    fm = f * m
+    if change * step * step > 3.0 * enough:
+        return False
+    return f * fm * fm <= enough * square * square
 
 
 @kernel
@@ -208,9 +243,9 @@ def circle_hit_again(
     s = 0.0
     step = NO_HIT
     if g > 0.0:
-        if stays_positive(g, gd, m, min(horizon, best)):
+        if stays_positive(g, 0.5 * gd, 0.5 * m, min(horizon, best)):
             return NO_HIT
-        step = minorant_root(g, gd, m)
+        step = halley_step(g, gd, m)
     elif gd <= 0.0:
         return 0.0
     elif m < 0.0:
@@ -224,7 +259,9 @@ def circle_hit_again(
         s = s + step
         if s > horizon or s > best:
             return NO_HIT
-        if s == before or size * step * step <= enough:
+        # The step's end is off by what m leaves of g'' and by what Halley's step leaves of that:
+        # size step^2 (1 + |x| / 4) at most.
+        if s == before or (2.0 * size * step * step <= enough and -m * g <= 4.0 * gd * gd):
             return s
         c = 0.5
         if k > 0.0:
@@ -238,7 +275,7 @@ def circle_hit_again(
         if g <= 0.0:
             return s
         gd = 2.0 * qa * c1d + ww + 2.0 * s * c1d * (wx * ax + wy * ay)
-        step = minorant_root(g, gd, m)
+        step = halley_step(g, gd, m)
     return s
 
 
@@ -274,7 +311,7 @@ def circle_hit_after_leaving(
     s = -24.0 * h0 / low4
     if s >= horizon or s > best:
         return NO_HIT
-    decay, phi, psi = basis(k, s)
+    decay, phi, psi = short_basis(k, s)
     px = qx + vx * s + ax * psi
     py = qy + vy * s + ay * psi
     ux = vx + ax * phi
@@ -308,7 +345,7 @@ def line_hit(h: float, hd: float, hdd: float, k: float, horizon: float, best: fl
     exit_time = _line_exit(h, hd, hdd, k, min(horizon, best))
     if exit_time == NO_HIT:
         return line_hit_again(hd, hdd, k, horizon, best)
-    decay, phi, _ = basis(k, exit_time)
+    decay, phi, _ = short_basis(k, exit_time)
     rest = min(horizon, best) - exit_time
     entry = line_hit_again(hd + hdd * phi, hdd * decay, k, rest, rest)
     return NO_HIT if entry == NO_HIT else exit_time + entry
@@ -324,7 +361,7 @@ def _line_search(h: float, hd: float, hdd: float, k: float, horizon: float, best
     a = h
     b = hd
     for _ in range(MAX_STEPS):
-        if stays_positive(a, b, m, horizon - s):
+        if stays_positive(a, 0.5 * b, 0.5 * m, horizon - s):
             return NO_HIT
         step = minorant_root(a, b, m)
         before = s
@@ -333,7 +370,7 @@ def _line_search(h: float, hd: float, hdd: float, k: float, horizon: float, best
             return NO_HIT
         if s == before:
             return s
-        _, phi, psi = basis(k, s)
+        _, phi, psi = short_basis(k, s)
         a = h + hd * s + hdd * psi
         if a <= 0.0:
             return s
@@ -358,7 +395,7 @@ def _line_exit(h: float, hd: float, hdd: float, k: float, limit: float) -> float
         s = s - a / b
         if s > limit:
             return NO_HIT
-        _, phi, psi = basis(k, s)
+        _, phi, psi = short_basis(k, s)
         a = h + hd * s + hdd * psi
         if a >= 0.0 or s == before:
             return s

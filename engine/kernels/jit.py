@@ -24,6 +24,7 @@ _njit: Any = njit  # its types leave out an option that is used below
 
 _RULES: dict[str, Any] = {
     "cache": True, "nogil": True, "fastmath": False, "error_model": "numpy",
+    "no_cfunc_wrapper": True,
 }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""A board as the kernels see it: numbers and flat arrays, with a spatial hash over its surfaces."""
+"""A board as the kernels see it: numbers and flat arrays, with a grid over its surfaces."""
 
 from typing import NamedTuple
 
@@ -21,26 +21,28 @@ FIRST_END = 8  # line: the items of its two ends
 LAST_END = 9
 FIRST_LINE = 4  # circle: up to four lines that end in it, -1 for none
 LINE_SLOTS = 4
+INVERSE = 8  # circle: 1 / D
 ITEM_COLUMNS = 10
 
-# Multipliers of the prime hash of Teschner et al., VMV 2003.
-PRIME_X = 73856093
-PRIME_Y = 19349663
-
 CELL_LIMIT = 1.0e9
-"""Cells from the origin beyond which a ball counts as escaped; floats below it fit an int64."""
+"""Cells from the grid's corner beyond which a ball counts as escaped."""
 
 
 class Layout(NamedTuple):
-    """All that the kernels know of a board. SI units; n surfaces, b hash buckets."""
+    """All that the kernels know of a board. SI units; n surfaces. The grid: see `engine.cells`."""
 
     items: npt.NDArray[np.float64]  # (n, 10): pegs by index, then each wall's line and two ends
-    starts: npt.NDArray[np.int64]  # (b + 1,): where each bucket's items start in `members`
-    members: npt.NDArray[np.int64]  # (m,): item numbers, ascending within a bucket
+    left: float  # m, of the grid's upper left corner
+    top: float
+    cells_per_metre: float
+    columns: int
+    rows: int
+    starts: npt.NDArray[np.uint32]  # (columns rows + 2,): where each cell's items start in members
+    members: npt.NDArray[np.int64]  # (m,): item numbers, ascending within a cell
     near: npt.NDArray[np.float64]  # (m, 3): each member as x, y, D^2; a line has D^2 = 0
     peg_count: int
-    cells_per_metre: float
-    travel: float  # m; a bucket lists all a ball can touch while it moves this far from its cell
+    travel: float  # m; a cell lists all a ball can touch while it moves this far from it
+    fall: float  # s; from rest a ball falls the travel in it; 1 without gravity
     gravity: float
     drag: float
     radius: float
@@ -53,19 +55,23 @@ class Layout(NamedTuple):
 
 
 @kernel
-def cell_bucket(x: float, y: float, cells_per_metre: float, buckets: int) -> int:
-    """Hash bucket, of a power of two of them, of the cell that holds (x, y); -1 if too far out."""
-    fx = np.floor(x * cells_per_metre)
-    fy = np.floor(y * cells_per_metre)
-    if not (abs(fx) < CELL_LIMIT and abs(fy) < CELL_LIMIT):  # a NaN fails this too
-        return -1
-    return int((int(fx) * PRIME_X + int(fy) * PRIME_Y) & (buckets - 1))
+def cell_at(
+    x: float, y: float, left: float, top: float, cells_per_metre: float, columns: int, rows: int
+) -> int:
+    """Number of the cell that holds (x, y), columns * rows for all outside; -1 if too far out."""
+    across = (x - left) * cells_per_metre
+    down = (y - top) * cells_per_metre
+    if across >= 0.0 and down >= 0.0 and across < columns and down < rows:
+        return int(down) * columns + int(across)
+    if abs(across) < CELL_LIMIT and abs(down) < CELL_LIMIT:  # a NaN fails this too
+        return columns * rows
+    return -1
 
 
 @kernel
-def bucket_of(board: Layout, x: float, y: float) -> int:
-    """`cell_bucket` of a board."""
-    return cell_bucket(x, y, board.cells_per_metre, board.starts.shape[0] - 1)
+def cell_of(board: Layout, x: float, y: float) -> int:
+    """`cell_at` of a board."""
+    return cell_at(x, y, board.left, board.top, board.cells_per_metre, board.columns, board.rows)
 
 
 @kernel

@@ -31,9 +31,10 @@ from engine.kernels.arena_data import (
     Y,
 )
 from engine.kernels.jit import kernel, lean_kernel
-from engine.kernels.layout import PRIME_Y
 from engine.kernels.place import nearest
 
+# Multipliers of the prime hash of Teschner et al., VMV 2003.
+PRIME_Y = 19349663
 PRIME_LEVEL = 83492791
 
 MARGIN = 0.25

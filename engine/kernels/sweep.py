@@ -49,9 +49,9 @@ def sweep_line(
 
 @kernel
 def sweep(
-    board: Layout, bucket: int, x: float, y: float, vx: float, vy: float, horizon: float, left: int
+    board: Layout, cell: int, x: float, y: float, vx: float, vy: float, horizon: float, left: int
 ) -> tuple[float, int, float]:
-    """First surface of a bucket met within the horizon: time (the horizon if none), item, side.
+    """First surface of a cell met within the horizon: time (the horizon if none), item, side.
 
     `left` is the surface (or -1) that the ball just bounced off: a straight line away from a convex
     surface cannot meet it again, whatever rounding says of the way the ball is going.
@@ -61,7 +61,7 @@ def sweep(
     best = horizon
     item = -1
     side = 0.0
-    for k in range(board.starts[bucket], board.starts[bucket + 1]):
+    for k in range(board.starts[cell], board.starts[cell + 1]):
         other = board.members[k]
         if other == left:
             continue

@@ -49,9 +49,10 @@ def trace(
     touching = False
     while True:
         end, item, side, grips = flying.fly(
-            board.items, board.starts, board.members, board.near,
-            board.cells_per_metre, board.travel, board.gravity, board.drag, board.radius,
-            board.bins_y, board.peg_count, board.peg_restitution, board.peg_friction,
+            board.items, board.left, board.top, board.cells_per_metre, board.columns, board.rows,
+            board.starts, board.members, board.near, board.travel, board.fall,
+            board.gravity, board.drag, board.radius, board.bins_y,
+            board.peg_count, board.peg_restitution, board.peg_friction,
             board.wall_restitution, board.wall_friction,
             state, item, side, how, touching, max_events, max_time,
             log.events, log.marks, log.segments, log.counts,

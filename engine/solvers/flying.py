@@ -4,15 +4,14 @@ These kernels take arrays and scalars one by one instead of a Layout: in the inn
 reference counting of a tuple of arrays would cost more than the physics.
 """
 
-from math import sqrt
-
 import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_PEG, KIND_WALL
-from engine.kernels.flight import SERIES_LIMIT, basis
+from engine.kernels.flight import SERIES_LIMIT, basis, short_basis
 from engine.kernels.impact_time import (
     NO_HIT,
+    SIXTH,
     circle_hit,
     circle_hit_after_leaving,
     circle_hit_again,
@@ -28,6 +27,7 @@ from engine.kernels.layout import (
     DISTANCE,
     DISTANCE2,
     FIRST_END,
+    INVERSE,
     LAST_END,
     LENGTH,
     NX,
@@ -36,7 +36,7 @@ from engine.kernels.layout import (
     TY,
     X,
     Y,
-    cell_bucket,
+    cell_at,
 )
 from engine.kernels.log import (
     EVENTS,
@@ -64,6 +64,8 @@ friction holds it and 1e-12 m where it slips; a larger value would be seen in th
 
 MAX_WINDOWS = 1_000_000
 """Search windows in one flight, each at least the layout's travel long or 0.25 / k."""
+
+SQRT2_LESS_1 = 0.41421356237309515  # rounded up
 
 # What a flight ends at, besides the number of a surface.
 BINS = -1
@@ -126,7 +128,7 @@ def _foot_inside(
 
     (dx, dy) is where the flight begins, seen from the line's first end.
     """
-    _, _, psi = basis(k, s)
+    _, _, psi = short_basis(k, s)
     foot = (dx + vx * s + ax * psi) * tx + (dy + vy * s + ay * psi) * ty
     return 0.0 <= foot <= length
 
@@ -189,14 +191,27 @@ def _leaves_by(
     return (end == int(first) and along < 0.0) or (end == int(last) and along > 0.0)
 
 
+@kernel
+def length_bound(x: float, y: float) -> float:
+    """At least the length of (x, y), and at most 1.083 of it: no square root is waited for."""
+    x = abs(x)
+    y = abs(y)
+    return max(x, y) + SQRT2_LESS_1 * min(x, y)
+
+
 @lean_kernel
 def next_hit(
     items: Array,
-    starts: Ints,
+    left: float,
+    top: float,
+    cells_per_metre: float,
+    columns: int,
+    rows: int,
+    starts: npt.NDArray[np.uint32],
     members: Ints,
     near: Array,
-    cells_per_metre: float,
     travel: float,
+    fall: float,
     gravity: float,
     k: float,
     radius: float,
@@ -213,24 +228,24 @@ def next_hit(
     """Flight from a state to whatever it meets first: duration, surface (or code) and side.
 
     The first ten arguments are those of the layout. The flight is searched window by window; in
-    each the ball moves at most `travel`, so that the bucket of the window's start lists all it can
+    each the ball moves at most `travel`, so that the cell of the window's start lists all it can
     touch. At equal times the lower surface number counts, and a surface before the bins.
     """
-    buckets = starts.shape[0] - 1
     ax0 = -k * vx0
     ay0 = gravity - k * vy0
     x, y, vx, vy, ax, ay = x0, y0, vx0, vy0, ax0, ay0
-    gain = 2.0 * travel * sqrt(ax0 * ax0 + ay0 * ay0)
+    rise = travel / fall + 0.5 * fall * length_bound(ax0, ay0)
     start = 0.0
     for _ in range(MAX_WINDOWS):
-        bucket = cell_bucket(x, y, cells_per_metre, buckets)
-        if bucket < 0:
+        cell = cell_at(x, y, left, top, cells_per_metre, columns, rows)
+        if cell < 0:
             return start, NOWHERE, 0.0
         vv = vx * vx + vy * vy
         va = vx * ax + vy * ay
         aa = ax * ax + ay * ay
-        # In s the ball moves |v| s + |a| s^2 / 2 at most, which reaches the travel here.
-        horizon = 2.0 * travel / (sqrt(vv) + sqrt(vv + gain))
+        # In s the ball moves |v| s + |a| s^2 / 2 at most, which is no more than the travel here.
+        speed = length_bound(vx, vy)
+        horizon = 2.0 * travel / (speed + length_bound(speed, rise))
         if k * horizon > SERIES_LIMIT:
             horizon = SERIES_LIMIT / k
         best = horizon
@@ -256,12 +271,12 @@ def next_hit(
                 best = s
                 item = held
                 side = held_side
-        for j in range(starts[bucket], starts[bucket + 1]):
+        for j in range(starts[cell], starts[cell + 1]):
+            other = members[j]
+            if other == skipped:
+                continue
             d2 = near[j, 2]
             if d2 == 0.0:
-                other = members[j]
-                if other == skipped:
-                    continue
                 s, other_side = _line_hit_between_ends(
                     items[other, X], items[other, Y], items[other, LENGTH],
                     items[other, NX], items[other, NY], radius,
@@ -273,7 +288,7 @@ def next_hit(
                     tx = items[other, TX]
                     ty = items[other, TY]
                     if _leaves_by(first, last, held, tx, ty, vx, vy):
-                        _, phi, _ = basis(k, s)
+                        _, phi, _ = short_basis(k, s)
                         if _leaves_by(first, last, held, tx, ty, vx + ax * phi, vy + ay * phi):
                             s = NO_HIT
             else:
@@ -281,20 +296,18 @@ def next_hit(
                 qx = x - near[j, 0]
                 qy = y - near[j, 1]
                 f = qx * qx + qy * qy - d2
-                fd = 2.0 * (qx * vx + qy * vy)
+                b = qx * vx + qy * vy
                 qa = qx * ax + qy * ay
-                fdd = 2.0 * (vv + qa)
+                c = vv + qa
                 low3 = third_derivative_bound(va, aa, qa, k, horizon)
-                if (f > 0.0) & stays_positive(f, fd, fdd + low3 * best, best):
-                    continue
-                other = members[j]
-                if other == skipped:
+                if stays_positive(f, b, c + low3 * best * SIXTH, best):
                     continue
                 other_side = 0.0
                 if f > 0.0:
                     s = circle_search(
-                        qx, qy, vx, vy, ax, ay, k, d2, horizon, best, 0.0, f, fd, fdd, low3
-                    )
+                        qx, qy, vx, vy, ax, ay, k, d2, horizon, best,
+                        0.0, f, 2.0 * b, 2.0 * c, low3,
+                    )  # fmt: skip
                 else:
                     s = circle_hit(qx, qy, vx, vy, ax, ay, k, d2, horizon, best)
             if s != NO_HIT and (s < best or item == NOWHERE or (s == best and other < item)):
@@ -325,11 +338,16 @@ def next_hit(
 @lean_kernel
 def fly(
     items: Array,
-    starts: Ints,
+    left: float,
+    top: float,
+    cells_per_metre: float,
+    columns: int,
+    rows: int,
+    starts: npt.NDArray[np.uint32],
     members: Ints,
     near: Array,
-    cells_per_metre: float,
     travel: float,
+    fall: float,
     gravity: float,
     k: float,
     radius: float,
@@ -377,7 +395,8 @@ def fly(
             if row < segments.shape[0]:
                 write_segment(segments, row, t, x, y, vx, vy, theta, omega, IN_FLIGHT)
             s, item, side = next_hit(
-                items, starts, members, near, cells_per_metre, travel, gravity, k, radius, bins_y,
+                items, left, top, cells_per_metre, columns, rows, starts, members, near,
+                travel, fall, gravity, k, radius, bins_y,
                 x, y, vx, vy, item, side, how, max_time - t,
             )  # fmt: skip
             if item == NOWHERE:
@@ -401,9 +420,12 @@ def fly(
         dy = y - items[item, Y]
         distance = items[item, DISTANCE]
         if distance > 0.0:
-            length = sqrt(dx * dx + dy * dy)
-            nx = dx / length
-            ny = dy / length
+            # The ball is at D within rounding: one step of Newton's for 1 / sqrt makes it exact.
+            nx = dx * items[item, INVERSE]
+            ny = dy * items[item, INVERSE]
+            unit = 1.5 - 0.5 * (nx * nx + ny * ny)
+            nx = nx * unit
+            ny = ny * unit
             x = items[item, X] + distance * nx
             y = items[item, Y] + distance * ny
         else:

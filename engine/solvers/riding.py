@@ -40,7 +40,7 @@ from engine.kernels.layout import (
     Layout,
     X,
     Y,
-    bucket_of,
+    cell_of,
 )
 from engine.kernels.log import OMEGA, PX, PY, THETA, VX, VY, Log, T, note_event, note_segment
 from engine.kernels.series import Series, value
@@ -117,8 +117,8 @@ def _first_touch_of_others(
     best = horizon
     hit = -1
     hit_side = 0.0
-    bucket = bucket_of(board, state[PX], state[PY])
-    for k in range(board.starts[bucket], board.starts[bucket + 1]):
+    cell = cell_of(board, state[PX], state[PY])
+    for k in range(board.starts[cell], board.starts[cell + 1]):
         other = board.members[k]
         if other == item or _belongs(board, item, other):
             continue
@@ -232,7 +232,7 @@ def ride(
             return OUT_OF_EVENTS, item, side, item, side
         if not state[T] <= max_time:
             return OUT_OF_TIME, item, side, item, side
-        if bucket_of(board, state[PX], state[PY]) < 0:
+        if cell_of(board, state[PX], state[PY]) < 0:
             return OUT_OF_BOARD, item, side, item, side
         nx, ny, state[PX], state[PY] = touch(board, item, side, state[PX], state[PY])
         u = state[VY] * nx - state[VX] * ny

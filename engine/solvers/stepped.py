@@ -13,7 +13,7 @@ import numpy.typing as npt
 from engine.kernels.flight import basis
 from engine.kernels.impulse import bounce
 from engine.kernels.jit import kernel
-from engine.kernels.layout import DISTANCE, LENGTH, NX, NY, TX, TY, Layout, X, Y, bucket_of
+from engine.kernels.layout import DISTANCE, LENGTH, NX, NY, TX, TY, Layout, X, Y, cell_of
 from engine.kernels.log import (
     EVENTS,
     IMPACTS,
@@ -59,10 +59,10 @@ many radians would make it move as fast; the jitter of a ball in a notch is 1e-1
 @kernel
 def push_out(board: Layout, state: State, correction: float) -> None:
     """Move a ball out of what it overlaps, by the fraction `correction` of the depth."""
-    bucket = bucket_of(board, state[PX], state[PY])
-    if bucket < 0:
+    cell = cell_of(board, state[PX], state[PY])
+    if cell < 0:
         return
-    for k in range(board.starts[bucket], board.starts[bucket + 1]):
+    for k in range(board.starts[cell], board.starts[cell + 1]):
         surface = board.items[board.members[k]]
         dx = state[PX] - surface[X]
         dy = state[PY] - surface[Y]
@@ -97,9 +97,13 @@ def _move(state: State, s: float) -> None:
 
 @kernel
 def _bounce_off(
-    board: Layout, state: State, item: int, side: float, threshold: float, log: Log
+    board: Layout, state: State, item: int, side: float, threshold: float, lag: float, log: Log
 ) -> None:
-    """Bounce off `item`; an approach slower than the threshold does not rebound."""
+    """Bounce off `item`; an approach slower than the threshold does not rebound.
+
+    `lag`, in m/s downwards, is what the parabola through the ends of the substeps is faster by. The
+    impact acts on its velocity: then an elastic bounce keeps the energy.
+    """
     nx, ny, state[PX], state[PY] = touch(board, item, side, state[PX], state[PY])
     approach = -(state[VX] * nx + state[VY] * ny)
     if approach <= 0.0:
@@ -107,6 +111,8 @@ def _bounce_off(
     restitution = restitution_of(board, item)
     if approach < threshold:
         restitution = 0.0
+        lag = 0.0
+    state[VY] += lag
     state[VX], state[VY], state[OMEGA], _ = bounce(
         state[VX],
         state[VY],
@@ -119,6 +125,11 @@ def _bounce_off(
     )
     if approach >= threshold:
         note_impact(board, state, item, log)
+    state[VY] -= lag
+    outward = state[VX] * nx + state[VY] * ny
+    if outward < 0.0:
+        state[VX] -= outward * nx
+        state[VY] -= outward * ny
 
 
 @kernel
@@ -132,22 +143,21 @@ def substep(
     lies on a surface, and does not rebound.
     """
     state[VX] = state[VX] * decay
-    state[VY] = state[VY] * decay + board.gravity * gain
+    pull = board.gravity * gain
+    state[VY] = state[VY] * decay + pull
     threshold = 2.0 * board.gravity * h
     rest = h
     hits = 0
     left = -1
     while rest > 0.0 and hits < MAX_HITS:
-        bucket = bucket_of(board, state[PX], state[PY])
-        if bucket < 0:
+        cell = cell_of(board, state[PX], state[PY])
+        if cell < 0:
             return ESCAPED
         speed = sqrt(state[VX] * state[VX] + state[VY] * state[VY])
         window = rest
         if speed * rest > board.travel:
             window = board.travel / speed
-        s, item, side = sweep(
-            board, bucket, state[PX], state[PY], state[VX], state[VY], window, left
-        )
+        s, item, side = sweep(board, cell, state[PX], state[PY], state[VX], state[VY], window, left)
         note_segment(log, state, IN_FLIGHT, 0.0, 0.0, 0.0)
         if state[VY] > 0.0 and state[PY] + state[VY] * s >= board.bins_y:
             _move(state, (board.bins_y - state[PY]) / state[VY])
@@ -157,7 +167,7 @@ def substep(
         if item >= 0:
             hits += 1
             left = item
-            _bounce_off(board, state, item, side, threshold, log)
+            _bounce_off(board, state, item, side, threshold, pull * (0.5 - rest / h), log)
         elif s < window:
             return ESCAPED
     if rest > 0.0:
@@ -210,7 +220,8 @@ def step_on(
     A ball that is left with next to nothing of the speed that gravity adds in a substep is held
     where it is: balanced. `before` is work space, shape (7,).
     """
-    before[:] = state
+    for column in range(STATE_SIZE):  # a slice would compile all of numpy's broadcasting
+        before[column] = state[column]
     outcome = substep(board, state, h, decay, gain, correction, log)
     if outcome != FLYING:
         return outcome

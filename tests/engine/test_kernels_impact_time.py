@@ -15,6 +15,7 @@ from engine.kernels.impact_time import (
     circle_hit,
     circle_hit_after_leaving,
     circle_hit_again,
+    halley_step,
     line_hit,
     line_hit_again,
     minorant_root,
@@ -176,6 +177,24 @@ def test_the_root_of_a_parabola_is_right_to_a_few_units(
     root = (mp.mpf(fd) + mp.sqrt(exact)) / -m if fd > 0.0 else 2 * f / (mp.sqrt(exact) - fd)
     assert root > 0
     assert abs(d / root - 1) < 1e-12 * (1.0 if abs(exact) > 1e-3 * fd * fd else 1e6)
+
+
+@given(
+    st.floats(-18.0, 2.0).map(lambda e: 10.0**e),
+    st.floats(-18.0, 2.0).map(lambda e: -(10.0**e)),
+    st.floats(-50.0, 50.0),
+)
+def test_halleys_step_ends_before_the_root_and_nearly_at_it(f: float, fd: float, m: float) -> None:
+    root = minorant_root(f, fd, m)
+    step = halley_step(f, fd, m)
+    assume(fd * fd != 2.0 * f * m)
+    if root == NO_HIT:
+        assert step == NO_HIT
+        return
+    assert 0.0 < step <= root * (1.0 + 1e-14)
+    x = mp.mpf(m) * f / (mp.mpf(fd) ** 2)
+    left = f + fd * mp.mpf(step) + m * mp.mpf(step) ** 2 / 2
+    assert abs(left - f * x * x / (2 - x) ** 2) < 1e-14 * (f + abs(m) * step * step)
 
 
 @given(st.floats(1e-6, 0.5), st.floats(0.1, 50.0), drags)

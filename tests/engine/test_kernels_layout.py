@@ -1,4 +1,4 @@
-"""The flat form of a board: buckets, bins, and that a hash may only save work."""
+"""The flat form of a board: cells, bins, and that a grid may only save work."""
 
 import math
 from unittest import mock
@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine import Board
+from engine.cells import MAX_CELLS, Cells, cells_of
 from engine.compiled import layout_of
 from engine.kernels.contact import new_series
-from engine.kernels.layout import DISTANCE, DISTANCE2, Layout, bin_of, bucket_of
+from engine.kernels.layout import DISTANCE, DISTANCE2, ITEM_COLUMNS, Layout, X, Y, bin_of, cell_of
 from engine.kernels.log import EVENTS, new_log
 from engine.kernels.sweep import sweep
 from engine.scenes import scene, scene_names
@@ -31,15 +32,15 @@ def board_of(name: str) -> Board:
     return Board.preset(name) if name in BOARDS else scene(name).board
 
 
-def unhashed(board: Board) -> Layout:
-    """The board's layout with one bucket that lists every surface."""
+def gridless(board: Board) -> Layout:
+    """The board's layout with one cell that lists every surface."""
 
-    def one_bucket(items: Floats, *_: float) -> tuple[Ints, Ints]:
+    def one_cell(items: Floats, *_: float) -> Cells:
         copies = (items[:, DISTANCE] > 0.0) & (items[:, DISTANCE2] < 0.0)
         members = np.flatnonzero(~copies).astype(np.int64)
-        return np.array([0, len(members)], np.int64), members
+        return Cells(0.0, 0.0, 1.0, 0, 0, np.array([0, len(members)], np.uint32), members)
 
-    with mock.patch("engine.compiled._hash", one_bucket):
+    with mock.patch("engine.compiled.cells_of", one_cell):
         return layout_of.__wrapped__(board)
 
 
@@ -47,15 +48,24 @@ def unhashed(board: Board) -> Layout:
     ("x", "y"),
     [(1e300, 0.0), (0.0, -1e300), (math.inf, 0.0), (0.0, -math.inf), (math.nan, 0.0), (1e12, 1.0)],
 )
-def test_a_place_too_far_out_has_no_bucket(x: float, y: float) -> None:
-    assert bucket_of(layout_of(Board.preset("triangle-8")), x, y) == -1
+def test_a_place_too_far_out_has_no_cell(x: float, y: float) -> None:
+    assert cell_of(layout_of(Board.preset("triangle-8")), x, y) == -1
 
 
-def test_a_place_on_the_board_or_somewhat_off_it_has_a_bucket() -> None:
+def test_a_place_on_the_board_or_somewhat_off_it_has_a_cell() -> None:
     layout = layout_of(Board.preset("triangle-8"))
     count = len(layout.starts) - 1
     for x in np.linspace(-1000.0, 1000.0, 21):
-        assert 0 <= bucket_of(layout, float(x), -0.37 * float(x)) < count
+        assert 0 <= cell_of(layout, float(x), -0.37 * float(x)) < count
+
+
+def test_surfaces_far_apart_have_coarser_cells_instead_of_more() -> None:
+    items = np.zeros((2, ITEM_COLUMNS))
+    items[:, [X, Y, DISTANCE, DISTANCE2]] = [[-1e6, 0.0, 0.1, 0.01], [1e6, 5.0, 0.1, 0.01]]
+    cells = cells_of(items, 0.05, 0.2, 10.0)
+    assert cells.columns * cells.rows <= MAX_CELLS
+    assert cells.cells_per_metre < 1.0
+    assert set(cells.members.tolist()) == {0, 1}
 
 
 @given(st.floats(-10.0, 10.0))
@@ -73,26 +83,26 @@ def test_each_edge_belongs_to_the_bin_on_its_right() -> None:
 
 
 @pytest.mark.parametrize("name", [*BOARDS, *scene_names()])
-def test_the_hash_changes_no_bit_of_an_exact_drop(name: str) -> None:
-    """So every bucket lists all that a ball can touch from it: a surface left out would be
+def test_the_grid_changes_no_bit_of_an_exact_drop(name: str) -> None:
+    """So every cell lists all that a ball can touch from it: a surface left out would be
     passed through."""
     board = board_of(name)
     for seed in range(4):
-        assert hash_changes_nothing(board, start_x(seed, board.drop.x, board.drop.jitter))
+        assert grid_changes_nothing(board, start_x(seed, board.drop.x, board.drop.jitter))
 
 
 @given(any_board, st.floats(-0.9, 0.9))
-def test_the_hash_changes_no_bit_on_any_board(board: Board, x: float) -> None:
-    assert hash_changes_nothing(board, x)
+def test_the_grid_changes_no_bit_on_any_board(board: Board, x: float) -> None:
+    assert grid_changes_nothing(board, x)
 
 
 @pytest.mark.parametrize("name", [*BOARDS, "storm", "zigzag", "comb"])
-def test_the_hash_changes_no_bit_of_a_stepped_drop(name: str) -> None:
+def test_the_grid_changes_no_bit_of_a_stepped_drop(name: str) -> None:
     board = board_of(name)
     for seed in range(2):
         x = start_x(seed, board.drop.x, board.drop.jitter)
         results = []
-        for layout in (layout_of(board), unhashed(board)):
+        for layout in (layout_of(board), gridless(board)):
             state, log = at_start(board, x), new_log(500, 0)
             outcome = trace_stepped(layout, state, 1.0 / 240.0, 0.6, MAX_EVENTS, log)
             count = int(log.counts[EVENTS])
@@ -100,10 +110,10 @@ def test_the_hash_changes_no_bit_of_a_stepped_drop(name: str) -> None:
         assert results[0] == results[1]
 
 
-def hash_changes_nothing(board: Board, x: float) -> bool:
-    """Whether an exact drop is the same, in its first 2000 events, with one bucket for all."""
+def grid_changes_nothing(board: Board, x: float) -> bool:
+    """Whether an exact drop is the same, in its first 2000 events, with one cell for all."""
     results = []
-    for layout in (layout_of(board), unhashed(board)):
+    for layout in (layout_of(board), gridless(board)):
         state, log = at_start(board, x), new_log(2000, 0)
         outcome = trace(layout, state, MAX_EVENTS, MAX_TIME, log, new_series())
         count = min(int(log.counts[EVENTS]), 2000)
@@ -123,7 +133,7 @@ def test_a_sweep_finds_the_first_surface_on_a_straight_line(
 ) -> None:
     """Against a walk along the line: nothing is touched before, and something is at the end."""
     board = Board.preset("triangle-8")
-    layout = unhashed(board)
+    layout = gridless(board)
     horizon = 0.5 / (math.hypot(vx, vy) + 1e-9)
     gap = gaps(board, np.array([x]), np.array([y]))
     if gap.min() < 0.0:
