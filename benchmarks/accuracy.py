@@ -184,7 +184,8 @@ def _table(title: str, truth: Reference, data: dict[str, Any]) -> Table:
         [
             f"Median position error over {len(truth.xs)} drops midway between the impact and the "
             "next. Drops that end in the oracle's bin: among those whose bin double precision can "
-            "decide (1,000 roundings of the start leave it as it is), and among all; the others "
+            "decide (four roundings of a coordinate, 2^-50 m each, leave it as it is when they "
+            "grow as the oracle's path does with its impacts shaken), and among all; the others "
             "are chaos, where agreement is chance for everyone. Deepest overlap of a ball with a "
             "peg at the end of any step; drops per second on one core, median of the rounds. "
             "Last row: the median growth of half a unit in the last place of the start, the "

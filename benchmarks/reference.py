@@ -31,7 +31,7 @@ class Reference:
     times: midway after each of AFTER, s, shape (n, 4), NaN where a drop has no such impact;
     positions, m, (n, 4, 2); floor: what one rounding of the start becomes by then, m, (n, 4);
     bins, -1 where the ball does not land; durations in s; decidable: whether a program in double
-    precision can know the bin, shape (n,).
+    precision can know the bin, by the rule of the tests, shape (n,).
     """
 
     board: Board
@@ -45,10 +45,6 @@ class Reference:
 
 
 _Row = tuple[list[float], list[tuple[float, float]], list[float], int, float, bool]
-
-ROUNDINGS = 1000.0
-"""A bin counts as decidable when so many roundings of the start leave the ball in it. A solver
-makes about a hundred roundings an impact, and those of the first impacts grow most."""
 
 
 def reference(board: Board, drops: int, settings: Settings) -> Reference:
@@ -82,7 +78,7 @@ def reference(board: Board, drops: int, settings: Settings) -> Reference:
 
 def _oracle(board_json: str, x: float) -> _Row:
     """One oracle drop, in floats."""
-    from tests.engine.oracle import oracle_drop
+    from tests.engine.oracle import golden, oracle_drop
 
     board = Board.from_json(board_json)
     drop = oracle_drop(board, x, dps=DIGITS)
@@ -102,7 +98,5 @@ def _oracle(board_json: str, x: float) -> _Row:
         positions.append((float(px), float(py)))
         floor.append(rounding * drop.amplifications[hits[number - 1]])
     where = -1 if drop.bin is None else drop.bin
-    x_end = float(drop.x_end)
-    margin = min(abs(edge - x_end) for edge in board.bins.edges)
-    decidable = drop.bin is not None and ROUNDINGS * rounding * drop.amplification < margin
+    decidable = drop.bin is not None and golden.decidable(golden.golden_of(drop, x), board)
     return times, positions, floor, where, float(drop.duration), decidable
