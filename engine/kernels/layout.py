@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.kernels.jit import kernel
+from engine.kernels.jit import kernel, lean_kernel
 
 # Columns of `items`: where a surface is, and how far from it a ball's centre is at contact.
 X = 0  # of a circle's centre or a line's first end, m
@@ -68,13 +68,13 @@ def cell_at(
     return -1
 
 
-@kernel
+@lean_kernel
 def cell_of(board: Layout, x: float, y: float) -> int:
     """`cell_at` of a board."""
     return cell_at(x, y, board.left, board.top, board.cells_per_metre, board.columns, board.rows)
 
 
-@kernel
+@lean_kernel
 def bin_of(board: Layout, x: float) -> int:
     """Bin whose edges enclose x: edges[i] <= x < edges[i + 1], the outer ones open outwards."""
     low = 0

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.kernels.jit import kernel
+from engine.kernels.jit import kernel, lean_kernel
 
 # The state of a ball while it is traced.
 T = 0
@@ -76,7 +76,7 @@ def write_event(
     marks[row, 1] = index
 
 
-@kernel
+@lean_kernel
 def note_event(log: Log, state: npt.NDArray[np.float64], kind: int, index: int) -> None:
     """Append the state as an event."""
     row = log.counts[EVENTS]
@@ -115,7 +115,7 @@ def write_segment(
     segments[row, SLIP_SIGN] = 0.0
 
 
-@kernel
+@lean_kernel
 def note_segment(
     log: Log,
     state: npt.NDArray[np.float64],

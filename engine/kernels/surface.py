@@ -2,11 +2,11 @@
 
 from math import sqrt
 
-from engine.kernels.jit import kernel
+from engine.kernels.jit import kernel, lean_kernel
 from engine.kernels.layout import DISTANCE, NX, NY, Layout, X, Y
 
 
-@kernel
+@lean_kernel
 def touch(
     board: Layout, item: int, side: float, x: float, y: float
 ) -> tuple[float, float, float, float]:
@@ -15,35 +15,35 @@ def touch(
     The centre is within rounding of the contact distance; putting it there exactly keeps the
     errors of many bounces on one surface from adding up.
     """
-    surface = board.items[item]
-    dx = x - surface[X]
-    dy = y - surface[Y]
-    distance = surface[DISTANCE]
+    items = board.items
+    dx = x - items[item, X]
+    dy = y - items[item, Y]
+    distance = items[item, DISTANCE]
     if distance > 0.0:
         length = sqrt(dx * dx + dy * dy)
         nx = dx / length
         ny = dy / length
-        return nx, ny, surface[X] + distance * nx, surface[Y] + distance * ny
-    nx = side * surface[NX]
-    ny = side * surface[NY]
+        return nx, ny, items[item, X] + distance * nx, items[item, Y] + distance * ny
+    nx = side * items[item, NX]
+    ny = side * items[item, NY]
     gap = board.radius - (dx * nx + dy * ny)
     return nx, ny, x + gap * nx, y + gap * ny
 
 
-@kernel
+@lean_kernel
 def curvature(board: Layout, item: int) -> float:
     """Curvature of the centre's path on `item`, 1/m: 1/D on a circle, 0 on a line."""
     distance = board.items[item, DISTANCE]
     return 1.0 / distance if distance > 0.0 else 0.0
 
 
-@kernel
+@lean_kernel
 def restitution_of(board: Layout, item: int) -> float:
     """Restitution between the ball and `item`."""
     return board.peg_restitution if item < board.peg_count else board.wall_restitution
 
 
-@kernel
+@lean_kernel
 def friction_of(board: Layout, item: int) -> float:
     """Coefficient of friction between the ball and `item`."""
     return board.peg_friction if item < board.peg_count else board.wall_friction

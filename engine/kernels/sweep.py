@@ -3,11 +3,11 @@
 from math import sqrt
 
 from engine.kernels.impact_time import NO_HIT
-from engine.kernels.jit import kernel
+from engine.kernels.jit import lean_kernel
 from engine.kernels.layout import DISTANCE, DISTANCE2, LENGTH, NX, NY, TX, TY, Layout, X, Y
 
 
-@kernel
+@lean_kernel
 def sweep_circle(qx: float, qy: float, vx: float, vy: float, d2: float, horizon: float) -> float:
     """First s in [0, horizon] with |q + v s|^2 <= d2 while closing in, or NO_HIT."""
     f = qx * qx + qy * qy - d2
@@ -24,30 +24,32 @@ def sweep_circle(qx: float, qy: float, vx: float, vy: float, d2: float, horizon:
     return s if s <= horizon else NO_HIT
 
 
-@kernel
+@lean_kernel
 def sweep_line(
     board: Layout, item: int, x: float, y: float, vx: float, vy: float, horizon: float
 ) -> tuple[float, float]:
     """First s in [0, horizon] at which a ball closes in on the inside of a wall, and the side."""
-    line = board.items[item]
-    dx = x - line[X]
-    dy = y - line[Y]
-    d = line[NX] * dx + line[NY] * dy
+    items = board.items
+    dx = x - items[item, X]
+    dy = y - items[item, Y]
+    nx = items[item, NX]
+    ny = items[item, NY]
+    d = nx * dx + ny * dy
     side = 1.0 if d > 0.0 else -1.0
     h = side * d - board.radius
-    hd = side * (line[NX] * vx + line[NY] * vy)
+    hd = side * (nx * vx + ny * vy)
     if hd >= 0.0:
         return NO_HIT, side
     s = -h / hd if h > 0.0 else 0.0
     if s > horizon:
         return NO_HIT, side
-    foot = (dx + vx * s) * line[TX] + (dy + vy * s) * line[TY]
-    if not 0.0 <= foot <= line[LENGTH]:
+    foot = (dx + vx * s) * items[item, TX] + (dy + vy * s) * items[item, TY]
+    if not 0.0 <= foot <= items[item, LENGTH]:
         return NO_HIT, side
     return s, side
 
 
-@kernel
+@lean_kernel
 def sweep(
     board: Layout, cell: int, x: float, y: float, vx: float, vy: float, horizon: float, left: int
 ) -> tuple[float, int, float]:
@@ -58,6 +60,7 @@ def sweep(
 
     At equal times the lower surface number counts; item is -1 if nothing is met.
     """
+    items = board.items
     best = horizon
     item = -1
     side = 0.0
@@ -65,10 +68,11 @@ def sweep(
         other = board.members[k]
         if other == left:
             continue
-        surface = board.items[other]
         other_side = 0.0
-        if surface[DISTANCE] > 0.0:
-            s = sweep_circle(x - surface[X], y - surface[Y], vx, vy, surface[DISTANCE2], best)
+        if items[other, DISTANCE] > 0.0:
+            qx = x - items[other, X]
+            qy = y - items[other, Y]
+            s = sweep_circle(qx, qy, vx, vy, items[other, DISTANCE2], best)
         else:
             s, other_side = sweep_line(board, other, x, y, vx, vy, best)
         if s != NO_HIT and (s < best or item < 0):

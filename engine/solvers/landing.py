@@ -4,12 +4,12 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
-from engine.kernels.jit import kernel
+from engine.kernels.jit import kernel, lean_kernel
 from engine.kernels.layout import Layout, bin_of
 from engine.kernels.log import IMPACTS, PX, Log, note_event
 
 
-@kernel
+@lean_kernel
 def note_impact(board: Layout, state: npt.NDArray[np.float64], item: int, log: Log) -> None:
     """Note the state right after an impact on `item`."""
     log.counts[IMPACTS] += 1

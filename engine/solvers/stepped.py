@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from engine.kernels.flight import basis
 from engine.kernels.impulse import bounce
-from engine.kernels.jit import kernel
+from engine.kernels.jit import kernel, lean_kernel
 from engine.kernels.layout import DISTANCE, LENGTH, NX, NY, TX, TY, Layout, X, Y, cell_of
 from engine.kernels.log import (
     EVENTS,
@@ -56,37 +56,39 @@ RESTING = 1.0e-9
 many radians would make it move as fast; the jitter of a ball in a notch is 1e-11 of that speed."""
 
 
-@kernel
+@lean_kernel
 def push_out(board: Layout, state: State, correction: float) -> None:
     """Move a ball out of what it overlaps, by the fraction `correction` of the depth."""
     cell = cell_of(board, state[PX], state[PY])
     if cell < 0:
         return
+    items = board.items
     for k in range(board.starts[cell], board.starts[cell + 1]):
-        surface = board.items[board.members[k]]
-        dx = state[PX] - surface[X]
-        dy = state[PY] - surface[Y]
-        if surface[DISTANCE] > 0.0:
+        item = board.members[k]
+        dx = state[PX] - items[item, X]
+        dy = state[PY] - items[item, Y]
+        reach = items[item, DISTANCE]
+        if reach > 0.0:
             dd = dx * dx + dy * dy
-            if dd >= surface[DISTANCE] * surface[DISTANCE] or dd == 0.0:
+            if dd >= reach * reach or dd == 0.0:
                 continue
             distance = sqrt(dd)
-            push = correction * (surface[DISTANCE] - distance) / distance
+            push = correction * (reach - distance) / distance
             state[PX] += push * dx
             state[PY] += push * dy
         else:
-            foot = dx * surface[TX] + dy * surface[TY]
-            d = dx * surface[NX] + dy * surface[NY]
-            if abs(d) >= board.radius or not 0.0 <= foot <= surface[LENGTH]:
+            foot = dx * items[item, TX] + dy * items[item, TY]
+            d = dx * items[item, NX] + dy * items[item, NY]
+            if abs(d) >= board.radius or not 0.0 <= foot <= items[item, LENGTH]:
                 continue
             push = correction * (board.radius - abs(d))
             if d < 0.0:
                 push = -push
-            state[PX] += push * surface[NX]
-            state[PY] += push * surface[NY]
+            state[PX] += push * items[item, NX]
+            state[PY] += push * items[item, NY]
 
 
-@kernel
+@lean_kernel
 def _move(state: State, s: float) -> None:
     """Move the state along its straight line by s seconds."""
     state[T] += s
@@ -95,7 +97,7 @@ def _move(state: State, s: float) -> None:
     state[THETA] += state[OMEGA] * s
 
 
-@kernel
+@lean_kernel
 def _bounce_off(
     board: Layout, state: State, item: int, side: float, threshold: float, lag: float, log: Log
 ) -> None:
@@ -132,7 +134,7 @@ def _bounce_off(
         state[VY] -= outward * ny
 
 
-@kernel
+@lean_kernel
 def substep(
     board: Layout, state: State, h: float, decay: float, gain: float, correction: float, log: Log
 ) -> int:
@@ -176,7 +178,7 @@ def substep(
     return FLYING
 
 
-@kernel
+@lean_kernel
 def _note_wait(state: State, log: Log) -> None:
     """Write down that the ball stays where it is for the rest of the substep."""
     vx = state[VX]
@@ -191,7 +193,7 @@ def _note_wait(state: State, log: Log) -> None:
     state[OMEGA] = omega
 
 
-@kernel
+@lean_kernel
 def _rests(a: State, b: State, speed: float, h: float, radius: float) -> bool:
     """Whether a ball that was in state a is still there a substep later, in b.
 
@@ -203,7 +205,7 @@ def _rests(a: State, b: State, speed: float, h: float, radius: float) -> bool:
     return bool(still and radius * abs(b[OMEGA] - a[OMEGA]) < speed)
 
 
-@kernel
+@lean_kernel
 def step_on(
     board: Layout,
     state: State,

@@ -1,9 +1,9 @@
 // Several elements of a board at once: the start, pegs and whole walls, moved and copied together. Pure.
 
 import { counted } from "./format.js";
-import { duplicated as copied, placeOf, sameRef } from "./draft.js";
+import { duplicated as copied, placeOf, sameElement } from "./draft-element.js";
 
-/** @typedef {import("./draft.js").Ref} Ref */
+/** @typedef {import("./draft-element.js").Ref} Ref */
 
 const KINDS = ["drop", "peg", "wall"];
 
@@ -22,7 +22,7 @@ export function groupable({ kind, index }) {
 export function groupOf(refs) {
   const chosen = [];
   for (const ref of refs.map(groupable)) {
-    if (ref && !chosen.some((one) => sameRef(one, ref))) chosen.push(ref);
+    if (ref && !chosen.some((one) => sameElement(one, ref))) chosen.push(ref);
   }
   if (chosen.length > 1) return { kind: "group", index: 0, refs: chosen };
   return chosen[0] ?? null;
@@ -33,13 +33,13 @@ export function toggled(selected, ref) {
   const whole = groupable(ref);
   const members = membersOf(selected).map(groupable).filter(Boolean);
   if (!whole) return selected;
-  const left = members.filter((one) => !sameRef(one, whole));
+  const left = members.filter((one) => !sameElement(one, whole));
   return groupOf(left.length < members.length ? left : [...members, whole]);
 }
 
 /** @returns {boolean} whether an element, or a wall by its end, is in a group */
 export function contains(selected, ref) {
-  return selected?.refs?.some((one) => sameRef(one, groupable(ref))) ?? false;
+  return selected?.refs?.some((one) => sameElement(one, groupable(ref))) ?? false;
 }
 
 /** All that lies within a rectangle; walls with both their ends. @returns {Ref[]} */
@@ -57,16 +57,16 @@ export function inside({ pegs, walls, drop }, { x0, y0, x1, y1 }) {
 /** @returns {boolean} whether two selections have the same elements in the same order */
 export function same(one, two) {
   const [these, those] = [membersOf(one), membersOf(two)];
-  return these.length === those.length && these.every((ref, i) => sameRef(ref, those[i]));
+  return these.length === those.length && these.every((ref, i) => sameElement(ref, those[i]));
 }
 
 /** @returns {any} the board with a group so that its first element is at (x, y) */
-export function moved(board, ref, x, y) {
-  const from = placeOf(board, ref);
+export function moved(board, refs, x, y) {
+  const from = placeOf(board, refs[0]);
   const [dx, dy] = [x - from.x, y - from.y];
   const [pegs, walls] = [[...board.pegs], [...board.walls]];
   let { drop } = board;
-  for (const { kind, index } of ref.refs) {
+  for (const { kind, index } of refs) {
     if (kind === "drop") drop = { ...drop, x: tidy(drop.x + dx), y: tidy(drop.y + dy) };
     if (kind === "peg") {
       const peg = pegs[index];

@@ -11,7 +11,7 @@ const LEAST_WALL = 0.02; // m; a shorter one was a slip of the hand
 /**
  * @typedef {object} Bench what the hands work on
  * @property {any} board
- * @property {import("./draft.js").Ref | null} selected
+ * @property {import("./draft-element.js").Ref | null} selected
  * @property {"move" | "peg" | "wall" | "edge"} tool
  * @property {number} step m, 0 for none
  * @property {number} pegRadius of new pegs, m
@@ -20,9 +20,9 @@ const LEAST_WALL = 0.02; // m; a shorter one was a slip of the hand
 /**
  * What the hands ask for.
  * @typedef {object} HandsListener
- * @property {(ref: import("./draft.js").Ref | null) => void} onSelect
+ * @property {(ref: import("./draft-element.js").Ref | null) => void} onSelect
  * @property {(board: any) => void} onPreview while something is dragged
- * @property {(board: any, ref: import("./draft.js").Ref | null) => void} onChange it is done
+ * @property {(board: any, ref: import("./draft-element.js").Ref | null) => void} onChange it is done
  * @property {(words: string) => void} onSay
  * @property {() => void} onMark the cross has moved
  * @property {(way: "next" | "last" | "and-next" | "and-last" | "all" | "delete" | "undo" | "redo" |

@@ -15,8 +15,8 @@ const BUBBLE_GAP = 18; // CSS pixels between a message and what it is about
 /**
  * What lies over the board.
  * @typedef {object} Marks
- * @property {import("./draft.js").Ref | null} selected
- * @property {import("./draft.js").Ref[]} problems
+ * @property {import("./draft-element.js").Ref | null} selected
+ * @property {import("./draft-element.js").Ref[]} problems
  * @property {{x: number, y: number} | null} cursor metres
  * @property {number} step of the grid, m; 0 for none
  * @property {import("./editor-hands.js").Band | null} band that is drawn around elements

@@ -350,7 +350,7 @@ class Editor {
   }
 }
 
-/** @param {import("./draft.js").Ref} ref @returns {string} */
+/** @param {import("./draft-element.js").Ref} ref @returns {string} */
 function nameOf({ kind, index, end, refs }) {
   if (refs) return capital(named({ refs }));
   if (kind === "drop") return "Start";

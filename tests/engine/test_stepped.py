@@ -182,7 +182,7 @@ def test_energy_never_grows_beyond_what_a_substep_of_gravity_gives(name: str) ->
 
 
 def test_elastic_impacts_gain_and_lose_no_energy() -> None:
-    """Of the parabola through the ends of the substeps; its chords, where impacts are, lie below."""
+    """That of the parabola through the ends of the substeps: impacts are on chords below it."""
     h = Stepped().h
     board = box(3.0, 3.0, restitution=1.0)
     path = follow_from(board, thrown(0.3, 1.0, 1.0, 0.0), Stepped(), max_events=3000)
