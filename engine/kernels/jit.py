@@ -2,10 +2,11 @@
 
 import hashlib
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
-from numba import njit
+from numba import njit, types
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -21,6 +22,7 @@ def _stamp() -> str:
 _STAMP = _stamp()
 
 _njit: Any = njit  # its types leave out an option that is used below
+_plain: Any = types.unliteral  # and this has none
 
 _RULES: dict[str, Any] = {
     "cache": True, "nogil": True, "fastmath": False, "error_model": "numpy",
@@ -53,4 +55,15 @@ def _stamped(function: Callable[P, T], compiler: Any) -> Callable[P, T]:
     compiled = compiler(function)
     if compiled is not function:  # else the JIT is off
         compiled._cache._cache_file._source_stamp = _STAMP
+        compiled.get_call_template = partial(_call_template, compiled.get_call_template)
     return cast("Callable[P, T]", compiled)
+
+
+def _call_template(original: Any, args: Any, kws: Any) -> Any:
+    """What a call compiles: one function for all integers, instead of one for each constant too.
+
+    Numba takes `kind=2` for a type of its own, and a variable for one until it has seen what else
+    is assigned to it: a third of the time to compile would go into functions that nobody calls.
+    """
+    named = {name: _plain(kind) for name, kind in dict(kws).items()}
+    return original(tuple(_plain(kind) for kind in args), named)

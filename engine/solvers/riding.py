@@ -252,7 +252,7 @@ def ride(
             )
         if nx == 0.0 and mode != SLIDING and _has_stopped(board, u):
             return AT_REST, item, side, item, side
-        note_segment(log, state, item, side, mode, slip_sign)
+        note_segment(log, state, float(item), side, float(mode), slip_sign)
         start_series(board, series, state, item, side, mode, slip_sign)
         s, cause, other, sign = _next_cause(board, series, state, item, side, mode, slip_sign, skip)
         advance_ride(board, series, state, item, s)
