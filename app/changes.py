@@ -43,7 +43,7 @@ class Changes:
 
     def watch(self, room: AnyRoom, message: WatchMessage) -> None:
         """Subscribe to diagnostics, or end that."""
-        self._server.rooms.watch(self._touching(room), self._client, message.diagnostics)
+        self._server.rooms.teller.watch(self._touching(room), self._client, message.diagnostics)
 
     def take(self, room: AnyRoom, message: Change) -> "asyncio.Future[protocol.Event | None]":
         """Give the room an input.

@@ -11,8 +11,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
-import msgspec
-
 from app import protocol
 from app.arena_room import ArenaCommand, InputPlan
 from app.arena_scene import GALTON, SANDBOX, Scene
@@ -26,14 +24,12 @@ from app.errors import (
     RoomLimitError,
     UnknownRoomError,
 )
-from app.frames import Frame
 from app.hub import Client, Hub
 from app.keeper import Keeper
 from app.ledger.records import Parked, RoomRow
 from app.ledger.unkept import Unkept
 from app.loop import Schedule, Ticker, Watcher
 from app.protocol import shorten
-from app.recent import Recent
 from app.room import DropCommand, Plan
 from app.room_kinds import (
     INTERACTING,
@@ -46,6 +42,7 @@ from app.room_kinds import (
     make_room,
 )
 from app.settings import Settings
+from app.telling import Giver, Teller
 from engine import Board, preset_names
 
 MAIN = "main"  # the room that is always there
@@ -56,20 +53,15 @@ PUBLIC_SCENES = {"sandbox": SANDBOX, "galton-pile": GALTON}
 TOUCHING = "interacting-"
 """Before a preset's name: the public table on which balls knock each other."""
 
-_DIAGNOSED = 5  # times a second, for those who watch a room's diagnostics
-
 _IN_MEMORY = 256  # rooms; beyond that, those that nobody needs now are parked
 
 _log = logging.getLogger("plinko")
 
 
 @dataclass(frozen=True, slots=True)
-class _Ask:
-    """Who asked for a drop or a change, and waits to hear of it."""
+class _Ask(Giver):
+    """Who waits to hear what becomes of a drop or a change."""
 
-    client: int | None
-    key: str
-    ref: Any
     accepted: "asyncio.Future[protocol.Event | None]"
 
 
@@ -102,6 +94,7 @@ class Rooms:
         self.hub = hub
         self.in_use: Callable[[str], bool] = lambda _: False  # watched by others than the hub's
         self.clock = clock
+        self.teller = Teller(hub, settings, clock)
         self.ticker = Ticker(
             Schedule(1.0 / settings.tick_rate, settings.max_catch_up),
             self._tick,
@@ -113,16 +106,13 @@ class Rooms:
         self._boards = boards
         self._draw = draw
         self._new_id = new_id
-        self._recent: dict[str, Recent] = {}
         self._rooms: OrderedDict[str, AnyRoom] = OrderedDict()  # the longest unused first
         self._awake: dict[str, AnyRoom] = {}
         self._waiting: dict[tuple[str, int], list[asyncio.Future[protocol.Landed]]] = {}
-        self._limits = protocol.Limits(settings.max_balls, settings.drop_rate, settings.max_message)
         self._main_board = main_board
         self._public: dict[str, RoomRow] = {}  # presets' rooms and main, while they are parked
         self._parked: OrderedDict[str, Parked] = OrderedDict()  # those with owners; as _rooms
         self._loading = asyncio.Lock()
-        self._curious: dict[str, set[int]] = {}  # clients that watch a room's diagnostics
         if not self.keeper.keeps:
             self.find(MAIN)
 
@@ -225,7 +215,8 @@ class Rooms:
         """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
         await self.keeper.end(room)
         self._leave_behind(room, ClosedRoomError(f"room {room.id!r} was closed by its creator"))
-        del self._rooms[room.id], self._recent[room.id]
+        del self._rooms[room.id]
+        self.teller.forget(room.id)
         self.hub.close(room.id, ClosedRoomError(f"room {room.id!r} was closed by its creator"))
         _log.info("room closed", extra={"room": room.id, "why": "its creator"})
 
@@ -240,7 +231,7 @@ class Rooms:
         await self.keeper.replace(room, new)
         self._leave_behind(room, ResetError(f"room {room.id!r} was reset by its creator"))
         self._rooms[room.id] = new
-        self._recall(new)
+        self.teller.begin(new, self._new_id())
         self._rouse(new)
         for client in self.hub.clients(room.id):
             self._greet(new, client)
@@ -261,18 +252,7 @@ class Rooms:
         """Give a client the full state to start from."""
         if isinstance(room, ArenaRoom):
             room.owned = self.owned(room)
-        hello = msgspec.structs.replace(
-            room.hello(self.clock(), self._limits, client.stream),
-            run=self._recent[room.id].run,
-            key=client.key,
-        )
-        client.post(Frame.event(protocol.encode_event(hello)))
-        if isinstance(room, ArenaRoom):
-            # Balls at rest are there too, and nothing moves that would have them shown.
-            client.show(Frame.picture(room.frame(first=True)))
-        elif client.stream == protocol.SEGMENTS:
-            room.watch_segments(True)
-            client.show(Frame.picture(room.all_segments()))
+        self.teller.greet(room, client)
 
     def drop(
         self,
@@ -342,7 +322,8 @@ class Rooms:
             ask: _Ask = plan.note
             own = None
             for event in events:
-                told = self._announce(room, next(numbers), ask, event)
+                told = self.teller.announce(room, next(numbers), ask, event)
+                self.accepted += isinstance(event, protocol.Accepted)
                 own = own or told
             if isinstance(plan, InputPlan) and plan.command.data["type"] == "reset":
                 for client in self.hub.clients(room.id):
@@ -352,53 +333,10 @@ class Rooms:
             self._awake[room.id] = room
             self.ticker.wake()
 
-    def _announce(
-        self, room: AnyRoom, seq: int, ask: _Ask, event: protocol.Event
-    ) -> protocol.Event:
-        """Tell everyone what came of an input; its note goes to who gave it alone."""
-        own = event
-        noted = isinstance(event, protocol.Accepted | protocol.Placed)
-        self._recent[room.id].add(seq, event, ask.key if noted else "", ask.ref)
-        if isinstance(event, protocol.Accepted | protocol.Placed):
-            self.accepted += isinstance(event, protocol.Accepted)
-            own = msgspec.structs.replace(event, ref=ask.ref)
-        if ask.client is not None:
-            self.hub.tell(room.id, ask.client, protocol.encode_event(own))
-        if self.hub.count(room.id) > (ask.client is not None):
-            self.hub.announce(room.id, protocol.encode_event(event), skip=ask.client)
-        return own
-
-    def watch(self, room: ArenaRoom, client: int, wanted: bool) -> None:
-        """Send a client the room's diagnostics from now on, or no more."""
-        watchers = self._curious.setdefault(room.id, set())
-        if wanted:
-            watchers.add(client)
-            self.hub.tell(room.id, client, protocol.encode_event(room.diagnostics()))
-        else:
-            watchers.discard(client)
-        if not watchers:
-            del self._curious[room.id]
-
-    def _diagnose(self, room: AnyRoom, before: int) -> None:
-        """Tell the diagnostics to those who watch them: a few times a second, and at the end."""
-        watchers = self._curious.get(room.id)
-        if not watchers or not isinstance(room, ArenaRoom):
-            return
-        every = max(1, self.settings.tick_rate // _DIAGNOSED)
-        if room.world.tick // every == before // every and room.awake:
-            return
-        told = protocol.encode_event(room.diagnostics())
-        for client in watchers:
-            self.hub.tell(room.id, client, told)
-
     def exit(self, room_id: str, client: Client) -> None:
         """A client watches no more."""
         self.hub.leave(room_id, client)
-        watchers = self._curious.get(room_id)
-        if watchers is not None:
-            watchers.discard(client.id)
-            if not watchers:
-                del self._curious[room_id]
+        self.teller.unwatch(room_id, client.id)
         if room_id in self._rooms:
             self.keeper.touch(self._rooms[room_id])
 
@@ -430,7 +368,7 @@ class Rooms:
 
     def _add(self, room: AnyRoom) -> AnyRoom:
         self._rooms[room.id] = room
-        self._recall(room)
+        self.teller.begin(room, self._new_id())
         self._rouse(room)
         self.keeper.touch(room)
         _log.info("room opened", extra={"room": room.id, "board": room.board.digest})
@@ -439,15 +377,6 @@ class Rooms:
             if unneeded is not None:
                 self._park(unneeded)
         return room
-
-    def _recall(self, room: AnyRoom) -> None:
-        """Begin to remember what is announced in a room that is new to the memory."""
-        self._recent[room.id] = Recent(self._new_id())
-        self._recent[room.id].begin(room.seq)
-
-    def missed(self, room: AnyRoom, run: str, since: int, key: str) -> protocol.Missed:
-        """What a client with this key has missed after event number `since` of `run`."""
-        return protocol.Missed(since=since, events=self._recent[room.id].since(run, since, key))
 
     def _rouse(self, room: AnyRoom) -> None:
         """See to it that a room ticks in which something moves from the beginning."""
@@ -466,7 +395,8 @@ class Rooms:
 
     def _park(self, room: AnyRoom) -> None:
         """Let the ledger have a sleeping room, and memory a line about it."""
-        del self._rooms[room.id], self._recent[room.id]
+        del self._rooms[room.id]
+        self.teller.forget(room.id)
         owned = self.keeper.book(room).owned
         row = self.keeper.park(room)
         if row is not None and owned:
@@ -537,7 +467,7 @@ class Rooms:
         if stepped:
             room.tick_time = self.clock()
         self._tell(room, events, with_picture=stepped or room.touched)
-        self._diagnose(room, before)
+        self.teller.diagnose(room, before)
         if not room.awake:
             del self._awake[room.id]
             self.keeper.slept(room)
@@ -547,33 +477,11 @@ class Rooms:
     def _tell(
         self, room: AnyRoom, events: list[protocol.Event], *, with_picture: bool = False
     ) -> None:
-        """Send events, and the picture of this moment, to all who watch."""
-        for seq, event in enumerate(events, room.seq - len(events) + 1):
-            self._recent[room.id].add(seq, event)
-        if self.hub.count(room.id, protocol.SNAPSHOTS) and (events or with_picture):
-            told = protocol.encode_events(events) if events else None
-            picture = room.frame() if with_picture else None
-            self.hub.publish(room.id, protocol.SNAPSHOTS, told, picture)
-        self._tell_segments(room, events, with_picture)
+        """Send events, and the picture of this moment; and settle who has landed."""
+        self.teller.tell(room, events, with_picture=with_picture)
         for event in events:
             if isinstance(event, protocol.Landed):
                 self._landed(room, event)
-
-    def _tell_segments(
-        self, room: AnyRoom, events: list[protocol.Event], with_pieces: bool
-    ) -> None:
-        """Send what clients that draw the paths themselves need: no contacts, and new pieces."""
-        if isinstance(room, ArenaRoom):
-            return
-        watched = self.hub.count(room.id, protocol.SEGMENTS) > 0
-        room.watch_segments(watched)
-        if not watched:
-            return
-        pieces = room.segments() if with_pieces else None
-        told = [event for event in events if not isinstance(event, protocol.Contact)]
-        if told or pieces is not None:
-            text = protocol.encode_events(told) if told else None
-            self.hub.publish(room.id, protocol.SEGMENTS, text, pieces)
 
     def _landed(self, room: AnyRoom, landed: protocol.Landed) -> None:
         self.landed += 1
@@ -585,7 +493,7 @@ class Rooms:
     def _close(self, room: AnyRoom) -> None:
         error = AppError(f"room {room.id!r} failed and was closed")
         self._rooms.pop(room.id, None)
-        self._recent.pop(room.id, None)
+        self.teller.forget(room.id)
         self.keeper.abandon(room)
         self._leave_behind(room, error)
         self.hub.close(room.id, error)

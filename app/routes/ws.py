@@ -169,7 +169,7 @@ class Session:
             case protocol.PingMessage():
                 self._tell(self._pong(message))
             case protocol.ResumeMessage(run=run, since=since, key=key):
-                self._tell(self.server.rooms.missed(self.room, run, since, key))
+                self._tell(self.server.rooms.teller.missed(self.room, run, since, key))
             case protocol.DropMessage():
                 self._drop(message)
             case ClaimMessage():
