@@ -227,13 +227,14 @@ def next_hit(
 ) -> tuple[float, int, float]:
     """Flight from a state to whatever it meets first: duration, surface (or code) and side.
 
-    The first ten arguments are those of the layout. The flight is searched window by window; in
+    The arguments up to bins_y are those of the layout. The flight is searched window by window; in
     each the ball moves at most `travel`, so that the cell of the window's start lists all it can
     touch. At equal times the lower surface number counts, and a surface before the bins.
     """
     ax0 = -k * vx0
     ay0 = gravity - k * vy0
     x, y, vx, vy, ax, ay = x0, y0, vx0, vy0, ax0, ay0
+    # At least sqrt(2 |a| travel), the mean of whose factors this is; equal where a is gravity.
     rise = travel / fall + 0.5 * fall * length_bound(ax0, ay0)
     start = 0.0
     for _ in range(MAX_WINDOWS):
