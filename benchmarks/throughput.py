@@ -16,6 +16,7 @@ from benchmarks.settings import Settings
 from engine import Board, drop_many
 
 THIN = scenes.PLAIN._replace(restitution=0.5)
+"""On the lattice: bounces so low that most balls hit one peg in each row."""
 
 COLD_PROGRAM = """
 import time

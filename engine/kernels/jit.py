@@ -34,8 +34,9 @@ def kernel(function: Callable[P, T]) -> Callable[P, T]:
     """Compile `function` so that its bits do not depend on where it runs.
 
     No fastmath (it reorders sums and contracts a*b+c, which differs between processors), the GIL
-    released (batches use threads), machine code cached on disk beside the source, and IEEE
-    division. With NUMBA_DISABLE_JIT=1 the function itself is returned: the same bits, slower.
+    released (batches use threads), machine code cached on disk beside the source, IEEE division,
+    and no wrapper for callers in C, as there are none. With NUMBA_DISABLE_JIT=1 the function itself
+    is returned: the same bits, slower.
 
     Numba takes cached code for fresh if the function's own file is unchanged, yet a kernel contains
     the code of those it calls, from other files. Here a change to any of the files makes all stale:
@@ -63,7 +64,7 @@ def _call_template(original: Any, args: Any, kws: Any) -> Any:
     """What a call compiles: one function for all integers, instead of one for each constant too.
 
     Numba takes `kind=2` for a type of its own, and a variable for one until it has seen what else
-    is assigned to it: a third of the time to compile would go into functions that nobody calls.
+    is assigned to it: a fifth of the time to compile would go into functions that nobody calls.
     """
     named = {name: _plain(kind) for name, kind in dict(kws).items()}
     return original(tuple(_plain(kind) for kind in args), named)
