@@ -236,7 +236,7 @@ def circle_hit_again(
     va = vx * ax + vy * ay
     aa = ax * ax + ay * ay
     qa = qx * ax + qy * ay
-    m = third_derivative_bound(va, aa, qa, k, horizon) * (1.0 / 3.0)
+    m = third_derivative_bound(va, aa, qa, k, horizon) * THIRD
     g0 = 2.0 * (qx * vx + qy * vy)
     g = g0
     gd = vx * vx + vy * vy + qa
@@ -251,7 +251,7 @@ def circle_hit_again(
     elif m < 0.0:
         step = -2.0 * gd / m
     enough = NEGLIGIBLE * g0
-    size = third_derivative_size(va, aa, qa, k, horizon) * (1.0 / 3.0)
+    size = third_derivative_size(va, aa, qa, k, horizon) * THIRD
     for _ in range(MAX_STEPS):
         if step == NO_HIT:
             return NO_HIT
