@@ -176,6 +176,25 @@ def test_pieces_are_drawn_as_exact_curves(run: Run, name: str, seed: int) -> Non
     assert off.max() < 6e-4, f"{name}, seed {seed}: {off.max()}"  # m: 0.06 pixels
 
 
+def test_a_ball_that_lies_on_a_peg_is_drawn_at_rest_until_its_next_piece(run: Run) -> None:
+    """No bounce is guessed where gravity moves nothing, nor a flight in the last part of a tick."""
+    heights = run(
+        "piece-feed.js",
+        """async ({ PieceFeed }, board) => {
+          const { Path } = await import("/js/path.js");
+          const path = new Path(board);
+          const feed = new PieceFeed(path, board, { stop: () => false }, 60);
+          const piece = { kind: 2, index: 0, t: 0, x: 0, y: 1, vx: 0, vy: 0, angle: 0, spin: 0 };
+          feed.add({ ...piece, ax: 0, ay: 0 });
+          feed.add({ ...piece, t: 2.5 / 60 });
+          feed.until(2.5 / 60);
+          return [0.5, 1.5, 2.25].map((tick) => path.poseAt(tick / 60).y);
+        }""",
+        {"gravity": 25.0, "drag": 0.0, "pegs": [], "walls": [], "bins": {"y": 9.0}},
+    )
+    assert heights == [1.0, 1.0, 1.0]
+
+
 def test_a_ball_whose_next_piece_is_late_waits_at_the_peg_and_then_goes_on(run: Run) -> None:
     board = Board.preset("triangle-12")
     given, fall = told_in_pieces(board, 2, jitter=0.0)
