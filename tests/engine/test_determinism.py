@@ -6,11 +6,14 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+from numba import types
 
 from engine import PHYSICS_VERSION
 from engine.kernels import jit
+from engine.kernels.impact_time import stays_positive
 from tests.golden import check, make
 
 ROOT = Path(__file__).parents[2]
@@ -132,6 +135,16 @@ def test_a_changed_kernel_makes_the_code_of_its_callers_stale(tmp_path: Path) ->
     assert run_python(missing, tmp_path, **cache) == "-7.0\n"
     source.write_text(text)
     assert run_python(missing, tmp_path, **cache) == "-1.0\n"
+
+
+@pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
+def test_a_constant_argument_compiles_no_kernel_of_its_own() -> None:
+    compiled: Any = stays_positive
+    two: Any = types.IntegerLiteral(2)
+    compiled.get_call_template((types.float64, types.float64, two, types.int64), {})
+    kinds = {kind for signature in compiled.signatures for kind in signature}
+    assert types.int64 in kinds
+    assert not any(isinstance(kind, types.Literal) for kind in kinds)
 
 
 def test_the_stamp_is_of_the_sources() -> None:
