@@ -85,7 +85,10 @@ def test_creep_is_the_slope_whatever_single_samples_say() -> None:
 @pytest.mark.timeout(3 * SECONDS + 600.0)
 @pytest.mark.skipif(not can_watch(), reason="memory is read from /proc")
 async def test_a_server_in_use_keeps_its_size(tmp_path: Path) -> None:
-    with (tmp_path / "log").open("w+") as log, serving(["--drop-rate", "100"], log=log) as server:
+    # On disk, as a server that is used has it: a ledger in memory grows with every drop.
+    ledger = f"sqlite:///{tmp_path / 'plinko.db'}"
+    options = ["--drop-rate", "100", "--database-url", ledger]
+    with (tmp_path / "log").open("w+") as log, serving(options, log=log) as server:
         memory = await soak(server, SECONDS)
         for _ in range(100):
             if not server.metrics()["plinko_clients"]:
