@@ -12,14 +12,15 @@ MAX_CELLS = 1 << 20
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+Indices = npt.NDArray[np.uint32]
 
 
 class Cells(NamedTuple):
     """A grid of columns times rows square cells; after the last comes one for all that is outside.
 
     starts, shape (columns * rows + 2,): where each cell's surfaces start in `members`, which are
-    ascending within a cell. Unsigned, so that machine code need not ask whether an index is below
-    zero.
+    ascending within a cell. Both unsigned, so that machine code need not ask whether an index is
+    below zero.
     """
 
     left: float  # m, of the grid's upper left corner
@@ -27,8 +28,8 @@ class Cells(NamedTuple):
     cells_per_metre: float
     columns: int
     rows: int
-    starts: npt.NDArray[np.uint32]
-    members: Ints
+    starts: Indices
+    members: Indices
 
 
 def cells_of(items: Floats, radius: float, travel: float, cells_per_metre: float) -> Cells:
@@ -38,7 +39,8 @@ def cells_of(items: Floats, radius: float, travel: float, cells_per_metre: float
     """
     listed = [i for i, row in enumerate(items) if row[DISTANCE] == 0.0 or row[DISTANCE2] >= 0.0]
     if not listed:
-        return Cells(0.0, 0.0, cells_per_metre, 0, 0, np.zeros(2, np.uint32), np.zeros(0, np.int64))
+        nothing = np.zeros(0, np.uint32)
+        return Cells(0.0, 0.0, cells_per_metre, 0, 0, np.zeros(2, np.uint32), nothing)
     areas = [_Area.of(items[i], radius, travel) for i in listed]
     left, top = (min(area.low[axis] for area in areas) for axis in (0, 1))
     width = max(area.high[0] for area in areas) - left
@@ -51,7 +53,7 @@ def cells_of(items: Floats, radius: float, travel: float, cells_per_metre: float
     owner = np.repeat(listed, [len(ix) for ix, _ in found])
     order = np.lexsort((owner, cell))
     starts = np.searchsorted(cell[order], np.arange(columns * rows + 2)).astype(np.uint32)
-    members = np.ascontiguousarray(owner[order], np.int64)
+    members = np.ascontiguousarray(owner[order], np.uint32)
     return Cells(left, top, cells_per_metre, columns, rows, starts, members)
 
 

@@ -48,7 +48,7 @@ def layout_of(board: Board) -> Layout:
     return Layout(
         items=items,
         **cells._asdict(),
-        near=_near(items, cells.members),
+        centres=_centres(items),
         peg_count=len(board.pegs),
         travel=travel,
         fall=sqrt(2.0 * travel / board.gravity) if board.gravity > 0.0 else 1.0,
@@ -120,10 +120,8 @@ def _pitch(board: Board) -> float:
     return max(sqrt(area / len(board.pegs)), board.ball.radius)
 
 
-def _near(
-    items: npt.NDArray[np.float64], members: npt.NDArray[np.int64]
-) -> npt.NDArray[np.float64]:
-    """What the search reads of each member, side by side in memory."""
-    near = np.ascontiguousarray(items[members][:, [X, Y, DISTANCE2]])
-    near[items[members, DISTANCE] == 0.0, 2] = 0.0
-    return near
+def _centres(items: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """What the search reads of each surface, side by side in memory."""
+    centres = np.ascontiguousarray(items[:, [X, Y, DISTANCE2]])
+    centres[items[:, DISTANCE] == 0.0, 2] = 0.0
+    return centres

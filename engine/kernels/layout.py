@@ -38,8 +38,8 @@ class Layout(NamedTuple):
     columns: int
     rows: int
     starts: npt.NDArray[np.uint32]  # (columns rows + 2,): where each cell's items start in members
-    members: npt.NDArray[np.int64]  # (m,): item numbers, ascending within a cell
-    near: npt.NDArray[np.float64]  # (m, 3): each member as x, y, D^2; a line has D^2 = 0
+    members: npt.NDArray[np.uint32]  # (m,): item numbers, ascending within a cell
+    centres: npt.NDArray[np.float64]  # (n, 3): each item's x, y, D^2; a line has D^2 = 0
     peg_count: int
     travel: float  # m; a cell lists all a ball can touch while it moves this far from it
     fall: float  # s; from rest a ball falls the travel in it; 1 without gravity

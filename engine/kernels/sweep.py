@@ -65,7 +65,7 @@ def sweep(
     item = -1
     side = 0.0
     for k in range(board.starts[cell], board.starts[cell + 1]):
-        other = board.members[k]
+        other = int(board.members[k])
         if other == left:
             continue
         other_side = 0.0

@@ -50,7 +50,7 @@ def trace(
     while True:
         end, item, side, grips = flying.fly(
             board.items, board.left, board.top, board.cells_per_metre, board.columns, board.rows,
-            board.starts, board.members, board.near, board.travel, board.fall,
+            board.starts, board.members, board.centres, board.travel, board.fall,
             board.gravity, board.drag, board.radius, board.bins_y,
             board.peg_count, board.peg_restitution, board.peg_friction,
             board.wall_restitution, board.wall_friction,

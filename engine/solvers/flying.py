@@ -56,6 +56,7 @@ from engine.kernels.log import (
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+Indices = npt.NDArray[np.uint32]
 
 DYING_BOUNCE = 1.0e-8
 """m/s. A bounce that leaves a surface slower than this, and is pressed back, has died: the ball
@@ -207,9 +208,9 @@ def next_hit(
     cells_per_metre: float,
     columns: int,
     rows: int,
-    starts: npt.NDArray[np.uint32],
-    members: Ints,
-    near: Array,
+    starts: Indices,
+    members: Indices,
+    centres: Array,
     travel: float,
     fall: float,
     gravity: float,
@@ -273,10 +274,10 @@ def next_hit(
                 item = held
                 side = held_side
         for j in range(starts[cell], starts[cell + 1]):
-            other = members[j]
+            other = int(members[j])
             if other == skipped:
                 continue
-            d2 = near[j, 2]
+            d2 = centres[other, 2]
             if d2 == 0.0:
                 s, other_side = _line_hit_between_ends(
                     items[other, X], items[other, Y], items[other, LENGTH],
@@ -294,8 +295,8 @@ def next_hit(
                             s = NO_HIT
             else:
                 # Most candidates are turned down here, with neither a call nor a square root.
-                qx = x - near[j, 0]
-                qy = y - near[j, 1]
+                qx = x - centres[other, 0]
+                qy = y - centres[other, 1]
                 f = qx * qx + qy * qy - d2
                 b = qx * vx + qy * vy
                 qa = qx * ax + qy * ay
@@ -344,9 +345,9 @@ def fly(
     cells_per_metre: float,
     columns: int,
     rows: int,
-    starts: npt.NDArray[np.uint32],
-    members: Ints,
-    near: Array,
+    starts: Indices,
+    members: Indices,
+    centres: Array,
     travel: float,
     fall: float,
     gravity: float,
@@ -396,7 +397,7 @@ def fly(
             if row < segments.shape[0]:
                 write_segment(segments, row, t, x, y, vx, vy, theta, omega, IN_FLIGHT)
             s, item, side = next_hit(
-                items, left, top, cells_per_metre, columns, rows, starts, members, near,
+                items, left, top, cells_per_metre, columns, rows, starts, members, centres,
                 travel, fall, gravity, k, radius, bins_y,
                 x, y, vx, vy, item, side, how, max_time - t,
             )  # fmt: skip

@@ -119,7 +119,7 @@ def _first_touch_of_others(
     hit_side = 0.0
     cell = cell_of(board, state[PX], state[PY])
     for k in range(board.starts[cell], board.starts[cell + 1]):
-        other = board.members[k]
+        other = int(board.members[k])
         if other == item or _belongs(board, item, other):
             continue
         s, side = touch_time(board, series, item, state[PX], state[PY], other, best)

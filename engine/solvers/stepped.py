@@ -64,7 +64,7 @@ def push_out(board: Layout, state: State, correction: float) -> None:
         return
     items = board.items
     for k in range(board.starts[cell], board.starts[cell + 1]):
-        item = board.members[k]
+        item = int(board.members[k])
         dx = state[PX] - items[item, X]
         dy = state[PY] - items[item, Y]
         reach = items[item, DISTANCE]
