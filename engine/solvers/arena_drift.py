@@ -61,14 +61,20 @@ STALE = 1
 
 @lean_kernel
 def _set_time(tree: Floats, i: int, t: float) -> None:
-    """Ball i's next event is at t: the least of each pair of the tree's branches goes up."""
+    """Ball i's next event is at t: the least of each pair of the tree's branches goes up.
+
+    What goes up is at hand, so only the other branch is read, and nothing waits for what was just
+    written. Farther up all is as it was where the least is.
+    """
     p = tree.shape[0] // 2 + i
     tree[p] = t
     while p > 1:
+        other = tree[p ^ 1]
+        t = t if t <= other else other
         p //= 2
-        left = tree[2 * p]
-        right = tree[2 * p + 1]
-        tree[p] = left if left <= right else right
+        if tree[p] == t:
+            break
+        tree[p] = t
 
 
 @lean_kernel
@@ -79,8 +85,7 @@ def _first(tree: Floats) -> int:
     p = 1
     while p < leaves:
         p *= 2
-        if tree[p] != t:
-            p += 1
+        p += int(tree[p] != t)
     return p - leaves
 
 
@@ -117,7 +122,7 @@ def _keep_impulse(
 @lean_kernel
 def _play(
     bodies: Bodies, lines: Lines, pairs: Pairs, statics: Statics, settings: Settings,
-    start: float, least: float, may_renew: bool, log: Log,
+    start: float, least: float, may_renew: bool, found: Ints, log: Log,
 ) -> tuple[int, float]:  # fmt: skip
     """Take the events in their order until there are no more, or the list of pairs has to be made
     anew: which it was, and when."""
@@ -190,7 +195,7 @@ def _play(
             t = inf
             if at[ball, LINE_KIND] != IS_GONE:
                 s, partner = foresee(
-                    at, home, items, near_starts, near, ball, now, h, gravity, least
+                    at, home, items, near_starts, near, ball, now, h, gravity, least, found
                 )
                 if partner != NOTHING:
                     t = s
@@ -234,8 +239,9 @@ def drift(
             may_end,
         ):  # fmt: skip
             why, now = _play(
-                bodies, lines, pairs, statics, settings, start, least, windows < MAX_WINDOWS, log
-            )
+                bodies, lines, pairs, statics, settings, start, least, windows < MAX_WINDOWS, found,
+                log,
+            )  # fmt: skip
         if why == DONE:
             break
         bring_all(bodies, n, lines, statics, now, start, log)

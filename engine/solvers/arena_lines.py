@@ -277,9 +277,27 @@ def end_time(at: Floats, home: Floats, i: int, now: float, h: float) -> float:
 
 
 @lean_kernel
+def _near_that_may(
+    at: Floats, near: Ints, first: int, last: int, i: int, x: float, y: float, now: float,
+    rest: float, least: float, found: Ints,
+) -> int:  # fmt: skip
+    """List who of a stretch of `near` ball i, now at (x, y), can meet, and all that is fixed; how
+    many there are."""
+    count = 0
+    for k in range(first, last):
+        b = near[k]
+        found[count] = b
+        ball = b if b >= 0 else i
+        px = x - (at[ball, LINE_X] + at[ball, LINE_U] * now)
+        py = y - (at[ball, LINE_Y] + at[ball, LINE_V] * now)
+        count += int((b < 0) | may_meet(at, i, ball, px, py, least, rest))
+    return count
+
+
+@lean_kernel
 def foresee(
     at: Floats, home: Floats, items: Floats, near_starts: Ints, near: Ints, i: int, now: float,
-    h: float, gravity: float, least: float,
+    h: float, gravity: float, least: float, found: Ints,
 ) -> tuple[float, int]:  # fmt: skip
     """When, in s of the substep, ball i meets what next: a ball, -1 - item, END or NOTHING.
 
@@ -294,16 +312,17 @@ def foresee(
     if t < best:
         best = t
         partner = END
-    for k in range(near_starts[i], near_starts[i + 1]):
-        b = near[k]
+    first = near_starts[i]
+    last = near_starts[i + 1]
+    for m in range(_near_that_may(at, near, first, last, i, x, y, now, best - now, least, found)):
+        b = found[m]
         s = inf
-        if b >= 0:
+        if b < 0:
+            s = _meets_item(at, items, i, -1 - b, x, y, gravity, h, best - now)
+        elif at[b, LINE_KIND] != IS_GONE:
             px = x - (at[b, LINE_X] + at[b, LINE_U] * now)
             py = y - (at[b, LINE_Y] + at[b, LINE_V] * now)
-            if may_meet(at, i, b, px, py, least, best - now) and at[b, LINE_KIND] != IS_GONE:
-                s = _meets_ball(at, i, b, px, py, gravity, h, best - now)
-        else:
-            s = _meets_item(at, items, i, -1 - b, x, y, gravity, h, best - now)
+            s = _meets_ball(at, i, b, px, py, gravity, h, best - now)
         if now + s < best:
             best = now + s
             partner = b
