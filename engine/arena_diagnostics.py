@@ -17,7 +17,7 @@ from engine.kernels.arena_data import (
     X,
     Y,
 )
-from engine.kernels.pair_grid import renew
+from engine.kernels.pair_lists import renew
 from engine.solvers.arena_contacts import deepest
 
 

@@ -28,7 +28,8 @@ from engine.kernels.arena_data import (
     Y,
 )
 from engine.kernels.jit import kernel, lean_kernel
-from engine.kernels.pair_grid import beyond_budget, renew
+from engine.kernels.pair_grid import beyond_budget
+from engine.kernels.pair_lists import renew
 from engine.solvers.arena_impact import hold, impact, wake
 from engine.solvers.arena_lines import (
     END,

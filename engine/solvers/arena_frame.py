@@ -25,7 +25,7 @@ from engine.kernels.arena_data import (
 )
 from engine.kernels.flight import basis
 from engine.kernels.jit import kernel, lean_kernel
-from engine.kernels.pair_grid import renew
+from engine.kernels.pair_lists import renew
 from engine.solvers.arena_contacts import (
     CONTACT_COLUMNS,
     PUSH_LIMIT,
