@@ -19,9 +19,10 @@ from engine.arena_log import (
     ArenaEvent,
     Landed,
     Left,
+    Told,
     Touch,
-    copied,
     new_log,
+    told_of,
     touches_of,
 )
 from engine.arena_settings import ArenaSettings
@@ -31,7 +32,9 @@ from engine.errors import ParameterError, RecordError
 from engine.kernels.arena_data import (
     ARC,
     ASLEEP,
+    AWAKE_THEN,
     BOUNCED,
+    DEPARTURES,
     FLAGS,
     FRICTION,
     GONE,
@@ -46,7 +49,6 @@ from engine.kernels.arena_data import (
     TOUCHES,
     VX,
     VY,
-    Log,
     X,
     Y,
 )
@@ -100,8 +102,10 @@ class Arena:
         self._next_id = 0
         self._accumulator = 0.0
         self._previous = np.zeros((0, 3))
+        self._rests = False
+        """Whether a frame has found all asleep; true as long as the table is listed."""
         self._log = new_log(0)
-        self._told: list[tuple[int, float, Log]] = []
+        self._told: list[tuple[int, float, Told]] = []
         self._ends: list[Landed | Left] = []
 
     # Inputs
@@ -301,34 +305,35 @@ class Arena:
         self.tick += 1
         self.time = start + self.settings.dt
         table = self._table
-        self._previous = table.bodies.pos[: table.n, :3].copy()
-        if not self.awake:
-            table.bodies.marks[: table.n, FLAGS] &= ~BOUNCED
+        if self._rests and table.is_listed:
             return
+        self._previous = table.bodies.pos[: table.n].copy()
         if len(self._log.landed) <= table.n:
             self._log = new_log(table.n)
-        self._log.counts[:] = 0
         table.pairs = frame(
             table.bodies, table.n, table.pairs, self._statics, self._compiled, self._log,
             table.is_listed,
         )  # fmt: skip
-        table.is_listed = True
-        self._collect(start)
+        counts = self._log.counts.tolist()
+        self._rests = counts[AWAKE_THEN] == 0
+        if not self._rests:
+            table.is_listed = True
+            self._collect(start, counts)
 
-    def _collect(self, start: float) -> None:
+    def _collect(self, start: float, counts: list[int]) -> None:
         """Keep what the log tells, and take out the balls that landed or left."""
         log, table = self._log, self._table
-        touches = int(log.counts[TOUCHES])
-        if touches:
-            self.events_lost += max(0, touches - len(log.floats))
-            self._told.append((self.tick, start, copied(log)))
+        if counts[TOUCHES]:
+            told = told_of(log, counts[TOUCHES])
+            self.events_lost += counts[TOUCHES] - len(told.floats)
+            self._told.append((self.tick, start, told))
             if len(self._told) > KEPT_FRAMES:
                 self.events_lost += len(self._told.pop(0)[2].floats)
+        landings = counts[LANDINGS]
+        if not (landings or counts[DEPARTURES]):
+            return
         flags = table.bodies.marks[: table.n, FLAGS]
         gone = np.flatnonzero(flags & GONE)
-        if len(gone) == 0:
-            return
-        landings = int(log.counts[LANDINGS])
         times = {
             int(ball): (float(t), float(x))
             for ball, (t, x) in zip(log.landed[:landings], log.landings[:landings], strict=True)
@@ -372,7 +377,7 @@ class Arena:
         alpha = number(alpha, "alpha", 0.0, 1.0)
         now = self._table.bodies.pos[: self.count]
         between = now.copy()
-        between[:, :3] = self._previous * (1.0 - alpha) + now[:, :3] * alpha
+        between[:, :3] = self._previous[:, :3] * (1.0 - alpha) + now[:, :3] * alpha
         return self._as_bodies(between)
 
     def _as_bodies(self, pos: npt.NDArray[np.float64]) -> npt.NDArray[np.void]:
@@ -420,8 +425,8 @@ class Arena:
     def take_events(self) -> list[ArenaEvent]:
         """Impacts, landings and balls that left since the last call, in order of time."""
         found: list[ArenaEvent] = []
-        for tick, start, log in self._told:
-            found += touches_of(log, tick, start, self._statics.peg_count)
+        for tick, start, told in self._told:
+            found += touches_of(told, tick, start, self._statics.peg_count)
         self._told = []
         found += self.take_landings()
         found.sort(key=lambda event: (event.t, not isinstance(event, Touch)))
@@ -455,7 +460,7 @@ class Arena:
                 "time": self.time,
                 "accumulator": self._accumulator,
                 "next_id": self._next_id,
-                "previous": np.ascontiguousarray(self._previous).tobytes(),
+                "previous": np.ascontiguousarray(self._previous[:, :3]).tobytes(),
                 "table": self._table.saved(),
             }
         )
@@ -474,7 +479,7 @@ class Arena:
             raise RecordError(f"the snapshot lacks {error}", field="snapshot") from error
         self._statics = statics_of(self.place)
         self._compiled = self.settings.compiled()
-        self._told, self._ends = [], []
+        self._told, self._ends, self._rests = [], [], False
 
     @classmethod
     def from_snapshot(cls, snapshot: bytes) -> "Arena":

@@ -1,20 +1,20 @@
 """What an arena tells: impacts, landings and balls that left, from the log of its kernels."""
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
 from engine.kernels.arena_data import (
     COUNTS,
-    LANDINGS,
     LOG_A,
     LOG_B,
     LOG_SPEED,
     LOG_T,
     LOG_X,
     LOG_Y,
-    TOUCHES,
+    Floats,
+    Ints,
     Log,
 )
 
@@ -64,6 +64,13 @@ class Left:
     ball: int
 
 
+class Told(NamedTuple):
+    """Impacts of a frame; rows as in `Log`."""
+
+    floats: Floats
+    ints: Ints
+
+
 ArenaEvent = Touch | Landed | Left
 
 
@@ -79,11 +86,10 @@ def new_log(balls: int) -> Log:
     )
 
 
-def touches_of(log: Log, tick: int, start: float, peg_count: int) -> list[Touch]:
-    """The impacts in a log of the frame `tick`, which began at `start` s, in order of time."""
-    count = min(int(log.counts[TOUCHES]), len(log.floats))
+def touches_of(told: Told, tick: int, start: float, peg_count: int) -> list[Touch]:
+    """The impacts of the frame `tick`, which began at `start` s, in order of time."""
     found = []
-    for row, (a, b) in zip(log.floats[:count].tolist(), log.ints[:count].tolist(), strict=True):
+    for row, (a, b) in zip(told.floats.tolist(), told.ints.tolist(), strict=True):
         kind: Literal["ball", "peg", "wall"] = "ball"
         index = -1
         if b < 0:
@@ -107,14 +113,6 @@ def touches_of(log: Log, tick: int, start: float, peg_count: int) -> list[Touch]
     return found
 
 
-def copied(log: Log) -> Log:
-    """What is in a log, apart from the arrays that the next frame writes to."""
-    touches = min(int(log.counts[TOUCHES]), len(log.floats))
-    landings = min(int(log.counts[LANDINGS]), len(log.landed))
-    return Log(
-        log.floats[:touches].copy(),
-        log.ints[:touches].copy(),
-        log.landings[:landings].copy(),
-        log.landed[:landings].copy(),
-        log.counts.copy(),
-    )
+def told_of(log: Log, touches: int) -> Told:
+    """The impacts in a log, apart from the arrays that the next frame writes to."""
+    return Told(log.floats[:touches].copy(), log.ints[:touches].copy())

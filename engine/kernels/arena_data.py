@@ -133,7 +133,9 @@ REBUILDS = 2
 WAITS = 3
 EVENTS = 4
 CONTACTS = 5
-COUNTS = 6
+DEPARTURES = 6  # not 0: balls went too far to be followed
+AWAKE_THEN = 7  # balls awake when the frame began
+COUNTS = 8
 
 
 class Log(NamedTuple):
@@ -143,4 +145,4 @@ class Log(NamedTuple):
     ints: Ints  # (m, 2)
     landings: Floats  # (k, 2): t since the start of the frame in s, x in m
     landed: Ints  # (k,): ids
-    counts: Counts  # (6,)
+    counts: Counts  # (8,)

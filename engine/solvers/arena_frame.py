@@ -6,6 +6,7 @@ import numpy as np
 
 from engine.kernels.arena_data import (
     ASLEEP,
+    AWAKE_THEN,
     BOUNCED,
     CONTACTS,
     FLAGS,
@@ -96,6 +97,8 @@ def frame(
 ) -> Pairs:  # fmt: skip
     """Advance all balls by one frame; returns the list of pairs as it then is.
 
+    Where all sleep it only takes away the marks of the frame before.
+
     `is_listed` says that `pairs` is a list of these balls; else it only has impulses to take over.
     """
     decay, gain, _ = basis(settings.drag, settings.h)
@@ -108,6 +111,10 @@ def frame(
         bodies.marks[i, FLAGS] &= ~BOUNCED
         if bodies.marks[i, FLAGS] & ASLEEP:
             asleep += 1
+    log.counts[:] = 0
+    log.counts[AWAKE_THEN] = n - asleep
+    if asleep == n:
+        return pairs
     if not is_listed:
         pairs = renew(bodies, n, statics, pairs, horizon, settings.gravity)
         log.counts[REBUILDS] += 1

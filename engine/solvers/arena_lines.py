@@ -8,6 +8,7 @@ from engine.kernels.arena_data import (
     ARC,
     ASLEEP,
     BUDGET,
+    DEPARTURES,
     FLAGS,
     GONE,
     HOME_X,
@@ -176,6 +177,7 @@ def bring_all(
         bring(pos, vel, at, marks, state, bins_y, i, now, start, landings, landed, counts)
         if not (abs(pos[i, X]) < FARTHEST and abs(pos[i, Y]) < FARTHEST):
             marks[i, FLAGS] |= LEFT
+            counts[DEPARTURES] += 1
             at[i, LINE_KIND] = IS_GONE
 
 
