@@ -80,6 +80,6 @@ def _contacts(table: BallTable, statics: Statics) -> tuple[float, float, int]:
     marks = body.marks.copy()
     marks[:, FLAGS] &= ~ASLEEP
     copy = Bodies(body.pos, np.zeros_like(body.vel), body.surface, body.home.copy(), marks)
-    pairs = renew(copy, table.n, statics, no_pairs(table.n), 0.0, 0.0)
+    pairs, _ = renew(copy, table.n, statics, no_pairs(table.n), 0.0, 0.0)
     metres, radii, contacts = deepest(copy, table.n, pairs, statics)
     return float(metres), float(radii), int(contacts)

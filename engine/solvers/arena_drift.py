@@ -49,7 +49,6 @@ from engine.solvers.arena_lines import (
     first_events,
     foresee,
     lay_lines,
-    owners,
 )
 
 MAX_WINDOWS = 32
@@ -212,28 +211,27 @@ def _play(
 
 @kernel
 def drift(
-    bodies: Bodies, n: int, pairs: Pairs, statics: Statics, settings: Settings,
+    bodies: Bodies, n: int, pairs: Pairs, owner: Ints, statics: Statics, settings: Settings,
     start: float, least: float, lines: Lines, log: Log,
-) -> Pairs:  # fmt: skip
+) -> tuple[Pairs, Ints]:  # fmt: skip
     """Move all balls by one substep, which begins `start` seconds into the frame.
 
-    `least` is the least resting speed of all pairs. Returns the list of pairs, renewed if balls
-    went farther than it holds.
+    `owner` (p,) is who owns each pair, `least` the least resting speed of all pairs. Returns both
+    of the list, renewed if balls went farther than it holds.
     """
     gravity = settings.gravity
     h = settings.h
     horizon = h * settings.substeps
     may_end = beyond_budget(bodies.pos, bodies.vel, bodies.home, bodies.marks, n, h)
     if may_end:
-        pairs = renew(bodies, n, statics, pairs, horizon, gravity)
+        pairs, owner = renew(bodies, n, statics, pairs, horizon, gravity)
         log.counts[REBUILDS] += 1
     lines.state[:] = 0
     now = 0.0
     windows = 0
+    found = np.empty(owner.shape[0] + 1, np.int32)
     while True:
         lay_lines(bodies, n, lines, now)
-        owner = owners(pairs)
-        found = np.empty(owner.shape[0] + 1, np.int32)
         why = DONE
         if first_events(
             lines, bodies.home, n, owner, pairs.other, statics.items, found, now, h, gravity, least,
@@ -246,9 +244,10 @@ def drift(
         if why == DONE:
             break
         bring_all(bodies, n, lines, statics, now, start, log)
-        pairs = renew(bodies, n, statics, pairs, horizon, gravity)
+        pairs, owner = renew(bodies, n, statics, pairs, horizon, gravity)
+        found = np.empty(owner.shape[0] + 1, np.int32)
         log.counts[REBUILDS] += 1
         may_end = True
         windows += 1
     bring_all(bodies, n, lines, statics, h, start, log)
-    return pairs
+    return pairs, owner

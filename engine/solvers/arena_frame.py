@@ -26,7 +26,7 @@ from engine.kernels.arena_data import (
 )
 from engine.kernels.flight import basis
 from engine.kernels.jit import kernel, lean_kernel
-from engine.kernels.pair_lists import renew
+from engine.kernels.pair_lists import owners, renew
 from engine.solvers.arena_contacts import (
     CONTACT_COLUMNS,
     PUSH_LIMIT,
@@ -115,8 +115,10 @@ def frame(
     log.counts[AWAKE_THEN] = n - asleep
     if asleep == n:
         return pairs
-    if not is_listed:
-        pairs = renew(bodies, n, statics, pairs, horizon, settings.gravity)
+    if is_listed:
+        owner = owners(pairs)
+    else:
+        pairs, owner = renew(bodies, n, statics, pairs, horizon, settings.gravity)
         log.counts[REBUILDS] += 1
     room = np.empty(n)
     lines = new_lines(n)
@@ -127,7 +129,7 @@ def frame(
     for k in range(settings.substeps):
         _kick(bodies, n, settings, decay, gain)
         if asleep > 0 and wake_touched(bodies, n, pairs, statics):
-            pairs = renew(bodies, n, statics, pairs, horizon, settings.gravity)
+            pairs, owner = renew(bodies, n, statics, pairs, horizon, settings.gravity)
             log.counts[REBUILDS] += 1
         if rows.shape[0] < pairs.other.shape[0]:
             rows = np.empty((pairs.other.shape[0], CONTACT_COLUMNS))
@@ -143,7 +145,9 @@ def frame(
                 break
         keep_impulses(impulse, count, ends, rows)
         log.counts[CONTACTS] = count
-        pairs = drift(bodies, n, pairs, statics, settings, k * settings.h, least, lines, log)
+        pairs, owner = drift(
+            bodies, n, pairs, owner, statics, settings, k * settings.h, least, lines, log
+        )
     for i in range(n):
         room[i] = PUSH_LIMIT * pos[i, RADIUS]
     for _ in range(SWEEPS):
@@ -151,5 +155,5 @@ def frame(
             break
     may_sleep = settings.sleep_frames > 0 and count_still(bodies, n, settings) > 0
     if may_sleep and send_to_sleep(bodies, n, pairs, statics, settings):
-        pairs = renew(bodies, n, statics, pairs, horizon, settings.gravity)
+        pairs, _ = renew(bodies, n, statics, pairs, horizon, settings.gravity)
     return pairs

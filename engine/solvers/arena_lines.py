@@ -35,7 +35,6 @@ from engine.kernels.arena_data import (
     Ints,
     Lines,
     Log,
-    Pairs,
     Statics,
     X,
     Y,
@@ -397,14 +396,3 @@ def first_events(
         right = tree[2 * p + 1]
         tree[p] = left if left <= right else right
     return bool(tree[1] < h)
-
-
-@kernel
-def owners(pairs: Pairs) -> Ints:
-    """Who owns each pair, shape (p,)."""
-    starts = pairs.starts
-    owner = np.empty(pairs.other.shape[0], np.int32)
-    for a in range(starts.shape[0] - 1):
-        for k in range(starts[a], starts[a + 1]):
-            owner[k] = a
-    return owner
