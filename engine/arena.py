@@ -305,7 +305,7 @@ class Arena:
         self.tick += 1
         self.time = start + self.settings.dt
         table = self._table
-        if self._rests and table.is_listed:
+        if table.n == 0 or (self._rests and table.is_listed):
             return
         self._previous = table.bodies.pos[: table.n].copy()
         if len(self._log.landed) <= table.n:

@@ -23,6 +23,7 @@ from engine.board_parts import Peg, Wall
 from engine.errors import ParameterError, RecordError
 from engine.materials import Material
 from engine.place import Place
+from engine.solvers.arena_frame import frame
 
 G = 9.81
 H = 1.0 / 240.0
@@ -235,8 +236,41 @@ def test_a_removed_support_wakes_what_lay_on_it() -> None:
     assert arena.bodies["y"][0] == pytest.approx(1.9, abs=1e-3)
 
 
+@pytest.fixture
+def computed(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Gets the number of balls of each frame that is computed."""
+    found: list[int] = []
+
+    def noting(*arguments: Any) -> Any:
+        found.append(arguments[1])
+        return frame(*arguments)
+
+    monkeypatch.setattr("engine.arena.frame", noting)
+    return found
+
+
+def test_a_frame_is_computed_only_where_something_moves(computed: list[int]) -> None:
+    arena = Arena(Place.box(2.0, 2.0))
+    steps(arena, 10)
+    assert computed == []
+    arena.add(0.0, 1.9, radius=0.1)
+    steps(arena, 120)
+    assert not arena.awake
+    computed.clear()
+    steps(arena, 10)
+    assert computed == []
+    arena.add(0.5, 0.5, radius=0.1)
+    steps(arena, 10)
+    assert computed == 10 * [2]
+    arena.clear()
+    computed.clear()
+    steps(arena, 10)
+    assert computed == []
+    assert arena.tick == 160
+
+
 @pytest.mark.parametrize("change", ["kick", "impulse", "edit", "edit_all", "configure"])
-def test_whatever_changes_a_sleeping_ball_wakes_it(change: str) -> None:
+def test_whatever_changes_a_sleeping_ball_wakes_it(change: str, computed: list[int]) -> None:
     arena = Arena(Place.box(2.0, 2.0))
     ball = arena.add(0.0, 1.9, radius=0.1)
     steps(arena, 120)
@@ -249,6 +283,9 @@ def test_whatever_changes_a_sleeping_ball_wakes_it(change: str) -> None:
         "configure": lambda: arena.configure(gravity=1.62),
     }[change]()
     assert arena.awake
+    computed.clear()
+    arena.step()
+    assert computed == [1]
 
 
 def test_an_edit_sets_what_it_names_and_keeps_the_density() -> None:
