@@ -37,7 +37,7 @@ def gridless(board: Board) -> Layout:
 
     def one_cell(items: Floats, *_: float) -> Cells:
         copies = (items[:, DISTANCE] > 0.0) & (items[:, DISTANCE2] < 0.0)
-        members = np.flatnonzero(~copies).astype(np.int64)
+        members = np.flatnonzero(~copies).astype(np.uint32)
         return Cells(0.0, 0.0, 1.0, 0, 0, np.array([0, len(members)], np.uint32), members)
 
     with mock.patch("engine.compiled.cells_of", one_cell):
