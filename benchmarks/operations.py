@@ -94,24 +94,33 @@ def counting(value: Any) -> Any:
 
 
 def count(board_json: str, drops: int) -> dict[str, float]:
-    """Operations of each kind per impact over some drops of a board; needs the JIT off."""
+    """Operations of each kind per impact over some drops, one by one; needs the JIT off."""
     import numpy as np
 
-    from engine import Board, batch
+    from engine import Board
     from engine.compiled import layout_of
+    from engine.kernels import log
+    from engine.seeding import start_xs
+    from engine.solvers import exact, outcome
 
     board = Board.from_json(board_json)
     layout = counting(layout_of(board))
+    states = np.zeros((drops, log.STATE_SIZE))
+    seeds = np.arange(drops, dtype=np.uint64)
+    states[:, log.PX] = start_xs(seeds, board.drop.x, board.drop.jitter)
+    states[:, log.PY] = board.drop.y
     for name, module in list(sys.modules.items()):
         if name.startswith(("engine.kernels", "engine.solvers")):
             for attribute, replacement in (("sqrt", counting_root), ("np", _CountingNumpy(np))):
                 if hasattr(module, attribute):
                     setattr(module, attribute, replacement)
-    vars(batch)["layout_of"] = lambda _: layout
     COUNTS.clear()
-    many = batch.drop_many(board, range(drops), threads=1)
-    impacts = int(many.impact_count.sum())
-    return {kind: COUNTS[kind] / impacts for kind in KINDS}
+    impacts = np.zeros(drops, np.int32)
+    exact.trace_many(
+        layout, counting(states), outcome.MAX_EVENTS, outcome.MAX_TIME, log.new_log(0, 0),
+        np.zeros(drops, np.int8), np.zeros(drops, np.int32), impacts,
+    )  # fmt: skip
+    return {kind: COUNTS[kind] / int(impacts.sum()) for kind in KINDS}
 
 
 def count_apart(board_json: str, drops: int) -> dict[str, float]:

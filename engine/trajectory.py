@@ -7,7 +7,6 @@ import numpy.typing as npt
 
 from engine.board import Board
 from engine.compiled import layout_of
-from engine.kernels.contact import new_series
 from engine.kernels.log import EVENTS, PX, PY, SEGMENTS, STATE_SIZE, THETA, new_log
 from engine.parameters import Solver, Stepped
 from engine.solvers.exact import trace
@@ -68,7 +67,7 @@ def follow_from(
                 layout, end, solver.h, solver.correction, max_events, log
             )
         else:
-            outcome, where = trace(layout, end, max_events, MAX_TIME, log, new_series())
+            outcome, where = trace(layout, end, max_events, MAX_TIME, log)
         needed, needed_pieces = int(log.counts[EVENTS]), int(log.counts[SEGMENTS])
         if needed <= rows and needed_pieces <= pieces:
             break

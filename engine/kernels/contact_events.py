@@ -11,7 +11,7 @@ from engine.kernels.contact import (
     SPIN,
 )
 from engine.kernels.impact_time import NO_HIT
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inner_kernel
 from engine.kernels.layout import (
     DISTANCE,
     DISTANCE2,
@@ -29,13 +29,13 @@ from engine.kernels.layout import (
 from engine.kernels.series import Series, first_zero, value
 
 
-@kernel
+@inner_kernel
 def leaving_time(series: Series, horizon: float) -> float:
     """When the normal force vanishes, or NO_HIT."""
     return first_zero(series[FORCE], 0, horizon)
 
 
-@kernel
+@inner_kernel
 def slip_end_time(series: Series, slip_sign: float, skip: int, radius: float, h: float) -> float:
     """When a sliding ball's slip, u - omega R of sign slip_sign, reaches zero, or NO_HIT."""
     f = series[SCRATCH]
@@ -44,7 +44,7 @@ def slip_end_time(series: Series, slip_sign: float, skip: int, radius: float, h:
     return first_zero(f, skip, h)
 
 
-@kernel
+@inner_kernel
 def grip_end_time(
     series: Series, gravity: float, drag: float, friction: float, horizon: float
 ) -> tuple[float, float]:
@@ -67,7 +67,7 @@ def grip_end_time(
     return best, sign
 
 
-@kernel
+@inner_kernel
 def landing_time(board: Layout, series: Series, item: int, y: float, horizon: float) -> float:
     """When the centre, at height y now, crosses the bins' line on `item`, or NO_HIT."""
     f = series[SCRATCH]
@@ -79,7 +79,7 @@ def landing_time(board: Layout, series: Series, item: int, y: float, horizon: fl
     return first_zero(f, 0, horizon)
 
 
-@kernel
+@inner_kernel
 def _affine(f: Series, series: Series, row: int, rate: float, start: float) -> None:
     """f = start + rate * (the row less its first term)."""
     f[0] = start
@@ -87,7 +87,7 @@ def _affine(f: Series, series: Series, row: int, rate: float, start: float) -> N
         f[i] = rate * series[row, i]
 
 
-@kernel
+@inner_kernel
 def _first_touch(f: Series, horizon: float) -> float:
     """First zero of a distance function, at which a touching ball counts as touching again.
 
@@ -103,7 +103,7 @@ def _first_touch(f: Series, horizon: float) -> float:
     return 0.0 if f[2] < 0.0 else NO_HIT
 
 
-@kernel
+@inner_kernel
 def touch_time(
     board: Layout, series: Series, item: int, x: float, y: float, other: int, h: float
 ) -> tuple[float, float]:
@@ -143,7 +143,7 @@ def touch_time(
     return s, side
 
 
-@kernel
+@inner_kernel
 def _circle_seen_from_line(f: Series, series: Series, dx: float, dy: float) -> None:
     """|d + t l(s)|^2 less its first term, for a ball that moves by l(s) along t."""
     tx = -series[NORMAL_Y, 0]
@@ -157,7 +157,7 @@ def _circle_seen_from_line(f: Series, series: Series, dx: float, dy: float) -> N
         f[i] = along * path[i] + square
 
 
-@kernel
+@inner_kernel
 def position(
     board: Layout, series: Series, item: int, x: float, y: float, s: float
 ) -> tuple[float, float]:
@@ -171,7 +171,7 @@ def position(
     return x - series[NORMAL_Y, 0] * path, y + series[NORMAL_X, 0] * path
 
 
-@kernel
+@inner_kernel
 def _foot_inside(
     board: Layout, series: Series, item: int, x: float, y: float, other: int, s: float
 ) -> bool:
@@ -182,7 +182,7 @@ def _foot_inside(
     return bool(0.0 <= foot <= line[LENGTH])
 
 
-@kernel
+@inner_kernel
 def line_end_time(
     board: Layout, series: Series, item: int, x: float, y: float, horizon: float
 ) -> tuple[float, int]:
@@ -203,7 +203,7 @@ def line_end_time(
     return best, end
 
 
-@kernel
+@inner_kernel
 def line_entry_time(board: Layout, series: Series, item: int, horizon: float) -> tuple[float, int]:
     """When a ball on a wall's end rolls onto one of the lines that end there, or NO_HIT."""
     f = series[SCRATCH]

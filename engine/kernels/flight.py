@@ -13,7 +13,7 @@ and without drag phi = s, psi = s^2 / 2. All of flight is these two functions.
 import numpy as np
 import numpy.typing as npt
 
-from engine.kernels.jit import kernel
+from engine.kernels.jit import kernel, lean_kernel
 from engine.kernels.log import OMEGA, PX, PY, THETA, VX, VY, T
 
 # psi(s) = s^2 phi2(k s), phi2(z) = sum over n of (-z)^n / (n + 2)!. Up to z = 1/4 the first term
@@ -42,7 +42,7 @@ def phi2(z: float) -> float:
     return even - z * odd
 
 
-@kernel
+@lean_kernel
 def short_basis(k: float, s: float) -> tuple[float, float, float]:
     """`basis` where k s <= SERIES_LIMIT, as within a search window."""
     if k == 0.0:

@@ -14,7 +14,7 @@ instead of being dodged with an epsilon.
 from math import sqrt
 
 from engine.kernels.flight import SERIES_LIMIT, phi2, short_basis
-from engine.kernels.jit import kernel
+from engine.kernels.jit import kernel, lean_kernel
 
 NO_HIT = -1.0
 # A search that is still moving after this many steps sits within rounding of its root. Seen in
@@ -62,7 +62,7 @@ def halley_step(f: float, fd: float, m: float) -> float:
     return 2.0 * f * fd / (fm - (square + square))
 
 
-@kernel
+@lean_kernel
 def stays_positive(f: float, b: float, c: float, h: float) -> bool:
     """Whether f + 2 b d + c d^2 > 0 on all of [0, h]; no square root taken.
 
@@ -75,7 +75,7 @@ def stays_positive(f: float, b: float, c: float, h: float) -> bool:
     return bool((f > 0.0) & ((dips & at_dip) | ((not dips) & at_end)))
 
 
-@kernel
+@lean_kernel
 def third_derivative_bound(va: float, aa: float, qa: float, k: float, horizon: float) -> float:
     """Lower bound, at most 0, of f''' on [0, horizon] for f = |q(s)|^2 - D^2.
 
@@ -93,7 +93,7 @@ def third_derivative_bound(va: float, aa: float, qa: float, k: float, horizon: f
     return bound
 
 
-@kernel
+@lean_kernel
 def third_derivative_size(va: float, aa: float, qa: float, k: float, horizon: float) -> float:
     """Upper bound of |f'''| on [0, horizon], with the arguments of `third_derivative_bound`."""
     size = 6.0 * (abs(va) + aa * horizon)
@@ -138,7 +138,7 @@ def circle_hit(
     )
 
 
-@kernel
+@lean_kernel
 def circle_search(
     qx: float,
     qy: float,
@@ -202,7 +202,7 @@ def circle_search(
     return s
 
 
-@kernel
+@lean_kernel
 def _comes_near(f: float, fd: float, m: float, step: float, change: float, enough: float) -> bool:
     """Whether |f| <= enough after a `halley_step`; `change` bounds that of f'' from what m says.
 
@@ -351,7 +351,7 @@ def line_hit(h: float, hd: float, hdd: float, k: float, horizon: float, best: fl
     return NO_HIT if entry == NO_HIT else exit_time + entry
 
 
-@kernel
+@lean_kernel
 def _line_search(h: float, hd: float, hdd: float, k: float, horizon: float, best: float) -> float:
     """`line_hit` for h > 0."""
     m = hdd
@@ -378,7 +378,7 @@ def _line_search(h: float, hd: float, hdd: float, k: float, horizon: float, best
     return s
 
 
-@kernel
+@lean_kernel
 def _line_exit(h: float, hd: float, hdd: float, k: float, limit: float) -> float:
     """First s <= limit with h(s) >= 0 for h < 0, hd > 0, hdd < 0, or NO_HIT.
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.kernels.jit import kernel, lean_kernel
+from engine.kernels.jit import lean_kernel
 
 # Columns of `items`: where a surface is, and how far from it a ball's centre is at contact.
 X = 0  # of a circle's centre or a line's first end, m
@@ -54,7 +54,7 @@ class Layout(NamedTuple):
     edges: npt.NDArray[np.float64]  # (bins + 1,)
 
 
-@kernel
+@lean_kernel
 def cell_at(
     x: float, y: float, left: float, top: float, cells_per_metre: float, columns: int, rows: int
 ) -> int:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.kernels.jit import kernel, lean_kernel
+from engine.kernels.jit import lean_kernel
 
 # The state of a ball while it is traced.
 T = 0
@@ -51,7 +51,7 @@ def new_log(events: int, segments: int) -> Log:
     )
 
 
-@kernel
+@lean_kernel
 def write_event(
     events: npt.NDArray[np.float64],
     marks: npt.NDArray[np.int32],
@@ -88,7 +88,7 @@ def note_event(log: Log, state: npt.NDArray[np.float64], kind: int, index: int) 
         )  # fmt: skip
 
 
-@kernel
+@lean_kernel
 def write_segment(
     segments: npt.NDArray[np.float64],
     row: int,

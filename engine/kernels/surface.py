@@ -2,11 +2,11 @@
 
 from math import sqrt
 
-from engine.kernels.jit import kernel, lean_kernel
+from engine.kernels.jit import inner_kernel
 from engine.kernels.layout import DISTANCE, NX, NY, Layout, X, Y
 
 
-@lean_kernel
+@inner_kernel
 def touch(
     board: Layout, item: int, side: float, x: float, y: float
 ) -> tuple[float, float, float, float]:
@@ -30,26 +30,26 @@ def touch(
     return nx, ny, x + gap * nx, y + gap * ny
 
 
-@lean_kernel
+@inner_kernel
 def curvature(board: Layout, item: int) -> float:
     """Curvature of the centre's path on `item`, 1/m: 1/D on a circle, 0 on a line."""
     distance = board.items[item, DISTANCE]
     return 1.0 / distance if distance > 0.0 else 0.0
 
 
-@lean_kernel
+@inner_kernel
 def restitution_of(board: Layout, item: int) -> float:
     """Restitution between the ball and `item`."""
     return board.peg_restitution if item < board.peg_count else board.wall_restitution
 
 
-@lean_kernel
+@inner_kernel
 def friction_of(board: Layout, item: int) -> float:
     """Coefficient of friction between the ball and `item`."""
     return board.peg_friction if item < board.peg_count else board.wall_friction
 
 
-@kernel
+@inner_kernel
 def is_wedged(board: Layout, ax: float, ay: float, bx: float, by: float) -> bool:
     """Whether gravity presses a ball that touches normals a and b against both.
 

@@ -28,7 +28,7 @@ from engine.kernels.arena_data import (
     X,
     Y,
 )
-from engine.kernels.jit import lean_kernel
+from engine.kernels.jit import kernel, lean_kernel
 from engine.kernels.place import nearest
 
 TOUCH = 0.005
@@ -354,7 +354,7 @@ def part_deep(
     return is_any
 
 
-@lean_kernel
+@kernel
 def deepest(bodies: Bodies, n: int, pairs: Pairs, statics: Statics) -> tuple[float, float, int]:
     """Deepest overlap of listed pairs in m and in radii of the smaller ball; contacts touching."""
     metres = 0.0

@@ -22,7 +22,7 @@ from engine.kernels.impact_time import (
     third_derivative_bound,
 )
 from engine.kernels.impulse import bounce
-from engine.kernels.jit import kernel, lean_kernel
+from engine.kernels.jit import lean_kernel
 from engine.kernels.layout import (
     DISTANCE,
     DISTANCE2,
@@ -85,33 +85,26 @@ OUT_OF_TIME = 3
 OUT_OF_BOARD = 4
 
 
-@kernel
-def _held_line_hit(
-    lx: float,
-    ly: float,
-    length: float,
-    nx: float,
-    ny: float,
-    side: float,
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    ax: float,
-    ay: float,
-    k: float,
-    horizon: float,
-) -> float:
-    """When a ball that has just left `side` of a line at (lx, ly) hits it again."""
+@lean_kernel
+def held_line_hit(
+    items: Array, held: int, side: float, x: float, y: float, vx: float, vy: float,
+    ax: float, ay: float, k: float, horizon: float,
+) -> float:  # fmt: skip
+    """When a ball that has just left `side` of the line `held` hits it again."""
+    nx = items[held, NX]
+    ny = items[held, NY]
     hd = side * (nx * vx + ny * vy)
     hdd = side * (nx * ax + ny * ay)
     s = line_hit_again(hd, hdd, k, horizon, horizon)
-    if s != NO_HIT and not _foot_inside(x - lx, y - ly, vx, vy, ax, ay, ny, -nx, length, k, s):
-        return NO_HIT
+    if s != NO_HIT:
+        dx = x - items[held, X]
+        dy = y - items[held, Y]
+        if not _foot_inside(dx, dy, vx, vy, ax, ay, ny, -nx, items[held, LENGTH], k, s):
+            s = NO_HIT
     return s
 
 
-@kernel
+@lean_kernel
 def _foot_inside(
     dx: float,
     dy: float,
@@ -134,7 +127,7 @@ def _foot_inside(
     return 0.0 <= foot <= length
 
 
-@kernel
+@lean_kernel
 def _line_hit_between_ends(
     lx: float,
     ly: float,
@@ -179,7 +172,7 @@ def _line_hit_between_ends(
     return found, found_side
 
 
-@kernel
+@lean_kernel
 def _leaves_by(
     first: float, last: float, end: int, tx: float, ty: float, u: float, v: float
 ) -> bool:
@@ -192,7 +185,32 @@ def _leaves_by(
     return (end == int(first) and along < 0.0) or (end == int(last) and along > 0.0)
 
 
-@kernel
+@lean_kernel
+def wall_hit(
+    items: Array, wall: int, held: int, how: int, radius: float, x: float, y: float,
+    vx: float, vy: float, ax: float, ay: float, k: float, horizon: float, best: float,
+) -> tuple[float, float]:  # fmt: skip
+    """When the ball hits the line `wall` between its ends, or NO_HIT; and on which side.
+
+    `held` is the surface that it has just left, unless `how` is FREE.
+    """
+    s, side = _line_hit_between_ends(
+        items[wall, X], items[wall, Y], items[wall, LENGTH], items[wall, NX], items[wall, NY],
+        radius, x, y, vx, vy, ax, ay, k, horizon, best,
+    )  # fmt: skip
+    if s != NO_HIT and how != FREE:
+        first = items[wall, FIRST_END]
+        last = items[wall, LAST_END]
+        tx = items[wall, TX]
+        ty = items[wall, TY]
+        if _leaves_by(first, last, held, tx, ty, vx, vy):
+            _, phi, _ = short_basis(k, s)
+            if _leaves_by(first, last, held, tx, ty, vx + ax * phi, vy + ay * phi):
+                s = NO_HIT
+    return s, side
+
+
+@lean_kernel
 def length_bound(x: float, y: float) -> float:
     """At least the length of (x, y), and at most 1.083 of it: no square root is waited for."""
     x = abs(x)
@@ -260,11 +278,7 @@ def next_hit(
             qx = x - items[held, X]
             qy = y - items[held, Y]
             if items[held, DISTANCE] == 0.0:
-                s = _held_line_hit(
-                    items[held, X], items[held, Y], items[held, LENGTH],
-                    items[held, NX], items[held, NY],
-                    held_side, x, y, vx, vy, ax, ay, k, horizon,
-                )  # fmt: skip
+                s = held_line_hit(items, held, held_side, x, y, vx, vy, ax, ay, k, horizon)
             elif how == BOUNCED:
                 s = circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, horizon)
             else:
@@ -279,20 +293,9 @@ def next_hit(
                 continue
             d2 = centres[other, 2]
             if d2 == 0.0:
-                s, other_side = _line_hit_between_ends(
-                    items[other, X], items[other, Y], items[other, LENGTH],
-                    items[other, NX], items[other, NY], radius,
-                    x, y, vx, vy, ax, ay, k, horizon, best,
-                )  # fmt: skip
-                if s != NO_HIT and how != FREE:
-                    first = items[other, FIRST_END]
-                    last = items[other, LAST_END]
-                    tx = items[other, TX]
-                    ty = items[other, TY]
-                    if _leaves_by(first, last, held, tx, ty, vx, vy):
-                        _, phi, _ = short_basis(k, s)
-                        if _leaves_by(first, last, held, tx, ty, vx + ax * phi, vy + ay * phi):
-                            s = NO_HIT
+                s, other_side = wall_hit(
+                    items, other, held, how, radius, x, y, vx, vy, ax, ay, k, horizon, best
+                )
             else:
                 # Most candidates are turned down here, with neither a call nor a square root.
                 qx = x - centres[other, 0]
@@ -302,7 +305,7 @@ def next_hit(
                 qa = qx * ax + qy * ay
                 c = vv + qa
                 low3 = third_derivative_bound(va, aa, qa, k, horizon)
-                if stays_positive(f, b, c + low3 * best * SIXTH, best):
+                if stays_positive(f, b, c + low3 * horizon * SIXTH, horizon):
                     continue
                 other_side = 0.0
                 if f > 0.0:
@@ -335,6 +338,51 @@ def next_hit(
         ax = ax0 * decay
         ay = ay0 * decay
     return start, NOWHERE, 0.0
+
+
+@lean_kernel
+def rebound(
+    items: Array, item: int, side: float, x: float, y: float, vx: float, vy: float, omega: float,
+    radius: float, restitution: float, friction: float,
+) -> tuple[float, float, float, float, float, float, float, bool]:  # fmt: skip
+    """A ball at (x, y) hits a surface: its centre put on it, velocity and spin after, the normal,
+    and whether friction stopped the slip."""
+    dx = x - items[item, X]
+    dy = y - items[item, Y]
+    distance = items[item, DISTANCE]
+    if distance > 0.0:
+        # The ball is at D within rounding: one step of Newton's for 1 / sqrt makes it exact.
+        nx = dx * items[item, INVERSE]
+        ny = dy * items[item, INVERSE]
+        unit = 1.5 - 0.5 * (nx * nx + ny * ny)
+        nx = nx * unit
+        ny = ny * unit
+        x = items[item, X] + distance * nx
+        y = items[item, Y] + distance * ny
+    else:
+        nx = side * items[item, NX]
+        ny = side * items[item, NY]
+        gap = radius - (dx * nx + dy * ny)
+        x = x + gap * nx
+        y = y + gap * ny
+    grips = False
+    if vx * nx + vy * ny < 0.0:
+        vx, vy, omega, grips = bounce(vx, vy, omega, nx, ny, radius, restitution, friction)
+    return x, y, vx, vy, omega, nx, ny, grips
+
+
+@lean_kernel
+def stays_on(
+    items: Array, item: int, vx: float, vy: float, nx: float, ny: float, gravity: float
+) -> bool:
+    """Whether a bounce off a surface has died, and gravity presses the ball back onto it."""
+    stays = False
+    if vx * nx + vy * ny <= DYING_BOUNCE:
+        u = vy * nx - vx * ny
+        distance = items[item, DISTANCE]
+        bend = 1.0 / distance if distance > 0.0 else 0.0
+        stays = -gravity * ny - bend * u * u > 0.0
+    return stays
 
 
 @lean_kernel
@@ -418,30 +466,12 @@ def fly(
                 break
         touching = False
         how = BOUNCED
-        dx = x - items[item, X]
-        dy = y - items[item, Y]
-        distance = items[item, DISTANCE]
-        if distance > 0.0:
-            # The ball is at D within rounding: one step of Newton's for 1 / sqrt makes it exact.
-            nx = dx * items[item, INVERSE]
-            ny = dy * items[item, INVERSE]
-            unit = 1.5 - 0.5 * (nx * nx + ny * ny)
-            nx = nx * unit
-            ny = ny * unit
-            x = items[item, X] + distance * nx
-            y = items[item, Y] + distance * ny
-        else:
-            nx = side * items[item, NX]
-            ny = side * items[item, NY]
-            gap = radius - (dx * nx + dy * ny)
-            x = x + gap * nx
-            y = y + gap * ny
         is_peg = item < peg_count
         restitution = peg_restitution if is_peg else wall_restitution
         friction = peg_friction if is_peg else wall_friction
-        grips = False
-        if vx * nx + vy * ny < 0.0:
-            vx, vy, omega, grips = bounce(vx, vy, omega, nx, ny, radius, restitution, friction)
+        x, y, vx, vy, omega, nx, ny, grips = rebound(
+            items, item, side, x, y, vx, vy, omega, radius, restitution, friction
+        )
         row = counts[EVENTS]
         counts[EVENTS] = row + 1
         counts[IMPACTS] += 1
@@ -449,13 +479,11 @@ def fly(
             kind = KIND_PEG if is_peg else KIND_WALL
             index = item if is_peg else (item - peg_count) // 3
             write_event(events, marks, row, t, x, y, vx, vy, omega, kind, index)
-        if vx * nx + vy * ny <= DYING_BOUNCE:
+        if stays_on(items, item, vx, vy, nx, ny, gravity):
             u = vy * nx - vx * ny
-            bend = 1.0 / distance if distance > 0.0 else 0.0
-            if -gravity * ny - bend * u * u > 0.0:
-                vx = -u * ny
-                vy = u * nx
-                break
+            vx = -u * ny
+            vy = u * nx
+            break
     state[T] = t
     state[PX] = x
     state[PY] = y

@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
-from engine.kernels.jit import kernel, lean_kernel
+from engine.kernels.jit import lean_kernel
 from engine.kernels.layout import Layout, bin_of
 from engine.kernels.log import IMPACTS, PX, Log, note_event
 
@@ -19,7 +19,7 @@ def note_impact(board: Layout, state: npt.NDArray[np.float64], item: int, log: L
         note_event(log, state, KIND_WALL, (item - board.peg_count) // 3)
 
 
-@kernel
+@lean_kernel
 def land(board: Layout, state: npt.NDArray[np.float64], log: Log) -> int:
     """Note the landing, and return its bin."""
     where = bin_of(board, state[PX])

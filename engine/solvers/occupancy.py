@@ -11,7 +11,7 @@ from engine.kernels.jit import kernel
 from engine.kernels.layout import Layout
 from engine.kernels.log import ITEM, PX, PY, SEGMENTS, STATE_SIZE, VX, VY, Log, T
 from engine.kernels.series import Series
-from engine.solvers.exact import trace
+from engine.solvers.exact import trace_many
 from engine.solvers.sample import sample_segment
 
 Array = npt.NDArray[np.float64]
@@ -95,18 +95,19 @@ def occupy_many(
     next one, whose length log.counts tells, does not fit into the log.
     """
     series = new_series()
-    state = np.zeros(STATE_SIZE)
+    states = np.zeros((1, STATE_SIZE))
+    state = states[0]
     sample = np.zeros(STATE_SIZE)
+    outcomes = np.zeros(1, np.int8)
+    impacts = np.zeros(1, np.int32)
     for i in range(len(xs)):
         state[:] = 0.0
         state[PX] = xs[i]
         state[PY] = y
-        log.counts[:] = 0
-        _, where = trace(board, state, max_events, max_time, log, series)
+        trace_many(board, states, max_events, max_time, log, outcomes, bins[i : i + 1], impacts)
         used = log.counts[SEGMENTS]
         if used > log.segments.shape[0]:
             return i
-        bins[i] = where
         durations[i] = state[T]
         for row in range(used):
             until = log.segments[row + 1, T] if row + 1 < used else state[T]

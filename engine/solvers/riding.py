@@ -28,7 +28,7 @@ from engine.kernels.contact_events import (
     touch_time,
 )
 from engine.kernels.impact_time import NO_HIT
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inner_kernel
 from engine.kernels.layout import (
     DISTANCE,
     FIRST_END,
@@ -61,7 +61,7 @@ REGRIPPED = 9
 ROLLED_OVER = 10
 
 
-@kernel
+@inner_kernel
 def start_series(
     board: Layout,
     series: Series,
@@ -93,7 +93,7 @@ def start_series(
     )
 
 
-@kernel
+@inner_kernel
 def advance_ride(
     board: Layout, series: Series, state: npt.NDArray[np.float64], item: int, s: float
 ) -> None:
@@ -109,7 +109,7 @@ def advance_ride(
     state[OMEGA] = value(series[SPIN], s)
 
 
-@kernel
+@inner_kernel
 def _first_touch_of_others(
     board: Layout, series: Series, state: npt.NDArray[np.float64], item: int, horizon: float
 ) -> tuple[float, int, float]:
@@ -130,7 +130,7 @@ def _first_touch_of_others(
     return best, hit, hit_side
 
 
-@kernel
+@inner_kernel
 def _belongs(board: Layout, item: int, other: int) -> bool:
     """Whether `other` is an end of the line `item`, or a line that ends in the circle `item`."""
     row = board.items[item]
@@ -142,7 +142,7 @@ def _belongs(board: Layout, item: int, other: int) -> bool:
     return False
 
 
-@kernel
+@inner_kernel
 def _surface_change(
     board: Layout, series: Series, state: npt.NDArray[np.float64], item: int, horizon: float
 ) -> tuple[float, int]:
@@ -154,7 +154,7 @@ def _surface_change(
     return line_entry_time(board, series, item, horizon)
 
 
-@kernel
+@inner_kernel
 def surface_index(board: Layout, item: int) -> int:
     """How contact events name a surface: a peg by its index, wall w as -1 - w."""
     if item < board.peg_count:
@@ -162,7 +162,7 @@ def surface_index(board: Layout, item: int) -> int:
     return -1 - (item - board.peg_count) // 3
 
 
-@kernel
+@inner_kernel
 def _next_cause(
     board: Layout,
     series: Series,
@@ -206,7 +206,7 @@ def _next_cause(
     return s, cause, other, sign
 
 
-@kernel
+@inner_kernel
 def ride(
     board: Layout,
     series: Series,
@@ -269,7 +269,7 @@ def ride(
             return cause, item, side, other, sign
 
 
-@kernel
+@inner_kernel
 def _has_stopped(board: Layout, u: float) -> bool:
     """Whether a ball that rolls or slips along level ground at u m/s gets nowhere any more.
 
@@ -281,7 +281,7 @@ def _has_stopped(board: Layout, u: float) -> bool:
     return board.radius + 1.5 * abs(u) / board.drag == board.radius
 
 
-@kernel
+@inner_kernel
 def side_of(board: Layout, state: npt.NDArray[np.float64], item: int) -> float:
     """Side of `item` on which the ball is: 1 or -1 for a line, 0 for a circle."""
     row = board.items[item]

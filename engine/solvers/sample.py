@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from engine.kernels.contact import new_series
 from engine.kernels.flight import advance_flight
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inner_kernel, kernel
 from engine.kernels.layout import Layout
 from engine.kernels.log import (
     ITEM,
@@ -26,7 +26,7 @@ from engine.solvers.riding import advance_ride, start_series
 Array = npt.NDArray[np.float64]
 
 
-@kernel
+@inner_kernel
 def segment_at(segments: Array, first: int, last: int, time: float) -> int:
     """Row in [first, last) of the last segment that starts at or before `time`."""
     low = first
@@ -40,7 +40,7 @@ def segment_at(segments: Array, first: int, last: int, time: float) -> int:
     return low
 
 
-@kernel
+@inner_kernel
 def sample_segment(
     board: Layout, segments: Array, row: int, time: float, straight: bool, series: Array, out: Array
 ) -> None:
@@ -77,7 +77,8 @@ def sample(
     series = new_series()
     for i in range(times.shape[0]):
         if times[i] >= end[T]:
-            out[i] = end
+            for column in range(STATE_SIZE):  # row by row would cost a tenth of all compile time
+                out[i, column] = end[column]
             out[i, T] = times[i]
             continue
         row = segment_at(segments, 0, segments.shape[0], times[i])

@@ -8,12 +8,16 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from numba import types
 
-from engine import PHYSICS_VERSION
+from engine import PHYSICS_VERSION, Board, drop
+from engine.compiled import layout_of
 from engine.kernels import jit
 from engine.kernels.impact_time import stays_positive
+from engine.kernels.layout import bin_of
+from engine.solvers.riding import side_of
 from tests.golden import check, make
 
 ROOT = Path(__file__).parents[2]
@@ -65,7 +69,7 @@ def test_plain_python_gives_the_golden_digests() -> None:
     """Every preset and scene by both solvers, one drop each: the kernels without the JIT."""
     code = (
         "import sys, engine.solvers.exact as exact\n"
-        "assert not hasattr(exact.trace, 'signatures'), 'the JIT is on'\n"
+        "assert not hasattr(exact.trace_many, 'signatures'), 'the JIT is on'\n"
         "from tests.golden import check\n"
         "sys.exit(check.main(['--quick']))\n"
     )
@@ -145,6 +149,15 @@ def test_a_constant_argument_compiles_no_kernel_of_its_own() -> None:
     kinds = {kind for signature in compiled.signatures for kind in signature}
     assert types.int64 in kinds
     assert not any(isinstance(kind, types.Literal) for kind in kinds)
+
+
+def test_a_kernel_inside_of_others_runs_as_python_when_python_calls_it() -> None:
+    """Before and after it was compiled into another: numba would jump to a wrapper never made."""
+    layout = layout_of(Board.preset("triangle-8"))
+    first = bin_of(layout, 0.1)
+    drop(Board.preset("triangle-8"), 1)
+    assert bin_of(layout, 0.1) == first == 4
+    assert side_of(layout, np.zeros(7), 0) == 0.0
 
 
 def test_the_stamp_is_of_the_sources() -> None:

@@ -18,7 +18,6 @@ from engine.constants import (
     KIND_LANDING,
     KIND_WALL,
 )
-from engine.kernels.contact import new_series
 from engine.kernels.log import EVENTS, new_log
 from engine.parameters import Exact
 from engine.scenes import scene, scene_names
@@ -65,7 +64,7 @@ def test_energy_is_kept_over_a_hundred_thousand_elastic_impacts() -> None:
     state = np.array([0.0, 0.1, 0.06, 2.0, 1.0, 0.0, 0.0])
     start = 0.5 * (2.0**2 + 1.0**2) + G * (1.1 - 0.06)
     log = new_log(100_000, 0)
-    outcome, _ = trace(layout_of(board), state, 100_000, 1e9, log, new_series())
+    outcome, _ = trace(layout_of(board), state, 100_000, 1e9, log)
     assert outcome == EVENT_LIMIT
     x, y, vx, vy = log.events[:, 1:5].T
     energy = 0.5 * (vx * vx + vy * vy) + G * (1.1 - y)
@@ -280,7 +279,7 @@ def test_logs_that_are_too_small_count_what_did_not_fit() -> None:
     board = Board.preset("triangle-16")
     full = drop(board, 42).trajectory
     state, log = full.start.copy(), new_log(3, 2)
-    trace(layout_of(board), state, MAX_EVENTS, 1000.0, log, new_series())
+    trace(layout_of(board), state, MAX_EVENTS, 1000.0, log)
     assert int(log.counts[EVENTS]) == len(full.events)
     assert np.array_equal(log.events, full.events[:3])
     assert np.array_equal(state, full.end)

@@ -1,0 +1,224 @@
+"""Many drops side by side on a board without drag and friction: the same bits, in less time."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.kernels.jit import kernel, lean_kernel
+from engine.kernels.layout import Layout, bin_of
+from engine.solvers.flying import BINS, length_bound, rebound, stays_on
+from engine.solvers.outcome import LANDED
+from engine.solvers.row import (
+    DROP,
+    FLOAT_COLUMNS,
+    HELD,
+    HELD_SIDE,
+    HIT_SIDE,
+    IMPACT_COUNT,
+    INT_COLUMNS,
+    ITEM,
+    LANES,
+    LOW,
+    MARK,
+    ODD,
+    SLOTS,
+    START,
+    T0,
+    VX0,
+    VY0,
+    WINDOWS,
+    X0,
+    Y0,
+    Floats,
+    Indices,
+    Ints,
+    begin,
+    close_windows,
+    empty_lane,
+    find_cells,
+    mark,
+    meet_again,
+    meet_bins,
+    open_windows,
+)
+from engine.solvers.row_search import ROOM, SEARCH_COLUMNS, search_marked
+
+
+@lean_kernel
+def _arrive(w: Floats, m: Ints, i: int, gravity: float) -> None:
+    """Move ball i to the end of its flight."""
+    s = w[START + i]
+    psi = 0.5 * s * s
+    vx = w[VX0 + i]
+    vy = w[VY0 + i]
+    ax = -0.0 * vx
+    w[T0 + i] += s
+    w[X0 + i] = w[X0 + i] + vx * s + ax * psi
+    w[Y0 + i] = w[Y0 + i] + vy * s + gravity * psi
+    w[VX0 + i] = vx + ax * s
+    w[VY0 + i] = vy + gravity * s
+    w[START + i] = 0.0
+
+
+@lean_kernel
+def _bounce(
+    w: Floats, m: Ints, i: int, items: Floats, radius: float, gravity: float, restitution: float
+) -> None:
+    """Impact of ball i on what it has met; odd if it then stays on it."""
+    item = m[ITEM + i]
+    side = w[HIT_SIDE + i]
+    x, y, vx, vy, _, nx, ny, _ = rebound(
+        items, item, side, w[X0 + i], w[Y0 + i], w[VX0 + i], w[VY0 + i], 0.0, radius,
+        restitution, 0.0,
+    )  # fmt: skip
+    w[X0 + i] = x
+    w[Y0 + i] = y
+    w[VX0 + i] = vx
+    w[VY0 + i] = vy
+    w[HELD_SIDE + i] = side
+    m[HELD + i] = item
+    m[IMPACT_COUNT + i] += 1
+    m[WINDOWS + i] = 0
+    if stays_on(items, item, vx, vy, nx, ny, gravity):
+        m[ODD + i] = 1
+
+
+class _Space(NamedTuple):
+    """Work space of `_trace_row`."""
+
+    w: Floats  # (FLOAT_COLUMNS * LANES,)
+    m: Ints  # (INT_COLUMNS * LANES,)
+    r: Floats  # (SEARCH_COLUMNS * ROOM,)
+    whose: Ints  # (ROOM,): the lane of each search, and its surface
+    which: Indices
+    marked: Ints  # (LANES + 1,)
+    ended: Ints
+    members: Indices  # the layout's, and SLOTS more
+
+
+def has_only_bounces(board: Layout) -> bool:
+    """Whether `trace_bounces` can take the board's drops: neither drag nor friction is on it."""
+    return board.drag == 0.0 and board.peg_friction == 0.0 and board.wall_friction == 0.0
+
+
+def _new_space(board: Layout) -> _Space:
+    """Work space for drops on `board`."""
+    return _Space(
+        w=np.zeros(FLOAT_COLUMNS * LANES),
+        m=np.zeros(INT_COLUMNS * LANES, np.int64),
+        r=np.zeros(SEARCH_COLUMNS * ROOM),
+        whose=np.zeros(ROOM, np.int64),
+        which=np.zeros(ROOM, np.uint32),
+        marked=np.zeros(LANES + 1, np.int64),
+        ended=np.zeros(LANES + 1, np.int64),
+        members=np.append(board.members, np.zeros(SLOTS, np.uint32)),
+    )
+
+
+@kernel
+def _trace_row(
+    board: Layout,
+    xs: Floats,
+    y: float,
+    max_events: int,
+    max_time: float,
+    space: _Space,
+    bins: npt.NDArray[np.int32],
+    durations: Floats,
+    x_ends: Floats,
+    impacts: npt.NDArray[np.int32],
+    outcomes: npt.NDArray[np.int8],
+    left_over: npt.NDArray[np.int64],
+) -> int:
+    """`trace_bounces`; returns how many drops are left over, and puts their numbers in left_over,
+    shape (n,)."""
+    w, m, r, whose, which, marked, ended, members = space
+    # Taken apart once: in a loop, the reference counting of a board's arrays would cost most.
+    items = board.items
+    starts = board.starts
+    centres = board.centres
+    gravity = board.gravity
+    travel = board.travel
+    radius = board.radius
+    peg_count = board.peg_count
+    rise = travel / board.fall + 0.5 * board.fall * length_bound(0.0, gravity)
+    begun = 0
+    active = 0
+    left = 0
+    fresh = 0
+    while begun < xs.shape[0] and active < LANES:
+        begin(w, m, active, begun, xs[begun], y)
+        begun += 1
+        active += 1
+    while active > 0:
+        open_windows(w, m, active, gravity, travel, rise)
+        find_cells(
+            w, m, active, board.left, board.top, board.cells_per_metre, board.columns, board.rows,
+            starts,
+        )  # fmt: skip
+        for c in range(fresh):
+            if m[HELD + ended[c]] >= 0 and ended[c] < active:
+                meet_again(w, m, ended[c], items, gravity)
+        slots, count = mark(w, m, active, members, centres, gravity, travel, board.bins_y, marked)
+        search_marked(
+            w, m, r, marked, count, members, centres, items, radius, gravity, slots, whose, which
+        )
+        for c in range(count):
+            if m[MARK + marked[c]] & LOW:
+                meet_bins(w, m, marked[c], gravity, board.bins_y)
+        fresh = close_windows(w, m, active, max_time, ended)
+        for c in range(fresh - 1, -1, -1):
+            i = ended[c]
+            item = m[ITEM + i]
+            _arrive(w, m, i, gravity)
+            if item >= 0:
+                is_peg = item < peg_count
+                restitution = board.peg_restitution if is_peg else board.wall_restitution
+                _bounce(w, m, i, items, radius, gravity, restitution)
+                if m[ODD + i] == 0 and m[IMPACT_COUNT + i] < max_events:
+                    continue
+            drop = m[DROP + i]
+            if item == BINS and m[ODD + i] == 0:
+                bins[drop] = bin_of(board, w[X0 + i])
+                outcomes[drop] = LANDED
+                durations[drop] = w[T0 + i]
+                x_ends[drop] = w[X0 + i]
+                impacts[drop] = m[IMPACT_COUNT + i]
+            else:
+                left_over[left] = drop
+                left += 1
+            if begun < xs.shape[0]:
+                begin(w, m, i, begun, xs[begun], y)
+                begun += 1
+            else:
+                active -= 1
+                empty_lane(w, m, i, active)
+    return left
+
+
+def trace_bounces(
+    board: Layout,
+    xs: Floats,
+    y: float,
+    max_events: int,
+    max_time: float,
+    bins: npt.NDArray[np.int32],
+    durations: Floats,
+    x_ends: Floats,
+    impacts: npt.NDArray[np.int32],
+    outcomes: npt.NDArray[np.int8],
+) -> npt.NDArray[np.int64]:
+    """`trace_many` of the drops to which nothing happens but bounces, and of no others.
+
+    board: without drag and friction. Returns the numbers of the drops that are left over: their
+    balls roll, or come to a limit.
+    """
+    left_over = np.empty(len(xs), np.int64)
+    # Searches that have ended are computed on with the others: without the JIT, numpy would tell.
+    with np.errstate(all="ignore"):
+        left = _trace_row(
+            board, xs, y, max_events, max_time, _new_space(board),
+            bins, durations, x_ends, impacts, outcomes, left_over,
+        )  # fmt: skip
+    return left_over[:left]
