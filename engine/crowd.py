@@ -16,8 +16,9 @@ from engine.crowd_touching import TouchingCrowd
 from engine.digest import drop_digest
 from engine.kernels.log import EVENT_SIZE, PX, PY, SEGMENT_SIZE, STATE_SIZE, T, new_log
 from engine.parameters import Exact, Stepped
+from engine.solvers.outcome import FLYING
 from engine.solvers.sample import sample_crowd
-from engine.solvers.stepped import FLYING, MAX_HITS, step_crowd
+from engine.solvers.stepped import MAX_HITS, step_crowd
 from engine.trajectory import Trajectory, follow, start_row
 
 Floats = npt.NDArray[np.float64]

@@ -15,7 +15,7 @@ from engine.solvers.outcome import (
     BALANCED,
     ESCAPED,
     EVENT_LIMIT,
-    GOES_ON,
+    FLYING,
     LANDED,
     TIME_LIMIT,
     WEDGED,
@@ -60,9 +60,9 @@ def trace_many(
         side = 0.0
         how = flying.FREE
         touching = False
-        outcome = GOES_ON
+        outcome = FLYING
         bins[i] = -1
-        while outcome == GOES_ON:
+        while outcome == FLYING:
             end, item, side, grips = flying.fly(
                 board.items, board.left, board.top, board.cells_per_metre, board.columns,
                 board.rows, board.starts, board.members, board.centres, board.travel, board.fall,
@@ -87,7 +87,7 @@ def trace_many(
                 side = hit_side
                 continue
             outcome = _ends_in_contact(cause)
-            if outcome == GOES_ON:
+            if outcome == FLYING:
                 how = flying.ROLLED_OFF if cause == riding.LEFT else flying.BOUNCED
                 note_event(log, state, KIND_CONTACT_END, riding.surface_index(board, item))
         if outcome == LANDED:
@@ -110,7 +110,7 @@ def _ends_in_flight(cause: int) -> int:
 
 @inner_kernel
 def _ends_in_contact(cause: int) -> int:
-    """How a drop ends whose contact ended so, GOES_ON if it does not."""
+    """How a drop ends whose contact ended so, FLYING if it does not."""
     if cause == riding.LANDED:
         return LANDED
     if cause == riding.AT_REST:
@@ -121,7 +121,7 @@ def _ends_in_contact(cause: int) -> int:
         return EVENT_LIMIT
     if cause == riding.OUT_OF_BOARD:
         return ESCAPED
-    return GOES_ON
+    return FLYING
 
 
 def trace(

@@ -1,6 +1,6 @@
 """How a drop can end, and in words why one did not land."""
 
-GOES_ON = -1
+FLYING = -1  # not yet
 LANDED = 0
 WEDGED = 1
 BALANCED = 2

@@ -36,15 +36,13 @@ from engine.solvers.outcome import (
     BALANCED,
     ESCAPED,
     EVENT_LIMIT,
+    FLYING,
     LANDED,
     MAX_TIME,
     TIME_LIMIT,
 )
 
 State = npt.NDArray[np.float64]
-
-FLYING = -1
-"""A substep that ended with the ball still on its way."""
 
 MAX_HITS = 16
 """Impacts in one substep. A ball that meets more is caught between surfaces; it waits where it is
@@ -236,28 +234,6 @@ def step_on(
 
 
 @kernel
-def trace_stepped(
-    board: Layout, state: State, h: float, correction: float, max_events: int, log: Log
-) -> tuple[int, int]:
-    """Follow a ball from `state` (at time 0; changed in place) until its drop ends.
-
-    Returns the outcome and the bin, -1 if it did not land.
-    """
-    decay, gain, _ = basis(board.drag, h)
-    before = np.zeros(STATE_SIZE)
-    steps = 0
-    while True:
-        outcome = step_on(board, state, before, steps, h, decay, gain, correction, log)
-        if outcome == LANDED:
-            return LANDED, land(board, state, log)
-        if outcome != FLYING:
-            return outcome, -1
-        if log.counts[EVENTS] >= max_events:
-            return EVENT_LIMIT, -1
-        steps += 1
-
-
-@kernel
 def step_crowd(
     board: Layout,
     states: State,
@@ -295,31 +271,46 @@ def step_crowd(
 @kernel
 def trace_stepped_many(
     board: Layout,
-    xs: npt.NDArray[np.float64],
-    y: float,
+    states: State,
     h: float,
     correction: float,
     max_events: int,
     log: Log,
-    bins: npt.NDArray[np.int32],
-    durations: npt.NDArray[np.float64],
-    x_ends: npt.NDArray[np.float64],
-    impacts: npt.NDArray[np.int32],
     outcomes: npt.NDArray[np.int8],
+    bins: npt.NDArray[np.int32],
+    impacts: npt.NDArray[np.int32],
 ) -> None:
-    """Drop a ball at rest from each (xs[i], y) and write down its outcome; all arrays shape (n,).
+    """Follow each ball from its row of `states` (at time 0; changed in place) until it ends.
 
-    `log` has room for nothing: it only counts.
+    Writes down how each drop ended, its bin, -1 if it did not land, and its number of impacts, all
+    of shape (n,). The log is begun anew for each ball.
     """
-    state = np.zeros(STATE_SIZE)
-    for i in range(xs.shape[0]):
-        state[:] = 0.0
-        state[PX] = xs[i]
-        state[PY] = y
+    decay, gain, _ = basis(board.drag, h)
+    before = np.zeros(STATE_SIZE)
+    for i in range(states.shape[0]):
+        state = states[i]
         log.counts[:] = 0
-        outcome, where = trace_stepped(board, state, h, correction, max_events, log)
-        bins[i] = where
+        bins[i] = -1
+        steps = 0
+        outcome = FLYING
+        while outcome == FLYING:
+            outcome = step_on(board, state, before, steps, h, decay, gain, correction, log)
+            if outcome == FLYING and log.counts[EVENTS] >= max_events:
+                outcome = EVENT_LIMIT
+            steps += 1
+        if outcome == LANDED:
+            bins[i] = land(board, state, log)
         outcomes[i] = outcome
-        durations[i] = state[T]
-        x_ends[i] = state[PX]
         impacts[i] = log.counts[IMPACTS]
+
+
+def trace_stepped(
+    board: Layout, state: State, h: float, correction: float, max_events: int, log: Log
+) -> tuple[int, int]:
+    """`trace_stepped_many` of one ball: the outcome and the bin, -1 if it did not land."""
+    outcome = np.zeros(1, np.int8)
+    where = np.zeros(1, np.int32)
+    impacts = np.zeros(1, np.int32)
+    states = state.reshape(1, STATE_SIZE)
+    trace_stepped_many(board, states, h, correction, max_events, log, outcome, where, impacts)
+    return int(outcome[0]), int(where[0])
