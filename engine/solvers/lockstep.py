@@ -46,7 +46,7 @@ from engine.solvers.row_search import ROOM, SEARCH_COLUMNS, search_marked
 
 
 @lean_kernel
-def _arrive(w: Floats, m: Ints, i: int, gravity: float) -> None:
+def _arrive(w: Floats, i: int, gravity: float) -> None:
     """Move ball i to the end of its flight."""
     s = w[START + i]
     psi = 0.5 * s * s
@@ -171,7 +171,7 @@ def _trace_row(
         for c in range(fresh - 1, -1, -1):
             i = ended[c]
             item = m[ITEM + i]
-            _arrive(w, m, i, gravity)
+            _arrive(w, i, gravity)
             if item >= 0:
                 is_peg = item < peg_count
                 restitution = board.peg_restitution if is_peg else board.wall_restitution

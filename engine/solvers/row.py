@@ -43,7 +43,7 @@ BEYOND = 2 << SLOTS
 PATIENCE = 10_000
 """Windows in one flight after which a ball is left to others: it has missed the board."""
 
-# Where the lanes' values begin in the row's numbers, shape (FLOAT_COLUMNS * LANES,): distances
+# Where the lanes' values begin in the row's numbers `w`, shape (FLOAT_COLUMNS * LANES,): distances
 # known when the loops are compiled, or they could not be vectorized. First the flight's start,
 T0 = 0 * LANES  # s
 X0 = 1 * LANES
@@ -67,7 +67,7 @@ CY = 17 * LANES
 CD2 = 18 * LANES
 FLOAT_COLUMNS = 19
 
-# The same of the row's integers, shape (INT_COLUMNS * LANES,).
+# The same of the row's integers `m`, shape (INT_COLUMNS * LANES,).
 DROP = 0 * LANES  # number of the drop
 HELD = 1 * LANES  # the surface that the flight starts from, in its first window; else -1
 ITEM = 2 * LANES  # what is met first, or a code of `flying`

@@ -38,7 +38,7 @@ ROOM = 2 * LANES
 WIDTH = 4
 """A list is filled up to a multiple of this, so that no search is left over from the vectors."""
 
-# Where the searches' values begin, shape (SEARCH_COLUMNS * ROOM,): those of `circle_search`, …
+# Where the searches' values begin in `r`, shape (SEARCH_COLUMNS * ROOM,): `circle_search`'s own, …
 S = 0 * ROOM
 F = 1 * ROOM
 FD = 2 * ROOM
@@ -63,7 +63,7 @@ INSIDE = 4.0  # touches another surface as it starts
 
 
 @lean_kernel
-def list_marked(
+def _list_marked(
     w: Floats, m: Ints, marked: Ints, at: int, count: int, members: Indices, centres: Floats,
     gravity: float, slots: int, whose: Ints, which: Indices,
 ) -> tuple[int, int]:  # fmt: skip
@@ -239,7 +239,7 @@ def search_marked(
     """Note what the balls in the lanes marked[:count] meet first of the surfaces of their cells."""
     at = 0
     while at < count:
-        at, length = list_marked(
+        at, length = _list_marked(
             w, m, marked, at, count, members, centres, gravity, slots, whose, which
         )
         _open_searches(w, r, length, whose, which, centres, gravity)
