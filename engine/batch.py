@@ -228,7 +228,7 @@ def _trace(
     impacts: npt.NDArray[np.int32],
     outcomes: npt.NDArray[np.int8],
 ) -> None:
-    """Drop a ball at rest from each (xs[i], y), one after the other."""
+    """Drop a ball at rest from each (xs[i], y), in m, one after the other; arrays of shape (n,)."""
     states = np.zeros((len(xs), STATE_SIZE))
     states[:, PX] = xs
     states[:, PY] = y
@@ -251,7 +251,7 @@ def _trace_some(
     which: npt.NDArray[np.int64],
     results: tuple[npt.NDArray[Any], ...],
 ) -> None:
-    """The same of the drops number `which`, into their places in the results."""
+    """`_trace` of the drops number `which`, into their places in the results."""
     some = [each[which] for each in results]
     _trace(layout, solver, xs[which], y, *some)
     for each, traced in zip(results, some, strict=True):

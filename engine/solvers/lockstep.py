@@ -90,8 +90,8 @@ class _Space(NamedTuple):
     w: Floats  # (FLOAT_COLUMNS * LANES,)
     m: Ints  # (INT_COLUMNS * LANES,)
     r: Floats  # (SEARCH_COLUMNS * ROOM,)
-    whose: Ints  # (ROOM,): the lane of each search, and its surface
-    which: Indices
+    whose: Ints  # (ROOM,): the lane of each search
+    which: Indices  # (ROOM,): the surface that it looks for
     marked: Ints  # (LANES + 1,)
     ended: Ints
     members: Indices  # the layout's, and SLOTS more
@@ -131,8 +131,10 @@ def _trace_row(
     outcomes: npt.NDArray[np.int8],
     left_over: npt.NDArray[np.int64],
 ) -> int:
-    """`trace_bounces`; returns how many drops are left over, and puts their numbers in left_over,
-    shape (n,)."""
+    """`trace_bounces`, which puts the numbers of the drops left over into `left_over`, shape (n,).
+
+    Returns how many they are.
+    """
     w, m, r, whose, which, marked, ended, members = space
     # Taken apart once: in a loop, the reference counting of a board's arrays would cost most.
     items = board.items
