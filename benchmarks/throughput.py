@@ -18,6 +18,9 @@ from engine import Board, drop_many
 THIN = scenes.PLAIN._replace(restitution=0.5)
 """On the lattice: bounces so low that most balls hit one peg in each row."""
 
+DROPS = 262_144
+"""Drops in a round: nearly a second's work or more, or the start of threads would show in it."""
+
 COLD_PROGRAM = """
 import time
 start = time.perf_counter()
@@ -57,7 +60,7 @@ def _boards(section: Section, settings: Settings) -> None:
         "12 rows of thin pegs, the same": scenes.lattice(12, 24, THIN),
         "triangle-16, everything": Board.preset("triangle-16"),
     }
-    drops = settings.size(65_536, 512)
+    drops = settings.size(DROPS, 512)
     cores = machine.cores()
     jobs: dict[str, Job] = dict(arithmetic.jobs(settings.size(arithmetic.SWEEPS, 500)))
     impacts = {}
@@ -282,11 +285,13 @@ def _cold_start() -> float:
 
 
 def _run(command: list[str], environment: dict[str, str] | None = None) -> str:
+    """Its output. Python keeps bytecode, as it does of an installed program, whatever is set."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     return subprocess.run(
         command,
         capture_output=True,
         text=True,
         check=True,
         cwd=Path(__file__).parents[1],
-        env=os.environ | (environment or {}),
+        env=kept | (environment or {}),
     ).stdout

@@ -8,6 +8,8 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 from numba import njit, types
 
+from engine.kernels.inner import InnerCompiler
+
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -25,8 +27,7 @@ _njit: Any = njit  # its types leave out an option that is used below
 _plain: Any = types.unliteral  # and this has none
 
 _RULES: dict[str, Any] = {
-    "cache": True, "nogil": True, "fastmath": False, "error_model": "numpy",
-    "no_cfunc_wrapper": True,
+    "nogil": True, "fastmath": False, "error_model": "numpy", "no_cfunc_wrapper": True,
 }  # fmt: skip
 
 
@@ -42,7 +43,10 @@ def kernel(function: Callable[P, T]) -> Callable[P, T]:
     the code of those it calls, from other files. Here a change to any of the files makes all stale:
     else a new version could go on with parts of the old one's physics.
     """
-    return _stamped(function, _njit(**_RULES))
+    compiled = _without_literals(_njit(function, cache=True, **_RULES))
+    if compiled is not function:  # else the JIT is off
+        compiled._cache._cache_file._source_stamp = _STAMP
+    return cast("Callable[P, T]", compiled)
 
 
 def inner_kernel(function: Callable[P, T]) -> Callable[P, T]:
@@ -50,10 +54,11 @@ def inner_kernel(function: Callable[P, T]) -> Callable[P, T]:
 
     Its arrays' references are not counted: numba otherwise counts them at each call, by atomic
     operations that cost more than the call. To make an array in one is an error when it is
-    compiled. Nor is there a wrapper for callers in Python, an eighth of all compile time: there it
-    runs as Python runs it, with the same bits.
+    compiled. Nor is there machine code of its own (callers contain theirs), and so nothing to keep
+    on disk and no wrapper for callers in Python: there it runs as Python runs it, with the same
+    bits. That is a fifth of all compile time.
     """
-    return _without_wrapper(function, forceinline=False)
+    return _inner(function, forceinline=False)
 
 
 def lean_kernel(function: Callable[P, T]) -> Callable[P, T]:
@@ -62,12 +67,12 @@ def lean_kernel(function: Callable[P, T]) -> Callable[P, T]:
     For innermost loops: there flights take a fifth less time. In large functions with many callers
     it only costs compile time.
     """
-    return _without_wrapper(function, forceinline=True)
+    return _inner(function, forceinline=True)
 
 
-def _without_wrapper(function: Callable[P, T], *, forceinline: bool) -> Callable[P, T]:
+def _inner(function: Callable[P, T], *, forceinline: bool) -> Callable[P, T]:
     rules = _RULES | {"_nrt": False, "no_cpython_wrapper": True, "forceinline": forceinline}
-    compiled: Any = _stamped(function, _njit(**rules))
+    compiled = _without_literals(_njit(function, pipeline_class=InnerCompiler, **rules))
     if compiled is not function:
         # Numba would call the wrapper that is not there. It is told of none, asks for one to be
         # compiled, and gets the function itself.
@@ -76,12 +81,10 @@ def _without_wrapper(function: Callable[P, T], *, forceinline: bool) -> Callable
     return cast("Callable[P, T]", compiled)
 
 
-def _stamped(function: Callable[P, T], compiler: Any) -> Callable[P, T]:
-    compiled = compiler(function)
-    if compiled is not function:  # else the JIT is off
-        compiled._cache._cache_file._source_stamp = _STAMP
+def _without_literals(compiled: Any) -> Any:
+    if hasattr(compiled, "get_call_template"):
         compiled.get_call_template = partial(_call_template, compiled.get_call_template)
-    return cast("Callable[P, T]", compiled)
+    return compiled
 
 
 def _call_template(original: Any, args: Any, kws: Any) -> Any:

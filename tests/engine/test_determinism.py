@@ -160,6 +160,16 @@ def test_a_kernel_inside_of_others_runs_as_python_when_python_calls_it() -> None
     assert side_of(layout, np.zeros(7), 0) == 0.0
 
 
+@pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
+def test_only_kernels_that_python_calls_have_machine_code_of_their_own(tmp_path: Path) -> None:
+    """`basis` is one; `fly`, `bin_of` and others are inside of `trace_many`."""
+    code = "from engine import Board, drop\ndrop(Board.preset('triangle-8'), 1)\n"
+    run_python(code, ROOT, NUMBA_CACHE_DIR=str(tmp_path))
+    kept = {path.name.split("-")[0] for path in tmp_path.rglob("*.nbc")}
+    assert {"exact.trace_many", "flight.basis"} <= kept
+    assert not {"flying.fly", "flying.next_hit", "layout.bin_of", "riding.ride"} & kept
+
+
 def test_the_stamp_is_of_the_sources() -> None:
     assert len(jit._STAMP) == 64
     assert jit._stamp() == jit._STAMP
