@@ -3,14 +3,17 @@ and how the stepped solver's error falls with its step."""
 
 import math
 import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from benchmarks import touching_scenes as scenes
-from benchmarks.clock import Job, Sample, in_turns
+from benchmarks.clock import Job, in_turns
 from benchmarks.contestants.common import AbsentError
-from benchmarks.contestants.touching import CONTESTANTS
+from benchmarks.contestants.touching import CONTESTANTS, Chipmunk, Ours
 from benchmarks.report import Section, Table, length, spread
 from benchmarks.settings import Settings
 from engine.arena_scenes import sandbox
@@ -19,6 +22,12 @@ from engine.scenes import scene
 from engine.seeding import start_x
 from engine.trajectory import follow
 
+Maker = Callable[[], Any]
+"""A contestant's world of a heap, anew for each run."""
+
+MORE_STEPS = (4, 16, 64)
+"""Steps a frame: as many as ours takes by default, and until Chipmunk's balls hardly overlap."""
+
 MODES = {"nobody sleeps": False, "who rests may sleep": True}
 
 
@@ -26,6 +35,7 @@ def run(settings: Settings) -> Section:
     """All of it."""
     section = Section("stepped")
     _beside_others(section, settings)
+    _with_more_steps(section, settings)
     _growth(section, settings)
     _pile(section, settings)
     _elastic(section, settings)
@@ -39,29 +49,47 @@ def _beside_others(section: Section, settings: Settings) -> None:
     data: dict[str, Any] = {}
     for heap in (scenes.board(n), scenes.box(n)):
         for mode, sleeping in MODES.items():
-            jobs: dict[str, Job] = {}
-            for contestant in CONTESTANTS:
-                try:
-                    contestant(heap, sleeping=sleeping).step()
-                except AbsentError as error:
-                    if str(error) not in section.absent:
-                        section.absent.append(str(error))
-                    continue
-                jobs[contestant.name] = _run_job(contestant, heap, sleeping, frames)
-            times = in_turns(jobs, settings.rounds, lambda: settings.step("beside others"))
-            depths = {c.name: _depth(c, heap, sleeping, frames) for c in CONTESTANTS
-                      if c.name in jobs}  # fmt: skip
-            section.tables.append(_versus(heap, mode, times, depths, frames, settings.rounds))
-            data[f"{heap.name}, {mode}"] = {
-                "seconds": {name: sample.to_dict() for name, sample in times.items()},
-                "deepest_radii": depths,
+            makers: dict[str, Maker] = {
+                contestant.name: partial(contestant, heap, sleeping=sleeping)
+                for contestant in CONTESTANTS
+                if _is_there(contestant, heap, section)
             }
+            title = f"{heap.name}, {mode}"
+            data[title] = _versus(section, title, heap, makers, frames, settings)
     section.data["beside_others"] = data
 
 
-def _run_job(contestant: Any, heap: scenes.Heap, sleeping: bool, frames: int) -> Job:
+def _with_more_steps(section: Section, settings: Settings) -> None:
+    """Chipmunk with as many steps a frame as we take, and with as many as it needs."""
+    n = settings.size(500, 60)
+    frames = settings.size(600, 60)
+    data: dict[str, Any] = {}
+    for heap in (scenes.board(n), scenes.box(n)):
+        if not _is_there(Chipmunk, heap, section):
+            return
+        makers: dict[str, Maker] = {Ours.name: partial(Ours, heap, sleeping=False)}
+        for steps in MORE_STEPS[: settings.size(len(MORE_STEPS), 1)]:
+            name = f"Chipmunk, {steps} steps a frame"
+            makers[name] = partial(Chipmunk, heap, sleeping=False, steps=steps)
+        title = f"{heap.name}, Chipmunk with more steps"
+        few = replace(settings, rounds=min(settings.rounds, 3))
+        data[heap.name] = _versus(section, title, heap, makers, frames, few)
+    section.data["more_steps"] = data
+
+
+def _is_there(contestant: Any, heap: scenes.Heap, section: Section) -> bool:
+    try:
+        contestant(heap, sleeping=False).step()
+    except AbsentError as error:
+        if str(error) not in section.absent:
+            section.absent.append(str(error))
+        return False
+    return True
+
+
+def _run_job(maker: Maker, frames: int) -> Job:
     def job() -> float:
-        world = contestant(heap, sleeping=sleeping)
+        world = maker()
         start = time.thread_time()
         for _ in range(frames):
             world.step()
@@ -70,46 +98,55 @@ def _run_job(contestant: Any, heap: scenes.Heap, sleeping: bool, frames: int) ->
     return job
 
 
-def _depth(contestant: Any, heap: scenes.Heap, sleeping: bool, frames: int) -> float:
-    """Deepest overlap in radii after any frame of a run of its own."""
-    world = contestant(heap, sleeping=sleeping)
+def _watch(maker: Maker, heap: scenes.Heap, frames: int) -> tuple[float, int]:
+    """Deepest overlap in radii after any frame of a run of its own, and how many balls got out."""
+    world = maker()
     worst = 0.0
+    places = world.places()
     for _ in range(frames):
         world.step()
         places = world.places()
         worst = max(worst, scenes.overlap(heap, places[:, 0], places[:, 1]))
-    return worst
+    return worst, scenes.lost(heap, places[:, 0], places[:, 1])
 
 
 def _versus(
-    heap: scenes.Heap,
-    mode: str,
-    times: dict[str, Sample],
-    depths: dict[str, float],
-    frames: int,
-    rounds: int,
-) -> Table:
-    ours = times["this engine"]
+    section: Section, title: str, heap: scenes.Heap, makers: dict[str, Maker], frames: int,
+    settings: Settings,
+) -> dict[str, Any]:  # fmt: skip
+    """Add a table of speed and overlap; the same as data."""
+    jobs = {name: _run_job(maker, frames) for name, maker in makers.items()}
+    times = in_turns(jobs, settings.rounds, lambda: settings.step(heap.name))
+    seen = {name: _watch(maker, heap, frames) for name, maker in makers.items()}
+    ours = times[Ours.name]
     rows = [
         [
             name,
             spread(sample.map(lambda s: frames / s), "{:,.0f}"),
             f"{sample.over(ours).median:.2f}",
-            f"{100.0 * depths[name]:.2f} %",
-            length(depths[name] * heap.radius),
+            f"{100.0 * seen[name][0]:.2f} %",
+            length(seen[name][0] * heap.radius),
+            str(seen[name][1]),
         ]
         for name, sample in times.items()
     ]
-    return Table(
-        f"{heap.name}, {mode}",
-        ["engine", "steps/s", "time to ours", "deepest overlap, of the radius", "that is"],
+    table = Table(
+        title,
+        ["engine", "frames/s", "time to ours", "deepest overlap, of the radius", "that is", "lost"],
         rows,
         [
             f"The first {frames} frames of 1/60 s, from the fall to the heap: processor seconds of "
-            f"one core, median (smallest to largest) of {rounds} round(s), engines in turns. "
-            "Overlap after any frame, in a run that is not timed."
+            f"one core, median (smallest to largest) of {settings.rounds} round(s), engines in "
+            "turns. Overlap after any frame, in a run that is not timed; lost: balls that went "
+            "through a wall or the floor in it. Ours takes four substeps a frame."
         ],
     )
+    section.tables.append(table)
+    return {
+        "seconds": {name: sample.to_dict() for name, sample in times.items()},
+        "deepest_radii": {name: depth for name, (depth, _) in seen.items()},
+        "lost": {name: lost for name, (_, lost) in seen.items()},
+    }
 
 
 def _growth(section: Section, settings: Settings) -> None:

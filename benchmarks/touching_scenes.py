@@ -84,3 +84,10 @@ def overlap(heap: Heap, x: Floats, y: Floats) -> float:
     arena = Arena(heap.place)
     arena.add_many(x, y, radius=heap.radius)
     return arena.diagnostics().penetration_radii
+
+
+def lost(heap: Heap, x: Floats, y: Floats) -> int:
+    """How many of these balls are no longer between the heap's walls."""
+    sides = [side for wall in heap.place.walls for side in (wall.x1, wall.x2)]
+    floor = max(max(wall.y1, wall.y2) for wall in heap.place.walls)
+    return int(np.count_nonzero((x < min(sides)) | (x > max(sides)) | (y > floor)))

@@ -1,11 +1,8 @@
 """Many drops on all cores: the outcome of each depends on its own start alone."""
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,9 +24,10 @@ from engine.parameters import (
     make_solver,
 )
 from engine.seeding import SEED_LIMIT, parse_seed, start_xs
+from engine.sharing import share, thread_count
 from engine.solvers.exact import trace_many
 from engine.solvers.lockstep import has_only_bounces, trace_bounces
-from engine.solvers.outcome import LANDED, MAX_EVENTS, MAX_TIME
+from engine.solvers.outcome import LANDED, MAX_EVENTS, MAX_TIME, Results
 from engine.solvers.stepped import trace_stepped_many
 
 Floats = npt.NDArray[np.float64]
@@ -170,65 +168,39 @@ def _explicit_starts(board: Board, xs: npt.ArrayLike, count: int) -> npt.NDArray
     return starts
 
 
-def thread_count(threads: object) -> int:
-    """`threads`, by default the cores this process may use; ParameterError for no such number."""
-    if threads is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
-    if isinstance(threads, bool) or not isinstance(threads, int) or not 1 <= threads <= 1024:
-        raise ParameterError(
-            f"threads {threads!r} is not a whole number from 1 to 1024", field="threads"
-        )
-    return threads
-
-
 def _fill(batch: DropBatch, threads: int, progress: Callable[[int], None] | None) -> None:
     """Run all chunks; the kernels release the GIL."""
     layout = layout_of(batch.board)
+    results = Results(
+        bins=batch.bin,
+        durations=batch.duration,
+        x_ends=batch.x_end,
+        impacts=batch.impact_count,
+        outcomes=batch.outcome,
+    )
     size = min(CHUNK, max(LEAST_CHUNK, len(batch) // (TURNS * threads)))
     parts = [slice(row, min(row + size, len(batch))) for row in range(0, len(batch), size)]
-    if threads == 1 or len(parts) <= 1:
-        for part in parts:
-            _run_part(batch, layout, part)
-            if progress:
-                progress(part.stop)
-        return
-    with ThreadPoolExecutor(min(threads, len(parts))) as pool:
-        runs = pool.map(lambda part: _run_part(batch, layout, part), parts)
-        for part, _ in zip(parts, runs, strict=True):
-            if progress:
-                progress(part.stop)
+    share(parts, lambda part, _: _run_part(batch, layout, part, results), threads, progress)
 
 
-def _run_part(batch: DropBatch, layout: Layout, part: slice) -> None:
-    """Simulate a part of the drops into the batch's arrays."""
-    results = (
-        batch.bin[part],
-        batch.duration[part],
-        batch.x_end[part],
-        batch.impact_count[part],
-        batch.outcome[part],
-    )
+def _run_part(batch: DropBatch, layout: Layout, part: slice, results: Results) -> int:
+    """Simulate a part of the drops into the batch's arrays; how many they are."""
     xs = batch.x_start[part]
     y = batch.board.drop.y
+    some = results.at(part)
     if isinstance(batch.solver, Exact) and has_only_bounces(layout):
-        rest = trace_bounces(layout, xs, y, MAX_EVENTS, MAX_TIME, *results)
-        _trace_some(layout, batch.solver, xs, y, rest, results)
+        rest = trace_bounces(layout, xs, y, MAX_EVENTS, MAX_TIME, some)
+        traced = some.at(rest)
+        _trace(layout, batch.solver, xs[rest], y, traced)
+        some.put(rest, traced)
     else:
-        _trace(layout, batch.solver, xs, y, *results)
+        _trace(layout, batch.solver, xs, y, some)
+    return len(xs)
 
 
-def _trace(
-    layout: Layout,
-    solver: Solver,
-    xs: Floats,
-    y: float,
-    bins: npt.NDArray[np.int32],
-    durations: Floats,
-    x_ends: Floats,
-    impacts: npt.NDArray[np.int32],
-    outcomes: npt.NDArray[np.int8],
-) -> None:
-    """Drop a ball at rest from each (xs[i], y), in m, one after the other; arrays of shape (n,)."""
+def _trace(layout: Layout, solver: Solver, xs: Floats, y: float, results: Results) -> None:
+    """Drop a ball at rest from each (xs[i], y), in m, one after the other; shape (n,)."""
+    bins, durations, x_ends, impacts, outcomes = results
     states = np.zeros((len(xs), STATE_SIZE))
     states[:, PX] = xs
     states[:, PY] = y
@@ -241,18 +213,3 @@ def _trace(
         trace_many(layout, states, MAX_EVENTS, MAX_TIME, log, outcomes, bins, impacts)
     durations[:] = states[:, T]
     x_ends[:] = states[:, PX]
-
-
-def _trace_some(
-    layout: Layout,
-    solver: Solver,
-    xs: Floats,
-    y: float,
-    which: npt.NDArray[np.int64],
-    results: tuple[npt.NDArray[Any], ...],
-) -> None:
-    """`_trace` of the drops number `which`, into their places in the results."""
-    some = [each[which] for each in results]
-    _trace(layout, solver, xs[which], y, *some)
-    for each, traced in zip(results, some, strict=True):
-        each[which] = traced

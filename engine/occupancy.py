@@ -1,22 +1,20 @@
 """Where the balls of many drops spend their time, on a grid of cells over the board."""
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
 from dataclasses import dataclass
-from queue import SimpleQueue
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from engine.batch import seed_array, thread_count
+from engine.batch import seed_array
 from engine.board import Board
 from engine.compiled import layout_of
 from engine.errors import ParameterError
 from engine.kernels.log import SEGMENTS, new_log
 from engine.parameters import number
 from engine.seeding import start_xs
+from engine.sharing import share, thread_count
 from engine.solvers.occupancy import occupy_many
 from engine.solvers.outcome import MAX_EVENTS, MAX_TIME
 
@@ -83,25 +81,9 @@ def occupancy(
     cells = number(cells_per_metre, "cells_per_metre", 1e-3, 1e6)
     corner = (number(left, "left", -1e6, 1e6), number(top, "top", -1e6, 1e6))
     work = _Work(board, starts, chosen, corner, cells)
-    free: SimpleQueue[npt.NDArray[np.uint32]] = SimpleQueue()
     grids = [np.zeros((rows, columns), np.uint32) for _ in range(thread_count(threads))]
-    for grid in grids:
-        free.put(grid)
-
-    def run(first: int) -> int:
-        grid = free.get()
-        try:
-            return work.run(first, grid)
-        finally:
-            free.put(grid)
-
-    with (
-        ThreadPoolExecutor(len(grids)) as pool,
-        closing(pool.map(run, range(0, len(starts), CHUNK))) as results,  # type: ignore[type-var]
-    ):
-        for done in results:
-            if progress:
-                progress(done)  # may raise, to give up: closing cancels the chunks that wait
+    firsts = range(0, len(starts), CHUNK)
+    share(firsts, lambda first, worker: work.run(first, grids[worker]), len(grids), progress)
     landed = work.bins[work.bins >= 0]
     return Occupancy(
         board=board,
@@ -140,7 +122,8 @@ class _Work:
         self.durations = np.empty(len(seeds))
 
     def run(self, first: int, counts: npt.NDArray[np.uint32]) -> int:
-        """Add the drops of a chunk to `counts`; the number of the next chunk's first."""
+        """Add the drops of a chunk to `counts`; how many they are."""
+        begin = first
         last = min(first + CHUNK, len(self._starts))
         log = new_log(0, _SEGMENTS)
         while first < last:
@@ -151,7 +134,7 @@ class _Work:
             )  # fmt: skip
             if first < last:
                 log = new_log(0, int(log.counts[SEGMENTS]))
-        return last
+        return last - begin
 
 
 def _default_step(drops: int) -> float:

@@ -25,11 +25,12 @@ class Chipmunk:
 
     name = "Chipmunk"
 
-    def __init__(self, heap: Heap, *, sleeping: bool) -> None:
+    def __init__(self, heap: Heap, *, sleeping: bool, steps: int = 1) -> None:
         try:
             import pymunk
         except ImportError as error:
             raise AbsentError(f"Chipmunk: {error}; pip install '.[bench]'") from error
+        self.steps = steps
         self.space: Any = pymunk.Space()
         self.space.gravity = (0.0, GRAVITY)
         self.space.collision_slop = SLOP
@@ -54,7 +55,8 @@ class Chipmunk:
 
     def step(self) -> None:
         """Advance by one frame."""
-        self.space.step(DT)
+        for _ in range(self.steps):
+            self.space.step(DT / self.steps)
 
     def places(self) -> Floats:
         """Centres in m, shape (n, 2)."""

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from engine.kernels.jit import kernel, lean_kernel
 from engine.kernels.layout import Layout, bin_of
 from engine.solvers.flying import BINS, length_bound, rebound, stays_on
-from engine.solvers.outcome import LANDED
+from engine.solvers.outcome import LANDED, Results
 from engine.solvers.row import (
     DROP,
     FLOAT_COLUMNS,
@@ -124,11 +124,7 @@ def _trace_row(
     max_events: int,
     max_time: float,
     space: _Space,
-    bins: npt.NDArray[np.int32],
-    durations: Floats,
-    x_ends: Floats,
-    impacts: npt.NDArray[np.int32],
-    outcomes: npt.NDArray[np.int8],
+    results: Results,
     left_over: npt.NDArray[np.int64],
 ) -> int:
     """`trace_bounces`, which puts the numbers of the drops left over into `left_over`, shape (n,).
@@ -136,6 +132,7 @@ def _trace_row(
     Returns how many they are.
     """
     w, m, r, whose, which, marked, ended, members = space
+    bins, durations, x_ends, impacts, outcomes = results
     # Taken apart once: in a loop, the reference counting of a board's arrays would cost most.
     items = board.items
     starts = board.starts
@@ -205,11 +202,7 @@ def trace_bounces(
     y: float,
     max_events: int,
     max_time: float,
-    bins: npt.NDArray[np.int32],
-    durations: Floats,
-    x_ends: Floats,
-    impacts: npt.NDArray[np.int32],
-    outcomes: npt.NDArray[np.int8],
+    results: Results,
 ) -> npt.NDArray[np.int64]:
     """`trace_many` of the drops to which nothing happens but bounces, and of no others.
 
@@ -219,8 +212,5 @@ def trace_bounces(
     left_over = np.empty(len(xs), np.int64)
     # Searches that have ended are computed on with the others: without the JIT, numpy would tell.
     with np.errstate(all="ignore"):
-        left = _trace_row(
-            board, xs, y, max_events, max_time, _new_space(board),
-            bins, durations, x_ends, impacts, outcomes, left_over,
-        )  # fmt: skip
+        left = _trace_row(board, xs, y, max_events, max_time, _new_space(board), results, left_over)
     return left_over[:left]

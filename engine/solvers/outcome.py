@@ -1,4 +1,9 @@
-"""How a drop can end, and in words why one did not land."""
+"""How a drop can end, in words why one did not land, and what is kept of each of many."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 FLYING = -1  # not yet
 LANDED = 0
@@ -22,3 +27,31 @@ MAX_EVENTS = 100_000
 
 MAX_TIME = 1000.0
 """Seconds of one drop."""
+
+
+class Results(NamedTuple):
+    """What is kept of each drop of many: columns of shape (n,)."""
+
+    bins: npt.NDArray[np.int32]  # -1: it did not land
+    durations: npt.NDArray[np.float64]  # s
+    x_ends: npt.NDArray[np.float64]  # m
+    impacts: npt.NDArray[np.int32]
+    outcomes: npt.NDArray[np.int8]
+
+    def at(self, rows: slice | npt.NDArray[np.int64]) -> "Results":
+        """Those of some drops: views for a slice, else copies."""
+        return Results(
+            self.bins[rows],
+            self.durations[rows],
+            self.x_ends[rows],
+            self.impacts[rows],
+            self.outcomes[rows],
+        )
+
+    def put(self, rows: npt.NDArray[np.int64], given: "Results") -> None:
+        """Write those of some drops."""
+        self.bins[rows] = given.bins
+        self.durations[rows] = given.durations
+        self.x_ends[rows] = given.x_ends
+        self.impacts[rows] = given.impacts
+        self.outcomes[rows] = given.outcomes

@@ -19,7 +19,7 @@ from engine.kernels.layout import Layout
 from engine.kernels.log import PX, PY, STATE_SIZE, T, new_log
 from engine.solvers.exact import trace_many
 from engine.solvers.lockstep import has_only_bounces, trace_bounces
-from engine.solvers.outcome import ESCAPED, MAX_EVENTS, MAX_TIME, TIME_LIMIT
+from engine.solvers.outcome import ESCAPED, MAX_EVENTS, MAX_TIME, TIME_LIMIT, Results
 from engine.solvers.row import LANES, PATIENCE, SLOTS
 from tests.engine.test_determinism import run_python
 
@@ -39,10 +39,15 @@ def starts(board: Board, count: int) -> Array:
     return board.drop.x + np.linspace(-0.99, 0.99, count) * board.drop.jitter
 
 
-def columns(n: int) -> tuple[Array, ...]:
+def columns(n: int) -> Results:
     """Room for the results of n drops, filled with what no drop gives."""
-    kinds: tuple[Any, ...] = (np.int32, np.float64, np.float64, np.int32, np.int8)
-    return tuple(np.full(n, -9, kind) for kind in kinds)
+    return Results(
+        bins=np.full(n, -9, np.int32),
+        durations=np.full(n, -9.0),
+        x_ends=np.full(n, -9.0),
+        impacts=np.full(n, -9, np.int32),
+        outcomes=np.full(n, -9, np.int8),
+    )
 
 
 def alone(
@@ -62,7 +67,7 @@ def side_by_side(
 ) -> tuple[list[Array], Array]:
     """The same of drops in a row, and the numbers of those left over."""
     results = columns(len(xs))
-    return list(results), trace_bounces(layout, xs, y, events, time, *results)
+    return list(results), trace_bounces(layout, xs, y, events, time, results)
 
 
 def agree(
