@@ -17,6 +17,13 @@ import pytest
 from tests.waiting import LIMIT, first_line
 
 MODULE = [sys.executable, "-m", "app.cli"]
+HEEDING = """
+import signal, sys
+# What a shell started in the background ignores interrupts, and so does what that starts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from app.cli import main
+sys.exit(main())
+"""
 ENDLESS = ("simulate", "triangle-8", "--drops", str(10**12))
 
 
@@ -55,7 +62,9 @@ def test_a_record_goes_from_drop_to_verify_through_a_pipe() -> None:
 def test_an_interrupt_is_exit_code_130_and_says_nothing() -> None:
     """The progress bar on a terminal says when the drops have begun."""
     terminal, stderr = pty.openpty()
-    process = start(ENDLESS, stdout=subprocess.PIPE, stderr=stderr)
+    process = subprocess.Popen(
+        [sys.executable, "-c", HEEDING, *ENDLESS], stdout=subprocess.PIPE, stderr=stderr
+    )
     os.close(stderr)
     seen = read_terminal(terminal, b"[")
     process.send_signal(signal.SIGINT)

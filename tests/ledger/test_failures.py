@@ -175,26 +175,30 @@ async def test_a_database_that_does_not_answer(url: str, tmp_path: Path) -> None
                 connection.execute("LOCK TABLE drops, rooms, probes IN ACCESS EXCLUSIVE MODE")
                 yield
 
-    with serving(database_url=url, drop_rate=1000.0, ledger_patience=0.3) as server:
+    with serving(database_url=url, drop_rate=1000.0) as server:
+        server.services.ledger.patience = 0.3  # not before: it may take longer to begin
         await suffers_and_heals(server, locked, "has not answered for 0.3 seconds")
 
 
 def test_a_commit_that_came_through_after_it_was_given_up_is_undone(url: str) -> None:
     """The client was told no; so no it is, whatever the database made of it."""
     with (
-        serving(database_url=url, ledger_patience=0.1) as server,
+        serving(database_url=url) as server,
         httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0) as http,
     ):
-        commit = server.services.ledger._commit
+        ledger = server.services.ledger
+        commit, patience = ledger._commit, ledger.patience
 
         def slow(jobs: Any) -> None:
             time.sleep(0.5)
             commit(jobs)
 
-        server.services.ledger._commit = slow  # type: ignore[method-assign]
+        ledger._commit = slow  # type: ignore[method-assign]
+        ledger.patience = 0.1
         refused = http.post(f"/rooms/{ROOM}/drops", json={"seed": 1})
         assert (refused.status_code, refused.json()["code"]) == (503, "ledger-unavailable")
-        server.services.ledger._commit = commit  # type: ignore[method-assign]
+        ledger._commit = commit  # type: ignore[method-assign]
+        ledger.patience = patience
         while http.post(f"/rooms/{ROOM}/drops?wait=1", json={"seed": 2}).status_code != 200:
             time.sleep(0.05)
         log = http.get(f"/rooms/{ROOM}/log").json()
