@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from engine.kernels.contact import NORMAL_X, NORMAL_Y, ORDER, ROLLING, SLIDING, SPEED
 from engine.kernels.flight import basis
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inner_kernel
 from engine.kernels.series import Series, value
 
 Tangent = npt.NDArray[np.float64]
@@ -34,14 +34,14 @@ SPINNING = 2
 VARIATION_ROWS = 3
 
 
-@kernel
+@inner_kernel
 def shift(tangent: Tangent, rates: Tangent, s: float) -> None:
     """Add s times the rates of the state: from one instant to another s later."""
     for i in range(TANGENT_SIZE):
         tangent[i] += rates[i] * s
 
 
-@kernel
+@inner_kernel
 def flight_rates(vx: float, vy: float, gravity: float, k: float, rates: Tangent) -> None:
     """Rates of a flying state, into `rates`."""
     rates[DX] = vx
@@ -51,7 +51,7 @@ def flight_rates(vx: float, vy: float, gravity: float, k: float, rates: Tangent)
     rates[DOMEGA] = 0.0
 
 
-@kernel
+@inner_kernel
 def fly_on(tangent: Tangent, k: float, s: float) -> None:
     """A tangent s seconds later in flight."""
     decay, phi, _ = basis(k, s)
@@ -61,7 +61,7 @@ def fly_on(tangent: Tangent, k: float, s: float) -> None:
     tangent[DVY] *= decay
 
 
-@kernel
+@inner_kernel
 def delay(tangent: Tangent, nx: float, ny: float, vx: float, vy: float) -> float:
     """How much later a ball of velocity (vx, vy) meets what has the normal (nx, ny), s per unit."""
     approach = nx * vx + ny * vy
@@ -70,7 +70,7 @@ def delay(tangent: Tangent, nx: float, ny: float, vx: float, vy: float) -> float
     return float(-(nx * tangent[DX] + ny * tangent[DY]) / approach)
 
 
-@kernel
+@inner_kernel
 def bounce_tangent(
     tangent: Tangent,
     vx: float,
@@ -118,7 +118,7 @@ def bounce_tangent(
     tangent[DVY] = normal * ny + along * ty
 
 
-@kernel
+@inner_kernel
 def ride_rates(
     nx: float,
     ny: float,
@@ -155,7 +155,7 @@ def ride_rates(
     rates[DOMEGA] = turning
 
 
-@kernel
+@inner_kernel
 def ride_on(
     tangent: Tangent,
     series: Series,

@@ -19,7 +19,7 @@ from engine.constants import (
     KIND_WALL,
 )
 from engine.kernels.contact import ORDER, SLIDING, new_series
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inner_kernel, kernel
 from engine.kernels.layout import (
     FIRST_END,
     LAST_END,
@@ -74,7 +74,7 @@ ROUNDING = 2.220446049250313e-16
 """Relative rounding of an event, 2^-52: two results that are each off by half a unit."""
 
 
-@kernel
+@inner_kernel
 def _part(board: Layout, wall: int, x: float, y: float) -> int:
     """The item of a wall that a ball at (x, y) touches: its line, or one of its ends."""
     line = board.peg_count + 3 * wall
@@ -87,7 +87,7 @@ def _part(board: Layout, wall: int, x: float, y: float) -> int:
     return line
 
 
-@kernel
+@inner_kernel
 def _rates_of(board: Layout, segment: Array, state: Array, rates: Array) -> None:
     """Rates of `state` under a segment's law, into `rates`."""
     if segment[ITEM] < 0.0:
@@ -102,7 +102,7 @@ def _rates_of(board: Layout, segment: Array, state: Array, rates: Array) -> None
     )  # fmt: skip
 
 
-@kernel
+@inner_kernel
 def _take_along(
     board: Layout, segment: Array, s: float, series: Series, variation: Series, tangents: Array
 ) -> None:
@@ -121,7 +121,7 @@ def _take_along(
         )  # fmt: skip
 
 
-@kernel
+@inner_kernel
 def _ride_delay(
     board: Layout,
     segment: Array,
@@ -155,7 +155,7 @@ def _ride_delay(
     return -offset / slope if slope != 0.0 else 0.0
 
 
-@kernel
+@inner_kernel
 def _add_rounding(tangent: Array, state: Array, nx: float, ny: float) -> None:
     """Add an event's rounding: of the place along the surface, of velocity and of spin."""
     along = tangent[DY] * nx - tangent[DX] * ny
@@ -168,7 +168,7 @@ def _add_rounding(tangent: Array, state: Array, nx: float, ny: float) -> None:
     tangent[DOMEGA] += copysign(ROUNDING * abs(state[OMEGA]), tangent[DOMEGA])
 
 
-@kernel
+@inner_kernel
 def _bounce(
     board: Layout, item: int, left: int, state: Array, rates: Array, tangents: Array, delays: Array
 ) -> None:
@@ -194,7 +194,7 @@ def _bounce(
     _add_rounding(tangents[ERROR], state, nx, ny)
 
 
-@kernel
+@inner_kernel
 def _write(tangents: Array, out: Array) -> None:
     for i in range(TANGENTS):
         out[i] = sqrt(tangents[i, DX] * tangents[i, DX] + tangents[i, DY] * tangents[i, DY])
