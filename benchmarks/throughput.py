@@ -261,7 +261,7 @@ def _starts(section: Section, settings: Settings) -> None:
             ["what", "s"],
             [
                 [
-                    "import both solvers and compile all, empty cache",
+                    "import and compile both solvers, not certainty, empty cache",
                     spread(Sample(tuple(cold))),
                 ],
                 ["`plinko drop triangle-16 --seed 42 --json`, warm", spread(warm["plinko drop"])],
