@@ -31,6 +31,7 @@ for solver in ("exact", "stepped"):
     drop(board, 1, solver=solver).states([0.5])
     drop_many(board, range(2), solver=solver)
 drop_many(replace(board, drag=0.0, ball=replace(board.ball, friction=0.0)), range(2))
+drop(board, 1).certain
 print(time.perf_counter() - start)
 """
 
@@ -261,7 +262,7 @@ def _starts(section: Section, settings: Settings) -> None:
             ["what", "s"],
             [
                 [
-                    "import and compile both solvers, not certainty, empty cache",
+                    "import and compile both solvers and certainty, empty cache",
                     spread(Sample(tuple(cold))),
                 ],
                 ["`plinko drop triangle-16 --seed 42 --json`, warm", spread(warm["plinko drop"])],

@@ -190,9 +190,10 @@ def _run_part(batch: DropBatch, layout: Layout, part: slice, results: Results) -
     some = results.at(part)
     if isinstance(batch.solver, Exact) and has_only_bounces(layout):
         rest = trace_bounces(layout, xs, y, MAX_EVENTS, MAX_TIME, some)
-        traced = some.at(rest)
-        _trace(layout, batch.solver, xs[rest], y, traced)
-        some.put(rest, traced)
+        if len(rest):
+            traced = some.at(rest)
+            _trace(layout, batch.solver, xs[rest], y, traced)
+            some.put(rest, traced)
     else:
         _trace(layout, batch.solver, xs, y, some)
     return len(xs)

@@ -18,7 +18,7 @@ these series.
 
 import numpy as np
 
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inner_kernel, kernel
 from engine.kernels.series import Series, sum_of_magnitudes
 
 ORDER = 20
@@ -46,7 +46,7 @@ TRUNCATION = 6.9e-18
 """Bound of the last two terms of each series (in 1, m/s and rad/s), 2^-57: below rounding."""
 
 
-@kernel
+@inner_kernel
 def expand(
     series: Series,
     mode: int,
@@ -96,7 +96,7 @@ def expand(
         series[PATH, i + 1] = u[i] * share
 
 
-@kernel
+@inner_kernel
 def step_length(series: Series, radius: float, travel: float) -> float:
     """Longest step, s, on which the series are exact to rounding and the ball moves <= travel."""
     last = 0.0
@@ -124,7 +124,7 @@ def new_series() -> Series:
     return np.zeros((ROWS, ORDER + 1))
 
 
-@kernel
+@inner_kernel
 def choose_mode(
     u: float,
     omega: float,

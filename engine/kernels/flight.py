@@ -13,7 +13,7 @@ and without drag phi = s, psi = s^2 / 2. All of flight is these two functions.
 import numpy as np
 import numpy.typing as npt
 
-from engine.kernels.jit import kernel, lean_kernel
+from engine.kernels.jit import inner_kernel, kernel, lean_kernel
 from engine.kernels.log import OMEGA, PX, PY, THETA, VX, VY, T
 
 # psi(s) = s^2 phi2(k s), phi2(z) = sum over n of (-z)^n / (n + 2)!. Up to z = 1/4 the first term
@@ -33,7 +33,7 @@ _C9 = 1.0 / 39916800.0
 _C10 = 1.0 / 479001600.0
 
 
-@kernel
+@inner_kernel
 def phi2(z: float) -> float:
     """(z - 1 + exp(-z)) / z^2 for 0 <= z <= SERIES_LIMIT, to rounding."""
     w = z * z
@@ -74,7 +74,7 @@ def basis(k: float, s: float) -> tuple[float, float, float]:
     return decay, phi, psi
 
 
-@kernel
+@inner_kernel
 def advance_flight(state: npt.NDArray[np.float64], gravity: float, k: float, s: float) -> None:
     """Move a flying state by s seconds."""
     ax = -k * state[VX]

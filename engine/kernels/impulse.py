@@ -5,10 +5,10 @@ radius R on a fixed surface slips there at u - omega R, where u = v.t. Friction 
 and omega by -R j_t m / I = -2 j_t / R (solid disc, I = m R^2 / 2).
 """
 
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inner_kernel
 
 
-@kernel
+@inner_kernel
 def bounce(
     vx: float,
     vy: float,

@@ -4,12 +4,12 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.kernels.impact_time import MAX_STEPS, NO_HIT, minorant_root
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inner_kernel
 
 Series = npt.NDArray[np.float64]
 
 
-@kernel
+@inner_kernel
 def value(c: Series, s: float) -> float:
     """Sum of c[i] s^i."""
     total = c[-1]
@@ -18,7 +18,7 @@ def value(c: Series, s: float) -> float:
     return float(total)
 
 
-@kernel
+@inner_kernel
 def sum_of_magnitudes(c: Series, first: int, s: float) -> float:
     """Sum over i >= first of |c[i]| s^(i - first): a bound of that part on [0, s]."""
     total = 0.0
@@ -27,7 +27,7 @@ def sum_of_magnitudes(c: Series, first: int, s: float) -> float:
     return total
 
 
-@kernel
+@inner_kernel
 def first_zero(c: Series, skip: int, horizon: float) -> float:
     """First s in [0, horizon] at which a polynomial that starts positive reaches zero, or NO_HIT.
 

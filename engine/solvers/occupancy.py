@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from engine.kernels.contact import new_series
 from engine.kernels.flight import basis
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inner_kernel, kernel
 from engine.kernels.layout import Layout
 from engine.kernels.log import ITEM, PX, PY, SEGMENTS, STATE_SIZE, VX, VY, Log, T
 from engine.kernels.series import Series
@@ -18,7 +18,7 @@ Array = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.uint32]
 
 
-@kernel
+@inner_kernel
 def _count(counts: Counts, left: float, top: float, cells: float, x: float, y: float) -> None:
     """Count a place in m; outside of the grid it is left out, and a NaN is outside."""
     column = (x - left) * cells
@@ -27,7 +27,7 @@ def _count(counts: Counts, left: float, top: float, cells: float, x: float, y: f
         counts[int(row), int(column)] += np.uint32(1)
 
 
-@kernel
+@inner_kernel
 def _occupy_segment(
     board: Layout,
     segments: Array,

@@ -70,20 +70,24 @@ async (known) => {
 # Where the middle of our ball is on the moving canvas, once the next frame is drawn.
 _RED_MIDDLE = """
 async () => {
-  await new Promise(requestAnimationFrame);
-  await new Promise(requestAnimationFrame);
   const canvas = document.querySelector("#board-moving");
-  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
   const density = canvas.width / canvas.clientWidth;
-  let count = 0, x = 0, y = 0;
-  for (let i = 0; i < data.length; i += 4) {
-    if (data[i + 3] < 250 || data[i] < 150 || data[i] < 2.2 * data[i + 2]) continue;
-    if (data[i] < 2 * data[i + 1]) continue;
-    x += (i / 4) % canvas.width;
-    y += Math.floor(i / 4 / canvas.width);
-    count += 1;
+  const drawn = () => new Promise(requestAnimationFrame);
+  await drawn();
+  for (let tries = 0; tries < 300; tries += 1) {
+    await drawn();
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    let count = 0, x = 0, y = 0;
+    for (let i = 0; i < data.length; i += 4) {
+      if (data[i + 3] < 250 || data[i] < 150 || data[i] < 2.2 * data[i + 2]) continue;
+      if (data[i] < 2 * data[i + 1]) continue;
+      x += (i / 4) % canvas.width;
+      y += Math.floor(i / 4 / canvas.width);
+      count += 1;
+    }
+    if (count) return [x / count / density, y / count / density];
   }
-  return [x / count / density, y / count / density];
+  throw new Error("no ball is drawn");
 }
 """
 
@@ -149,7 +153,7 @@ class Screen:
         return places
 
     def ball(self) -> list[float]:
-        """Where the ball is drawn now; CSS pixels."""
+        """Where the ball is drawn, as soon as it is; CSS pixels."""
         place: list[float] = self.page.evaluate(_RED_MIDDLE)
         return place
 

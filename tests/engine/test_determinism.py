@@ -117,7 +117,7 @@ def test_results_cannot_change_behind_the_versions_back(
 
 
 def test_a_changed_kernel_makes_the_code_of_its_callers_stale(tmp_path: Path) -> None:
-    """In a copy of the engine: a root is found by a kernel of one file, called from another."""
+    """In a copy of the engine: a root is found with the series of another file."""
     package = tmp_path / "engine"
     kernels = package / "kernels"
     shutil.copytree(ROOT / "engine" / "kernels", kernels, ignore=shutil.ignore_patterns("__*__"))
@@ -125,20 +125,18 @@ def test_a_changed_kernel_makes_the_code_of_its_callers_stale(tmp_path: Path) ->
     for folder in (package, kernels):
         (folder / "__init__.py").write_text("")
     code = (
-        "import numpy as np\n"
-        "from engine.kernels.series import first_zero\n"
-        "print(first_zero(np.array([1.0, -2.0, 0.0]), 0, 1.0))\n"
+        "from engine.kernels.impact_time import line_hit_again\n"
+        "print(round(line_hit_again(1.0, -2.0, 1e-12, 9.0, 9.0), 6))\n"
     )
     cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    assert run_python(code, tmp_path, **cache) == "0.5\n"
-    source = kernels / "impact_time.py"
+    assert run_python(code, tmp_path, **cache) == "1.0\n"
+    source = kernels / "flight.py"
     text = source.read_text()
-    assert "NO_HIT = -1.0" in text
-    source.write_text(text.replace("NO_HIT = -1.0", "NO_HIT = -7.0"))
-    missing = code.replace("-2.0", "2.0")
-    assert run_python(missing, tmp_path, **cache) == "-7.0\n"
+    assert "_C0 = 1.0 / 2.0" in text
+    source.write_text(text.replace("_C0 = 1.0 / 2.0", "_C0 = 1.0 / 4.0"))
+    assert run_python(code, tmp_path, **cache) == "2.0\n"
     source.write_text(text)
-    assert run_python(missing, tmp_path, **cache) == "-1.0\n"
+    assert run_python(code, tmp_path, **cache) == "1.0\n"
 
 
 @pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
@@ -163,11 +161,31 @@ def test_a_kernel_inside_of_others_runs_as_python_when_python_calls_it() -> None
 @pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 def test_only_kernels_that_python_calls_have_machine_code_of_their_own(tmp_path: Path) -> None:
     """`basis` is one; `fly`, `bin_of` and others are inside of `trace_many`."""
-    code = "from engine import Board, drop\ndrop(Board.preset('triangle-8'), 1)\n"
-    run_python(code, ROOT, NUMBA_CACHE_DIR=str(tmp_path))
-    kept = {path.name.split("-")[0] for path in tmp_path.rglob("*.nbc")}
+    kept = kept_code(
+        "from engine import Board, drop\ndrop(Board.preset('triangle-8'), 1)\n", tmp_path
+    )
     assert {"exact.trace_many", "flight.basis"} <= kept
     assert not {"flying.fly", "flying.next_hit", "layout.bin_of", "riding.ride"} & kept
+
+
+@pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
+def test_drops_that_only_bounce_compile_nothing_for_those_that_ride(tmp_path: Path) -> None:
+    code = (
+        "from dataclasses import replace\n"
+        "from engine import Board, drop_many\n"
+        "board = Board.preset('triangle-8')\n"
+        "board = replace(board, drag=0.0, ball=replace(board.ball, friction=0.0))\n"
+        "drop_many(board, range(2))\n"
+    )
+    kept = kept_code(code, tmp_path)
+    assert "lockstep._trace_row" in kept
+    assert "exact.trace_many" not in kept
+
+
+def kept_code(code: str, cache: Path) -> set[str]:
+    """The kernels whose machine code a program in Python leaves on disk, as file.function."""
+    run_python(code, ROOT, NUMBA_CACHE_DIR=str(cache))
+    return {path.name.split("-")[0] for path in cache.rglob("*.nbc")}
 
 
 def test_the_stamp_is_of_the_sources() -> None:

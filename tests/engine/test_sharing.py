@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from threading import Event, get_ident
+from threading import Barrier, Event, get_ident
 
 import pytest
 
@@ -60,6 +60,25 @@ def test_progress_is_told_on_the_calling_thread_up_to_the_sum() -> None:
     assert told == sorted(told)
     assert told[-1] == sum(range(40))
     assert threads == {get_ident()}
+
+
+def test_what_another_thread_does_last_is_told_too() -> None:
+    """Worker 1 ends its part once the caller has told of its own, the other one."""
+    begun = Barrier(2)
+    told: list[int] = []
+    heard = Event()
+
+    def work(part: int, worker: int) -> int:
+        begun.wait(LIMIT)
+        assert worker == 0 or heard.wait(LIMIT)
+        return part
+
+    def tell(done: int) -> None:
+        told.append(done)
+        heard.set()
+
+    share([1, 1], work, 2, tell)
+    assert told == [1, 2]
 
 
 def test_an_error_of_another_thread_reaches_the_caller_and_ends_the_work() -> None:
