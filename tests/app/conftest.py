@@ -67,6 +67,7 @@ def serving(**settings: Any) -> Iterator[Running]:
     finally:
         server.should_exit = True
         thread.join()
+        listener.close()  # one that failed to start has left it open
 
 
 @pytest.fixture(scope="session")
