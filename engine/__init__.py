@@ -47,7 +47,7 @@ _WHEN_ASKED_FOR: Final = {
     "Place": "engine.place",
     "World": "engine.world",
 }
-"""Names that a single drop has no use for, and whose kernels take a tenth of its start to load."""
+"""Names that a drop has no use for, and whose kernels take a twentieth of its start to load."""
 
 
 if not TYPE_CHECKING:  # else every misspelt name would pass for one
