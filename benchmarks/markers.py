@@ -8,21 +8,16 @@ from benchmarks.report import Section
 from benchmarks.settings import MissingError
 
 
-def fill(
-    page: Path, machine: dict[str, str], sections: Sequence[Section], plots: Path | None = None
-) -> None:
+def fill(page: Path, machine: dict[str, str], sections: Sequence[Section], plots: Path) -> None:
     """Replace what stands between `<!-- NAME -->` and `<!-- /NAME -->` for each section's name.
 
-    Each part begins with the machine it was measured on and ends with its plots, if they were drawn
-    into the directory `plots`. Sections not run stay as they are; MissingError if a section has no
-    markers.
+    Each part begins with the machine it was measured on and ends with its plots, from the directory
+    `plots`. Sections not run stay as they are; MissingError if a section has no markers.
     """
+    folder = Path(os.path.relpath(plots, page.parent)).as_posix()
     for section in sections:
-        part = _part(machine, section)
-        if plots:
-            folder = Path(os.path.relpath(plots, page.parent)).as_posix()
-            part = "\n\n".join([part, *(_shown(folder, name) for name in section.plots)])
-        put(page, section.name, part)
+        shown = (_shown(folder, name) for name in section.plots)
+        put(page, section.name, "\n\n".join([_part(machine, section), *shown]))
 
 
 def put(page: Path, name: str, part: str) -> None:

@@ -95,14 +95,14 @@ def test_the_machine_is_named() -> None:
 def test_the_page_keeps_its_words_and_gets_new_tables(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("Words.\n<!-- speed -->\nold\n<!-- /speed -->\nMore words.\n")
-    fill(page, {"cores": "2"}, [Section("speed", [Table("T", ["x"], [["new"]])])])
+    fill(page, {"cores": "2"}, [Section("speed", [Table("T", ["x"], [["new"]])])], tmp_path)
     text = page.read_text()
     assert text.startswith("Words.\n<!-- speed -->")
     assert text.endswith("<!-- /speed -->\nMore words.\n")
     assert "new" in text
     assert "old" not in text
     with pytest.raises(MissingError, match="stability"):
-        fill(page, {}, [Section("stability")])
+        fill(page, {}, [Section("stability")], tmp_path)
 
 
 @pytest.mark.parametrize("rows", [8, 13])
@@ -352,6 +352,24 @@ def test_the_readme_is_that_of_the_recorded_run() -> None:
     recorded = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert readme.summary(recorded, "docs/benchmarks.md") in text
+
+
+def test_the_page_shows_every_plot_that_is_kept() -> None:
+    recorded = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    kept = sorted(path.name for path in (ROOT / "docs" / "images").glob("bench-*.png"))
+    assert kept
+    assert [name for name in kept if f"](images/{name})" not in recorded] == []
+
+
+def test_a_page_is_not_recorded_without_its_plots(tmp_path: Path) -> None:
+    from app.cli import plinko
+
+    page = tmp_path / "page.md"
+    page.write_text("<!-- accuracy -->\nold\n<!-- /accuracy -->\n")
+    done = CliRunner().invoke(plinko, ["bench", "accuracy", "--quick", "--page", str(page)])
+    assert done.exit_code == 2
+    assert "say with --plots where they are drawn" in done.output
+    assert "old" in page.read_text()
 
 
 def test_the_page_is_judged_by_the_thread_that_draws() -> None:

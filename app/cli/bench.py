@@ -29,7 +29,7 @@ WHAT = ("accuracy", "throughput", "stability", "features", "stream", "page", "re
 @click.option(
     "--page",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Put the results into this page, between its markers.",
+    help="Put the results into this page, between its markers; with --plots.",
 )
 @click.option(
     "--readme",
@@ -70,6 +70,8 @@ def command(
     from benchmarks.markers import fill
     from benchmarks.settings import MissingError, Settings
 
+    if page and not plots:
+        raise click.UsageError("--page shows the plots too: say with --plots where they are drawn")
     if readme and not page:
         raise click.UsageError("--readme takes its table from a page: say which with --page")
     names = WHAT if what == "all" else (what,)
@@ -91,7 +93,7 @@ def command(
             except MissingError as error:
                 raise click.UsageError(f"{name}: {error}") from error
     drawn = suite.draw(found, plots) if plots else []
-    if page:
+    if page and plots:
         fill(page, about, found, plots)
         if readme:
             short.renew(readme, page)
