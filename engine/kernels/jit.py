@@ -8,7 +8,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 from numba import njit, types
 
-from engine.kernels.inner import InnerCompiler
+from engine.kernels.compiler import InnerCompiler, KernelCompiler
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -28,6 +28,7 @@ _plain: Any = types.unliteral  # and this has none
 
 _RULES: dict[str, Any] = {
     "nogil": True, "fastmath": False, "error_model": "numpy", "no_cfunc_wrapper": True,
+    "no_rewrites": True,
 }  # fmt: skip
 
 
@@ -36,14 +37,16 @@ def kernel(function: Callable[P, T]) -> Callable[P, T]:
 
     No fastmath (it reorders sums and contracts a*b+c, which differs between processors), the GIL
     released (batches use threads), machine code cached on disk beside the source, IEEE division,
-    and no wrapper for callers in C, as there are none. With NUMBA_DISABLE_JIT=1 the function itself
-    is returned: the same bits, slower.
+    no wrapper for callers in C, as there are none, and no search for expressions of whole arrays to
+    rewrite. With NUMBA_DISABLE_JIT=1 the function itself is returned: the same bits, slower.
 
     Numba takes cached code for fresh if the function's own file is unchanged, yet a kernel contains
     the code of those it calls, from other files. Here a change to any of the files makes all stale:
     else a new version could go on with parts of the old one's physics.
     """
-    compiled = _without_literals(_njit(function, cache=True, **_RULES))
+    compiled = _without_literals(
+        _njit(function, cache=True, pipeline_class=KernelCompiler, **_RULES)
+    )
     if compiled is not function:  # else the JIT is off
         compiled._cache._cache_file._source_stamp = _STAMP
     return cast("Callable[P, T]", compiled)

@@ -1,0 +1,117 @@
+"""How numba compiles kernels: what it would do for all of Python, it does not do for these."""
+
+import gc
+import operator
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from numba import types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, Flags
+
+_OPERATORS = frozenset(each for each in vars(operator).values() if callable(each))
+_PLAIN = (types.Number, types.Boolean, types.Array)
+_hash_of: Any = Flags.__hash__
+
+
+class _Options(Flags):
+    """The options that a function is compiled with, which know at once whether they are equal.
+
+    Numba keeps what it knows of an operation by types and options, and asks several times for each
+    operation there is. Its own options then compare all of thirty values, set or not: a tenth of
+    the time to compile. These compare what has been set, and do not change once they are asked.
+    """
+
+    __slots__ = ("_hash",)
+
+    def __hash__(self) -> int:
+        if not hasattr(self, "_hash"):
+            self._hash: int = _hash_of(self)
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, _Options):
+            return NotImplemented
+        return bool(self._values == other._values)
+
+
+class _Typing:
+    """Numba's knowledge of types, with a memory for operators on numbers and arrays.
+
+    Numba tries a dozen meanings of an operator, of texts, sets and dates too, wherever it stands
+    and twice at least: a fifth of the time to compile. They depend on the types alone.
+    """
+
+    _known: ClassVar[dict[Any, Any]] = {}
+
+    def __init__(self, context: Any) -> None:
+        self._context = context
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._context, name)
+
+    def resolve_function_type(self, function: Any, args: tuple[Any, ...], kws: Any) -> Any:
+        """The signature of `function` for arguments of the types given, None if there is none."""
+        ask = self._context.resolve_function_type
+        if not _is_plain(function, args):
+            return ask(function, args, kws)
+        question = function, args
+        if question not in self._known:
+            self._known[question] = ask(function, args, kws)
+        return self._known[question]
+
+
+def _is_plain(function: Any, args: tuple[Any, ...]) -> bool:
+    """Whether it is an operator, on numbers and arrays; such have no keywords."""
+    named = getattr(function, "typing_key", function)
+    return named in _OPERATORS and all(isinstance(each, _PLAIN) for each in args)
+
+
+class KernelCompiler(Compiler):
+    """Numba's compiler with options and types as above, and with no search for garbage meanwhile.
+
+    What it makes is kept until the function is done, or for good: to look through all of it again
+    and again is another twentieth of the time. Other threads' garbage waits, too.
+    """
+
+    def compile_extra(self, function: Callable[..., object]) -> Any:
+        """Compile `function`, and what it calls inside of this."""
+        options: Any = _Options
+        compile_it: Any = super().compile_extra
+        self.state.flags = options(self.state.flags)
+        self.state.typingctx = _Typing(self.state.typingctx)
+        collects = gc.isenabled()
+        gc.disable()
+        try:
+            return compile_it(function)
+        finally:
+            if collects:
+                gc.enable()
+
+
+class _InnerLibrary(JITCodeLibrary):
+    """Code that is there to be linked into callers, and becomes machine code only inside of them.
+
+    Numba would optimize it, make machine code of it and keep that, then optimize it once more in
+    every caller: a tenth of the time to compile.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+
+class InnerCompiler(KernelCompiler):
+    """`KernelCompiler`, stopping before the machine code; for functions that are not cached."""
+
+    def compile_extra(self, function: Callable[..., object]) -> Any:
+        """Compile `function`; callers know it by its entry point, as which any new object does."""
+        context = self.state.targetctx
+        library: Any = _InnerLibrary
+        self.state.library = library(context.codegen(), function.__qualname__)
+        self.state.flags.no_compile = True
+        found = super().compile_extra(function)._replace(entry_point=object())
+        context.insert_user_function(found.entry_point, found.fndesc, [found.library])
+        return found

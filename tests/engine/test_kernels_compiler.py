@@ -1,0 +1,134 @@
+"""How kernels are compiled: sooner than numba would by itself, with the same meaning."""
+
+import gc
+import operator
+import os
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from numba import njit, types
+from numba.core.compiler import Compiler, Flags
+from numba.core.errors import TypingError
+from numba.core.registry import cpu_target
+
+from engine.kernels import compiler, jit
+
+pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
+
+
+def compiled(function: Callable[..., Any], **rules: Any) -> Any:
+    """`function` as a kernel, but compiled in this process whatever is on disk."""
+    make: Any = njit
+    return make(function, pipeline_class=compiler.KernelCompiler, **(jit._RULES | rules))
+
+
+numba_options: Any = Flags
+
+
+def mean_square(values: Any, count: int) -> float:
+    total = 0.0
+    for i in range(count):
+        total += values[i] * values[i] / count
+    return total
+
+
+@pytest.fixture
+def collecting() -> Iterator[None]:
+    """The search for garbage, as it was found after the test."""
+    was = gc.isenabled()
+    gc.enable()
+    yield
+    if not was:
+        gc.disable()
+
+
+def test_what_is_remembered_of_operators_is_what_numba_says(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    known: dict[Any, Any] = {}
+    monkeypatch.setattr(compiler._Typing, "_known", known)
+    assert compiled(mean_square)(np.array([3.0, 4.0]), 2) == 12.5
+    asked = {getattr(function, "typing_key", function) for function, _ in known}
+    assert asked >= {operator.iadd, operator.mul, operator.truediv, operator.getitem}
+    for (function, args), said in known.items():
+        assert said == cpu_target.typing_context.resolve_function_type(function, args, {})
+
+
+def test_nothing_is_remembered_of_functions_and_of_other_types() -> None:
+    context = cpu_target.typing_context
+    add, root = (context.resolve_value_type(each) for each in (np.add, np.sqrt))
+    length = context.resolve_value_type(len)
+    plus = context.resolve_value_type(operator.add)
+    pair = context.resolve_value_type((1, 2))
+    assert compiler._is_plain(plus, (types.int64, types.float64))
+    assert not compiler._is_plain(plus, (pair, pair))
+    for function in (add, root, length):
+        assert not compiler._is_plain(function, (types.float64,))
+
+
+def test_what_has_no_meaning_is_refused_every_time() -> None:
+    def nonsense(values: Any, count: int) -> Any:
+        return count[values]  # type: ignore[index]
+
+    for _ in range(2):
+        with pytest.raises(TypingError, match="getitem"):
+            compiled(nonsense)(np.zeros(2), 3)
+
+
+def test_options_are_equal_if_the_same_has_been_set() -> None:
+    options: Any = compiler._Options
+    given = numba_options()
+    given.release_gil = True
+    one, same, other = options(given), options(given), options(given)
+    other.nrt = True
+    assert one == same
+    assert hash(one) == hash(same)
+    assert one != other
+    assert one == given  # numba's own, compared numba's way
+    assert other != given
+    assert one.copy() == one
+    assert type(one.copy()) is options
+
+
+@pytest.mark.usefixtures("collecting")
+def test_garbage_waits_until_a_kernel_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+    original: Any = Compiler.compile_extra
+
+    def spy(self: Compiler, function: Callable[..., Any]) -> Any:
+        seen.append(gc.isenabled())
+        return original(self, function)
+
+    monkeypatch.setattr(Compiler, "compile_extra", spy)
+    compiled(mean_square)(np.ones(3), 3)
+    assert seen[0] is False
+    assert gc.isenabled()
+
+    def fails(values: Any) -> Any:
+        return values.no_such_thing
+
+    with pytest.raises(TypingError):
+        compiled(fails)(np.ones(3))
+    assert gc.isenabled()
+
+    gc.disable()
+    compiled(mean_square)(np.ones(3, np.float32), 3)
+    assert not gc.isenabled()
+
+
+def test_an_inner_kernel_makes_no_arrays_even_where_a_kernel_did() -> None:
+    def filled(count: int) -> Any:
+        made = np.zeros(count)
+        made[0] = 1.0
+        return made
+
+    assert compiled(filled)(3).tolist() == [1.0, 0.0, 0.0]
+    inside: Any = jit.inner_kernel(filled)
+
+    def outside(count: int) -> float:
+        return float(inside(count)[0])
+
+    with pytest.raises(TypingError, match="zeros"):
+        compiled(outside)(3)
