@@ -99,7 +99,7 @@ def count(board_json: str, drops: int) -> dict[str, float]:
 
     from engine import Board
     from engine.compiled import layout_of
-    from engine.kernels import log
+    from engine.kernels import contact, log
     from engine.seeding import start_xs
     from engine.solvers import exact, outcome
 
@@ -117,7 +117,8 @@ def count(board_json: str, drops: int) -> dict[str, float]:
     COUNTS.clear()
     impacts = np.zeros(drops, np.int32)
     exact.trace_many(
-        layout, counting(states), outcome.MAX_EVENTS, outcome.MAX_TIME, log.new_log(0, 0),
+        layout, counting(states), outcome.MAX_EVENTS, outcome.MAX_TIME, contact.new_series(),
+        log.new_log(0, 0),
         np.zeros(drops, np.int8), np.zeros(drops, np.int32), impacts,
     )  # fmt: skip
     return {kind: COUNTS[kind] / int(impacts.sum()) for kind in KINDS}

@@ -12,6 +12,7 @@ from engine.compiled import layout_of
 from engine.digest import outcomes_digest
 from engine.drop import drop, start_of
 from engine.errors import ParameterError, SeedError
+from engine.kernels.contact import new_series
 from engine.kernels.layout import Layout
 from engine.kernels.log import PX, PY, STATE_SIZE, T, new_log
 from engine.parameters import (
@@ -211,6 +212,6 @@ def _trace(layout: Layout, solver: Solver, xs: Floats, y: float, results: Result
             layout, states, solver.h, solver.correction, MAX_EVENTS, log, outcomes, bins, impacts
         )
     else:
-        trace_many(layout, states, MAX_EVENTS, MAX_TIME, log, outcomes, bins, impacts)
+        trace_many(layout, states, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins, impacts)
     durations[:] = states[:, T]
     x_ends[:] = states[:, PX]

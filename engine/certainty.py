@@ -10,7 +10,7 @@ from engine.compiled import layout_of
 from engine.errors import ParameterError
 from engine.parameters import Exact
 from engine.solvers.outcome import LANDED
-from engine.solvers.sensitivity import ERROR, PATH, TANGENTS, sensitivity
+from engine.solvers.sensitivity import ERROR, PATH, TANGENTS, new_space, sensitivity
 from engine.trajectory import Trajectory, follow
 
 MARGIN = 16.0
@@ -79,6 +79,6 @@ def certainty_of(path: Trajectory) -> Certainty:
     moved = np.zeros((len(path.marks), TANGENTS))
     sensitivity(
         layout_of(path.board), path.segments, path.events, path.marks, path.end,
-        0.5 * _unit(path), moved,
+        0.5 * _unit(path), new_space(), moved,
     )  # fmt: skip
     return Certainty(path, moved[:, PATH].copy(), moved[:, ERROR].copy())

@@ -14,11 +14,12 @@ from engine.compiled import layout_of
 from engine.crowd_progress import End, Progress
 from engine.crowd_touching import TouchingCrowd
 from engine.digest import drop_digest
-from engine.kernels.log import EVENT_SIZE, PX, PY, SEGMENT_SIZE, STATE_SIZE, T, new_log
+from engine.kernels.contact import new_series
+from engine.kernels.log import EVENT_SIZE, EVENTS, PX, PY, SEGMENT_SIZE, STATE_SIZE, T, new_log
 from engine.parameters import Exact, Stepped
 from engine.solvers.outcome import FLYING
-from engine.solvers.sample import sample_crowd
-from engine.solvers.stepped import MAX_HITS, step_crowd
+from engine.solvers.sample import sample
+from engine.solvers.stepped import ENDLESS, MAX_HITS, step_many
 from engine.trajectory import Trajectory, follow, start_row
 
 Floats = npt.NDArray[np.float64]
@@ -42,6 +43,7 @@ class ExactCrowd:
         self._next_event = np.zeros(0, np.int64)
         self._next_time = np.zeros(0)
         self._pool = np.empty((0, SEGMENT_SIZE))
+        self._series = new_series()
         self.states = np.zeros((0, STATE_SIZE))
 
     def add(self, x: float) -> None:
@@ -85,7 +87,10 @@ class ExactCrowd:
         """Advance all balls by one frame."""
         self._frames += 1
         times = np.multiply(self._frames, self._dt, dtype=np.float64)
-        sample_crowd(self._layout, self._pool, self._first, self._last, times, self.states)
+        sample(
+            self._layout, self._pool, self._first, self._last, times, False, self._series,
+            self.states,
+        )  # fmt: skip
         return [self._progress(int(row)) for row in np.flatnonzero(self._next_time <= times)]
 
     def _progress(self, row: int) -> Progress:
@@ -164,12 +169,14 @@ class SteppedCrowd:
         """Advance all balls by one frame."""
         count = len(self.states)
         solver = self._solver
-        log = new_log(count * (solver.substeps * MAX_HITS + 1), 0)
-        log_ends, outcomes, bins = (np.empty(count, np.int64) for _ in range(3))
-        step_crowd(
+        log = new_log(count * (solver.substeps * MAX_HITS + 1), 0, count)
+        outcomes = np.empty(count, np.int8)
+        bins, impacts = np.empty(count, np.int32), np.empty(count, np.int32)
+        step_many(
             self._layout, self.states, self._steps, solver.substeps, solver.h, solver.correction,
-            log, log_ends, outcomes, bins,
+            ENDLESS, np.empty(STATE_SIZE), log, outcomes, bins, impacts,
         )  # fmt: skip
+        log_ends = log.ends[:, EVENTS]
         found = []
         for row, (first, last) in enumerate(zip([0, *log_ends[:-1]], log_ends, strict=True)):
             if first == last and outcomes[row] == FLYING:

@@ -11,11 +11,13 @@ from engine.batch import seed_array
 from engine.board import Board
 from engine.compiled import layout_of
 from engine.errors import ParameterError
-from engine.kernels.log import SEGMENTS, new_log
+from engine.kernels.contact import new_series
+from engine.kernels.log import PX, PY, SEGMENTS, STATE_SIZE, Log, T, new_log
 from engine.parameters import number
 from engine.seeding import start_xs
 from engine.sharing import share, thread_count
-from engine.solvers.occupancy import occupy_many
+from engine.solvers.exact import trace_many
+from engine.solvers.occupancy import occupy
 from engine.solvers.outcome import MAX_EVENTS, MAX_TIME
 
 MOST_CELLS: Final = 1 << 24
@@ -24,10 +26,10 @@ SHORTEST_STEP, LONGEST_STEP = 1e-3, 1.6e-2
 makes a picture of many drops coarser in no place, only noisier."""
 
 CHUNK: Final = 128
-"""Drops a thread takes at a time: about 5 ms of work, so that whoever looks on can stop it."""
+"""Drops a thread takes at a time: some 8 ms of work, so that whoever looks on can stop it."""
 
 _FINE: Final = 10_000  # drops up to which the shortest step is taken
-_SEGMENTS: Final = 4096  # of a first log, far more than nearly all drops have
+_SEGMENTS: Final = 128 * CHUNK  # of a log: more than nearly all chunks have
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,18 +125,35 @@ class _Work:
 
     def run(self, first: int, counts: npt.NDArray[np.uint32]) -> int:
         """Add the drops of a chunk to `counts`; how many they are."""
-        begin = first
         last = min(first + CHUNK, len(self._starts))
-        log = new_log(0, _SEGMENTS)
-        while first < last:
-            first += occupy_many(
-                layout_of(self._board), self._starts[first:last], self._board.drop.y,
-                self._phases[first:last], MAX_EVENTS, MAX_TIME, self._step, *self._corner,
-                self._cells, log, counts, self.bins[first:last], self.durations[first:last],
+        self._follow(first, last, new_log(0, _SEGMENTS, last - first), counts)
+        return last - first
+
+    def _follow(self, first: int, last: int, log: Log, counts: npt.NDArray[np.uint32]) -> None:
+        """Trace drops and count where they are, in parts if they do not fit into the log."""
+        layout = layout_of(self._board)
+        series = new_series()
+        states = np.zeros((last - first, STATE_SIZE))
+        states[:, PX] = self._starts[first:last]
+        states[:, PY] = self._board.drop.y
+        outcomes, impacts = np.empty(last - first, np.int8), np.empty(last - first, np.int32)
+        trace_many(
+            layout, states, MAX_EVENTS, MAX_TIME, series, log, outcomes, self.bins[first:last],
+            impacts,
+        )  # fmt: skip
+        needed = int(log.counts[SEGMENTS])
+        if needed <= len(log.segments):
+            self.durations[first:last] = states[:, T]
+            occupy(
+                layout, log, states, self._phases[first:last], self._step, *self._corner,
+                self._cells, series, np.empty(STATE_SIZE), counts,
             )  # fmt: skip
-            if first < last:
-                log = new_log(0, int(log.counts[SEGMENTS]))
-        return last - begin
+        elif last - first == 1:
+            self._follow(first, last, new_log(0, needed, 1), counts)
+        else:
+            middle = (first + last) // 2
+            for part in ((first, middle), (middle, last)):
+                self._follow(*part, new_log(0, _SEGMENTS, part[1] - part[0]), counts)
 
 
 def _default_step(drops: int) -> float:

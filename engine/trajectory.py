@@ -7,7 +7,8 @@ import numpy.typing as npt
 
 from engine.board import Board
 from engine.compiled import layout_of
-from engine.kernels.log import EVENTS, PX, PY, SEGMENTS, STATE_SIZE, THETA, new_log
+from engine.kernels.contact import new_series
+from engine.kernels.log import EVENTS, PX, PY, SEGMENTS, STATE_SIZE, THETA, T, new_log
 from engine.parameters import Solver, Stepped
 from engine.solvers.exact import trace
 from engine.solvers.outcome import MAX_EVENTS, MAX_TIME
@@ -40,8 +41,15 @@ class Trajectory:
     def states_at(self, times: Floats) -> Floats:
         """States at `times`, shape (n,), in s since the start, as an array of shape (n, 7)."""
         out = np.empty((len(times), STATE_SIZE))
-        straight = isinstance(self.solver, Stepped)
-        sample(layout_of(self.board), self.segments, times, self.end, straight, out)
+        ended = times >= self.end[T]
+        if not ended.all():
+            rows = np.searchsorted(self.segments[:, T], times, side="right") - 1
+            sample(
+                layout_of(self.board), self.segments, rows, rows + 1, times,
+                isinstance(self.solver, Stepped), new_series(), out,
+            )  # fmt: skip
+        out[ended] = self.end
+        out[ended, T] = times[ended]
         return out
 
 

@@ -18,7 +18,7 @@ these series.
 
 import numpy as np
 
-from engine.kernels.jit import inner_kernel, kernel
+from engine.kernels.jit import inner_kernel
 from engine.kernels.series import Series, sum_of_magnitudes
 
 ORDER = 20
@@ -118,9 +118,8 @@ def step_length(series: Series, radius: float, travel: float) -> float:
         h *= 0.5
 
 
-@kernel
 def new_series() -> Series:
-    """Work space for the series of one contact phase."""
+    """Work space for the series of one contact phase; kernels make no arrays of their own."""
     return np.zeros((ROWS, ORDER + 1))
 
 

@@ -78,7 +78,7 @@ def cell_of(board: Layout, x: float, y: float) -> int:
 def bin_of(board: Layout, x: float) -> int:
     """Bin whose edges enclose x: edges[i] <= x < edges[i + 1], the outer ones open outwards."""
     low = 0
-    high = board.edges.shape[0] - 1
+    high = len(board.edges) - 1
     while high - low > 1:
         middle = (low + high) // 2
         if x >= board.edges[middle]:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.kernels.jit import lean_kernel
+from engine.kernels.jit import inner_kernel, lean_kernel
 
 # The state of a ball while it is traced.
 T = 0
@@ -32,23 +32,39 @@ SEGMENTS = 1
 IMPACTS = 2
 
 
+COUNTS = 3
+
+
 class Log(NamedTuple):
-    """Room for n events and m segments; what does not fit is counted and left out."""
+    """Room for n events and m segments; what does not fit is counted and left out.
+
+    A log goes on from ball to ball. `ends` has, after each of the first b, how much it has counted.
+    """
 
     events: npt.NDArray[np.float64]  # (n, 6)
     marks: npt.NDArray[np.int32]  # (n, 2): kind, index
     segments: npt.NDArray[np.float64]  # (m, 11)
     counts: npt.NDArray[np.int64]  # (3,): events, segments, impacts so far
+    ends: npt.NDArray[np.int64]  # (b, 3): the counts at the end of each ball
 
 
-def new_log(events: int, segments: int) -> Log:
-    """An empty log with room for so many rows of each; Log(0, 0) only counts."""
+def new_log(events: int, segments: int, balls: int = 0) -> Log:
+    """An empty log with room for so many rows of each; new_log(0, 0) only counts."""
     return Log(
         np.empty((events, EVENT_SIZE)),
         np.empty((events, 2), np.int32),
         np.empty((segments, SEGMENT_SIZE)),
-        np.zeros(3, np.int64),
+        np.zeros(COUNTS, np.int64),
+        np.zeros((balls, COUNTS), np.int64),
     )
+
+
+@inner_kernel
+def end_ball(log: Log, ball: int) -> None:
+    """Keep how much is in the log when a ball, from 0, has written its part."""
+    if ball < len(log.ends):
+        for column in range(COUNTS):
+            log.ends[ball, column] = log.counts[column]
 
 
 @lean_kernel
@@ -81,7 +97,7 @@ def note_event(log: Log, state: npt.NDArray[np.float64], kind: int, index: int) 
     """Append the state as an event."""
     row = log.counts[EVENTS]
     log.counts[EVENTS] = row + 1
-    if row < log.events.shape[0]:
+    if row < len(log.events):
         write_event(
             log.events, log.marks, row,
             state[T], state[PX], state[PY], state[VX], state[VY], state[OMEGA], kind, index,
@@ -127,7 +143,7 @@ def note_segment(
     """Append a stretch of closed-form motion that starts at the state."""
     row = log.counts[SEGMENTS]
     log.counts[SEGMENTS] = row + 1
-    if row < log.segments.shape[0]:
+    if row < len(log.segments):
         write_segment(
             log.segments, row,
             state[T], state[PX], state[PY], state[VX], state[VY], state[THETA], state[OMEGA], item,

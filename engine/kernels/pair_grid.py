@@ -143,7 +143,7 @@ def _fill_buckets(
     """
     pos = bodies.pos
     marks = bodies.marks
-    mask = firsts.shape[0] - 3
+    mask = len(firsts) - 3
     for i in range(n):
         if marks[i, FLAGS] & GONE:
             continue
@@ -182,7 +182,7 @@ def _look_through(
     depends on where the balls are: half of such guesses of the processor would be wrong, which
     costs more than to write what is overwritten.
     """
-    last = found.shape[0] - 1
+    last = len(found) - 1
     for m in range(low, high):
         dx = x - spots[m, 0]
         dy = y - spots[m, 1]
@@ -203,7 +203,7 @@ def _look_along(
     spots: Floats, ranks: Counts, found: Counts, count: int,
 ) -> int:  # fmt: skip
     """`_look_through` for so many cells of a row, which begins with the bucket `first`."""
-    room = firsts.shape[0] - 2
+    room = len(firsts) - 2
     end = first + columns
     count = _look_through(
         x, y, reach, rank, firsts[first], firsts[min(end, room)], spots, ranks, found, count
@@ -221,7 +221,7 @@ def _look_on_level(
     firsts: Ints, spots: Floats, ranks: Counts, found: Counts, count: int,
 ) -> int:  # fmt: skip
     """Append the pairs of a ball with all those near it on another level, some perhaps twice."""
-    room = firsts.shape[0] - 2
+    room = len(firsts) - 2
     rim = reach + farthest
     cx = int(np.floor((x - rim) * over))
     cy = int(np.floor((y - rim) * over))
@@ -244,7 +244,7 @@ def _look_ahead(
 ) -> int:  # fmt: skip
     """Append the pairs of the ball at a spot with those near it on its level that are in its cell
     after it, in its row's next cells or in the rows below: so each pair is found once."""
-    room = firsts.shape[0] - 2
+    room = len(firsts) - 2
     x = spots[m, 0]
     y = spots[m, 1]
     reach = spots[m, 2]
@@ -286,7 +286,7 @@ def _look_around(
         i = ranks[m] & (ROWS - 1)
         mine = level[i]
         over = 1.0 / smallest
-        for k in range(farthest.shape[0]):
+        for k in range(len(farthest)):
             if k == mine:
                 count = _look_ahead(
                     m, k, over, farthest[k], cells, firsts, spots, ranks, found, count
@@ -335,7 +335,7 @@ def find_pairs(
         if count > limit:
             scale *= 0.5
             continue
-        if count < found.shape[0]:  # the row after the last is written to
+        if count < len(found):  # the row after the last is written to
             return found, count, reach
         found = np.empty((count + 1, 2), np.int64)
 

@@ -42,7 +42,7 @@ def _list_items(
     items = statics.items
     starts = statics.starts
     members = statics.members
-    room = other.shape[0]
+    room = len(other)
     low = max(np.floor((x - reach - statics.x0) * scale), 0.0)
     high = min(np.floor((x + reach - statics.x0) * scale), statics.columns - 1.0)
     top = max(np.floor((y - reach - statics.y0) * scale), 0.0)
@@ -72,7 +72,7 @@ def _by_column(found: Counts, count: int, column: int, ends: Ints) -> None:
     ends[:] = 0
     for m in range(count):
         ends[(found[m, column] & (ROWS - 1)) + 1] += 1
-    for a in range(ends.shape[0] - 1):
+    for a in range(len(ends) - 1):
         ends[a + 1] += ends[a]
 
 
@@ -106,7 +106,7 @@ def _list_all(
     length of the list, or more than the room in `other`, where that is too small."""
     pos = bodies.pos
     marks = bodies.marks
-    room = other.shape[0]
+    room = len(other)
     count = 0
     first = 0
     for a in range(n):
@@ -147,7 +147,7 @@ def list_pairs(
     while True:
         owner = np.empty(room, np.int32)
         other = np.empty(room, np.int32)
-        seen = np.full(statics.items.shape[0], -1, np.int32)
+        seen = np.full(len(statics.items), -1, np.int32)
         length = _list_all(bodies, n, statics, reach, ends, loose, seen, starts, owner, other)
         if length <= room:
             return starts, owner[:length], other[:length].copy()
@@ -171,7 +171,7 @@ def _take_over(old: Pairs, starts: Ints, other: Ints, impulse: Floats) -> None:
     old_starts = old.starts
     old_other = old.other
     old_impulse = old.impulse
-    for a in range(starts.shape[0] - 1):
+    for a in range(len(starts) - 1):
         for was in range(old_starts[a], old_starts[a + 1]):
             if old_impulse[was, 0] == 0.0:
                 continue
@@ -187,15 +187,15 @@ def _take_over(old: Pairs, starts: Ints, other: Ints, impulse: Floats) -> None:
 @lean_kernel
 def _list_near(starts: Ints, owner: Ints, other: Ints, near_starts: Ints, near: Ints) -> None:
     """Who may touch each ball, whoever owns the pair: from near_starts[ball] to the next."""
-    n = starts.shape[0] - 1
+    n = len(starts) - 1
     for a in range(n):
         near_starts[a + 2] = starts[a + 1] - starts[a]
-    for k in range(other.shape[0]):
+    for k in range(len(other)):
         if other[k] >= 0:
             near_starts[other[k] + 2] += 1
     for b in range(n):
         near_starts[b + 2] += near_starts[b + 1]
-    for k in range(other.shape[0]):
+    for k in range(len(other)):
         a = owner[k]
         b = other[k]
         near[near_starts[a + 1]] = b
@@ -212,12 +212,12 @@ def renew(
     """A new list of pairs that takes over the impulses of the old one, and who owns each pair."""
     starts, owner, other = list_pairs(bodies, n, statics, horizon, gravity)
     items = 0
-    for k in range(other.shape[0]):
+    for k in range(len(other)):
         items += int(other[k] < 0)
-    impulse = np.zeros((other.shape[0], 2))
+    impulse = np.zeros((len(other), 2))
     _take_over(old, starts, other, impulse)
     near_starts = np.zeros(n + 2, np.int32)
-    near = np.empty(2 * other.shape[0] - items, np.int32)
+    near = np.empty(2 * len(other) - items, np.int32)
     _list_near(starts, owner, other, near_starts, near)
     return Pairs(starts, other, impulse, near_starts[: n + 1], near), owner
 
@@ -226,8 +226,8 @@ def renew(
 def owners(pairs: Pairs) -> Ints:
     """Who owns each pair, shape (p,)."""
     starts = pairs.starts
-    owner = np.empty(pairs.other.shape[0], np.int32)
-    for a in range(starts.shape[0] - 1):
+    owner = np.empty(len(pairs.other), np.int32)
+    for a in range(len(starts) - 1):
         for k in range(starts[a], starts[a + 1]):
             owner[k] = a
     return owner

@@ -13,7 +13,7 @@ Series = npt.NDArray[np.float64]
 def value(c: Series, s: float) -> float:
     """Sum of c[i] s^i."""
     total = c[-1]
-    for i in range(c.shape[0] - 2, -1, -1):
+    for i in range(len(c) - 2, -1, -1):
         total = total * s + c[i]
     return float(total)
 
@@ -22,7 +22,7 @@ def value(c: Series, s: float) -> float:
 def sum_of_magnitudes(c: Series, first: int, s: float) -> float:
     """Sum over i >= first of |c[i]| s^(i - first): a bound of that part on [0, s]."""
     total = 0.0
-    for i in range(c.shape[0] - 1, first - 1, -1):
+    for i in range(len(c) - 1, first - 1, -1):
         total = total * s + abs(c[i])
     return total
 
@@ -35,7 +35,7 @@ def first_zero(c: Series, skip: int, horizon: float) -> float:
     0 if what is left starts at or below zero. The minorant rests on
     f''(s + d) >= f''(s) - d sup|f'''| with the bound of |f'''| taken from the coefficients.
     """
-    n = c.shape[0]
+    n = len(c)
     if not c[skip] > 0.0:
         return 0.0
     if c[skip] > horizon * sum_of_magnitudes(c, skip + 1, horizon):

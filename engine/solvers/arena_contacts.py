@@ -129,7 +129,7 @@ def _push_apart(
 ) -> None:
     """Move a and b apart by `push` m, of which a takes `share`; b is fixed if that is all."""
     da = push * share
-    if b < room.shape[0]:
+    if b < len(room):
         db = push - da
         da = min(da, room[a])
         db = min(db, room[b])
@@ -164,8 +164,8 @@ def gather(
     too. A new contact whose approach rebounds is left to the impacts. Arrays come one by one here
     and in all that is called for each pair: to unpack them costs more than to use them.
     """
-    fixed = pos.shape[0] - 1
-    n = starts.shape[0] - 1
+    fixed = len(pos) - 1
+    n = len(starts) - 1
     count = 0
     travel = 2.0 * gravity * h * h
     for i in range(n):
@@ -329,9 +329,9 @@ def part_deep(
 
     `room` (n,) is how far each ball may still be pushed.
     """
-    fixed = pos.shape[0] - 1
+    fixed = len(pos) - 1
     is_any = False
-    for a in range(starts.shape[0] - 1):
+    for a in range(len(starts) - 1):
         for k in range(starts[a], starts[a + 1]):
             b = other[k]
             dx, dy, reach, small = separation(pos, items, a, b)

@@ -66,7 +66,7 @@ def _set_time(tree: Floats, i: int, t: float) -> None:
     What goes up is at hand, so only the other branch is read, and nothing waits for what was just
     written. Farther up all is as it was where the least is.
     """
-    p = tree.shape[0] // 2 + i
+    p = len(tree) // 2 + i
     tree[p] = t
     while p > 1:
         other = tree[p ^ 1]
@@ -81,7 +81,7 @@ def _set_time(tree: Floats, i: int, t: float) -> None:
 def _first(tree: Floats) -> int:
     """Whose event is next; of several at one time the first row."""
     t = tree[1]
-    leaves = int(tree.shape[0]) // 2
+    leaves = len(tree) // 2
     p = 1
     while p < leaves:
         p *= 2
@@ -229,7 +229,7 @@ def drift(
     lines.state[:] = 0
     now = 0.0
     windows = 0
-    found = np.empty(owner.shape[0] + 1, np.int32)
+    found = np.empty(len(owner) + 1, np.int32)
     while True:
         lay_lines(bodies, n, lines, now)
         why = DONE
@@ -245,7 +245,7 @@ def drift(
             break
         bring_all(bodies, n, lines, statics, now, start, log)
         pairs, owner = renew(bodies, n, statics, pairs, horizon, gravity)
-        found = np.empty(owner.shape[0] + 1, np.int32)
+        found = np.empty(len(owner) + 1, np.int32)
         log.counts[REBUILDS] += 1
         may_end = True
         windows += 1

@@ -84,7 +84,7 @@ def _least_resting_speed(bodies: Bodies, n: int, statics: Statics, settings: Set
     for i in range(n):
         if surface[i, RESTITUTION] >= 1.0:
             return 0.0
-    for i in range(items.shape[0]):
+    for i in range(len(items)):
         if items[i, ITEM_RESTITUTION] >= 1.0:
             return 0.0
     return 2.0 * settings.gravity * settings.h
@@ -122,8 +122,8 @@ def frame(
         log.counts[REBUILDS] += 1
     room = np.empty(n)
     lines = new_lines(n)
-    rows = np.empty((pairs.other.shape[0], CONTACT_COLUMNS))
-    ends = np.empty((pairs.other.shape[0], 3), np.int32)
+    rows = np.empty((len(pairs.other), CONTACT_COLUMNS))
+    ends = np.empty((len(pairs.other), 3), np.int32)
     if settings.damping != 1.0:
         _damp(bodies, n, settings.damping)
     for k in range(settings.substeps):
@@ -131,9 +131,9 @@ def frame(
         if asleep > 0 and wake_touched(bodies, n, pairs, statics):
             pairs, owner = renew(bodies, n, statics, pairs, horizon, settings.gravity)
             log.counts[REBUILDS] += 1
-        if rows.shape[0] < pairs.other.shape[0]:
-            rows = np.empty((pairs.other.shape[0], CONTACT_COLUMNS))
-            ends = np.empty((pairs.other.shape[0], 3), np.int32)
+        if len(rows) < len(pairs.other):
+            rows = np.empty((len(pairs.other), CONTACT_COLUMNS))
+            ends = np.empty((len(pairs.other), 3), np.int32)
         impulse = pairs.impulse
         count = gather(
             pos, vel, bodies.surface, bodies.marks, statics.items, pairs.starts, pairs.other,

@@ -69,7 +69,7 @@ def _note_touch(
         other = marks[b, ID]
     row = counts[TOUCHES]
     counts[TOUCHES] = row + 1
-    if row < floats.shape[0]:
+    if row < len(floats):
         floats[row, LOG_T] = t
         floats[row, LOG_X] = pos[a, X]
         floats[row, LOG_Y] = pos[a, Y]
@@ -125,7 +125,7 @@ def impact(
         ny = dy / distance
     else:
         nx, ny = any_direction(marks[a, ID], marks[b, ID] if b >= 0 else b)
-    partner = b if b >= 0 else vel.shape[0] - 1
+    partner = b if b >= 0 else len(vel) - 1
     restitution, grip = pair_surface(surface, items, a, b)
     threshold = resting_speed(restitution, gravity, h, small)
     approach = (vel[partner, VX] - vel[a, VX]) * nx + (vel[partner, VY] - vel[a, VY]) * ny

@@ -135,7 +135,7 @@ def _land(
         at[i, LINE_KIND] = IS_GONE
         row = counts[LANDINGS]
         counts[LANDINGS] = row + 1
-        if row < landed.shape[0]:
+        if row < len(landed):
             landings[row, 0] = start + now - late
             landings[row, 1] = pos[i, X]
             landed[row] = marks[i, ID]
@@ -336,7 +336,7 @@ def _candidates(
 ) -> int:
     """List the pairs of balls that can meet, and all with what is fixed; how many there are."""
     count = 0
-    for k in range(other.shape[0]):
+    for k in range(len(other)):
         a = owner[k]
         b = other[k]
         found[count] = k
@@ -363,7 +363,7 @@ def first_events(
     state = lines.state
     seen = lines.seen
     tree = lines.tree
-    leaves = tree.shape[0] // 2
+    leaves = len(tree) // 2
     for i in range(n):
         tree[leaves + i] = inf
         if may_end and at[i, LINE_KIND] == AWAKE:

@@ -7,7 +7,19 @@ from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
 from engine.kernels.contact import new_series
 from engine.kernels.jit import inner_kernel, kernel
 from engine.kernels.layout import Layout
-from engine.kernels.log import IMPACTS, PX, PY, STATE_SIZE, VX, VY, Log, note_event
+from engine.kernels.log import (
+    EVENTS,
+    IMPACTS,
+    PX,
+    PY,
+    STATE_SIZE,
+    VX,
+    VY,
+    Log,
+    end_ball,
+    note_event,
+)
+from engine.kernels.series import Series
 from engine.kernels.surface import is_wedged, touch
 from engine.solvers import flying, riding
 from engine.solvers.landing import land
@@ -41,6 +53,7 @@ def trace_many(
     states: State,
     max_events: int,
     max_time: float,
+    series: Series,
     log: Log,
     outcomes: npt.NDArray[np.int8],
     bins: npt.NDArray[np.int32],
@@ -49,13 +62,13 @@ def trace_many(
     """Follow each ball from its row of `states` (T, PX, … OMEGA; changed in place) until it ends.
 
     Writes down how each drop ended, its bin, -1 if it did not land, and its number of impacts, all
-    of shape (n,). The log is begun anew for each ball. One function for one ball and for many: the
-    machine code of all of a drop is then made once.
+    of shape (n,). `series` is work space. One function for one ball and for many: the machine code
+    of all of a drop is then made once.
     """
-    series = new_series()
-    for i in range(states.shape[0]):
+    for i in range(len(states)):
         state = states[i]
-        log.counts[:] = 0
+        event_limit = log.counts[EVENTS] + max_events
+        impacts_before = log.counts[IMPACTS]
         item = -1
         side = 0.0
         how = flying.FREE
@@ -69,7 +82,7 @@ def trace_many(
                 board.gravity, board.drag, board.radius, board.bins_y,
                 board.peg_count, board.peg_restitution, board.peg_friction,
                 board.wall_restitution, board.wall_friction,
-                state, item, side, how, touching, max_events, max_time,
+                state, item, side, how, touching, event_limit, max_time,
                 log.events, log.marks, log.segments, log.counts,
             )  # fmt: skip
             if end != flying.ON_SURFACE:
@@ -77,7 +90,7 @@ def trace_many(
                 break
             note_event(log, state, KIND_CONTACT_BEGIN, riding.surface_index(board, item))
             cause, item, side, hit, hit_side = riding.ride(
-                board, series, state, item, side, grips, max_time, max_events, log
+                board, series, state, item, side, grips, max_time, event_limit, log
             )
             touching = cause == riding.HIT
             if touching:
@@ -93,7 +106,8 @@ def trace_many(
         if outcome == LANDED:
             bins[i] = land(board, state, log)
         outcomes[i] = outcome
-        impacts[i] = log.counts[IMPACTS]
+        impacts[i] = log.counts[IMPACTS] - impacts_before
+        end_ball(log, i)
 
 
 @inner_kernel
@@ -131,5 +145,7 @@ def trace(
     outcome = np.zeros(1, np.int8)
     where = np.zeros(1, np.int32)
     states = state.reshape(1, STATE_SIZE)
-    trace_many(board, states, max_events, max_time, log, outcome, where, np.zeros(1, np.int32))
+    impacts = np.zeros(1, np.int32)
+    series = new_series()
+    trace_many(board, states, max_events, max_time, series, log, outcome, where, impacts)
     return int(outcome[0]), int(where[0])

@@ -412,7 +412,7 @@ def fly(
     side: float,
     how: int,
     touching: bool,
-    max_events: int,
+    event_limit: int,
     max_time: float,
     events: Array,
     marks: npt.NDArray[np.int32],
@@ -437,12 +437,12 @@ def fly(
     cause = ON_SURFACE
     while True:
         if not touching:
-            if counts[EVENTS] >= max_events:
+            if counts[EVENTS] >= event_limit:
                 cause = OUT_OF_EVENTS
                 break
             row = counts[SEGMENTS]
             counts[SEGMENTS] = row + 1
-            if row < segments.shape[0]:
+            if row < len(segments):
                 write_segment(segments, row, t, x, y, vx, vy, theta, omega, IN_FLIGHT)
             s, item, side = next_hit(
                 items, left, top, cells_per_metre, columns, rows, starts, members, centres,
@@ -475,7 +475,7 @@ def fly(
         row = counts[EVENTS]
         counts[EVENTS] = row + 1
         counts[IMPACTS] += 1
-        if row < events.shape[0]:
+        if row < len(events):
             kind = KIND_PEG if is_peg else KIND_WALL
             index = item if is_peg else (item - peg_count) // 3
             write_event(events, marks, row, t, x, y, vx, vy, omega, kind, index)

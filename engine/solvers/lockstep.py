@@ -146,7 +146,7 @@ def _trace_row(
     active = 0
     left = 0
     fresh = 0
-    while begun < xs.shape[0] and active < LANES:
+    while begun < len(xs) and active < LANES:
         begin(w, m, active, begun, xs[begun], y)
         begun += 1
         active += 1
@@ -187,7 +187,7 @@ def _trace_row(
             else:
                 left_over[left] = drop
                 left += 1
-            if begun < xs.shape[0]:
+            if begun < len(xs):
                 begin(w, m, i, begun, xs[begun], y)
                 begun += 1
             else:

@@ -1,17 +1,15 @@
-"""Where balls spend their time: drops are followed and counted in cells, at equal time steps."""
+"""Where balls spend their time: traced drops are counted in cells, at equal time steps."""
 
 from math import ceil
 
 import numpy as np
 import numpy.typing as npt
 
-from engine.kernels.contact import new_series
 from engine.kernels.flight import basis
 from engine.kernels.jit import inner_kernel, kernel
 from engine.kernels.layout import Layout
-from engine.kernels.log import ITEM, PX, PY, SEGMENTS, STATE_SIZE, VX, VY, Log, T
+from engine.kernels.log import ITEM, PX, PY, SEGMENTS, VX, VY, Log, T
 from engine.kernels.series import Series
-from engine.solvers.exact import trace_many
 from engine.solvers.sample import sample_segment
 
 Array = npt.NDArray[np.float64]
@@ -23,7 +21,7 @@ def _count(counts: Counts, left: float, top: float, cells: float, x: float, y: f
     """Count a place in m; outside of the grid it is left out, and a NaN is outside."""
     column = (x - left) * cells
     row = (y - top) * cells
-    if 0.0 <= column < counts.shape[1] and 0.0 <= row < counts.shape[0]:
+    if 0.0 <= column < counts.shape[1] and 0.0 <= row < len(counts):
         counts[int(row), int(column)] += np.uint32(1)
 
 
@@ -71,46 +69,31 @@ def _occupy_segment(
 
 
 @kernel
-def occupy_many(
+def occupy(
     board: Layout,
-    xs: Array,
-    y: float,
+    log: Log,
+    states: Array,
     phases: Array,
-    max_events: int,
-    max_time: float,
     step: float,
     left: float,
     top: float,
     cells: float,
-    log: Log,
+    series: Series,
+    sample: Array,
     counts: Counts,
-    bins: npt.NDArray[np.int32],
-    durations: Array,
-) -> int:
-    """Drop a ball at rest from each (xs[i], y) and count where it is every `step` s.
+) -> None:
+    """Count where balls are every `step` s.
 
+    The balls are those of a log that holds all of them; states, shape (n, 7), has their ends.
     A drop is looked at phases[i] steps after its start, and then every step until it ends. counts
-    has shape (rows, columns), `cells` a metre, its corner at (left, top). bins and durations, shape
-    (n,), are filled as by `trace_many`. Returns how many drops were done: fewer than n when the
-    next one, whose length log.counts tells, does not fit into the log.
+    has shape (rows, columns), `cells` a metre, its corner at (left, top). series and sample, shape
+    (7,), are work space.
     """
-    series = new_series()
-    states = np.zeros((1, STATE_SIZE))
-    state = states[0]
-    sample = np.zeros(STATE_SIZE)
-    outcomes = np.zeros(1, np.int8)
-    impacts = np.zeros(1, np.int32)
-    for i in range(len(xs)):
-        state[:] = 0.0
-        state[PX] = xs[i]
-        state[PY] = y
-        trace_many(board, states, max_events, max_time, log, outcomes, bins[i : i + 1], impacts)
-        used = log.counts[SEGMENTS]
-        if used > log.segments.shape[0]:
-            return i
-        durations[i] = state[T]
-        for row in range(used):
-            until = log.segments[row + 1, T] if row + 1 < used else state[T]
+    first = 0
+    for i in range(len(states)):
+        last = log.ends[i, SEGMENTS]
+        for row in range(first, last):
+            until = log.segments[row + 1, T] if row + 1 < last else states[i, T]
             # From the number of the step, not from a running sum: no error adds up.
             number = ceil(log.segments[row, T] / step - phases[i])
             time = (max(number, 0.0) + phases[i]) * step
@@ -118,4 +101,4 @@ def occupy_many(
                 board, log.segments, row, time, until, step, left, top, cells, counts,
                 series, sample,
             )  # fmt: skip
-    return len(xs)
+        first = last

@@ -42,7 +42,19 @@ from engine.kernels.layout import (
     Y,
     cell_of,
 )
-from engine.kernels.log import OMEGA, PX, PY, THETA, VX, VY, Log, T, note_event, note_segment
+from engine.kernels.log import (
+    EVENTS,
+    OMEGA,
+    PX,
+    PY,
+    THETA,
+    VX,
+    VY,
+    Log,
+    T,
+    note_event,
+    note_segment,
+)
 from engine.kernels.series import Series, value
 from engine.kernels.surface import curvature, friction_of, touch
 
@@ -215,7 +227,7 @@ def ride(
     side: float,
     grips: bool,
     max_time: float,
-    max_events: int,
+    event_limit: int,
     log: Log,
 ) -> tuple[int, int, float, int, float]:
     """Move a ball that lies on `item` until its contact phase ends.
@@ -228,7 +240,7 @@ def ride(
     skip = 1 if grips else 0
     slip_sign = 0.0
     while True:
-        if log.counts[0] >= max_events:
+        if log.counts[EVENTS] >= event_limit:
             return OUT_OF_EVENTS, item, side, item, side
         if not state[T] <= max_time:
             return OUT_OF_TIME, item, side, item, side

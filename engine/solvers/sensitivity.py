@@ -7,6 +7,7 @@ cannot. Both are first-order: they say nothing once the error is as large as a b
 """
 
 from math import copysign, sqrt
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -72,6 +73,29 @@ TANGENTS = 2
 
 ROUNDING = 2.220446049250313e-16
 """Relative rounding of an event, 2^-52: two results that are each off by half a unit."""
+
+
+class Space(NamedTuple):
+    """Work space for one drop."""
+
+    series: Series
+    variation: Series
+    tangents: Array  # (TANGENTS, TANGENT_SIZE)
+    rates: Array  # (TANGENT_SIZE,)
+    delays: Array  # (TANGENTS,)
+    state: Array  # (STATE_SIZE,)
+
+
+def new_space() -> Space:
+    """Work space full of zeros, where the tangents and delays begin."""
+    return Space(
+        new_series(),
+        np.zeros((VARIATION_ROWS, ORDER + 1)),
+        np.zeros((TANGENTS, TANGENT_SIZE)),
+        np.zeros(TANGENT_SIZE),
+        np.zeros(TANGENTS),
+        np.zeros(STATE_SIZE),
+    )
 
 
 @inner_kernel
@@ -208,27 +232,23 @@ def sensitivity(
     marks: npt.NDArray[np.int32],
     end: Array,
     start_rounding: float,
+    space: Space,
     out: Array,
 ) -> None:
     """How far the place of each event moves, into `out`, shape (events, 2).
 
     The first column is per metre that the start moves in x, the second the estimated error in m of
-    the place, which at the start is `start_rounding`.
+    the place, which at the start is `start_rounding`. `space` comes fresh from `new_space`.
     """
-    series = new_series()
-    variation = np.zeros((VARIATION_ROWS, ORDER + 1))
-    tangents = np.zeros((TANGENTS, TANGENT_SIZE))
+    series, variation, tangents, rates, delays, state = space
     tangents[PATH, DX] = 1.0
     tangents[ERROR, DX] = start_rounding
-    rates = np.zeros(TANGENT_SIZE)
-    delays = np.zeros(TANGENTS)
-    state = np.zeros(STATE_SIZE)
-    total = marks.shape[0]
+    total = len(marks)
     at = 0
     left = -1
-    for k in range(segments.shape[0]):
+    for k in range(len(segments)):
         segment = segments[k]
-        last = k + 1 == segments.shape[0]
+        last = k + 1 == len(segments)
         following = segment if last else segments[k + 1]
         flying = segment[ITEM] < 0.0
         # From the state at the last event to the state at the time of the segment's start.

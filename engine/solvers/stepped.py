@@ -27,6 +27,7 @@ from engine.kernels.log import (
     VY,
     Log,
     T,
+    end_ball,
     note_segment,
 )
 from engine.kernels.surface import friction_of, restitution_of, touch
@@ -52,6 +53,9 @@ for the next substep, so it cannot be pushed through."""
 RESTING = 1.0e-9
 """A ball rests below this part of the speed gravity adds in a substep. A frictionless slope of so
 many radians would make it move as fast; the jitter of a ball in a notch is 1e-11 of that speed."""
+
+ENDLESS = 1 << 62
+"""Substeps, or events: more than there ever are."""
 
 
 @lean_kernel
@@ -234,41 +238,46 @@ def step_on(
 
 
 @kernel
-def step_crowd(
+def step_many(
     board: Layout,
     states: State,
     steps: npt.NDArray[np.int64],
-    substeps: int,
+    most_steps: int,
     h: float,
     correction: float,
+    max_events: int,
+    before: State,
     log: Log,
-    log_ends: npt.NDArray[np.int64],
-    outcomes: npt.NDArray[np.int64],
-    bins: npt.NDArray[np.int64],
+    outcomes: npt.NDArray[np.int8],
+    bins: npt.NDArray[np.int32],
+    impacts: npt.NDArray[np.int32],
 ) -> None:
-    """Advance balls that do not touch each other by one frame of `substeps` substeps.
+    """Advance each ball, not touching the others, by up to `most_steps` substeps or to its end.
 
-    states (n, 7) and steps (n,), the substeps each ball has behind it, are changed in place. Ball
-    i's events end at row log_ends[i] of the log; outcomes[i] is FLYING or how its drop ended, and
-    bins[i] where.
+    states (n, 7) and steps (n,), the substeps each ball has behind it, are changed in place.
+    Writes down how each drop ended, FLYING if it has not, its bin, -1 if it did not land, and its
+    impacts in these steps, all of shape (n,). `before` is work space, shape (7,).
     """
     decay, gain, _ = basis(board.drag, h)
-    before = np.zeros(STATE_SIZE)
-    for i in range(states.shape[0]):
-        outcomes[i] = FLYING
-        bins[i] = -1
-        for _ in range(substeps):
-            outcome = step_on(board, states[i], before, steps[i], h, decay, gain, correction, log)
-            steps[i] += 1
-            if outcome != FLYING:
-                outcomes[i] = outcome
-                if outcome == LANDED:
-                    bins[i] = land(board, states[i], log)
-                break
-        log_ends[i] = log.counts[EVENTS]
+    for i in range(len(states)):
+        state = states[i]
+        event_limit = log.counts[EVENTS] + max_events
+        impacts_before = log.counts[IMPACTS]
+        step = steps[i]
+        last = step + most_steps
+        outcome = FLYING
+        while outcome == FLYING and step < last:
+            outcome = step_on(board, state, before, step, h, decay, gain, correction, log)
+            if outcome == FLYING and log.counts[EVENTS] >= event_limit:
+                outcome = EVENT_LIMIT
+            step += 1
+        steps[i] = step
+        bins[i] = land(board, state, log) if outcome == LANDED else -1
+        outcomes[i] = outcome
+        impacts[i] = log.counts[IMPACTS] - impacts_before
+        end_ball(log, i)
 
 
-@kernel
 def trace_stepped_many(
     board: Layout,
     states: State,
@@ -280,28 +289,12 @@ def trace_stepped_many(
     bins: npt.NDArray[np.int32],
     impacts: npt.NDArray[np.int32],
 ) -> None:
-    """Follow each ball from its row of `states` (at time 0; changed in place) until it ends.
-
-    Writes down how each drop ended, its bin, -1 if it did not land, and its number of impacts, all
-    of shape (n,). The log is begun anew for each ball.
-    """
-    decay, gain, _ = basis(board.drag, h)
-    before = np.zeros(STATE_SIZE)
-    for i in range(states.shape[0]):
-        state = states[i]
-        log.counts[:] = 0
-        bins[i] = -1
-        steps = 0
-        outcome = FLYING
-        while outcome == FLYING:
-            outcome = step_on(board, state, before, steps, h, decay, gain, correction, log)
-            if outcome == FLYING and log.counts[EVENTS] >= max_events:
-                outcome = EVENT_LIMIT
-            steps += 1
-        if outcome == LANDED:
-            bins[i] = land(board, state, log)
-        outcomes[i] = outcome
-        impacts[i] = log.counts[IMPACTS]
+    """`step_many` of balls at their start, shape (n, 7), to their ends."""
+    steps = np.zeros(len(states), np.int64)
+    step_many(
+        board, states, steps, ENDLESS, h, correction, max_events, np.empty(STATE_SIZE), log,
+        outcomes, bins, impacts,
+    )  # fmt: skip
 
 
 def trace_stepped(

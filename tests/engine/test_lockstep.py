@@ -15,6 +15,7 @@ from engine import Board, drop_many
 from engine.board_parts import Peg
 from engine.cells import cells_of
 from engine.compiled import layout_of
+from engine.kernels.contact import new_series
 from engine.kernels.layout import Layout
 from engine.kernels.log import PX, PY, STATE_SIZE, T, new_log
 from engine.solvers.exact import trace_many
@@ -58,7 +59,8 @@ def alone(
     states = np.zeros((len(xs), STATE_SIZE))
     states[:, PX] = xs
     states[:, PY] = y
-    trace_many(layout, states, events, time, new_log(0, 0), outcomes, bins, impacts)
+    series, log = new_series(), new_log(0, 0)
+    trace_many(layout, states, events, time, series, log, outcomes, bins, impacts)
     return [bins, states[:, T], states[:, PX], impacts, outcomes]
 
 

@@ -97,12 +97,17 @@ def test_all_time_is_counted_on_a_grid_that_holds_the_board() -> None:
     assert found.seconds.sum() == pytest.approx(found.duration / 300, rel=1e-3)
 
 
-def test_a_drop_too_long_for_the_log_is_followed_all_the_same(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize("room", [3, 400])
+def test_drops_too_long_for_the_log_are_followed_all_the_same(
+    room: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """One drop has more than 3 segments; 128 have more than 400, and some part of them has not."""
     whole = occupancy(BOARD, range(150), **GRID)
-    monkeypatch.setattr(MODULE, "_SEGMENTS", 3)
-    assert (occupancy(BOARD, range(150), **GRID).counts == whole.counts).all()
+    monkeypatch.setattr(MODULE, "_SEGMENTS", room)
+    parts = occupancy(BOARD, range(150), **GRID)
+    assert (parts.counts == whole.counts).all()
+    assert (parts.histogram == whole.histogram).all()
+    assert parts.duration == whole.duration
 
 
 def test_nothing_outside_of_the_grid_is_counted() -> None:

@@ -290,7 +290,10 @@ def test_a_ball_in_a_notch_does_not_land_and_ends() -> None:
 
 
 def test_a_ball_far_out_has_escaped() -> None:
-    assert follow_from(place(), thrown(1e12, 0.0, 0.0, 0.0), Stepped()).outcome == ESCAPED
+    path = follow_from(place(), thrown(1e12, 0.0, 0.0, 0.0), Stepped())
+    assert path.outcome == ESCAPED
+    assert len(path.segments) == 0
+    assert path.states_at(np.array([0.0, 5.0]))[:, 1].tolist() == [1e12, 1e12]
 
 
 def test_impacts_are_told_in_order_and_end_with_the_landing() -> None:
