@@ -30,18 +30,15 @@ from dataclasses import replace
 from engine import Board, World, drop, drop_many, occupancy
 board = Board.preset("triangle-16")
 plain = replace(board, drag=0.0, ball=replace(board.ball, friction=0.0))
-one = drop(board, 1)
-one.states([0.5])
-one.certain
-for each in (board, plain):
-    drop_many(each, range(2))
-world = World(board)
-world.add(1)
-world.step()
-print(time.perf_counter() - start)
-drop(board, 1, solver="stepped").states([0.5])
-drop_many(board, range(2), solver="stepped")
-print(time.perf_counter() - start)
+drop(board, 1).certain
+drop_many(plain, range(2))
+for solver in ("exact", "stepped"):
+    drop(board, 1, solver=solver).states([0.5])
+    drop_many(board, range(2), solver=solver)
+    world = World(board, solver=solver)
+    world.add(1)
+    world.step()
+    print(time.perf_counter() - start)
 occupancy(board, range(2), left=-1.0, top=0.0, cells_per_metre=8.0, shape=(16, 16))
 print(time.perf_counter() - start)
 """
@@ -282,7 +279,8 @@ def _starts(section: Section, settings: Settings) -> None:
                 "Whole processes, from start to exit, but for the first three rows: from the first "
                 "import. The exact solver: single drops, where they are in between and how sure "
                 "they are, batches with and without drag and friction, live worlds. The stepped "
-                "one: single drops and batches. Balls that touch are not in it."
+                "one: single drops, where they are in between, batches, live worlds. Balls that "
+                "touch are not in it."
             ],
         )
     )
