@@ -1,5 +1,6 @@
 """The command line: what it prints is what the engine computes, and bad input is one line."""
 
+import gc
 import json
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ import pytest
 from PIL import Image
 
 from app.cli import main
+from app.cli.common import garbage_waits
 from engine import Board, drop, drop_many, preset_names
 from engine.calibrate import UNSEEN, fit_of
 from engine.presets import TUNING, Tuning
@@ -406,3 +408,13 @@ def test_every_setting_is_a_flag_of_serve(plinko: Terminal) -> None:
 
     out = plinko.run("serve", "--help")
     assert all(f"  {row.flag} " in out for row in options())
+
+
+def test_garbage_waits_while_a_short_command_runs_and_no_longer(plinko: Terminal) -> None:
+    assert gc.isenabled()
+    assert garbage_waits(gc.isenabled)() is False
+    assert gc.isenabled()
+    plinko.run("drop", "triangle-8", "--seed", 1)
+    assert gc.isenabled()
+    assert plinko.try_run("drop", "triangle-8", "--seed", -1)[0] == 2
+    assert gc.isenabled()
