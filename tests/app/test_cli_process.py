@@ -50,6 +50,18 @@ def test_an_error_is_exit_code_2_without_a_traceback() -> None:
     assert done.stderr.count(b"\n") == 1
 
 
+def test_a_process_ends_without_a_look_for_garbage_through_all_it_has() -> None:
+    code = (
+        "import atexit, gc\n"
+        "atexit.register(lambda: print(gc.get_freeze_count(), len(gc.get_objects())))\n"
+        "from app.cli import main\n"
+        "main(['drop', 'triangle-8', '--seed', '1'])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+    frozen, looked_at = done.stdout.splitlines()[-1].split()
+    assert int(frozen) > 100 * int(looked_at)
+
+
 def test_a_record_goes_from_drop_to_verify_through_a_pipe() -> None:
     record = run("drop", "triangle-8", "--seed", "11", "--json").stdout
     assert run("verify", "-", stdin=record).returncode == 0
