@@ -13,6 +13,17 @@ _OPERATORS = frozenset(each for each in vars(operator).values() if callable(each
 _PLAIN = (types.Number, types.Boolean, types.Array)
 _hash_of: Any = Flags.__hash__
 
+_IDLE_PASSES = frozenset(
+    {
+        "WithLifting", "InlineClosureLikes", "MakeFunctionToJitFunction",  # with, closures
+        "RewriteDynamicRaises",  # exceptions
+        "InlineInlinables", "InlineOverloads",  # functions that numba is told to copy; LLVM does
+        "FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass",  # literally
+        "AnnotateTypes", "DumpParforDiagnostics",  # reports that nobody reads
+    }
+)  # fmt: skip
+"""Numba's passes over a function for what no kernel has. One that had it would fail to compile."""
+
 
 class _Options(Flags):
     """The options that a function is compiled with, which know at once whether they are equal.
@@ -68,11 +79,21 @@ def _is_plain(function: Any, args: tuple[Any, ...]) -> bool:
 
 
 class KernelCompiler(Compiler):
-    """Numba's compiler with options and types as above, and with no search for garbage meanwhile.
+    """Numba's compiler with options and types as above, without passes that find nothing to do.
 
-    What it makes is kept until the function is done, or for good: to look through all of it again
-    and again is another twentieth of the time. Other threads' garbage waits, too.
+    Nor does it look for garbage meanwhile: what it makes is kept until the function is done, or for
+    good, and to look through all of it again and again is another twentieth of the time. Other
+    threads' garbage waits, too.
     """
+
+    def define_pipelines(self) -> list[Any]:
+        """Numba's, but for the idle passes."""
+        define: Any = super().define_pipelines
+        pipelines: list[Any] = define()
+        for each in pipelines:
+            each.passes = [one for one in each.passes if one[0].__name__ not in _IDLE_PASSES]
+            each.finalize()
+        return pipelines
 
     def compile_extra(self, function: Callable[..., object]) -> Any:
         """Compile `function`, and what it calls inside of this."""

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numba import njit, types
+from numba import literal_unroll, njit, types
+from numba.core import compiler as numba_compiler
 from numba.core.compiler import Compiler, Flags
-from numba.core.errors import TypingError
+from numba.core.errors import NumbaError, TypingError
 from numba.core.registry import cpu_target
 
 from engine.kernels import compiler, jit
@@ -132,3 +133,29 @@ def test_an_inner_kernel_makes_no_arrays_even_where_a_kernel_did() -> None:
 
     with pytest.raises(TypingError, match="zeros"):
         compiled(outside)(3)
+
+
+def test_what_an_idle_pass_would_do_is_refused() -> None:
+    """A kernel with a closure, or different types in a loop, fails: it means nothing else."""
+
+    def closed(values: Any) -> float:
+        def twice(x: float) -> float:
+            return 2.0 * x
+
+        return twice(values[0])
+
+    def listed(values: Any) -> float:
+        total = 0.0
+        for each in literal_unroll((1, 2.0)):
+            total += each * values[0]
+        return total
+
+    for function in (closed, listed):
+        with pytest.raises(NumbaError):
+            compiled(function)(np.ones(1))
+
+
+def test_the_idle_passes_are_numbas() -> None:
+    """Under another name they would run again, unnoticed."""
+    passes = {name for name in vars(numba_compiler) if name in compiler._IDLE_PASSES}
+    assert passes == compiler._IDLE_PASSES
