@@ -118,8 +118,7 @@ def count(board_json: str, drops: int) -> dict[str, float]:
     impacts = np.zeros(drops, np.int32)
     exact.trace_many(
         layout, counting(states), outcome.MAX_EVENTS, outcome.MAX_TIME, contact.new_series(),
-        log.new_log(0, 0),
-        np.zeros(drops, np.int8), np.zeros(drops, np.int32), impacts,
+        log.new_log(0, 0), np.zeros(drops, np.int8), np.zeros(drops, np.int32), impacts,
     )  # fmt: skip
     return {kind: COUNTS[kind] / int(impacts.sum()) for kind in KINDS}
 

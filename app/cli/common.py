@@ -1,11 +1,11 @@
 """What the subcommands share: the BOARD argument, the options of a drop, and how they are read."""
 
-import functools
 import gc
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -20,23 +20,19 @@ Options = dict[str, Any]
 """Keyword arguments of `engine.drop` and `engine.drop_many` that choose the solver."""
 
 
-def garbage_waits(command: Command) -> Command:
-    """Look for no garbage while a command runs that takes a second: it would take a tenth of it.
+@contextmanager
+def garbage_waits() -> Iterator[None]:
+    """Look for no garbage meanwhile: what the start of a program makes stays.
 
-    Most of that second goes into starting, and what is made there stays.
+    Also a decorator. The engine's compiler does the same for itself, but to import it is the start.
     """
-
-    @functools.wraps(command)
-    def run(*args: Any, **options: Any) -> Any:
-        collects = gc.isenabled()
-        gc.disable()
-        try:
-            return command(*args, **options)
-        finally:
-            if collects:
-                gc.enable()
-
-    return cast("Command", run)
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 def board_argument(command: Command) -> Command:

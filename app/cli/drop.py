@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 @common.solver_options
 @click.option("--certainty", is_flag=True, help="Say how sure the bin is.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole record as one JSON object.")
-@common.garbage_waits
+@common.garbage_waits()
 def command(
     board: str,
     seed: str,

@@ -412,7 +412,7 @@ def test_every_setting_is_a_flag_of_serve(plinko: Terminal) -> None:
 
 def test_garbage_waits_while_a_short_command_runs_and_no_longer(plinko: Terminal) -> None:
     assert gc.isenabled()
-    assert garbage_waits(gc.isenabled)() is False
+    assert garbage_waits()(gc.isenabled)() is False
     assert gc.isenabled()
     plinko.run("drop", "triangle-8", "--seed", 1)
     assert gc.isenabled()

@@ -19,13 +19,10 @@ from engine.kernels import compiler, jit
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 
 
-def compiled(function: Callable[..., Any], **rules: Any) -> Any:
+def compiled(function: Callable[..., Any]) -> Any:
     """`function` as a kernel, but compiled in this process whatever is on disk."""
     make: Any = njit
-    return make(function, pipeline_class=compiler.KernelCompiler, **(jit._RULES | rules))
-
-
-numba_options: Any = Flags
+    return make(function, pipeline_class=compiler.KernelCompiler, **jit._RULES)
 
 
 def mean_square(values: Any, count: int) -> float:
@@ -37,12 +34,11 @@ def mean_square(values: Any, count: int) -> float:
 
 @pytest.fixture
 def collecting() -> Iterator[None]:
-    """The search for garbage, as it was found after the test."""
+    """The search for garbage is on, and after the test as it was found."""
     was = gc.isenabled()
     gc.enable()
     yield
-    if not was:
-        gc.disable()
+    (gc.enable if was else gc.disable)()
 
 
 def test_what_is_remembered_of_operators_is_what_numba_says(
@@ -80,6 +76,7 @@ def test_what_has_no_meaning_is_refused_every_time() -> None:
 
 def test_options_are_equal_if_the_same_has_been_set() -> None:
     options: Any = compiler._Options
+    numba_options: Any = Flags
     given = numba_options()
     given.release_gil = True
     one, same, other = options(given), options(given), options(given)
