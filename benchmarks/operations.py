@@ -101,14 +101,12 @@ def count(board_json: str, drops: int) -> dict[str, float]:
     from engine.compiled import layout_of
     from engine.kernels import contact, log
     from engine.seeding import start_xs
-    from engine.solvers import exact, outcome
+    from engine.solvers import entry, exact, outcome
 
     board = Board.from_json(board_json)
     layout = counting(layout_of(board))
-    states = np.zeros((drops, log.STATE_SIZE))
     seeds = np.arange(drops, dtype=np.uint64)
-    states[:, log.PX] = start_xs(seeds, board.drop.x, board.drop.jitter)
-    states[:, log.PY] = board.drop.y
+    states = entry.at_rest(start_xs(seeds, board.drop.x, board.drop.jitter), board.drop.y)
     for name, module in list(sys.modules.items()):
         if name.startswith(("engine.kernels", "engine.solvers")):
             for attribute, replacement in (("sqrt", counting_root), ("np", _CountingNumpy(np))):
@@ -117,8 +115,9 @@ def count(board_json: str, drops: int) -> dict[str, float]:
     COUNTS.clear()
     impacts = np.zeros(drops, np.int32)
     exact.trace_many(
-        layout, counting(states), outcome.MAX_EVENTS, outcome.MAX_TIME, contact.new_series(),
-        log.new_log(0, 0), np.zeros(drops, np.int8), np.zeros(drops, np.int32), impacts,
+        layout, counting(states), entry.in_flight(drops), outcome.MAX_EVENTS, outcome.MAX_TIME,
+        contact.new_series(), log.new_log(0, 0), np.zeros(drops, np.int8),
+        np.zeros(drops, np.int32), impacts,
     )  # fmt: skip
     return {kind: COUNTS[kind] / int(impacts.sum()) for kind in KINDS}
 

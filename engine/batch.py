@@ -14,7 +14,7 @@ from engine.drop import drop, start_of
 from engine.errors import ParameterError, SeedError
 from engine.kernels.contact import new_series
 from engine.kernels.layout import Layout
-from engine.kernels.log import PX, PY, STATE_SIZE, T, new_log
+from engine.kernels.log import PX, T, new_log
 from engine.parameters import (
     DEFAULT_CORRECTION,
     DEFAULT_DT,
@@ -26,6 +26,7 @@ from engine.parameters import (
 )
 from engine.seeding import SEED_LIMIT, parse_seed, start_xs
 from engine.sharing import share, thread_count
+from engine.solvers.entry import Ints, at_rest, in_flight
 from engine.solvers.exact import trace_many
 from engine.solvers.lockstep import has_only_bounces, trace_bounces
 from engine.solvers.outcome import LANDED, MAX_EVENTS, MAX_TIME, Results
@@ -191,27 +192,27 @@ def _run_part(batch: DropBatch, layout: Layout, part: slice, results: Results) -
     some = results.at(part)
     if isinstance(batch.solver, Exact) and has_only_bounces(layout):
         rest = trace_bounces(layout, xs, y, MAX_EVENTS, MAX_TIME, some)
-        if len(rest):
-            traced = some.at(rest)
-            _trace(layout, batch.solver, xs[rest], y, traced)
-            some.put(rest, traced)
+        if len(rest.drops):
+            traced = some.at(rest.drops)
+            _trace(layout, batch.solver, rest.states, rest.entries, traced)
+            some.put(rest.drops, traced)
     else:
-        _trace(layout, batch.solver, xs, y, some)
+        _trace(layout, batch.solver, at_rest(xs, y), in_flight(len(xs)), some)
     return len(xs)
 
 
-def _trace(layout: Layout, solver: Solver, xs: Floats, y: float, results: Results) -> None:
-    """Drop a ball at rest from each (xs[i], y), in m, one after the other; shape (n,)."""
+def _trace(layout: Layout, solver: Solver, states: Floats, entries: Ints, results: Results) -> None:
+    """Follow the balls one after the other to their ends; the stepped solver's from their start."""
     bins, durations, x_ends, impacts, outcomes = results
-    states = np.zeros((len(xs), STATE_SIZE))
-    states[:, PX] = xs
-    states[:, PY] = y
     log = new_log(0, 0)
     if isinstance(solver, Stepped):
         trace_stepped_many(
             layout, states, solver.h, solver.correction, MAX_EVENTS, log, outcomes, bins, impacts
         )
     else:
-        trace_many(layout, states, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins, impacts)
+        trace_many(
+            layout, states, entries, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins,
+            impacts,
+        )  # fmt: skip
     durations[:] = states[:, T]
     x_ends[:] = states[:, PX]

@@ -32,8 +32,8 @@ class Cells(NamedTuple):
     members: Indices
 
 
-def cells_of(items: Floats, radius: float, travel: float, cells_per_metre: float) -> Cells:
-    """A grid whose cells list each surface that a ball in them can touch within `travel`, in m.
+def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float) -> Cells:
+    """A grid whose cells list each surface that a ball in them can touch within `reach`, in m.
 
     items: the layout's, shape (n, ITEM_COLUMNS). cells_per_metre: how fine the grid should be.
     """
@@ -41,7 +41,7 @@ def cells_of(items: Floats, radius: float, travel: float, cells_per_metre: float
     if not listed:
         nothing = np.zeros(0, np.uint32)
         return Cells(0.0, 0.0, cells_per_metre, 0, 0, np.zeros(2, np.uint32), nothing)
-    areas = [_Area.of(items[i], radius, travel) for i in listed]
+    areas = [_Area.of(items[i], radius, reach) for i in listed]
     left, top = (min(area.low[axis] for area in areas) for axis in (0, 1))
     width = max(area.high[0] for area in areas) - left
     height = max(area.high[1] for area in areas) - top
@@ -68,14 +68,14 @@ class _Area(NamedTuple):
     reach: float
 
     @classmethod
-    def of(cls, row: Floats, radius: float, travel: float) -> "_Area":
+    def of(cls, row: Floats, radius: float, reach: float) -> "_Area":
         # Rounding of what follows must not lose a cell that just touches.
         wider = 1.0 + 1e-9
         x, y, distance = row[[X, Y, DISTANCE]].tolist()
         if distance > 0.0:
-            return cls(x, y, 1.0, 0.0, 0.0, wider * (distance + travel))
+            return cls(x, y, 1.0, 0.0, 0.0, wider * (distance + reach))
         tx, ty, length = row[[TX, TY, LENGTH]].tolist()
-        return cls(x, y, tx, ty, length, wider * (radius + travel))
+        return cls(x, y, tx, ty, length, wider * (radius + reach))
 
     @property
     def low(self) -> tuple[float, float]:

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from engine.board import Board
 from engine.cells import cells_of
+from engine.kernels.flight import HALF_WAY
 from engine.kernels.layout import (
     DISTANCE,
     DISTANCE2,
@@ -28,9 +29,9 @@ from engine.kernels.layout import (
 )
 from engine.materials import combine
 
-# Cells and travel per mean peg spacing. Coarser cells make longer candidate lists, shorter travel
-# more search windows; the product of both is flat around these values.
-_CELLS_PER_PITCH = 4.0
+# Cells and travel per mean peg spacing. Coarser cells make longer candidate lists, finer ones fill
+# the cache; shorter travel makes more search windows. The time of a drop is flat around these.
+_CELLS_PER_PITCH = 8.0
 _TRAVEL_PER_PITCH = 0.35
 _CELLS_PER_WALL = 500.0  # along a wall at most: its box of cells stays small however long it is
 
@@ -42,7 +43,7 @@ def layout_of(board: Board) -> Layout:
     pitch = _pitch(board)
     travel = _TRAVEL_PER_PITCH * pitch
     fine = min(_CELLS_PER_PITCH / pitch, _CELLS_PER_WALL / _longest_wall(board))
-    cells = cells_of(items, board.ball.radius, travel, fine)
+    cells = cells_of(items, board.ball.radius, HALF_WAY * travel, fine)
     pegs = combine(board.ball.material, board.peg_material)
     walls = combine(board.ball.material, board.wall_material)
     return Layout(

@@ -12,10 +12,11 @@ from engine.board import Board
 from engine.compiled import layout_of
 from engine.errors import ParameterError
 from engine.kernels.contact import new_series
-from engine.kernels.log import PX, PY, SEGMENTS, STATE_SIZE, Log, T, new_log
+from engine.kernels.log import SEGMENTS, STATE_SIZE, Log, T, new_log
 from engine.parameters import number
 from engine.seeding import start_xs
 from engine.sharing import share, thread_count
+from engine.solvers.entry import at_rest, in_flight
 from engine.solvers.exact import trace_many
 from engine.solvers.occupancy import occupy
 from engine.solvers.outcome import MAX_EVENTS, MAX_TIME
@@ -133,13 +134,11 @@ class _Work:
         """Trace drops and count where they are, in parts if they do not fit into the log."""
         layout = layout_of(self._board)
         series = new_series()
-        states = np.zeros((last - first, STATE_SIZE))
-        states[:, PX] = self._starts[first:last]
-        states[:, PY] = self._board.drop.y
+        states = at_rest(self._starts[first:last], self._board.drop.y)
         outcomes, impacts = np.empty(last - first, np.int8), np.empty(last - first, np.int32)
         trace_many(
-            layout, states, MAX_EVENTS, MAX_TIME, series, log, outcomes, self.bins[first:last],
-            impacts,
+            layout, states, in_flight(len(states)), MAX_EVENTS, MAX_TIME, series, log, outcomes,
+            self.bins[first:last], impacts,
         )  # fmt: skip
         needed = int(log.counts[SEGMENTS])
         if needed <= len(log.segments):

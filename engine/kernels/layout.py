@@ -41,7 +41,7 @@ class Layout(NamedTuple):
     members: npt.NDArray[np.uint32]  # (m,): item numbers, ascending within a cell
     centres: npt.NDArray[np.float64]  # (n, 3): each item's x, y, D^2; a line has D^2 = 0
     peg_count: int
-    travel: float  # m; a cell lists all a ball can touch while it moves this far from it
+    travel: float  # m; the cell midway between a way's ends lists all it touches, if no longer
     fall: float  # s; from rest a ball falls the travel in it; 1 without gravity
     gravity: float
     drag: float

@@ -22,6 +22,7 @@ from engine.kernels.log import (
 from engine.kernels.series import Series
 from engine.kernels.surface import is_wedged, touch
 from engine.solvers import flying, riding
+from engine.solvers.entry import IMPACTS_BEFORE, MET, MET_SIDE, NONE, Ints, in_flight
 from engine.solvers.landing import land
 from engine.solvers.outcome import (
     BALANCED,
@@ -51,6 +52,7 @@ def _comes_to_rest(
 def trace_many(
     board: Layout,
     states: State,
+    entries: Ints,
     max_events: int,
     max_time: float,
     series: Series,
@@ -61,18 +63,20 @@ def trace_many(
 ) -> None:
     """Follow each ball from its row of `states` (T, PX, … OMEGA; changed in place) until it ends.
 
-    Writes down how each drop ended, its bin, -1 if it did not land, and its number of impacts, all
-    of shape (n,). `series` is work space. One function for one ball and for many: the machine code
-    of all of a drop is then made once.
+    entries, shape (n, ENTRY_SIZE), says where in its drop the ball is by then; nothing but impacts
+    may have gone before. Writes down how each drop ended, its bin, -1 if it did not land, and its
+    number of impacts, all of shape (n,). `series` is work space. One function for one ball and for
+    many: the machine code of all of a drop is then made once.
     """
     for i in range(len(states)):
         state = states[i]
-        event_limit = log.counts[EVENTS] + max_events
-        impacts_before = log.counts[IMPACTS]
-        item = -1
-        side = 0.0
+        before = entries[i, IMPACTS_BEFORE]
+        event_limit = log.counts[EVENTS] + max_events - before
+        impacts_before = log.counts[IMPACTS] - before
+        item = int(entries[i, MET])
+        side = float(entries[i, MET_SIDE])
         how = flying.FREE
-        touching = False
+        touching = item != NONE
         outcome = FLYING
         bins[i] = -1
         while outcome == FLYING:
@@ -147,5 +151,6 @@ def trace(
     states = state.reshape(1, STATE_SIZE)
     impacts = np.zeros(1, np.int32)
     series = new_series()
-    trace_many(board, states, max_events, max_time, series, log, outcome, where, impacts)
+    entries = in_flight(1)
+    trace_many(board, states, entries, max_events, max_time, series, log, outcome, where, impacts)
     return int(outcome[0]), int(where[0])

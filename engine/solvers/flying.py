@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_PEG, KIND_WALL
-from engine.kernels.flight import SERIES_LIMIT, basis, short_basis
+from engine.kernels.flight import SERIES_LIMIT, basis, half_chord, short_basis
 from engine.kernels.impact_time import (
     NO_HIT,
     SIXTH,
@@ -247,7 +247,7 @@ def next_hit(
     """Flight from a state to whatever it meets first: duration, surface (or code) and side.
 
     The arguments up to bins_y are those of the layout. The flight is searched window by window; in
-    each the ball moves at most `travel`, so that the cell of the window's start lists all it can
+    each the ball moves at most `travel`, so that the cell midway between its ends lists all it can
     touch. At equal times the lower surface number counts, and a surface before the bins.
     """
     ax0 = -k * vx0
@@ -257,9 +257,6 @@ def next_hit(
     rise = travel / fall + 0.5 * fall * length_bound(ax0, ay0)
     start = 0.0
     for _ in range(MAX_WINDOWS):
-        cell = cell_at(x, y, left, top, cells_per_metre, columns, rows)
-        if cell < 0:
-            return start, NOWHERE, 0.0
         vv = vx * vx + vy * vy
         va = vx * ax + vy * ay
         aa = ax * ax + ay * ay
@@ -268,6 +265,13 @@ def next_hit(
         horizon = 2.0 * travel / (speed + length_bound(speed, rise))
         if k * horizon > SERIES_LIMIT:
             horizon = SERIES_LIMIT / k
+        phi, psi = half_chord(k, horizon)
+        cell = cell_at(
+            x + vx * phi + ax * psi, y + vy * phi + ay * psi,
+            left, top, cells_per_metre, columns, rows,
+        )  # fmt: skip
+        if cell < 0:
+            return start, NOWHERE, 0.0
         best = horizon
         item = NOWHERE
         side = 0.0

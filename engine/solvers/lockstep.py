@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from engine.kernels.jit import kernel, lean_kernel
 from engine.kernels.layout import Layout, bin_of
+from engine.kernels.log import PX, PY, STATE_SIZE, VX, VY, T
+from engine.solvers.entry import ENTRY_SIZE, IMPACTS_BEFORE, MET, MET_SIDE, NONE
 from engine.solvers.flying import BINS, length_bound, rebound, stays_on
 from engine.solvers.outcome import LANDED, Results
 from engine.solvers.row import (
@@ -62,16 +63,18 @@ def _arrive(w: Floats, i: int, gravity: float) -> None:
 
 
 @lean_kernel
-def _bounce(
+def _bounces(
     w: Floats, m: Ints, i: int, items: Floats, radius: float, gravity: float, restitution: float
-) -> None:
-    """Impact of ball i on what it has met; odd if it then stays on it."""
+) -> bool:
+    """Impact of ball i on what it has met. False, and nothing done, if it would then stay on it."""
     item = m[ITEM + i]
     side = w[HIT_SIDE + i]
     x, y, vx, vy, _, nx, ny, _ = rebound(
         items, item, side, w[X0 + i], w[Y0 + i], w[VX0 + i], w[VY0 + i], 0.0, radius,
         restitution, 0.0,
     )  # fmt: skip
+    if stays_on(items, item, vx, vy, nx, ny, gravity):
+        return False
     w[X0 + i] = x
     w[Y0 + i] = y
     w[VX0 + i] = vx
@@ -80,8 +83,44 @@ def _bounce(
     m[HELD + i] = item
     m[IMPACT_COUNT + i] += 1
     m[WINDOWS + i] = 0
-    if stays_on(items, item, vx, vy, nx, ny, gravity):
-        m[ODD + i] = 1
+    return True
+
+
+class LeftOver(NamedTuple):
+    """Drops to which more happens than bounces: n of them, each for `trace_many` to go on with."""
+
+    drops: Ints  # (n,): their numbers
+    states: Floats  # (n, STATE_SIZE)
+    entries: Ints  # (n, ENTRY_SIZE)
+
+    def first(self, count: int) -> "LeftOver":
+        """The first so many of them."""
+        return LeftOver(self.drops[:count], self.states[:count], self.entries[:count])
+
+
+@lean_kernel
+def _leave(
+    w: Floats, m: Ints, i: int, x: float, y: float, stays: bool, row: int, numbers: Ints,
+    states: Floats, entries: Ints,
+) -> None:  # fmt: skip
+    """Ball i is left over: at the impact after which it stays, or at its start (x, y)."""
+    numbers[row] = m[DROP + i]
+    for column in range(STATE_SIZE):
+        states[row, column] = 0.0
+    states[row, PX] = x
+    states[row, PY] = y
+    entries[row, MET] = NONE
+    entries[row, MET_SIDE] = 0
+    entries[row, IMPACTS_BEFORE] = 0
+    if stays:
+        states[row, T] = w[T0 + i]
+        states[row, PX] = w[X0 + i]
+        states[row, PY] = w[Y0 + i]
+        states[row, VX] = w[VX0 + i]
+        states[row, VY] = w[VY0 + i]
+        entries[row, MET] = m[ITEM + i]
+        entries[row, MET_SIDE] = int(w[HIT_SIDE + i])
+        entries[row, IMPACTS_BEFORE] = m[IMPACT_COUNT + i]
 
 
 class _Space(NamedTuple):
@@ -125,14 +164,12 @@ def _trace_row(
     max_time: float,
     space: _Space,
     results: Results,
-    left_over: npt.NDArray[np.int64],
+    left_over: LeftOver,
 ) -> int:
-    """`trace_bounces`, which puts the numbers of the drops left over into `left_over`, shape (n,).
-
-    Returns how many they are.
-    """
+    """`trace_bounces`, which puts the drops left over into `left_over`; how many they are."""
     w, m, r, whose, which, marked, ended, members = space
     bins, durations, x_ends, impacts, outcomes = results
+    numbers, states, entries = left_over
     # Taken apart once: in a loop, the reference counting of a board's arrays would cost most.
     items = board.items
     starts = board.starts
@@ -153,8 +190,8 @@ def _trace_row(
     while active > 0:
         open_windows(w, m, active, gravity, travel, rise)
         find_cells(
-            w, m, active, board.left, board.top, board.cells_per_metre, board.columns, board.rows,
-            starts,
+            w, m, active, gravity, board.left, board.top, board.cells_per_metre, board.columns,
+            board.rows, starts,
         )  # fmt: skip
         for c in range(fresh):
             if m[HELD + ended[c]] >= 0 and ended[c] < active:
@@ -171,11 +208,12 @@ def _trace_row(
             i = ended[c]
             item = m[ITEM + i]
             _arrive(w, i, gravity)
-            if item >= 0:
+            stays = False
+            if item >= 0 and m[ODD + i] == 0:
                 is_peg = item < peg_count
                 restitution = board.peg_restitution if is_peg else board.wall_restitution
-                _bounce(w, m, i, items, radius, gravity, restitution)
-                if m[ODD + i] == 0 and m[IMPACT_COUNT + i] < max_events:
+                stays = not _bounces(w, m, i, items, radius, gravity, restitution)
+                if not stays and m[IMPACT_COUNT + i] < max_events:
                     continue
             drop = m[DROP + i]
             if item == BINS and m[ODD + i] == 0:
@@ -185,7 +223,7 @@ def _trace_row(
                 x_ends[drop] = w[X0 + i]
                 impacts[drop] = m[IMPACT_COUNT + i]
             else:
-                left_over[left] = drop
+                _leave(w, m, i, xs[drop], y, stays, left, numbers, states, entries)
                 left += 1
             if begun < len(xs):
                 begin(w, m, i, begun, xs[begun], y)
@@ -203,14 +241,18 @@ def trace_bounces(
     max_events: int,
     max_time: float,
     results: Results,
-) -> npt.NDArray[np.int64]:
+) -> LeftOver:
     """`trace_many` of the drops to which nothing happens but bounces, and of no others.
 
-    board: without drag and friction. Returns the numbers of the drops that are left over: their
-    balls roll, or come to a limit.
+    board: without drag and friction. Returns the drops that are left over: their balls roll, and
+    are at the impact before that, or come to a limit, and are at their start.
     """
-    left_over = np.empty(len(xs), np.int64)
+    count = len(xs)
+    left_over = LeftOver(
+        np.empty(count, np.int64), np.empty((count, STATE_SIZE)),
+        np.empty((count, ENTRY_SIZE), np.int64),
+    )  # fmt: skip
     # Searches that have ended are computed on with the others: without the JIT, numpy would tell.
     with np.errstate(all="ignore"):
         left = _trace_row(board, xs, y, max_events, max_time, _new_space(board), results, left_over)
-    return left_over[:left]
+    return left_over.first(left)

@@ -129,7 +129,8 @@ def _first_touch_of_others(
     best = horizon
     hit = -1
     hit_side = 0.0
-    cell = cell_of(board, state[PX], state[PY])
+    x, y = position(board, series, item, state[PX], state[PY], horizon)
+    cell = cell_of(board, 0.5 * (state[PX] + x), 0.5 * (state[PY] + y))
     for k in range(board.starts[cell], board.starts[cell + 1]):
         other = int(board.members[k])
         if other == item or _belongs(board, item, other):

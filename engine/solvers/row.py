@@ -25,7 +25,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Indices = npt.NDArray[np.uint32]
 
-LANES = 64
+LANES = 128
 """Balls in a row: enough to hide what each waits for, few enough to stay in the nearest cache."""
 
 SLOTS = 8
@@ -135,15 +135,16 @@ def open_windows(w: Floats, m: Ints, n: int, gravity: float, travel: float, rise
 
 @lean_kernel
 def find_cells(
-    w: Floats, m: Ints, n: int, left: float, top: float, cells_per_metre: float, columns: int,
-    rows: int, starts: Indices,
+    w: Floats, m: Ints, n: int, gravity: float, left: float, top: float, cells_per_metre: float,
+    columns: int, rows: int, starts: Indices,
 ) -> None:  # fmt: skip
-    """Where the list of each ball's cell begins, and how long it is."""
+    """Where the list of each window's cell begins, and how long it is."""
     width = float(columns)
     height = float(rows)
     for i in range(n):
-        across = (w[WX + i] - left) * cells_per_metre
-        down = (w[WY + i] - top) * cells_per_metre
+        half = 0.5 * w[HORIZON + i]
+        across = (w[WX + i] + w[WVX + i] * half - left) * cells_per_metre
+        down = (w[WY + i] + w[WVY + i] * half + gravity * half * half - top) * cells_per_metre
         is_inside = (across >= 0.0) & (down >= 0.0) & (across < width) & (down < height)
         column = np.int32(across if is_inside else 0.0)
         row = np.int32(down if is_inside else 0.0)

@@ -154,13 +154,14 @@ def substep(
     hits = 0
     left = -1
     while rest > 0.0 and hits < MAX_HITS:
-        cell = cell_of(board, state[PX], state[PY])
-        if cell < 0:
-            return ESCAPED
         speed = sqrt(state[VX] * state[VX] + state[VY] * state[VY])
         window = rest
         if speed * rest > board.travel:
             window = board.travel / speed
+        half = 0.5 * window
+        cell = cell_of(board, state[PX] + state[VX] * half, state[PY] + state[VY] * half)
+        if cell < 0:
+            return ESCAPED
         s, item, side = sweep(board, cell, state[PX], state[PY], state[VX], state[VY], window, left)
         note_segment(log, state, IN_FLIGHT, 0.0, 0.0, 0.0)
         if state[VY] > 0.0 and state[PY] + state[VY] * s >= board.bins_y:

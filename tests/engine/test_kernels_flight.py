@@ -8,7 +8,15 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.kernels.flight import SERIES_LIMIT, advance_flight, basis, phi2
+from engine.kernels.flight import (
+    HALF_WAY,
+    SERIES_LIMIT,
+    advance_flight,
+    basis,
+    half_chord,
+    phi2,
+    short_basis,
+)
 from engine.kernels.log import STATE_SIZE
 
 mp = mpmath.MPContext()
@@ -65,6 +73,24 @@ def test_without_drag_it_is_a_parabola_to_the_bit(s: float) -> None:
 def test_vanishing_drag_tends_to_none(k: float, s: float) -> None:
     for with_drag, without in zip(basis(k, s), basis(0.0, s), strict=True):
         assert math.isclose(with_drag, without, rel_tol=2e-8)
+
+
+@given(
+    st.lists(st.floats(-5.0, 5.0), min_size=4, max_size=4),
+    st.floats(0.0, SERIES_LIMIT),
+    st.floats(1e-3, 1.0),
+)
+def test_all_of_a_short_flight_is_near_the_middle_of_its_chord(
+    motion: list[float], z: float, s: float
+) -> None:
+    v, a = np.array(motion[:2]), np.array(motion[2:])
+    k = z / s
+    phi, psi = half_chord(k, s)
+    middle = v * phi + a * psi
+    way = math.hypot(*v) * s + 0.5 * math.hypot(*a) * s * s
+    for part in np.linspace(0.0, s, 33):
+        _, _, bend = short_basis(k, float(part))
+        assert math.dist(v * part + a * bend, middle) <= HALF_WAY * way * (1.0 + 1e-12)
 
 
 @given(

@@ -9,8 +9,9 @@ import pytest
 from engine import Board, drop
 from engine.compiled import layout_of
 from engine.kernels.contact import new_series
-from engine.kernels.log import COUNTS, EVENTS, IMPACTS, PX, PY, SEGMENTS, STATE_SIZE, Log, new_log
+from engine.kernels.log import COUNTS, EVENTS, IMPACTS, SEGMENTS, STATE_SIZE, Log, new_log
 from engine.parameters import Stepped
+from engine.solvers.entry import at_rest, in_flight
 from engine.solvers.exact import trace_many
 from engine.solvers.outcome import MAX_EVENTS, MAX_TIME
 from engine.solvers.stepped import step_many, trace_stepped_many
@@ -20,7 +21,12 @@ SEEDS = (3, 1, 4, 1, 5)
 
 
 def exact(states: Any, log: Log, results: Any) -> None:
-    trace_many(layout_of(BOARD), states, MAX_EVENTS, MAX_TIME, new_series(), log, *results)
+    trace_exact(states, MAX_EVENTS, log, results)
+
+
+def trace_exact(states: Any, max_events: int, log: Log, results: Any) -> None:
+    entries = in_flight(len(states))
+    trace_many(layout_of(BOARD), states, entries, max_events, MAX_TIME, new_series(), log, *results)
 
 
 def stepped(states: Any, log: Log, results: Any) -> None:
@@ -29,10 +35,7 @@ def stepped(states: Any, log: Log, results: Any) -> None:
 
 
 def started() -> Any:
-    states = np.zeros((len(SEEDS), STATE_SIZE))
-    states[:, PX] = [drop(BOARD, seed).x_start for seed in SEEDS]
-    states[:, PY] = BOARD.drop.y
-    return states
+    return at_rest(np.array([drop(BOARD, seed).x_start for seed in SEEDS]), BOARD.drop.y)
 
 
 def results_of(n: int) -> tuple[Any, Any, Any]:
@@ -63,7 +66,7 @@ def test_each_ball_of_a_log_has_all_the_events_it_may_have() -> None:
     """A limit is of one ball's events, however many were there before it."""
     states, results = started(), results_of(len(SEEDS))
     log = new_log(0, 0, len(SEEDS))
-    trace_many(layout_of(BOARD), states, 4, MAX_TIME, new_series(), log, *results)
+    trace_exact(states, 4, log, results)
     assert np.diff(log.ends[:, EVENTS], prepend=0).tolist() == [4] * len(SEEDS)
 
 

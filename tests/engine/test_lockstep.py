@@ -17,9 +17,10 @@ from engine.cells import cells_of
 from engine.compiled import layout_of
 from engine.kernels.contact import new_series
 from engine.kernels.layout import Layout
-from engine.kernels.log import PX, PY, STATE_SIZE, T, new_log
+from engine.kernels.log import PX, T, new_log
+from engine.solvers.entry import IMPACTS_BEFORE, MET, NONE, at_rest, in_flight
 from engine.solvers.exact import trace_many
-from engine.solvers.lockstep import has_only_bounces, trace_bounces
+from engine.solvers.lockstep import LeftOver, has_only_bounces, trace_bounces
 from engine.solvers.outcome import ESCAPED, MAX_EVENTS, MAX_TIME, TIME_LIMIT, Results
 from engine.solvers.row import LANES, PATIENCE, SLOTS
 from tests.engine.test_determinism import run_python
@@ -55,34 +56,41 @@ def alone(
     layout: Layout, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
 ) -> list[Array]:
     """bins, durations, x_ends, impacts and outcomes of drops traced one by one."""
-    bins, _, _, impacts, outcomes = columns(len(xs))
-    states = np.zeros((len(xs), STATE_SIZE))
-    states[:, PX] = xs
-    states[:, PY] = y
-    series, log = new_series(), new_log(0, 0)
-    trace_many(layout, states, events, time, series, log, outcomes, bins, impacts)
+    return followed(layout, at_rest(xs, y), in_flight(len(xs)), events, time)
+
+
+def followed(
+    layout: Layout, states: Array, entries: Array, events: int, time: float
+) -> list[Array]:
+    """The same of drops taken up where `entries` says."""
+    bins, _, _, impacts, outcomes = columns(len(states))
+    log = new_log(0, 0)
+    trace_many(layout, states, entries, events, time, new_series(), log, outcomes, bins, impacts)
     return [bins, states[:, T], states[:, PX], impacts, outcomes]
 
 
 def side_by_side(
     layout: Layout, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
-) -> tuple[list[Array], Array]:
-    """The same of drops in a row, and the numbers of those left over."""
+) -> tuple[list[Array], LeftOver]:
+    """The same of drops in a row, and those left over."""
     results = columns(len(xs))
     return list(results), trace_bounces(layout, xs, y, events, time, results)
 
 
 def agree(
     layout: Layout, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
-) -> Array:
-    """Asserts that all drops that are not left over have the bits they have alone; the others."""
+) -> LeftOver:
+    """Asserts that all drops have the bits they have alone; those that are left over, when they are
+    taken up from there."""
     expected = alone(layout, xs, y, events, time)
     found, left = side_by_side(layout, xs, y, events, time)
-    assert len(set(left.tolist())) == len(left)
-    done = np.setdiff1d(np.arange(len(xs)), left)
-    for one, row in zip(expected, found, strict=True):
+    assert len(set(left.drops.tolist())) == len(left.drops)
+    done = np.setdiff1d(np.arange(len(xs)), left.drops)
+    late = followed(layout, left.states.copy(), left.entries, events, time)
+    for one, row, rest in zip(expected, found, late, strict=True):
         assert row[done].tobytes() == one[done].tobytes()
-        assert (row[left] == -9).all()
+        assert (row[left.drops] == -9).all()
+        assert rest.tobytes() == one[left.drops].tobytes()
     return left
 
 
@@ -109,8 +117,11 @@ def test_they_are_on_any_board(seed: int) -> None:
 def test_only_few_drops_are_left_over_and_they_are_those_that_touch_for_a_while() -> None:
     board = BOARDS["thin pegs"]
     left = agree(layout_of(board), starts(board, 2000), board.drop.y)
-    assert 0 < len(left) < 0.05 * 2000
-    assert len(agree(layout_of(BOARDS["elastic"]), starts(board, 500), board.drop.y)) == 0
+    assert 0 < len(left.drops) < 0.05 * 2000
+    assert (left.entries[:, MET] != NONE).all()
+    assert left.entries[:, IMPACTS_BEFORE].min() > 20  # bounces that die are many
+    none = agree(layout_of(BOARDS["elastic"]), starts(board, 500), board.drop.y)
+    assert len(none.drops) == 0
 
 
 @pytest.mark.parametrize("cells_per_metre", [0.1, 1.0, 30.0])
@@ -127,7 +138,7 @@ def test_how_many_surfaces_a_cell_lists_changes_no_bit(cells_per_metre: float) -
         alone(fine, xs, board.drop.y), alone(layout, xs, board.drop.y), strict=True
     ):
         assert one.tobytes() == other.tobytes()
-    assert len(agree(layout, xs, board.drop.y)) < 0.1 * len(xs)
+    assert len(agree(layout, xs, board.drop.y).drops) < 0.1 * len(xs)
 
 
 def test_a_drop_that_comes_to_a_limit_is_left_over() -> None:
@@ -136,10 +147,10 @@ def test_a_drop_that_comes_to_a_limit_is_left_over() -> None:
     xs = starts(board, 500)
     impacts, durations = alone(layout, xs, board.drop.y)[3], alone(layout, xs, board.drop.y)[1]
     left = agree(layout, xs, board.drop.y, events=12)
-    assert set(np.flatnonzero(impacts >= 12)) <= set(left)
+    assert set(np.flatnonzero(impacts >= 12)) <= set(left.drops)
     left = agree(layout, xs, board.drop.y, time=2.5)
-    assert set(np.flatnonzero(durations > 2.5)) <= set(left)
-    assert 0 < len(left) < 500
+    assert set(np.flatnonzero(durations > 2.5)) <= set(left.drops)
+    assert 0 < len(left.drops) < 500
 
 
 def test_a_ball_that_misses_the_board_holds_nobody_up() -> None:
@@ -149,7 +160,7 @@ def test_a_ball_that_misses_the_board_holds_nobody_up() -> None:
     layout = layout_of(board)._replace(bins_y=1e12)
     xs = starts(board, 4)  # none in the middle: it would come to rest on the peg
     left = agree(layout, xs, board.drop.y, time=1e9)
-    assert len(left) == 4
+    assert len(left.drops) == 4
     assert set(alone(layout, xs, board.drop.y, time=1e9)[4]) <= {ESCAPED, TIME_LIMIT}
     assert PATIENCE * layout.travel < 1e12
 
