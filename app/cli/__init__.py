@@ -71,11 +71,17 @@ def plinko(ctx: click.Context) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit code; errors are one line on stderr."""
-    # Python would end with a look for garbage through all that is left: a quarter of `plinko drop`.
+    """Run the command line and return its exit code; errors are one line on stderr.
+
+    Without arguments it is a process of its own, whose arguments and environment it uses.
+    """
+    # Python would end with a look for garbage through all that is left: with numba, a quarter of a
+    # second.
     atexit.register(gc.freeze)
     try:
-        result = plinko.main(arguments, prog_name="plinko", standalone_mode=False)
+        result = plinko.main(
+            arguments, prog_name="plinko", standalone_mode=False, obj=arguments is None
+        )
     except click.ClickException as error:
         return _fail(_usage_message(error))
     except (click.Abort, KeyboardInterrupt):

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import click
 
 from app.cli import common
+from app.cli.uncompiled import kernels_as_python
 
 if TYPE_CHECKING:
     from engine import Drop
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
 @click.option("--certainty", is_flag=True, help="Say how sure the bin is.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole record as one JSON object.")
 @common.garbage_waits()
+@click.pass_obj
 def command(
+    has_process: bool,
     board: str,
     seed: str,
     x: float | None,
@@ -34,15 +37,19 @@ def command(
     proves it. `plinko verify` reads what --json prints.
     """
     how = common.read_solver(solver, dt, substeps, correction)
-    number = common.read_seed(seed)
+    with kernels_as_python(has_process):
+        number = common.read_seed(seed)
 
-    from engine import drop
+        from engine import drop
 
-    d = drop(common.load_board(board), seed=number, x=x, **how)
-    if as_json:
-        common.print_json(d.record(certainty=certainty))
-    else:
-        common.print_fields(_summary(d) | (_how_sure(d) if certainty else {}))
+        d = drop(common.load_board(board), seed=number, x=x, **how)
+        told = d.record(certainty=certainty) if as_json else _fields(d, certainty)
+    print_it = common.print_json if as_json else common.print_fields
+    print_it(told)
+
+
+def _fields(d: "Drop", certainty: bool) -> dict[str, str]:
+    return _summary(d) | (_how_sure(d) if certainty else {})
 
 
 def _summary(d: "Drop") -> dict[str, str]:

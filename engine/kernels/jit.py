@@ -1,35 +1,29 @@
 """The one decorator of every kernel, so that all of them are compiled under the same rules."""
 
-import hashlib
-from collections.abc import Callable
-from functools import partial
-from pathlib import Path
+import os
+from collections.abc import Callable, Mapping
+from importlib import import_module
 from typing import Any, ParamSpec, TypeVar, cast
-
-from numba import njit, types
-
-from engine.kernels.compiler import InnerCompiler, KernelCompiler
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
-
-def _stamp() -> str:
-    """Hash of all sources that machine code is made of: kernels, solvers and the constants."""
-    engine = Path(__file__).parent.parent
-    sources = [*engine.glob("kernels/*.py"), *engine.glob("solvers/*.py"), engine / "constants.py"]
-    return hashlib.sha256(b"\0".join(path.read_bytes() for path in sorted(sources))).hexdigest()
+SWITCH = "NUMBA_DISABLE_JIT"
+"""Numba's own variable: with 1 in it all kernels run as Python runs them."""
 
 
-_STAMP = _stamp()
+def _is_off(environment: Mapping[str, str]) -> bool:
+    """Whether `SWITCH` is set to a number other than 0, which is how numba reads it."""
+    try:
+        return int(environment.get(SWITCH, "0")) != 0
+    except ValueError:
+        return False
 
-_njit: Any = njit  # its types leave out an option that is used below
-_plain: Any = types.unliteral  # and this has none
 
-_RULES: dict[str, Any] = {
-    "nogil": True, "fastmath": False, "error_model": "numpy", "no_cfunc_wrapper": True,
-    "no_rewrites": True,
-}  # fmt: skip
+IS_OFF = _is_off(os.environ)
+"""Whether kernels run as Python. Numba is not imported then, which takes longer than a drop."""
+
+_compiled: Any = None if IS_OFF else import_module("engine.kernels.compiled_kernel")
 
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
@@ -39,17 +33,8 @@ def kernel(function: Callable[P, T]) -> Callable[P, T]:
     released (batches use threads), machine code cached on disk beside the source, IEEE division,
     no wrapper for callers in C, as there are none, and no search for expressions of whole arrays to
     rewrite. With NUMBA_DISABLE_JIT=1 the function itself is returned: the same bits, slower.
-
-    Numba takes cached code for fresh if the function's own file is unchanged, yet a kernel contains
-    the code of those it calls, from other files. Here a change to any of the files makes all stale:
-    else a new version could go on with parts of the old one's physics.
     """
-    compiled = _without_literals(
-        _njit(function, cache=True, pipeline_class=KernelCompiler, **_RULES)
-    )
-    if compiled is not function:  # else the JIT is off
-        compiled._cache._cache_file._source_stamp = _STAMP
-    return cast("Callable[P, T]", compiled)
+    return function if IS_OFF else cast("Callable[P, T]", _compiled.outer(function))
 
 
 def inner_kernel(function: Callable[P, T]) -> Callable[P, T]:
@@ -74,27 +59,6 @@ def lean_kernel(function: Callable[P, T]) -> Callable[P, T]:
 
 
 def _inner(function: Callable[P, T], *, forceinline: bool) -> Callable[P, T]:
-    rules = _RULES | {"_nrt": False, "no_cpython_wrapper": True, "forceinline": forceinline}
-    compiled = _without_literals(_njit(function, pipeline_class=InnerCompiler, **rules))
-    if compiled is not function:
-        # Numba would call the wrapper that is not there. It is told of none, asks for one to be
-        # compiled, and gets the function itself.
-        compiled._insert = lambda *_, **__: None
-        compiled._compile_for_args = lambda *_, **__: function
-    return cast("Callable[P, T]", compiled)
-
-
-def _without_literals(compiled: Any) -> Any:
-    if hasattr(compiled, "get_call_template"):
-        compiled.get_call_template = partial(_call_template, compiled.get_call_template)
-    return compiled
-
-
-def _call_template(original: Any, args: Any, kws: Any) -> Any:
-    """What a call compiles: one function for all integers, instead of one for each constant too.
-
-    Numba takes `kind=2` for a type of its own, and a variable for one until it has seen what else
-    is assigned to it: a fifth of the time to compile would go into functions that nobody calls.
-    """
-    named = {name: _plain(kind) for name, kind in dict(kws).items()}
-    return original(tuple(_plain(kind) for kind in args), named)
+    if IS_OFF:
+        return function
+    return cast("Callable[P, T]", _compiled.inner(function, forceinline=forceinline))

@@ -14,7 +14,7 @@ from numba import types
 
 from engine import PHYSICS_VERSION, Board, drop
 from engine.compiled import layout_of
-from engine.kernels import jit
+from engine.kernels import compiled_kernel
 from engine.kernels.impact_time import stays_positive
 from engine.kernels.layout import bin_of
 from engine.solvers.riding import side_of
@@ -189,5 +189,5 @@ def kept_code(code: str, cache: Path) -> set[str]:
 
 
 def test_the_stamp_is_of_the_sources() -> None:
-    assert len(jit._STAMP) == 64
-    assert jit._stamp() == jit._STAMP
+    assert len(compiled_kernel._STAMP) == 64
+    assert compiled_kernel._stamp() == compiled_kernel._STAMP

@@ -14,7 +14,7 @@ from numba.core.compiler import Compiler, Flags
 from numba.core.errors import NumbaError, TypingError
 from numba.core.registry import cpu_target
 
-from engine.kernels import compiler, jit
+from engine.kernels import compiled_kernel, compiler, jit
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothi
 def compiled(function: Callable[..., Any]) -> Any:
     """`function` as a kernel, but compiled in this process whatever is on disk."""
     make: Any = njit
-    return make(function, pipeline_class=compiler.KernelCompiler, **jit._RULES)
+    return make(function, pipeline_class=compiler.KernelCompiler, **compiled_kernel._RULES)
 
 
 def mean_square(values: Any, count: int) -> float:
