@@ -3,14 +3,15 @@
 import gc
 import operator
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any
 
 from numba import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
+from numba.core.errors import TypingError
 
-_OPERATORS = frozenset(each for each in vars(operator).values() if callable(each))
-_PLAIN = (types.Number, types.Boolean, types.Array)
+_OPERATORS = (bool, *{each for each in vars(operator).values() if callable(each)})
+_PLAIN = (types.Number, types.Boolean, types.Array, types.Omitted)
 _hash_of: Any = Flags.__hash__
 
 _IDLE_PASSES = frozenset(
@@ -46,40 +47,48 @@ class _Options(Flags):
         return bool(self._values == other._values)
 
 
-class _Typing:
-    """Numba's knowledge of types, with a memory for operators on numbers and arrays.
+class _Meaning:
+    """What numba takes a call of an operator for, with a memory for numbers, arrays and indices.
 
-    Numba tries a dozen meanings of an operator, of texts, sets and dates too, wherever it stands
-    and twice at least: a fifth of the time to compile. They depend on the types alone.
+    Numba tries a dozen meanings of an operator, of texts, sets and dates too, wherever it stands:
+    to find its type, to make code of it, and before that for each operand that is a constant, in
+    vain. That is a quarter of the time to compile. The meaning depends on the types alone.
     """
 
-    _known: ClassVar[dict[Any, Any]] = {}
+    def __init__(self, ask: Callable[..., Any]) -> None:
+        self._ask = ask
+        self.known: dict[tuple[Any, ...], Any] = {}
 
-    def __init__(self, context: Any) -> None:
-        self._context = context
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._context, name)
-
-    def resolve_function_type(self, function: Any, args: tuple[Any, ...], kws: Any) -> Any:
-        """The signature of `function` for arguments of the types given, None if there is none."""
-        ask = self._context.resolve_function_type
-        if not _is_plain(function, args):
-            return ask(function, args, kws)
-        question = function, args
-        if question not in self._known:
-            self._known[question] = ask(function, args, kws)
-        return self._known[question]
+    def __call__(self, context: Any, args: tuple[Any, ...], kws: Any) -> Any:
+        """The signature of the call with these types of arguments; TypingError if there is none."""
+        if kws or not all(map(_is_plain, args)):
+            return self._ask(context, args, kws)
+        if args not in self.known:
+            try:
+                self.known[args] = self._ask(context, args, kws)
+            except TypingError as error:
+                self.known[args] = error
+        said = self.known[args]
+        if isinstance(said, TypingError):
+            raise TypingError(str(said))  # a new one: numba writes into those that it catches
+        return said
 
 
-def _is_plain(function: Any, args: tuple[Any, ...]) -> bool:
-    """Whether it is an operator, on numbers and arrays; such have no keywords."""
-    named = getattr(function, "typing_key", function)
-    return named in _OPERATORS and all(isinstance(each, _PLAIN) for each in args)
+def _is_plain(kind: Any) -> bool:
+    if isinstance(kind, types.Tuple | types.UniTuple):
+        return all(map(_is_plain, kind))
+    return isinstance(kind, _PLAIN)
+
+
+def _give_memory(context: Any) -> None:
+    """To the operators that numba knows in `context`; whoever compiles here gets the same."""
+    for operator_type in map(context._lookup_global, _OPERATORS):
+        if operator_type is not None and not isinstance(operator_type.get_call_type, _Meaning):
+            operator_type.get_call_type = _Meaning(operator_type.get_call_type)
 
 
 class KernelCompiler(Compiler):
-    """Numba's compiler with options and types as above, without passes that find nothing to do.
+    """Numba's compiler with options and operators as above, without passes that find nothing to do.
 
     Nor does it look for garbage meanwhile: what it makes is kept until the function is done, or for
     good, and to look through all of it again and again is another twentieth of the time. Other
@@ -100,7 +109,7 @@ class KernelCompiler(Compiler):
         options: Any = _Options
         compile_it: Any = super().compile_extra
         self.state.flags = options(self.state.flags)
-        self.state.typingctx = _Typing(self.state.typingctx)
+        _give_memory(self.state.typingctx)
         collects = gc.isenabled()
         gc.disable()
         try:

@@ -41,28 +41,37 @@ def collecting() -> Iterator[None]:
     (gc.enable if was else gc.disable)()
 
 
-def test_what_is_remembered_of_operators_is_what_numba_says(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    known: dict[Any, Any] = {}
-    monkeypatch.setattr(compiler._Typing, "_known", known)
+def numba_says(function: Any, args: tuple[Any, ...]) -> Any:
+    """The meaning of a call by numba without a memory; None if there is none."""
+    kind = cpu_target.typing_context.resolve_value_type(function)
+    try:
+        return type(kind).get_call_type(kind, cpu_target.typing_context, args, {})
+    except TypingError:
+        return None
+
+
+def test_what_is_remembered_of_operators_is_what_numba_says() -> None:
     assert compiled(mean_square)(np.array([3.0, 4.0]), 2) == 12.5
-    asked = {getattr(function, "typing_key", function) for function, _ in known}
-    assert asked >= {operator.iadd, operator.mul, operator.truediv, operator.getitem}
-    for (function, args), said in known.items():
-        assert said == cpu_target.typing_context.resolve_function_type(function, args, {})
+    remembered = 0
+    for function in (operator.iadd, operator.mul, operator.truediv, operator.getitem, bool):
+        meaning = cpu_target.typing_context.resolve_value_type(function).get_call_type
+        remembered += len(meaning.known)
+        for args, said in meaning.known.items():
+            expected = numba_says(function, args)
+            assert said == expected or (expected is None and isinstance(said, TypingError))
+    assert remembered >= 4
 
 
 def test_nothing_is_remembered_of_functions_and_of_other_types() -> None:
     context = cpu_target.typing_context
-    add, root = (context.resolve_value_type(each) for each in (np.add, np.sqrt))
-    length = context.resolve_value_type(len)
-    plus = context.resolve_value_type(operator.add)
-    pair = context.resolve_value_type((1, 2))
-    assert compiler._is_plain(plus, (types.int64, types.float64))
-    assert not compiler._is_plain(plus, (pair, pair))
-    for function in (add, root, length):
-        assert not compiler._is_plain(function, (types.float64,))
+    compiled(mean_square)(np.array([3.0, 4.0]), 2)
+    for function in (np.add, np.sqrt, len):
+        asked = context.resolve_value_type(function).get_call_type
+        assert not isinstance(asked, compiler._Meaning)
+    plus = context.resolve_value_type(operator.add).get_call_type
+    texts = (types.unicode_type, types.unicode_type)
+    assert plus(context, texts, {}) == numba_says(operator.add, texts)
+    assert texts not in plus.known
 
 
 def test_what_has_no_meaning_is_refused_every_time() -> None:
