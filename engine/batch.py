@@ -40,8 +40,8 @@ CHUNK = 4096
 LEAST_CHUNK = 256
 """The least: enough to hide what Python does around it."""
 
-TURNS = 8
-"""Chunks each thread takes, at least, so that all finish together."""
+PARTS = 2
+"""A thread takes at most one in so many of the drops that are left for each: all end together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,11 +119,8 @@ def drop_many(
     """
     chosen = make_solver(solver, dt, substeps, correction)
     numbers = seed_array(seeds)
-    if xs is None:
-        starts = start_xs(numbers, board.drop.x, board.drop.jitter)
-    else:
-        starts = _explicit_starts(board, xs, len(numbers))
-    count = len(starts)
+    count = len(numbers)
+    starts = np.empty(count) if xs is None else _explicit_starts(board, xs, count)
     batch = DropBatch(
         board=board,
         solver=chosen,
@@ -180,15 +177,32 @@ def _fill(batch: DropBatch, threads: int, progress: Callable[[int], None] | None
         impacts=batch.impact_count,
         outcomes=batch.outcome,
     )
-    size = min(CHUNK, max(LEAST_CHUNK, len(batch) // (TURNS * threads)))
-    parts = [slice(row, min(row + size, len(batch))) for row in range(0, len(batch), size)]
-    share(parts, lambda part, _: _run_part(batch, layout, part, results), threads, progress)
+    share(
+        _parts(len(batch), threads),
+        lambda part, _: _run_part(batch, layout, part, results),
+        threads,
+        progress,
+    )
+
+
+def _parts(count: int, threads: int) -> list[slice]:
+    """Chunks of so many drops, ever smaller towards the end."""
+    parts = []
+    first = 0
+    while first < count:
+        size = min(CHUNK, max(LEAST_CHUNK, (count - first) // (PARTS * threads)))
+        parts.append(slice(first, min(first + size, count)))
+        first += size
+    return parts
 
 
 def _run_part(batch: DropBatch, layout: Layout, part: slice, results: Results) -> int:
     """Simulate a part of the drops into the batch's arrays; how many they are."""
+    zone = batch.board.drop
+    if not batch.explicit_x:
+        batch.x_start[part] = start_xs(batch.seeds[part], zone.x, zone.jitter)
     xs = batch.x_start[part]
-    y = batch.board.drop.y
+    y = zone.y
     some = results.at(part)
     if isinstance(batch.solver, Exact) and has_only_bounces(layout):
         rest = trace_bounces(layout, xs, y, MAX_EVENTS, MAX_TIME, some)

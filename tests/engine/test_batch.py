@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from engine import Board, ParameterError, SeedError, drop, drop_many
-from engine.batch import CHUNK
+from engine.batch import CHUNK, LEAST_CHUNK, _parts
 from engine.digest import outcomes_digest
 from engine.scenes import scene
 
@@ -47,6 +47,17 @@ def test_neither_threads_nor_chunks_change_a_bit(solver: str) -> None:
         other = drop_many(TRIANGLE, range(count), solver=solver, threads=threads)
         assert other.digest == one.digest
         assert other.bin.tobytes() == one.bin.tobytes()
+
+
+@pytest.mark.parametrize("count", [0, 1, LEAST_CHUNK, CHUNK + 1, 20 * CHUNK + 17])
+@pytest.mark.parametrize("threads", [1, 2, 7])
+def test_threads_take_every_drop_once_and_less_and_less(count: int, threads: int) -> None:
+    parts = _parts(count, threads)
+    assert [i for part in parts for i in range(part.start, part.stop)] == list(range(count))
+    sizes = [part.stop - part.start for part in parts]
+    assert sizes == sorted(sizes, reverse=True)
+    assert max(sizes, default=0) <= CHUNK
+    assert all(size <= LEAST_CHUNK for size in sizes[-1:])
 
 
 def test_a_batch_split_into_parts_is_the_same_batch() -> None:
