@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from engine.kernels.layout import DISTANCE, DISTANCE2, LENGTH, TX, TY, X, Y
+from engine.kernels.layout import DISTANCE, DISTANCE2, HEAD_BITS, HEAD_MANY, LENGTH, TX, TY, X, Y
 
 MAX_CELLS = 1 << 20
 """Where surfaces are few and far apart, cells are coarser than asked for rather than more."""
@@ -30,6 +30,14 @@ class Cells(NamedTuple):
     rows: int
     starts: Indices
     members: Indices
+    heads: Indices
+
+
+def heads_of(starts: Indices, members: Indices) -> Indices:
+    """`Layout.heads`: what most looks at a cell want to know of it, in one number."""
+    counts = np.minimum(np.diff(starts), HEAD_MANY).astype(np.uint32)
+    firsts = np.append(members, np.uint32(0))[starts[:-1]]
+    return np.where(counts > 0, firsts | (counts << np.uint32(HEAD_BITS)), 0).astype(np.uint32)
 
 
 def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float) -> Cells:
@@ -40,7 +48,8 @@ def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float)
     listed = [i for i, row in enumerate(items) if row[DISTANCE] == 0.0 or row[DISTANCE2] >= 0.0]
     if not listed:
         nothing = np.zeros(0, np.uint32)
-        return Cells(0.0, 0.0, cells_per_metre, 0, 0, np.zeros(2, np.uint32), nothing)
+        starts = np.zeros(2, np.uint32)
+        return Cells(0.0, 0.0, cells_per_metre, 0, 0, starts, nothing, heads_of(starts, nothing))
     areas = [_Area.of(items[i], radius, reach) for i in listed]
     left, top = (min(area.low[axis] for area in areas) for axis in (0, 1))
     width = max(area.high[0] for area in areas) - left
@@ -54,7 +63,8 @@ def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float)
     order = np.lexsort((owner, cell))
     starts = np.searchsorted(cell[order], np.arange(columns * rows + 2)).astype(np.uint32)
     members = np.ascontiguousarray(owner[order], np.uint32)
-    return Cells(left, top, cells_per_metre, columns, rows, starts, members)
+    heads = heads_of(starts, members)
+    return Cells(left, top, cells_per_metre, columns, rows, starts, members, heads)
 
 
 class _Area(NamedTuple):

@@ -122,7 +122,11 @@ def _pitch(board: Board) -> float:
 
 
 def _centres(items: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """What the search reads of each surface, side by side in memory."""
-    centres = np.ascontiguousarray(items[:, [X, Y, DISTANCE2]])
-    centres[items[:, DISTANCE] == 0.0, 2] = 0.0
+    """What the search reads of each surface, side by side in memory; one row more, of nothing.
+
+    A cell without surfaces has item 0 in its head, which is read before it is known to be none.
+    """
+    centres = np.zeros((len(items) + 1, 3))
+    centres[:-1] = items[:, [X, Y, DISTANCE2]]
+    centres[:-1][items[:, DISTANCE] == 0.0, 2] = 0.0
     return centres

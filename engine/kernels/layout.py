@@ -28,6 +28,13 @@ CELL_LIMIT = 1.0e9
 """Cells from the grid's corner beyond which a ball counts as escaped."""
 
 
+HEAD_BITS = 28
+"""Of a cell's head: the low bits are its first item, 0 if it has none; above is how many it has."""
+
+HEAD_MANY = (1 << (32 - HEAD_BITS)) - 1
+"""The largest number of items in a head; it stands for more, too."""
+
+
 class Layout(NamedTuple):
     """All that the kernels know of a board. SI units; n surfaces. The grid: see `engine.cells`."""
 
@@ -39,7 +46,8 @@ class Layout(NamedTuple):
     rows: int
     starts: npt.NDArray[np.uint32]  # (columns rows + 2,): where each cell's items start in members
     members: npt.NDArray[np.uint32]  # (m,): item numbers, ascending within a cell
-    centres: npt.NDArray[np.float64]  # (n, 3): each item's x, y, D^2; a line has D^2 = 0
+    heads: npt.NDArray[np.uint32]  # (columns rows + 1,): each cell's first item, and how many
+    centres: npt.NDArray[np.float64]  # (n + 1, 3): each item's x, y, D^2; a line has D^2 = 0
     peg_count: int
     travel: float  # m; the cell midway between a way's ends lists all it touches, if no longer
     fall: float  # s; from rest a ball falls the travel in it; 1 without gravity

@@ -173,6 +173,7 @@ def _trace_row(
     # Taken apart once: in a loop, the reference counting of a board's arrays would cost most.
     items = board.items
     starts = board.starts
+    heads = board.heads
     centres = board.centres
     gravity = board.gravity
     travel = board.travel
@@ -191,15 +192,18 @@ def _trace_row(
         open_windows(w, m, active, gravity, travel, rise)
         find_cells(
             w, m, active, gravity, board.left, board.top, board.cells_per_metre, board.columns,
-            board.rows, starts,
+            board.rows, heads, centres,
         )  # fmt: skip
         for c in range(fresh):
             if m[HELD + ended[c]] >= 0 and ended[c] < active:
                 meet_again(w, m, ended[c], items, gravity)
-        slots, count = mark(w, m, active, members, centres, gravity, travel, board.bins_y, marked)
-        search_marked(
-            w, m, r, marked, count, members, centres, items, radius, gravity, slots, whose, which
+        slots, count = mark(
+            w, m, active, starts, members, centres, gravity, travel, board.bins_y, marked
         )
+        search_marked(
+            w, m, r, marked, count, starts, members, centres, items, radius, gravity, slots,
+            whose, which,
+        )  # fmt: skip
         for c in range(count):
             if m[MARK + marked[c]] & LOW:
                 meet_bins(w, m, marked[c], gravity, board.bins_y)

@@ -18,21 +18,25 @@ from engine.kernels.impact_time import (
     third_derivative_bound,
 )
 from engine.kernels.jit import lean_kernel
-from engine.kernels.layout import DISTANCE, X, Y
+from engine.kernels.layout import DISTANCE, HEAD_BITS, X, Y
 from engine.solvers.flying import BINS, NOWHERE, held_line_hit, length_bound
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Indices = npt.NDArray[np.uint32]
 
-LANES = 128
-"""Balls in a row: enough to hide what each waits for, few enough to stay in the nearest cache."""
+LANES = 104
+"""Balls in a row: enough to hide what each waits for, few enough to stay in the nearest cache, and
+13 of its lines: an odd number, or the columns' beginnings would drive each other out."""
 
 SLOTS = 8
 """Members of a cell that are looked at for all balls together, at most; the others, one by one."""
 
 FEW = 8
 """A slot that fewer than one ball in so many has a member in is not worth a look for all."""
+
+FIRST_ITEM = (1 << HEAD_BITS) - 1
+"""The bits of a cell's head that are its first item."""
 
 LOW = 1 << SLOTS
 """The mark of a ball that may reach the bins in this window."""
@@ -73,7 +77,7 @@ HELD = 1 * LANES  # the surface that the flight starts from, in its first window
 ITEM = 2 * LANES  # what is met first, or a code of `flying`
 IMPACT_COUNT = 3 * LANES
 ODD = 4 * LANES  # 1: more than a bounce happens to this ball, and it is left to others
-FIRST = 5 * LANES  # where the list of the ball's cell begins in `members`, and its length
+CELL = 5 * LANES  # of the window, and how long its list is, up to HEAD_MANY
 MORE = 6 * LANES
 MARK = 7 * LANES  # bit n: the ball may meet the n-th member of its cell in this window; LOW; BEYOND
 MEMBER = 8 * LANES  # the candidate that is looked at
@@ -136,9 +140,9 @@ def open_windows(w: Floats, m: Ints, n: int, gravity: float, travel: float, rise
 @lean_kernel
 def find_cells(
     w: Floats, m: Ints, n: int, gravity: float, left: float, top: float, cells_per_metre: float,
-    columns: int, rows: int, starts: Indices,
+    columns: int, rows: int, heads: Indices, centres: Floats,
 ) -> None:  # fmt: skip
-    """Where the list of each window's cell begins, and how long it is."""
+    """Each window's cell, the first candidate that it lists, and how many it lists."""
     width = float(columns)
     height = float(rows)
     for i in range(n):
@@ -149,12 +153,20 @@ def find_cells(
         column = np.int32(across if is_inside else 0.0)
         row = np.int32(down if is_inside else 0.0)
         cell = row * np.int32(columns) + column  # narrow factors: vectors have no wide product
-        m[FIRST + i] = cell if is_inside else columns * rows
+        m[CELL + i] = cell if is_inside else columns * rows
     for i in range(n):
-        cell = m[FIRST + i]
-        first = starts[cell]
-        m[FIRST + i] = first
-        m[MORE + i] = starts[cell + 1] - first
+        head = heads[m[CELL + i]]
+        m[MORE + i] = head >> HEAD_BITS
+        _look_at(w, m, i, head & FIRST_ITEM, centres)
+
+
+@lean_kernel
+def _look_at(w: Floats, m: Ints, i: int, member: int, centres: Floats) -> None:
+    """The candidate that is looked at for ball i is `member`."""
+    m[MEMBER + i] = member
+    w[CX + i] = centres[member, 0]
+    w[CY + i] = centres[member, 1]
+    w[CD2 + i] = centres[member, 2]
 
 
 @lean_kernel
@@ -191,16 +203,8 @@ def is_far(w: Floats, i: int, x: float, y: float, d2: float, gravity: float) -> 
 
 
 @lean_kernel
-def _mark_slot(
-    w: Floats, m: Ints, n: int, slot: int, members: Indices, centres: Floats, gravity: float
-) -> None:
-    """Mark which balls may meet the slot-th member of their cells' lists."""
-    for i in range(n):
-        member = members[m[FIRST + i] + slot]
-        m[MEMBER + i] = member
-        w[CX + i] = centres[member, 0]
-        w[CY + i] = centres[member, 1]
-        w[CD2 + i] = centres[member, 2]
+def _mark_slot(w: Floats, m: Ints, n: int, slot: int, gravity: float) -> None:
+    """Mark which balls may meet the candidate that is looked at, the slot-th of their cells."""
     bit = 1 << slot
     for i in range(n):
         d2 = w[CD2 + i]
@@ -212,7 +216,7 @@ def _mark_slot(
 @lean_kernel
 def _slots_of(m: Ints, n: int) -> int:
     """How many members of their cells are worth a look for all balls together."""
-    slots = 0
+    slots = 1  # the first are there already
     while slots < SLOTS:
         longer = 0
         for i in range(n):
@@ -225,8 +229,8 @@ def _slots_of(m: Ints, n: int) -> int:
 
 @lean_kernel
 def mark(
-    w: Floats, m: Ints, n: int, members: Indices, centres: Floats, gravity: float, travel: float,
-    bins_y: float, marked: Ints,
+    w: Floats, m: Ints, n: int, starts: Indices, members: Indices, centres: Floats,
+    gravity: float, travel: float, bins_y: float, marked: Ints,
 ) -> tuple[int, int]:  # fmt: skip
     """Mark what the balls may meet in their windows; list the lanes with any mark.
 
@@ -238,7 +242,10 @@ def mark(
         beyond = BEYOND if m[MORE + i] > slots else 0
         m[MARK + i] = beyond | (LOW if w[WY + i] + travel >= bins_y else 0)
     for slot in range(slots):
-        _mark_slot(w, m, n, slot, members, centres, gravity)
+        if slot > 0:
+            for i in range(n):
+                _look_at(w, m, i, members[starts[m[CELL + i]] + slot], centres)
+        _mark_slot(w, m, n, slot, gravity)
     found = 0
     for i in range(n):
         marked[found] = i

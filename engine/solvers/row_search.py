@@ -13,14 +13,13 @@ from engine.kernels.jit import lean_kernel
 from engine.solvers.flying import BOUNCED, FREE, NOWHERE, wall_hit
 from engine.solvers.row import (
     BEST,
-    FIRST,
+    CELL,
     HELD,
     HIT_SIDE,
     HORIZON,
     ITEM,
     LANES,
     MARK,
-    MORE,
     ODD,
     WVX,
     WVY,
@@ -64,8 +63,8 @@ INSIDE = 4.0  # touches another surface as it starts
 
 @lean_kernel
 def _list_marked(
-    w: Floats, m: Ints, marked: Ints, at: int, count: int, members: Indices, centres: Floats,
-    gravity: float, slots: int, whose: Ints, which: Indices,
+    w: Floats, m: Ints, marked: Ints, at: int, count: int, starts: Indices, members: Indices,
+    centres: Floats, gravity: float, slots: int, whose: Ints, which: Indices,
 ) -> tuple[int, int]:  # fmt: skip
     """List the candidates of the lanes marked[at:count], until the list is half full.
 
@@ -76,12 +75,13 @@ def _list_marked(
     while at < count and length < ROOM // 2:
         i = marked[at]
         at += 1
-        first = m[FIRST + i]
+        first = starts[m[CELL + i]]
+        more = starts[m[CELL + i] + 1] - first
         for slot in range(slots):
             which[length] = members[first + slot]
             whose[length] = i
             length += (m[MARK + i] >> slot) & 1
-        for slot in range(slots, m[MORE + i]):
+        for slot in range(slots, more):
             if length == ROOM - WIDTH:
                 m[ODD + i] = 1
                 break
@@ -233,14 +233,15 @@ def _keep_first(
 
 @lean_kernel
 def search_marked(
-    w: Floats, m: Ints, r: Floats, marked: Ints, count: int, members: Indices, centres: Floats,
-    items: Floats, radius: float, gravity: float, slots: int, whose: Ints, which: Indices,
+    w: Floats, m: Ints, r: Floats, marked: Ints, count: int, starts: Indices, members: Indices,
+    centres: Floats, items: Floats, radius: float, gravity: float, slots: int, whose: Ints,
+    which: Indices,
 ) -> None:  # fmt: skip
     """Note what the balls in the lanes marked[:count] meet first of the surfaces of their cells."""
     at = 0
     while at < count:
         at, length = _list_marked(
-            w, m, marked, at, count, members, centres, gravity, slots, whose, which
+            w, m, marked, at, count, starts, members, centres, gravity, slots, whose, which
         )
         _open_searches(w, r, length, whose, which, centres, gravity)
         full = (length + WIDTH - 1) // WIDTH * WIDTH

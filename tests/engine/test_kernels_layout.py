@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine import Board
-from engine.cells import MAX_CELLS, Cells, cells_of
+from engine.cells import MAX_CELLS, Cells, cells_of, heads_of
 from engine.compiled import layout_of
 from engine.kernels.layout import DISTANCE, DISTANCE2, ITEM_COLUMNS, Layout, X, Y, bin_of, cell_of
 from engine.kernels.log import EVENTS, new_log
@@ -37,7 +37,8 @@ def gridless(board: Board) -> Layout:
     def one_cell(items: Floats, *_: float) -> Cells:
         copies = (items[:, DISTANCE] > 0.0) & (items[:, DISTANCE2] < 0.0)
         members = np.flatnonzero(~copies).astype(np.uint32)
-        return Cells(0.0, 0.0, 1.0, 0, 0, np.array([0, len(members)], np.uint32), members)
+        starts = np.array([0, len(members)], np.uint32)
+        return Cells(0.0, 0.0, 1.0, 0, 0, starts, members, heads_of(starts, members))
 
     with mock.patch("engine.compiled.cells_of", one_cell):
         return layout_of.__wrapped__(board)

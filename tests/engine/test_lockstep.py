@@ -141,6 +141,12 @@ def test_how_many_surfaces_a_cell_lists_changes_no_bit(cells_per_metre: float) -
     assert len(agree(layout, xs, board.drop.y).drops) < 0.1 * len(xs)
 
 
+def test_on_a_board_without_any_surface_balls_fall_into_the_bins() -> None:
+    bare = scenes.unchecked(restitution=0.5, start=(0.0, 0.0), jitter=0.5, floor=3.0)
+    left = agree(layout_of(bare), starts(bare, 3 * LANES), bare.drop.y)
+    assert len(left.drops) == 0
+
+
 def test_a_drop_that_comes_to_a_limit_is_left_over() -> None:
     board = BOARDS["thin pegs"]
     layout = layout_of(board)
