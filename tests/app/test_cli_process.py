@@ -230,12 +230,13 @@ def test_called_from_python_a_command_leaves_kernels_as_they_are() -> None:
     program = (
         "import os; from app.cli import main, uncompiled;"
         "main(['drop', 'triangle-8', '--seed', '1']);"
-        "from engine.kernels import jit; print(os.environ.get(uncompiled.SWITCH), jit.IS_OFF)"
+        "from engine.kernels import jit; print(os.environ.get(uncompiled.SWITCH), jit.IS_OFF,"
+        "uncompiled.SWITCH == jit.SWITCH)"
     )
     kept = {name: value for name, value in os.environ.items() if name != uncompiled.SWITCH}
     command = [sys.executable, "-c", program]
     done = subprocess.run(command, capture_output=True, text=True, check=True, env=kept)
-    assert done.stdout.splitlines()[-1] == "None False"
+    assert done.stdout.splitlines()[-1] == "None False True"
 
 
 def test_a_server_that_draws_nothing_has_no_pictures_loaded() -> None:

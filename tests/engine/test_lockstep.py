@@ -22,7 +22,7 @@ from engine.solvers.entry import IMPACTS_BEFORE, MET, NONE, at_rest, in_flight
 from engine.solvers.exact import trace_many
 from engine.solvers.lockstep import LeftOver, has_only_bounces, trace_bounces
 from engine.solvers.outcome import ESCAPED, MAX_EVENTS, MAX_TIME, TIME_LIMIT, Results
-from engine.solvers.row import LANES, PATIENCE, SLOTS
+from engine.solvers.row import FIRST_ITEM, LANES, PATIENCE, SLOTS
 from tests.engine.test_determinism import run_python
 
 Array = npt.NDArray[Any]
@@ -143,8 +143,10 @@ def test_how_many_surfaces_a_cell_lists_changes_no_bit(cells_per_metre: float) -
 
 def test_on_a_board_without_any_surface_balls_fall_into_the_bins() -> None:
     bare = scenes.unchecked(restitution=0.5, start=(0.0, 0.0), jitter=0.5, floor=3.0)
-    left = agree(layout_of(bare), starts(bare, 3 * LANES), bare.drop.y)
+    layout = layout_of(bare)
+    left = agree(layout, starts(bare, 3 * LANES), bare.drop.y)
     assert len(left.drops) == 0
+    assert (layout.heads & FIRST_ITEM).max() < len(layout.centres)  # it is read all the same
 
 
 def test_a_drop_that_comes_to_a_limit_is_left_over() -> None:
