@@ -13,6 +13,9 @@ from tests.browser.conftest import Open, ServerProcess
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
 
+# Nothing here ever comes to rest, and so a page of it is drawn for as long as a slow machine needs.
+RESTLESS = {"restitution": 1, "friction": 0}
+
 
 def own_room(server: ServerProcess, **scene: Any) -> tuple[str, str]:
     """A fresh box, and what lets a page play in it."""
@@ -227,23 +230,26 @@ def test_fits_every_screen(box: Any, device: str) -> None:
 
 
 def test_those_who_want_no_motion_see_pictures_now_and_then(box: Any) -> None:
-    screen = box({"balls": 30, "restitution": 1}, reduced_motion="reduce")
-    drawn = screen.page.evaluate(
+    screen = box({"balls": 30, **RESTLESS}, reduced_motion="reduce")
+    balls(screen, 30)
+    between = screen.page.evaluate(
         """async () => {
-          const canvas = document.querySelector("#board-moving");
-          const ctx = canvas.getContext("2d");
-          let count = 0;
+          const ctx = document.querySelector("#board-moving").getContext("2d");
           const { clearRect } = ctx;
-          ctx.clearRect = (...box) => { count += 1; clearRect.apply(ctx, box); };
-          await new Promise((done) => setTimeout(done, 2000));
-          return count;
+          const at = [];
+          ctx.clearRect = (...box) => {
+            at.push(document.timeline.currentTime);
+            clearRect.apply(ctx, box);
+          };
+          while (at.length < 5) await new Promise(requestAnimationFrame);
+          return at.slice(1).map((time, i) => time - at[i]);
         }"""
     )
-    assert 1 <= drawn <= 6
+    assert min(between) >= 399, "milliseconds from picture to picture"
 
 
 def test_five_hundred_balls_are_drawn_again_and_again(box: Any) -> None:
-    screen = box({"balls": 500, "radii": [0.03, 0.08], "restitution": 0.9})
+    screen = box({"balls": 500, "radii": [0.03, 0.08], **RESTLESS})
     balls(screen, 500)
     drawn = screen.page.evaluate(
         """async () => {
@@ -252,11 +258,7 @@ def test_five_hundred_balls_are_drawn_again_and_again(box: Any) -> None:
           let [frames, stamps] = [0, 0];
           ctx.clearRect = (...box) => { frames += 1; clearRect.apply(ctx, box); };
           ctx.drawImage = (...what) => { stamps += 1; drawImage.apply(ctx, what); };
-          const deadline = performance.now() + 60_000;
-          while (frames < 20) {
-            await new Promise(requestAnimationFrame);
-            if (performance.now() > deadline) throw new Error(`${frames} frames in a minute`);
-          }
+          while (frames < 20) await new Promise(requestAnimationFrame);
           return stamps / frames;
         }"""
     )
