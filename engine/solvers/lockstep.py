@@ -129,10 +129,10 @@ class _Space(NamedTuple):
     w: Floats  # (FLOAT_COLUMNS * LANES,)
     m: Ints  # (INT_COLUMNS * LANES,)
     r: Floats  # (SEARCH_COLUMNS * ROOM,)
-    whose: Ints  # (ROOM,): the lane of each search
+    whose: Indices  # (ROOM,): the lane of each search
     which: Indices  # (ROOM,): the surface that it looks for
-    marked: Ints  # (LANES + 1,)
-    ended: Ints
+    marked: Indices  # (LANES + 1,)
+    ended: Indices
     members: Indices  # the layout's, and SLOTS more
 
 
@@ -147,10 +147,10 @@ def _new_space(board: Layout) -> _Space:
         w=np.zeros(FLOAT_COLUMNS * LANES),
         m=np.zeros(INT_COLUMNS * LANES, np.int64),
         r=np.zeros(SEARCH_COLUMNS * ROOM),
-        whose=np.zeros(ROOM, np.int64),
+        whose=np.zeros(ROOM, np.uint32),
         which=np.zeros(ROOM, np.uint32),
-        marked=np.zeros(LANES + 1, np.int64),
-        ended=np.zeros(LANES + 1, np.int64),
+        marked=np.zeros(LANES + 1, np.uint32),
+        ended=np.zeros(LANES + 1, np.uint32),
         members=np.append(board.members, np.zeros(SLOTS, np.uint32)),
     )
 
@@ -195,8 +195,9 @@ def _trace_row(
             board.rows, heads, centres,
         )  # fmt: skip
         for c in range(fresh):
-            if m[HELD + ended[c]] >= 0 and ended[c] < active:
-                meet_again(w, m, ended[c], items, gravity)
+            i = int(ended[c])
+            if m[HELD + i] >= 0 and i < active:
+                meet_again(w, m, i, items, gravity)
         slots, count = mark(
             w, m, active, starts, members, centres, gravity, travel, board.bins_y, marked
         )
@@ -205,11 +206,12 @@ def _trace_row(
             whose, which,
         )  # fmt: skip
         for c in range(count):
-            if m[MARK + marked[c]] & LOW:
-                meet_bins(w, m, marked[c], gravity, board.bins_y)
+            i = int(marked[c])
+            if m[MARK + i] & LOW:
+                meet_bins(w, m, i, gravity, board.bins_y)
         fresh = close_windows(w, m, active, max_time, ended)
         for c in range(fresh - 1, -1, -1):
-            i = ended[c]
+            i = int(ended[c])
             item = m[ITEM + i]
             _arrive(w, i, gravity)
             stays = False

@@ -4,6 +4,9 @@ One lane holds one ball; a stage is a loop over the lanes. So a processor goes o
 while it waits for the last one's results, guesses few branches wrong, and computes four lanes at a
 time where a loop has none. Only for boards without drag and friction. Each ball goes through the
 arithmetic of `flying`, in its order: nothing crosses lanes.
+
+Numbers that are read from memory to look something up by are unsigned: of a signed one the compiled
+code looks at the sign each time, for -1 would be the last, and that took a seventh of the time.
 """
 
 import numpy as np
@@ -155,7 +158,7 @@ def find_cells(
         cell = row * np.int32(columns) + column  # narrow factors: vectors have no wide product
         m[CELL + i] = cell if is_inside else columns * rows
     for i in range(n):
-        head = heads[m[CELL + i]]
+        head = heads[np.uint32(m[CELL + i])]
         m[MORE + i] = head >> HEAD_BITS
         _look_at(w, m, i, head & FIRST_ITEM, centres)
 
@@ -230,7 +233,7 @@ def _slots_of(m: Ints, n: int) -> int:
 @lean_kernel
 def mark(
     w: Floats, m: Ints, n: int, starts: Indices, members: Indices, centres: Floats,
-    gravity: float, travel: float, bins_y: float, marked: Ints,
+    gravity: float, travel: float, bins_y: float, marked: Indices,
 ) -> tuple[int, int]:  # fmt: skip
     """Mark what the balls may meet in their windows; list the lanes with any mark.
 
@@ -244,11 +247,11 @@ def mark(
     for slot in range(slots):
         if slot > 0:
             for i in range(n):
-                _look_at(w, m, i, members[starts[m[CELL + i]] + slot], centres)
+                _look_at(w, m, i, members[starts[np.uint32(m[CELL + i])] + slot], centres)
         _mark_slot(w, m, n, slot, gravity)
     found = 0
     for i in range(n):
-        marked[found] = i
+        marked[np.uint32(found)] = i
         found += int(m[MARK + i] != 0)
     return slots, found
 
@@ -264,7 +267,7 @@ def meet_bins(w: Floats, m: Ints, i: int, gravity: float, bins_y: float) -> None
 
 
 @lean_kernel
-def close_windows(w: Floats, m: Ints, n: int, max_time: float, ended: Ints) -> int:
+def close_windows(w: Floats, m: Ints, n: int, max_time: float, ended: Indices) -> int:
     """Send on the balls that met nothing; list the lanes whose flights end: their number.
 
     START of such a lane is then the length of its flight.
@@ -278,6 +281,6 @@ def close_windows(w: Floats, m: Ints, n: int, max_time: float, ended: Ints) -> i
         m[HELD + i] = -1
     count = 0
     for i in range(n):
-        ended[count] = i
+        ended[np.uint32(count)] = i
         count += m[DONE + i]
     return count

@@ -1,5 +1,7 @@
 """What the balls of a row meet first in their windows: the searches of `next_hit` side by side."""
 
+import numpy as np
+
 from engine.kernels.impact_time import (
     MAX_STEPS,
     NEGLIGIBLE,
@@ -63,8 +65,8 @@ INSIDE = 4.0  # touches another surface as it starts
 
 @lean_kernel
 def _list_marked(
-    w: Floats, m: Ints, marked: Ints, at: int, count: int, starts: Indices, members: Indices,
-    centres: Floats, gravity: float, slots: int, whose: Ints, which: Indices,
+    w: Floats, m: Ints, marked: Indices, at: int, count: int, starts: Indices, members: Indices,
+    centres: Floats, gravity: float, slots: int, whose: Indices, which: Indices,
 ) -> tuple[int, int]:  # fmt: skip
     """List the candidates of the lanes marked[at:count], until the list is half full.
 
@@ -73,13 +75,14 @@ def _list_marked(
     """
     length = 0
     while at < count and length < ROOM // 2:
-        i = marked[at]
+        i = int(marked[at])
         at += 1
-        first = starts[m[CELL + i]]
-        more = starts[m[CELL + i] + 1] - first
+        cell = np.uint32(m[CELL + i])
+        first = starts[cell]
+        more = starts[cell + 1] - first
         for slot in range(slots):
-            which[length] = members[first + slot]
-            whose[length] = i
+            which[np.uint32(length)] = members[first + slot]
+            whose[np.uint32(length)] = i
             length += (m[MARK + i] >> slot) & 1
         for slot in range(slots, more):
             if length == ROOM - WIDTH:
@@ -90,19 +93,25 @@ def _list_marked(
             is_met = (d2 == 0.0) | (
                 not is_far(w, i, centres[other, 0], centres[other, 1], d2, gravity)
             )
-            which[length] = other
-            whose[length] = i
+            which[np.uint32(length)] = other
+            whose[np.uint32(length)] = i
             length += int(is_met & (other != m[HELD + i]))
     return at, length
 
 
 @lean_kernel
 def _open_searches(
-    w: Floats, r: Floats, count: int, whose: Ints, which: Indices, centres: Floats, gravity: float
+    w: Floats,
+    r: Floats,
+    count: int,
+    whose: Indices,
+    which: Indices,
+    centres: Floats,
+    gravity: float,
 ) -> None:
     """Fill in the list's searches."""
     for p in range(count):
-        i = whose[p]
+        i = int(whose[p])
         other = which[p]
         r[FROM_X + p] = w[WX + i] - centres[other, 0]
         r[FROM_Y + p] = w[WY + i] - centres[other, 1]
@@ -201,12 +210,12 @@ def _search_alone(r: Floats, p: int, gravity: float, best: float) -> float:
 
 @lean_kernel
 def _keep_first(
-    w: Floats, m: Ints, r: Floats, count: int, whose: Ints, which: Indices, items: Floats,
+    w: Floats, m: Ints, r: Floats, count: int, whose: Indices, which: Indices, items: Floats,
     radius: float, gravity: float,
 ) -> None:  # fmt: skip
     """Of all that the balls would meet, note what each meets first."""
     for p in range(count):
-        i = whose[p]
+        i = int(whose[p])
         other = int(which[p])
         status = r[STATUS + p]
         best = w[BEST + i]
@@ -233,8 +242,8 @@ def _keep_first(
 
 @lean_kernel
 def search_marked(
-    w: Floats, m: Ints, r: Floats, marked: Ints, count: int, starts: Indices, members: Indices,
-    centres: Floats, items: Floats, radius: float, gravity: float, slots: int, whose: Ints,
+    w: Floats, m: Ints, r: Floats, marked: Indices, count: int, starts: Indices, members: Indices,
+    centres: Floats, items: Floats, radius: float, gravity: float, slots: int, whose: Indices,
     which: Indices,
 ) -> None:  # fmt: skip
     """Note what the balls in the lanes marked[:count] meet first of the surfaces of their cells."""
