@@ -3,14 +3,16 @@
 import gc
 import operator
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from numba import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
+from numba.core.cpu import CPUContext
 from numba.core.errors import TypingError
 
-_OPERATORS = (bool, *{each for each in vars(operator).values() if callable(each)})
+_OPERATORS = (bool, int, *{each for each in vars(operator).values() if callable(each)})
+_ARRAY_MAKER = "__array__"
 _PLAIN = (types.Number, types.Boolean, types.Array, types.Omitted)
 _hash_of: Any = Flags.__hash__
 
@@ -87,8 +89,32 @@ def _give_memory(context: Any) -> None:
             operator_type.get_call_type = _Meaning(operator_type.get_call_type)
 
 
+class _Target(CPUContext):
+    """Numba's target, which does not look up again what cannot have changed.
+
+    Wherever an array is read numba looks for code that makes it of something else. As there never
+    is any it loads all its registries anew and looks again: a fortieth of the time to compile. For
+    the size of a type it writes a module of it and has LLVM read that: as much again.
+    """
+
+    _sizes: ClassVar[dict[str, int]] = {}  # bytes; by the type as LLVM writes it
+
+    def get_abi_sizeof(self, ty: Any) -> int:
+        """Bytes that a value of a type of LLVM takes in memory."""
+        name = str(ty)
+        if name not in self._sizes:
+            size: Any = super().get_abi_sizeof
+            self._sizes[name] = size(ty)
+        return self._sizes[name]
+
+    def get_function(self, fn: Any, sig: Any, _firstcall: bool = True) -> Any:
+        """What makes code of a call of `fn`; NotImplementedError if there is nothing."""
+        find: Any = super().get_function
+        return find(fn, sig, _firstcall and fn != _ARRAY_MAKER)
+
+
 class KernelCompiler(Compiler):
-    """Numba's compiler with options and operators as above, without passes that find nothing to do.
+    """Numba's compiler with options, operators and target as above, without idle passes.
 
     Nor does it look for garbage meanwhile: what it makes is kept until the function is done, or for
     good, and to look through all of it again and again is another twentieth of the time. Other
@@ -110,6 +136,7 @@ class KernelCompiler(Compiler):
         compile_it: Any = super().compile_extra
         self.state.flags = options(self.state.flags)
         _give_memory(self.state.typingctx)
+        self.state.targetctx.__class__ = _Target  # numba made it for this function alone
         collects = gc.isenabled()
         gc.disable()
         try:

@@ -11,8 +11,10 @@ import pytest
 from numba import literal_unroll, njit, types
 from numba.core import compiler as numba_compiler
 from numba.core.compiler import Compiler, Flags
+from numba.core.cpu import CPUContext
 from numba.core.errors import NumbaError, TypingError
 from numba.core.registry import cpu_target
+from numba.core.typing.templates import signature
 
 from engine.kernels import compiled_kernel, compiler, jit
 
@@ -27,7 +29,7 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 def mean_square(values: Any, count: int) -> float:
     total = 0.0
-    for i in range(count):
+    for i in range(int(count)):
         total += values[i] * values[i] / count
     return total
 
@@ -53,13 +55,13 @@ def numba_says(function: Any, args: tuple[Any, ...]) -> Any:
 def test_what_is_remembered_of_operators_is_what_numba_says() -> None:
     assert compiled(mean_square)(np.array([3.0, 4.0]), 2) == 12.5
     remembered = 0
-    for function in (operator.iadd, operator.mul, operator.truediv, operator.getitem, bool):
+    for function in (operator.iadd, operator.mul, operator.truediv, operator.getitem, bool, int):
         meaning = cpu_target.typing_context.resolve_value_type(function).get_call_type
         remembered += len(meaning.known)
         for args, said in meaning.known.items():
             expected = numba_says(function, args)
             assert said == expected or (expected is None and isinstance(said, TypingError))
-    assert remembered >= 4
+    assert remembered >= 5
 
 
 def test_nothing_is_remembered_of_functions_and_of_other_types() -> None:
@@ -72,6 +74,44 @@ def test_nothing_is_remembered_of_functions_and_of_other_types() -> None:
     texts = (types.unicode_type, types.unicode_type)
     assert plus(context, texts, {}) == numba_says(operator.add, texts)
     assert texts not in plus.known
+
+
+def target() -> Any:
+    """What a kernel is compiled for."""
+    found: Any = cpu_target.target_context.subtarget()
+    found.__class__ = compiler._Target
+    return found
+
+
+def test_a_type_has_the_size_that_numba_says() -> None:
+    numbas = cpu_target.target_context
+    several: Any = types.Tuple
+    kinds = (types.int8, types.float64, types.boolean, types.complex128, types.float64[:, ::1])
+    for kind in (*kinds, several((types.int32,) * 3), several((types.int8, types.float64))):
+        asked = numbas.get_value_type(kind)
+        size = numbas.get_abi_sizeof(asked)
+        assert [target().get_abi_sizeof(asked) for _ in range(2)] == [size, size]
+
+
+def test_numba_looks_for_news_except_of_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
+    refreshed = []
+
+    def spy(self: CPUContext) -> None:
+        refreshed.append(self)
+
+    monkeypatch.setattr(CPUContext, "refresh", spy)
+    call: Any = signature
+    for made, count in (("__array__", 0), ("no such function", 1)):
+        with pytest.raises(NotImplementedError):
+            target().get_function(made, call(types.float64[::1], types.float64[::1]))
+        assert len(refreshed) == count
+
+
+def test_kernels_are_compiled_for_that_target() -> None:
+    function = compiled(mean_square)
+    function(np.ones(3), 3)
+    (made,) = function.overloads.values()
+    assert type(made.target_context) is compiler._Target
 
 
 def test_what_has_no_meaning_is_refused_every_time() -> None:
