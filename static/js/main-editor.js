@@ -116,6 +116,7 @@ class Editor {
     this.#showSelected();
     this.#mark();
     this.test.reset();
+    document.documentElement.dataset.check = "asked"; // the verdict shown is of another board
     this.check.ask(board);
     this.#keepInAddress(board);
   }
