@@ -79,10 +79,25 @@ class Bench:
 
     def becomes(self, path: str, value: Any) -> None:
         """Wait until a part of the board in the address has a value."""
-        self.page.wait_for_function(
-            f"async (wanted) => JSON.stringify((await ({_BOARD})()).{path}) === wanted",
-            arg=json.dumps(value, separators=(",", ":")),
+        wanted = json.dumps(value, separators=(",", ":"))
+        self.until(f"JSON.stringify(board.{path}) === arg", wanted)
+
+    def until(self, condition: str, arg: Any = None) -> None:
+        """Wait until the board in the address fulfils a condition on `board` and `arg`."""
+        # Not by `wait_for_function`, which takes an asynchronous function's promise for a yes.
+        fulfilled = self.page.evaluate(
+            f"""async (arg) => {{
+              const deadline = performance.now() + 30_000;
+              for (;;) {{
+                const board = await ({_BOARD})();
+                if ({condition}) return true;
+                if (performance.now() > deadline) return false;
+                await new Promise(requestAnimationFrame);
+              }}
+            }}""",
+            arg,
         )
+        assert fulfilled, f"{condition} for {arg!r}, of {self.board}"
 
     def press(self, *keys: str) -> None:
         for key in keys:
@@ -256,14 +271,14 @@ def test_a_wall_and_a_bin_are_placed_by_keys(bench: Bench) -> None:
     bench.tool("Wall")
     bench.field.focus()
     bench.press("Enter", "Shift+ArrowLeft", "ArrowDown", "Enter")
-    bench.page.wait_for_function(f"async () => (await ({_BOARD})()).walls.length === 3")
+    bench.becomes("walls.length", 3)
     wall = bench.board["walls"][-1]
     assert wall["x2"] == pytest.approx(wall["x1"] - 0.5)
     assert wall["y2"] == pytest.approx(wall["y1"] + 0.05)
     bench.tool("Bin")
     bench.field.focus()
     bench.press("ArrowRight", "Enter")
-    bench.page.wait_for_function(f"async () => (await ({_BOARD})()).bins.edges.length === 5")
+    bench.becomes("bins.edges.length", 5)
 
 
 def test_a_refusal_is_shown_at_the_place_it_is_about(bench: Bench, complaints: Complaints) -> None:
@@ -411,10 +426,7 @@ def test_a_board_named_in_the_address_is_opened(opened: Open) -> None:
     peg = bench.board["pegs"][10]
     bench.page.get_by_label("Snap to").select_option("0")
     bench.drag([peg["x"], peg["y"]], [peg["x"] + 0.07, peg["y"] + 0.02])
-    bench.page.wait_for_function(
-        f"async (x) => Math.abs((await ({_BOARD})()).pegs[10].x - x) < 0.02",
-        arg=peg["x"] + 0.07,
-    )
+    bench.until("Math.abs(board.pegs[10].x - arg) < 0.02", peg["x"] + 0.07)
 
 
 def test_a_link_cut_short_is_told(opened: Open) -> None:
@@ -470,9 +482,7 @@ def test_a_finger_on_empty_board_scrolls_the_page_and_on_a_peg_moves_it(opened: 
         session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
     pull(pegs[0]["x"], pegs[0]["y"], 40)
-    bench.page.wait_for_function(
-        f"async (y) => (await ({_BOARD})()).pegs[0].y < y - 0.2", arg=pegs[0]["y"]
-    )
+    bench.until("board.pegs[0].y < arg - 0.2", pegs[0]["y"])
     assert bench.page.evaluate("scrollY") == 0
     board = bench.board
     pull(0.0, 1.9, 120)
