@@ -12,7 +12,7 @@ from numba.core.cpu import CPUContext
 from numba.core.errors import TypingError
 
 _OPERATORS = (bool, int, *{each for each in vars(operator).values() if callable(each)})
-_ARRAY_MAKER = "__array__"
+_ARRAY_MAKER = "__array__"  # numba's name for what makes an array of something like one
 _PLAIN = (types.Number, types.Boolean, types.Array, types.Omitted)
 _hash_of: Any = Flags.__hash__
 

@@ -101,14 +101,9 @@ def _list_marked(
 
 @lean_kernel
 def _open_searches(
-    w: Floats,
-    r: Floats,
-    count: int,
-    whose: Indices,
-    which: Indices,
-    centres: Floats,
+    w: Floats, r: Floats, count: int, whose: Indices, which: Indices, centres: Floats,
     gravity: float,
-) -> None:
+) -> None:  # fmt: skip
     """Fill in the list's searches."""
     for p in range(count):
         i = int(whose[p])

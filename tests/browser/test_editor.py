@@ -281,6 +281,22 @@ def test_a_wall_and_a_bin_are_placed_by_keys(bench: Bench) -> None:
     bench.becomes("bins.edges.length", 5)
 
 
+def test_no_verdict_is_given_of_a_changed_board_until_its_own_comes(bench: Bench) -> None:
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    bench.page.route(re.compile("/boards/check$"), hold)
+    bench.tool("Peg")
+    bench.click(0.0, 2.0)
+    while not held:
+        bench.page.wait_for_timeout(20)
+    bench.checked("asked")
+    held.pop().continue_()
+    bench.checked("good")
+
+
 def test_a_refusal_is_shown_at_the_place_it_is_about(bench: Bench, complaints: Complaints) -> None:
     peg = bench.board["pegs"][0]
     bench.tool("Peg")
