@@ -50,11 +50,11 @@ test: $(VENV)/.stamp-test
 # The server is killed KILLS times under load, once over SQLite and once over PostgreSQL.
 test-crash: $(VENV)/.stamp-test
 	tools/postgresql
-	PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s tests/ledger/test_crash.py
+	PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s tests/app/persistence/test_crash.py
 
 # Ten minutes of soak, 10^5 malformed messages, and hundreds of requests of each REST operation.
 test-long: $(VENV)/.stamp-test
-	LONG=1 $(BIN)/python -m pytest -s tests/app/test_soak.py tests/app/test_fuzz.py $(PYTEST_ARGS)
+	LONG=1 $(BIN)/python -m pytest -s tests/app/live/test_soak.py tests/app/live/test_fuzz.py $(PYTEST_ARGS)
 
 # Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU; with the JIT and without.
 test-arm64: $(VENV)/.stamp-play
@@ -78,12 +78,12 @@ format: $(VENV)/.stamp-lint
 
 # What the examples of the README and of docs/pictures.md print, and their pictures, anew.
 readme: $(VENV)/.stamp-test
-	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.readme
+	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.readme
 
 # Screenshots of the pages, and docs/pictures.md, which takes a million drops, anew.
 pictures: $(VENV)/.stamp-test
-	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.photographs
-	$(BIN)/python -m tests.readme docs/pictures.md
+	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.photographs
+	$(BIN)/python -m tests.repository.readme docs/pictures.md
 
 # The newest versions that the ranges in pyproject.toml allow, tried and written down together.
 constraints:

@@ -18,30 +18,31 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from starlette.middleware.cors import CORSMiddleware
 
-from app import logs, problems, schemas, transport
-from app.arena_room import ArenaRoom
-from app.boards import Boards
-from app.cameras import Cameras
 from app.errors import SettingError
-from app.garbage import GarbageKeeper
-from app.hub import Hub
-from app.keeper import Keeper
-from app.ledger.database import Database
-from app.ledger.writer import Ledger
-from app.limits import KeyedBuckets, Quota
-from app.metrics import Metrics
-from app.middleware import BodyLimit, OriginCheck, SecurityHeaders
-from app.pictures import Pictures
-from app.protocol import shorten
-from app.readings import readings
-from app.room import DropCommand
-from app.room_kinds import BallLimits
-from app.rooms import Rooms
-from app.routes import boards, drops, health, live, page, pictures, rooms, scenes, simulate, ws
-from app.services import Services
+from app.live import transport
+from app.live.hub import Hub
+from app.live.registry import Rooms
+from app.ops import logs
+from app.ops.metrics import Metrics
+from app.persistence.database import Database
+from app.persistence.service import Keeper
+from app.persistence.writer import Ledger
+from app.pictures.cache import Pictures
+from app.pictures.film import Cameras
+from app.pictures.workers import Workers
+from app.protocol.messages import shorten
+from app.rooms.boards import Boards
+from app.rooms.independent import DropCommand
+from app.rooms.kinds import BallLimits
+from app.rooms.touching.room import ArenaRoom
 from app.settings import Settings, static_directory
-from app.tokens import Tokens, secret_of
-from app.workers import Workers
+from app.web import problems, schemas
+from app.web.limits import KeyedBuckets, Quota
+from app.web.middleware import BodyLimit, OriginCheck, SecurityHeaders
+from app.web.readings import readings
+from app.web.routes import boards, drops, health, live, page, pictures, rooms, scenes, simulate, ws
+from app.web.services import Services
+from app.web.tokens import Tokens, secret_of
 from engine import Board, World, drop, preset_names
 from engine.errors import BoardError
 
@@ -141,7 +142,7 @@ def _services(settings: Settings) -> Services:
         known,
         hub,
         _main_board(settings.board),
-        watchers=(metrics, GarbageKeeper(), cameras),
+        watchers=(metrics, cameras),
         keeper=keeper,
     )
     server = Services(
@@ -318,7 +319,7 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         ws_per_message_deflate=False,  # costs five to eight times the frame
         ws_max_size=settings.max_message,
         access_log=False,
-        log_config=None,  # app.logs has it
+        log_config=None,  # app.ops.logs has it
         server_header=False,
         timeout_graceful_shutdown=settings.shutdown_grace,
     )

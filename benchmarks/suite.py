@@ -4,15 +4,27 @@ import importlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.report import Section
-from benchmarks.settings import Settings
+from benchmarks.harness.report import Section
+from benchmarks.harness.settings import Settings
 
-NAMES = ("accuracy", "throughput", "stability", "features", "stream", "page", "render", "stepped")
+MODULES = {
+    "accuracy": "accuracy.accuracy",
+    "throughput": "speed.throughput",
+    "stability": "stability.stability",
+    "features": "speed.features",
+    "stream": "serving.stream",
+    "page": "serving.page",
+    "render": "serving.render",
+    "stepped": "speed.stepped",
+}
+"""Where in this package each benchmark is, in the order in which all of them run."""
+
+NAMES = tuple(MODULES)
 
 
 def run(name: str, settings: Settings) -> Section:
     """Run the benchmark `name`; each is imported when it is asked for."""
-    section: Section = importlib.import_module(f"benchmarks.{name}").run(settings)
+    section: Section = importlib.import_module(f"benchmarks.{MODULES[name]}").run(settings)
     return section
 
 

@@ -3,20 +3,20 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
-from engine.batch import DropBatch, drop_many
-from engine.board import Board
+from engine.board.model import Board
+from engine.board.presets import preset_names
 from engine.constants import PHYSICS_VERSION
-from engine.drop import Drop, drop
+from engine.drops.batch import DropBatch, drop_many
+from engine.drops.drop import Drop, drop
+from engine.drops.occupancy import Occupancy, occupancy
+from engine.drops.verify import Verification, verify
 from engine.errors import BoardError, EngineError, ParameterError, RecordError, SeedError
-from engine.occupancy import Occupancy, occupancy
-from engine.presets import preset_names
-from engine.verify import Verification, verify
 
 if TYPE_CHECKING:
-    from engine.arena import Arena
-    from engine.arena_settings import ArenaSettings
-    from engine.place import Place
-    from engine.world import World
+    from engine.multibody.arena import Arena
+    from engine.multibody.settings import ArenaSettings
+    from engine.multibody.static_geometry import Place
+    from engine.world.world import World
 
 __all__ = [
     "PHYSICS_VERSION",
@@ -42,10 +42,10 @@ __all__ = [
 ]
 
 _WHEN_ASKED_FOR: Final = {
-    "Arena": "engine.arena",
-    "ArenaSettings": "engine.arena_settings",
-    "Place": "engine.place",
-    "World": "engine.world",
+    "Arena": "engine.multibody.arena",
+    "ArenaSettings": "engine.multibody.settings",
+    "Place": "engine.multibody.static_geometry",
+    "World": "engine.world.world",
 }
 """Names that a drop has no use for, and whose kernels take a twentieth of its start to load."""
 

@@ -12,7 +12,7 @@ from app.cli import common
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from benchmarks.report import Section
+    from benchmarks.harness.report import Section
 
 WHAT = ("accuracy", "throughput", "stability", "features", "stream", "page", "render", "stepped")
 
@@ -65,10 +65,11 @@ def command(
     Every table says how it was obtained; times are medians with their spread. The peers and the
     oracle of `accuracy` and all plots need the `bench` extra.
     """
-    from benchmarks import machine, suite
-    from benchmarks import readme as short
-    from benchmarks.markers import fill
-    from benchmarks.settings import MissingError, Settings
+    from benchmarks import suite
+    from benchmarks.harness import machine
+    from benchmarks.harness import readme as short
+    from benchmarks.harness.markers import fill
+    from benchmarks.harness.settings import MissingError, Settings
 
     if page and not plots:
         raise click.UsageError("--page shows the plots too: say with --plots where they are drawn")

@@ -8,7 +8,7 @@ import click
 from app.cli import common
 
 if TYPE_CHECKING:
-    from engine.calibrate import Fit
+    from engine.drops.calibrate import Fit
 
 
 @click.command(name="calibrate", short_help="Search for a triangle's physics.")
@@ -29,7 +29,8 @@ def command(
     many fair draws would show. --check measures the last, or with --preset the preset, with seeds
     that no search has seen.
     """
-    from engine import calibrate, presets
+    from engine.board import presets
+    from engine.drops import calibrate
 
     tuning = presets.TUNING[f"triangle-{rows}"]
     if not preset:

@@ -17,7 +17,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 Options = dict[str, Any]
-"""Keyword arguments of `engine.drop` and `engine.drop_many` that choose the solver."""
+"""Keyword arguments of `engine.drops.drop` and `engine.drop_many` that choose the solver."""
 
 
 @contextmanager

@@ -27,8 +27,8 @@ def prune(keep_days: float, dry_run: bool, **flags: Any) -> None:
 
     What is open stays, however old: it can be replayed as long as it is there. Boards stay.
     """
-    from app.ledger import store
-    from app.ledger.database import Database
+    from app.persistence import store
+    from app.persistence.database import Database
 
     url = Settings.load(overrides=flags).ledger_url
     database = Database(url)

@@ -7,7 +7,7 @@ import click
 from app.cli import common
 
 if TYPE_CHECKING:
-    from app.load import Report
+    from app.load.generator import Report
 
 STREAMS = ("snapshots", "segments")
 
@@ -34,8 +34,8 @@ def command(
     clocks' offset estimated from pings. A frame is behind by the ticks made since; a gap is a tick
     of which a client got no snapshot.
     """
-    from app.client import room_url
-    from app.load import Load, run
+    from app.load.client import room_url
+    from app.load.generator import Load, run
 
     report = run(Load(room_url(url, room, stream), clients, stream, drops), seconds)
     if as_json:

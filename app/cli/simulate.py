@@ -14,8 +14,8 @@ from app.cli import common
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
 
-    from app.tally import Tally
     from engine import Board
+    from engine.drops.tally import Tally
 
 CHUNK = 1 << 18  # drops held at once: some 10 MB, and enough work for every core
 BAR_WIDTH = 40  # characters of the longest bar of the printed histogram
@@ -58,8 +58,8 @@ def _run(
     board: "Board", first: int, drops: int, options: dict[str, Any]
 ) -> "tuple[Tally, dict[str, Any]]":
     """The tally, and the fields of `--json`."""
-    from app.tally import Tally
     from engine import drop_many
+    from engine.drops.tally import Tally
 
     # The first drop compiles what is not compiled yet; it is not timed.
     tally = Tally(board, drop_many(board, range(first, first + 1), **options).solver)

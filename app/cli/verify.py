@@ -26,10 +26,10 @@ def command(has_process: bool, record: str) -> int:
     with kernels_as_python(has_process and Path(record).is_file()):
         fields = _read(record)
 
-        from app import roomlog
+        from app.rooms import log
 
-        if roomlog.is_log(fields):
-            result = roomlog.verify_log(fields)
+        if log.is_log(fields):
+            result = log.verify_log(fields)
             name = "drop" if "drops" in fields else "input"
             count = len(fields[f"{name}s"])
             what, maker, done = "log", "replay", f"{count} {name}{'s' * (count != 1)}, "

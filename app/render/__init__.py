@@ -3,11 +3,11 @@
 from app.render.animation import ANIMATIONS, drop_animation
 from app.render.box import BoxStage
 from app.render.density import density_picture
-from app.render.encode import MEDIA_TYPES, STILLS
 from app.render.histogram import histogram_picture
-from app.render.picture import drop_picture
+from app.render.raster.encode import MEDIA_TYPES, STILLS
+from app.render.room import Stage
 from app.render.sheet import contact_sheet
-from app.render.stage import Stage
+from app.render.still import drop_picture
 
 __all__ = [
     "ANIMATIONS",

@@ -14,13 +14,14 @@ import numpy.typing as npt
 from PIL import Image
 
 from app.errors import InvalidValueError
-from app.render import balls, gif, png
-from app.render.board import board_canvas
-from app.render.caption import paint_caption
-from app.render.indexed import UNCHANGED, Palette
-from app.render.picture import DEFAULT_WIDTH, drop_pixels
-from app.render.view import View, lay_out
-from app.theme import named
+from app.render.parts import balls
+from app.render.parts.board import board_canvas
+from app.render.parts.caption import paint_caption
+from app.render.parts.view import View, lay_out
+from app.render.raster import gif, png
+from app.render.raster.palette import UNCHANGED, Palette
+from app.render.still import DEFAULT_WIDTH, drop_pixels
+from app.render.theme import named
 from engine import Drop
 
 Pixels = npt.NDArray[np.uint8]

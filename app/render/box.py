@@ -7,10 +7,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.render.canvas import Canvas
-from app.render.picture import DEFAULT_WIDTH
-from app.render.stage import Layer, Pixels
-from app.render.view import (
+from app.render.parts.view import (
     HEADER,
     LEAST_UNIT,
     MAX_ASPECT,
@@ -19,9 +16,12 @@ from app.render.view import (
     View,
     check_size,
 )
-from app.theme import Theme, named
-from engine.arena import ARENA_BODY
-from engine.place import Place
+from app.render.raster.canvas import Canvas
+from app.render.room import Layer, Pixels
+from app.render.still import DEFAULT_WIDTH
+from app.render.theme import Theme, named
+from engine.multibody.arena import ARENA_BODY
+from engine.multibody.static_geometry import Place
 
 _SAMPLE: Final = 12  # balls side by side in the picture that the palette is made from
 

@@ -6,13 +6,13 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.render import encode
-from app.render.board import paint_furniture, plate_canvas
-from app.render.canvas import Canvas, text_width
-from app.render.caption import paint_strip, paint_words
-from app.render.picture import DEFAULT_WIDTH
-from app.render.view import View, lay_out
-from app.theme import Theme, named
+from app.render.parts.board import paint_furniture, plate_canvas
+from app.render.parts.caption import paint_strip, paint_words
+from app.render.parts.view import View, lay_out
+from app.render.raster import encode
+from app.render.raster.canvas import Canvas, text_width
+from app.render.still import DEFAULT_WIDTH
+from app.render.theme import Theme, named
 from engine import Board, Occupancy, occupancy
 
 Floats = npt.NDArray[np.float32]
@@ -41,7 +41,7 @@ def density_picture(
     """Where the centres of the balls of `seeds` are how long, in `fmt`: `png`, `jpg` or `webp`.
 
     Each pixel is a cell of the count; memory does not grow with the drops. `threads` and `progress`
-    as in `engine.occupancy`. Raises InvalidValueError and the engine's errors.
+    as in `engine.drops.occupancy`. Raises InvalidValueError and the engine's errors.
     """
     view = lay_out(board, width)
     named(theme)

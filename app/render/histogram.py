@@ -7,15 +7,15 @@ import numpy as np
 import numpy.typing as npt
 
 from app.errors import InvalidValueError
-from app.render import encode
-from app.render.board import tight
-from app.render.canvas import Canvas, text_width
-from app.render.caption import paint_strip, paint_words
-from app.render.picture import DEFAULT_WIDTH
-from app.render.view import HEADER, View, lay_out
-from app.theme import Theme, named
+from app.render.parts.board import tight
+from app.render.parts.caption import paint_strip, paint_words
+from app.render.parts.view import HEADER, View, lay_out
+from app.render.raster import encode
+from app.render.raster.canvas import Canvas, text_width
+from app.render.still import DEFAULT_WIDTH
+from app.render.theme import Theme, named
 from engine import Board
-from engine.calibrate import binomial, sampling_floor, total_variation
+from engine.drops.calibrate import binomial, sampling_floor, total_variation
 
 Floats = npt.NDArray[np.float64]
 

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from app.errors import InvalidValueError
-from app.render import encode
-from app.render.canvas import Canvas, text_width
-from app.render.picture import drop_pixels
-from app.render.view import MOST_WIDTH, View, fit
-from app.theme import Theme, named
+from app.render.parts.view import MOST_WIDTH, View, fit
+from app.render.raster import encode
+from app.render.raster.canvas import Canvas, text_width
+from app.render.still import drop_pixels
+from app.render.theme import Theme, named
 from engine import Board, Drop, drop
 
 Pixels = npt.NDArray[np.uint8]

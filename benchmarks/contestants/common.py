@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine import Board
-from engine.materials import Material, combine
+from engine.board.materials import Material, combine
 
 Floats = npt.NDArray[np.float64]
 

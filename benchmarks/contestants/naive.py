@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from benchmarks.clock import seconds_of
 from benchmarks.contestants.common import (
     LONGEST,
     Contestant,
@@ -20,6 +19,7 @@ from benchmarks.contestants.common import (
     poll_steps,
     steps_of,
 )
+from benchmarks.harness.clock import seconds_of
 from engine import Board
 
 CORRECTION = 0.6  # the middle of the documents' 0.4 to 0.8

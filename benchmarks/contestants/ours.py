@@ -3,14 +3,8 @@
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.clock import seconds_of
-from benchmarks.contestants.common import (
-    Contestant,
-    Floats,
-    Observation,
-    Paths,
-    steps_of,
-)
+from benchmarks.contestants.common import Contestant, Floats, Observation, Paths, steps_of
+from benchmarks.harness.clock import seconds_of
 from engine import Board, drop, drop_many
 
 

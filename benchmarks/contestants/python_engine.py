@@ -5,15 +5,8 @@ from typing import Protocol
 
 import numpy as np
 
-from benchmarks.clock import seconds_of
-from benchmarks.contestants.common import (
-    LONGEST,
-    Contestant,
-    Floats,
-    Paths,
-    poll_steps,
-    steps_of,
-)
+from benchmarks.contestants.common import LONGEST, Contestant, Floats, Paths, poll_steps, steps_of
+from benchmarks.harness.clock import seconds_of
 from engine import Board
 
 WORLD_BALLS = 10

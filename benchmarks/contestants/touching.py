@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.contestants.common import AbsentError, Floats
-from benchmarks.touching_scenes import DENSITY, DT, MATERIAL, Heap
+from benchmarks.scenes.touching import DENSITY, DT, MATERIAL, Heap
 
 SCALE = 10.0  # Box2D metres per metre
 SLOP = 1e-4  # m

@@ -13,9 +13,9 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
 from app.main import Server, create_app, listen, server_config
-from app.protocol import Extent, Snapshot, decode_snapshot
-from app.services import Services
+from app.protocol.messages import Extent, Snapshot, decode_snapshot
 from app.settings import Settings
+from app.web.services import Services
 from tests.waiting import LIMIT
 
 # A board whose balls land in two thirds of a second: live tests wait for real falls.

@@ -3,8 +3,9 @@
 import pytest
 
 import engine.errors
-from app import errors, problems
-from app.client import RefusedError
+from app import errors
+from app.load.client import RefusedError
+from app.web import problems
 
 
 def tree(root: type[Exception]) -> set[type[Exception]]:

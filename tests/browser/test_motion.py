@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from app.protocol import Landed, Limits
-from app.room import DropCommand, Room
+from app.protocol.messages import Landed, Limits
+from app.rooms.independent import DropCommand, Room
 from engine import Board, drop
 from tests.browser.conftest import Open, Quick, Run, ServerProcess
 from tests.browser.test_segments import page_scale

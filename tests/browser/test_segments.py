@@ -8,8 +8,8 @@ import msgspec
 import pytest
 from playwright.sync_api import Error
 
-from app import segments
-from app.protocol import Extent
+from app.protocol import segments
+from app.protocol.messages import Extent
 from tests.browser.conftest import ROOT, Run
 
 GOLDEN = json.loads((ROOT / "tests" / "golden" / "segments.json").read_text())

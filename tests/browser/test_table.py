@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
-from engine.materials import GRAVITY, RESTITUTION
+from engine.board.materials import GRAVITY, RESTITUTION
 from tests.browser.conftest import Open, Quick, Run
 from tests.browser.looks import painted
 

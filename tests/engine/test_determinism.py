@@ -13,11 +13,11 @@ import pytest
 from numba import types
 
 from engine import PHYSICS_VERSION, Board, drop
-from engine.compiled import layout_of
-from engine.kernels import compiled_kernel
-from engine.kernels.impact_time import stays_positive
-from engine.kernels.layout import bin_of
-from engine.solvers.riding import side_of
+from engine.exact.board_arrays import layout_of
+from engine.exact.sustained_contact import side_of
+from engine.jit import compiled_kernel
+from engine.physics.layout import bin_of
+from engine.physics.time_of_impact import stays_positive
 from tests.golden import check, make
 
 ROOT = Path(__file__).parents[2]
@@ -68,7 +68,7 @@ def run_python(code: str, folder: Path = ROOT, **environment: str) -> str:
 def test_plain_python_gives_the_golden_digests() -> None:
     """Every preset and scene by both solvers, one drop each: the kernels without the JIT."""
     code = (
-        "import sys, engine.solvers.exact as exact\n"
+        "import sys, engine.exact.trace as exact\n"
         "assert not hasattr(exact.trace_many, 'signatures'), 'the JIT is on'\n"
         "from tests.golden import check\n"
         "sys.exit(check.main(['--quick']))\n"
@@ -119,18 +119,17 @@ def test_results_cannot_change_behind_the_versions_back(
 def test_a_changed_kernel_makes_the_code_of_its_callers_stale(tmp_path: Path) -> None:
     """In a copy of the engine: a root is found with the series of another file."""
     package = tmp_path / "engine"
-    kernels = package / "kernels"
-    shutil.copytree(ROOT / "engine" / "kernels", kernels, ignore=shutil.ignore_patterns("__*__"))
+    for folder in ("jit", "physics"):
+        shutil.copytree(ROOT / "engine" / folder, package / folder)
     shutil.copy(ROOT / "engine" / "constants.py", package)
-    for folder in (package, kernels):
-        (folder / "__init__.py").write_text("")
+    (package / "__init__.py").write_text("")
     code = (
-        "from engine.kernels.impact_time import line_hit_again\n"
+        "from engine.physics.time_of_impact import line_hit_again\n"
         "print(round(line_hit_again(1.0, -2.0, 1e-12, 9.0, 9.0), 6))\n"
     )
     cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     assert run_python(code, tmp_path, **cache) == "1.0\n"
-    source = kernels / "flight.py"
+    source = package / "physics" / "flight.py"
     text = source.read_text()
     assert "_C0 = 1.0 / 2.0" in text
     source.write_text(text.replace("_C0 = 1.0 / 2.0", "_C0 = 1.0 / 4.0"))
@@ -164,8 +163,11 @@ def test_only_kernels_that_python_calls_have_machine_code_of_their_own(tmp_path:
     kept = kept_code(
         "from engine import Board, drop\ndrop(Board.preset('triangle-8'), 1)\n", tmp_path
     )
-    assert {"exact.trace_many", "flight.basis"} <= kept
-    assert not {"flying.fly", "flying.next_hit", "layout.bin_of", "riding.ride"} & kept
+    assert {"trace.trace_many", "flight.basis"} <= kept
+    assert (
+        not {"free_flight.fly", "free_flight.next_hit", "layout.bin_of", "sustained_contact.ride"}
+        & kept
+    )
 
 
 @pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
@@ -178,8 +180,8 @@ def test_drops_that_only_bounce_compile_nothing_for_those_that_ride(tmp_path: Pa
         "drop_many(board, range(2))\n"
     )
     kept = kept_code(code, tmp_path)
-    assert "lockstep._trace_row" in kept
-    assert "exact.trace_many" not in kept
+    assert "trace._trace_row" in kept
+    assert "trace.trace_many" not in kept
 
 
 def kept_code(code: str, cache: Path) -> set[str]:

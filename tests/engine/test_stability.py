@@ -9,11 +9,11 @@ import os
 import numpy as np
 import pytest
 
-from benchmarks.arena_torture import funnel
-from engine.arena import Arena
-from engine.arena_scenes import sandbox
-from engine.arena_settings import ArenaSettings
-from engine.place import Place
+from benchmarks.stability.touching_torture import funnel
+from engine.multibody.arena import Arena
+from engine.multibody.scenes import sandbox
+from engine.multibody.settings import ArenaSettings
+from engine.multibody.static_geometry import Place
 
 LONG = os.environ.get("LONG_TESTS") == "1"
 

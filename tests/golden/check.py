@@ -12,8 +12,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from benchmarks.scenes.contact_scenes import scene, scene_names
 from engine import PHYSICS_VERSION, Board, drop, drop_many, preset_names
-from engine.scenes import scene, scene_names
 
 FILE = Path(__file__).parent / "digests.json"
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.arena import Arena
-from engine.arena_settings import ArenaSettings
-from engine.place import Place
+from engine.multibody.arena import Arena
+from engine.multibody.settings import ArenaSettings
+from engine.multibody.static_geometry import Place
 
 STATES = sorted((Path(__file__).parent / "arena").glob("*.json"))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from engine import Board, drop
-from tests.engine.test_exact import NEAR, overlap
+from tests.engine.exact.test_exact import NEAR, overlap
 
 STATES = sorted(Path(__file__).parent.glob("*.json"))
 
@@ -16,7 +16,9 @@ STATES = sorted(Path(__file__).parent.glob("*.json"))
 @pytest.mark.parametrize("path", STATES, ids=[path.stem for path in STATES])
 def test_a_ball_ends_as_it_should(path: Path) -> None:
     saved = json.loads(path.read_text(encoding="utf-8"))
-    with mock.patch("engine.board_check.check"):  # some are traps, which no board for play may be
+    with mock.patch(
+        "engine.board.checks.playable.check"
+    ):  # some are traps, which no board for play may be
         board = Board.from_json(saved["board"])
     found = drop(board, x=saved["x"], solver=saved["solver"])
     assert found.bin == saved["bin"], saved["about"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Final
 
-from engine.board import Board
+from engine.board.model import Board
 from engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_CONTACT_CHANGE,

@@ -3,8 +3,8 @@
 import math
 import random
 
-from engine.board import Board
-from engine.board_parts import Bins, Peg, Wall
+from engine.board.model import Board
+from engine.board.parts import Bins, Peg, Wall
 from tests.engine.oracle.scenes import scene
 
 _SIDE = 1.3  # m: the upright walls that close the board

@@ -11,7 +11,7 @@ import mpmath
 import numpy as np
 import numpy.typing as npt
 
-from engine.board import Board
+from engine.board.model import Board
 from engine.constants import KIND_PEG, KIND_WALL
 
 Real: TypeAlias = Any  # an mpf; mpmath has no types

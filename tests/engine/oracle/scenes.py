@@ -2,10 +2,10 @@
 
 from unittest import mock
 
-from engine.board import Board
-from engine.board_parts import BallSpec, Bins, DropZone, Peg, Wall
-from engine.materials import Material
-from engine.scenes import trial
+from benchmarks.scenes.contact_scenes import trial
+from engine.board.materials import Material
+from engine.board.model import Board
+from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 
 WIDE = Bins(2.0, (-50.0, 0.0, 50.0), (1.0, 1.0))
 
@@ -28,7 +28,7 @@ def scene(
     some are made to trap the ball, which no board for play may do.
     """
     material = Material(restitution, friction)
-    with mock.patch("engine.board_check.check"):
+    with mock.patch("engine.board.checks.playable.check"):
         return Board(
             name="scene",
             gravity=gravity,

@@ -1,0 +1,267 @@
+"""Who watches which room, and how what happens there reaches each client.
+
+Two lanes a client. Events are reliable: in order, up to a bound. Pictures are lossy: one slot, and
+a newer one takes the place of the older. A client whose connection has room is written to at once,
+the same bytes for all. One that does not read falls back on its own mailbox and writer, so that it
+stops only itself. When a write takes longer than the grace period, or the mailbox overflows, the
+client is too slow and is closed with that reason.
+"""
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from app.errors import AppError, RoomFullError, SlowClientError
+from app.protocol.wire import Frame
+
+
+class Line(Protocol):
+    """A client's connection, as the hub needs it."""
+
+    def write(self, wire: bytes) -> bool:
+        """Send these bytes now, or return False when that would only pile them up."""
+
+    async def send(self, frame: Frame) -> None:
+        """Send a frame as soon as there is room for it."""
+
+
+@dataclass(slots=True)
+class Traffic:
+    """What all clients together were sent; counts only go up."""
+
+    frames: int = 0
+    bytes: int = 0  # payload
+    skipped: int = 0  # pictures that a newer one overtook
+    too_slow: int = 0  # clients closed for not reading
+
+
+class Mailbox:
+    """What waits for one client, pure: bounded events in order, and the latest picture.
+
+    `renew`, where given, makes the picture that stands for several that waited: those of a stream
+    in which each picture adds to the one before.
+    """
+
+    def __init__(
+        self, max_events: int, max_bytes: int, renew: Callable[[], Frame] | None = None
+    ) -> None:
+        self.max_events = max_events
+        self.max_bytes = max_bytes
+        self.replaced = 0  # pictures that a newer one overtook
+        self._renew = renew
+        self._events: deque[Frame] = deque()
+        self._size = 0
+        self._picture: Frame | None = None
+        self._torn = False
+
+    def post(self, event: Frame) -> None:
+        """Queue an event; raises SlowClientError when the queue is full."""
+        if len(self._events) >= self.max_events or self._size + len(event.payload) > self.max_bytes:
+            raise SlowClientError(
+                f"{len(self._events)} event frames of {self._size} bytes wait unread"
+            )
+        self._events.append(event)
+        self._size += len(event.payload)
+
+    def show(self, picture: Frame) -> None:
+        """Put a picture in the slot; the one that was there is gone."""
+        if self._picture is not None:
+            self.replaced += 1
+            self._torn = self._renew is not None
+        self._picture = picture
+
+    def take(self) -> Frame | None:
+        """The next frame to send: events first, so that a picture never runs ahead of them."""
+        if self._events:
+            event = self._events.popleft()
+            self._size -= len(event.payload)
+            return event
+        picture, self._picture = self._picture, None
+        if self._torn and self._renew is not None:
+            self._torn = False
+            return self._renew()
+        return picture
+
+
+class Client:
+    """One connection: written to directly while it keeps up, through its mailbox while not."""
+
+    def __init__(
+        self,
+        client_id: int,
+        line: Line,
+        mailbox: Mailbox,
+        grace: float,
+        *,
+        stream: str = "snapshots",
+        key: str = "",
+        traffic: Traffic | None = None,
+    ) -> None:
+        self.id = client_id
+        self.stream = stream
+        self.key = key  # by which it is known when it comes back
+        self.mailbox = mailbox
+        self.sent = 0  # frames
+        self._line = line
+        self._grace = grace
+        self._traffic = traffic or Traffic()
+        self._keeps_up = True  # nothing waits in the mailbox and nothing is being sent from it
+        self._wake = asyncio.Event()
+        self._writing: asyncio.Timeout | None = None
+        self._failure: AppError | None = None
+
+    def post(self, event: Frame) -> None:
+        """Send an event, or queue it; a client whose queue is full is on its way out."""
+        if self._keeps_up and self._line.write(event.wire):
+            self._count(event)
+            return
+        try:
+            self.mailbox.post(event)
+        except SlowClientError as error:
+            self.fail(error)
+        self._keeps_up = False
+        self._wake.set()
+
+    def show(self, picture: Frame) -> None:
+        """Send a picture, or offer it for when there is room."""
+        if self._keeps_up and self._line.write(picture.wire):
+            self._count(picture)
+            return
+        replaced = self.mailbox.replaced
+        self.mailbox.show(picture)
+        self._traffic.skipped += self.mailbox.replaced - replaced
+        self._keeps_up = False
+        self._wake.set()
+
+    def write(self, wire: bytes, frames: int) -> bool:
+        """Send several frames in one go, if the client keeps up; else False and nothing is done."""
+        if self._keeps_up and self._line.write(wire):
+            self.sent += frames
+            return True
+        return False
+
+    def fail(self, error: AppError) -> None:
+        """End the connection with this reason: `run` raises it, even out of a blocked send."""
+        self._failure = self._failure or error
+        self._keeps_up = False
+        if self._writing is not None and not self._writing.expired():
+            self._writing.reschedule(asyncio.get_running_loop().time())
+        self._wake.set()
+
+    async def run(self) -> None:
+        """Send what waits, for ever; raises SlowClientError when the client does not read."""
+        while True:
+            while self._failure is None and (frame := self.mailbox.take()) is not None:
+                await self._write_one(frame)
+            if self._failure is not None:
+                self._traffic.too_slow += isinstance(self._failure, SlowClientError)
+                raise self._failure
+            self._keeps_up = True
+            self._wake.clear()
+            await self._wake.wait()
+
+    async def _write_one(self, frame: Frame) -> None:
+        try:
+            async with asyncio.timeout(self._grace) as self._writing:
+                await self._line.send(frame)
+        except TimeoutError:
+            self._failure = self._failure or SlowClientError(
+                f"nothing was read for {self._grace:g} seconds"
+            )
+        else:
+            self._count(frame)
+        finally:
+            self._writing = None
+
+    def _count(self, frame: Frame) -> None:
+        self.sent += 1
+        self._traffic.frames += 1
+        self._traffic.bytes += len(frame.payload)
+
+
+class Hub:
+    """The clients of every room, by the stream they asked for. Sending never waits."""
+
+    def __init__(self, max_clients: int) -> None:
+        self.max_clients = max_clients
+        self.traffic = Traffic()
+        self._rooms: dict[str, dict[str, dict[int, Client]]] = {}
+
+    def join(self, room_id: str, client: Client) -> None:
+        """Let a client watch a room; raises RoomFullError."""
+        if self.count(room_id) >= self.max_clients:
+            raise RoomFullError(f"room {room_id!r} already has {self.max_clients} clients")
+        streams = self._rooms.setdefault(room_id, {})
+        streams.setdefault(client.stream, {})[client.id] = client
+
+    def leave(self, room_id: str, client: Client) -> None:
+        """Forget a client."""
+        streams = self._rooms.get(room_id, {})
+        clients = streams.get(client.stream, {})
+        clients.pop(client.id, None)
+        if not clients:
+            streams.pop(client.stream, None)
+        if not streams:
+            self._rooms.pop(room_id, None)
+
+    def count(self, room_id: str, stream: str | None = None) -> int:
+        """How many watch this room, or one stream of it."""
+        streams = self._rooms.get(room_id, {})
+        if stream is not None:
+            return len(streams.get(stream, ()))
+        return sum(map(len, streams.values()))
+
+    @property
+    def total(self) -> int:
+        """How many clients all rooms have."""
+        return sum(map(self.count, self._rooms))
+
+    def clients(self, room_id: str) -> list[Client]:
+        """Those who watch this room."""
+        return list(self._everyone(room_id))
+
+    def announce(self, room_id: str, event: bytes, skip: int | None = None) -> None:
+        """Send the same event frame to everyone in the room, all but client `skip`."""
+        frame = Frame.event(event)
+        for client in self._everyone(room_id):
+            if client.id != skip:
+                client.post(frame)
+
+    def tell(self, room_id: str, client_id: int, event: bytes) -> None:
+        """Send an event frame to one client, if it is still there."""
+        for clients in self._rooms.get(room_id, {}).values():
+            if client_id in clients:
+                clients[client_id].post(Frame.event(event))
+
+    def publish(
+        self, room_id: str, stream: str, events: bytes | None, picture: bytes | None
+    ) -> None:
+        """Send a tick's events and picture to all who watch this stream: the same bytes to all."""
+        frames = [Frame.event(events)] if events is not None else []
+        if picture is not None:
+            frames.append(Frame.picture(picture))
+        wire = b"".join(frame.wire for frame in frames)
+        size = sum(len(frame.payload) for frame in frames)
+        written = 0
+        for client in self._rooms.get(room_id, {}).get(stream, {}).values():
+            if client.write(wire, len(frames)):
+                written += 1
+                continue
+            for frame in frames:
+                if frame.text:
+                    client.post(frame)
+                else:
+                    client.show(frame)
+        self.traffic.frames += written * len(frames)
+        self.traffic.bytes += written * size
+
+    def close(self, room_id: str, error: AppError) -> None:
+        """End every connection to the room with this reason."""
+        for client in self._everyone(room_id):
+            client.fail(error)
+
+    def _everyone(self, room_id: str) -> Iterator[Client]:
+        for clients in self._rooms.get(room_id, {}).values():
+            yield from clients.values()

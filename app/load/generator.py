@@ -1,0 +1,227 @@
+"""Many clients in one room, and what each of them gets: what `plinko load` prints."""
+
+import asyncio
+import contextlib
+import time
+from array import array
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from app.load.client import Clock, RefusedError, RoomClient, connect
+from app.protocol import messages
+
+_TOGETHER = 50  # handshakes under way at once
+_PING = 0.2  # s between the timekeeper's pings
+_SETTLE = 0.5  # s of watching before counting begins
+
+
+@dataclass(slots=True)
+class Counted:
+    """What one client got while it was counted."""
+
+    frames: int = 0
+    bytes: int = 0
+    missed: int = 0  # ticks of which it got no snapshot
+    tick: int = -1
+    end: tuple[int, str] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What all of them got. Latencies: from when a tick was due until its frame was read, in s."""
+
+    stream: str
+    asked: int
+    connected: int
+    refused: dict[str, int]
+    closed: dict[str, int]
+    seconds: float
+    frames: int
+    bytes: int
+    fps: list[float]
+    latencies: Any
+    missed: int
+    gappy: int
+    tick_rate: float
+    trip: float
+    drops: int
+    errors: dict[str, int]
+
+    def behind(self, share: float) -> int:
+        """Frames that all but the slowest `1 - share` of frames were at most behind."""
+        return int(self.latency(share) * self.tick_rate)
+
+    def latency(self, share: float) -> float:
+        """The latency that this share of all frames did not exceed, in s; 0 without frames."""
+        return float(np.quantile(self.latencies, share)) if len(self.latencies) else 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form: figures instead of the latencies themselves."""
+        fps = self.fps or [0.0]
+        return {
+            "stream": self.stream,
+            "clients": self.asked,
+            "connected": self.connected,
+            "refused": self.refused,
+            "closed": self.closed,
+            "seconds": self.seconds,
+            "frames": self.frames,
+            "bytes": self.bytes,
+            "fps": {"median": float(np.median(fps)), "least": min(fps), "most": max(fps)},
+            "latency": {
+                name: self.latency(share)
+                for name, share in (("p50", 0.5), ("p99", 0.99), ("worst", 1.0))
+            },
+            "behind": {"p99": self.behind(0.99), "worst": self.behind(1.0)},
+            "gaps": {"frames": self.missed, "clients": self.gappy},
+            "trip": self.trip,
+            "drops": self.drops,
+            "errors": self.errors,
+        }
+
+
+@dataclass(slots=True)
+class Load:
+    """Joins `clients` clients to a room, has one of them drop balls, and counts."""
+
+    url: str
+    clients: int
+    stream: str = messages.SNAPSHOTS
+    drops: float = 5.0  # a second
+    on_count: Callable[[], None] = lambda: None  # called when counting begins
+    counting: bool = False
+    leaving: bool = False
+    counted: dict[RoomClient, Counted] = field(default_factory=dict)
+    refused: Counter[str] = field(default_factory=Counter)
+    errors: Counter[str] = field(default_factory=Counter)
+    latencies: "array[float]" = field(default_factory=lambda: array("d"))
+    clock: Clock | None = None
+    hello: dict[str, Any] | None = None
+    dropped: int = 0
+
+    async def run(self, seconds: float) -> Report:
+        """Count for so many seconds; raises RefusedError when nobody gets in."""
+        first, *_ = await self._join()
+        chores = [asyncio.create_task(self._ping(first)), asyncio.create_task(self._drop(first))]
+        try:
+            await asyncio.sleep(_SETTLE)
+            self._check_welcome()
+            self.on_count()
+            self.counting, begin = True, time.monotonic()
+            await asyncio.sleep(seconds)
+            self.counting, took = False, time.monotonic() - begin
+        finally:
+            for chore in chores:
+                chore.cancel()
+            self.leaving = True
+            for client in self.counted:
+                client.close()
+        return self._report(took)
+
+    async def _join(self) -> list[RoomClient]:
+        gate = asyncio.Semaphore(_TOGETHER)
+
+        async def join(number: int) -> RoomClient | None:
+            async with gate:
+                try:
+                    # One of them listens for all: to decode events takes longer than to count.
+                    client = await connect(self.url, self, events=number == 0)
+                except (RefusedError, OSError) as error:
+                    self.refused[str(error)] += 1
+                    return None
+                self.counted.setdefault(client, Counted())
+                return client
+
+        joined = await asyncio.gather(*map(join, range(self.clients)))
+        found = [client for client in joined if client is not None]
+        if not found:
+            why = next(iter(self.refused), "no client was asked for")
+            raise RefusedError(f"{self.url}: {why}")
+        return found
+
+    def _check_welcome(self) -> None:
+        """Raise RefusedError unless somebody was greeted."""
+        if self.hello is None:
+            ends = {c.end for c in self.counted.values() if c.end is not None}
+            said = "; ".join(sorted(f"{code} {reason}" for code, reason in ends)) or "nothing"
+            raise RefusedError(f"{self.url}: no hello; the server said: {said}")
+
+    async def _ping(self, client: RoomClient) -> None:
+        while True:
+            client.send(type="ping", t=time.monotonic())
+            await asyncio.sleep(_PING)
+
+    async def _drop(self, client: RoomClient) -> None:
+        """Balls at an even rate, the first at once, so that something always moves."""
+        while self.drops > 0:
+            client.send(type="drop")
+            self.dropped += 1
+            await asyncio.sleep(1.0 / self.drops)
+
+    def event(self, client: RoomClient, event: dict[str, Any], now: float) -> None:
+        """Keep the clock, and count what the server refuses."""
+        kind = event["type"]
+        if kind == "hello" and self.hello is None:
+            self.hello = event
+            self.clock = Clock(event["tick_rate"])
+        elif kind == "pong" and self.clock is not None:
+            self.clock.observe(event, now)
+        elif kind == "error":
+            self.errors[event["code"]] += 1
+
+    def picture(self, client: RoomClient, data: bytes, now: float) -> None:
+        """Count a frame. Its tick is at the same place in both kinds of picture."""
+        counted = self.counted.setdefault(client, Counted())
+        tick = int.from_bytes(data[4:8], "little")
+        before, counted.tick = counted.tick, tick
+        if not self.counting:
+            return
+        counted.frames += 1
+        counted.bytes += len(data)
+        if 0 <= before < tick - 1 and self.stream == messages.SNAPSHOTS:
+            counted.missed += tick - 1 - before
+        if self.clock is not None and self.clock.known:
+            self.latencies.append(now - self.clock.due(tick))
+
+    def closed(self, client: RoomClient, code: int, reason: str) -> None:
+        """Note who was sent away."""
+        if not self.leaving:
+            self.counted.setdefault(client, Counted()).end = (code, reason)
+
+    def _report(self, seconds: float) -> Report:
+        counts = list(self.counted.values())
+        ends = Counter(f"{c.end[0]} {c.end[1]}".strip() for c in counts if c.end is not None)
+        known = self.clock is not None and self.clock.known
+        return Report(
+            stream=self.stream,
+            asked=self.clients,
+            connected=len(counts),
+            refused=dict(self.refused),
+            closed=dict(ends),
+            seconds=seconds,
+            frames=sum(c.frames for c in counts),
+            bytes=sum(c.bytes for c in counts),
+            fps=[c.frames / seconds for c in counts],
+            latencies=np.maximum(np.frombuffer(self.latencies, np.float64), 0.0)
+            if self.latencies
+            else np.zeros(0),
+            missed=sum(c.missed for c in counts),
+            gappy=sum(c.missed > 0 for c in counts),
+            tick_rate=self.hello["tick_rate"] if self.hello else 60.0,
+            trip=self.clock.trip if known and self.clock is not None else 0.0,
+            drops=self.dropped,
+            errors=dict(self.errors),
+        )
+
+
+def run(load: Load, seconds: float) -> Report:
+    """Run a load on an event loop of its own, the fast one where there is one."""
+    with contextlib.suppress(ImportError):
+        import uvloop  # noqa: PLC0415 - there is none on Windows
+
+        return uvloop.run(load.run(seconds))
+    return asyncio.run(load.run(seconds))

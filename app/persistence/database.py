@@ -1,0 +1,272 @@
+"""Opening the ledger's database: its address, one server at a time, tables brought up to date."""
+
+import contextlib
+import fcntl
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy import Connection, Engine, event
+from sqlalchemy.engine import URL, make_url
+from sqlalchemy.exc import ArgumentError, NoSuchModuleError
+from sqlalchemy.pool import NullPool, StaticPool
+
+from app.errors import LedgerError, SettingError
+
+HEAD = "0002"  # the last step of `migrations`
+
+_PATIENCE = 5  # s that a database may take to answer
+_LOCK = 0x706C696E6B6F  # 'plinko', the key of PostgreSQL's advisory lock
+
+
+def address(url: str) -> URL:
+    """The address of a database; raises SettingError naming what is wrong, never a password."""
+    try:
+        parsed = make_url(url)
+    except ArgumentError:
+        raise SettingError(
+            "database_url is no address such as sqlite:///plinko.db or postgresql://user@host/name",
+            field="database_url",
+        ) from None
+    kind = parsed.get_backend_name()
+    if kind == "postgresql":
+        return parsed.set(drivername="postgresql+psycopg")
+    if kind != "sqlite" or parsed.query:
+        raise SettingError(
+            f"database_url {parsed.render_as_string()} is neither sqlite:///FILE, sqlite:// "
+            "(in memory) nor postgresql://…",
+            field="database_url",
+        )
+    return parsed
+
+
+class Database:
+    """One database and the one connection that the ledger's writer works over.
+
+    Blocking, and for one thread at a time. `connect` and `transaction` raise SQLAlchemy's errors,
+    OSError, and LedgerError for a database that is there but cannot be used.
+    """
+
+    def __init__(self, url: str) -> None:
+        self.url = address(url)
+        self.name = self.url.render_as_string(hide_password=True)
+        self._engine = _sqlite(self.url) if self.file or self.in_memory else _postgres(self.url)
+        self._connection: Connection | None = None
+        self._inode: tuple[int, int] | None = None
+        self._lock: int | None = None
+        self.is_open = False
+
+    @property
+    def in_memory(self) -> bool:
+        """Whether all of it is gone with the process."""
+        return self.url.get_backend_name() == "sqlite" and self.url.database in (None, ":memory:")
+
+    @property
+    def file(self) -> Path | None:
+        """SQLite's file."""
+        if self.url.get_backend_name() != "sqlite" or self.in_memory:
+            return None
+        return Path(str(self.url.database))
+
+    @property
+    def secret_file(self) -> Path | None:
+        """Where a server over this database keeps its secret; None but for SQLite's file."""
+        return None if self.file is None else self.file.with_name(f"{self.file.name}-secret")
+
+    def open(self) -> None:
+        """Connect for the first time and bring the tables up to date.
+
+        Raises SettingError naming the database when that cannot be done.
+        """
+        try:
+            if self.file is not None:
+                self.file.parent.mkdir(0o700, parents=True, exist_ok=True)
+                self._lock = _lock_file(self.file)
+            migrate(self._connected())
+        except (sa.exc.SQLAlchemyError, OSError, LedgerError) as error:
+            self.close()
+            raise SettingError(
+                f"the ledger {self.name} cannot be opened: {reason(error)}", field="database_url"
+            ) from error
+        if self.file is not None:
+            self._inode = _inode(self.file)
+        self.is_open = True
+
+    @contextlib.contextmanager
+    def transaction(self) -> Iterator[Connection]:
+        """A transaction, committed at the end of the block, undone when the block raises.
+
+        After an error the connection is given up: what it was in the middle of is not known.
+        """
+        try:
+            if self._inode is not None and self.file is not None:
+                self._check_file(self.file)
+            connection = self._connected()
+            with connection.begin():
+                yield connection
+        except BaseException:
+            self.disconnect()
+            raise
+
+    def compact(self) -> None:
+        """Give the room of deleted rows back to the file system; PostgreSQL does so by itself."""
+        if self.file is not None:
+            connection = self._connected().connection.driver_connection
+            assert connection is not None
+            connection.execute("VACUUM")
+
+    def disconnect(self) -> None:
+        """Give up the connection; the next transaction makes a new one. Memory has only one."""
+        if self._connection is None or self.in_memory:
+            return
+        connection, self._connection = self._connection, None
+        with contextlib.suppress(sa.exc.SQLAlchemyError):
+            connection.invalidate()
+        with contextlib.suppress(sa.exc.SQLAlchemyError):
+            connection.close()
+
+    def close(self) -> None:
+        """Close the connection and let other servers have the database."""
+        if self._connection is not None:
+            with contextlib.suppress(sa.exc.SQLAlchemyError):
+                self._connection.close()
+            self._connection = None
+        self._engine.dispose()
+        self.is_open = False
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+
+    def _connected(self) -> Connection:
+        if self._connection is None:
+            connection = self._engine.connect()
+            if self._engine.dialect.name == "postgresql":
+                _lock_database(connection)
+            self._connection = connection
+        return self._connection
+
+    def _check_file(self, file: Path) -> None:
+        """Raise LedgerError when the file is no longer the one that is open.
+
+        SQLite would go on writing into a file that was deleted, and nothing of it would remain.
+        """
+        if _inode(file) != self._inode:
+            raise LedgerError(f"{file} was replaced by another file; start the server again")
+
+
+def reason(error: BaseException) -> str:
+    """What a database's error says, without the statement and its values."""
+    if isinstance(error, sa.exc.DBAPIError) and error.orig is not None:
+        error = error.orig
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def migrate(connection: Connection) -> None:
+    """Bring the tables up to date; raises LedgerError when they are of a later release."""
+    if _revision(connection) == HEAD:
+        return
+    # Imported when there is something to do: a start that finds its tables does without.
+    from alembic import command  # noqa: PLC0415
+    from alembic.config import Config  # noqa: PLC0415
+    from alembic.util import CommandError  # noqa: PLC0415
+
+    config = Config()
+    config.set_main_option("script_location", "app.persistence:migrations")
+    config.attributes["connection"] = connection
+    try:
+        with connection.begin():
+            command.upgrade(config, "head")
+    except CommandError as error:
+        raise LedgerError(
+            f"its tables are of step {_revision(connection)!r}, this release knows those up to "
+            f"{HEAD!r}: {error}"
+        ) from error
+
+
+def _revision(connection: Connection) -> str | None:
+    """The step that the tables are at; None when there are none."""
+    with connection.begin():
+        if not sa.inspect(connection).has_table("alembic_version"):
+            return None
+        found: str | None = connection.execute(
+            sa.text("SELECT version_num FROM alembic_version")
+        ).scalar()
+        return found
+
+
+def _sqlite(url: URL) -> Engine:
+    in_memory = url.database in (None, ":memory:")
+    engine = sa.create_engine(
+        url,
+        poolclass=StaticPool if in_memory else NullPool,
+        connect_args={"check_same_thread": False, "timeout": _PATIENCE},
+    )
+
+    @event.listens_for(engine, "connect")
+    def _prepare(connection: Any, _: Any) -> None:
+        # Python's own idea of when a transaction begins leaves the tables' making outside of it.
+        connection.isolation_level = None
+        connection.execute("PRAGMA journal_mode = WAL")
+        # A commit returns once it is on the disk, not once it is on its way there.
+        connection.execute("PRAGMA synchronous = FULL")
+        connection.execute("PRAGMA foreign_keys = ON")
+        # Rows are added at the tables' ends and hardly ever read: a few hundred pages are enough.
+        connection.execute("PRAGMA cache_size = -512")
+
+    @event.listens_for(engine, "begin")
+    def _begin(connection: Connection) -> None:
+        connection.exec_driver_sql("BEGIN IMMEDIATE")
+
+    return engine
+
+
+def _postgres(url: URL) -> Engine:
+    try:
+        return sa.create_engine(
+            url,
+            poolclass=NullPool,
+            connect_args={
+                "connect_timeout": _PATIENCE,
+                "keepalives_idle": 2 * _PATIENCE,
+                "tcp_user_timeout": 1000 * _PATIENCE,
+                "options": f"-c synchronous_commit=on -c statement_timeout={1000 * _PATIENCE}",
+                "application_name": "plinko",
+            },
+        )
+    except (ImportError, NoSuchModuleError):
+        raise SettingError(
+            "PostgreSQL needs its driver: pip install 'plinko-server[postgres]'",
+            field="database_url",
+        ) from None
+
+
+def _lock_database(connection: Connection) -> None:
+    """Take PostgreSQL's lock, which goes with the connection; raises LedgerError when taken."""
+    with connection.begin():
+        free = connection.execute(sa.text(f"SELECT pg_try_advisory_lock({_LOCK})")).scalar()
+    if not free:
+        connection.close()
+        raise LedgerError("another server uses it")
+
+
+def _lock_file(file: Path) -> int:
+    """Take the lock beside SQLite's file, which goes with the process.
+
+    Not a lock on the file itself: closing a descriptor of it would drop SQLite's own locks.
+    """
+    descriptor = os.open(f"{file}-lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise LedgerError(
+            "another server uses it; give this one a --data directory or --database-url of its own"
+        ) from None
+    return descriptor
+
+
+def _inode(file: Path) -> tuple[int, int]:
+    found = file.stat()
+    return found.st_dev, found.st_ino

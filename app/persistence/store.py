@@ -1,0 +1,270 @@
+"""The ledger's statements: values go in and come out over a SQLAlchemy connection."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
+from itertools import groupby
+from typing import Any
+
+from sqlalchemy import Connection, Row, Select, delete, func, insert, select, update
+from sqlalchemy.dialects import postgresql, sqlite
+
+from app.persistence import tables
+from app.rooms.records import (
+    BoardRow,
+    Close,
+    DropRow,
+    InputRow,
+    Mark,
+    Parked,
+    Pruned,
+    ResultRow,
+    RoomRow,
+    Undo,
+    Write,
+)
+
+_PROBE = b"\0" * 8192  # more than a page, so that a ledger that cannot grow refuses it
+
+
+def apply(connection: Connection, writes: Iterable[Write]) -> None:
+    """Carry out `writes` in their order; runs of one kind go to the database together."""
+    for kind, run in groupby(writes, key=type):
+        _APPLY[kind](connection, list(run))
+
+
+def probe(connection: Connection) -> None:
+    """Write a page's worth and take it out again, in one transaction."""
+    connection.execute(insert(tables.probes).values(number=1, filler=_PROBE))
+    connection.execute(delete(tables.probes))
+
+
+def prune(connection: Connection, before: float, *, keep: bool = False) -> Pruned:
+    """Delete the sittings that were closed before this Unix time, in s, and all that was in them.
+
+    With `keep` nothing is deleted, only counted.
+    """
+    rooms = tables.rooms
+    over = select(rooms.c.number).where(rooms.c.closed < before).scalar_subquery()
+    counts = []
+    # In an order in which no row is left that points to one that is gone.
+    for table, column in (
+        (tables.results, tables.results.c.room),
+        (tables.drops, tables.drops.c.room),
+        (tables.inputs, tables.inputs.c.room),
+        (rooms, rooms.c.number),
+    ):
+        found = connection.scalar(select(func.count()).select_from(table).where(column.in_(over)))
+        counts.append(int(found or 0))
+        if not keep:
+            connection.execute(delete(table).where(column.in_(over)))
+    _, drops, inputs, sittings = counts
+    return Pruned(sittings, drops, inputs)
+
+
+def awake_rooms(connection: Connection) -> list[RoomRow]:
+    """The sittings in which something moved when the ledger last heard of them."""
+    chosen = select(tables.rooms).where(
+        tables.rooms.c.awake.is_(True), tables.rooms.c.closed.is_(None)
+    )
+    return _rooms(connection, chosen.order_by(tables.rooms.c.number))
+
+
+def public_rooms(connection: Connection) -> list[RoomRow]:
+    """The open sittings of rooms that belong to nobody."""
+    chosen = select(tables.rooms).where(
+        tables.rooms.c.owned.is_(False), tables.rooms.c.closed.is_(None)
+    )
+    return _rooms(connection, chosen.order_by(tables.rooms.c.number))
+
+
+def open_room(connection: Connection, room_id: str) -> RoomRow | None:
+    """The sitting that goes on in the room `room_id`, if it was not closed."""
+    found = _rooms(
+        connection,
+        select(tables.rooms).where(tables.rooms.c.id == room_id, tables.rooms.c.closed.is_(None)),
+    )
+    return found[0] if found else None
+
+
+def parked_rooms(connection: Connection) -> list[Parked]:
+    """The open, sleeping sittings of rooms with owners, the longest unused first, a line each."""
+    room = tables.rooms.c
+    chosen = (
+        select(
+            room.number,
+            room.id,
+            tables.boards.c.name,
+            room.board,
+            room.mode,
+            room.tick,
+            room.checkpoint_drops,
+            room.used,
+        )
+        .join_from(tables.rooms, tables.boards)
+        .where(room.closed.is_(None), room.awake.is_(False), room.owned.is_(True))
+        .order_by(room.used)
+    )
+    return [Parked(*row) for row in connection.execute(chosen)]
+
+
+def last_number(connection: Connection) -> int:
+    """The highest number that a sitting ever got, or 0."""
+    highest = select(tables.rooms.c.number).order_by(tables.rooms.c.number.desc()).limit(1)
+    found: int | None = connection.execute(highest).scalar()
+    return found or 0
+
+
+def board(connection: Connection, digest: str) -> str | None:
+    """A board's JSON."""
+    found = select(tables.boards.c.json).where(tables.boards.c.digest == digest)
+    text: str | None = connection.execute(found).scalar()
+    return text
+
+
+def drops(
+    connection: Connection, room: int, first: int, limit: int | None = None
+) -> list[tuple[DropRow, ResultRow | None]]:
+    """Drops of a sitting from ball number `first` on, in order, each with its result if it ended.
+
+    Raises ValueError when a number is missing: then this is no whole ledger.
+    """
+    drop, result = tables.drops.c, tables.results.c
+    joined = tables.drops.outerjoin(
+        tables.results, (drop.room == result.room) & (drop.ball == result.ball)
+    )
+    chosen = (
+        select(*drop, *(column.label(f"result_{column.name}") for column in result))
+        .select_from(joined)
+        .where(drop.room == room, drop.ball >= first)
+        .order_by(drop.ball)
+        .limit(limit)
+    )
+    found = [(_drop(row), _result(row)) for row in connection.execute(chosen)]
+    for number, (row, _) in enumerate(found, first):
+        if row.ball != number:
+            raise ValueError(f"sitting {room} of the ledger lacks drop {number}")
+    return found
+
+
+def inputs(
+    connection: Connection, room: int, first: int, limit: int | None = None
+) -> list[InputRow]:
+    """Inputs of a sitting from `first` on, in order; raises ValueError when one is missing."""
+    row = tables.inputs.c
+    chosen = (
+        select(tables.inputs)
+        .where(row.room == room, row.number >= first)
+        .order_by(row.number)
+        .limit(limit)
+    )
+    found = [InputRow(**each) for each in connection.execute(chosen).mappings()]
+    for number, each in enumerate(found, first):
+        if each.number != number:
+            raise ValueError(f"sitting {room} of the ledger lacks input {number}")
+    return found
+
+
+def drop_count(connection: Connection, room: int) -> int:
+    """How many drops a sitting has taken."""
+    highest = select(tables.drops.c.ball).where(tables.drops.c.room == room)
+    found: int | None = connection.execute(
+        highest.order_by(tables.drops.c.ball.desc()).limit(1)
+    ).scalar()
+    return 0 if found is None else found + 1
+
+
+def _rooms(connection: Connection, chosen: Select[Any]) -> list[RoomRow]:
+    return [RoomRow(**row) for row in connection.execute(chosen).mappings()]
+
+
+def _drop(row: Row[Any]) -> DropRow:
+    return DropRow(row.room, row.ball, row.tick, int(row.seed), row.x, row.stake, row.who)
+
+
+def _result(row: Row[Any]) -> ResultRow | None:
+    if row.result_digest is None:
+        return None
+    return ResultRow(
+        room=row.room,
+        ball=row.ball,
+        tick=row.result_tick,
+        bin=row.result_bin,
+        score=row.result_score,
+        t=row.result_t,
+        x_end=row.result_x_end,
+        digest=row.result_digest,
+        unsettled=row.result_unsettled,
+        payout=row.result_payout,
+    )
+
+
+def _insert_new(connection: Connection, table: Any, rows: Sequence[dict[str, Any]]) -> None:
+    """Insert rows, leaving those alone that are there already."""
+    dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
+    connection.execute(dialect.insert(table).on_conflict_do_nothing(), rows)
+
+
+def _add_boards(connection: Connection, rows: list[BoardRow]) -> None:
+    _insert_new(connection, tables.boards, [asdict(row) for row in rows])
+
+
+def _add_rooms(connection: Connection, rows: list[RoomRow]) -> None:
+    connection.execute(insert(tables.rooms), [asdict(row) for row in rows])
+
+
+def _add_drops(connection: Connection, rows: list[DropRow]) -> None:
+    connection.execute(
+        insert(tables.drops), [asdict(row) | {"seed": str(row.seed)} for row in rows]
+    )
+
+
+def _add_inputs(connection: Connection, rows: list[InputRow]) -> None:
+    connection.execute(insert(tables.inputs), [asdict(row) for row in rows])
+
+
+def _add_results(connection: Connection, rows: list[ResultRow]) -> None:
+    # A result that is written again is the same: it follows from the drop.
+    _insert_new(connection, tables.results, [asdict(row) for row in rows])
+
+
+def _mark(connection: Connection, rows: list[Mark]) -> None:
+    for row in rows:
+        values: dict[str, Any] = {"tick": row.tick, "awake": row.awake, "used": row.used}
+        if row.checkpoint is not None:
+            values |= {"checkpoint": row.checkpoint, "checkpoint_drops": row.checkpoint_drops}
+        connection.execute(
+            update(tables.rooms).where(tables.rooms.c.number == row.room).values(values)
+        )
+
+
+def _undo(connection: Connection, rows: list[Undo]) -> None:
+    for row in rows:
+        for table in (tables.results, tables.drops):
+            connection.execute(
+                delete(table).where(table.c.room == row.room, table.c.ball >= row.first)
+            )
+        number = tables.inputs.c.number
+        connection.execute(
+            delete(tables.inputs).where(tables.inputs.c.room == row.room, number >= row.first)
+        )
+
+
+def _close(connection: Connection, rows: list[Close]) -> None:
+    for row in rows:
+        connection.execute(
+            update(tables.rooms)
+            .where(tables.rooms.c.number == row.room)
+            .values(closed=row.closed, awake=False, tick=row.tick)
+        )
+
+
+_APPLY: dict[type, Callable[[Connection, Any], None]] = {
+    BoardRow: _add_boards,
+    RoomRow: _add_rooms,
+    DropRow: _add_drops,
+    InputRow: _add_inputs,
+    ResultRow: _add_results,
+    Mark: _mark,
+    Undo: _undo,
+    Close: _close,
+}

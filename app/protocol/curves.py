@@ -1,0 +1,210 @@
+"""A ball's path cut into pieces that can each be drawn in closed form: flights and curves.
+
+Pure. A flight is exact: its state at the start, from which gravity and drag do the rest. Where a
+ball lies on a surface, or hops too low to see, one parabola stands for as much of the path as it
+fits to within TOLERANCE. app/protocol/segments.py writes pieces as bytes.
+"""
+
+import math
+from typing import Final
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from engine.constants import KIND_PEG, KIND_WALL
+from engine.drops.trajectory import Trajectory
+from engine.exact.event_log import IN_FLIGHT, ITEM
+from engine.physics.ball import OMEGA, PX, PY, THETA, VX, VY, T
+from engine.physics.flight import basis
+
+# Kinds of a piece: what it begins with, or what a curve runs along.
+OFF_PEG: Final = KIND_PEG
+OFF_WALL: Final = KIND_WALL
+LEFT_PEG: Final = 2
+LEFT_WALL: Final = 3
+DROPPED: Final = 4
+UNDER_WAY: Final = 5  # the piece began long before: this is where the ball was later on it
+
+TOLERANCE = 2e-4
+"""m; how far a curve may be from the true path: a fiftieth of a pixel at 100 px/m."""
+
+TURN_TOLERANCE = 0.05
+"""rad; the same for the angle, which a curve turns evenly."""
+
+_SAMPLES = 17  # instants at which a curve is compared with the path; odd: the middle is one
+_SHORTEST = 1e-5  # s; a stretch of a ride is not halved below it
+
+Floats = npt.NDArray[np.float64]
+
+
+class Piece(msgspec.Struct, frozen=True):
+    """A stretch of one ball's path in SI units: free flight, or with `bend` a parabola.
+
+    t: its start in s. Since the ball's own start where it was cut, since the room's where it was
+    decoded. bend: the acceleration in m/s^2.
+    """
+
+    ball: int
+    kind: int
+    index: int
+    t: float
+    x: float
+    y: float
+    vx: float
+    vy: float
+    angle: float
+    spin: float
+    bend: tuple[float, float] | None = None
+
+
+def later(piece: Piece, s: float, *, gravity: float, drag: float) -> Piece:
+    """The same piece told from where the ball is s seconds after its start; s may be negative,
+    though in a flight no longer than 1/4 of 1/drag, as far as the series for it goes."""
+    phi, psi = s, 0.5 * s * s
+    if piece.bend is None:
+        _, phi, psi = basis(drag, s)
+    ax, ay = piece.bend or (-drag * piece.vx, gravity - drag * piece.vy)
+    return msgspec.structs.replace(
+        piece,
+        t=piece.t + s,
+        x=piece.x + piece.vx * s + ax * psi,
+        y=piece.y + piece.vy * s + ay * psi,
+        vx=piece.vx + ax * phi,
+        vy=piece.vy + ay * phi,
+        angle=piece.angle + piece.spin * s,
+    )
+
+
+def pieces_of(path: Trajectory, ball: int) -> list[Piece]:
+    """The pieces of an exact drop's path in the order of their times."""
+    return _Cutter(path, ball).cut()
+
+
+class _Cutter:
+    """Walks along the solver's segments and writes down pieces."""
+
+    def __init__(self, path: Trajectory, ball: int) -> None:
+        self.path = path
+        self.ball = ball
+        self.rows = path.segments
+        self.starts: list[float] = self.rows[:, T].tolist()
+        self.ends = [*self.starts[1:], float(path.end[T])]
+        self.flies: list[bool] = (self.rows[:, ITEM] == IN_FLIGHT).tolist()
+        self.hits = _hits(path)
+        # A flight that strays less than the tolerance from a straight line may be part of a curve.
+        self.short = math.sqrt(8.0 * TOLERANCE / max(path.board.gravity, 1e-9))
+        self.pieces: list[Piece] = []
+
+    def cut(self) -> list[Piece]:
+        first = 0
+        while first < len(self.rows):
+            last = first
+            while last < len(self.rows) and not self._is_long_flight(last):
+                last += 1
+            if last == first:
+                self._fly(first)
+                last += 1
+            else:
+                self._bend(first, last)
+            first = last
+        return self.pieces
+
+    def _is_long_flight(self, row: int) -> bool:
+        return self.flies[row] and self.ends[row] - self.starts[row] > self.short
+
+    def _fly(self, row: int) -> None:
+        state = self.rows[row]
+        kind, index = self._origin(row)
+        self._write(kind, index, state, state[VX], state[VY], state[OMEGA])
+
+    def _origin(self, row: int) -> tuple[int, int]:
+        """What a flight begins with: the kind and the index of the peg or wall."""
+        if row == 0:
+            return DROPPED, 0
+        hit = self.hits.get(self.starts[row])
+        if hit is not None:
+            return hit
+        kind, index = self._surface(row - 1)
+        return (LEFT_PEG if kind == OFF_PEG else LEFT_WALL), index
+
+    def _surface(self, row: int) -> tuple[int, int]:
+        """The peg or wall that a segment runs along; for a short hop, what it hopped off."""
+        item = int(self.rows[row, ITEM])
+        if item < 0:
+            return self.hits.get(self.starts[row], (OFF_PEG, 0))
+        pegs = len(self.path.board.pegs)
+        return (OFF_PEG, item) if item < pegs else (OFF_WALL, (item - pegs) // 3)
+
+    def _bend(self, first: int, last: int) -> None:
+        """Curves for the segments from `first` up to `last`, as few as fit."""
+        begin, end = self.starts[first], self.ends[last - 1]
+        if end <= begin:
+            return
+        if self._fits(first, begin, end):
+            return
+        if last - first > 1:
+            middle = 0.5 * (begin + end)
+            cut = min(range(first + 1, last), key=lambda row: abs(self.starts[row] - middle))
+            self._bend(first, cut)
+            self._bend(cut, last)
+        elif self.flies[first]:
+            self._fly(first)
+        else:
+            self._halve(first, begin, end)
+
+    def _halve(self, row: int, begin: float, end: float) -> None:
+        middle = 0.5 * (begin + end)
+        for low, high in ((begin, middle), (middle, end)):
+            if not self._fits(row, low, high, force=high - low < _SHORTEST):
+                self._halve(row, low, high)
+
+    def _fits(self, row: int, begin: float, end: float, *, force: bool = False) -> bool:
+        """Write down the parabola through the path's start, middle and end, if it is near enough.
+
+        A quadratic through three points of a smooth path errs by 0.008 h^3 times its jerk.
+        """
+        times = np.linspace(begin, end, _SAMPLES)
+        states = self.path.states_at(times)
+        h = end - begin
+        s = times - begin
+        places = states[:, [PX, PY]]
+        start, middle, stop = places[0], places[_SAMPLES // 2], places[-1]
+        a = (stop - 2.0 * middle + start) * (4.0 / (h * h))
+        v = (stop - start) / h - 0.5 * h * a
+        drawn = start + np.outer(s, v) + np.outer(0.5 * s * s, a)
+        omega = (states[-1, THETA] - states[0, THETA]) / h
+        turned = states[0, THETA] + omega * s
+        good = (
+            np.abs(drawn - places).max() <= TOLERANCE
+            and np.abs(turned - states[:, THETA]).max() <= TURN_TOLERANCE
+        )
+        if good or force:
+            kind, index = self._surface(row)
+            bend = (float(a[0]), float(a[1]))
+            self._write(kind, index, states[0], v[0], v[1], omega, bend)
+        return bool(good or force)
+
+    def _write(
+        self,
+        kind: int,
+        index: int,
+        state: Floats,
+        vx: float,
+        vy: float,
+        omega: float,
+        bend: tuple[float, float] | None = None,
+    ) -> None:
+        t, x, y, angle = (float(state[name]) for name in (T, PX, PY, THETA))
+        self.pieces.append(
+            Piece(self.ball, kind, index, t, x, y, float(vx), float(vy), angle, float(omega), bend)
+        )
+
+
+def _hits(path: Trajectory) -> dict[float, tuple[int, int]]:
+    """Bounces off pegs and walls by their time."""
+    return {
+        t: (kind, index)
+        for t, (kind, index) in zip(path.events[:, 0].tolist(), path.marks.tolist(), strict=True)
+        if kind <= KIND_WALL
+    }

@@ -1,0 +1,97 @@
+"""Balls as the page draws them: shadow, body with a band that turns, gloss, and a trail behind."""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from app.render.raster import pixels as compiled
+from app.render.raster.canvas import Gradient
+from app.render.theme import Theme, named
+
+Floats = npt.NDArray[np.float64]
+Pixels = npt.NDArray[np.uint8]
+
+LEAST_RADIUS = 2.0  # px: a smaller ball is drawn as large as this, or nobody finds it
+
+TRAIL_POINTS = 8
+TRAIL_STEP = 1 / 55
+"""s between the points of a trail."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """A ball of one size in one theme's colours, ready to be painted often; lengths in px."""
+
+    radius: float
+    body: Floats
+    band: Floats
+    half_band: float  # part of the radius
+    shadow: Floats
+    shadow_at: tuple[float, float]  # parts of the radius
+    shadow_alpha: float
+    gloss: Floats
+    trail_width: float
+    trail_alpha: float
+
+
+@functools.lru_cache(maxsize=16)
+def look_of(radius: float, theme_name: str, *, asleep: bool = False) -> Look:
+    """The red ball with a radius in px; grey when it sleeps."""
+    theme = named(theme_name)
+    shape, trail = theme.shapes["ball"], theme.shapes["trail"]
+    radius = max(radius, LEAST_RADIUS)
+    names = ("other", "otherDark") if asleep else ("ball", "ballBand")
+    body, band, shadow = (np.array(theme[name], np.float64) for name in (*names, "shadow"))
+    return Look(
+        radius=radius,
+        body=body,
+        band=band,
+        half_band=shape["band"],
+        shadow=shadow,
+        shadow_at=(shape["shadow"]["across"], shape["shadow"]["down"]),
+        shadow_alpha=shape["shadow"]["alpha"],
+        gloss=_gloss(radius, theme, asleep),
+        trail_width=2.0 * trail["width"] * radius,
+        trail_alpha=trail["alpha"],
+    )
+
+
+def _gloss(radius: float, theme: Theme, asleep: bool) -> Floats:
+    """The light on a ball, which does not turn with it: colour and opacity, shape (n, n, 4)."""
+    shape = theme.shapes["ball"]
+    lights = {"light": theme["ballLight"], "dark": theme["ballDark"]}
+    if asleep:
+        lights = {"light": (255, 255, 255), "dark": theme["otherDark"]}
+    stops = [(stop["at"], *lights[stop["colour"]], stop["alpha"]) for stop in shape["gloss"]]
+    size = min(2 * max(round(2.0 * radius), 8) + 1, 257)  # two samples a pixel
+    axis = np.linspace(-1.0, 1.0, size)
+    return Gradient(shape["highlight"], stops).over(axis[None, :], axis[:, None])
+
+
+def paint_trail(pixels: Pixels, points: Floats, look: Look, lowest: int) -> None:
+    """The ribbon behind a ball through `points` (n, 2), px, newest first."""
+    compiled.paint_trail(pixels, points, look.trail_width, lowest, look.body, look.trail_alpha)
+
+
+def paint_balls(
+    pixels: Pixels,
+    xs: Floats,
+    ys: Floats,
+    thetas: Floats,
+    look: Look,
+    lowest: int,
+    radii: Floats | None = None,
+) -> None:
+    """Balls at (xs, ys), px, turned by `thetas`, rad, each shape (n,); `radii` if they differ, px.
+
+    Rows from `lowest` on stay as they are: a ball sinks behind the bins' faces.
+    """
+    if radii is None:
+        radii = np.full(len(xs), look.radius)
+    cosines, sines = np.cos(thetas), np.sin(thetas)
+    compiled.paint_balls(
+        pixels, xs, ys, cosines, sines, radii, *look.shadow_at, lowest,
+        look.shadow, look.shadow_alpha, look.body, look.band, look.half_band, look.gloss,
+    )  # fmt: skip

@@ -1,0 +1,212 @@
+"""Paints what never moves: plate, rays, pegs, bins, rails. Cached: every frame starts from it."""
+
+import functools
+import itertools
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from app.render.parts.view import View
+from app.render.raster.canvas import Canvas, Gradient, polygon_coverage, text_width
+from app.render.theme import Theme, named
+from engine import Board
+
+Point = tuple[float, float]
+
+LEAST_LABEL = 4.0  # px: smaller letters are dirt
+
+
+@functools.lru_cache(maxsize=8)
+def _painted(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
+    canvas = plate_canvas(board, view, theme_name)
+    paint_furniture(canvas, board, view, named(theme_name))
+    pixels = canvas.bytes()
+    pixels.flags.writeable = False
+    return pixels
+
+
+def forget() -> None:
+    """Forget the boards that were painted, as if none had been yet; for measurements."""
+    _painted.cache_clear()
+
+
+def plate_canvas(board: Board, view: View, theme_name: str) -> Canvas:
+    """A canvas with the plate and the hopper, to be painted on before the furniture."""
+    theme = named(theme_name)
+    canvas = Canvas.blank(view.width, view.height, theme["shoulder"])
+    _plate(canvas, board, view, theme)
+    _hopper(canvas, board, view, theme)
+    return canvas
+
+
+def paint_furniture(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
+    """What stands on the plate: pegs, bins and rails."""
+    _pegs(canvas, board, view, theme)
+    for number in range(board.bins.count):
+        paint_bin(canvas, board, view, theme, number)
+    _rails(canvas, board, view, theme)
+
+
+def board_pixels(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
+    """The board, shape (h, w, 3), 8 bits a channel; shared, so it cannot be written."""
+    return _painted(board, view, theme_name)
+
+
+def board_canvas(board: Board, view: View, theme_name: str) -> Canvas:
+    """A fresh canvas with the board on it."""
+    return Canvas(_painted(board, view, theme_name).astype(np.float32))
+
+
+def paint_bin(
+    canvas: Canvas, board: Board, view: View, theme: Theme, number: int, lit: bool = False
+) -> None:
+    """One bin with its multiplier; `lit` when a ball is in it."""
+    bins = board.bins
+    score = bins.multipliers[number]
+    look = theme.payout(score)
+    x0, x1 = view.px(bins.edges[number]), view.px(bins.edges[number + 1])
+    gap = max(1.0 * view.unit, min(3.0 * view.unit, 0.06 * (x1 - x0)))
+    box = (x0 + gap, view.bin_top + 2 * view.unit, x1 - gap, view.bin_top + view.bin_height - 2)
+    radius = min(8.0 * view.unit, 0.22 * (x1 - x0 - 2 * gap))
+    if lit:
+        rim = 3.0 * view.unit
+        outer = (box[0] - rim, box[1] - rim, box[2] + rim, box[3] + rim)
+        canvas.box(outer, radius + rim, theme["flash"])
+    canvas.box(box, radius, look.fill)
+    middle = (0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3]))
+    size, upright = _label_size(board, view)
+    if size >= LEAST_LABEL:
+        canvas.text(*middle, tight(score), size, look.ink, upright=upright)
+
+
+@functools.lru_cache(maxsize=4)
+def _label_size(board: Board, view: View) -> tuple[float, bool]:
+    """Size in px of the multipliers, the same for all bins, and whether they stand upright.
+
+    They do where bins are too narrow for letters one can read.
+    """
+    edges = board.bins.edges
+    width = 0.84 * view.scale * min(b - a for a, b in itertools.pairwise(edges))
+    height = view.bin_height - 4.0 * view.unit
+    longest = max(text_width(tight(value), 100.0) for value in board.bins.multipliers) / 100.0
+    size = min(width / longest, 0.5 * height, 24.0 * view.unit)
+    if size >= 9.0 * view.unit:
+        return size, False
+    return min(width, 0.86 * height / longest, 20.0 * view.unit), True
+
+
+def tight(value: float) -> str:
+    """A multiplier as short as it can be read: 110, 1.5, .5."""
+    text = f"{value:.4f}".rstrip("0").rstrip(".")
+    return text.removeprefix("0") if text.startswith("0.") else text
+
+
+def _plate(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
+    """Enamel between the walls, darker shoulders outside, a sunburst printed over both."""
+    width, height = view.width, view.height
+    rays = polygon_coverage(_rays(board, view, theme.shapes["rays"]), width, height)
+    canvas.blend(0, 0, rays, theme["shoulderRay"])
+    field = polygon_coverage([_field(board, view)], width, height)
+    fade = np.linspace(0.0, 1.0, height, dtype=np.float32)[:, None, None]
+    top, bottom = (np.asarray(theme[name], dtype=np.float32) for name in ("board", "boardDeep"))
+    enamel = np.broadcast_to(top + fade * (bottom - top), (height, width, 3))
+    canvas.blend(0, 0, field, enamel)
+    canvas.blend(0, 0, field * rays, theme["ray"], 0.6)
+
+
+def _field(board: Board, view: View) -> list[Point]:
+    """The outline of the part between the side walls, the whole picture where there are none."""
+    width, height = float(view.width), float(view.height)
+    sides = {side: _side(board, view, side) for side in (-1, 1)}
+    left = sides[-1] or [(0.0, 0.0), (0.0, height)]
+    right = sides[1] or [(width, 0.0), (width, height)]
+    left = [(left[0][0], 0.0), *left, (left[-1][0], height)]
+    right = [(right[0][0], 0.0), *right, (right[-1][0], height)]
+    return left + right[::-1]
+
+
+def _side(board: Board, view: View, side: int) -> list[Point]:
+    """Pixels from top to bottom along the walls on one side (-1 left, 1 right) of the start."""
+    points: list[Point] = []
+    for wall in board.walls:
+        if side * (wall.x1 + wall.x2 - 2.0 * board.drop.x) > 0.0:
+            points += _near_picture(
+                (view.px(wall.x1), view.py(wall.y1)), (view.px(wall.x2), view.py(wall.y2)), view
+            )
+    return sorted(points, key=lambda point: point[1])
+
+
+def _near_picture(start: Point, end: Point, view: View) -> list[Point]:
+    """The ends of what lies within a picture's height of the picture: Pillow counts in integers."""
+    low, high = -float(view.height), 2.0 * view.height
+    if max(start[1], end[1]) < low or min(start[1], end[1]) > high:
+        return []
+
+    def at(y: float) -> Point:
+        part = (y - start[1]) / (end[1] - start[1]) if end[1] != start[1] else 0.0
+        return start[0] + part * (end[0] - start[0]), y
+
+    return [p if low <= p[1] <= high else at(min(max(p[1], low), high)) for p in (start, end)]
+
+
+def _rays(board: Board, view: View, count: int) -> list[list[Point]]:
+    """The printed sunburst: every other one of `count` wedges out of where balls start."""
+    x, y = view.px(board.drop.x), view.start
+    reach = float(view.width + view.height)
+
+    def rim(ray: float) -> Point:
+        angle = 2.0 * math.pi * ray / count
+        return x + reach * math.cos(angle), y + reach * math.sin(angle)
+
+    return [[(x, y), rim(ray + 0.5), rim(ray + 1.5)] for ray in range(0, count, 2)]
+
+
+def _hopper(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
+    """The slide along which a ball may start, or the numbered slots."""
+    radius = max(board.ball.radius * view.scale, 5.0 * view.unit)
+    if not board.slots:
+        x0, x1 = (view.px(board.drop.x + side * board.drop.span) for side in (-1, 1))
+        ends = (x0, view.start, x1, view.start)
+        canvas.line(ends, 2.0 * radius + 6.0 * view.unit, theme["railShade"])
+        return
+    size = max(12.0, min(18.0, 0.2 * view.scale / view.unit)) * view.unit
+    for number, slot in enumerate(board.slots, 1):
+        x = view.px(slot)
+        canvas.disc(x, view.start, radius + 3.0 * view.unit, theme["railShade"])
+        above = view.start - radius - 13.0 * view.unit
+        canvas.text(x, above, str(number), size, theme["rail"])
+
+
+def _pegs(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
+    shape = theme.shapes["peg"]
+    shadow, shade = shape["shadow"], shape["shade"]
+    stops = [(stop["at"], *theme[stop["colour"]], 1.0) for stop in shade]
+    lit = Gradient(shape["highlight"], stops)
+    places = [(view.px(p.x), view.py(p.y), max(p.radius * view.scale, 0.5)) for p in board.pegs]
+    for x, y, radius in places:
+        centre = (x + shadow["across"] * radius, y + shadow["down"] * radius)
+        canvas.disc(*centre, radius, theme["shadow"], shadow["alpha"])
+    for x, y, radius in places:
+        canvas.ball(x, y, radius, lit)
+
+
+def _rails(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
+    """Walls have no thickness: a rail lies outside of its wall, so that balls touch its edge."""
+    shape = theme.shapes["rail"]
+    width = max(shape["least"] * view.unit, shape["metres"] * view.scale)
+    shade = [length * view.unit for length in shape["shade"]]
+    lines = [_rail(board, view, number, width) for number in range(len(board.walls))]
+    for x1, y1, x2, y2 in lines:
+        ends = (x1 + shade[0], y1 + shade[1], x2 + shade[0], y2 + shade[1])
+        canvas.line(ends, width, theme["railShade"])
+    for ends in lines:
+        canvas.line(ends, width, theme["rail"])
+
+
+def _rail(board: Board, view: View, number: int, width: float) -> tuple[float, float, float, float]:
+    wall = board.walls[number]
+    middle = wall.x1 + wall.x2 - 2.0 * board.drop.x
+    away = 0.5 * width * ((middle > 0.0) - (middle < 0.0))
+    # A wall may be drawn far longer than the picture: clipping keeps the painted box small.
+    return view.px(wall.x1) + away, view.py(wall.y1), view.px(wall.x2) + away, view.py(wall.y2)

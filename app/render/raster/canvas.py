@@ -1,0 +1,238 @@
+"""Anti-aliased painting on an array of pixels: every shape is a coverage from 0 to 1, blended once.
+
+Discs, lines and boxes have closed-form distances to their edge, so that their coverage needs no
+supersampling and they can lie anywhere between pixels. Pixel (i, j) has its centre at
+(j + 0.5, i + 0.5).
+"""
+
+import functools
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageDraw, ImageFont
+
+from app.render.theme import Colour
+
+Array = npt.NDArray[np.float32]
+
+SUPERSAMPLING = 4  # of polygons, which have no handy distance: 17 levels of grey along an edge
+
+
+class Canvas:
+    """A picture being painted: float pixels of shape (height, width, 3), 0 to 255."""
+
+    def __init__(self, pixels: Array) -> None:
+        self.pixels = pixels
+        self.height, self.width = pixels.shape[:2]
+
+    @classmethod
+    def blank(cls, width: int, height: int, colour: Colour) -> "Canvas":
+        """A canvas of one colour."""
+        return cls(np.full((height, width, 3), colour, dtype=np.float32))
+
+    def bytes(self) -> npt.NDArray[np.uint8]:
+        """The picture in RGB, 8 bits a channel, shape (height, width, 3)."""
+        return np.rint(self.pixels).astype(np.uint8)
+
+    def blend(
+        self, left: int, top: int, coverage: Array, colour: Colour | Array, alpha: float = 1.0
+    ) -> None:
+        """Paint `colour`, one or one a pixel, as `coverage` (h, w) with its corner there says."""
+        height, width = coverage.shape
+        x0, y0 = max(left, 0), max(top, 0)
+        x1, y1 = min(left + width, self.width), min(top + height, self.height)
+        if x0 >= x1 or y0 >= y1:
+            return
+        inside = (slice(y0 - top, y1 - top), slice(x0 - left, x1 - left))
+        paint = colour[inside] if isinstance(colour, np.ndarray) else _solid(colour)
+        target = self.pixels[y0:y1, x0:x1]
+        target += (alpha * coverage[inside])[..., None] * (paint - target)
+
+    def disc(self, x: float, y: float, radius: float, colour: Colour, alpha: float = 1.0) -> None:
+        """A filled circle; px."""
+        patch = self._patch(x - radius, y - radius, x + radius, y + radius)
+        if patch is not None:
+            left, top, xs, ys = patch
+            self.blend(left, top, _edge(radius - np.hypot(xs - x, ys - y)), colour, alpha)
+
+    def ball(self, x: float, y: float, radius: float, light: "Gradient") -> None:
+        """A disc in the colours of a gradient."""
+        patch = self._patch(x - radius, y - radius, x + radius, y + radius)
+        if patch is None:
+            return
+        left, top, xs, ys = patch
+        depth = _edge(radius - np.hypot(xs - x, ys - y))
+        shades = light.over((xs - x) / radius, (ys - y) / radius)[..., :3]
+        self.blend(left, top, depth, shades.astype(np.float32))
+
+    def line(
+        self,
+        ends: tuple[float, float, float, float],
+        width: float,
+        colour: Colour,
+        alpha: float = 1.0,
+    ) -> None:
+        """A straight line x1, y1, x2, y2 with round ends; px."""
+        x1, y1, x2, y2 = ends
+        half = 0.5 * width
+        box = (min(x1, x2) - half, min(y1, y2) - half, max(x1, x2) + half, max(y1, y2) + half)
+        patch = self._patch(*box)
+        if patch is not None:
+            left, top, xs, ys = patch
+            distance = segment_distance(xs - x1, ys - y1, x2 - x1, y2 - y1)
+            self.blend(left, top, _edge(half - distance), colour, alpha)
+
+    def box(
+        self,
+        corners: tuple[float, float, float, float],
+        radius: float,
+        colour: Colour,
+        alpha: float = 1.0,
+    ) -> None:
+        """A rectangle left, top, right, bottom with rounded corners; px."""
+        x0, y0, x1, y1 = corners
+        patch = self._patch(x0, y0, x1, y1)
+        if patch is None:
+            return
+        left, top, xs, ys = patch
+        # Signed distance to a rectangle shrunk by the corners' radius, less that radius.
+        dx = abs(xs - 0.5 * (x0 + x1)) - (0.5 * (x1 - x0) - radius)
+        dy = abs(ys - 0.5 * (y0 + y1)) - (0.5 * (y1 - y0) - radius)
+        outside = np.hypot(np.maximum(dx, 0.0), np.maximum(dy, 0.0))
+        distance = outside + np.minimum(np.maximum(dx, dy), 0.0)
+        coverage = _edge(radius - distance)
+        self.blend(left, top, coverage, colour, alpha)
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        words: str,
+        size: float,
+        colour: Colour,
+        anchor: str = "mm",
+        upright: bool = False,
+    ) -> None:
+        """Words at (x, y), `anchor` as in Pillow; `upright` turns them to read from below."""
+        mask, dx, dy = _text_mask(words, size, anchor)
+        if upright:
+            mask, dx, dy = np.rot90(mask), dy, -(dx + mask.shape[1])
+        self.blend(round(x + dx), round(y + dy), mask, colour)
+
+    def _patch(
+        self, x0: float, y0: float, x1: float, y1: float
+    ) -> tuple[int, int, Array, Array] | None:
+        """Left, top, and pixel centres (1, w) and (h, 1) of the part of a box in the picture."""
+        # Clipped as floats: a far-off shape must not overflow an integer.
+        left, right = max(x0 - 1.0, 0.0), min(x1 + 2.0, float(self.width))
+        top, bottom = max(y0 - 1.0, 0.0), min(y1 + 2.0, float(self.height))
+        if not (left < right and top < bottom):
+            return None
+        xs = np.arange(int(left), int(right), dtype=np.float32)[None, :] + np.float32(0.5)
+        ys = np.arange(int(top), int(bottom), dtype=np.float32)[:, None] + np.float32(0.5)
+        return int(left), int(top), xs, ys
+
+
+def segment_distance(px: Array, py: Array, dx: float, dy: float) -> Array:
+    """Distance of points (px, py) from the segment from the origin to (dx, dy)."""
+    length2 = dx * dx + dy * dy
+    along = np.clip((px * dx + py * dy) / length2, 0.0, 1.0) if length2 > 0.0 else 0.0
+    distance: Array = np.hypot(px - along * dx, py - along * dy)
+    return distance
+
+
+def polygon_coverage(
+    polygons: Sequence[Sequence[tuple[float, float]]], width: int, height: int
+) -> Array:
+    """Coverage (height, width) of the union of polygons in px."""
+    size = (width * SUPERSAMPLING, height * SUPERSAMPLING)
+    mask = Image.new("L", size)
+    draw = ImageDraw.Draw(mask)
+    for points in polygons:
+        draw.polygon([(x * SUPERSAMPLING, y * SUPERSAMPLING) for x, y in points], fill=255)
+    return np.asarray(mask.reduce(SUPERSAMPLING), dtype=np.float32) / np.float32(255.0)
+
+
+def polyline_coverage(
+    points: npt.NDArray[np.float64],
+    alphas: npt.NDArray[np.float64],
+    line_width: float,
+    size: tuple[int, int],
+) -> Array:
+    """Coverage of a line through `points` (n, 2), px, whose pieces have `alphas` (n - 1,).
+
+    Later pieces lie over earlier ones. `size` is the picture's width and height.
+    """
+    mask = Image.new("L", (size[0] * SUPERSAMPLING, size[1] * SUPERSAMPLING))
+    draw = ImageDraw.Draw(mask)
+    wide = max(1, round(line_width * SUPERSAMPLING))
+    half = 0.5 * (wide - 1)
+    ends = [(x, y) for x, y in (points * SUPERSAMPLING).tolist()]
+    for start, end, alpha in zip(ends, ends[1:], alphas.tolist(), strict=False):
+        level = round(255.0 * alpha)
+        draw.line([start, end], fill=level, width=wide)
+        # Pillow's lines have butt ends: a disc at each joint rounds them.
+        draw.ellipse([end[0] - half, end[1] - half, end[0] + half, end[1] + half], fill=level)
+    return np.asarray(mask.reduce(SUPERSAMPLING), dtype=np.float32) / np.float32(255.0)
+
+
+def _solid(colour: Colour) -> Array:
+    return np.array(colour, dtype=np.float32)
+
+
+def _edge(depth: Array) -> Array:
+    """Coverage of a pixel whose centre lies `depth` px inside a shape (negative: outside)."""
+    coverage: Array = np.clip(depth + 0.5, 0.0, 1.0).astype(np.float32)
+    return coverage
+
+
+class Gradient:
+    """Colours over a unit disc, between a small circle of light in it and its rim.
+
+    highlight: x, y and radius of that circle. stops: rows of place (0 at the circle, 1 at the rim),
+    red, green, blue (0 to 255) and opacity.
+    """
+
+    def __init__(self, highlight: Mapping[str, float], stops: Sequence[tuple[float, ...]]) -> None:
+        self._centre = (highlight["x"], highlight["y"])
+        self._radius = highlight["radius"]
+        self._stops = np.array(stops, np.float64)
+
+    def over(self, x: Any, y: Any) -> npt.NDArray[np.float64]:
+        """Red, green, blue and opacity at points of the disc, shape (…, 4).
+
+        A point's place s between the circles solves |p - (1 - s) h| = (1 - s) r + s.
+        """
+        (hx, hy), hr = self._centre, self._radius
+        qx, qy = x - hx, y - hy
+        a = hx * hx + hy * hy - (1.0 - hr) ** 2
+        b = qx * hx + qy * hy - hr * (1.0 - hr)
+        c = qx * qx + qy * qy - hr * hr
+        # a < 0: the highlight lies within the rim, so one root is the place.
+        place = np.clip((-b - np.sqrt(np.maximum(b * b - a * c, 0.0))) / a, 0.0, 1.0)
+        at = self._stops[:, 0]
+        return np.stack(
+            [np.interp(place, at, self._stops[:, column]) for column in range(1, 5)], axis=-1
+        )
+
+
+@functools.lru_cache(maxsize=32)
+def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(size)
+
+
+def text_width(words: str, size: float) -> float:
+    """Width of words in px."""
+    return float(_font(max(1, round(size))).getlength(words))
+
+
+def _text_mask(words: str, size: float, anchor: str) -> tuple[Array, int, int]:
+    """Coverage of words, and where its corner lies from the anchor."""
+    font = _font(max(1, round(size)))
+    probe = ImageDraw.Draw(Image.new("L", (1, 1)))
+    left, top, right, bottom = map(round, probe.textbbox((0, 0), words, font=font, anchor=anchor))
+    mask = Image.new("L", (right - left + 2, bottom - top + 2))
+    ImageDraw.Draw(mask).text((1 - left, 1 - top), words, font=font, fill=255, anchor=anchor)
+    return np.asarray(mask, dtype=np.float32) / np.float32(255.0), left - 1, top - 1

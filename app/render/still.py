@@ -1,0 +1,68 @@
+"""A drop as one still picture: the board, the path over it, the contacts, and the result."""
+
+import math
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from app.errors import InvalidValueError
+from app.render.parts import balls
+from app.render.parts.board import board_canvas, paint_bin
+from app.render.parts.caption import paint_caption
+from app.render.parts.path import paint_contacts, paint_ghosts, paint_path
+from app.render.parts.view import View, lay_out
+from app.render.raster import encode
+from app.render.theme import named
+from engine import Drop
+
+Pixels = npt.NDArray[np.uint8]
+
+DEFAULT_WIDTH: Final = 760  # px, the reference game's canvas
+
+
+def drop_picture(
+    d: Drop,
+    fmt: str = "png",
+    width: int = DEFAULT_WIDTH,
+    theme: str = "light",
+    at: float | None = None,
+) -> bytes:
+    """The drop as a still picture in `fmt`: `png`, `jpg` or `webp`.
+
+    `width` in px, 240 to 2048; `theme` is the page's `light` or `dark`. With `at`, in s from the
+    start, the picture is of that moment: the ball where it is, its path and contacts so far. Raises
+    InvalidValueError naming what is none of these.
+    """
+    if at is not None and not (math.isfinite(at) and at >= 0.0):
+        raise InvalidValueError(f"t {at!r} is not a number of seconds from 0 on", field="t")
+    return encode.still(drop_pixels(d, lay_out(d.board, width), theme, at), fmt)
+
+
+def drop_pixels(d: Drop, view: View, theme_name: str, at: float | None = None) -> Pixels:
+    """The picture of a drop, shape (h, w, 3); after the landing all moments are the same."""
+    theme = named(theme_name)
+    ended = at is None or at >= d.duration
+    until = d.duration if at is None or ended else at
+    canvas = board_canvas(d.board, view, theme_name)
+    if ended and d.bin is not None:
+        paint_bin(canvas, d.board, view, theme, d.bin, lit=True)
+    if until > 0.0:
+        paint_ghosts(canvas, d, view, theme, until)
+        paint_path(canvas, d, view, theme, until)
+        paint_contacts(canvas, d, view, theme, until)
+    if view.header:
+        paint_caption(canvas, d, view, theme, None if ended else until)
+    pixels = canvas.bytes()
+    _paint_balls(pixels, d, view, theme_name, until)
+    return pixels
+
+
+def _paint_balls(pixels: Pixels, d: Drop, view: View, theme_name: str, until: float) -> None:
+    """The ball at its start and where it is now."""
+    states = d.states([0.0, until])
+    look = balls.look_of(d.board.ball.radius * view.scale, theme_name)
+    # In front of the bins' faces, unlike in motion: where it came to its end is what is shown.
+    lowest = pixels.shape[0]
+    xs, ys = (np.asarray(view.px(states["x"])), np.asarray(view.py(states["y"])))
+    balls.paint_balls(pixels, xs, ys, states["theta"], look, lowest)

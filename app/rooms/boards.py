@@ -1,0 +1,51 @@
+"""The boards that the server knows by name or digest: every preset, and what was registered."""
+
+from collections import OrderedDict
+
+from app.errors import UnknownBoardError
+from app.protocol.messages import shorten
+from engine import Board, preset_names
+
+
+class Boards:
+    """Presets by name, any known board by digest; registered ones are bounded.
+
+    A registered board's address is its content's digest, so registering again gives the same one;
+    when there are too many, the longest unused is forgotten and can be registered again. For the
+    event loop's thread only.
+    """
+
+    def __init__(self, max_boards: int) -> None:
+        self.max_boards = max_boards
+        self.presets = {name: Board.preset(name) for name in preset_names()}
+        self._preset_digests = {board.digest: board for board in self.presets.values()}
+        self._registered: OrderedDict[str, Board] = OrderedDict()
+
+    def registered(self) -> list[Board]:
+        """The registered boards, the longest unused first."""
+        return list(self._registered.values())
+
+    def find(self, name: str) -> Board:
+        """The board of this preset name or digest; raises UnknownBoardError naming it."""
+        board = self.presets.get(name) or self._preset_digests.get(name)
+        if board is None and name in self._registered:
+            self._registered.move_to_end(name)
+            board = self._registered[name]
+        if board is None:
+            raise UnknownBoardError(
+                f"board {shorten(name)} is neither a preset nor the digest of a registered board",
+                field="board",
+            )
+        return board
+
+    def register(self, board: Board) -> bool:
+        """Keep a board; False when it was known already."""
+        if board.digest in self._preset_digests:
+            return False
+        if board.digest in self._registered:
+            self._registered.move_to_end(board.digest)
+            return False
+        self._registered[board.digest] = board
+        if len(self._registered) > self.max_boards:
+            self._registered.popitem(last=False)
+        return True

@@ -1,0 +1,170 @@
+"""Scenes of balls that touch each other, as data: what `POST rooms` takes, and how one is built."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final
+
+import msgspec
+
+from app.errors import InvalidValueError
+from app.protocol.messages import shorten
+from app.rooms.touching.values import BALL, MOTION, SETTINGS, Range, check_work, checked
+from engine import Board
+from engine.multibody.arena import Arena
+from engine.multibody.scenes import galton, sandbox
+from engine.seeding import parse_seed
+
+SANDBOX: Final = "sandbox"
+GALTON: Final = "galton"
+
+BALLS: Final = Range(0, 1000, "balls", 60, whole=True)
+SIDE: Final = Range(0.5, 20.0, "m")
+SPEED: Final = Range(0.0, 50.0, "m/s", 0.0)
+
+_GALTON: Final = Board.preset("galton")
+
+DEFAULTS: Final[dict[str, dict[str, Any]]] = {
+    SANDBOX: {
+        "balls": 60,
+        "seed": "1",
+        "width": 6.0,
+        "height": 4.0,
+        "radii": [0.06, 0.16],
+        "speed": 0.0,
+        **{name: BALL[name].default for name in ("density", "restitution", "friction")},
+        **{name: entry.default for name, entry in SETTINGS.items()},
+    },
+    GALTON: {
+        "balls": 300,
+        "seed": "1",
+        **{name: getattr(_GALTON.ball, name) for name in ("density", "restitution", "friction")},
+        **{name: entry.default for name, entry in SETTINGS.items()},
+        "gravity": _GALTON.gravity,
+        "drag": _GALTON.drag,
+    },
+}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene with all its parameters, checked; equal ones have equal digests."""
+
+    values: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, values: object, *, tick_rate: int, max_balls: int) -> "Scene":
+        """The scene of a JSON object, defaults filled in.
+
+        Raises InvalidValueError that names what is wrong, SeedError for a seed.
+        """
+        if isinstance(values, str):
+            values = {"scene": values}
+        if not isinstance(values, dict):
+            raise InvalidValueError(f"scene {shorten(values)} is not an object", field="scene")
+        name = values.get("scene")
+        if not isinstance(name, str) or name not in DEFAULTS:
+            known = ", ".join(DEFAULTS)
+            raise InvalidValueError(f"scene {shorten(name)} is not one of: {known}", field="scene")
+        given = {key: value for key, value in values.items() if value is not None}
+        defaults = DEFAULTS[name]
+        for key in given:
+            if key != "scene" and key not in defaults:
+                known = ", ".join(defaults)
+                raise InvalidValueError(
+                    f"scene {name!r} has no {shorten(key)}; it has: {known}", field="scene"
+                )
+        found = _checked({**defaults, **given}, max_balls)
+        check_work(found["balls"], found["dt"], found["substeps"], tick_rate)
+        return cls({"scene": name, **found})
+
+    @property
+    def name(self) -> str:
+        """`sandbox` or `galton`."""
+        return str(self.values["scene"])
+
+    @property
+    def preset_name(self) -> None:
+        """No board's preset."""
+        return None
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the parameters, 64 hex digits."""
+        return hashlib.sha256(b"plinko scene" + msgspec.json.encode(self.to_dict())).hexdigest()
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form, which `of` takes."""
+        return dict(sorted(self.values.items()))
+
+    @property
+    def radius(self) -> float:
+        """Of a ball that is put in without a word about it, m."""
+        if self.name == GALTON:
+            return _GALTON.ball.radius
+        low, high = self.values["radii"]
+        return 0.5 * float(low + high)
+
+    def build(self) -> Arena:
+        """The scene at its beginning."""
+        values = dict(self.values)
+        make = sandbox if values.pop("scene") == SANDBOX else galton
+        balls, seed = values.pop("balls"), parse_seed(values.pop("seed"))
+        bounce = values.pop("restitution")
+        if make is sandbox:
+            values["radii"] = tuple(values["radii"])
+            # Dead walls: of a pair the livelier counts, so the balls decide, then as later.
+            arena = sandbox(balls, seed=seed, restitution=0.0, **values)
+            arena.edit_all(restitution=bounce)
+            return arena
+        arena = galton(balls, seed=seed)
+        made_of = {name: values.pop(name) for name in ("density", "friction")}
+        arena.configure(**values)
+        arena.edit_all(restitution=bounce, **made_of)
+        return arena
+
+
+def _checked(values: dict[str, Any], max_balls: int) -> dict[str, Any]:
+    """Every parameter of a scene within its range."""
+    ranges = {
+        "balls": BALLS, "width": SIDE, "height": SIDE, "speed": SPEED, **SETTINGS,
+        **{name: BALL[name] for name in ("density", "restitution", "friction")},
+    }  # fmt: skip
+    plain = {name: value for name, value in values.items() if name in ranges}
+    found: dict[str, Any] = checked(plain, ranges)
+    if found["balls"] > max_balls:
+        raise InvalidValueError(
+            f"balls {found['balls']} are more than the {max_balls} that a room holds", field="balls"
+        )
+    found["seed"] = str(parse_seed(values["seed"]))
+    if "radii" in values:
+        found["radii"] = _radii(values["radii"])
+        _check_room(found)
+    return found
+
+
+def _radii(value: object) -> list[float]:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise InvalidValueError(
+            f"radii {shorten(value)} is not a list of the least and the greatest", field="radii"
+        )
+    low, high = (BALL["radius"].check(radius, "radii") for radius in value)
+    if low > high:
+        raise InvalidValueError(f"radii {shorten(value)} do not rise", field="radii")
+    return [low, high]
+
+
+def _check_room(values: Mapping[str, Any]) -> None:
+    """Raise where so many balls do not find room in the box."""
+    side = 2.0 * values["radii"][1]
+    columns, rows = int(values["width"] / side), int(values["height"] / side)
+    if values["balls"] > columns * rows:
+        raise InvalidValueError(
+            f"{values['balls']} balls of up to {values['radii'][1]:g} m do not fit into "
+            f"{values['width']:g} m by {values['height']:g} m: at most {columns * rows} do",
+            field="balls",
+        )
+
+
+__all__ = ["BALLS", "GALTON", "MOTION", "SANDBOX", "SIDE", "SPEED", "Scene"]

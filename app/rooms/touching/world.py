@@ -1,0 +1,116 @@
+"""What a room of balls that touch each other ticks: an arena, the hands that hold balls, its clock.
+
+Pure. A tick is a frame of the server's rate; the arena takes as many of its own steps in it as its
+dt says. All of it goes into `snapshot`, so that a restored world goes on bit for bit.
+"""
+
+import hashlib
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from app.protocol.messages import Extent
+from app.rooms.touching.scene import Scene
+from engine import Board
+from engine.errors import RecordError
+from engine.multibody.arena import Arena
+from engine.multibody.scenes import on_board
+
+GRIP_RATE: Final = 12.0
+"""1/s; a held ball closes the gap to the hand at this rate: firm, and no faster than a hand is."""
+
+GRIP_SPEED: Final = 15.0  # m/s; the fastest a hand draws a ball, so also the fastest such throw
+
+GRIP_LAPSE: Final = 5.0  # s; a hand of which nothing is heard any more lets go
+
+
+class _Saved(msgspec.Struct, frozen=True):
+    tick: int
+    arena: bytes
+    grips: list[tuple[int, float, float, int]]
+
+
+class ArenaWorld:
+    """An arena under a clock of `tick_rate` ticks a second, begun as `ground` says."""
+
+    def __init__(self, ground: Board | Scene, tick_rate: int) -> None:
+        self.tick_rate = tick_rate
+        self.tick = 0
+        self.arena: Arena = ground.build() if isinstance(ground, Scene) else on_board(ground)
+        # Ball to the place of the hand, m, and the tick at which it lets go.
+        self.grips: dict[int, tuple[float, float, int]] = {}
+
+    @property
+    def awake(self) -> bool:
+        """Whether anything moves, or is held and so may have to."""
+        return bool(self.grips) or self.arena.awake
+
+    @property
+    def count(self) -> int:
+        """Number of balls, at rest or not."""
+        return self.arena.count
+
+    @property
+    def extent(self) -> Extent:
+        """The box that holds all that does not move."""
+        return Extent(*self.arena.place.extent)
+
+    @property
+    def bodies(self) -> npt.NDArray[np.void]:
+        """The balls, by id."""
+        return self.arena.bodies
+
+    def has(self, ball: int) -> bool:
+        """Whether there is a ball of this id."""
+        return bool((self.arena.bodies["id"] == ball).any())
+
+    def grip(self, ball: int, x: float, y: float) -> None:
+        """Hold a ball, or move the hand that holds it."""
+        self.grips[ball] = (x, y, self.tick + round(GRIP_LAPSE * self.tick_rate))
+
+    def release(self, ball: int) -> None:
+        """Let go of a ball, if it is held."""
+        self.grips.pop(ball, None)
+
+    def step(self) -> None:
+        """One tick on."""
+        if self.grips:
+            self._pull()
+        self.arena.advance(1.0 / self.tick_rate)
+        self.tick += 1
+
+    def _pull(self) -> None:
+        rows = {int(row["id"]): row for row in self.arena.bodies}
+        for ball, (x, y, lapse) in sorted(self.grips.items()):
+            row = rows.get(ball)
+            if row is None or self.tick >= lapse:
+                del self.grips[ball]
+                continue
+            vx, vy = GRIP_RATE * (x - float(row["x"])), GRIP_RATE * (y - float(row["y"]))
+            speed = float(np.sqrt(vx * vx + vy * vy))
+            if speed > GRIP_SPEED:
+                vx, vy = vx * (GRIP_SPEED / speed), vy * (GRIP_SPEED / speed)
+            self.arena.kick(ball, vx - float(row["vx"]), vy - float(row["vy"]))
+
+    def snapshot(self) -> bytes:
+        """All that `restore` needs."""
+        grips = [(ball, x, y, lapse) for ball, (x, y, lapse) in sorted(self.grips.items())]
+        return msgspec.msgpack.encode(_Saved(self.tick, self.arena.snapshot(), grips))
+
+    def restore(self, snapshot: bytes) -> None:
+        """Become the world that made `snapshot`; raises RecordError when it is no such thing."""
+        try:
+            saved = msgspec.msgpack.decode(snapshot, type=_Saved)
+        except msgspec.MsgspecError as error:
+            raise RecordError(f"the snapshot is not one: {error}", field="snapshot") from error
+        self.arena = Arena.from_snapshot(saved.arena)
+        self.tick = saved.tick
+        self.grips = {ball: (x, y, lapse) for ball, x, y, lapse in saved.grips}
+
+    def digest(self) -> str:
+        """SHA-256 of the world, 64 hex digits: equal worlds have equal digests."""
+        rest: list[Any] = [self.tick, sorted(self.grips.items())]
+        packed = msgspec.msgpack.encode(rest)
+        return hashlib.sha256(self.arena.digest().encode() + packed).hexdigest()

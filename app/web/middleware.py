@@ -1,0 +1,173 @@
+"""What holds for every request, as plain ASGI: origin check, body limit, security headers."""
+
+import asyncio
+from collections.abc import Iterable, Mapping
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from app.errors import OriginError, TooLargeError
+from app.protocol.messages import shorten
+from app.web.problems import problem_response
+
+# Nothing from elsewhere, nothing inline: a board's name or a room's id that finds its way into the
+# page stays text.
+SECURITY_HEADERS = {
+    "content-security-policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+        "font-src 'self'; connect-src 'self'; manifest-src 'self'; media-src 'self'; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "referrer-policy": "same-origin",
+    "cross-origin-opener-policy": "same-origin",
+}
+
+_SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
+
+# After a 413, what the client still sends is read and thrown away up to these bounds, so that one
+# that sends its whole body before it listens gets to see the answer instead of a broken pipe.
+_DISCARD_BYTES = 32 << 20
+_DISCARD_SECONDS = 5.0
+
+
+def check_origin(headers: Mapping[str, str], allowed: Iterable[str]) -> None:
+    """Raise OriginError when a page of another site asks; no Origin header means no page."""
+    origin = headers.get("origin")
+    if origin is None or origin in allowed:
+        return
+    if urlsplit(origin).netloc.lower() != headers.get("host", "").lower() or origin == "null":
+        raise OriginError(f"origin {shorten(origin, 100)} may not use this server", field="origin")
+
+
+class OriginCheck:
+    """Refuses WebSocket handshakes and unsafe requests that another site's page makes.
+
+    Without it any page that a player happens to open could play, or fill a server on loopback.
+    """
+
+    def __init__(self, app: ASGIApp, allowed: tuple[str, ...]) -> None:
+        self.app = app
+        self.allowed = allowed
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or refuse it with 403."""
+        if scope["type"] == "websocket" or (
+            scope["type"] == "http" and scope["method"] not in _SAFE_METHODS
+        ):
+            try:
+                check_origin(Headers(scope=scope), self.allowed)
+            except OriginError as error:
+                await _refuse(scope, receive, send, error)
+                return
+        await self.app(scope, receive, send)
+
+
+async def _refuse(scope: Scope, receive: Receive, send: Send, error: OriginError) -> None:
+    response = problem_response(error, scope["path"])
+    if scope["type"] == "http":
+        await response(scope, receive, send)
+        return
+    await receive()  # the connect message
+    start = {"status": response.status_code, "headers": response.raw_headers}
+    await send({"type": "websocket.http.response.start", **start})
+    await send({"type": "websocket.http.response.body", "body": response.body})
+
+
+class SecurityHeaders:
+    """Adds the security headers to every HTTP response."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on and add the headers to its answer."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in SECURITY_HEADERS.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        await self.app(scope, receive, send_with_headers)
+
+
+class _BodyOverflowError(Exception):
+    """Carries the overflow from `receive` up through the application."""
+
+
+class BodyLimit:
+    """Answers 413 as soon as a body is known to be over the limit, without keeping any of it."""
+
+    def __init__(self, app: ASGIApp, max_body: int) -> None:
+        self.app = app
+        self.max_body = max_body
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or answer 413."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        announced = headers.get("content-length", "")
+        if announced.isdigit() and int(announced[:20]) > self.max_body:
+            await self._answer(scope, receive, send, headers, f"{announced[:20]} bytes")
+            return
+        size = 0
+        started = False
+
+        async def counted_receive() -> Message:
+            nonlocal size
+            message = await receive()
+            size += len(message.get("body", b""))
+            if size > self.max_body:
+                raise _BodyOverflowError
+            return message
+
+        async def watched_send(message: Message) -> None:
+            nonlocal started
+            started = True
+            await send(message)
+
+        try:
+            await self.app(scope, counted_receive, watched_send)
+        except _BodyOverflowError:
+            if started:
+                raise
+            await self._answer(scope, receive, send, headers, f"more than {size - 1} bytes")
+
+    async def _answer(
+        self, scope: Scope, receive: Receive, send: Send, headers: Headers, size: str
+    ) -> None:
+        error = TooLargeError(
+            f"a body of {size} is over the limit of {self.max_body} bytes", field="body"
+        )
+        response = problem_response(error, scope["path"])
+        response.headers["connection"] = "close"
+        start = {"status": response.status_code, "headers": response.raw_headers}
+        await send({"type": "http.response.start", **start})
+        # The whole answer leaves now; only its formal end waits for the rest of the body.
+        await send({"type": "http.response.body", "body": response.body, "more_body": True})
+        if "expect" not in headers:
+            await _discard(receive)
+        await send({"type": "http.response.body", "body": b"", "more_body": False})
+
+
+async def _discard(receive: Receive) -> None:
+    """Throw away what still comes in, within bounds of size and time."""
+    size = 0
+    try:
+        async with asyncio.timeout(_DISCARD_SECONDS):
+            while size <= _DISCARD_BYTES:
+                message = await receive()
+                size += len(message.get("body", b""))
+                if message["type"] == "http.disconnect" or not message.get("more_body", False):
+                    return
+    except TimeoutError:
+        return  # the answer was sent long ago; closing now is all that is left

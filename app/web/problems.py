@@ -1,0 +1,108 @@
+"""Errors as RFC 9457 problem details: the one place where an exception becomes an HTTP answer."""
+
+import logging
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+
+from app.errors import AppError, InvalidValueError, answer, retry_after
+from app.protocol.messages import shorten
+from app.web.schemas import Problem
+from engine.errors import EngineError
+
+MEDIA_TYPE = "application/problem+json"
+
+_TYPE = "urn:plinko:problem:"
+
+_log = logging.getLogger("plinko")
+
+
+def problem_of(error: Exception, path: str = "") -> Problem:
+    """The problem details of an error; a stranger's message stays inside."""
+    known = isinstance(error, AppError | EngineError)
+    assigned = answer(error)
+    return Problem(
+        type=f"{_TYPE}{assigned.code}",
+        title=assigned.title,
+        status=assigned.status,
+        detail=str(error) if known else "An error of the server's own, which it has logged.",
+        code=assigned.code,
+        field=getattr(error, "field", "") or None,
+        instance=path or None,
+    )
+
+
+def problem_response(error: Exception, path: str = "") -> Response:
+    """The HTTP response for an error."""
+    problem = problem_of(error, path)
+    headers = {}
+    if problem.status == 401:
+        headers["www-authenticate"] = "Bearer"
+    seconds = retry_after(error)
+    if seconds is not None:
+        headers["retry-after"] = str(seconds)
+    return Response(msgspec.json.encode(problem), problem.status, headers, MEDIA_TYPE)
+
+
+def _answer(request: Request, error: Exception) -> Response:
+    request.app.state.services.metrics.errors.labels(answer(error).code).inc()
+    return problem_response(error, request.url.path)
+
+
+def _about(request: Request) -> dict[str, str]:
+    """A request as the log shows it: its query may hold what is nobody's business."""
+    return {"method": request.method, "path": request.url.path}
+
+
+async def _known_error(request: Request, error: Exception) -> Response:
+    known = answer(error)
+    if known.status >= 500 and known.status != 503:
+        _log.error("request failed", extra=_about(request), exc_info=error)
+    return _answer(request, error)
+
+
+async def _unknown_error(request: Request, error: Exception) -> Response:
+    _log.error("request failed", extra=_about(request), exc_info=error)
+    return _answer(request, error)
+
+
+async def _bad_parameter(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    return _answer(request, _named(error.errors()))
+
+
+def _named(errors: Sequence[Any]) -> InvalidValueError:
+    """The first of the framework's findings, with the bad value in its message."""
+    first = errors[0]
+    field = str(first["loc"][-1])
+    message = first["msg"][:1].lower() + first["msg"][1:]
+    return InvalidValueError(f"{field} {shorten(first.get('input'))}: {message}", field=field)
+
+
+async def _http_error(request: Request, error: Exception) -> Response:
+    """What the framework says by itself: no such path, no such method."""
+    assert isinstance(error, HTTPException)
+    code = error.detail.lower().replace(" ", "-")
+    problem = Problem(
+        type=f"{_TYPE}{code}",
+        title=error.detail,
+        status=error.status_code,
+        detail=f"{request.method} {shorten(request.url.path, 200)}: {error.detail}",
+        code=code,
+        instance=request.url.path,
+    )
+    headers = dict(error.headers or {})
+    return Response(msgspec.json.encode(problem), problem.status, headers, MEDIA_TYPE)
+
+
+def install(app: FastAPI) -> None:
+    """Let every error of the application leave it as problem details."""
+    app.add_exception_handler(AppError, _known_error)
+    app.add_exception_handler(EngineError, _known_error)
+    app.add_exception_handler(RequestValidationError, _bad_parameter)
+    app.add_exception_handler(HTTPException, _http_error)
+    app.add_exception_handler(Exception, _unknown_error)

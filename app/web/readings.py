@@ -1,0 +1,68 @@
+"""What the server's parts say about themselves when the metrics are asked for."""
+
+from collections.abc import Iterator
+
+from app.ops.metrics import Reading
+from app.web.services import Services
+from engine import PHYSICS_VERSION
+
+
+def readings(server: Services) -> Iterator[Reading]:
+    """Every value that is read rather than counted along the way."""
+    info = {
+        "version": server.version,
+        "physics_version": str(PHYSICS_VERSION),
+        "transport": server.transport,
+    }
+    yield "plinko_info", "What runs here; `transport` is how clients are written to.", 1, info
+    parts = (
+        *_clock(server),
+        *_rooms(server),
+        *_ledger(server),
+        *_traffic(server),
+        *_pictures(server),
+    )
+    for name, text, value in parts:
+        yield f"plinko_{name}", text, value, {}
+
+
+def _clock(server: Services) -> Iterator[tuple[str, str, float]]:
+    ticker = server.rooms.ticker
+    yield "ticker_asleep", "1 while nothing moves and no tick runs.", ticker.asleep
+    yield "ticks_total", "Ticks run.", ticker.ticks
+    yield "tick_overruns_total", "Times that more than one tick was due.", ticker.schedule.overruns
+    yield "ticks_skipped_total", "Ticks given up after a pause.", ticker.schedule.skipped
+
+
+def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
+    rooms = server.rooms
+    yield "rooms", "Open rooms.", len(rooms.all()) + len(rooms.parked())
+    yield "rooms_awake", "Rooms in which something moves.", len(rooms.awake)
+    yield "balls", "Balls in flight.", sum(room.world.count for room in rooms.awake)
+    yield "drops_total", "Drops accepted in rooms.", rooms.accepted
+    yield "landings_total", "Balls in rooms whose drop has ended.", rooms.landed
+    yield "jobs", "Drops, pictures and checks computed or waiting.", server.workers.jobs
+
+
+def _ledger(server: Services) -> Iterator[tuple[str, str, float]]:
+    ledger = server.ledger
+    yield "ledger_up", "1 while the ledger takes writes.", ledger.up
+    yield "ledger_commits_total", "Groups of writes made durable.", ledger.commits
+    yield "ledger_failures_total", "Groups of writes refused or given up.", ledger.failures
+    yield "rooms_rebuilt", "Rooms that went on at the start.", server.rooms.keeper.rebuilt
+
+
+def _traffic(server: Services) -> Iterator[tuple[str, str, float]]:
+    traffic = server.hub.traffic
+    yield "clients", "Clients connected to rooms.", server.hub.total
+    yield "frames_sent_total", "WebSocket messages sent.", traffic.frames
+    yield "sent_bytes_total", "Bytes of those messages.", traffic.bytes
+    yield "frames_skipped_total", "Pictures that a newer one overtook unsent.", traffic.skipped
+    yield "clients_too_slow_total", "Clients closed because they did not read.", traffic.too_slow
+
+
+def _pictures(server: Services) -> Iterator[tuple[str, str, float]]:
+    yield "pictures_total", "Pictures drawn on request.", server.pictures.drawn
+    yield "cameras", "Live picture streams drawn now.", server.cameras.running
+    yield "viewers", "Viewers of live picture streams.", server.cameras.viewers
+    yield "camera_frames_total", "Frames drawn for live streams.", server.cameras.drawn

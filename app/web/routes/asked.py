@@ -1,0 +1,51 @@
+"""The drop that an address asks for: what of the path and the query decides it, checked."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends, Query
+
+from app.web.routes.common import Server, check_step
+from engine import Board, Drop, drop
+from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
+from engine.seeding import parse_seed
+
+X = Annotated[float | None, Query(description="Explicit start in metres; else the seed decides.")]
+SolverName = Annotated[str, Query(description="`exact` or `stepped`.")]
+Dt = Annotated[float, Query(description="Step of the stepped solver, in seconds.")]
+Substeps = Annotated[int, Query(description="Substeps a step, of the stepped solver.")]
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """Everything that decides a drop."""
+
+    board: Board
+    seed: int
+    x: float | None
+    solver: str
+    dt: float
+    substeps: int
+
+    def drop(self) -> Drop:
+        """Compute it; raises the engine's errors."""
+        return drop(
+            self.board, self.seed, x=self.x, solver=self.solver, dt=self.dt, substeps=self.substeps
+        )
+
+
+async def asked(
+    board: str,
+    seed: str,
+    server: Server,
+    x: X = None,
+    solver: SolverName = "exact",
+    dt: Dt = DEFAULT_DT,
+    substeps: Substeps = DEFAULT_SUBSTEPS,
+) -> Ask:
+    """The drop of a request; raises the errors of what cannot be found or computed."""
+    check_step(server, solver, dt, substeps)
+    return Ask(server.boards.find(board), parse_seed(seed), x, solver, dt, substeps)
+
+
+Asked = Annotated[Ask, Depends(asked)]

@@ -1,0 +1,90 @@
+"""Boards: list, look up, register."""
+
+from typing import Any
+
+from fastapi import APIRouter, Request, Response
+
+from app.web.routes.common import Server, body_of, checked_board, documented, read, reply
+from app.web.schemas import BoardList, BoardSummary, BoardView
+from engine import Board
+
+router = APIRouter(prefix="/api/v1/boards", tags=["boards"])
+
+_EXAMPLE = {
+    "name": "three bins",
+    "ball": {"radius": 0.08, "restitution": 0.6},
+    "pegs": [{"x": 0.0, "y": 1.0, "radius": 0.05}],
+    "walls": [
+        {"x1": -1.5, "y1": -1.0, "x2": -1.5, "y2": 2.0},
+        {"x1": 1.5, "y1": -1.0, "x2": 1.5, "y2": 2.0},
+    ],
+    "bins": {"y": 2.0, "edges": [-1.5, -0.5, 0.5, 1.5], "multipliers": [2.0, 0.5, 2.0]},
+    "drop": {"x": 0.0, "y": 0.0, "jitter": 0.5},
+}
+
+
+@router.get("", summary="List the boards", responses=documented(BoardList))
+async def list_boards(server: Server) -> Response:
+    """Every preset with its payout table, then the registered boards."""
+    boards = [*server.boards.presets.values(), *server.boards.registered()]
+    return reply(BoardList([_summary(board) for board in boards]))
+
+
+@router.get("/{board}", summary="Get a board", responses=documented(BoardView, 404))
+async def get_board(board: str, server: Server) -> Response:
+    """The whole board of a preset's name or of a digest."""
+    return reply(_view(server.boards.find(board)))
+
+
+@router.post(
+    "",
+    summary="Register a board",
+    responses={
+        **documented(BoardView, 400, 413, 422, 503, description="It was known already"),
+        **documented(BoardView, status=201, description="Registered"),
+    },
+    openapi_extra=body_of(None, _EXAMPLE),
+)
+async def register_board(request: Request, server: Server) -> Response:
+    """Check a board and keep it under its digest.
+
+    The same content has the same digest, so registering again changes nothing. The server keeps a
+    bounded number of boards; the longest unused is forgotten and can be registered again.
+    """
+    data = await read(request, dict[str, Any])
+    board = await checked_board(server, data)
+    new = server.boards.register(board)
+    headers = {"location": f"/api/v1/boards/{board.digest}"}
+    return reply(_view(board), 201 if new else 200, headers)
+
+
+@router.post(
+    "/check",
+    summary="Check a board",
+    responses=documented(BoardView, 400, 413, 422, 503, description="It can be played"),
+    openapi_extra=body_of(None, _EXAMPLE),
+)
+async def check_board(request: Request, server: Server) -> Response:
+    """Check a board without keeping it; the reply has its digest and every default filled in."""
+    data = await read(request, dict[str, Any])
+    return reply(_view(await checked_board(server, data)))
+
+
+def _summary(board: Board) -> BoardSummary:
+    family, _, rest = (board.preset_name or "").partition("-")
+    rows, _, risk = rest.partition("-")
+    triangle = family == "triangle"
+    return BoardSummary(
+        name=board.name,
+        digest=board.digest,
+        preset=board.preset_name is not None,
+        bins=board.bins.count,
+        pegs=len(board.pegs),
+        rows=int(rows) if triangle else None,
+        risk=(risk or "medium") if triangle else None,  # type: ignore[arg-type]
+        multipliers=list(board.bins.multipliers),
+    )
+
+
+def _view(board: Board) -> BoardView:
+    return BoardView(board.name, board.digest, board.to_dict())

@@ -1,0 +1,186 @@
+"""What the routes share: their services, request bodies, replies, and how both are documented."""
+
+import functools
+import time
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+from fastapi import Depends, Request, Response
+from starlette.requests import HTTPConnection
+
+from app.errors import InvalidValueError, TooLargeError
+from app.protocol.messages import shorten
+from app.web import schemas
+from app.web.services import Services
+from engine import Board
+from engine.errors import BoardError
+from engine.seeding import parse_seed
+
+T = TypeVar("T")
+
+_INLINE_BODY = 1 << 14  # bytes; a body up to this is decoded in less time than a thread costs
+_CACHE_SECONDS = 86_400
+
+_FAILURES = {
+    304: "Not modified: the caller's copy is current",
+    400: "Not JSON",
+    401: "A room's token is missing",
+    403: "Not the token of this room, or a room that nobody may change",
+    404: "No such thing",
+    409: "The room was reset meanwhile",
+    413: "The body is too large",
+    422: "A bad value; `detail` and `field` name it",
+    429: "A limit was reached; `Retry-After` says when to come back",
+    503: "The server is busy; `Retry-After` says when to come back",
+}
+
+
+def services(connection: HTTPConnection) -> Services:
+    """The server's parts, from wherever a route needs them."""
+    found: Services = connection.app.state.services
+    return found
+
+
+Server = Annotated[Services, Depends(services)]
+
+
+async def read(request: Request, kind: type[T], empty: T | None = None) -> T:
+    """The request's JSON body as `kind`; `empty` stands for no body at all.
+
+    Raises MalformedError and InvalidValueError. A large body is decoded in a thread.
+    """
+    body = await request.body()
+    if not body and empty is not None:
+        return empty
+    if len(body) <= _INLINE_BODY:
+        return schemas.decode(body, kind)
+    return await services(request).workers.run(functools.partial(schemas.decode, body, kind))
+
+
+def reply(value: Any, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
+    """A JSON response; `value` is a Struct, a dict or bytes already encoded."""
+    body = value if isinstance(value, bytes) else msgspec.json.encode(value)
+    return Response(body, status, headers, "application/json")
+
+
+def optional_seed(value: object) -> int | None:
+    """A seed or None for one to be drawn; raises SeedError."""
+    return None if value is None else parse_seed(value)
+
+
+def limit_drops(request: Request, server: Services) -> None:
+    """Raise RateLimitError when this address drops into rooms too often."""
+    server.room_drops.take(address_of(request), time.monotonic(), "drops")
+
+
+def address_of(connection: HTTPConnection) -> str:
+    """The client's address, by which it is told from others."""
+    return connection.client.host if connection.client else ""
+
+
+async def resolve_board(server: Services, board: object) -> Board:
+    """The board that a body names: a preset's name, a digest, or a whole object.
+
+    Raises UnknownBoardError, or BoardError for an object that cannot be played. An object is
+    checked in a thread.
+    """
+    if isinstance(board, str):
+        return server.boards.find(board)
+    if isinstance(board, dict):
+        return await checked_board(server, board)
+    raise BoardError(
+        f"board {shorten(board)} is not a name, a digest or a board object", field="board"
+    )
+
+
+def check_step(server: Services, solver: Any, dt: Any, substeps: Any) -> None:
+    """Raise InvalidValueError for steps so short that the drop would keep a thread for minutes.
+
+    Anything else about the values is the engine's to judge.
+    """
+    numbers = isinstance(dt, int | float) and isinstance(substeps, int)
+    shortest = server.settings.min_step
+    if solver == "stepped" and numbers and 0.0 < dt < shortest * substeps:
+        raise InvalidValueError(
+            f"dt {dt!r} in {substeps} substeps makes steps shorter than {shortest:g} s; "
+            "compute it with the command line",
+            field="dt",
+        )
+
+
+async def checked_board(server: Services, form: dict[str, Any]) -> Board:
+    """A board from its JSON form, checked in a thread.
+
+    Raises TooLargeError when it has more pegs and walls than the server takes, BoardError when it
+    cannot be played.
+    """
+    parts = (form.get(name) for name in ("pegs", "walls"))
+    surfaces = sum(len(part) for part in parts if isinstance(part, list))
+    if surfaces > server.settings.max_surfaces:
+        raise TooLargeError(
+            f"a board of {surfaces} pegs and walls is over the limit of "
+            f"{server.settings.max_surfaces}",
+            field="board",
+        )
+    return await server.workers.run(functools.partial(Board.from_json, form))
+
+
+def cache_headers(etag: str) -> dict[str, str]:
+    """Headers of what never changes under this server's physics.
+
+    Not `immutable`: a release with another physics gives other bits at the same address, so
+    a cache asks again after a day, and the ETag makes that cheap.
+    """
+    return {"etag": f'"{etag}"', "cache-control": f"public, max-age={_CACHE_SECONDS}"}
+
+
+def is_current(request: Request, etag: str) -> bool:
+    """Whether the caller's If-None-Match holds this ETag already (weak comparison, RFC 9110)."""
+    asked = request.headers.get("if-none-match", "")
+    tags = {tag.strip().removeprefix("W/") for tag in asked.split(",")}
+    return "*" in tags or f'"{etag}"' in tags
+
+
+def not_modified(etag: str) -> Response:
+    """304 with the headers that the full reply would have."""
+    return Response(status_code=304, headers=cache_headers(etag))
+
+
+def documented(
+    success: type[msgspec.Struct] | None,
+    *failures: int,
+    status: int = 200,
+    description: str = "Success",
+    media_type: str = "application/json",
+) -> dict[int | str, dict[str, Any]]:
+    """OpenAPI's `responses` of a route: what it replies, and how it fails."""
+    schema = _reference(success) if success else {"type": "string", "format": "binary"}
+    responses: dict[int | str, dict[str, Any]] = {
+        status: {"description": description, "content": {media_type: {"schema": schema}}}
+    }
+    return responses | documented_failures(*failures)
+
+
+def documented_failures(*failures: int) -> dict[int | str, dict[str, Any]]:
+    """OpenAPI's `responses` for the ways in which a route fails."""
+    problem = {"application/problem+json": {"schema": _reference(schemas.Problem)}}
+    responses: dict[int | str, dict[str, Any]] = {}
+    for failure in failures:
+        responses[failure] = {"description": _FAILURES[failure]}
+        if failure != 304:
+            responses[failure]["content"] = problem
+    return responses
+
+
+def body_of(
+    kind: type[msgspec.Struct] | None, example: Any, *, required: bool = True
+) -> dict[str, Any]:
+    """OpenAPI's `requestBody` of a route; None for any JSON object."""
+    schema = _reference(kind) if kind else {"type": "object"}
+    content = {"application/json": {"schema": schema, "example": example}}
+    return {"requestBody": {"required": required, "content": content}}
+
+
+def _reference(kind: type[msgspec.Struct]) -> dict[str, str]:
+    return {"$ref": f"#/components/schemas/{kind.__name__}"}

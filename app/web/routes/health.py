@@ -1,0 +1,67 @@
+"""For those who run the server: does it answer, can it take drops, how does it do."""
+
+from fastapi import APIRouter, Request, Response
+from fastapi.responses import PlainTextResponse
+
+from app.errors import LedgerError
+from app.web.routes.common import Server, documented, reply
+from app.web.schemas import Health, Readiness, TickerHealth
+from app.web.services import Services
+from engine import PHYSICS_VERSION
+
+router = APIRouter(tags=["health"])
+
+
+@router.get("/healthz", summary="Is it alive", responses=documented(Health))
+async def healthz(server: Server) -> Response:
+    """The process answers; with the ticker's counts, which stand still while nothing moves."""
+    ticker = server.rooms.ticker
+    counts = TickerHealth(
+        asleep=ticker.asleep,
+        ticks=ticker.ticks,
+        wakeups=ticker.wakeups,
+        overruns=ticker.schedule.overruns,
+        skipped=ticker.schedule.skipped,
+    )
+    return reply(Health("ok", server.version, PHYSICS_VERSION, counts))
+
+
+@router.get(
+    "/readyz",
+    summary="Is it ready",
+    responses={
+        **documented(Readiness, description="Ready"),
+        **documented(Readiness, status=503, description="Not ready; `checks` says why"),
+    },
+)
+async def readyz(server: Server) -> Response:
+    """200 when the physics is compiled, the ticker runs, work and drops are taken; else 503."""
+    checks = {
+        "ledger": await _writable(server),
+        "physics": server.warm,
+        "ticker": server.ticker_runs,
+        "workers": not server.workers.full,
+    }
+    ready = all(checks.values())
+    return reply(Readiness(ready, checks), 200 if ready else 503)
+
+
+@router.get(
+    "/metrics",
+    summary="How does it do",
+    response_class=PlainTextResponse,
+    responses=documented(None, media_type="text/plain", description="Prometheus' text format"),
+)
+async def metrics(request: Request, server: Server) -> Response:
+    """Counts and times for Prometheus; docs/operations.md says what each means."""
+    body, media_type = server.metrics.exposition(request.headers.get("accept", ""))
+    return Response(body, media_type=media_type, headers={"cache-control": "no-store"})
+
+
+async def _writable(server: Services) -> bool:
+    """Whether the ledger takes a page's worth of data now."""
+    try:
+        await server.ledger.probe()
+    except LedgerError:
+        return False
+    return True

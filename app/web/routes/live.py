@@ -1,0 +1,119 @@
+"""Live rooms as pictures: one frame, or a stream of them that any image tag shows."""
+
+import asyncio
+import functools
+from collections.abc import Callable
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request, Response
+from starlette.types import Receive, Scope, Send
+
+from app.pictures.cache import look
+from app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot, moment_of, still_of
+from app.web.routes.common import Server, documented, is_current
+from app.web.routes.pictures import STILLS, ThemeName, Width
+
+router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+
+STREAM = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
+
+Fps = Annotated[int, Query(ge=1, le=60, description="Frames a second, at most.")]
+
+
+def _frame(fmt: str) -> Callable[..., object]:
+    async def get_frame(
+        room: str, request: Request, server: Server, width: Width = 760, theme: ThemeName = "light"
+    ) -> Response:
+        """The room as it is now. The ETag changes when something has moved."""
+        found = await server.rooms.seek(room)
+        etag = f"{moment_of(found)}.{fmt}.{width}.{theme}.{look()}"
+        headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
+        if is_current(request, etag):
+            return Response(status_code=304, headers=headers)
+        still = still_of(found)
+        draw = functools.partial(server.cameras.stages.draw, found, still, fmt, width, theme)
+        picture = await server.moments.get(etag, draw)
+        return Response(picture, headers=headers, media_type=STILLS[fmt])
+
+    return get_frame
+
+
+for _fmt, _media_type in STILLS.items():
+    router.add_api_route(
+        f"/{{room}}/frame.{_fmt}",
+        _frame(_fmt),
+        summary=f"A room as {_fmt.upper()}",
+        response_class=Response,
+        name=f"A room {_fmt}",
+        responses=documented(
+            None, 304, 404, 422, 429, 503, description="The frame", media_type=_media_type
+        ),
+    )
+
+
+@router.get(
+    "/{room}/stream.mjpg",
+    summary="A room as a stream of JPEGs",
+    response_class=Response,
+    responses=documented(
+        None, 404, 422, 429, 503, description="One part a frame, without end", media_type=STREAM
+    ),
+)
+async def get_stream(
+    room: str,
+    server: Server,
+    width: Width = 760,
+    theme: ThemeName = "light",
+    fps: Fps = 25,
+) -> Response:
+    """The room as it moves, for `<img src=…>`: nothing is sent while nothing moves.
+
+    All who watch a room in the same size, theme and rate get the same bytes. One who reads slowly
+    gets fewer frames.
+    """
+    found = await server.rooms.seek(room)
+    shot = Shot(found.id, width, theme, fps)
+    return _Stream(server.cameras, *await server.cameras.open(found, shot))
+
+
+class _Stream(Response):
+    """A response that goes on until its viewer leaves."""
+
+    def __init__(self, cameras: Cameras, camera: Camera, seen: int, part: bytes) -> None:
+        super().__init__(media_type=STREAM, headers={"cache-control": "no-store"})
+        del self.headers["content-length"]
+        self._cameras = cameras
+        self._camera = camera
+        self._seen = seen
+        self._part = part
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send frames, each as soon as the one before has found room."""
+        tasks = [asyncio.create_task(self._send(send)), asyncio.create_task(_left(receive))]
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._cameras.leave(self._camera)
+            for task in tasks:
+                task.cancel()
+            ended = await asyncio.gather(*tasks, return_exceptions=True)
+        for outcome in ended:
+            if isinstance(outcome, Exception):
+                raise outcome
+
+    async def _send(self, send: Send) -> None:
+        start = {"status": self.status_code, "headers": self.raw_headers}
+        await send({"type": "http.response.start", **start})
+        part = PART_HEAD + self._part
+        while True:
+            await send({"type": "http.response.body", "body": part, "more_body": True})
+            self._seen, part = await self._camera.newest(self._seen)
+            if not part:
+                await send({"type": "http.response.body", "body": b"", "more_body": False})
+                return
+
+
+async def _left(receive: Receive) -> None:
+    """Return when the viewer is gone."""
+    while (await receive())["type"] != "http.disconnect":
+        pass

@@ -1,0 +1,250 @@
+"""Rooms over REST: list, open, look at, drop a ball into; change, reset, close; read the log."""
+
+from typing import Annotated
+
+import msgspec
+from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.responses import StreamingResponse
+from fastapi.security import HTTPBearer
+
+from app.errors import InvalidValueError, TokenError
+from app.protocol.messages import parse_x
+from app.rooms.kinds import SCENE, AnyRoom, Ground, Scene
+from app.rooms.records import Parked
+from app.rooms.stakes import parse_stake, parse_who
+from app.web.routes.common import (
+    Server,
+    address_of,
+    body_of,
+    documented,
+    documented_failures,
+    limit_drops,
+    optional_seed,
+    read,
+    reply,
+    resolve_board,
+)
+from app.web.schemas import (
+    SCENE_PARAMETERS,
+    RoomChange,
+    RoomDrop,
+    RoomDropRequest,
+    RoomList,
+    RoomLog,
+    RoomOpened,
+    RoomRequest,
+    RoomSummary,
+    RoomView,
+)
+from app.web.services import Services
+
+router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+
+# Only documents the scheme: what is missing or wrong is said by `app.web.tokens`.
+Token = Depends(
+    HTTPBearer(scheme_name="room token", description="What `POST rooms` gave.", auto_error=False)
+)
+
+
+@router.get("", summary="List the rooms", responses=documented(RoomList))
+async def list_rooms(server: Server) -> Response:
+    """The open rooms. `main` is always there; every preset's name is a room too, once asked for."""
+    rooms = [_summary(server, room) for room in server.rooms.all()]
+    return reply(RoomList([*map(_parked, server.rooms.parked()), *rooms]))
+
+
+@router.post(
+    "",
+    status_code=201,
+    summary="Open a room",
+    responses=documented(
+        RoomOpened, 400, 404, 413, 422, 429, 503, status=201, description="Opened"
+    ),
+    openapi_extra=body_of(RoomRequest, {"board": "triangle-12-high"}),
+)
+async def open_room(request: Request, server: Server) -> Response:
+    """Open a room with an id of its own; watch it at `/ws/rooms/{id}`.
+
+    Over any board, `mode` says whether its balls touch each other. Instead of a board a `scene`
+    may be asked for, with any of its parameters (`GET scenes` lists them).
+
+    The reply's `token` lets its holder change, reset and close the room.
+    """
+    with server.creators.place(address_of(request)) as take:
+        body = await read(request, RoomRequest)
+        ground, mode = await _ground(server, body)
+        room = await server.rooms.create(ground, mode)
+        take(room.id)
+    view = msgspec.structs.asdict(_view(server, room))
+    opened = RoomOpened(**view, token=server.tokens.of(room.id))
+    headers = {"location": f"/api/v1/rooms/{room.id}", "cache-control": "no-store"}
+    return reply(opened, 201, headers)
+
+
+@router.get("/{room}", summary="Look at a room", responses=documented(RoomView, 404, 429, 503))
+async def get_room(room: str, server: Server) -> Response:
+    """The room's clock, its balls in flight by their starts, and what came of the others."""
+    return reply(_view(server, await server.rooms.seek(room)))
+
+
+@router.patch(
+    "/{room}",
+    summary="Change a room",
+    responses=documented(RoomView, 400, 401, 403, 404, 413, 422, 429, 503),
+    openapi_extra=body_of(RoomChange, {"board": "triangle-8"}),
+    dependencies=[Token],
+)
+async def change_room(room: str, request: Request, server: Server) -> Response:
+    """Give a room another board. It begins anew, for everyone in it; for its creator alone."""
+    found = await _own_room(room, request, server)
+    body = await read(request, RoomChange)
+    board = await resolve_board(server, body.board)
+    return reply(_view(server, await server.rooms.reset(found, board)))
+
+
+@router.post(
+    "/{room}/reset",
+    summary="Begin a room anew",
+    responses=documented(RoomView, 401, 403, 404, 429, 503),
+    dependencies=[Token],
+)
+async def reset_room(room: str, request: Request, server: Server) -> Response:
+    """Take all balls out and count from zero; for its creator alone."""
+    found = await _own_room(room, request, server)
+    return reply(_view(server, await server.rooms.reset(found)))
+
+
+@router.delete(
+    "/{room}",
+    status_code=204,
+    summary="Close a room",
+    responses={204: {"description": "Closed"}, **documented_failures(401, 403, 404, 429, 503)},
+    dependencies=[Token],
+)
+async def close_room(room: str, request: Request, server: Server) -> Response:
+    """Close a room for good and send everyone away; for its creator alone."""
+    await server.rooms.delete(await _own_room(room, request, server))
+    return Response(status_code=204)
+
+
+@router.get(
+    "/{room}/log",
+    summary="Read a room's log",
+    responses=documented(RoomLog, 404, 429, 503),
+)
+async def get_log(room: str, server: Server) -> Response:
+    """All drops since the room began, at their ticks, with their results.
+
+    `plinko verify` replays it and compares every digest.
+    """
+    found = await server.rooms.seek(room)
+    body = await server.rooms.keeper.log(found)
+    return StreamingResponse(body, media_type="application/json")
+
+
+@router.post(
+    "/{room}/drops",
+    status_code=202,
+    summary="Drop a ball into a room",
+    responses={
+        **documented(RoomDrop, 400, 404, 413, 422, 429, 503, status=202, description="In flight"),
+        **documented(RoomDrop, status=200, description="Landed, with `wait=1`"),
+    },
+    openapi_extra=body_of(RoomDropRequest, {"seed": "42"}, required=False),
+)
+async def post_room_drop(
+    room: str,
+    request: Request,
+    server: Server,
+    wait: Annotated[bool, Query(description="Reply only once the ball has landed.")] = False,
+) -> Response:
+    """Put a ball in; everyone who watches sees it fall.
+
+    With `wait=1` the reply comes with the landing, or as 202 without it should that take too long.
+    """
+    limit_drops(request, server)
+    body = await read(request, RoomDropRequest, empty=RoomDropRequest())
+    found = await server.rooms.seek(room)
+    accepted = await server.rooms.drop(
+        found,
+        optional_seed(body.seed),
+        parse_x(body.x),
+        stake=parse_stake(body.stake),
+        who=parse_who(body.who),
+    )
+    landed = None
+    if wait:
+        landed = await server.rooms.landing(found, accepted.ball, server.settings.wait_limit)
+    drop = RoomDrop(found.id, accepted.ball, accepted.seed, accepted.x, accepted.tick, landed)
+    return reply(drop, 202 if landed is None else 200)
+
+
+async def _ground(server: Services, body: RoomRequest) -> tuple[Ground, str]:
+    """What a room is asked for over, and its mode."""
+    if body.scene is None:
+        for name in SCENE_PARAMETERS:
+            if getattr(body, name) is not None:
+                raise InvalidValueError(
+                    f"{name} is a parameter of a scene, not of a board", field=name
+                )
+        return await resolve_board(server, body.board), body.mode
+    if body.board is not None:
+        raise InvalidValueError("a room has either a board or a scene", field="board")
+    values = {name: getattr(body, name) for name in SCENE_PARAMETERS}
+    return server.rooms.scene({"scene": body.scene, **values}), SCENE
+
+
+async def _own_room(room_id: str, request: Request, server: Services) -> AnyRoom:
+    """The room, if the request bears its token; raises what stands in the way."""
+    room = await server.rooms.seek(room_id)
+    if not server.rooms.owned(room):
+        raise TokenError(f"room {room.id!r} belongs to nobody and cannot be changed", field="room")
+    server.tokens.check(room.id, request.headers.get("authorization"))
+    return room
+
+
+def _summary(server: Services, room: AnyRoom) -> RoomSummary:
+    return RoomSummary(
+        id=room.id,
+        board_name=room.board.name,
+        board_digest=room.board.digest,
+        mode=room.mode,
+        tick=room.world.tick,
+        awake=room.awake,
+        balls=room.world.count,
+        clients=server.hub.count(room.id),
+        drops=room.taken,
+    )
+
+
+def _parked(room: Parked) -> RoomSummary:
+    return RoomSummary(
+        id=room.id,
+        board_name=room.board_name,
+        board_digest=room.board,
+        mode=room.mode,
+        tick=room.tick,
+        awake=False,
+        balls=0,
+        clients=0,
+        drops=room.drops,
+    )
+
+
+def _view(server: Services, room: AnyRoom) -> RoomView:
+    return RoomView(
+        id=room.id,
+        board_name=room.board.name,
+        board_digest=room.board.digest,
+        mode=room.mode,
+        solver=room.solver,
+        tick=room.world.tick,
+        tick_rate=room.tick_rate,
+        awake=room.awake,
+        clients=server.hub.count(room.id),
+        owned=server.rooms.owned(room),
+        extent=room.extent,
+        balls=room.balls,
+        stats=room.stats(),
+        scene=room.board.to_dict() if isinstance(room.board, Scene) else None,
+    )

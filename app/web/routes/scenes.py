@@ -1,0 +1,22 @@
+"""Scenes of balls that touch each other over REST: what there is, and what can be set."""
+
+from fastapi import APIRouter, Response
+
+from app.live.registry import PUBLIC_SCENES
+from app.rooms.touching.scene import DEFAULTS
+from app.rooms.touching.values import PRESETS, table
+from app.web.routes.common import documented, reply
+from app.web.schemas import SceneList, SceneView
+
+router = APIRouter(prefix="/api/v1/scenes", tags=["rooms"])
+
+
+@router.get("", summary="List the scenes", responses=documented(SceneList))
+async def list_scenes() -> Response:
+    """The scenes that `POST rooms` takes, their parameters, ranges and presets.
+
+    They are no boards: a box has no bins. Each is also a public room.
+    """
+    scenes = [SceneView(name, room, DEFAULTS[name]) for room, name in PUBLIC_SCENES.items()]
+    presets = {name: dict(values) for name, values in PRESETS.items()}
+    return reply(SceneList(scenes, table(), presets))

@@ -1,0 +1,223 @@
+"""The WebSocket of a room: what each client says and is told, and how it ends."""
+
+import asyncio
+import contextlib
+import functools
+import logging
+import secrets
+import time
+from collections.abc import Callable
+from typing import Any
+
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+
+from app.errors import (
+    AbuseError,
+    AppError,
+    LedgerError,
+    LimitError,
+    MalformedError,
+    MessageFloodError,
+    MissingBallError,
+    SlowClientError,
+    answer,
+)
+from app.live.hub import Client, Mailbox
+from app.live.transport import line_of, sever
+from app.protocol import messages
+from app.protocol.messages import shorten
+from app.protocol.touching_messages import ClaimMessage, WatchMessage
+from app.protocol.wire import Frame
+from app.rooms.kinds import AnyRoom, ArenaRoom
+from app.rooms.stakes import parse_stake, parse_who
+from app.web.limits import TokenBucket, spend
+from app.web.room_changes import Changes
+from app.web.routes.common import Server
+from app.web.services import Services
+from engine.errors import EngineError
+from engine.seeding import parse_seed
+
+router = APIRouter()
+
+# Bad messages are answered, not punished, unless they keep coming: a typo is free, a flood is not.
+_STRIKES = 20
+_STRIKES_FORGIVEN = 1.0  # a second
+
+_log = logging.getLogger("plinko")
+
+_CLOSE_SECONDS = 1.0  # for the close frame to find room in a buffer that has some
+
+
+@router.websocket("/ws/rooms/{room_id}")
+async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
+    """Watch and play in a room; docs/protocol.md has every message."""
+    await socket.accept()
+    error: AppError | None = None
+    try:
+        stream = messages.parse_stream(socket.query_params.get("stream"))
+        room = await server.rooms.seek(room_id)
+        error = await Session(socket, server, room, stream).run()
+    except AppError as refused:
+        error = refused
+        with contextlib.suppress(WebSocketDisconnect):
+            await socket.send_text(messages.encode_event(_event(refused)).decode())
+    if error is not None:
+        server.metrics.errors.labels(answer(error).code).inc()
+        _log.info("client closed", extra={"room": shorten(room_id), "why": str(error)})
+        await _close(socket, error, server.settings.client_linger)
+
+
+async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
+    """Close with the reason; a client that does not read gets `linger` seconds to find it."""
+    if isinstance(error, SlowClientError):
+        sever(socket.scope, linger)
+    # RFC 6455 leaves 123 bytes for the reason.
+    reason = str(error).encode()[:120].decode(errors="ignore")
+    with contextlib.suppress(WebSocketDisconnect, TimeoutError, RuntimeError):
+        async with asyncio.timeout(_CLOSE_SECONDS):
+            await socket.close(answer(error).close, reason)
+
+
+def _event(error: BaseException, ref: object = None) -> messages.Error:
+    return messages.Error(code=answer(error).code, detail=str(error), ref=ref)
+
+
+class Session:
+    """One client in one room."""
+
+    def __init__(self, socket: WebSocket, server: Services, room: AnyRoom, stream: str) -> None:
+        settings = server.settings
+        now = time.monotonic()
+        self.socket = socket
+        self.server = server
+        self.room_id = room.id
+        self.client = Client(
+            next(server.client_ids),
+            line_of(socket),
+            Mailbox(settings.max_queue, settings.max_queue_bytes, self._renewal(stream)),
+            settings.client_grace,
+            stream=room.stream_of(stream),
+            traffic=server.hub.traffic,
+            key=secrets.token_hex(8),
+        )
+        self._messages = TokenBucket(settings.message_rate, 2 * settings.message_rate, now)
+        self._drops = TokenBucket(settings.drop_rate, 2 * settings.drop_rate, now)
+        self._changes = Changes(server, room.id, self.client.id)
+        self._strikes = TokenBucket(_STRIKES_FORGIVEN, _STRIKES, now)
+
+    @property
+    def room(self) -> AnyRoom:
+        """The room as it is now: its creator may have begun it anew."""
+        return self.server.rooms.find(self.room_id)
+
+    async def run(self) -> AppError | None:
+        """Serve the client until it leaves, or return why it must; raises RoomFullError."""
+        self.server.rooms.enter(self.room, self.client)
+        tasks = [asyncio.create_task(self._read()), asyncio.create_task(self.client.run())]
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._changes.let_go()
+            self.server.rooms.exit(self.room_id, self.client)
+            for task in tasks:
+                task.cancel()
+            ended = await asyncio.gather(*tasks, return_exceptions=True)
+        for outcome in ended:
+            if isinstance(outcome, AppError):
+                return outcome
+            if isinstance(outcome, Exception) and not isinstance(outcome, WebSocketDisconnect):
+                raise outcome
+        return None
+
+    async def _read(self) -> None:
+        """Take messages until the client disconnects; raises AbuseError."""
+        while True:
+            message = await self.socket.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            data = message.get("text")
+            try:
+                self._limit_messages()
+                self._take(data)
+            except (AppError, EngineError) as error:
+                self._answer(error, messages.peek(data, "ref") if data else None)
+
+    def _renewal(self, stream: str) -> Callable[[], Frame] | None:
+        """Pieces of paths add up: several that could not be sent are made good by a full frame."""
+        room = self.room
+        if isinstance(room, ArenaRoom) or room.stream_of(stream) == messages.SNAPSHOTS:
+            return None
+        return self._all_segments
+
+    def _all_segments(self) -> Frame:
+        room = self.room
+        assert not isinstance(room, ArenaRoom)
+        return Frame.picture(room.all_segments())
+
+    def _limit_messages(self) -> None:
+        """Raise MessageFloodError when messages come too fast."""
+        now = time.monotonic()
+        if not self._messages.take(now):
+            raise MessageFloodError(f"more than {self._messages.rate:g} messages a second")
+
+    def _take(self, data: str | None) -> None:
+        """Carry out one message; raises what is wrong with it."""
+        if not isinstance(data, str):
+            raise MalformedError("a binary frame is no message; send JSON in a text frame")
+        message = messages.decode_message(data)
+        match message:
+            case messages.PingMessage():
+                self._tell(self._pong(message))
+            case messages.ResumeMessage(run=run, since=since, key=key):
+                self._tell(self.server.rooms.teller.missed(self.room, run, since, key))
+            case messages.DropMessage():
+                self._drop(message)
+            case ClaimMessage():
+                self._tell(self._changes.claim(message))
+            case WatchMessage():
+                self._changes.watch(self.room, message)
+            case _:
+                self._follow(message.ref, self._changes.take(self.room, message))
+
+    def _drop(self, message: messages.DropMessage) -> None:
+        spend(self._drops, time.monotonic(), "drops")
+        seed = None if message.seed is None else parse_seed(message.seed)
+        x = messages.parse_x(message.x)
+        asked = self.server.rooms.drop(
+            self.room,
+            seed,
+            x,
+            stake=parse_stake(message.stake),
+            who=parse_who(message.who),
+            client=self.client.id,
+            key=self.client.key,
+            ref=message.ref,
+        )
+        self._follow(message.ref, asked)
+
+    def _follow(self, ref: object, asked: "asyncio.Future[Any]") -> None:
+        # Not waited for: a player's next message need not wait for a disk.
+        asked.add_done_callback(functools.partial(self._kept, ref))
+
+    def _kept(self, ref: object, asked: "asyncio.Future[Any]") -> None:
+        """Tell the player what could not be kept; what was kept, the room has told."""
+        error = None if asked.cancelled() else asked.exception()
+        if error is not None:
+            event = messages.encode_event(_event(error, ref))
+            self.server.hub.tell(self.room_id, self.client.id, event)
+
+    def _pong(self, ping: messages.PingMessage) -> messages.Pong:
+        tick, at = self.room.world.tick, self.room.tick_time
+        return messages.Pong(t=ping.t, tick=tick, tick_time=at, server_time=time.monotonic())
+
+    def _answer(self, error: AppError | EngineError, ref: object) -> None:
+        # A full room, a finger too fast, or a ledger that is lost, is no offence.
+        innocent = isinstance(error, LimitError | LedgerError | MissingBallError)
+        innocent = innocent and not isinstance(error, MessageFloodError)
+        if not innocent and not self._strikes.take(time.monotonic()):
+            raise AbuseError(f"too many bad messages; the last: {error}")
+        self.server.metrics.errors.labels(answer(error).code).inc()
+        self._tell(_event(error, ref))
+
+    def _tell(self, event: messages.Event) -> None:
+        self.client.post(Frame.event(messages.encode_event(event)))

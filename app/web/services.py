@@ -1,0 +1,47 @@
+"""What the routes work with: made once at start-up, handed to each request."""
+
+import asyncio
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import count
+
+from app.live.hub import Hub
+from app.live.registry import Rooms
+from app.ops.metrics import Metrics
+from app.persistence.writer import Ledger
+from app.pictures.cache import Pictures
+from app.pictures.film import Cameras
+from app.pictures.workers import Workers
+from app.rooms.boards import Boards
+from app.settings import Settings
+from app.web.limits import KeyedBuckets, Quota
+from app.web.tokens import Tokens
+
+
+@dataclass(slots=True)
+class Services:
+    """The server's parts, and whether it is ready."""
+
+    settings: Settings
+    version: str
+    boards: Boards
+    hub: Hub
+    rooms: Rooms
+    ledger: Ledger
+    tokens: Tokens
+    workers: Workers
+    pictures: Pictures
+    moments: Pictures  # single frames of rooms
+    cameras: Cameras
+    room_drops: KeyedBuckets
+    creators: Quota
+    metrics: Metrics
+    warm: bool = False
+    transport: str = "public"  # how clients are written to; see app.live.transport
+    ticking: "asyncio.Task[None] | None" = None
+    client_ids: Iterator[int] = field(default_factory=count)
+
+    @property
+    def ticker_runs(self) -> bool:
+        """Whether the ticker's task lives, asleep or not."""
+        return self.ticking is not None and not self.ticking.done()

@@ -1,0 +1,61 @@
+"""How far each contestant's histogram of bins is from the true one, and how far chance would be."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks.contestants.common import Contestant
+from benchmarks.harness.report import Section, Table
+from benchmarks.harness.settings import Settings
+from engine import Board, drop_many
+
+SECONDS = 40.0  # longer than any drop of the board falls
+RATES = (60, 240)
+
+
+def histograms(
+    section: Section, board: Board, everyone: Sequence[Contestant], settings: Settings
+) -> None:
+    """Total-variation distance of each histogram from the exact solver's on many more drops."""
+    drops = settings.size(2000, 40)
+    truth_drops = settings.size(1_000_000, 10_000)
+    zone = board.drop
+    share = drop_many(board, range(truth_drops)).histogram / truth_drops
+    rng = np.random.default_rng(7)
+    xs = rng.uniform(zone.x - zone.jitter, zone.x + zone.jitter, drops)
+    samples = rng.multinomial(drops, share / share.sum(), size=2000) / drops
+    chance = 0.5 * np.abs(samples - share).sum(axis=1)
+    low, middle, high = np.quantile(chance, [0.025, 0.5, 0.975])
+    seconds = _seconds(board)
+    rows = []
+    data: dict[str, Any] = {"drops": drops, "chance": [low, middle, high], "distance": {}}
+    for contestant in everyone:
+        for rate in RATES if contestant.stepped and not settings.quick else RATES[:1]:
+            bins = contestant.bins(board, xs, 1.0 / rate, seconds)
+            landed = bins[bins >= 0]
+            counts = np.bincount(landed, minlength=board.bins.count)
+            distance = 0.5 * float(np.abs(counts / drops - share).sum())
+            name = f"{contestant.name} 1/{rate}" if contestant.stepped else contestant.name
+            rows.append([name, f"{distance:.4f}", str(drops - len(landed))])
+            data["distance"][name] = distance
+            settings.step("histograms")
+    section.data["histogram"] = data
+    section.tables.append(
+        Table(
+            "Distance of the histogram of bins from the true one",
+            ["contestant, dt in s", "total variation", "did not land"],
+            rows,
+            [
+                f"{board.name}, {drops:,} drops each from the same starts, against "
+                f"{truth_drops:,} drops of the exact solver. Sampling floor: {drops:,} draws from "
+                f"the true histogram itself are {middle:.4f} away (95 %: {low:.4f} to "
+                f"{high:.4f}), so a distance in that range shows no error."
+            ],
+        )
+    )
+
+
+def _seconds(board: Board) -> float:
+    """Time in which every drop of the exact solver's sample lands, and a quarter more."""
+    return min(SECONDS, 1.25 * float(drop_many(board, range(4096)).duration.max()))

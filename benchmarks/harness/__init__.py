@@ -1,0 +1,1 @@
+"""What the benchmarks share: clocks, settings, reports, plots. Start with report.py."""

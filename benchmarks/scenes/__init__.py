@@ -1,0 +1,1 @@
+"""The boards and scenes that benchmarks and tests share. Start with boards.py."""

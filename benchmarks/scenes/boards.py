@@ -1,0 +1,121 @@
+"""The boards that the benchmarks share."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+from unittest import mock
+
+from engine.board import payouts, presets
+from engine.board.checks import playable
+from engine.board.materials import REFERENCE_DENSITY, Material
+from engine.board.model import Board
+from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+
+PLAIN = presets.Tuning(drag=0.0, restitution=0.6, friction=0.0, jitter=0.8)
+"""No drag, no friction: what every other engine can be asked for without excuses."""
+
+FULL = presets.Tuning(drag=2.2, restitution=0.65, friction=0.15, jitter=0.8)
+"""Drag, friction, spin and the contact phases that come with them."""
+
+SPACING = 0.6  # m, of the lattice boards: a ball fits between a peg and a wall
+PEG_RADIUS = 0.05
+BALL_RADIUS = 0.1
+
+
+def triangle(rows: int, tuning: presets.Tuning) -> Board:
+    """The triangular board of the reference game with the physics given."""
+    name = f"{'plain' if tuning is PLAIN else 'trial'}-{rows}"
+    return presets.triangle(name, rows, payouts.multipliers(rows, "medium"), tuning)
+
+
+def lattice(rows: int, columns: int, tuning: presets.Tuning) -> Board:
+    """A staggered rectangle of pegs: the same walk whatever its size, started in the middle.
+
+    Even rows have columns + 1 pegs, half of the outermost inside the walls; odd rows have columns.
+    """
+    pitch = 0.875 * SPACING
+    top = 2.0 * SPACING
+    edges = [SPACING * (j - 0.5 * columns) for j in range(columns + 1)]
+    middles = [SPACING * (j + 0.5 - 0.5 * columns) for j in range(columns)]
+    line = top + pitch * (rows - 1) + BALL_RADIUS
+    material = Material(tuning.restitution, tuning.friction)
+    return Board(
+        name=f"lattice-{rows}x{columns}",
+        width=SPACING * (columns + 1),
+        height=line + SPACING,
+        drag=tuning.drag,
+        ball=BallSpec(BALL_RADIUS, REFERENCE_DENSITY, tuning.restitution, tuning.friction),
+        pegs=tuple(
+            Peg(x, top + i * pitch, PEG_RADIUS)
+            for i in range(rows)
+            for x in (middles if i % 2 else edges)
+        ),
+        peg_material=material,
+        walls=tuple(Wall(x, -SPACING, x, line + SPACING) for x in (edges[0], edges[-1])),
+        wall_material=material,
+        bins=Bins(line, tuple(edges), tuple(1.0 for _ in middles)),
+        drop=DropZone(0.0, 0.5 * SPACING, tuning.jitter * SPACING),
+    )
+
+
+def unchecked(
+    *,
+    pegs: Sequence[Peg] = (),
+    walls: Sequence[Wall] = (),
+    restitution: float,
+    start: tuple[float, float],
+    jitter: float = 0.0,
+    floor: float = 1e5,
+    gravity: float = 9.81,
+) -> Board:
+    """A scene that is no board for play: closed boxes and bare floors.
+
+    Frictionless and drag-free; the values are checked, how the parts stand to each other is not.
+    `floor` is the height of the bins' line in m, by default far out of reach.
+    """
+    material = Material(restitution, 0.0)
+    with mock.patch.object(playable, "check"):
+        return Board(
+            name="scene",
+            gravity=gravity,
+            ball=BallSpec(BALL_RADIUS, REFERENCE_DENSITY, restitution, 0.0),
+            pegs=tuple(pegs),
+            peg_material=material,
+            walls=tuple(walls),
+            wall_material=material,
+            bins=Bins(floor, (-1e5, 1e5), (1.0,)),
+            drop=DropZone(start[0], start[1], jitter),
+        )
+
+
+def revised(board: Board, **changes: Any) -> Board:
+    """`board` with some fields changed, unchecked as a whole."""
+    with mock.patch.object(playable, "check"):
+        return replace(board, **changes)
+
+
+def twin(package: ModuleType, board: Board) -> Any:
+    """The same board for a copy of the engine, unchecked as a whole."""
+    check = import_module(f"{package.__name__}.board.checks.playable")
+    with mock.patch.object(check, "check"):
+        return package.Board.from_json(board.to_json())
+
+
+def bare_floor(restitution: float, height: float) -> Board:
+    """A level floor at y = 0 and a ball whose lowest point starts `height` metres above it."""
+    floor = (Wall(-5.0, 0.0, 5.0, 0.0),)
+    return unchecked(walls=floor, restitution=restitution, start=(0.0, -height - BALL_RADIUS))
+
+
+def elastic_box() -> Board:
+    """A closed box with nine pegs in which nothing is lost: e = 1, no friction, no drag."""
+    walls = (
+        Wall(-1.5, -1.5, 1.5, -1.5),
+        Wall(-1.5, 1.5, 1.5, 1.5),
+        Wall(-1.5, -1.5, -1.5, 1.5),
+        Wall(1.5, -1.5, 1.5, 1.5),
+    )
+    pegs = tuple(Peg(0.7 * i, 0.55 * j + 0.5, 0.1) for i in (-1, 0, 1) for j in (-1, 0, 1))
+    return unchecked(pegs=pegs, walls=walls, restitution=1.0, start=(0.0, -1.0), jitter=1.2)

@@ -1,0 +1,1 @@
+"""What the server and its pages cost: streams, pictures, idle rooms. Start with stream.py."""

@@ -1,0 +1,273 @@
+"""What the game page costs the browser: frames, work and pauses of a full table, by tracing.
+
+A real Chromium, headless and without a graphics processor, shows a table in which 200 balls are
+kept in flight. What its main thread did is read from the browser's own trace.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchmarks.harness.report import Section, Table
+from benchmarks.harness.settings import MissingError, Settings
+
+BALLS = 200
+BOARD = "triangle-16"
+STALL = 8.0
+"""ms. A layout or a collection longer than this is seen: it is half of a frame at 60 Hz."""
+
+SCREENS = ((1366, 768, 1), (360, 740, 3))
+"""Width and height in CSS pixels, device pixels in one of them: a laptop, a phone."""
+
+LAYOUT = ("Layout", "UpdateLayoutTree")
+GARBAGE = ("MinorGC", "MajorGC", "BlinkGC.AtomicPhase")
+CATEGORIES = ("devtools.timeline", "disabled-by-default-devtools.timeline", "v8")
+
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What the page's main thread did: times by the trace's name of the work.
+
+    The processor's time of that thread, so that what else runs on the machine is not in it.
+    """
+
+    frames: tuple[float, ...]
+    """When each frame's callback began, ms."""
+    durations: dict[str, tuple[float, ...]]
+
+    @property
+    def intervals(self) -> list[float]:
+        """Times from frame to frame, ms."""
+        return [after - before for before, after in zip(self.frames, self.frames[1:], strict=False)]
+
+    @property
+    def rate(self) -> float:
+        """Frames a second."""
+        return 1e3 * (len(self.frames) - 1) / (self.frames[-1] - self.frames[0])
+
+    def of(self, names: Sequence[str]) -> list[float]:
+        """All durations under these names, ms."""
+        return [value for name in names for value in self.durations.get(name, ())]
+
+
+def run(settings: Settings) -> Section:
+    """Measure the page on each screen; MissingError without Playwright or Chromium."""
+    seconds = settings.size(10, 1)
+    section = Section("page")
+    rows = []
+    for width, height, density in SCREENS:
+        settings.step(f"{width} x {height}")
+        trace, in_flight = measure(width, height, density, seconds, settings.size(BALLS, 20))
+        screen = f"{width} x {height} at {density}"
+        rows.append([screen, *_figures(trace, in_flight)])
+        section.data[screen] = _data(trace, in_flight)
+    section.tables.append(
+        Table(
+            f"A table with {settings.size(BALLS, 20)} balls in the browser",
+            [
+                "screen",
+                "balls",
+                "frames/s",
+                "interval, ms",
+                "callback, ms",
+                "painting, ms",
+                f"layouts over {STALL:g} ms",
+                f"collections over {STALL:g} ms",
+            ],
+            rows,
+            [
+                f"Chromium, headless, no graphics processor, server on the same machine; "
+                f"{BOARD}, trails and ghost trails on, {seconds} s each. Times are medians with "
+                "the 99th percentile in brackets. Intervals are wall time; all else is processor "
+                "time of the page's main thread. Painting is its part of a frame after the "
+                "callback. Stalls are given as number (longest, of how many)."
+            ],
+        )
+    )
+    return section
+
+
+def _figures(trace: Trace, in_flight: int) -> list[str]:
+    return [
+        str(in_flight),
+        f"{trace.rate:.1f}",
+        _spread(trace.intervals),
+        _spread(trace.of(["FireAnimationFrame"])),
+        _spread(trace.of(["Commit"])),
+        _stalls(trace.of(LAYOUT)),
+        _stalls(trace.of(GARBAGE)),
+    ]
+
+
+def _data(trace: Trace, in_flight: int) -> dict[str, Any]:
+    groups = {
+        "interval": trace.intervals,
+        "callback": trace.of(["FireAnimationFrame"]),
+        "commit": trace.of(["Commit"]),
+        "layout": trace.of(LAYOUT),
+        "garbage": trace.of(GARBAGE),
+    }
+    return {
+        "balls": in_flight,
+        "frames": len(trace.frames),
+        "frames_per_second": trace.rate,
+        **{name: {f"p{share}": quantile(values, share) for share in (50, 95, 99, 100)}
+           for name, values in groups.items()},
+        "stalls": {
+            "layout": sum(value > STALL for value in groups["layout"]),
+            "garbage": sum(value > STALL for value in groups["garbage"]),
+        },
+    }  # fmt: skip
+
+
+def quantile(values: Sequence[float], share: float) -> float:
+    """The value that `share` percent of them do not exceed; 0 of none."""
+    if not values:
+        return 0.0
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, int(share / 100 * len(ordered)))]
+
+
+def _spread(values: Sequence[float]) -> str:
+    return f"{quantile(values, 50):.1f} ({quantile(values, 99):.1f})"
+
+
+def _stalls(values: Sequence[float]) -> str:
+    over = sum(value > STALL for value in values)
+    return f"{over} ({quantile(values, 100):.1f} of {len(values)})"
+
+
+def measure(width: int, height: int, density: int, seconds: float, balls: int) -> tuple[Trace, int]:
+    """A trace of a table that is kept full, and how many balls were in flight at its end."""
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError as error:
+        raise MissingError("needs Playwright, of the bench extra") from error
+    program = chromium()
+    with serving(balls) as url, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+        context = browser.new_context(
+            viewport={"width": width, "height": height}, device_scale_factor=density
+        )
+        page = context.new_page()
+        page.goto(url)
+        page.wait_for_selector("html[data-state=asleep]")
+        with feeding(url, balls):
+            page.wait_for_selector("html[data-state=live]")
+            _fill(url, balls)
+            browser.start_tracing(page=page, categories=list(CATEGORIES))
+            time.sleep(seconds)
+            raw = browser.stop_tracing()
+            in_flight = _in_flight(url)
+        browser.close()
+    return read(json.loads(raw)["traceEvents"]), in_flight
+
+
+def read(events: Sequence[dict[str, Any]]) -> Trace:
+    """The page's main thread, which is the one that draws frames, out of a trace's events."""
+    frames = [event for event in events if event["name"] == "FireAnimationFrame"]
+    if not frames:
+        raise MissingError("the trace holds no frame: the page drew nothing")
+    threads = Counter((event["pid"], event["tid"]) for event in frames)
+    main = threads.most_common(1)[0][0]
+    durations: dict[str, list[float]] = {}
+    for event in events:
+        if (event["pid"], event["tid"]) == main and event.get("ph") == "X":
+            durations.setdefault(event["name"], []).append(_taken(event))
+    starts = sorted(event["ts"] / 1e3 for event in frames if (event["pid"], event["tid"]) == main)
+    return Trace(tuple(starts), {name: tuple(values) for name, values in durations.items()})
+
+
+def _taken(event: dict[str, Any]) -> float:
+    """ms of processor time; where the trace has none, ms."""
+    taken: float = event.get("tdur", event.get("dur", 0))
+    return taken / 1e3
+
+
+def chromium() -> str:
+    """The browser: $CHROMIUM, or the machine's own; MissingError if there is none."""
+    program = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chrome")
+    if program is None:
+        raise MissingError("needs Chromium: name it in the environment variable CHROMIUM")
+    return program
+
+
+@contextmanager
+def serving(balls: int) -> Iterator[str]:
+    """A server of its own on a free port, with room for so many balls."""
+    command = [sys.executable, "-m", "app.cli", "serve", "--port", "0"]
+    command += ["--drop-rate", "1000", "--message-rate", "1000", "--max-balls", str(balls)]
+    root = Path(__file__).parents[2]
+    process = subprocess.Popen(command, cwd=root, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        found = re.search(r"http://\S+", process.stdout.readline())
+        if found is None:
+            raise MissingError("the server gave no address")
+        yield found.group().rstrip("/")
+    finally:
+        process.terminate()
+        process.communicate()
+
+
+@contextmanager
+def feeding(url: str, balls: int) -> Iterator[None]:
+    """Keeps the main room full: another player who never stops."""
+    from websockets.sync.client import connect
+
+    done = threading.Event()
+    with connect(f"{url.replace('http', 'ws', 1)}/ws/rooms/main") as socket:
+
+        def drop() -> None:
+            # A drop takes six seconds; twice what keeps the table full. The rest is refused.
+            while not done.wait(3.0 / balls):
+                socket.send('{"type": "drop"}')
+
+        def listen() -> None:
+            for _ in socket:
+                pass
+
+        threads = [threading.Thread(target=drop), threading.Thread(target=listen)]
+        for thread in threads:
+            thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            threads[0].join()
+            socket.close()
+            threads[1].join()
+
+
+def _in_flight(url: str) -> int:
+    with urllib.request.urlopen(f"{url}/api/v1/rooms/main") as reply:
+        return len(json.load(reply)["balls"])
+
+
+def _fill(url: str, balls: int) -> None:
+    """Wait until the table is as full as it gets."""
+    while _in_flight(url) < 0.95 * balls:
+        time.sleep(0.2)

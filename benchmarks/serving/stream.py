@@ -1,0 +1,173 @@
+"""What it costs to show a room to many: processor time, lateness, memory, bytes on the wire."""
+
+import asyncio
+
+from benchmarks.harness.report import Section, Table
+from benchmarks.harness.settings import Settings
+from benchmarks.serving import fan_out, idle, stalled, wire
+from benchmarks.serving.process import OPTIONS, Served, can_watch, core_for_server, pinned, serving
+
+LATE = 0.004
+"""s; a tick that begins later than this after it was due can be seen."""
+
+DROPS = 8.0
+"""Balls a second in the room that is watched: some 50 in flight."""
+
+
+def run(settings: Settings) -> Section:
+    """All of the streaming benchmark."""
+    section = Section("stream")
+    wire.compare(section, settings)
+    if not can_watch():
+        section.absent.append("the server: processor time and memory are read from /proc")
+        return section
+    fan_out.compare(section, settings)
+    _crowds(section, settings)
+    _memory(section, settings)
+    stalled.watch(section, settings)
+    idle.server(section, settings)
+    return section
+
+
+def _crowds(section: Section, settings: Settings) -> None:
+    """Rooms of rising size at 60 Hz on one core: how late the ticks are, and what arrives."""
+    rows = []
+    data = {}
+    for clients in (100, 400, 800) if not settings.quick else (10,):
+        settings.step(f"{clients} clients")
+        found = _crowd(clients, settings)
+        name = f"{clients:,}"
+        data[name] = found
+        rows.append([
+            name,
+            f"{found['fps']:.1f}",
+            f"{1e3 * found['late_p99']:.2f}",
+            f"{found['in_time']:.2%}",
+            f"{1e3 * found['latency_p50']:.2f}",
+            f"{1e3 * found['latency_p99']:.2f}",
+            f"{found['missed']:,.0f}",
+            f"{found['core']:.0%}",
+        ])  # fmt: skip
+    section.data["crowds"] = data
+    section.tables.append(
+        Table(
+            "One room at 60 Hz, some 50 balls in flight",
+            ["clients", "least fps", "late p99, ms", "ticks within 4 ms", "latency p50, ms",
+             "latency p99, ms", "frames missed", "of a core"],
+            rows,
+            [
+                "Late: from when a tick was due until it began, by the server's own histogram. "
+                "Latency: until a client has read the frame, clients and server on the same "
+                "machine, the server on a core of its own. Aim: 400 clients with 99 % of the "
+                "ticks within 4 ms; 800 as the goal."
+            ],
+        )
+    )  # fmt: skip
+
+
+def _crowd(clients: int, settings: Settings) -> dict[str, float]:
+    from app.load.client import room_url
+    from app.load.generator import Load, run
+
+    seconds = float(settings.size(10, 1))
+    with serving(OPTIONS) as server:
+        pinned(server.process, core_for_server())
+        watch = Window(server)
+        load = Load(room_url(server.address, "main", "snapshots"), clients, drops=DROPS)
+        load.on_count = watch.begin
+        report = run(load, seconds)
+        watch.end()
+    late = watch.lateness()
+    return {
+        "fps": min(report.fps),
+        "late_p99": quantile(late, 0.99),
+        "in_time": share_within(late, LATE),
+        "latency_p50": report.latency(0.5),
+        "latency_p99": report.latency(0.99),
+        "missed": report.missed,
+        "core": watch.cpu / report.seconds,
+    }
+
+
+class Window:
+    """What a server did between two moments."""
+
+    def __init__(self, server: Served) -> None:
+        self.server = server
+        self.cpu = 0.0
+        self._before: dict[str, float] = {}
+        self._after: dict[str, float] = {}
+
+    def begin(self) -> None:
+        """From here."""
+        self._before = self.server.metrics()
+        self.cpu = -self.server.cpu
+
+    def end(self) -> None:
+        """Until here."""
+        self.cpu += self.server.cpu
+        self._after = self.server.metrics()
+
+    def lateness(self) -> list[tuple[float, float]]:
+        """Upper bound in s and count of ticks, summed from the first, of each bucket."""
+        name = "plinko_tick_lateness_seconds_bucket"
+        buckets = [key for key in self._after if key.startswith(name)]
+        pairs = [
+            (float(key.split('"')[1]), self._after[key] - self._before.get(key, 0.0))
+            for key in buckets
+        ]
+        return sorted(pairs)
+
+
+def share_within(buckets: list[tuple[float, float]], bound: float) -> float:
+    """Part of the ticks within a bucket's bound."""
+    total = buckets[-1][1]
+    return max((n for b, n in buckets if b <= bound), default=0.0) / total if total else 0.0
+
+
+def quantile(buckets: list[tuple[float, float]], share: float) -> float:
+    """Lateness that this share of the ticks did not exceed, evenly spread within a bucket."""
+    wanted = share * buckets[-1][1]
+    low = below = 0.0
+    for bound, count in buckets:
+        if count >= wanted and count > below:
+            return low + (bound - low) * (wanted - below) / (count - below)
+        low, below = bound, count
+    return low
+
+
+def _memory(section: Section, settings: Settings) -> None:
+    """Resident memory with the physics compiled, and what each client adds."""
+    clients = settings.size(400, 10)
+    settings.step("memory")
+    with serving(OPTIONS) as server:
+        alone = server.resident
+        with_clients = asyncio.run(_with_clients(server, clients, 2.0))
+    each = (with_clients - alone) / clients
+    section.data["memory"] = {"alone": alone, "clients": clients, "each": each}
+    section.tables.append(
+        Table(
+            "Resident memory",
+            ["what", "bytes"],
+            [
+                ["the server, physics loaded, ready", f"{alone:,.0f}"],
+                [f"each of {clients:,} clients who watch 50 balls", f"{each:,.0f}"],
+            ],
+            ["Aim: at most 300 MB, and 64 KB a client."],
+        )
+    )
+
+
+async def _with_clients(server: Served, clients: int, seconds: float) -> float:
+    """Resident memory in bytes while so many clients watch balls fall."""
+    from app.load.client import room_url
+    from app.load.generator import Load
+
+    load = Load(room_url(server.address, "main", "snapshots"), clients, drops=DROPS)
+    task = asyncio.create_task(load.run(seconds))
+    while not load.counting and not task.done():
+        await asyncio.sleep(0.05)
+    await asyncio.sleep(0.8 * seconds)
+    resident = server.resident
+    await task
+    return resident

@@ -1,0 +1,70 @@
+"""Bytes on the wire: snapshots against segments, of the same falls."""
+
+from collections.abc import Sequence
+
+from app.protocol import messages
+from app.protocol.wire import Frame
+from app.rooms.independent import DropCommand, Room
+from benchmarks.harness.report import Section, Table
+from benchmarks.harness.settings import Settings
+from engine import Board
+
+BOARDS = ("triangle-8", "triangle-12", "triangle-16", "classic", "galton")
+
+
+def compare(section: Section, settings: Settings) -> None:
+    """Both streams of the same drops on several boards, with one ball and with many."""
+    rows = []
+    data: dict[str, dict[str, float]] = {}
+    many = settings.size(50, 5)
+    for name in BOARDS:
+        settings.step(f"bytes of {name}")
+        for balls in (1, many):
+            found = _both(Board.preset(name), balls)
+            data[f"{name} {balls}"] = found
+            rows.append([
+                name,
+                str(balls),
+                f"{found['snapshots']:,.0f}",
+                f"{found['segments']:,.0f}",
+                f"{found['segments'] / found['snapshots']:.1%}",
+                f"{found['all_segments'] / found['all_snapshots']:.1%}",
+            ])  # fmt: skip
+    section.data["wire"] = data
+    section.tables.append(
+        Table(
+            "Bytes a second of flight and ball",
+            ["board", "balls", "snapshots", "segments", "ratio", "with events"],
+            rows,
+            [
+                "WebSocket frames with their headers, 60 ticks a second, seeds from 0 dropped at "
+                "once, until all have landed. With events: the text frames counted too, of which "
+                "segments need fewer. Aim: a fifth or less."
+            ],
+        )
+    )
+
+
+def _both(board: Board, balls: int) -> dict[str, float]:
+    room = Room("bench", board, tick_rate=60, max_balls=balls)
+    room.watch_segments(True)
+    size = dict.fromkeys(("snapshots", "segments", "all_snapshots", "all_segments"), 0.0)
+    flight = 0.0
+    for seed in range(balls):
+        room.drop(DropCommand(seed))
+    while room.awake:
+        flight += room.world.count / room.tick_rate
+        events = room.step(watched=True)
+        told = [event for event in events if not isinstance(event, messages.Contact)]
+        pieces = room.segments()
+        size["snapshots"] += len(Frame.picture(room.frame()).wire)
+        size["segments"] += len(Frame.picture(pieces).wire) if pieces is not None else 0
+        size["all_snapshots"] += _events(events)
+        size["all_segments"] += _events(told)
+    size["all_snapshots"] += size["snapshots"]
+    size["all_segments"] += size["segments"]
+    return {name: value / flight for name, value in size.items()}
+
+
+def _events(events: "Sequence[messages.Event]") -> int:
+    return len(Frame.event(messages.encode_events(list(events))).wire) if events else 0

@@ -1,0 +1,181 @@
+"""Scenes made to break a solver, and random boards: what must never happen is counted."""
+
+import json
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from benchmarks.harness import machine
+from benchmarks.harness.report import Section, Table
+from benchmarks.harness.settings import Settings
+from benchmarks.scenes import random_boards
+from benchmarks.stability import torture, touching_torture
+from benchmarks.stability.invariants import FAULTS, Findings, examine
+from engine import Board, World
+
+STARTS = 100
+"""Starts on each random board."""
+
+SOLVERS: dict[str, dict[str, Any]] = {
+    "exact": {"solver": "exact"},
+    "stepped": {"solver": "stepped"},
+}
+
+
+def run(settings: Settings) -> Section:
+    """The catalogue, coincident balls, balls that touch each other, random boards."""
+    section = Section("stability")
+    totals = {name: Findings() for name in SOLVERS}
+    section.tables.append(_catalogue(totals, settings))
+    section.tables.append(_crowds(settings))
+    section.tables.append(_touching(section, settings))
+    section.tables.append(_random(totals, settings))
+    kept = [item for found in totals.values() for item in found.kept]
+    section.data["findings"] = kept
+    for name, found in totals.items():
+        section.data[name] = {
+            "drops": found.drops,
+            "faults": {what: found.faults[what] for what in FAULTS},
+            "unsettled": dict(found.unsettled),
+        }
+    if settings.findings and kept:
+        _save(kept, settings.findings)
+    return section
+
+
+def _save(kept: list[dict[str, Any]], folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for number, item in enumerate(kept):
+        name = f"{item['fault'].replace(' ', '-')}-{item['solver']['solver']}-{number:02}.json"
+        (folder / name).write_text(json.dumps(item, indent=1))
+
+
+COLUMNS = ["scene", "solver", "drops", *FAULTS, "unsettled"]
+
+
+def _row(name: str, solver: str, found: Findings) -> list[str]:
+    reasons = ", ".join(f"{count:,} {why}" for why, count in sorted(found.unsettled.items()))
+    counts = [f"{found.faults[what]:,}" for what in FAULTS]
+    return [name, solver, f"{found.drops:,}", *counts, reasons or "0"]
+
+
+def _catalogue(totals: dict[str, Findings], settings: Settings) -> Table:
+    rows = []
+    for scene in torture.catalogue(settings.size(200, 3)):
+        for name, solver in SOLVERS.items():
+            if name == "exact" and scene.stepped:
+                continue
+            xs = scene.xs[:5] if settings.quick else scene.xs
+            found = examine(scene.board, xs, solver | scene.stepped)
+            totals[name].add(found)
+            rows.append(_row(scene.name, name, found))
+            settings.step("torture")
+    return Table(
+        "Torture catalogue",
+        COLUMNS,
+        rows,
+        [
+            "Every path is looked at at its events and twelve instants between each two, against "
+            "the board as given. Tunnelling: an overlap with a peg or a wall above 1e-9 of the "
+            "sizes involved (for the stepped solver 1e-4 of the ball's radius, since a notch "
+            "presses it from one surface into the other), or a passage through a wall. Energy "
+            "growth: with the exact solver any above rounding, with the stepped one more than its "
+            "order allows (g dt |v| an impact). Traps are there to trap: a ball in a notch has to "
+            "end as unsettled."
+        ],
+    )
+
+
+def _crowds(settings: Settings) -> Table:
+    """Balls on top of each other, in a live world: each goes its own way, the same as alone."""
+    board = Board.preset("triangle-8")
+    balls = settings.size(500, 20)
+    rows = []
+    for name in SOLVERS:
+        world = World(board, solver=name)
+        for _ in range(balls):
+            world.add(x=0.01)
+        ends = set()
+        ticks = 0
+        while world.awake and ticks < 100_000:
+            world.step()
+            ticks += 1
+            ends |= {event.digest for event in world.take_events() if hasattr(event, "digest")}
+        rows.append([name, str(balls), str(len(ends)), "0" if not world.awake else "1"])
+        settings.step("crowds")
+    return Table(
+        "Balls that start in the same place",
+        ["solver", "balls", "different paths", "hangs"],
+        rows,
+        ["One path means that no ball changed another's."],
+    )
+
+
+def _touching(section: Section, settings: Settings) -> Table:
+    """Balls that touch each other: frames in which something happened that must not."""
+    rows = []
+    section.data["touching"] = []
+    for scene in touching_torture.catalogue(settings.quick):
+        seen = touching_torture.watch(scene)
+        counts = [f"{seen.faults[what]:,}" for what in FAULTS]
+        rows.append(
+            [
+                scene.name,
+                str(scene.arena.count),
+                f"{seen.frames:,}",
+                *counts,
+                f"{100.0 * seen.deepest:.2f} %",
+            ]
+        )
+        section.data["touching"].append(touching_torture.to_dict(scene, seen))
+        settings.step("balls that touch")
+    return Table(
+        "Balls that touch each other",
+        ["scene", "balls", "frames", *FAULTS, "deepest overlap, of the radius"],
+        rows,
+        [
+            "Every frame is looked at; counted are frames. Tunnelling: an overlap of more than "
+            "half the smaller radius; escape: a ball outside of the walls, or gone; hang: a frame "
+            "of 20 s; energy growth: by more than 0.5 % of all there is and what the lag of "
+            "velocities by half a substep shows. Of balls put in one place overlap and energy "
+            "count in the last quarter, when they had time to part."
+        ],
+    )
+
+
+def _random(totals: dict[str, Findings], settings: Settings) -> Table:
+    drops = settings.size(100_000, 200) if not settings.long else 10_000_000
+    boards = max(1, drops // STARTS)
+    rows = []
+    for name, solver in SOLVERS.items():
+        found = Findings()
+        share = boards if name == "exact" else max(1, boards // 4)  # a stepped drop costs more
+        count = min(STARTS, drops)
+        jobs = [(seed, count, solver) for seed in range(share)]
+        if settings.quick:
+            for job in jobs:
+                found.add(_one_board(job))
+        else:
+            with ProcessPoolExecutor(machine.cores(), mp_context=get_context("spawn")) as pool:
+                for part in pool.map(_one_board, jobs, chunksize=4):
+                    found.add(part)
+                    settings.step(f"random boards, {name}")
+        totals[name].add(found)
+        rows.append(_row(f"{share:,} boards", name, found))
+    return Table(
+        "Random boards and starts that the validator allows",
+        COLUMNS,
+        rows,
+        [
+            "Restitution 0 to 1, friction 0 to 10, gravity and drag over decades, scale from 1 cm "
+            "to 100 m, bars in a third of them; half of the starts anywhere, half within four "
+            "units in the last place of a peg's middle or rim."
+        ],
+    )
+
+
+def _one_board(job: tuple[int, int, dict[str, Any]]) -> Findings:
+    seed, count, solver = job
+    board = random_boards.random_board(seed)
+    return examine(board, random_boards.starts(board, count, seed), solver)

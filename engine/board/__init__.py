@@ -1,0 +1,4 @@
+"""What a board is: its parts, values, JSON form and digest, and the presets.
+
+Imports the engine's errors and constants; knows nothing of balls in motion. Start with model.py.
+"""

@@ -1,0 +1,97 @@
+"""Which places are connected when segments are in the way: a grid cut by segments, and its parts.
+
+Nodes are joined to their four neighbours unless a segment crosses the line between them, so two
+nodes are in one part only if a path off all segments joins them. The reverse holds where the free
+way is some grid spacings wide.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.checks.obstacles import Floats, Ints
+
+Bools = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """A labelled grid: xs (nx,) and ys (ny,) increasing, label (ny, nx) of each node's part."""
+
+    xs: Floats
+    ys: Floats
+    label: Ints
+
+
+def flood(xs: Floats, ys: Floats, segments: Floats) -> Parts:
+    """Label the parts into which `segments`, shape (k, 4), cut the grid `xs` by `ys`."""
+    across, down = _open_edges(xs, ys, segments)
+    starts = np.ones((len(ys), len(xs)), dtype=np.bool_)
+    starts[:, 1:] = ~across
+    runs: Ints = (np.cumsum(starts.ravel(), dtype=np.intp) - 1).reshape(starts.shape)
+    upper, lower = _joined_runs(runs, down)
+    return Parts(xs, ys, _components(int(runs[-1, -1]) + 1, upper, lower)[runs])
+
+
+def _open_edges(xs: Floats, ys: Floats, segments: Floats) -> tuple[Bools, Bools]:
+    """Edges between neighbours in a row (ny, nx - 1) and in a column (ny - 1, nx) left open.
+
+    All segments count as moved by an infinitesimal to the right, and by its square down, so that
+    one that meets a node or ends on a grid line is on one definite side of it.
+    """
+    across = np.ones((len(ys), len(xs) - 1), dtype=np.bool_)
+    down = np.ones((len(ys) - 1, len(xs)), dtype=np.bool_)
+    x1, y1, x2, y2 = segments.T
+
+    which, row = _lines_crossed(ys, y1, y2)
+    part = (ys[row] - y1[which]) / (y2 - y1)[which]
+    at = x1[which] + part * (x2 - x1)[which]
+    column = np.searchsorted(xs, at, side="right") - 1
+    inside = (column >= 0) & (column < len(xs) - 1)
+    across[row[inside], column[inside]] = False
+
+    which, column = _lines_crossed(xs, x1, x2)
+    part = (xs[column] - x1[which]) / (x2 - x1)[which]
+    at = y1[which] + part * (y2 - y1)[which]
+    falls = ((x2 > x1) == (y2 > y1))[which] & (y1 != y2)[which]  # moved right, it is higher up
+    row = np.where(falls, np.searchsorted(ys, at), np.searchsorted(ys, at, side="right")) - 1
+    inside = (row >= 0) & (row < len(ys) - 1)
+    down[row[inside], column[inside]] = False
+    return across, down
+
+
+def _lines_crossed(lines: Floats, a: Floats, b: Floats) -> tuple[Ints, Ints]:
+    """Indices of segments (spanning a to b) and of the lines that they cross, pairwise."""
+    first = np.searchsorted(lines, np.minimum(a, b), side="right")
+    last = np.searchsorted(lines, np.maximum(a, b), side="right")
+    counts = last - first
+    which = np.repeat(np.arange(len(a)), counts)
+    before = np.cumsum(counts) - counts
+    return which, np.arange(len(which)) - np.repeat(before - first, counts)
+
+
+def _joined_runs(runs: Ints, down: Bools) -> tuple[Ints, Ints]:
+    """Pairs of runs of nodes, one in a row and one in the next, that an open edge joins."""
+    upper, lower = runs[:-1][down], runs[1:][down]
+    new = np.ones(len(upper), dtype=np.bool_)
+    new[1:] = (upper[1:] != upper[:-1]) | (lower[1:] != lower[:-1])
+    return upper[new], lower[new]
+
+
+def _components(count: int, a: Ints, b: Ints) -> Ints:
+    """Label of each of `count` things, equal for those that the pairs `a`, `b` join."""
+    parent = list(range(count))
+    for i, j in zip(a.tolist(), b.tolist(), strict=True):
+        while parent[i] != i:
+            parent[i] = parent[parent[i]]
+            i = parent[i]  # noqa: PLW2901 - walks up the tree
+        while parent[j] != j:
+            parent[j] = parent[parent[j]]
+            j = parent[j]  # noqa: PLW2901 - walks up the tree
+        if i != j:
+            parent[max(i, j)] = min(i, j)
+    label = np.empty(count, dtype=np.intp)
+    for i, p in enumerate(parent):  # parents come before their children
+        label[i] = i if p == i else label[p]
+    return label

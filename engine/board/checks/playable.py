@@ -1,0 +1,27 @@
+"""Checks a board as a whole, once its values are right: the order of the checks, and nothing else.
+
+Errors come in the order in which they are easiest to understand: what overlaps, where a ball
+starts, where it can get, where it would stick.
+"""
+
+from typing import TYPE_CHECKING
+
+from engine.board.checks.obstacles import close_discs, obstacles
+from engine.board.checks.overlap import check_overlaps, check_start_above_bins, check_starts
+from engine.board.checks.reach import check_reach
+from engine.board.checks.separators import barriers
+from engine.board.checks.traps import check_wedges
+
+if TYPE_CHECKING:
+    from engine.board.model import Board
+
+
+def check(board: "Board") -> None:
+    """Raise BoardError if `board` cannot be played; its values have been checked one by one."""
+    check_start_above_bins(board)
+    obs = obstacles(board)
+    pairs = close_discs(obs)
+    check_overlaps(board, pairs)
+    check_starts(board, obs)
+    reach = check_reach(board, obs, barriers(obs, pairs, board.drop.y, board.bins.y))
+    check_wedges(board, obs, pairs, reach)

@@ -1,0 +1,235 @@
+"""Where a ball can get: whether it can pass to the bins, and whether it can miss them.
+
+Exact: which gaps a ball fits through (see `barriers`), and which parts of the bins' line are free.
+Conservative: a place that is connected to the start and not above it counts as reached, whether or
+not a ball can be thrown there; only at open sides is flight bounded by energy (see `envelope`).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from engine.board.checks.components import Bools, Parts, flood
+from engine.board.checks.obstacles import Floats, Ints, Obstacles
+from engine.board.checks.side_bounds import side_limits
+from engine.errors import BoardError
+
+if TYPE_CHECKING:
+    from engine.board.model import Board
+
+CELL: Final = 1.0 / 3.0
+"""Grid spacing in ball radii. Barriers with a way between them are at least sqrt(3) radii apart."""
+
+COARSEST_CELL: Final = 0.5
+"""The most it may be stretched to save cells; beyond it a way could be overlooked."""
+
+MAX_CELLS: Final = 8_000_000
+"""Some 100 MB and a second. Limits how small a ball may be on how large a board."""
+
+WINDOW: Final = 3
+"""Grid spacings, so about a ball's radius: a free place sees a node of its own part within it."""
+
+_GENERIC: Final = 0.381966011250105  # the golden section: keeps grid lines off round coordinates
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """What is connected to the starts: the grid's parts, which of them are reached, the barriers.
+
+    segments: (k, 4); reached: labels of parts.
+    """
+
+    parts: Parts
+    segments: Floats
+    reached: frozenset[int]
+
+    def is_near(self, x: Floats, y: Floats) -> Bools:
+        """Tell of each place (x, y) in m if a reached node is within WINDOW rows and columns.
+
+        Quick, and true wherever `includes` is.
+        """
+        xs, ys = self.parts.xs, self.parts.ys
+        columns, rows = np.searchsorted(xs, x), np.searchsorted(ys, y)
+        is_reached = np.isin(np.arange(int(self.parts.label.max()) + 1), list(self.reached))
+        near = np.zeros(len(x), dtype=np.bool_)
+        for i in range(-WINDOW, WINDOW):
+            for j in range(-WINDOW, WINDOW):
+                row = np.clip(rows + i, 0, len(ys) - 1)
+                column = np.clip(columns + j, 0, len(xs) - 1)
+                near |= is_reached[self.parts.label[row, column]]
+        return near
+
+    def includes(self, x: float, y: float) -> bool:
+        """Tell if the free place (x, y) in m is connected to a start: sees a reached node nearby.
+
+        Looks WINDOW rows and columns far, about a ball's radius.
+        """
+        xs, ys = self.parts.xs, self.parts.ys
+        column, row = int(np.searchsorted(xs, x)), int(np.searchsorted(ys, y))
+        columns = slice(max(column - WINDOW, 0), column + WINDOW)
+        rows = slice(max(row - WINDOW, 0), row + WINDOW)
+        labels = self.parts.label[rows, columns]
+        good = np.isin(labels, list(self.reached))
+        if not good.any():
+            return False
+        at_x, at_y = np.meshgrid(xs[columns], ys[rows])
+        return bool(_sees(x, y, at_x[good], at_y[good], self.segments).any())
+
+
+def _sees(x: float, y: float, at_x: Floats, at_y: Floats, segments: Floats) -> Bools:
+    """Tell of each point `at` whether no segment crosses the line to it from (x, y)."""
+    box_x, box_y = np.append(at_x, x), np.append(at_y, y)
+    x1, y1, x2, y2 = segments.T
+    near = (np.minimum(x1, x2) <= box_x.max()) & (np.maximum(x1, x2) >= box_x.min())
+    near &= (np.minimum(y1, y2) <= box_y.max()) & (np.maximum(y1, y2) >= box_y.min())
+    x1, y1, x2, y2 = (v[None, :] for v in segments[near].T)
+    px, py = at_x[:, None], at_y[:, None]
+    side_1 = (px - x) * (y1 - y) - (py - y) * (x1 - x)
+    side_2 = (px - x) * (y2 - y) - (py - y) * (x2 - x)
+    side_p = (x2 - x1) * (py - y1) - (y2 - y1) * (px - x1)
+    side_0 = (x2 - x1) * (y - y1) - (y2 - y1) * (x - x1)
+    crossed = (side_1 * side_2 <= 0.0) & (side_p * side_0 <= 0.0)
+    result: Bools = ~crossed.any(axis=1)
+    return result
+
+
+def check_reach(board: "Board", obs: Obstacles, segments: Floats) -> Reach:
+    """Return what can be reached; BoardError if bins cannot be, or can be missed.
+
+    segments: from `barriers` with the heights of the start and of the bins.
+    """
+    zone, bins = board.drop, board.bins
+    gaps = free_intervals(obs, bins.y)
+    probes = _probes(gaps, obs.radius)
+    starts = np.array([zone.x - zone.span, zone.x + zone.span, *zone.slots])
+    xs, ys = _grid(board, obs, np.concatenate((starts, probes, bins.edges)), starts, probes)
+    parts = flood(xs, ys, segments)
+    start_labels = parts.label[0, np.searchsorted(xs, starts)]
+    gap_labels = parts.label[-1, np.searchsorted(xs, probes)]
+    _check_passes(board, start_labels, gap_labels)
+    reached = frozenset(start_labels.tolist())
+    landing = gaps[np.isin(gap_labels, start_labels)]
+    _check_hits_bins(board, obs, starts, landing)
+    return Reach(parts, segments, reached)
+
+
+def _check_passes(board: "Board", start_labels: Ints, gap_labels: Ints) -> None:
+    """Raise BoardError naming the first start from which no bin can be reached."""
+    stuck = np.flatnonzero(~np.isin(start_labels, gap_labels))
+    if len(stuck) == 0:
+        return
+    first = int(stuck[0])
+    where = "the start" if first < 2 else f"drop.slots[{first - 2}] = {board.slots[first - 2]!r}"
+    raise BoardError(
+        f"ball.radius is {board.ball.radius!r}: the ball (diameter {2 * board.ball.radius:g} m) "
+        f"cannot pass from {where} to the bins, every way is narrower",
+        field="ball.radius",
+    )
+
+
+def _check_hits_bins(board: "Board", obs: Obstacles, starts: Floats, landing: Floats) -> None:
+    """Raise BoardError if a ball can come down on the bins' line outside of the outermost edges.
+
+    landing: (n, 2) intervals of the line that are connected to the start.
+    """
+    bins = board.bins
+    left, right = bins.edges[0], bins.edges[-1]
+    slack = 1e-9 * board.ball.radius
+    if landing[:, 0].min() >= left - slack and landing[:, 1].max() <= right + slack:
+        return
+    low, high = side_limits(obs, starts, board.drop.y, bins.y)
+    for a, b in np.clip(landing, low, high).tolist():
+        missed_left = a < b and a < left - slack
+        missed_right = a < b and b > right + slack
+        if missed_left or missed_right:
+            edge = 0 if missed_left else len(bins.edges) - 1
+            x = a if missed_left else b
+            raise BoardError(
+                f"bins.edges[{edge}] is {bins.edges[edge]!r}: a ball can miss the bins, and come "
+                f"down on bins.y = {bins.y!r} as far out as x = {x:.6g}; bins must reach from "
+                "wall to wall",
+                field=f"bins.edges[{edge}]",
+            )
+
+
+def free_intervals(obs: Obstacles, y: float) -> Floats:
+    """Where on the height `y` a ball's centre can be: (n, 2) intervals in m, left to right.
+
+    The first begins at -inf and the last ends at inf.
+    """
+    left, right = _forbidden(obs, y)
+    order = np.argsort(left)
+    left, right = left[order], np.maximum.accumulate(right[order])
+    begin, end = np.append(-np.inf, right), np.append(left, np.inf)
+    wide = end - begin > 1e-9 * obs.radius
+    return np.column_stack((begin[wide], end[wide]))
+
+
+def _forbidden(obs: Obstacles, y: float) -> tuple[Floats, Floats]:
+    """Left and right ends in m of what discs and strips along walls take of the height `y`."""
+    dy = obs.y - y
+    cut = np.abs(dy) < obs.reach
+    half = np.sqrt(obs.reach[cut] ** 2 - dy[cut] ** 2)
+    lefts, rights = [obs.x[cut] - half], [obs.x[cut] + half]
+    # A strip: 0 <= along <= length and |across| <= R, both linear in x on a given height.
+    rise = y - obs.y1
+    for_along = _between(obs.tx, rise * obs.ty, np.zeros_like(rise), obs.length)
+    for_across = _between(-obs.ty, rise * obs.tx, np.full_like(rise, -obs.radius), obs.radius)
+    a = obs.x1 + np.maximum(for_along[0], for_across[0])
+    b = obs.x1 + np.minimum(for_along[1], for_across[1])
+    lefts.append(a[a < b])
+    rights.append(b[a < b])
+    return np.concatenate(lefts), np.concatenate(rights)
+
+
+def _between(
+    slope: Floats, offset: Floats, low: Floats, high: Floats | float
+) -> tuple[Floats, Floats]:
+    """Interval of x where low <= slope x + offset <= high; empty ones run from inf to -inf."""
+    steep = np.abs(slope) > 1e-15
+    safe = np.where(steep, slope, 1.0)
+    p, q = (low - offset) / safe, (high - offset) / safe
+    always = (low <= offset) & (offset <= high)
+    everywhere = np.where(always, -np.inf, np.inf)
+    return np.where(steep, np.minimum(p, q), everywhere), np.where(
+        steep, np.maximum(p, q), -everywhere
+    )
+
+
+def _probes(gaps: Floats, radius: float) -> Floats:
+    """A place in m within each gap of `free_intervals`."""
+    left, right = gaps.T
+    if len(gaps) == 1:
+        return np.zeros(1)
+    inner = 0.5 * (left[1:-1] + right[1:-1])
+    return np.concatenate((right[:1] - radius, inner, left[-1:] + radius))
+
+
+def _grid(board: "Board", obs: Obstacles, xs: Floats, *exact: Floats) -> tuple[Floats, Floats]:
+    """Return columns and rows of the grid in m.
+
+    Spans all obstacles and `xs`. The columns include all of `exact`; the first row is the start's
+    height and the last the bins'. Raises BoardError if the ball is too small for that.
+    """
+    top, bottom = board.drop.y, board.bins.y
+    margin = 2.0 * obs.radius
+    left = min(float(np.min(obs.x - obs.reach, initial=math.inf)), float(xs.min())) - margin
+    right = max(float(np.max(obs.x + obs.reach, initial=-math.inf)), float(xs.max())) + margin
+    cell = CELL * obs.radius
+    cell *= max(1.0, math.sqrt((right - left) * (bottom - top) / MAX_CELLS) / cell)
+    if cell > COARSEST_CELL * obs.radius:
+        raise BoardError(
+            f"ball.radius is {obs.radius!r}: it is too small for a board of {right - left:.6g} by "
+            f"{bottom - top:.6g} m from start to bins, at least "
+            f"{cell / COARSEST_CELL:.3g} m is needed to check it",
+            field="ball.radius",
+        )
+    columns = left + cell * (np.arange(math.ceil((right - left) / cell)) + _GENERIC)
+    rows = top + cell * (np.arange(math.ceil((bottom - top) / cell)) + _GENERIC)
+    inner = rows[(rows > top) & (rows < bottom)]
+    return (
+        np.unique(np.concatenate((columns, *exact))),
+        np.concatenate(([top], inner, [bottom])),
+    )

@@ -1,0 +1,54 @@
+"""How far to the sides a ball can fly before it reaches the bins: a bound from energy alone.
+
+A ball that left its last contact a height h below the start had a speed of at most sqrt(2 g h)
+there, and at a depth d below the start (d > h or not) it is at most 2 sqrt(h d) to the side: the
+enveloping parabola of all throws. Linear drag only shortens throws: a dragged path lies below the
+parabola of the same throw. So gravity does not matter, and neither do restitution and friction.
+"""
+
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.checks.obstacles import Floats, Obstacles
+
+SAMPLES: Final = 1025
+"""Depths at which the bound is exact; between them it is a chord of a convex curve, so safe."""
+
+
+def side_limits(obs: Obstacles, starts: Floats, top: float, bottom: float) -> tuple[float, float]:
+    """Smallest and largest x in m at which a ball's centre can come down on `bottom`.
+
+    starts: x of the starts in m, all on height `top`, shape (n,). Ignores that things are in each
+    other's way, and takes each contact at the worst point of the whole disc or wall.
+    """
+    x, y, half, low = _bodies(obs)
+    # In u = sqrt(depth) the bound from each contact, x + 2 sqrt(h) u, is a straight line.
+    u = np.sqrt(np.linspace(0.0, bottom - top, SAMPLES))
+    right = np.full(SAMPLES, float(np.max(starts)))
+    left = np.full(SAMPLES, float(np.min(starts)))
+    lowest = np.clip(y + low, top, bottom)
+    u_lowest = np.sqrt(lowest - top)
+    waiting: npt.NDArray[np.bool_] = y + low > top
+    waiting &= y - low < bottom
+    while True:
+        touched = waiting & (x - half <= np.interp(u_lowest, u, right))
+        touched &= x + half >= np.interp(u_lowest, u, left)
+        if not touched.any():
+            return float(left[-1]), float(right[-1])
+        waiting &= ~touched
+        for i in np.flatnonzero(touched):
+            throw = 2.0 * u_lowest[i] * u
+            right = np.maximum(right, x[i] + half[i] + throw)
+            left = np.minimum(left, x[i] - half[i] - throw)
+
+
+def _bodies(obs: Obstacles) -> tuple[Floats, Floats, Floats, Floats]:
+    """Boxes around discs and walls: centre x and y, half width and half height, metres."""
+    return (
+        np.concatenate((obs.x, 0.5 * (obs.x1 + obs.x2))),
+        np.concatenate((obs.y, 0.5 * (obs.y1 + obs.y2))),
+        np.concatenate((obs.reach, 0.5 * np.abs(obs.x2 - obs.x1) + obs.radius)),
+        np.concatenate((obs.reach, 0.5 * np.abs(obs.y2 - obs.y1) + obs.radius)),
+    )

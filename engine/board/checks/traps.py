@@ -1,0 +1,208 @@
+"""Finds gaps that a ball can wedge in: notches where it would rest between two things for good.
+
+A ball that touches two things rests without friction if their pushes, along the outward normals,
+can balance its weight: if 'up' is strictly between the two normals. Every stable rest, on three
+things and more too, has two such. Balance on one thing (the top of a peg, a level wall) is not a
+wedge: a breath ends it, and a drop that starts in it ends as unsettled.
+
+Exact, but for friction: with much of it a ball could stick in a notch that leans a little, too.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from engine.board.checks.components import Bools
+from engine.board.checks.obstacles import Floats, Ints, Obstacles, distance, near_walls
+from engine.board.checks.reach import Reach
+from engine.errors import BoardError
+
+if TYPE_CHECKING:
+    from engine.board.model import Board
+
+LEAN: Final = 1e-9
+"""How far, in radians, normals must lean to either side: a ball in the corner of a level wall and
+an upright one balances, it does not wedge. Above rounding, below anything drawn on purpose."""
+
+OVERLAP: Final = 1e-9
+"""Relative overlap with a third thing that still counts as touching."""
+
+
+@dataclass(frozen=True, slots=True)
+class Notches:
+    """Places of a ball's centre where it touches two things; arrays of equal length.
+
+    x, y in m; (ax, ay) and (bx, by): unit normals from the things to the ball; a, b: the things,
+    discs by index and walls by ~index.
+    """
+
+    x: Floats
+    y: Floats
+    ax: Floats
+    ay: Floats
+    bx: Floats
+    by: Floats
+    a: Ints
+    b: Ints
+
+    def where(self, mask: Bools) -> "Notches":
+        """Those that `mask` selects."""
+        return Notches(*(getattr(self, name)[mask] for name in self.__slots__))
+
+
+def check_wedges(
+    board: "Board", obs: Obstacles, pairs: tuple[Ints, Ints, Floats], reach: Reach
+) -> None:
+    """Raise BoardError at the first place, reached and above the bins, where a ball can wedge."""
+    above_bins = (board.drop.y, board.bins.y)
+    holding = _joined(_holding(n, *above_bins) for n in _touching_two(obs, pairs))
+    holding = holding.where(reach.is_near(holding.x, holding.y))
+    for k in range(len(holding.x)):
+        x, y = float(holding.x[k]), float(holding.y[k])
+        if _is_free(obs, x, y) and reach.includes(x, y):
+            a, b = _name(obs, int(holding.a[k])), _name(obs, int(holding.b[k]))
+            raise BoardError(
+                f"the gap between {a} and {b} is one that a ball can wedge in: a ball of "
+                f"radius {obs.radius:g} m at ({x:.6g}, {y:.6g}) rests there for good",
+                field=a.split("'")[0],
+            )
+
+
+def _joined(parts: Iterable[Notches]) -> Notches:
+    """Return all of `parts`, which are one at least, as one."""
+    values = zip(*([getattr(n, name) for name in Notches.__slots__] for n in parts), strict=True)
+    return Notches(*(np.concatenate(arrays) for arrays in values))
+
+
+def _holding(n: Notches, top: float, bottom: float) -> Notches:
+    """Those of `n` from the height `top` to `bottom` in m that would hold a ball."""
+    return n.where((n.y >= top) & (n.y < bottom) & _holds(n))
+
+
+def _name(obs: Obstacles, thing: int) -> str:
+    return obs.disc_name(thing) if thing >= 0 else f"walls[{~thing}]"
+
+
+def _holds(n: Notches) -> Bools:
+    """Tell if 'up', (0, -1), is strictly between the normals: one leans left, the other right."""
+    turn = n.ax * n.by - n.ay * n.bx
+    result: Bools = np.where(
+        turn > 0.0,
+        (n.bx > LEAN) & (n.ax < -LEAN),
+        (turn < 0.0) & (n.bx < -LEAN) & (n.ax > LEAN),
+    )
+    return result
+
+
+def _is_free(obs: Obstacles, x: float, y: float) -> bool:
+    slack = 1.0 - OVERLAP
+    if np.any(distance(obs.x - x, obs.y - y) < obs.reach * slack):
+        return False
+    dx, dy = x - obs.x1, y - obs.y1
+    along = dx * obs.tx + dy * obs.ty
+    across = np.abs(dy * obs.tx - dx * obs.ty)
+    beside = (along > 0.0) & (along < obs.length)
+    return not np.any(beside & (across < obs.radius * slack))
+
+
+def _touching_two(obs: Obstacles, pairs: tuple[Ints, Ints, Floats]) -> Iterator[Notches]:
+    yield from _disc_disc(obs, pairs)
+    yield from _disc_wall(obs)
+    yield from _wall_wall(obs)
+
+
+def _disc_disc(obs: Obstacles, pairs: tuple[Ints, Ints, Floats]) -> Iterator[Notches]:
+    i, j, apart = pairs
+    nested = apart <= np.abs(obs.reach[i] - obs.reach[j])
+    i, j, apart = i[~nested], j[~nested], apart[~nested]
+    ux, uy = (obs.x[j] - obs.x[i]) / apart, (obs.y[j] - obs.y[i]) / apart
+    ri, rj = obs.reach[i], obs.reach[j]
+    along = 0.5 * (apart + (ri - rj) * (ri + rj) / apart)
+    height = np.sqrt(np.maximum(ri * ri - along * along, 0.0))
+    for side in (1.0, -1.0):
+        x = obs.x[i] + along * ux - side * height * uy
+        y = obs.y[i] + along * uy + side * height * ux
+        yield Notches(
+            x,
+            y,
+            (x - obs.x[i]) / ri,
+            (y - obs.y[i]) / ri,
+            (x - obs.x[j]) / rj,
+            (y - obs.y[j]) / rj,
+            i,
+            j,
+        )
+
+
+def _disc_wall(obs: Obstacles) -> Iterator[Notches]:
+    for k, near, along, across in near_walls(obs):
+        for side in (1.0, -1.0):
+            gap = side * obs.radius - across
+            half = np.sqrt(np.maximum(obs.reach[near] ** 2 - gap**2, 0.0))
+            meets = np.abs(gap) < obs.reach[near]
+            for way in (1.0, -1.0):
+                s = along + way * half
+                on = meets & (s > 0.0) & (s < obs.length[k])
+                disc, at = near[on], s[on]
+                nx, ny = -side * obs.ty[k], side * obs.tx[k]
+                x = obs.x1[k] + at * obs.tx[k] + obs.radius * nx
+                y = obs.y1[k] + at * obs.ty[k] + obs.radius * ny
+                yield Notches(
+                    x,
+                    y,
+                    (x - obs.x[disc]) / obs.reach[disc],
+                    (y - obs.y[disc]) / obs.reach[disc],
+                    np.full_like(x, nx),
+                    np.full_like(x, ny),
+                    disc,
+                    np.full(len(x), ~k, dtype=np.intp),
+                )
+
+
+def _wall_wall(obs: Obstacles) -> Iterator[Notches]:
+    count = len(obs.length)
+    for k in range(count - 1):
+        others = _boxes_near(obs, k, np.arange(k + 1, count))
+        turn = obs.tx[k] * obs.ty[others] - obs.ty[k] * obs.tx[others]
+        others, turn = others[np.abs(turn) > LEAN], turn[np.abs(turn) > LEAN]
+        for side_k in (1.0, -1.0):
+            for side_o in (1.0, -1.0):
+                yield _wall_pair(obs, k, others, turn, side_k, side_o)
+
+
+def _boxes_near(obs: Obstacles, k: int, others: Ints) -> Ints:
+    """Those of `others` whose bounding box is no farther than a ball is wide from wall `k`'s."""
+    near = np.ones(len(others), dtype=np.bool_)
+    for a, b in ((obs.x1, obs.x2), (obs.y1, obs.y2)):
+        low, high = min(a[k], b[k]) - 2.0 * obs.radius, max(a[k], b[k]) + 2.0 * obs.radius
+        a_others, b_others = a[others], b[others]
+        near &= np.minimum(a_others, b_others) <= high
+        near &= np.maximum(a_others, b_others) >= low
+    return others[near]
+
+
+def _wall_pair(
+    obs: Obstacles, k: int, others: Ints, turn: Floats, side_k: float, side_o: float
+) -> Notches:
+    """Where lines R beside wall `k` and beside each of `others` meet, on the given sides."""
+    ax, ay = -side_k * obs.ty[k], side_k * obs.tx[k]
+    bx, by = -side_o * obs.ty[others], side_o * obs.tx[others]
+    dx = obs.x1[others] - obs.x1[k] + obs.radius * (bx - ax)
+    dy = obs.y1[others] - obs.y1[k] + obs.radius * (by - ay)
+    at_k = (dx * obs.ty[others] - dy * obs.tx[others]) / turn
+    at_o = (dx * obs.ty[k] - dy * obs.tx[k]) / turn
+    on = (at_k > 0.0) & (at_k < obs.length[k]) & (at_o > 0.0) & (at_o < obs.length[others])
+    x = obs.x1[k] + at_k * obs.tx[k] + obs.radius * ax
+    y = obs.y1[k] + at_k * obs.ty[k] + obs.radius * ay
+    return Notches(
+        x,
+        y,
+        np.full_like(x, ax),
+        np.full_like(x, ay),
+        bx,
+        by,
+        np.full(len(x), ~k, dtype=np.intp),
+        ~others,
+    ).where(on)

@@ -1,0 +1,213 @@
+"""The JSON form of a board: reading it strictly, filling in what was left out, writing it.
+
+Nothing passes silently: an unknown key, a key given twice and a value of the wrong kind are errors
+that name their path. Ranges are checked by Board itself.
+
+Defaults: a part that is left out takes the defaults of its class. Without `bins.edges` the bins
+share the width equally; without `bins.multipliers` each pays its stake back; without `bins.y` they
+are at `height`. Without `walls` the outer edges of the bins are walls from above the start down.
+"""
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from engine.board import values
+from engine.board.materials import Material
+from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from engine.errors import BoardError
+
+if TYPE_CHECKING:
+    from engine.board.model import Board
+
+DEFAULT_WIDTH: Final = 8.0
+DEFAULT_HEIGHT: Final = 6.0
+
+MAX_TEXT: Final = 16_000_000
+"""Characters; three times what the largest board allowed needs."""
+
+_TOP: Final = (
+    *("name", "width", "height", "gravity", "drag", "ball", "pegs", "peg_material"),
+    *("walls", "wall_material", "bins", "drop"),
+)
+_BALL: Final = ("radius", "density", "restitution", "friction")
+_MATERIAL: Final = ("restitution", "friction")
+_PEG: Final = ("x", "y", "radius")
+_WALL: Final = ("x1", "y1", "x2", "y2")
+_BINS: Final = ("y", "edges", "multipliers")
+_DROP: Final = ("x", "y", "jitter", "slots", "reach")
+
+Part = TypeVar("Part")
+
+
+def load(source: str | os.PathLike[str] | Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the JSON object in `source`: JSON text (starts with `{`), a path, or the object.
+
+    Raises BoardError if the text is not one JSON object or the file cannot be read.
+    """
+    if isinstance(source, Mapping):
+        return source
+    if isinstance(source, str) and source.lstrip().startswith("{"):
+        return _parse(source)
+    if isinstance(source, str | os.PathLike):
+        return _parse(_read(source))
+    raise values.fail("board", source, "it must be a path, JSON text or an object")
+
+
+def _read(path: str | os.PathLike[str]) -> str:
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise values.fail("board", os.fspath(path), "the file is not UTF-8 text") from error
+    except (OSError, ValueError) as error:  # ValueError: a path with a null character
+        reason = getattr(error, "strerror", None) or str(error)
+        wanted = f"the file cannot be read ({reason})"
+        raise values.fail("board", os.fspath(path), wanted) from error
+
+
+def _parse(text: str) -> Mapping[str, Any]:
+    if len(text) > MAX_TEXT:
+        raise BoardError(
+            f"the board's JSON has {len(text)} characters: at most {MAX_TEXT} are allowed",
+            field="board",
+        )
+    try:
+        value = json.loads(text.removeprefix("\ufeff"), object_pairs_hook=_without_repeats)
+    except BoardError:
+        raise
+    except RecursionError:
+        raise BoardError("the board's JSON is nested too deeply", field="board") from None
+    except ValueError as error:  # JSONDecodeError, or an integer of too many digits
+        raise BoardError(f"the board is not valid JSON: {error}", field="board") from error
+    return _object(value, "board")
+
+
+def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    result = dict(pairs)
+    if len(result) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise BoardError(f"the key {values.shown(twice)} is given twice", field=twice)
+    return result
+
+
+def fields(form: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a Board for the JSON object `form`, ranges not yet checked."""
+    _known(form, _TOP, "")
+    result: dict[str, Any] = {
+        key: form[key] for key in ("name", "width", "height", "gravity", "drag") if key in form
+    }
+    result["ball"] = _part(BallSpec, form.get("ball", {}), "ball", _BALL)
+    result["peg_material"] = _part(
+        Material, form.get("peg_material", {}), "peg_material", _MATERIAL
+    )
+    result["wall_material"] = _part(
+        Material, form.get("wall_material", {}), "wall_material", _MATERIAL
+    )
+    result["pegs"] = _parts(Peg, form.get("pegs", ()), "pegs", _PEG, values.MAX_PEGS)
+    result["drop"] = _part(DropZone, form.get("drop", {}), "drop", _DROP)
+    result["bins"] = _bins(form)
+    if "walls" in form:
+        result["walls"] = _parts(Wall, form["walls"], "walls", _WALL, values.MAX_WALLS)
+    else:
+        result["walls"] = _side_walls(result["bins"], result["drop"], result["ball"])
+    return result
+
+
+def _bins(form: Mapping[str, Any]) -> Bins:
+    given = _object(form.get("bins", {}), "bins")
+    _known(given, _BINS, "bins.")
+    width = values.size(form.get("width", DEFAULT_WIDTH), "width")
+    height = values.size(form.get("height", DEFAULT_HEIGHT), "height")
+    limit = values.MAX_BINS
+    if "edges" in given:
+        edges = given["edges"]
+        count = len(values.items(edges, "bins.edges", limit + 1)) - 1
+    else:
+        payouts = given.get("multipliers", (1.0,))
+        count = max(1, len(values.items(payouts, "bins.multipliers", limit)))
+        edges = tuple(width * (2 * i - count) / (2 * count) for i in range(count + 1))
+    payouts = given.get("multipliers", (1.0,) * count)
+    return Bins(given.get("y", height), edges, payouts)
+
+
+def _side_walls(bins: Bins, zone: DropZone, ball: BallSpec) -> tuple[Wall, ...]:
+    bins = values.bins(bins)
+    zone = values.drop_zone(zone)
+    top = zone.y - 2.0 * values.radius(ball.radius, "ball.radius")
+    return tuple(Wall(x, top, x, bins.y) for x in (bins.edges[0], bins.edges[-1]) if top < bins.y)
+
+
+def _object(value: Any, path: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise values.fail(path, value, "it must be an object")
+    return value
+
+
+def _known(form: Mapping[str, Any], keys: tuple[str, ...], prefix: str) -> None:
+    for key in form:
+        if key not in keys:
+            path = f"{prefix}{key}"[:100]
+            raise BoardError(
+                f"{path} is unknown: {prefix.rstrip('.') or 'a board'} has {', '.join(keys)}",
+                field=path,
+            )
+
+
+def _part(
+    kind: type[Part],
+    value: Any,
+    path: str,
+    keys: tuple[str, ...],
+    required: tuple[str, ...] = (),
+) -> Part:
+    form = _object(value, path)
+    _known(form, keys, f"{path}.")
+    for key in required:
+        if key not in form:
+            raise BoardError(f"{path}.{key} is missing", field=f"{path}.{key}")
+    return kind(**form)
+
+
+def _parts(
+    kind: type[Part],
+    value: Any,
+    path: str,
+    keys: tuple[str, ...],
+    limit: int,
+) -> tuple[Part, ...]:
+    return tuple(
+        _part(kind, item, f"{path}[{i}]", keys, required=keys)
+        for i, item in enumerate(values.items(value, path, limit))
+    )
+
+
+def to_dict(board: "Board") -> dict[str, Any]:
+    """Return the JSON form of `board`; every field but `slots` and `reach` where there are none."""
+    bins, zone = board.bins, board.drop
+    drop: dict[str, Any] = {"x": zone.x, "y": zone.y, "jitter": zone.jitter}
+    if zone.slots:
+        drop["slots"] = list(zone.slots)
+    if zone.reach:
+        drop["reach"] = zone.reach
+    return {
+        "name": board.name,
+        "width": board.width,
+        "height": board.height,
+        "gravity": board.gravity,
+        "drag": board.drag,
+        "ball": {key: getattr(board.ball, key) for key in _BALL},
+        "pegs": [{"x": p.x, "y": p.y, "radius": p.radius} for p in board.pegs],
+        "peg_material": {key: getattr(board.peg_material, key) for key in _MATERIAL},
+        "walls": [{"x1": w.x1, "y1": w.y1, "x2": w.x2, "y2": w.y2} for w in board.walls],
+        "wall_material": {key: getattr(board.wall_material, key) for key in _MATERIAL},
+        "bins": {"y": bins.y, "edges": list(bins.edges), "multipliers": list(bins.multipliers)},
+        "drop": drop,
+    }
+
+
+def dumps(board: "Board") -> str:
+    """Return the JSON text of `board`: floats in their shortest form that reads back the same."""
+    return json.dumps(to_dict(board), allow_nan=False)

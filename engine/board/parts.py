@@ -1,0 +1,90 @@
+"""The parts a board is made of: ball, pegs, walls, bins, drop zone. Plain values, checked by Board.
+
+Metres, x right, y down.
+"""
+
+import math
+from dataclasses import dataclass
+
+from engine.board.materials import Material
+
+
+@dataclass(frozen=True, slots=True)
+class BallSpec:
+    """The disc that falls: radius in m, density in kg/m^2, and its surface."""
+
+    radius: float = 0.08
+    density: float = 1.0
+    restitution: float = 0.6
+    friction: float = 0.0
+
+    @property
+    def material(self) -> Material:
+        """The ball's surface, to combine with a peg's or a wall's."""
+        return Material(self.restitution, self.friction)
+
+    @property
+    def mass(self) -> float:
+        """Mass in kg, rho pi R^2."""
+        return self.density * math.pi * self.radius * self.radius
+
+    @property
+    def inertia(self) -> float:
+        """Moment of inertia of a uniform disc about its centre in kg m^2, m R^2 / 2."""
+        return 0.5 * self.mass * self.radius * self.radius
+
+
+@dataclass(frozen=True, slots=True)
+class Peg:
+    """A disc that does not move: centre and radius in m."""
+
+    x: float
+    y: float
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Wall:
+    """A segment without thickness that does not move, hit from either side, ends included; m."""
+
+    x1: float
+    y1: float
+    x2: float
+    y2: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bins:
+    """Where a drop ends: bin i spans [edges[i], edges[i+1]) on the line y and pays multipliers[i].
+
+    A drop ends when the ball's centre first crosses `y` downward.
+    """
+
+    y: float
+    edges: tuple[float, ...]
+    multipliers: tuple[float, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of bins."""
+        return len(self.multipliers)
+
+
+@dataclass(frozen=True, slots=True)
+class DropZone:
+    """Where a drop starts, at rest: `y`, and `x` plus a uniform offset in [-jitter, jitter); m.
+
+    slots: explicit starts offered to the player, often none. reach: how far from x others may lie,
+    where that is more than the jitter.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    jitter: float = 0.0
+    slots: tuple[float, ...] = ()
+    reach: float = 0.0
+
+    @property
+    def span(self) -> float:
+        """How far from `x` a ball may start, m, slots aside."""
+        return max(self.jitter, self.reach)

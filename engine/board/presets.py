@@ -1,0 +1,251 @@
+"""The boards that come with the engine: triangles of 8 to 16 rows, the rectangular classic, Galton.
+
+Coordinates use + - * / and sqrt only, and each left half is the exact mirror of the right, so a
+board has the same bits everywhere and a mirrored start lands in the mirrored bin.
+"""
+
+import functools
+import math
+from typing import Final, NamedTuple
+
+from engine.board import payouts
+from engine.board.materials import REFERENCE_DENSITY, Material
+from engine.board.model import Board
+from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from engine.constants import EARTH_GRAVITY
+from engine.errors import BoardError
+
+
+class Tuning(NamedTuple):
+    """What geometry leaves open on a board.
+
+    drag in 1/s; restitution and friction of ball, pegs and walls alike; jitter of the start as a
+    part of the peg spacing; gravity in m/s^2; start: the y at which a triangle's balls start, m.
+    """
+
+    drag: float
+    restitution: float
+    friction: float
+    jitter: float
+    gravity: float = EARTH_GRAVITY
+    start: float = 0.0
+
+
+TABLE_GRAVITY: Final = 24.79
+"""m/s^2. A triangle is 7.6 m wide on the reference game's scale, and such a board would be a slow
+one: six seconds for 16 rows. Motion on a board 3 m wide under Earth's gravity, magnified to 7.6 m,
+is motion under this one (Froude's law: lengths and g grow alike at equal times)."""
+
+TUNING: Final = {
+    "triangle-8": Tuning(3.732, 0.7, 0.402, 0.509, TABLE_GRAVITY),
+    "triangle-9": Tuning(3.262, 0.632, 0.409, 0.73, TABLE_GRAVITY),
+    "triangle-10": Tuning(3.439, 0.637, 0.248, 0.462, TABLE_GRAVITY),
+    "triangle-11": Tuning(3.869, 0.667, 0.274, 0.685, TABLE_GRAVITY),
+    "triangle-12": Tuning(4.719, 0.784, 0.324, 0.211, TABLE_GRAVITY),
+    "triangle-13": Tuning(4.139, 0.676, 0.245, 0.583, TABLE_GRAVITY),
+    "triangle-14": Tuning(4.917, 0.781, 0.415, 0.557, TABLE_GRAVITY),
+    "triangle-15": Tuning(4.533, 0.718, 0.339, 0.218, TABLE_GRAVITY),
+    "triangle-16": Tuning(4.936, 0.749, 0.588, 0.109, TABLE_GRAVITY, start=0.2),
+    "classic": Tuning(drag=1.5, restitution=0.6, friction=0.15, jitter=4.25),
+    "galton": Tuning(drag=2.2, restitution=0.5, friction=0.1, jitter=0.4),
+}
+"""Physics of each preset, its payout variants included; a triangle's comes from `calibrate`."""
+
+# The reference game's canvas, 760 x 570 pixels, at 100 pixels a metre.
+TRIANGLE_WIDTH: Final = 7.6
+TRIANGLE_HEIGHT: Final = 5.7
+_FIRST_ROW_Y: Final = 0.36
+_LAST_ROW_Y: Final = 5.42
+_PEG_SPAN: Final = 6.56  # between the outermost pegs of the last row
+_AIM: Final = 0.8  # spacings from the middle within which a player may start a ball
+_WALL_GAP: Final = 0.25  # of a wall from the outermost pegs, in spacings
+
+
+def preset_names() -> tuple[str, ...]:
+    """Names of all presets; a triangle without a suffix has the medium payout table."""
+    return (*_triangle_names(), "classic", "galton")
+
+
+def _triangle_names() -> tuple[str, ...]:
+    suffixes = ("", "-low", "-high")
+    return tuple(f"triangle-{rows}{suffix}" for rows in payouts.ROWS for suffix in suffixes)
+
+
+@functools.cache
+def preset(name: str) -> Board:
+    """Return the preset `name`; BoardError naming it if there is none."""
+    if name == "classic":
+        return _classic()
+    if name == "galton":
+        return _galton()
+    if name in _triangle_names():
+        rows = int(name.split("-")[1])
+        risk: payouts.Risk = (
+            "low" if name.endswith("-low") else "high" if name.endswith("-high") else "medium"
+        )
+        payout = payouts.multipliers(rows, risk)
+        return triangle(name, rows, payout, TUNING[f"triangle-{rows}"], _AIM)
+    shown = repr(name)[:60]
+    raise BoardError(
+        f"there is no preset board {shown}; there are {', '.join(preset_names())}",
+        field="board",
+    )
+
+
+def spacing_of(rows: int) -> float:
+    """Distance between neighbouring pegs of a triangle, m."""
+    return _PEG_SPAN / (rows + 1)
+
+
+def triangle(
+    name: str, rows: int, multipliers: tuple[float, ...], tuning: Tuning, aim: float = 0.0
+) -> Board:
+    """Make the triangular board of `rows` rows in the reference game's proportions.
+
+    aim: peg spacings from the middle within which a player may choose the start.
+    Row i, from 0, has i + 3 pegs; the last row's rows + 2 pegs part rows + 1 bins.
+    """
+    spacing = spacing_of(rows)
+    pitch = (_LAST_ROW_Y - _FIRST_ROW_Y) / (rows - 1)
+    peg_radius = (24 - rows) / 200
+    ball_radius = 2.0 * peg_radius
+    walls = _slanted_walls(rows, spacing, pitch, peg_radius)
+    # One ball radius below the last row a ball's centre cannot be within sqrt(5) peg radii of a
+    # peg's x, and each further touch of a peg pushes it down: it is committed to its bin, and no
+    # rounding decides which.
+    line = _LAST_ROW_Y + ball_radius
+    outer = _x_on(walls[2], line)
+    inner = tuple(spacing * (0.5 * (2 * j - rows - 1)) for j in range(1, rows + 1))
+    material = Material(tuning.restitution, tuning.friction)
+    return Board(
+        name=name,
+        width=TRIANGLE_WIDTH,
+        height=TRIANGLE_HEIGHT,
+        gravity=tuning.gravity,
+        drag=tuning.drag,
+        ball=BallSpec(ball_radius, REFERENCE_DENSITY, tuning.restitution, tuning.friction),
+        pegs=tuple(
+            Peg(spacing * (0.5 * (2 * j - i - 2)), _FIRST_ROW_Y + i * pitch, peg_radius)
+            for i in range(rows)
+            for j in range(i + 3)
+        ),
+        peg_material=material,
+        walls=walls,
+        wall_material=material,
+        bins=Bins(line, (-outer, *inner, outer), multipliers),
+        drop=DropZone(0.0, tuning.start, tuning.jitter * spacing, reach=aim * spacing),
+    )
+
+
+def _slanted_walls(
+    rows: int, spacing: float, pitch: float, peg_radius: float
+) -> tuple[Wall, Wall, Wall, Wall]:
+    """Right mouth, left mouth, right side, left side.
+
+    A side runs a quarter of a spacing outside the outermost pegs. It leans inward as it rises, so
+    that a ball in the corner between wall and peg rolls back onto the board; where a ball in that
+    corner touches the wall, the side ends and a mouth opens outward at 45 degrees, to make room
+    for the start.
+    """
+    slope = 0.5 * spacing / pitch
+    secant = math.sqrt(1.0 + slope * slope)
+    # A ball between side and peg has its centre 3 peg radii up the slope from the peg, and touches
+    # the wall 2 peg radii along the wall's normal from there.
+    neck_y = _FIRST_ROW_Y - peg_radius * (3.0 + 2.0 * slope) / secant
+    neck_x = spacing * (1.0 + _WALL_GAP) - slope * (_FIRST_ROW_Y - neck_y)
+    foot_x = spacing * (0.5 * (rows + 1) + _WALL_GAP) + slope * (TRIANGLE_HEIGHT - _LAST_ROW_Y)
+    top_y = -2.0 * peg_radius
+    top_x = neck_x + (neck_y - top_y)
+    return (
+        Wall(top_x, top_y, neck_x, neck_y),
+        Wall(-top_x, top_y, -neck_x, neck_y),
+        Wall(neck_x, neck_y, foot_x, TRIANGLE_HEIGHT),
+        Wall(-neck_x, neck_y, -foot_x, TRIANGLE_HEIGHT),
+    )
+
+
+def _x_on(wall: Wall, y: float) -> float:
+    return wall.x1 + (wall.x2 - wall.x1) * ((y - wall.y1) / (wall.y2 - wall.y1))
+
+
+def _staggered(
+    name: str,
+    columns: int,
+    rows: int,
+    spacing: float,
+    radii: tuple[float, float],
+    multipliers: tuple[float, ...],
+    tuning: Tuning,
+    slots: tuple[float, ...] = (),
+) -> Board:
+    """Make a rectangular board of `columns` bins under `rows` rows of pegs (an odd number).
+
+    Even rows, the first and last among them, have a peg above each bin edge, the outermost half
+    inside the walls: a ball on such a half peg is led inward and cannot wedge. Odd rows have a peg
+    above each bin's middle. `radii` are the peg's and the ball's in m.
+    """
+    peg_radius, ball_radius = radii
+    pitch = spacing * 0.875  # nearly equilateral
+    top = 2.0 * spacing
+    last_row = top + pitch * (rows - 1)
+    line = last_row + ball_radius  # committed, as on a triangle
+    height = line + spacing
+    edges = tuple(spacing * (0.5 * (2 * j - columns)) for j in range(columns + 1))
+    middles = tuple(spacing * (0.5 * (2 * j - columns + 1)) for j in range(columns))
+    material = Material(tuning.restitution, tuning.friction)
+    return Board(
+        name=name,
+        width=spacing * (columns + 1),
+        height=height,
+        gravity=tuning.gravity,
+        drag=tuning.drag,
+        ball=BallSpec(ball_radius, REFERENCE_DENSITY, tuning.restitution, tuning.friction),
+        pegs=tuple(
+            Peg(x, top + i * pitch, peg_radius)
+            for i in range(rows)
+            for x in (middles if i % 2 else edges)
+        ),
+        peg_material=material,
+        walls=(
+            Wall(edges[-1], -spacing, edges[-1], height),
+            Wall(edges[0], -spacing, edges[0], height),
+        ),
+        wall_material=material,
+        bins=Bins(line, edges, multipliers),
+        drop=DropZone(0.0, 0.5 * spacing, tuning.jitter * spacing, slots),
+    )
+
+
+def _classic() -> Board:
+    """Nine slots over nine bins, as on television, the best bin in the middle.
+
+    The slots are a tenth of a spacing right of the bins' middles: straight above a peg a ball
+    would balance on it, and every drop from a slot would be void. With the seed choosing the start
+    evenly, the tuning above returns about 98 % of the stakes (200,000 drops).
+    """
+    spacing = 0.7
+    half = (0.4, 0.5, 1.0, 0.2, 5.0)
+    return _staggered(
+        "classic",
+        columns=9,
+        rows=13,
+        spacing=spacing,
+        radii=(0.06 * spacing, 0.19 * spacing),
+        multipliers=half + half[-2::-1],
+        tuning=TUNING["classic"],
+        slots=tuple(spacing * (k - 4 + 0.1) for k in range(9)),
+    )
+
+
+def _galton() -> Board:
+    """Many small pegs and many bins, to watch a distribution grow; every bin returns the stake."""
+    columns, spacing = 33, 0.2
+    return _staggered(
+        "galton",
+        columns=columns,
+        rows=29,
+        spacing=spacing,
+        radii=(0.1 * spacing, 0.15 * spacing),
+        multipliers=(1.0,) * columns,
+        tuning=TUNING["galton"],
+    )

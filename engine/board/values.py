@@ -1,0 +1,240 @@
+"""Checks each value of a board by itself: type, range, count, order. Errors name path and value.
+
+How parts stand to each other in space is checked in `board_check`.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final, TypeVar
+
+from engine.board.materials import Material
+from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from engine.errors import BoardError
+
+T = TypeVar("T")
+
+MAX_PEGS: Final = 20_000
+MAX_WALLS: Final = 2_000
+MAX_BINS: Final = 1_000
+MAX_SLOTS: Final = 1_000
+MAX_NAME: Final = 100
+"""Characters."""
+
+MAX_COORDINATE: Final = 1e6
+"""m. Farther out, one unit in the last place of a float64 is no longer far below a micrometre."""
+
+MIN_RADIUS: Final = 1e-6
+"""m. Below it, the square of a radius drowns in the rounding of squared distances of metres."""
+
+MAX_RADIUS: Final = 1e4
+MAX_DENSITY: Final = 1e9
+MIN_DENSITY: Final = 1e-9
+MAX_FRICTION: Final = 10.0
+"""Rubber on rubber is near 1; ten is glue, and beyond it only rounding grows."""
+
+MIN_GRAVITY: Final = 1e-6
+MAX_GRAVITY: Final = 1e4
+MAX_DRAG: Final = 1e3
+"""1/s. At the limit a ball on Earth falls a centimetre a second."""
+
+MAX_MULTIPLIER: Final = 1e9
+
+
+def shown(value: object) -> str:
+    """`value` as an error shows it: its repr, cut to 60 characters."""
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of more digits than Python prints
+        text = "an integer of thousands of digits"
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def fail(field: str, value: object, wanted: str) -> BoardError:
+    """Make the error for `value` at `field`; `wanted` says what would be right."""
+    return BoardError(f"{field} is {shown(value)}: {wanted}", field=field)
+
+
+def number(
+    value: Any,
+    field: str,
+    low: float = -MAX_COORDINATE,
+    high: float = MAX_COORDINATE,
+    wanted: str = "",
+) -> float:
+    """Return `value` as a float in [low, high], -0.0 as 0.0; BoardError naming it otherwise."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise fail(field, value, "it must be a number")
+    try:
+        result = float(value)
+    except OverflowError:
+        raise fail(field, value, f"it must be from {low:g} to {high:g}") from None
+    if not math.isfinite(result):
+        raise fail(field, value, "it must be finite")
+    if not low <= result <= high:
+        raise fail(field, value, wanted or f"it must be from {low:g} to {high:g}")
+    return result + 0.0
+
+
+def radius(value: Any, field: str) -> float:
+    """Return `value` as a radius in m."""
+    wanted = f"a radius must be greater than 0, from {MIN_RADIUS:g} to {MAX_RADIUS:g} m"
+    return number(value, field, MIN_RADIUS, MAX_RADIUS, wanted)
+
+
+def name(value: Any) -> str:
+    """Return `value` as a board's name."""
+    wanted = f"a name must be 1 to {MAX_NAME} printable characters"
+    if not isinstance(value, str) or not 0 < len(value) <= MAX_NAME or not value.isprintable():
+        raise fail("name", value, wanted)
+    return value
+
+
+def gravity(value: Any) -> float:
+    """Return `value` as gravity in m/s^2; on a board where nothing falls no drop would end."""
+    wanted = (
+        f"gravity must be from {MIN_GRAVITY:g} to {MAX_GRAVITY:g} m/s^2, pointing down, "
+        "or no ball would ever reach a bin"
+    )
+    return number(value, "gravity", MIN_GRAVITY, MAX_GRAVITY, wanted)
+
+
+def drag(value: Any) -> float:
+    """Return `value` as linear drag in 1/s."""
+    return number(value, "drag", 0.0, MAX_DRAG, f"drag must be from 0 to {MAX_DRAG:g} 1/s")
+
+
+def size(value: Any, field: str) -> float:
+    """Return `value` as the picture's width or height in m."""
+    wanted = f"it must be greater than 0, from {MIN_RADIUS:g} to {2 * MAX_COORDINATE:g} m"
+    return number(value, field, MIN_RADIUS, 2 * MAX_COORDINATE, wanted)
+
+
+def _restitution(value: Any, field: str) -> float:
+    return number(value, field, 0.0, 1.0, "restitution must be from 0 to 1")
+
+
+def _friction(value: Any, field: str) -> float:
+    return number(value, field, 0.0, MAX_FRICTION, f"friction must be from 0 to {MAX_FRICTION:g}")
+
+
+def material(value: Any, field: str) -> Material:
+    """Return `value` as a Material of floats."""
+    part = instance(value, Material, field)
+    return Material(
+        _restitution(part.restitution, f"{field}.restitution"),
+        _friction(part.friction, f"{field}.friction"),
+    )
+
+
+def ball(value: Any) -> BallSpec:
+    """Return `value` as a BallSpec of floats."""
+    part = instance(value, BallSpec, "ball")
+    wanted = f"density must be greater than 0, from {MIN_DENSITY:g} to {MAX_DENSITY:g} kg/m^2"
+    return BallSpec(
+        radius(part.radius, "ball.radius"),
+        number(part.density, "ball.density", MIN_DENSITY, MAX_DENSITY, wanted),
+        _restitution(part.restitution, "ball.restitution"),
+        _friction(part.friction, "ball.friction"),
+    )
+
+
+def instance(value: Any, kind: type[T], field: str) -> T:
+    """Return `value` if it is a `kind`; BoardError otherwise."""
+    if not isinstance(value, kind):
+        raise fail(field, value, f"it must be a {kind.__name__}")
+    return value
+
+
+def items(value: Any, field: str, limit: int) -> tuple[Any, ...]:
+    """Return `value` as a tuple of at most `limit` items."""
+    if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
+        raise fail(field, value, "it must be a list")
+    result = tuple(value)
+    if len(result) > limit:
+        raise BoardError(
+            f"{field} has {len(result)} items: at most {limit} are allowed", field=field
+        )
+    return result
+
+
+def pegs(value: Any) -> tuple[Peg, ...]:
+    """Return `value` as a tuple of Peg of floats."""
+    return tuple(
+        _peg(instance(peg, Peg, f"pegs[{i}]"), f"pegs[{i}]")
+        for i, peg in enumerate(items(value, "pegs", MAX_PEGS))
+    )
+
+
+def _peg(peg: Peg, field: str) -> Peg:
+    return Peg(
+        number(peg.x, f"{field}.x"),
+        number(peg.y, f"{field}.y"),
+        radius(peg.radius, f"{field}.radius"),
+    )
+
+
+def walls(value: Any) -> tuple[Wall, ...]:
+    """Return `value` as a tuple of Wall of floats, none without length."""
+    return tuple(
+        _wall(instance(wall, Wall, f"walls[{i}]"), f"walls[{i}]")
+        for i, wall in enumerate(items(value, "walls", MAX_WALLS))
+    )
+
+
+def _wall(wall: Wall, field: str) -> Wall:
+    result = Wall(
+        number(wall.x1, f"{field}.x1"),
+        number(wall.y1, f"{field}.y1"),
+        number(wall.x2, f"{field}.x2"),
+        number(wall.y2, f"{field}.y2"),
+    )
+    dx, dy = result.x2 - result.x1, result.y2 - result.y1
+    if dx * dx + dy * dy < MIN_RADIUS * MIN_RADIUS:
+        raise BoardError(
+            f"{field} from ({result.x1!r}, {result.y1!r}) to ({result.x2!r}, {result.y2!r}) "
+            f"has no length: its ends must be at least {MIN_RADIUS:g} m apart",
+            field=field,
+        )
+    return result
+
+
+def bins(value: Any) -> Bins:
+    """Return `value` as Bins of floats: edges increasing, one multiplier for each bin."""
+    part = instance(value, Bins, "bins")
+    edges = _numbers(part.edges, "bins.edges", MAX_BINS + 1)
+    if len(edges) < 2:
+        raise fail("bins.edges", part.edges, "it needs at least 2 edges, one bin's left and right")
+    for i in range(1, len(edges)):
+        if edges[i] <= edges[i - 1]:
+            raise fail(f"bins.edges[{i}]", edges[i], f"it must be greater than {edges[i - 1]!r}")
+    payouts = _numbers(part.multipliers, "bins.multipliers", MAX_BINS, 0.0, MAX_MULTIPLIER)
+    if len(payouts) != len(edges) - 1:
+        raise BoardError(
+            f"bins.multipliers has {len(payouts)} values: {len(edges)} edges make "
+            f"{len(edges) - 1} bins, and each needs one",
+            field="bins.multipliers",
+        )
+    return Bins(number(part.y, "bins.y"), edges, payouts)
+
+
+def drop_zone(value: Any) -> DropZone:
+    """Return `value` as a DropZone of floats."""
+    part = instance(value, DropZone, "drop")
+    return DropZone(
+        number(part.x, "drop.x"),
+        number(part.y, "drop.y"),
+        number(part.jitter, "drop.jitter", 0.0),
+        _numbers(part.slots, "drop.slots", MAX_SLOTS),
+        number(part.reach, "drop.reach", 0.0),
+    )
+
+
+def _numbers(
+    value: Any,
+    field: str,
+    limit: int,
+    low: float = -MAX_COORDINATE,
+    high: float = MAX_COORDINATE,
+) -> tuple[float, ...]:
+    values: Sequence[Any] = items(value, field, limit)
+    return tuple(number(v, f"{field}[{i}]", low, high) for i, v in enumerate(values))

@@ -1,0 +1,233 @@
+"""Many drops on all cores: the outcome of each depends on its own start alone."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.model import Board
+from engine.drops.digest import outcomes_digest
+from engine.drops.drop import drop, start_of
+from engine.drops.threads import share, thread_count
+from engine.errors import ParameterError, SeedError
+from engine.exact.board_arrays import layout_of
+from engine.exact.event_log import new_log
+from engine.exact.initial_state import Ints, at_rest, in_flight
+from engine.exact.lockstep.trace import has_only_bounces, trace_bounces
+from engine.exact.outcome import LANDED, MAX_EVENTS, MAX_TIME, Results
+from engine.exact.trace import trace_many
+from engine.parameters import (
+    DEFAULT_CORRECTION,
+    DEFAULT_DT,
+    DEFAULT_SUBSTEPS,
+    Exact,
+    Solver,
+    Stepped,
+    make_solver,
+)
+from engine.physics.ball import PX, T
+from engine.physics.contact import new_series
+from engine.physics.layout import Layout
+from engine.seeding import SEED_LIMIT, parse_seed, start_xs
+from engine.stepped.step import trace_stepped_many
+
+Floats = npt.NDArray[np.float64]
+
+CHUNK = 4096
+"""Drops a thread takes at a time, at most: 10 to 60 ms of work, between two looks at `progress`."""
+
+LEAST_CHUNK = 256
+"""The least: enough to hide what Python does around it."""
+
+PARTS = 2
+"""A thread takes at most one in so many of the drops that are left for each: all end together."""
+
+
+@dataclass(frozen=True, eq=False)
+class DropBatch:
+    """Outcomes of many drops in the order of their seeds; all arrays have shape (n,).
+
+    bin (-1 where the ball did not land), duration in s, impact_count, x_end in m, outcome
+    (engine.exact.outcome), x_start in m.
+    """
+
+    board: Board
+    solver: Solver
+    seeds: npt.NDArray[np.uint64]
+    explicit_x: bool
+    x_start: npt.NDArray[np.float64]
+    bin: npt.NDArray[np.int32]
+    duration: npt.NDArray[np.float64]
+    impact_count: npt.NDArray[np.int32]
+    x_end: npt.NDArray[np.float64]
+    outcome: npt.NDArray[np.int8]
+
+    def __len__(self) -> int:
+        return len(self.bin)
+
+    @property
+    def unsettled(self) -> int:
+        """Number of balls that did not land."""
+        return int(np.count_nonzero(self.outcome != LANDED))
+
+    @property
+    def histogram(self) -> npt.NDArray[np.int64]:
+        """Number of balls in each bin, shape (bins,)."""
+        landed = self.bin[self.bin >= 0]
+        return np.bincount(landed, minlength=self.board.bins.count).astype(np.int64)
+
+    @property
+    def scores(self) -> npt.NDArray[np.float64]:
+        """Multiplier of each drop, 1 (the stake back) where the ball did not land."""
+        table = np.array([*self.board.bins.multipliers, 1.0])
+        return table[self.bin]
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of all outcomes in order, 64 hex digits; `engine.drops.digest` says of what."""
+        return outcomes_digest(
+            self.board.digest, self.solver, self.bin, self.duration, self.impact_count, self.x_end
+        )
+
+    def digests(self) -> list[str]:
+        """Digest of every single drop, the same as `drop(board, seed).digest`."""
+        settings = {"solver": self.solver.name, **self.solver.fields()}
+        found = []
+        for seed, x in zip(self.seeds.tolist(), self.x_start.tolist(), strict=True):
+            start = {"x": x} if self.explicit_x else {}
+            found.append(drop(self.board, seed, **start, **settings).digest)  # type: ignore[arg-type]
+        return found
+
+
+def drop_many(
+    board: Board,
+    seeds: npt.ArrayLike,
+    *,
+    xs: npt.ArrayLike | None = None,
+    solver: str = "exact",
+    dt: float = DEFAULT_DT,
+    substeps: int = DEFAULT_SUBSTEPS,
+    correction: float = DEFAULT_CORRECTION,
+    threads: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> DropBatch:
+    """Drop a ball for each of `seeds`, shape (n,), or from explicit starts `xs`, shape (n,), in m.
+
+    Runs on `threads` threads (default: as many as this process may use cores); the result does not
+    depend on their number. `progress` is called with the number of drops done, now and then.
+    """
+    chosen = make_solver(solver, dt, substeps, correction)
+    numbers = seed_array(seeds)
+    count = len(numbers)
+    starts = np.empty(count) if xs is None else _explicit_starts(board, xs, count)
+    batch = DropBatch(
+        board=board,
+        solver=chosen,
+        seeds=numbers,
+        explicit_x=xs is not None,
+        x_start=starts,
+        bin=np.empty(count, np.int32),
+        duration=np.empty(count),
+        impact_count=np.empty(count, np.int32),
+        x_end=np.empty(count),
+        outcome=np.empty(count, np.int8),
+    )
+    _fill(batch, thread_count(threads), progress)
+    return batch
+
+
+def seed_array(seeds: npt.ArrayLike) -> npt.NDArray[np.uint64]:
+    """Return `seeds` as uint64, shape (n,); SeedError names the first that is no seed."""
+    if isinstance(seeds, range) and seeds and _are_seeds(seeds[0], seeds[-1]):
+        offsets = np.arange(len(seeds), dtype=np.uint64) * np.uint64(seeds.step % SEED_LIMIT)
+        return np.uint64(seeds.start) + offsets
+    given = np.asarray(seeds)
+    if given.ndim != 1:
+        raise SeedError(f"seeds have {given.ndim} dimensions instead of one", field="seeds")
+    if given.dtype.kind == "u":
+        return given.astype(np.uint64)
+    if given.dtype.kind == "i" and (given >= 0).all():
+        return given.astype(np.uint64)
+    listed = list(seeds) if isinstance(seeds, list | tuple) else given.tolist()
+    return np.array([parse_seed(seed) for seed in listed], np.uint64)
+
+
+def _are_seeds(first: int, last: int) -> bool:
+    """Whether all numbers from one to the other, upwards or downwards, are seeds."""
+    return min(first, last) >= 0 and max(first, last) < SEED_LIMIT
+
+
+def _explicit_starts(board: Board, xs: npt.ArrayLike, count: int) -> npt.NDArray[np.float64]:
+    starts = np.asarray(xs, np.float64)
+    if starts.shape != (count,):
+        raise ParameterError(f"xs has shape {starts.shape} for {count} seeds", field="xs")
+    for x in starts[[starts.argmin(), starts.argmax()]] if count else ():
+        start_of(board, None, float(x))  # NaN is argmin's choice, so it is seen too
+    return starts
+
+
+def _fill(batch: DropBatch, threads: int, progress: Callable[[int], None] | None) -> None:
+    """Run all chunks; the kernels release the GIL."""
+    layout = layout_of(batch.board)
+    results = Results(
+        bins=batch.bin,
+        durations=batch.duration,
+        x_ends=batch.x_end,
+        impacts=batch.impact_count,
+        outcomes=batch.outcome,
+    )
+    share(
+        _parts(len(batch), threads),
+        lambda part, _: _run_part(batch, layout, part, results),
+        threads,
+        progress,
+    )
+
+
+def _parts(count: int, threads: int) -> list[slice]:
+    """Chunks of so many drops, ever smaller towards the end."""
+    parts = []
+    first = 0
+    while first < count:
+        size = min(CHUNK, max(LEAST_CHUNK, (count - first) // (PARTS * threads)))
+        parts.append(slice(first, min(first + size, count)))
+        first += size
+    return parts
+
+
+def _run_part(batch: DropBatch, layout: Layout, part: slice, results: Results) -> int:
+    """Simulate a part of the drops into the batch's arrays; how many they are."""
+    zone = batch.board.drop
+    if not batch.explicit_x:
+        batch.x_start[part] = start_xs(batch.seeds[part], zone.x, zone.jitter)
+    xs = batch.x_start[part]
+    y = zone.y
+    some = results.at(part)
+    if isinstance(batch.solver, Exact) and has_only_bounces(layout):
+        rest = trace_bounces(layout, xs, y, MAX_EVENTS, MAX_TIME, some)
+        if len(rest.drops):
+            traced = some.at(rest.drops)
+            _trace(layout, batch.solver, rest.states, rest.entries, traced)
+            some.put(rest.drops, traced)
+    else:
+        _trace(layout, batch.solver, at_rest(xs, y), in_flight(len(xs)), some)
+    return len(xs)
+
+
+def _trace(layout: Layout, solver: Solver, states: Floats, entries: Ints, results: Results) -> None:
+    """Follow the balls one after the other to their ends; the stepped solver's from their start."""
+    bins, durations, x_ends, impacts, outcomes = results
+    log = new_log(0, 0)
+    if isinstance(solver, Stepped):
+        trace_stepped_many(
+            layout, states, solver.h, solver.correction, MAX_EVENTS, log, outcomes, bins, impacts
+        )
+    else:
+        trace_many(
+            layout, states, entries, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins,
+            impacts,
+        )  # fmt: skip
+    durations[:] = states[:, T]
+    x_ends[:] = states[:, PX]

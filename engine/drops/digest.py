@@ -1,0 +1,98 @@
+"""The digest of a drop: SHA-256 over a canonical encoding of what was simulated and what came out.
+
+All numbers little-endian, floats as their raw IEEE 754 bits (a NaN as one fixed value):
+
+    bytes    "plinko drop"
+    32 bytes the board's digest
+    uint32   PHYSICS_VERSION
+    uint8    solver: 0 exact, 1 stepped, 2 stepped with balls that touch (whose only event is the
+             end); for both stepped then float64 dt, uint32 substeps, float64 correction
+    5 x f8   the start: x, y, vx, vy, omega
+    uint8    outcome (engine.exact.outcome)
+    uint64   number of events, then for each 6 x f8 (t, x, y, vx, vy, omega after it) and
+             2 x int32 (kind, index)
+"""
+
+import hashlib
+import struct
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.canonical import float_bits
+from engine.constants import PHYSICS_VERSION
+from engine.parameters import Solver
+
+_EVENT = np.dtype([("floats", "<f8", (6,)), ("marks", "<i4", (2,))])
+
+
+def drop_digest(
+    board_digest: str,
+    solver: Solver,
+    start: npt.ArrayLike,
+    outcome: int,
+    events: npt.NDArray[np.float64],
+    marks: npt.NDArray[np.int32],
+) -> str:
+    """Hex digest of one drop; events, shape (n, 6), and marks, shape (n, 2), from its log."""
+    rows = np.zeros(len(events), _EVENT)
+    rows["floats"] = float_bits(events)
+    rows["marks"] = marks
+    sha = hashlib.sha256(b"plinko drop")
+    sha.update(bytes.fromhex(board_digest))
+    sha.update(struct.pack("<I", PHYSICS_VERSION))
+    sha.update(solver.encoded())
+    sha.update(float_bits(start).tobytes())
+    sha.update(struct.pack("<BQ", outcome, len(rows)))
+    sha.update(rows.tobytes())
+    return sha.hexdigest()
+
+
+_OUTCOME = np.dtype([("bin", "<i4"), ("duration", "<f8"), ("impacts", "<i4"), ("x_end", "<f8")])
+
+
+class OutcomesDigest:
+    """Digest of a batch, fed in parts: how it is cut does not matter, the order does.
+
+    The drop's head up to the solver under the name "plinko drops", then a row per drop: int32 bin
+    (-1 if it did not land), float64 duration, int32 impacts, float64 end.
+    """
+
+    def __init__(self, board_digest: str, solver: Solver) -> None:
+        self._sha = hashlib.sha256(b"plinko drops")
+        self._sha.update(bytes.fromhex(board_digest))
+        self._sha.update(struct.pack("<I", PHYSICS_VERSION))
+        self._sha.update(solver.encoded())
+
+    def add(
+        self,
+        bins: npt.NDArray[np.int32],
+        durations: npt.NDArray[np.float64],
+        impact_counts: npt.NDArray[np.int32],
+        x_ends: npt.NDArray[np.float64],
+    ) -> None:
+        """Take the next drops in the order of their seeds; all arrays of shape (n,)."""
+        rows = np.zeros(len(bins), _OUTCOME)
+        rows["bin"] = bins
+        rows["duration"] = float_bits(durations)
+        rows["impacts"] = impact_counts
+        rows["x_end"] = float_bits(x_ends)
+        self._sha.update(rows.tobytes())
+
+    def hexdigest(self) -> str:
+        """Return the digest of all drops so far, 64 hex digits."""
+        return self._sha.hexdigest()
+
+
+def outcomes_digest(
+    board_digest: str,
+    solver: Solver,
+    bins: npt.NDArray[np.int32],
+    durations: npt.NDArray[np.float64],
+    impact_counts: npt.NDArray[np.int32],
+    x_ends: npt.NDArray[np.float64],
+) -> str:
+    """Hex digest of a whole batch in the order of its seeds; all arrays of shape (n,)."""
+    digest = OutcomesDigest(board_digest, solver)
+    digest.add(bins, durations, impact_counts, x_ends)
+    return digest.hexdigest()

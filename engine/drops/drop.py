@@ -1,0 +1,192 @@
+"""One seeded drop: where the ball goes, which bin it lands in, and a digest of all of it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.model import Board
+from engine.constants import PHYSICS_VERSION
+from engine.drops.certainty import Certainty, certainty_of
+from engine.drops.digest import drop_digest
+from engine.drops.trajectory import Trajectory, follow, start_row
+from engine.errors import ParameterError
+from engine.exact.outcome import LANDED, REASONS
+from engine.parameters import (
+    DEFAULT_CORRECTION,
+    DEFAULT_DT,
+    DEFAULT_SUBSTEPS,
+    Solver,
+    make_solver,
+    start_position,
+)
+from engine.seeding import parse_seed, start_x
+
+IMPACT = np.dtype(
+    [(name, "<f8") for name in ("t", "x", "y", "vx", "vy", "omega")]
+    + [("kind", "<i4"), ("index", "<i4")]
+)
+"""An impact: the state right after it (s, m, m/s, rad/s), its kind and what was hit."""
+
+STATE = np.dtype([(name, "<f8") for name in ("t", "x", "y", "theta", "vx", "vy", "omega")])
+"""A state of a ball: s, m, rad, m/s, rad/s."""
+
+_STATE_ORDER = (0, 1, 2, 5, 3, 4, 6)  # of the kernels' columns t x y vx vy theta omega in STATE
+
+
+@dataclass(frozen=True, eq=False)
+class Drop:
+    """The outcome of a drop. Made by `drop`; everything but its inputs follows from them."""
+
+    board: Board
+    seed: int | None
+    explicit_x: bool
+    trajectory: Trajectory
+
+    @property
+    def solver(self) -> Solver:
+        """Solver with its parameters."""
+        return self.trajectory.solver
+
+    @property
+    def x_start(self) -> float:
+        """Where the ball started, m."""
+        return float(self.trajectory.start[1])
+
+    @property
+    def bin(self) -> int | None:
+        """Number of the bin from the left, or None if the ball did not land."""
+        return None if self.unsettled else self.trajectory.bin
+
+    @property
+    def unsettled(self) -> str | None:
+        """Why the ball did not land, or None if it did."""
+        outcome = self.trajectory.outcome
+        return None if outcome == LANDED else REASONS[outcome]
+
+    @property
+    def score(self) -> float:
+        """The bin's multiplier; 1, the stake back, if the ball did not land."""
+        where = self.bin
+        return 1.0 if where is None else self.board.bins.multipliers[where]
+
+    @property
+    def duration(self) -> float:
+        """Time from the start to the landing (or to the end of the simulation), s."""
+        return float(self.trajectory.end[0])
+
+    @property
+    def x_end(self) -> float:
+        """Where the centre crossed the bins' line (or came to its end), m."""
+        return float(self.trajectory.end[1])
+
+    @cached_property
+    def impacts(self) -> npt.NDArray[np.void]:
+        """All events in order, shape (n,), dtype IMPACT; kinds are in `engine.constants`."""
+        rows = np.zeros(len(self.trajectory.events), IMPACT)
+        for column, name in enumerate(("t", "x", "y", "vx", "vy", "omega")):
+            rows[name] = self.trajectory.events[:, column]
+        rows["kind"] = self.trajectory.marks[:, 0]
+        rows["index"] = self.trajectory.marks[:, 1]
+        return rows
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the drop, 64 hex digits; `engine.drops.digest` says of what."""
+        path = self.trajectory
+        return drop_digest(
+            self.board.digest, self.solver, start_row(path), path.outcome, path.events, path.marks
+        )
+
+    @cached_property
+    def certainty(self) -> Certainty:
+        """How small changes grow along the path; ParameterError unless the solver is exact."""
+        return certainty_of(self.trajectory)
+
+    @property
+    def amplification(self) -> float | None:
+        """Metres that x_end moves per metre that the start moves; None if the ball did not land."""
+        return self.certainty.amplification
+
+    @property
+    def certain(self) -> bool:
+        """Whether the bin stands if the start moves by half a unit in the last place."""
+        return self.certainty.certain
+
+    def states(self, times: npt.ArrayLike) -> npt.NDArray[np.void]:
+        """States at `times` (shape (n,), s since the start), dtype STATE.
+
+        Before the start is an error; from the end on the ball stays where it ended.
+        """
+        at = np.atleast_1d(np.asarray(times, np.float64))
+        if not (at >= 0.0).all():
+            bad = at[~(at >= 0.0)][0]
+            raise ParameterError(f"time {bad} is before the start of the drop", field="times")
+        columns = self.trajectory.states_at(at)
+        rows = np.empty(len(at), STATE)
+        for name, column in zip(STATE.names or (), _STATE_ORDER, strict=True):
+            rows[name] = columns[:, column]
+        return rows
+
+    def record(self, *, certainty: bool = False) -> dict[str, Any]:
+        """The drop as JSON values: what `verify` reproduces; with `certainty`, how sure it is."""
+        record: dict[str, Any] = {
+            "board": self.board.preset_name or self.board.to_dict(),
+            "board_digest": self.board.digest,
+            "seed": None if self.seed is None else str(self.seed),
+        }
+        if self.explicit_x:
+            record["x"] = self.x_start
+        return record | {
+            "solver": self.solver.name,
+            **self.solver.fields(),
+            "physics_version": PHYSICS_VERSION,
+            "bin": self.bin,
+            "score": self.score,
+            "duration": self.duration,
+            "x_end": self.x_end,
+            "impacts": [list(row) for row in self.impacts.tolist()],
+            "digest": self.digest,
+            **(self._how_sure() if certainty else {}),
+        }
+
+    def _how_sure(self) -> dict[str, Any]:
+        return {
+            "amplification": self.amplification,
+            "x_error": self.certainty.error,
+            "certain": self.certain,
+        }
+
+
+def drop(
+    board: Board,
+    seed: int | str | None = None,
+    *,
+    x: float | None = None,
+    solver: str = "exact",
+    dt: float = DEFAULT_DT,
+    substeps: int = DEFAULT_SUBSTEPS,
+    correction: float = DEFAULT_CORRECTION,
+) -> Drop:
+    """Drop a ball at rest from where `seed` says, or from an explicit `x` in m.
+
+    dt (s), substeps and correction are read by the stepped solver alone. Raises SeedError or
+    ParameterError that name the bad value.
+    """
+    chosen = make_solver(solver, dt, substeps, correction)
+    if seed is None and x is None:
+        raise ParameterError("a drop needs a seed or an explicit x", field="seed")
+    number = None if seed is None else parse_seed(seed)
+    return Drop(board, number, x is not None, follow(board, start_of(board, number, x), chosen))
+
+
+def start_of(board: Board, seed: int | None, x: float | None) -> float:
+    """Start of a drop in m: `x` if given, which must be within the drop zone, else the seed's."""
+    zone = board.drop
+    if x is None:
+        return start_x(seed or 0, zone.x, zone.jitter)
+    low = min((zone.x - zone.span, *zone.slots))
+    high = max((zone.x + zone.span, *zone.slots))
+    return start_position(x, low, high)

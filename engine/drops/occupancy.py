@@ -1,0 +1,169 @@
+"""Where the balls of many drops spend their time, on a grid of cells over the board."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.model import Board
+from engine.drops.batch import seed_array
+from engine.drops.threads import share, thread_count
+from engine.errors import ParameterError
+from engine.exact.board_arrays import layout_of
+from engine.exact.event_log import SEGMENTS, Log, new_log
+from engine.exact.initial_state import at_rest, in_flight
+from engine.exact.occupancy import occupy
+from engine.exact.outcome import MAX_EVENTS, MAX_TIME
+from engine.exact.trace import trace_many
+from engine.parameters import number
+from engine.physics.ball import STATE_SIZE, T
+from engine.physics.contact import new_series
+from engine.seeding import start_xs
+
+MOST_CELLS: Final = 1 << 24
+SHORTEST_STEP, LONGEST_STEP = 1e-3, 1.6e-2
+"""s between two looks at a ball. Drops are looked at in different phases, so that a longer step
+makes a picture of many drops coarser in no place, only noisier."""
+
+CHUNK: Final = 128
+"""Drops a thread takes at a time: some 8 ms of work, so that whoever looks on can stop it."""
+
+_FINE: Final = 10_000  # drops up to which the shortest step is taken
+_SEGMENTS: Final = 128 * CHUNK  # of a log: more than nearly all chunks have
+
+
+@dataclass(frozen=True, eq=False)
+class Occupancy:
+    """Counts of looks at balls, shape (rows, columns), one row below the other from `top` m down.
+
+    Each look stands for `step` s. `histogram` has the number of balls in each bin, `unsettled` that
+    of balls that did not land.
+    """
+
+    board: Board
+    drops: int
+    step: float
+    left: float
+    top: float
+    cells_per_metre: float
+    counts: npt.NDArray[np.int64]
+    histogram: npt.NDArray[np.int64]
+    unsettled: int
+    duration: float
+    """s of all drops together."""
+
+    @property
+    def seconds(self) -> npt.NDArray[np.float64]:
+        """Time that the centre of an average ball spends in each cell, s."""
+        return np.multiply(self.counts, self.step / max(self.drops, 1), dtype=np.float64)
+
+
+def occupancy(
+    board: Board,
+    seeds: npt.ArrayLike,
+    *,
+    left: float,
+    top: float,
+    cells_per_metre: float,
+    shape: tuple[int, int],
+    step: float | None = None,
+    threads: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Occupancy:
+    """Follow the exact solver's ball of each of `seeds` and count where its centre is.
+
+    The grid of `shape` (rows, columns) has its corner at (left, top) in m. `step` in s, by default
+    longer the more drops there are. Memory does not grow with the drops, and the counts do not
+    depend on `threads`. `progress` is called with the number of drops done, now and then. Raises
+    ParameterError and SeedError that name the bad value.
+    """
+    starts = seed_array(seeds)
+    rows, columns = _checked_shape(shape)
+    chosen = _default_step(len(starts)) if step is None else number(step, "step", 1e-6, 1.0)
+    cells = number(cells_per_metre, "cells_per_metre", 1e-3, 1e6)
+    corner = (number(left, "left", -1e6, 1e6), number(top, "top", -1e6, 1e6))
+    work = _Work(board, starts, chosen, corner, cells)
+    grids = [np.zeros((rows, columns), np.uint32) for _ in range(thread_count(threads))]
+    firsts = range(0, len(starts), CHUNK)
+    share(firsts, lambda first, worker: work.run(first, grids[worker]), len(grids), progress)
+    landed = work.bins[work.bins >= 0]
+    return Occupancy(
+        board=board,
+        drops=len(starts),
+        step=chosen,
+        left=corner[0],
+        top=corner[1],
+        cells_per_metre=cells,
+        counts=np.sum(grids, axis=0, dtype=np.int64),
+        histogram=np.bincount(landed, minlength=board.bins.count).astype(np.int64),
+        unsettled=int(len(starts) - len(landed)),
+        duration=float(work.durations.sum()),
+    )
+
+
+class _Work:
+    """The drops of a call, done chunk by chunk."""
+
+    def __init__(
+        self,
+        board: Board,
+        seeds: npt.NDArray[np.uint64],
+        step: float,
+        corner: tuple[float, float],
+        cells: float,
+    ) -> None:
+        self._board = board
+        self._starts = start_xs(seeds, board.drop.x, board.drop.jitter)
+        # Weyl's sequence spreads the phases of any run of seeds evenly over a step.
+        weyl = seeds * np.uint64(0x9E3779B97F4A7C15)
+        self._phases = (weyl >> np.uint64(11)).astype(np.float64) * 2.0**-53
+        self._step = step
+        self._corner = corner
+        self._cells = cells
+        self.bins = np.empty(len(seeds), np.int32)
+        self.durations = np.empty(len(seeds))
+
+    def run(self, first: int, counts: npt.NDArray[np.uint32]) -> int:
+        """Add the drops of a chunk to `counts`; how many they are."""
+        last = min(first + CHUNK, len(self._starts))
+        self._follow(first, last, new_log(0, _SEGMENTS, last - first), counts)
+        return last - first
+
+    def _follow(self, first: int, last: int, log: Log, counts: npt.NDArray[np.uint32]) -> None:
+        """Trace drops and count where they are, in parts if they do not fit into the log."""
+        layout = layout_of(self._board)
+        series = new_series()
+        states = at_rest(self._starts[first:last], self._board.drop.y)
+        outcomes, impacts = np.empty(last - first, np.int8), np.empty(last - first, np.int32)
+        trace_many(
+            layout, states, in_flight(len(states)), MAX_EVENTS, MAX_TIME, series, log, outcomes,
+            self.bins[first:last], impacts,
+        )  # fmt: skip
+        needed = int(log.counts[SEGMENTS])
+        if needed <= len(log.segments):
+            self.durations[first:last] = states[:, T]
+            occupy(
+                layout, log, states, self._phases[first:last], self._step, *self._corner,
+                self._cells, series, np.empty(STATE_SIZE), counts,
+            )  # fmt: skip
+        elif last - first == 1:
+            self._follow(first, last, new_log(0, needed, 1), counts)
+        else:
+            middle = (first + last) // 2
+            for part in ((first, middle), (middle, last)):
+                self._follow(*part, new_log(0, _SEGMENTS, part[1] - part[0]), counts)
+
+
+def _default_step(drops: int) -> float:
+    return min(max(SHORTEST_STEP * drops / _FINE, SHORTEST_STEP), LONGEST_STEP)
+
+
+def _checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    rows, columns = shape
+    if rows < 1 or columns < 1 or rows * columns > MOST_CELLS:
+        raise ParameterError(
+            f"shape {shape} is not from 1 to {MOST_CELLS} cells in all", field="shape"
+        )
+    return rows, columns

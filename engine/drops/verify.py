@@ -1,0 +1,97 @@
+"""Does a drop's record come out again? Recompute it and compare field by field."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from engine.board.model import Board
+from engine.constants import PHYSICS_VERSION
+from engine.drops.drop import Drop, drop
+from engine.errors import EngineError, RecordError
+from engine.parameters import DEFAULT_CORRECTION, DEFAULT_DT, DEFAULT_SUBSTEPS
+from engine.seeding import parse_seed
+
+FIELDS = (
+    "board_digest",
+    "physics_version",
+    "bin",
+    "score",
+    "duration",
+    "x_end",
+    "impacts",
+    "digest",
+)
+"""What a record claims, in the order of comparison; the rest says what to simulate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """The verdict on a record: `ok`, or the first field that differs with both values."""
+
+    ok: bool
+    field: str | None = None
+    expected: Any = None
+    actual: Any = None
+
+
+def verify(record: Mapping[str, Any]) -> Verification:
+    """Recompute the drop that `record` describes and compare all that it claims.
+
+    `expected` is what the record says, `actual` what comes out. Raises RecordError, naming the
+    field, for a record that lacks one or cannot be simulated.
+    """
+    if not isinstance(record, Mapping):
+        raise RecordError("a record is a JSON object", field="")
+    for name in ("board", "board_digest", "seed", "solver", "physics_version", "digest"):
+        if name not in record:
+            raise RecordError(f"the record lacks {name!r}", field=name)
+    board = board_of(record)
+    if record["board_digest"] != board.digest:
+        return Verification(False, "board_digest", record["board_digest"], board.digest)
+    if record["physics_version"] != PHYSICS_VERSION:
+        return Verification(False, "physics_version", record["physics_version"], PHYSICS_VERSION)
+    actual = replay(record, board).record()
+    for name in FIELDS:
+        if name not in record:
+            continue
+        difference = _difference(name, record[name], actual[name])
+        if difference is not None:
+            return difference
+    return Verification(True)
+
+
+def board_of(record: Mapping[str, Any]) -> Board:
+    """The board a record was made on: a preset by name, or the board object it carries."""
+    board = record["board"]
+    try:
+        return Board.preset(board) if isinstance(board, str) else Board.from_json(board)
+    except (EngineError, TypeError) as error:
+        raise RecordError(f"board: {error}", field="board") from error
+
+
+def replay(record: Mapping[str, Any], board: Board) -> Drop:
+    """Simulate what a record describes."""
+    try:
+        return drop(
+            board,
+            None if record["seed"] is None else parse_seed(record["seed"]),
+            x=record.get("x"),
+            solver=record["solver"],
+            dt=record.get("dt", DEFAULT_DT),
+            substeps=record.get("substeps", DEFAULT_SUBSTEPS),
+            correction=record.get("correction", DEFAULT_CORRECTION),
+        )
+    except EngineError as error:
+        raise RecordError(str(error), field=error.field) from error
+
+
+def _difference(name: str, expected: Any, actual: Any) -> Verification | None:
+    """The verdict if two values differ; within impacts the first row and number that do."""
+    if name == "impacts" and isinstance(expected, list) and len(expected) == len(actual):
+        for i, (old, new) in enumerate(zip(expected, actual, strict=True)):
+            if old != new:
+                return Verification(False, f"impacts[{i}]", old, new)
+        return None
+    if name == "impacts" and isinstance(expected, list):
+        return Verification(False, "impacts", f"{len(expected)} impacts", f"{len(actual)} impacts")
+    return None if expected == actual else Verification(False, name, expected, actual)

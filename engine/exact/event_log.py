@@ -1,0 +1,144 @@
+"""What a trace writes down: events for the record and segments for states at any time."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.jit.decorator import inner_kernel, lean_kernel
+from engine.physics.ball import OMEGA, PX, PY, THETA, VX, VY, T
+
+# A segment's row: the state at its start, then what moves the ball from there.
+ITEM = 7  # the surface it rides, or -1 in flight
+SIDE = 8
+MODE = 9
+SLIP_SIGN = 10
+SEGMENT_SIZE = 11
+IN_FLIGHT = -1.0
+
+EVENT_SIZE = 6  # t, x, y, vx, vy, omega
+
+EVENTS = 0
+SEGMENTS = 1
+IMPACTS = 2
+
+
+COUNTS = 3
+
+
+class Log(NamedTuple):
+    """Room for n events and m segments; what does not fit is counted and left out.
+
+    A log goes on from ball to ball. `ends` has, after each of the first b, how much it has counted.
+    """
+
+    events: npt.NDArray[np.float64]  # (n, 6)
+    marks: npt.NDArray[np.int32]  # (n, 2): kind, index
+    segments: npt.NDArray[np.float64]  # (m, 11)
+    counts: npt.NDArray[np.int64]  # (3,): events, segments, impacts so far
+    ends: npt.NDArray[np.int64]  # (b, 3): the counts at the end of each ball
+
+
+def new_log(events: int, segments: int, balls: int = 0) -> Log:
+    """An empty log with room for so many rows of each; new_log(0, 0) only counts."""
+    return Log(
+        np.empty((events, EVENT_SIZE)),
+        np.empty((events, 2), np.int32),
+        np.empty((segments, SEGMENT_SIZE)),
+        np.zeros(COUNTS, np.int64),
+        np.zeros((balls, COUNTS), np.int64),
+    )
+
+
+@inner_kernel
+def end_ball(log: Log, ball: int) -> None:
+    """Keep how much is in the log when a ball, from 0, has written its part."""
+    if ball < len(log.ends):
+        for column in range(COUNTS):
+            log.ends[ball, column] = log.counts[column]
+
+
+@lean_kernel
+def write_event(
+    events: npt.NDArray[np.float64],
+    marks: npt.NDArray[np.int32],
+    row: int,
+    t: float,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    omega: float,
+    kind: int,
+    index: int,
+) -> None:
+    """Fill one row of a log's events."""
+    events[row, 0] = t
+    events[row, 1] = x
+    events[row, 2] = y
+    events[row, 3] = vx
+    events[row, 4] = vy
+    events[row, 5] = omega
+    marks[row, 0] = kind
+    marks[row, 1] = index
+
+
+@lean_kernel
+def note_event(log: Log, state: npt.NDArray[np.float64], kind: int, index: int) -> None:
+    """Append the state as an event."""
+    row = log.counts[EVENTS]
+    log.counts[EVENTS] = row + 1
+    if row < len(log.events):
+        write_event(
+            log.events, log.marks, row,
+            state[T], state[PX], state[PY], state[VX], state[VY], state[OMEGA], kind, index,
+        )  # fmt: skip
+
+
+@lean_kernel
+def write_segment(
+    segments: npt.NDArray[np.float64],
+    row: int,
+    t: float,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    theta: float,
+    omega: float,
+    item: float,
+) -> None:
+    """Fill one row of a log's segments, but for what only a ride has."""
+    segments[row, T] = t
+    segments[row, PX] = x
+    segments[row, PY] = y
+    segments[row, VX] = vx
+    segments[row, VY] = vy
+    segments[row, THETA] = theta
+    segments[row, OMEGA] = omega
+    segments[row, ITEM] = item
+    segments[row, SIDE] = 0.0
+    segments[row, MODE] = 0.0
+    segments[row, SLIP_SIGN] = 0.0
+
+
+@lean_kernel
+def note_segment(
+    log: Log,
+    state: npt.NDArray[np.float64],
+    item: float,
+    side: float,
+    mode: float,
+    slip_sign: float,
+) -> None:
+    """Append a stretch of closed-form motion that starts at the state."""
+    row = log.counts[SEGMENTS]
+    log.counts[SEGMENTS] = row + 1
+    if row < len(log.segments):
+        write_segment(
+            log.segments, row,
+            state[T], state[PX], state[PY], state[VX], state[VY], state[THETA], state[OMEGA], item,
+        )  # fmt: skip
+        log.segments[row, SIDE] = side
+        log.segments[row, MODE] = mode
+        log.segments[row, SLIP_SIGN] = slip_sign

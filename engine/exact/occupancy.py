@@ -1,0 +1,105 @@
+"""Where balls spend their time: traced drops are counted in cells, at equal time steps."""
+
+from math import ceil
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.exact.event_log import ITEM, SEGMENTS, Log
+from engine.exact.sampling import sample_segment
+from engine.jit.decorator import inner_kernel, kernel
+from engine.physics.ball import PX, PY, VX, VY, T
+from engine.physics.flight import basis
+from engine.physics.layout import Layout
+from engine.physics.series import Series
+
+Array = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.uint32]
+
+
+@inner_kernel
+def _count(counts: Counts, left: float, top: float, cells: float, x: float, y: float) -> None:
+    """Count a place in m; outside of the grid it is left out, and a NaN is outside."""
+    column = (x - left) * cells
+    row = (y - top) * cells
+    if 0.0 <= column < counts.shape[1] and 0.0 <= row < len(counts):
+        counts[int(row), int(column)] += np.uint32(1)
+
+
+@inner_kernel
+def _occupy_segment(
+    board: Layout,
+    segments: Array,
+    row: int,
+    time: float,
+    until: float,
+    step: float,
+    left: float,
+    top: float,
+    cells: float,
+    counts: Counts,
+    series: Series,
+    state: Array,
+) -> float:
+    """Count a segment at `time`, `time` + step … before `until`; the first time not counted."""
+    if time >= until:
+        return time
+    if segments[row, ITEM] >= 0.0:
+        while time < until:
+            sample_segment(board, segments, row, time, False, series, state)
+            _count(counts, left, top, cells, state[PX], state[PY])
+            time += step
+        return time
+    # In flight each step is the same linear map: exact, and a tenth of the work of a sample.
+    sample_segment(board, segments, row, time, False, series, state)
+    x = state[PX]
+    y = state[PY]
+    vx = state[VX]
+    vy = state[VY]
+    _, phi, psi = basis(board.drag, step)
+    while time < until:
+        _count(counts, left, top, cells, x, y)
+        ax = -board.drag * vx
+        ay = board.gravity - board.drag * vy
+        x += vx * step + ax * psi
+        y += vy * step + ay * psi
+        vx += ax * phi
+        vy += ay * phi
+        time += step
+    return time
+
+
+@kernel
+def occupy(
+    board: Layout,
+    log: Log,
+    states: Array,
+    phases: Array,
+    step: float,
+    left: float,
+    top: float,
+    cells: float,
+    series: Series,
+    sample: Array,
+    counts: Counts,
+) -> None:
+    """Count where balls are every `step` s.
+
+    The balls are those of a log that holds all of them; states, shape (n, 7), has their ends.
+    A drop is looked at phases[i] steps after its start, and then every step until it ends. counts
+    has shape (rows, columns), `cells` a metre, its corner at (left, top). series and sample, shape
+    (7,), are work space.
+    """
+    first = 0
+    for i in range(len(states)):
+        last = log.ends[i, SEGMENTS]
+        for row in range(first, last):
+            until = log.segments[row + 1, T] if row + 1 < last else states[i, T]
+            # From the number of the step, not from a running sum: no error adds up.
+            number = ceil(log.segments[row, T] / step - phases[i])
+            time = (max(number, 0.0) + phases[i]) * step
+            _occupy_segment(
+                board, log.segments, row, time, until, step, left, top, cells, counts,
+                series, sample,
+            )  # fmt: skip
+        first = last

@@ -1,0 +1,144 @@
+"""The exact solver: closed-form flight, the next impact found to the last bits, impulse, repeat."""
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
+from engine.exact import free_flight, sustained_contact
+from engine.exact.event_log import EVENTS, IMPACTS, Log, end_ball, note_event
+from engine.exact.initial_state import IMPACTS_BEFORE, MET, MET_SIDE, NONE, Ints, in_flight
+from engine.exact.landing import land
+from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, FLYING, LANDED, TIME_LIMIT, WEDGED
+from engine.jit.decorator import inner_kernel, kernel
+from engine.physics.ball import PX, PY, STATE_SIZE, VX, VY
+from engine.physics.contact import new_series
+from engine.physics.layout import Layout
+from engine.physics.series import Series
+from engine.physics.surface import is_wedged, touch
+
+State = npt.NDArray[np.float64]
+
+
+@inner_kernel
+def _comes_to_rest(
+    board: Layout, state: State, ridden: int, ridden_side: float, hit: int, hit_side: float
+) -> bool:
+    """Whether a ball that rode one surface into another has no speed left and cannot go on."""
+    ax, ay, _, _ = touch(board, ridden, ridden_side, state[PX], state[PY])
+    bx, by, _, _ = touch(board, hit, hit_side, state[PX], state[PY])
+    slow = state[VX] * bx + state[VY] * by >= -free_flight.DYING_BOUNCE
+    return slow and is_wedged(board, ax, ay, bx, by)
+
+
+@kernel
+def trace_many(
+    board: Layout,
+    states: State,
+    entries: Ints,
+    max_events: int,
+    max_time: float,
+    series: Series,
+    log: Log,
+    outcomes: npt.NDArray[np.int8],
+    bins: npt.NDArray[np.int32],
+    impacts: npt.NDArray[np.int32],
+) -> None:
+    """Follow each ball from its row of `states` (T, PX, … OMEGA; changed in place) until it ends.
+
+    entries, shape (n, ENTRY_SIZE), says where in its drop the ball is by then; nothing but impacts
+    may have gone before. Writes down how each drop ended, its bin, -1 if it did not land, and its
+    number of impacts, all of shape (n,). `series` is work space. One function for one ball and for
+    many: the machine code of all of a drop is then made once.
+    """
+    for i in range(len(states)):
+        state = states[i]
+        before = entries[i, IMPACTS_BEFORE]
+        event_limit = log.counts[EVENTS] + max_events - before
+        impacts_before = log.counts[IMPACTS] - before
+        item = int(entries[i, MET])
+        side = float(entries[i, MET_SIDE])
+        how = free_flight.FREE
+        touching = item != NONE
+        outcome = FLYING
+        bins[i] = -1
+        while outcome == FLYING:
+            end, item, side, grips = free_flight.fly(
+                board.items, board.left, board.top, board.cells_per_metre, board.columns,
+                board.rows, board.starts, board.members, board.centres, board.travel, board.fall,
+                board.gravity, board.drag, board.radius, board.bins_y,
+                board.peg_count, board.peg_restitution, board.peg_friction,
+                board.wall_restitution, board.wall_friction,
+                state, item, side, how, touching, event_limit, max_time,
+                log.events, log.marks, log.segments, log.counts,
+            )  # fmt: skip
+            if end != free_flight.ON_SURFACE:
+                outcome = _ends_in_flight(end)
+                break
+            note_event(log, state, KIND_CONTACT_BEGIN, sustained_contact.surface_index(board, item))
+            cause, item, side, hit, hit_side = sustained_contact.ride(
+                board, series, state, item, side, grips, max_time, event_limit, log
+            )
+            touching = cause == sustained_contact.HIT
+            if touching:
+                if _comes_to_rest(board, state, item, side, hit, hit_side):
+                    outcome = WEDGED
+                item = hit
+                side = hit_side
+                continue
+            outcome = _ends_in_contact(cause)
+            if outcome == FLYING:
+                how = (
+                    free_flight.ROLLED_OFF
+                    if cause == sustained_contact.LEFT
+                    else free_flight.BOUNCED
+                )
+                note_event(
+                    log, state, KIND_CONTACT_END, sustained_contact.surface_index(board, item)
+                )
+        if outcome == LANDED:
+            bins[i] = land(board, state, log)
+        outcomes[i] = outcome
+        impacts[i] = log.counts[IMPACTS] - impacts_before
+        end_ball(log, i)
+
+
+@inner_kernel
+def _ends_in_flight(cause: int) -> int:
+    """How a drop ends whose flight ended so."""
+    if cause == free_flight.AT_BINS:
+        return LANDED
+    if cause == free_flight.OUT_OF_EVENTS:
+        return EVENT_LIMIT
+    if cause == free_flight.OUT_OF_TIME:
+        return TIME_LIMIT
+    return ESCAPED
+
+
+@inner_kernel
+def _ends_in_contact(cause: int) -> int:
+    """How a drop ends whose contact ended so, FLYING if it does not."""
+    if cause == sustained_contact.LANDED:
+        return LANDED
+    if cause == sustained_contact.AT_REST:
+        return BALANCED
+    if cause == sustained_contact.OUT_OF_TIME:
+        return TIME_LIMIT
+    if cause == sustained_contact.OUT_OF_EVENTS:
+        return EVENT_LIMIT
+    if cause == sustained_contact.OUT_OF_BOARD:
+        return ESCAPED
+    return FLYING
+
+
+def trace(
+    board: Layout, state: State, max_events: int, max_time: float, log: Log
+) -> tuple[int, int]:
+    """`trace_many` of one ball: the outcome and the bin, -1 if it did not land."""
+    outcome = np.zeros(1, np.int8)
+    where = np.zeros(1, np.int32)
+    states = state.reshape(1, STATE_SIZE)
+    impacts = np.zeros(1, np.int32)
+    series = new_series()
+    entries = in_flight(1)
+    trace_many(board, states, entries, max_events, max_time, series, log, outcome, where, impacts)
+    return int(outcome[0]), int(where[0])

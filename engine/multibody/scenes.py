@@ -1,0 +1,176 @@
+"""Ready arenas: the sandbox, a pile-up on a Galton board, any board with balls that touch.
+
+Chance comes in as a seed: SplitMix64 lays the balls out, and nothing is random afterwards.
+"""
+
+from collections.abc import Mapping
+from math import floor, sqrt
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.materials import GRAVITY, REFERENCE_DENSITY, RESTITUTION
+from engine.board.model import Board
+from engine.board.parts import Wall
+from engine.board.presets import preset
+from engine.errors import ParameterError
+from engine.multibody.arena import Arena
+from engine.multibody.settings import ArenaSettings
+from engine.multibody.static_geometry import Place
+from engine.parameters import number
+from engine.seeding import parse_seed, splitmix64
+
+GRAVITY_PRESETS: Final[Mapping[str, float]] = MappingProxyType({**GRAVITY, "none": 0.0})
+"""Gravity by name, m/s^2."""
+
+RESTITUTION_PRESETS: Final[Mapping[str, float]] = MappingProxyType(
+    {row.name: 0.5 * (row.low + row.high) for row in RESTITUTION}
+)
+"""The middle of every row of the first reference document's table of restitution."""
+
+MAX_SCENE_BALLS: Final = 20_000
+
+_CELL: Final = 2.3
+"""Distance of the balls laid out, in the largest radius: apart, with room to lie irregularly."""
+
+
+def _uniform(seed: int, count: int, low: float, high: float) -> npt.NDArray[np.float64]:
+    """`count` numbers in [low, high), by SplitMix64 of seeds that `seed` gives."""
+    first = splitmix64(seed)
+    draws = [splitmix64((first + i) & (2**64 - 1)) >> 11 for i in range(count)]
+    return low + (high - low) * (np.array(draws, np.float64) * 2.0**-53)
+
+
+def preset_value(presets: Mapping[str, float], value: float | str, field: str) -> float:
+    """A number as it is, or what a preset of that name stands for; ParameterError."""
+    if isinstance(value, str):
+        if value not in presets:
+            raise ParameterError(
+                f"there is no {field} {value!r:.60}; there are {', '.join(presets)}", field=field
+            )
+        return presets[value]
+    return number(value, field, 0.0, 1e6)
+
+
+def _count(n: object) -> int:
+    if isinstance(n, bool) or not isinstance(n, int) or not 0 <= n <= MAX_SCENE_BALLS:
+        raise ParameterError(f"n {n!r:.40} is not from 0 to {MAX_SCENE_BALLS}", field="n")
+    return n
+
+
+def sandbox(
+    n: int = 50,
+    *,
+    gravity: float | str = "Earth",
+    restitution: float | str = "Rubber on concrete",
+    seed: int | str = 0,
+    width: float = 6.0,
+    height: float = 4.0,
+    radii: tuple[float, float] = (0.05, 0.12),
+    friction: float = 0.2,
+    density: float = REFERENCE_DENSITY,
+    speed: float = 1.0,
+    **settings: Any,
+) -> Arena:
+    """A closed box with n balls of mixed radii, m, evenly between the two of `radii`.
+
+    gravity and restitution: a number or a preset's name. speed: velocities start evenly in a
+    square of that half side, m/s. The rest are ArenaSettings. Raises ParameterError, also if the
+    balls do not fit.
+    """
+    n = _count(n)
+    seed = parse_seed(seed)
+    low, high = (number(r, "radii", 1e-6, 1e4) for r in radii)
+    if low > high:
+        raise ParameterError(f"radii {radii!r} do not ascend", field="radii")
+    e = preset_value(RESTITUTION_PRESETS, restitution, "restitution")
+    number(e, "restitution", 0.0, 1.0)
+    place = Place.box(width, height, restitution=e, friction=friction)
+    arena = Arena(
+        place, ArenaSettings(gravity=preset_value(GRAVITY_PRESETS, gravity, "gravity"), **settings)
+    )
+    if n:
+        x, y = _lattice(n, width, height, high, seed)
+        arena.add_many(
+            x,
+            y,
+            vx=_uniform(seed + 2, n, -speed, speed),
+            vy=_uniform(seed + 3, n, -speed, speed),
+            radius=_uniform(seed + 4, n, low, high),
+            density=density,
+            restitution=e,
+            friction=friction,
+        )
+    return arena
+
+
+def _lattice(
+    n: int, width: float, height: float, radius: float, seed: int
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Places for n balls of up to `radius` in a box, none touching another, not quite in rows."""
+    cell = _CELL * radius
+    if n * cell * cell < 0.5 * width * height:  # spread them over all of the box
+        cell = sqrt(0.5 * width * height / n)
+    columns, rows = floor(width / cell), floor(height / cell)
+    if columns * rows < n:
+        raise ParameterError(
+            f"n {n!r}: balls of {radius:g} m do not fit into {width:g} by {height:g} m, at most "
+            f"{columns * rows}",
+            field="n",
+        )
+    number_of = np.arange(n)
+    room = 0.5 * cell - radius
+    x = -0.5 * width + (number_of % columns + 0.5) * (width / columns)
+    y = (number_of // columns + 0.5) * (height / rows)
+    return x + _uniform(seed, n, -room, room), y + _uniform(seed + 1, n, -room, room)
+
+
+def galton(n: int = 400, *, seed: int | str = 0, **settings: Any) -> Arena:
+    """Small balls over the preset `galton`'s pegs, with walls between its bins and a floor: they
+    pile up. n at most 1,500; the rest are ArenaSettings."""
+    n = _count(n)
+    seed = parse_seed(seed)
+    board = preset("galton")
+    ball = board.ball
+    bins, edges = board.bins, board.bins.edges
+    depth = 1.2
+    top, floor_y = bins.y, bins.y + depth
+    spout = 0.35 * (edges[-1] - edges[0])
+    cell = _CELL * ball.radius
+    columns = floor(spout / cell)
+    if n > 1500:
+        raise ParameterError(f"n {n!r} is more than 1500, which fill the bins", field="n")
+    walls = [Wall(x, top, x, floor_y) for x in edges[1:-1]]
+    rise = cell * (n // columns + 4)
+    side = [
+        Wall(edges[0], -rise, edges[0], floor_y),
+        Wall(edges[-1], -rise, edges[-1], floor_y),
+        Wall(edges[0], floor_y, edges[-1], floor_y),
+    ]
+    place = Place(
+        pegs=board.pegs,
+        walls=(*side, *walls),
+        peg_material=board.peg_material,
+        wall_material=board.wall_material,
+    )
+    arena = Arena(place, ArenaSettings(gravity=board.gravity, drag=board.drag, **settings))
+    number_of = np.arange(n)
+    room = 0.5 * cell - ball.radius
+    x = (number_of % columns - 0.5 * (columns - 1)) * cell + _uniform(seed, n, -room, room)
+    y = board.drop.y - (number_of // columns) * cell + _uniform(seed + 1, n, -room, room)
+    if n:
+        arena.add_many(
+            x, y, radius=ball.radius, density=ball.density,
+            restitution=ball.restitution, friction=ball.friction,
+        )  # fmt: skip
+    return arena
+
+
+def on_board(board: Board, **settings: Any) -> Arena:
+    """An empty arena on a board; a ball that crosses bins.y has landed and leaves."""
+    return Arena(
+        Place.of_board(board),
+        ArenaSettings(**({"gravity": board.gravity, "drag": board.drag} | settings)),
+    )

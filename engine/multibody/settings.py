@@ -1,0 +1,59 @@
+"""What an arena is computed with: frozen, checked once, each value with its unit and range."""
+
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+from engine.errors import ParameterError
+from engine.multibody.solver.layout import Settings
+from engine.parameters import DEFAULT_CORRECTION, DEFAULT_DT, DEFAULT_SUBSTEPS, Stepped, number
+
+SLEEP_SECONDS = 0.5
+"""How long an island must have been still before it falls asleep."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArenaSettings:
+    """gravity in m/s^2 downward; drag in 1/s; damping: the part of the velocity kept in a frame.
+
+    correction: part of an overlap that is removed in a substep; dt: a frame, s; max_speed in m/s,
+    None: no clamp; sleeping: whether what is at rest may sleep. Raises ParameterError.
+    """
+
+    gravity: float = 9.81
+    drag: float = 0.0
+    damping: float = 1.0
+    correction: float = DEFAULT_CORRECTION
+    dt: float = DEFAULT_DT
+    substeps: int = DEFAULT_SUBSTEPS
+    max_speed: float | None = None
+    sleeping: bool = True
+
+    def __post_init__(self) -> None:
+        Stepped(self.dt, self.substeps, self.correction)
+        for name, low, high in (("gravity", 0.0, 1e6), ("drag", 0.0, 1e6), ("damping", 0.9, 1.0)):
+            object.__setattr__(self, name, number(getattr(self, name), name, low, high))
+        object.__setattr__(self, "correction", float(self.correction))
+        object.__setattr__(self, "dt", float(self.dt))
+        if self.max_speed is not None:
+            number(self.max_speed, "max_speed", 1e-9, 1e9)
+        if not isinstance(self.sleeping, bool):
+            raise ParameterError(f"sleeping {self.sleeping!r} is not a bool", field="sleeping")
+
+    def compiled(self) -> Settings:
+        """The kernels' form."""
+        frames = max(2, round(SLEEP_SECONDS / self.dt))
+        return Settings(
+            gravity=self.gravity,
+            drag=self.drag,
+            damping=self.damping,
+            correction=self.correction,
+            h=self.dt / self.substeps,
+            substeps=self.substeps,
+            max_speed=inf if self.max_speed is None else float(self.max_speed),
+            sleep_frames=frames if self.sleeping else 0,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {name: getattr(self, name) for name in self.__slots__}

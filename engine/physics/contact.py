@@ -1,0 +1,149 @@
+"""A ball that stays on a surface: it rolls or slides, and its motion is a power series in time.
+
+On a surface of curvature kappa (1/D on a circle, 0 on a line) with unit normal n towards the ball
+and tangent t = (-n_y, n_x), the centre moves at v = u t and, per unit mass,
+
+    n' = kappa u t                      N = -g.n - kappa u^2          (normal force)
+    u' = g.t - k u + F                  omega' = -2 F / R             (friction force F)
+
+    rolling   u = omega R, so F = -(g.t - k u) / 3, possible while |F| <= mu N
+    sliding   F = -mu N sign(u - omega R)
+    free      F = 0 (a surface without friction)
+
+The right-hand sides are polynomials of the unknowns, so their Taylor coefficients follow from each
+other by sums of products, to any order and without trigonometry (Jorba and Zou, Experimental
+Mathematics 14, 2005). Every event of a contact phase is the first zero of a polynomial made of
+these series.
+"""
+
+import numpy as np
+
+from engine.jit.decorator import inner_kernel
+from engine.physics.series import Series, sum_of_magnitudes
+
+ORDER = 20
+"""Degree of the series. At 20 a step spans about a tenth of the time in which a ball falls off."""
+
+# Rows of the state's series.
+NORMAL_X = 0
+NORMAL_Y = 1
+SPEED = 2
+SPIN = 3
+ANGLE = 4
+PATH = 5  # length travelled along t since the start of the step, m
+FORCE = 6  # N, per unit mass
+SCRATCH = 7  # an event function
+ROWS = 8
+
+ROLLING = 0
+SLIDING = 1
+FREE = 2
+
+LONGEST_STEP = 0.25
+"""s. Longer steps never pass the truncation test on a circle of ordinary size."""
+
+TRUNCATION = 6.9e-18
+"""Bound of the last two terms of each series (in 1, m/s and rad/s), 2^-57: below rounding."""
+
+
+@inner_kernel
+def expand(
+    series: Series,
+    mode: int,
+    slip_sign: float,
+    curvature: float,
+    gravity: float,
+    drag: float,
+    friction: float,
+    radius: float,
+) -> None:
+    """Fill rows NORMAL_X to FORCE of `series`, shape (ROWS, ORDER + 1), from their first column.
+
+    slip_sign is the sign of u - omega R while sliding; ANGLE's and PATH's first entries are kept.
+    """
+    nx = series[NORMAL_X]
+    ny = series[NORMAL_Y]
+    u = series[SPEED]
+    spin = series[SPIN]
+    force = series[FORCE]
+    for i in range(ORDER + 1):
+        turn_x = 0.0
+        turn_y = 0.0
+        square = 0.0
+        if curvature > 0.0:
+            for j in range(i + 1):
+                turn_x += u[j] * ny[i - j]
+                turn_y += u[j] * nx[i - j]
+                square += u[j] * u[i - j]
+        force[i] = -gravity * ny[i] - curvature * square
+        if i == ORDER:
+            break
+        share = 1.0 / (i + 1.0)
+        nx[i + 1] = -curvature * turn_x * share
+        ny[i + 1] = curvature * turn_y * share
+        drive = gravity * nx[i] - drag * u[i]
+        if mode == ROLLING:
+            u[i + 1] = drive * share * (2.0 / 3.0)
+            spin[i + 1] = u[i + 1] / radius
+        elif mode == SLIDING:
+            rub = friction * slip_sign * force[i]
+            u[i + 1] = (drive - rub) * share
+            spin[i + 1] = 2.0 * rub / radius * share
+        else:
+            u[i + 1] = drive * share
+            spin[i + 1] = 0.0
+        series[ANGLE, i + 1] = spin[i] * share
+        series[PATH, i + 1] = u[i] * share
+
+
+@inner_kernel
+def step_length(series: Series, radius: float, travel: float) -> float:
+    """Longest step, s, on which the series are exact to rounding and the ball moves <= travel."""
+    last = 0.0
+    before = 0.0
+    for row in range(SPIN + 1):
+        scale = radius if row == SPIN else 1.0
+        last = max(last, scale * abs(series[row, ORDER]))
+        before = max(before, scale * abs(series[row, ORDER - 1]))
+    h = LONGEST_STEP
+    while True:
+        power = 1.0
+        for _ in range(ORDER - 1):
+            power *= h
+        if (
+            power * (before + last * h) <= TRUNCATION
+            and h * sum_of_magnitudes(series[SPEED], 0, h) <= travel
+        ):
+            return h
+        h *= 0.5
+
+
+def new_series() -> Series:
+    """Work space for the series of one contact phase; kernels make no arrays of their own."""
+    return np.zeros((ROWS, ORDER + 1))
+
+
+@inner_kernel
+def choose_mode(
+    u: float,
+    omega: float,
+    normal_force: float,
+    drive: float,
+    radius: float,
+    friction: float,
+    rolls: bool,
+) -> tuple[int, float]:
+    """Rolling, sliding or free, and the sign of the slip, at the start of a stretch.
+
+    `rolls` says that the slip is zero by what went before, whatever rounding left of it.
+    """
+    if friction == 0.0:
+        return FREE, 0.0
+    slip = 0.0 if rolls else u - omega * radius
+    if slip > 0.0:
+        return SLIDING, 1.0
+    if slip < 0.0:
+        return SLIDING, -1.0
+    if abs(drive) <= 3.0 * friction * normal_force:
+        return ROLLING, 0.0
+    return SLIDING, 1.0 if drive > 0.0 else -1.0

@@ -1,1 +1,0 @@
-"""The two solvers: `exact`, event by event, and `stepped`, by fixed steps."""

@@ -1,0 +1,82 @@
+"""The first surface met on a straight line: the swept test of the stepped solver."""
+
+from math import sqrt
+
+from engine.jit.decorator import lean_kernel
+from engine.physics.layout import DISTANCE, DISTANCE2, LENGTH, NX, NY, TX, TY, Layout, X, Y
+from engine.physics.time_of_impact import NO_HIT
+
+
+@lean_kernel
+def sweep_circle(qx: float, qy: float, vx: float, vy: float, d2: float, horizon: float) -> float:
+    """First s in [0, horizon] with |q + v s|^2 <= d2 while closing in, or NO_HIT."""
+    f = qx * qx + qy * qy - d2
+    half_fd = qx * vx + qy * vy
+    if half_fd >= 0.0:
+        return NO_HIT
+    if f <= 0.0:
+        return 0.0
+    vv = vx * vx + vy * vy
+    discriminant = half_fd * half_fd - vv * f
+    if discriminant < 0.0:
+        return NO_HIT
+    s = f / (sqrt(discriminant) - half_fd)
+    return s if s <= horizon else NO_HIT
+
+
+@lean_kernel
+def sweep_line(
+    board: Layout, item: int, x: float, y: float, vx: float, vy: float, horizon: float
+) -> tuple[float, float]:
+    """First s in [0, horizon] at which a ball closes in on the inside of a wall, and the side."""
+    items = board.items
+    dx = x - items[item, X]
+    dy = y - items[item, Y]
+    nx = items[item, NX]
+    ny = items[item, NY]
+    d = nx * dx + ny * dy
+    side = 1.0 if d > 0.0 else -1.0
+    h = side * d - board.radius
+    hd = side * (nx * vx + ny * vy)
+    if hd >= 0.0:
+        return NO_HIT, side
+    s = -h / hd if h > 0.0 else 0.0
+    if s > horizon:
+        return NO_HIT, side
+    foot = (dx + vx * s) * items[item, TX] + (dy + vy * s) * items[item, TY]
+    if not 0.0 <= foot <= items[item, LENGTH]:
+        return NO_HIT, side
+    return s, side
+
+
+@lean_kernel
+def sweep(
+    board: Layout, cell: int, x: float, y: float, vx: float, vy: float, horizon: float, left: int
+) -> tuple[float, int, float]:
+    """First surface of a cell met within the horizon: time (the horizon if none), item, side.
+
+    `left` is the surface (or -1) that the ball just bounced off: a straight line away from a convex
+    surface cannot meet it again, whatever rounding says of the way the ball is going.
+
+    At equal times the lower surface number counts; item is -1 if nothing is met.
+    """
+    items = board.items
+    best = horizon
+    item = -1
+    side = 0.0
+    for k in range(board.starts[cell], board.starts[cell + 1]):
+        other = int(board.members[k])
+        if other == left:
+            continue
+        other_side = 0.0
+        if items[other, DISTANCE] > 0.0:
+            qx = x - items[other, X]
+            qy = y - items[other, Y]
+            s = sweep_circle(qx, qy, vx, vy, items[other, DISTANCE2], best)
+        else:
+            s, other_side = sweep_line(board, other, x, y, vx, vy, best)
+        if s != NO_HIT and (s < best or item < 0):
+            best = s
+            item = other
+            side = other_side
+    return best, item, side

@@ -1,0 +1,4 @@
+"""A live board: balls in flight, stepped in frames, and the events they make.
+
+Imports drops and solvers. Start with world.py.
+"""

@@ -1,0 +1,65 @@
+"""What a world tells of its balls: contacts and landings."""
+
+from dataclasses import dataclass
+from math import sqrt
+
+from engine.board.model import Board
+from engine.constants import KIND_PEG
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A ball hit something: t in s since the ball's start, centre in m.
+
+    kind is KIND_PEG, KIND_WALL or, where balls touch, KIND_BALL; index the peg's or wall's number
+    or the other ball's id; speed the approach along the
+    normal in m/s.
+    """
+
+    ball: int
+    t: float
+    x: float
+    y: float
+    kind: int
+    index: int
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class Landing:
+    """A ball's drop ended in `bin`, or with the reason `unsettled` and no bin.
+
+    t is its duration in s, tick the world's tick at which it was noticed.
+    """
+
+    ball: int
+    seed: int | None
+    tick: int
+    t: float
+    x_end: float
+    bin: int | None
+    score: float
+    digest: str
+    unsettled: str | None
+
+
+Event = Contact | Landing
+
+
+def approach_speed(board: Board, kind: int, index: int, after: tuple[float, ...]) -> float:
+    """Normal speed in m/s before an impact, from x, y, vx, vy after it; 0 if it all was lost."""
+    x, y, vx, vy = after
+    if kind == KIND_PEG:
+        peg, material = board.pegs[index], board.peg_material
+        nx, ny = x - peg.x, y - peg.y
+    else:
+        wall, material = board.walls[index], board.wall_material
+        tx, ty = wall.x2 - wall.x1, wall.y2 - wall.y1
+        along = ((x - wall.x1) * tx + (y - wall.y1) * ty) / (tx * tx + ty * ty)
+        along = min(max(along, 0.0), 1.0)
+        nx, ny = x - wall.x1 - along * tx, y - wall.y1 - along * ty
+    length = sqrt(nx * nx + ny * ny)
+    restitution = max(material.restitution, board.ball.restitution)
+    if length == 0.0 or restitution == 0.0:
+        return 0.0
+    return max((vx * nx + vy * ny) / (length * restitution), 0.0)

@@ -1,0 +1,354 @@
+"""A board with balls on it that moves in fixed frames: what a live room ticks."""
+
+import hashlib
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.model import Board
+from engine.constants import KIND_BALL, KIND_WALL, PHYSICS_VERSION
+from engine.drops.drop import start_of
+from engine.drops.trajectory import Trajectory
+from engine.errors import ParameterError, RecordError
+from engine.exact.outcome import LANDED, REASONS
+from engine.multibody.arena import Arena
+from engine.parameters import (
+    DEFAULT_CORRECTION,
+    DEFAULT_DT,
+    DEFAULT_SUBSTEPS,
+    Stepped,
+    Touching,
+    make_solver,
+    number,
+)
+from engine.physics.ball import OMEGA, PX, PY, THETA, VX, VY
+from engine.seeding import parse_seed
+from engine.world.ball_set import Crowd, ExactCrowd, SteppedCrowd
+from engine.world.ball_set_touching import TouchingCrowd
+from engine.world.events import Contact, Event, Landing, approach_speed
+from engine.world.progress import Progress
+
+BODY = np.dtype(
+    [("id", "<i4")]
+    + [(name, "<f8") for name in ("x", "y", "theta", "vx", "vy", "omega")]
+    + [("bounced", "u1")]
+)
+"""A live ball: id, m, rad, m/s, rad/s, and whether it hit something in the last frame."""
+
+_COLUMNS = {"x": PX, "y": PY, "theta": THETA, "vx": VX, "vy": VY, "omega": OMEGA}
+
+
+@dataclass(frozen=True, slots=True)
+class Ball:
+    """What a world was told of a ball: its seed, its start in m, and the tick it started at."""
+
+    id: int
+    seed: int | None
+    x: float
+    tick: int
+
+
+@dataclass(frozen=True, slots=True)
+class Energy:
+    """Energies of all live balls in J; the potential energy is zero at y = 0."""
+
+    kinetic: float
+    rotational: float
+    potential: float
+
+    @property
+    def total(self) -> float:
+        """Sum of the three."""
+        return self.kinetic + self.rotational + self.potential
+
+
+@dataclass(frozen=True, slots=True)
+class Momentum:
+    """Momentum of all live balls in kg m/s, and angular momentum about the origin in kg m^2/s."""
+
+    x: float
+    y: float
+    angular: float
+
+
+class World:
+    """Balls on a board, advanced in frames of dt seconds by one of the two solvers.
+
+    A ball starts at the tick at which it is added and leaves the world when its drop ends. With
+    the exact solver dt only says when the world is looked at: each ball's path is that of `drop`.
+    interacting: balls touch each other, which takes the stepped solver; one that comes to rest on
+    the board ends without a bin.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        *,
+        solver: str = "exact",
+        dt: float = DEFAULT_DT,
+        substeps: int = DEFAULT_SUBSTEPS,
+        correction: float = DEFAULT_CORRECTION,
+        interacting: bool = False,
+    ) -> None:
+        self.board = board
+        self.dt = number(dt, "dt", 1e-6, 0.1)
+        self.solver = make_solver(solver, dt, substeps, correction)
+        if interacting:
+            if not isinstance(self.solver, Stepped):
+                raise ParameterError(
+                    f"interacting: balls that touch need solver 'stepped', not {solver!r}",
+                    field="interacting",
+                )
+            self.solver = Touching(dt, substeps, correction)
+        self.tick = 0
+        self._accumulator = 0.0
+        self._next_id = 0
+        self._balls: list[Ball] = []
+        self._bounced = np.zeros(0, np.uint8)
+        self._previous = np.zeros((0, 7))
+        self._events: list[Event] = []
+        self._crowd = self._new_crowd()
+
+    def _new_crowd(self) -> Crowd:
+        if isinstance(self.solver, Touching):
+            return TouchingCrowd(self.board, self.solver)
+        if isinstance(self.solver, Stepped):
+            return SteppedCrowd(self.board, self.solver)
+        return ExactCrowd(self.board, self.dt)
+
+    @property
+    def arena(self) -> Arena | None:
+        """Where balls that touch each other are: to kick them, and for diagnostics; else None.
+
+        Balls are added by `add` alone.
+        """
+        return self._crowd.arena if isinstance(self._crowd, TouchingCrowd) else None
+
+    @property
+    def time(self) -> float:
+        """Seconds since the world began."""
+        return self.tick * self.dt
+
+    @property
+    def awake(self) -> bool:
+        """Whether anything moves."""
+        return bool(self._balls)
+
+    @property
+    def count(self) -> int:
+        """Number of live balls."""
+        return len(self._balls)
+
+    @property
+    def balls(self) -> tuple[Ball, ...]:
+        """The live balls' origins, in the order of `bodies`."""
+        return tuple(self._balls)
+
+    def add(self, seed: int | str | None = None, *, x: float | None = None) -> int:
+        """Start a ball from where `seed` says or from an explicit `x` in m; return its id."""
+        if seed is None and x is None:
+            raise ParameterError("a ball needs a seed or an explicit x", field="seed")
+        chosen = None if seed is None else parse_seed(seed)
+        ball = Ball(self._next_id, chosen, start_of(self.board, chosen, x), self.tick)
+        self._crowd.add(ball.x)
+        self._next_id += 1
+        self._balls.append(ball)
+        self._bounced = np.append(self._bounced, np.uint8(0))
+        self._previous = np.vstack([self._previous, self._crowd.states[-1]])
+        return ball.id
+
+    def trajectory(self, ball: int) -> Trajectory:
+        """The whole motion of a live ball, known from its start on; times count from there.
+
+        Raises ParameterError for a ball that is not live, and in a world of the stepped solver,
+        whose balls have no path before they have gone it.
+        """
+        if not isinstance(self._crowd, ExactCrowd):
+            raise ParameterError("a stepped world knows no ball's path", field="solver")
+        for row, live in enumerate(self._balls):
+            if live.id == ball:
+                return self._crowd.path(row)
+        raise ParameterError(f"ball {ball} is not in flight", field="ball")
+
+    def step(self) -> None:
+        """Advance by one frame."""
+        self.tick += 1
+        if not self._balls:
+            return
+        self._previous = self._crowd.states.copy()
+        self._bounced[:] = 0
+        ended = []
+        news: list[tuple[tuple[float, int, int], Event]] = []
+        for progress in self._crowd.step():
+            ball = self._balls[progress.row]
+            news += self._contacts(ball, progress)
+            if progress.end is not None:
+                ended.append(progress.row)
+                news.append(self._landing(ball, progress))
+        news.sort(key=lambda item: item[0])
+        self._events += [event for _, event in news]
+        if ended:
+            self._remove(ended)
+
+    def _contacts(
+        self, ball: Ball, progress: Progress
+    ) -> list[tuple[tuple[float, int, int], Event]]:
+        """Contacts with their place in the total order: time in the world, kind, ball."""
+        found: list[tuple[tuple[float, int, int], Event]] = []
+        for k, (row, (kind, index)) in enumerate(
+            zip(progress.events.tolist(), progress.marks.tolist(), strict=True)
+        ):
+            if kind > KIND_WALL and kind != KIND_BALL:
+                continue
+            self._bounced[progress.row] = 1
+            if progress.speeds is None:
+                speed = approach_speed(self.board, kind, index, tuple(row[1:5]))
+            else:
+                speed = float(progress.speeds[k])
+            contact = Contact(ball.id, row[0], row[1], row[2], kind, index, speed)
+            found.append(((ball.tick * self.dt + row[0], kind, ball.id), contact))
+        return found
+
+    def _landing(self, ball: Ball, progress: Progress) -> tuple[tuple[float, int, int], Event]:
+        end = progress.end
+        assert end is not None
+        landed = end.outcome == LANDED
+        landing = Landing(
+            ball=ball.id,
+            seed=ball.seed,
+            tick=self.tick,
+            t=end.t,
+            x_end=end.x,
+            bin=end.bin if landed else None,
+            score=self.board.bins.multipliers[end.bin] if landed else 1.0,
+            digest=end.digest,
+            unsettled=None if landed else REASONS[end.outcome],
+        )
+        return (ball.tick * self.dt + end.t, KIND_WALL + 1, ball.id), landing
+
+    def _remove(self, rows: list[int]) -> None:
+        self._crowd.remove(rows)
+        self._balls = [ball for row, ball in enumerate(self._balls) if row not in rows]
+        self._bounced = np.delete(self._bounced, rows)
+        self._previous = np.delete(self._previous, rows, axis=0)
+
+    def advance(self, frame_time: float) -> float:
+        """Advance by `frame_time` seconds in whole frames; return alpha in [0, 1), the part left.
+
+        The accumulator of a fixed time step: what does not fill a frame is kept for the next call.
+        """
+        if not (isfinite(frame_time) and frame_time >= 0.0):
+            raise ParameterError(
+                f"frame_time {frame_time!r} is not a finite number of seconds >= 0",
+                field="frame_time",
+            )
+        self._accumulator += frame_time
+        while self._accumulator >= self.dt:
+            self.step()
+            self._accumulator -= self.dt
+        return self._accumulator / self.dt
+
+    @property
+    def bodies(self) -> npt.NDArray[np.void]:
+        """The live balls at the current tick, shape (count,), dtype BODY."""
+        return self._as_bodies(self._crowd.states)
+
+    def interpolated(self, alpha: float) -> npt.NDArray[np.void]:
+        """The live balls between the previous tick (alpha 0) and this one (1), linearly."""
+        alpha = number(alpha, "alpha", 0.0, 1.0)
+        return self._as_bodies(self._previous * (1.0 - alpha) + self._crowd.states * alpha)
+
+    def _as_bodies(self, states: npt.NDArray[np.float64]) -> npt.NDArray[np.void]:
+        rows = np.empty(len(states), BODY)
+        rows["id"] = [ball.id for ball in self._balls]
+        for name, column in _COLUMNS.items():
+            rows[name] = states[:, column]
+        rows["bounced"] = self._bounced
+        return rows
+
+    def take_events(self) -> list[Event]:
+        """Contacts and landings since the last call, in order of time, then kind, then ball."""
+        events, self._events = self._events, []
+        return events
+
+    def energy(self) -> Energy:
+        """Energy of all live balls."""
+        states, ball = self._crowd.states, self.board.ball
+        speed2 = float((states[:, VX] ** 2 + states[:, VY] ** 2).sum())
+        return Energy(
+            kinetic=0.5 * ball.mass * speed2,
+            rotational=0.5 * ball.inertia * float((states[:, OMEGA] ** 2).sum()),
+            potential=-ball.mass * self.board.gravity * float(states[:, PY].sum()),
+        )
+
+    def momentum(self) -> Momentum:
+        """Momentum of all live balls."""
+        states, ball = self._crowd.states, self.board.ball
+        turning = states[:, PX] * states[:, VY] - states[:, PY] * states[:, VX]
+        return Momentum(
+            x=ball.mass * float(states[:, VX].sum()),
+            y=ball.mass * float(states[:, VY].sum()),
+            angular=float(ball.mass * turning.sum() + ball.inertia * states[:, OMEGA].sum()),
+        )
+
+    def snapshot(self) -> bytes:
+        """All that `restore` needs to go on bit for bit, but for events not yet taken."""
+        return msgspec.msgpack.encode(
+            {
+                "physics_version": PHYSICS_VERSION,
+                "board_digest": self.board.digest,
+                "solver": self.solver.encoded(),
+                "dt": self.dt,
+                "tick": self.tick,
+                "accumulator": self._accumulator,
+                "next_id": self._next_id,
+                "balls": [(b.id, _wide(b.seed), b.x, b.tick) for b in self._balls],
+                "bounced": self._bounced.tobytes(),
+                "previous": self._previous.astype("<f8").tobytes(),
+                "crowd": self._crowd.saved(),
+            }
+        )
+
+    def restore(self, snapshot: bytes) -> None:
+        """Become the world that made `snapshot`: same board, solver and frame, or RecordError."""
+        saved = self._checked(snapshot)
+        self.tick = saved["tick"]
+        self._accumulator = saved["accumulator"]
+        self._next_id = saved["next_id"]
+        self._balls = [
+            Ball(number, None if seed is None else int(seed), x, tick)
+            for number, seed, x, tick in saved["balls"]
+        ]
+        self._bounced = np.frombuffer(saved["bounced"], np.uint8).copy()
+        self._previous = np.frombuffer(saved["previous"], "<f8").reshape(-1, 7).copy()
+        self._events = []
+        self._crowd = self._new_crowd()
+        self._crowd.load(saved["crowd"])
+
+    def _checked(self, snapshot: bytes) -> dict[str, Any]:
+        try:
+            saved = msgspec.msgpack.decode(snapshot, type=dict[str, Any])
+        except msgspec.MsgspecError as error:
+            raise RecordError(f"the snapshot is not one: {error}", field="snapshot") from error
+        mine = {
+            "physics_version": PHYSICS_VERSION,
+            "board_digest": self.board.digest,
+            "solver": self.solver.encoded(),
+            "dt": self.dt,
+        }
+        for name, value in mine.items():
+            if saved.get(name) != value:
+                raise RecordError(f"the snapshot is of a world with another {name}", field=name)
+        return saved
+
+    def digest(self) -> str:
+        """SHA-256 of the snapshot, 64 hex digits: equal worlds have equal digests."""
+        return hashlib.sha256(self.snapshot()).hexdigest()
+
+
+def _wide(seed: int | None) -> str | None:
+    return None if seed is None else str(seed)

@@ -1,0 +1,420 @@
+"""The command line: what it prints is what the engine computes, and bad input is one line."""
+
+import gc
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from app.cli import main
+from app.cli.common import garbage_waits
+from engine import Board, drop, drop_many, preset_names
+from engine.board.presets import TUNING, Tuning
+from engine.drops.calibrate import UNSEEN, fit_of
+
+BOARD = {
+    "name": "my board",
+    "width": 4.0,
+    "height": 3.0,
+    "pegs": [{"x": 0.0, "y": 1.0, "radius": 0.05}],
+    "walls": [
+        {"x1": -1.5, "y1": -1.0, "x2": -1.5, "y2": 3.0},
+        {"x1": 1.5, "y1": -1.0, "x2": 1.5, "y2": 3.0},
+    ],
+    "bins": {"y": 2.5, "edges": [-1.5, 0.0, 1.5], "multipliers": [1.0, 2.0]},
+    "drop": {"x": 0.0, "y": 0.0, "jitter": 0.5},
+}
+
+
+class Terminal:
+    """Runs commands in this process and keeps what they print."""
+
+    def __init__(self, capture: pytest.CaptureFixture[str]) -> None:
+        self._capture = capture
+
+    def run(self, *arguments: object) -> str:
+        """Standard output of a command that must succeed without a word on stderr."""
+        code, out, err = self.try_run(*arguments)
+        assert (code, err) == (0, "")
+        return out
+
+    def try_run(self, *arguments: object) -> tuple[int, str, str]:
+        code = main([str(argument) for argument in arguments])
+        out, err = self._capture.readouterr()
+        return code, out, err
+
+    def json(self, *arguments: object) -> Any:
+        out = self.run(*arguments, "--json")
+        assert out.count("\n") == 1
+        return json.loads(out)
+
+
+@pytest.fixture
+def plinko(capsys: pytest.CaptureFixture[str]) -> Terminal:
+    return Terminal(capsys)
+
+
+@pytest.fixture
+def board_file(tmp_path: Path) -> Path:
+    path = tmp_path / "board.json"
+    path.write_text(json.dumps(BOARD))
+    return path
+
+
+# drop
+
+
+@pytest.mark.parametrize("seed", [0, 42, 2**64 - 1])
+def test_drop_prints_the_engines_drop(plinko: Terminal, seed: int) -> None:
+    d = drop(Board.preset("triangle-8"), seed)
+    lines = dict(
+        line.split(maxsplit=1)
+        for line in plinko.run("drop", "triangle-8", "--seed", seed).splitlines()
+    )
+    assert lines["digest"] == d.digest
+    assert lines["bin"] == f"{d.bin} of 0 to 8"
+    assert lines["score"] == f"{d.score:g}"
+    assert lines["seed"] == str(seed)
+    assert lines["impacts"].startswith(f"{len(d.impacts)} (")
+    assert f"{d.duration:.6f} s" in lines["end"]
+
+
+def test_the_json_of_a_drop_keeps_every_bit(plinko: Terminal) -> None:
+    d = drop(Board.preset("triangle-8"), 42)
+    record = plinko.json("drop", "triangle-8", "--seed", 42)
+    assert record == d.record()
+    assert [tuple(row) for row in record["impacts"]] == d.impacts.tolist()
+    assert record["seed"] == "42"
+
+
+def test_a_drop_says_how_sure_it_is_when_asked(plinko: Terminal) -> None:
+    d = drop(Board.preset("triangle-8"), 42)
+    shown = plinko.run("drop", "triangle-8", "--seed", 42, "--certainty")
+    assert f"{d.amplification:.1e} m per metre" in shown
+    record = plinko.json("drop", "triangle-8", "--seed", 42, "--certainty")
+    assert record == d.record(certainty=True)
+    assert record["certain"] is True
+
+
+def test_an_explicit_start_and_a_solver_are_passed_on(plinko: Terminal) -> None:
+    record = plinko.json(
+        "drop", "triangle-8", "--seed", 1, "--x", -0.0625,
+        "--solver", "stepped", "--dt", "1/240", "--substeps", 2, "--correction", 0.4,
+    )  # fmt: skip
+    wanted = drop(
+        Board.preset("triangle-8"),
+        1,
+        x=-0.0625,
+        solver="stepped",
+        dt=1 / 240,
+        substeps=2,
+        correction=0.4,
+    )
+    assert record["digest"] == wanted.digest
+    assert record["x"] == -0.0625
+    assert record["dt"] == 1 / 240
+
+
+def test_a_board_may_be_a_file(plinko: Terminal, board_file: Path) -> None:
+    record = plinko.json("drop", board_file, "--seed", 5)
+    assert record["board"]["name"] == "my board"
+    assert record["digest"] == drop(Board.from_json(BOARD), 5).digest
+
+
+# simulate
+
+
+def test_simulate_counts_what_drop_many_computes(plinko: Terminal) -> None:
+    report = plinko.json("simulate", "triangle-8", "--drops", 300, "--seed", 10)
+    many = drop_many(Board.preset("triangle-8"), range(10, 310))
+    assert list(report) == [
+        "board_digest", "drops", "histogram", "unsettled", "mean_duration", "mean_impacts",
+        "seconds", "drops_per_second", "digest",
+    ]  # fmt: skip
+    assert report["board_digest"] == many.board.digest
+    assert report["drops"] == 300
+    assert report["histogram"] == many.histogram.tolist()
+    assert report["unsettled"] == many.unsettled
+    assert report["mean_duration"] == pytest.approx(many.duration.mean(), rel=1e-14)
+    assert report["mean_impacts"] == many.impact_count.mean()
+    assert report["drops_per_second"] == pytest.approx(300 / report["seconds"])
+    assert report["digest"] == many.digest
+
+
+def test_the_digest_of_a_simulation_does_not_depend_on_how_it_is_cut(
+    plinko: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arguments = ("simulate", "triangle-8", "--drops", 100)
+    whole = plinko.json(*arguments)
+    monkeypatch.setattr("app.cli.simulate.CHUNK", 7)
+    cut = plinko.json(*arguments, "--threads", 1)
+    exact = ("histogram", "unsettled", "mean_impacts", "digest")
+    assert {key: cut[key] for key in exact} == {key: whole[key] for key in exact}
+    assert cut["mean_duration"] == pytest.approx(whole["mean_duration"], rel=1e-14)
+
+
+def test_simulate_reaches_the_last_seed(plinko: Terminal) -> None:
+    last = 2**64 - 1
+    report = plinko.json("simulate", "triangle-8", "--drops", 2, "--seed", last - 1)
+    assert report["digest"] == drop_many(Board.preset("triangle-8"), [last - 1, last]).digest
+
+
+def test_simulate_prints_a_table_with_the_return(plinko: Terminal) -> None:
+    many = drop_many(Board.preset("triangle-8"), range(200))
+    out = plinko.run("simulate", "triangle-8", "--drops", 200)
+    rows = [line.split() for line in out.split("\n\n")[0].splitlines()[1:]]
+    assert [int(row[2]) for row in rows] == many.histogram.tolist()
+    assert f"{many.scores.mean():.3%}" in out
+    assert many.digest in out
+
+
+# verify
+
+
+def saved(plinko: Terminal, path: Path, **changes: object) -> Path:
+    record = plinko.json("drop", "triangle-8", "--seed", 3)
+    path.write_text(json.dumps(record | changes))
+    return path
+
+
+def test_a_record_is_reproduced(plinko: Terminal, tmp_path: Path) -> None:
+    out = plinko.run("verify", saved(plinko, tmp_path / "drop.json"))
+    assert out == f"reproduced: {drop(Board.preset('triangle-8'), 3).digest}\n"
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("bin", 99), ("score", 2.5), ("x_end", 0.125), ("seed", "4"), ("digest", "0" * 64),
+        ("physics_version", 0), ("board_digest", "f" * 64), ("impacts", []),
+    ],
+)  # fmt: skip
+def test_a_changed_record_is_not_and_the_field_is_named(
+    plinko: Terminal, tmp_path: Path, field: str, value: object
+) -> None:
+    path = saved(plinko, tmp_path / "drop.json", **{field: value})
+    code, out, err = plinko.try_run("verify", path)
+    assert (code, err) == (1, "")
+    assert out.startswith("not reproduced: ")
+    # Another seed is another drop: the first thing in which that differs is named.
+    assert f"{field} differs" in out or field == "seed"
+
+
+# boards
+
+
+def test_boards_lists_every_preset(plinko: Terminal) -> None:
+    rows = [line.split() for line in plinko.run("boards").splitlines()[1:]]
+    assert [row[0] for row in rows] == list(preset_names())
+    assert all(Board.preset(row[0]).digest.startswith(row[-1]) for row in rows)
+
+
+def test_a_printed_board_is_the_board(plinko: Terminal, tmp_path: Path) -> None:
+    path = tmp_path / "copy.json"
+    path.write_text(plinko.run("boards", "triangle-9"))
+    assert Board.from_json(path) == Board.preset("triangle-9")
+    assert plinko.json("drop", path, "--seed", 1)["board"] == "triangle-9"
+
+
+# calibrate
+
+
+def test_calibrate_searches_and_looks_again_with_new_seeds(plinko: Terminal) -> None:
+    out = plinko.run(
+        "calibrate", "--rows", 8, "--trials", 4, "--drops", 32, "--check", 100, "--json"
+    )
+    lines = [json.loads(line) for line in out.splitlines()]
+    assert [line["what"] for line in lines] == ["better"] * (len(lines) - 1) + ["check"]
+    *_, last, check = lines
+    assert check["drops"] == 100
+    assert {name: check[name] for name in Tuning._fields} == {
+        name: last[name] for name in Tuning._fields
+    }
+
+
+def test_calibrate_measures_a_preset_as_it_is(plinko: Terminal) -> None:
+    out = plinko.run("calibrate", "--rows", 12, "--preset", "--drops", 50, "--json")
+    check = json.loads(out)
+    assert {name: check[name] for name in Tuning._fields} == TUNING["triangle-12"]._asdict()
+    batch = drop_many(Board.preset("triangle-12"), range(UNSEEN, UNSEEN + 50))
+    assert check["mean_duration"] == batch.duration.mean()
+    assert check["distance"] == fit_of(batch, TUNING["triangle-12"]).distance
+
+
+# render
+
+
+def test_render_writes_a_picture(plinko: Terminal, tmp_path: Path) -> None:
+    path = tmp_path / "drop.PNG"
+    out = plinko.run("render", "triangle-8", path, "--seed", 3, "--width", 300)
+    assert out == f"{path}: {path.stat().st_size:,} bytes\n"
+    with Image.open(path) as picture:
+        assert (picture.format, picture.width) == ("PNG", 300)
+
+
+def test_render_writes_a_moment_as_a_still(plinko: Terminal, tmp_path: Path) -> None:
+    pictures = {}
+    for suffix, name in (("png", "PNG"), ("jpg", "JPEG"), ("webp", "WEBP")):
+        for at in (1.0, 2.0):
+            path = tmp_path / f"{at}.{suffix}"
+            plinko.run("render", "triangle-8", path, "--seed", 3, "--at", at, "--width", 300)
+            with Image.open(path) as picture:
+                assert (picture.format, getattr(picture, "n_frames", 1)) == (name, 1)
+                pictures[suffix, at] = picture.convert("RGB").tobytes()
+    assert len(set(pictures.values())) == 6
+
+
+def test_render_draws_many_drops(plinko: Terminal, tmp_path: Path, board_file: Path) -> None:
+    from app.render import contact_sheet, density_picture, histogram_picture
+
+    board = Board.preset("triangle-8")
+    path = tmp_path / "many.png"
+    plinko.run("render", "triangle-8", path, "--sheet", 4, "--seed", 7, "--columns", 4)
+    assert path.read_bytes() == contact_sheet(board, range(7, 11), columns=4)
+    plinko.run("render", "triangle-8", path, "--density", 50, "--width", 300, "--theme", "dark")
+    assert path.read_bytes() == density_picture(board, range(50), width=300, theme="dark")
+    counts = drop_many(board, range(50), solver="stepped").histogram
+    plinko.run("render", "triangle-8", path, "--histogram", 50, "--solver", "stepped")
+    assert path.read_bytes() == histogram_picture(board, counts)
+    jpg = tmp_path / "many.jpg"
+    plinko.run("render", board_file, jpg, "--sheet", 2)
+    with Image.open(jpg) as picture:
+        assert picture.format == "JPEG"
+
+
+@pytest.mark.parametrize("suffix", ["gif", "webp", "apng"])
+def test_render_writes_an_animation(
+    plinko: Terminal, tmp_path: Path, board_file: Path, suffix: str
+) -> None:
+    path = tmp_path / f"drop.{suffix}"
+    plinko.run("render", board_file, "--seed", 3, path, "--width", 240, "--fps", 10)
+    duration = drop(Board.from_json(BOARD), 3).duration
+    with Image.open(path) as picture:
+        assert picture.format == ("PNG" if suffix == "apng" else suffix.upper())
+        assert getattr(picture, "n_frames", 1) == int(duration * 10) + 2
+
+
+# errors
+
+STEPPED = ("drop", "triangle-8", "--seed", "1", "--solver", "stepped")
+BAD = [
+    # arguments, what the message must name
+    (("drop", "triangle-8", "--seed", "-1"), "'-1'"),
+    (("drop", "triangle-8", "--seed", 2**64), str(2**64)),
+    (("drop", "triangle-8", "--seed", "abc"), "'abc'"),
+    (("drop", "triangle-8", "--seed", "1.5"), "'1.5'"),
+    (("drop", "triangle-8", "--seed", ""), "''"),
+    (("drop", "triangle-8"), "--seed"),
+    (("drop", "triangle-8", "--seed", "1", "--x", "nan"), "nan"),
+    (("drop", "triangle-8", "--seed", "1", "--x", "inf"), "inf"),
+    (("drop", "triangle-8", "--seed", "1", "--x", "-99"), "-99"),
+    (("drop", "triangle-8", "--seed", "1", "--x", "left"), "'left'"),
+    (("drop", "triangle-8", "--seed", "1", "--dt", "0.25"), "--dt 0.25"),
+    (("drop", "triangle-8", "--seed", "1", "--substeps", "4"), "--substeps 4"),
+    (("drop", "triangle-8", "--seed", "1", "--solver", "magic"), "'magic'"),
+    ((*STEPPED, "--dt", "1/0"), "'1/0'"),
+    ((*STEPPED, "--dt", "soon"), "'soon'"),
+    ((*STEPPED, "--dt", "-1"), "-1"),
+    ((*STEPPED, "--dt", "nan"), "nan"),
+    ((*STEPPED, "--substeps", "0"), "substeps 0"),
+    (("drop", "triangle-99", "--seed", "1"), "'triangle-99'"),
+    (("drop", "", "--seed", "1"), "''"),
+    (("drop", "{tmp}", "--seed", "1"), "{tmp}"),
+    (("drop", "{tmp}/broken.json", "--seed", "1"), "JSON"),
+    (("drop", "{tmp}/deep.json", "--seed", "1"), "deep"),
+    (("drop", "{tmp}/binary.json", "--seed", "1"), "binary.json"),
+    (("drop", "{tmp}/narrow.json", "--seed", "1"), "cannot pass"),
+    (("drop", "triangle-8", "--seed", "1", "--bogus"), "--bogus"),
+    (("drop", "triangle-8", "more", "--seed", "1"), "more"),
+    (("simulate", "triangle-8", "--drops", "0"), "0"),
+    (("simulate", "triangle-8", "--drops", "2", "--seed", 2**64 - 1), str(2**64)),
+    (("simulate", "triangle-8", "--drops", "many"), "'many'"),
+    (("simulate", "triangle-8", "--drops", "2", "--threads", "0"), "0"),
+    (("render", "triangle-8", "--seed", "1", "{tmp}/drop.bmp"), "drop.bmp"),
+    (("render", "triangle-8", "--seed", "1", "{tmp}/none/drop.png"), "none"),
+    (("render", "triangle-8", "--seed", "1", "{tmp}/drop.png", "--width", "9"), "width 9"),
+    (("render", "triangle-8", "--seed", "1", "{tmp}/drop.gif", "--fps", "0"), "fps 0"),
+    (("render", "triangle-8", "--seed", "1", "{tmp}/drop.gif", "--at", "1"), "drop.gif"),
+    (("render", "triangle-8", "--seed", "1", "{tmp}/drop.png", "--at", "-1"), "-1"),
+    (("render", "triangle-8", "--seed", "1", "{tmp}/drop.png", "--theme", "pink"), "'pink'"),
+    (("render", "triangle-8", "{tmp}/drop.png"), "--seed"),
+    (("render", "triangle-8", "{tmp}/drop.gif", "--sheet", "4"), "drop.gif"),
+    (("render", "triangle-8", "{tmp}/a.png", "--sheet", "0"), "--sheet 0"),
+    (("render", "triangle-8", "{tmp}/a.png", "--sheet", "999"), "999"),
+    (("render", "triangle-8", "{tmp}/a.png", "--density", "-3"), "--density -3"),
+    (("render", "triangle-8", "{tmp}/a.png", "--density", "2", "--sheet", "4"), "--sheet 4"),
+    (("render", "triangle-8", "{tmp}/a.png", "--density", "2", "--at", "1"), "--at 1"),
+    (("render", "triangle-8", "{tmp}/a.png", "--density", "2", "--columns", "3"), "--columns 3"),
+    (("render", "triangle-8", "{tmp}/a.png", "--seed", "1", "--columns", "3"), "--columns 3"),
+    (("render", "triangle-8", "{tmp}/a.png", "--sheet", "2", "--solver", "stepped"), "stepped"),
+    (
+        ("render", "triangle-8", "{tmp}/a.png", "--histogram", "2", "--seed", 2**64 - 1),
+        str(2**64),
+    ),
+    (("verify", "{tmp}/none.json"), "none.json"),
+    (("verify", "{tmp}"), "{tmp}"),
+    (("verify", "{tmp}/broken.json"), "broken.json"),
+    (("verify", "{tmp}/deep.json"), "deep.json"),
+    (("verify", "{tmp}/binary.json"), "binary.json"),
+    (("verify", "{tmp}/list.json"), "[1, 2]"),
+    (("verify", "{tmp}/empty.json"), "'board'"),
+    (("boards", "nope"), "'nope'"),
+    (("serve", "--port", "99999"), "99999"),
+    (("serve", "--port", "x"), "'x'"),
+    (("serve", "--board", "nope"), "nope"),
+    (("frobnicate",), "'frobnicate'"),
+    (("--frob",), "--frob"),
+]
+
+
+@pytest.fixture
+def bad_files(tmp_path: Path) -> Path:
+    (tmp_path / "broken.json").write_text('{"name": "x"')
+    (tmp_path / "deep.json").write_text("[" * 100_000)
+    (tmp_path / "binary.json").write_bytes(b"\xff\xfe\x00")
+    (tmp_path / "list.json").write_text("[1, 2]")
+    (tmp_path / "empty.json").write_text("{}")
+    pegs = [{"x": x / 10, "y": 1.0, "radius": 0.03} for x in range(-15, 16)]
+    (tmp_path / "narrow.json").write_text(json.dumps(BOARD | {"pegs": pegs}))
+    return tmp_path
+
+
+@pytest.mark.parametrize(("arguments", "named"), BAD)
+def test_bad_input_is_one_line_that_names_it(
+    plinko: Terminal, bad_files: Path, arguments: tuple[str, ...], named: str
+) -> None:
+    filled = [str(argument).replace("{tmp}", str(bad_files)) for argument in arguments]
+    code, out, err = plinko.try_run(*filled)
+    assert (code, out) == (2, "")
+    assert err.startswith("plinko: ")
+    assert err.count("\n") == 1
+    assert named.replace("{tmp}", str(bad_files)) in err
+
+
+def test_help_names_every_command(plinko: Terminal) -> None:
+    from app.cli import COMMANDS
+
+    for arguments in ((), ("--help",), ("-h",)):
+        out = plinko.run(*arguments)
+        assert all(f"  {name} " in out for name in COMMANDS)
+    for name in COMMANDS:
+        assert f"Usage: plinko {name}" in plinko.run(name, "--help")
+
+
+def test_every_setting_is_a_flag_of_serve(plinko: Terminal) -> None:
+    from app.settings import options
+
+    out = plinko.run("serve", "--help")
+    assert all(f"  {row.flag} " in out for row in options())
+
+
+def test_garbage_waits_while_a_short_command_runs_and_no_longer(plinko: Terminal) -> None:
+    assert gc.isenabled()
+    assert garbage_waits()(gc.isenabled)() is False
+    assert gc.isenabled()
+    plinko.run("drop", "triangle-8", "--seed", 1)
+    assert gc.isenabled()
+    assert plinko.try_run("drop", "triangle-8", "--seed", -1)[0] == 2
+    assert gc.isenabled()

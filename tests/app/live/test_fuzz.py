@@ -1,0 +1,174 @@
+"""Malformed input, however much of it: no failure, no crash, no growth."""
+
+import asyncio
+import base64
+import itertools
+import os
+import urllib.request
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, given, settings
+from schemathesis import GenerationMode
+from schemathesis.checks import not_a_server_error
+from schemathesis.core.failures import Failure, FailureGroup
+from schemathesis.specs.openapi.checks import (
+    content_type_conformance,
+    response_schema_conformance,
+    status_code_conformance,
+)
+
+from app.main import COMPILING
+from benchmarks.serving.process import Served, can_watch, serving
+from tests.app.conftest import serving as serving_here
+from tests.app.live import garbled
+
+LONG = bool(os.environ.get("LONG"))
+"""Set by `make test-long`."""
+
+MESSAGES = 100_000 if LONG else 3_000
+EXAMPLES = 300 if LONG else 12
+"""Requests of each operation of the REST interface."""
+
+GROWTH = 8e6
+"""Bytes by which a server may grow between the first third of the messages and the last."""
+
+CHECKS = [
+    not_a_server_error,
+    status_code_conformance,
+    content_type_conformance,
+    response_schema_conformance,
+]
+
+OPTIONS = ("--message-rate", "1000000", "--drop-rate", "1000000", "--max-balls", "20")
+
+
+async def torment(server: Served, seed: int, count: int) -> Counter[str]:
+    """Send at least so many malformed messages, each batch over a connection of its own."""
+    host, _, port = server.address.removeprefix("http://").partition(":")
+    seen: Counter[str] = Counter()
+    for batch in garbled.batches(seed):
+        reader, writer = await asyncio.open_connection(host, int(port))
+        writer.write(
+            b"GET /ws/rooms/triangle-8 HTTP/1.1\r\nHost: h\r\nUpgrade: websocket\r\n"
+            b"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: "
+            + base64.b64encode(os.urandom(16))
+            + b"\r\n\r\n"
+        )
+        head = await reader.readuntil(b"\r\n\r\n")
+        seen[head.partition(b"\r\n")[0].decode()] += 1
+        # uvicorn throws away what comes in one piece with what breaks the rules: the last one waits
+        # until all before it were answered.
+        writer.writelines([*batch[:-1], garbled.framed(1, b'{"type":"ping","t":1}')])
+        if await swallow(reader, until=b'"type":"pong"'):
+            writer.write(batch[-1])
+            writer.write_eof()
+            await swallow(reader)
+        writer.close()
+        seen["messages"] += len(batch)
+        if seen["messages"] >= count:
+            break
+    return seen
+
+
+async def swallow(reader: asyncio.StreamReader, until: bytes = b"") -> bool:
+    """Read until these bytes came; False when the server ended the connection before."""
+    last = b""
+    try:
+        while data := await reader.read(65536):
+            last = last[-len(until) :] + data
+            if until and until in last:
+                return True
+    except ConnectionError:
+        pass  # it did not wait for what was still on its way
+    return False
+
+
+@pytest.mark.timeout(3600)
+@pytest.mark.skipif(not can_watch(), reason="memory is read from /proc")
+async def test_malformed_messages_neither_fail_nor_crash_nor_grow_the_server(
+    tmp_path: Path,
+) -> None:
+    with (tmp_path / "log").open("w+") as log, serving(OPTIONS, log=log) as server:
+        seen = await torment(server, 1, MESSAGES // 3)
+        early = server.resident
+        for seed in (2, 3):
+            seen += await torment(server, seed, MESSAGES // 3)
+        late = server.resident
+        assert set(seen) == {"messages", "HTTP/1.1 101 Switching Protocols"}
+        with urllib.request.urlopen(f"{server.address}/readyz") as answer:
+            assert answer.status == 200
+        for _ in range(100):
+            if not server.metrics()["plinko_clients"]:
+                break
+            await asyncio.sleep(0.1)
+        metrics = server.metrics()
+        assert metrics["plinko_clients"] == 0
+        told = sum(n for name, n in metrics.items() if name.startswith("plinko_errors_total"))
+        assert told > MESSAGES / 2, "the others broke the connection, or turned out well"
+        assert 'plinko_errors_total{code="server-error"}' not in metrics
+        log.seek(0)
+        assert log.read().replace(COMPILING, "").strip() == ""
+    assert late - early < GROWTH
+
+
+def test_garbled_messages_are_the_same_for_a_seed_and_of_every_kind() -> None:
+    one = [message for batch in itertools.islice(garbled.batches(5), 100) for message in batch]
+    two = [message for batch in itertools.islice(garbled.batches(5), 100) for message in batch]
+    assert one == two
+    assert len(set(one)) > 500
+    assert {message[0] & 0x0F for message in one} >= {0, 1, 2, 8}
+
+
+# The whole of the REST interface, from its own description.
+
+
+@pytest.mark.timeout(3600)
+def test_whatever_is_asked_the_answer_is_one_that_is_promised() -> None:
+    """Every operation of /openapi.json but those that never end, with values good and bad."""
+    failures = []
+    with serving_here(wait_limit=0.2, drop_rate=1e6, creator_rooms=10_000) as server:
+        schema = schemathesis.openapi.from_url(f"{server.url}/openapi.json")
+        operations: Any = schema.exclude(path_regex=r"mjpg").get_all_operations()
+        found = [result.ok() for result in operations]
+        for operation in found:
+            room = httpx.post(f"{server.url}/api/v1/rooms", json={"board": "triangle-8"}).json()
+            try:
+                ask(operation, room)
+            except (AssertionError, FailureGroup, Failure) as failure:
+                failures.append(f"{operation.label}: {failure}")
+        assert len(found) > 15
+        assert httpx.get(f"{server.url}/readyz").status_code == 200
+        assert 'code="server-error"' not in httpx.get(f"{server.url}/metrics").text
+    assert not failures, "\n\n".join(failures)
+
+
+def ask(operation: Any, room: dict[str, Any]) -> None:
+    """Ask for one operation in many ways; raises what is wrong with an answer.
+
+    Half of the requests are about things that there are, and come from the room's creator.
+    """
+    good = operation.as_strategy(generation_mode=GenerationMode.POSITIVE)
+    bad = operation.as_strategy(generation_mode=GenerationMode.NEGATIVE)
+    real = {"board": "triangle-8", "seed": "42", "room": room["id"]}
+
+    @given(case=good | bad if operation.path_parameters or operation.body else good, known=...)
+    @settings(
+        max_examples=EXAMPLES,
+        deadline=None,
+        derandomize=True,
+        database=None,
+        suppress_health_check=list(HealthCheck),
+    )
+    def answered(case: Any, known: bool) -> None:
+        headers = {}
+        if known:
+            case.path_parameters.update({k: v for k, v in real.items() if k in case.path})
+            headers = {"authorization": f"Bearer {room['token']}"}
+        case.call_and_validate(checks=CHECKS, timeout=60, headers=headers)
+
+    answered()

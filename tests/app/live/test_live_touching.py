@@ -1,0 +1,275 @@
+"""Rooms whose balls touch each other over a real server: REST, WebSocket, limits, who may what."""
+
+import json
+from typing import Any
+
+import httpx
+import pytest
+
+from app.rooms import log as roomlog
+from app.rooms.touching.room import ArenaRoom
+from tests.app.conftest import Player, Running, eventually, playing, serving
+
+
+async def opened(server: Running, **body: Any) -> dict[str, Any]:
+    async with httpx.AsyncClient(base_url=server.url) as http:
+        reply = await http.post("/api/v1/rooms", json=body)
+        assert reply.status_code == 201, reply.text
+        room: dict[str, Any] = reply.json()
+        return room
+
+
+async def mine(player: Player, room: dict[str, Any]) -> Player:
+    """Claim the room, as its creator does."""
+    await player.send(type="claim", token=room["token"])
+    await player.until("claimed")
+    return player
+
+
+async def picture(player: Player) -> Any:
+    """The next snapshot's balls."""
+    while True:
+        frame = await player.step()
+        if isinstance(frame, bytes):
+            return player.decode(frame).balls
+
+
+def test_scenes_are_listed_with_rooms_ranges_and_presets(http: httpx.Client) -> None:
+    listed = http.get("/api/v1/scenes").json()
+    assert {s["name"]: s["room"] for s in listed["scenes"]} == {
+        "sandbox": "sandbox",
+        "galton": "galton-pile",
+    }
+    assert listed["presets"]["gravity"]["Jupiter"] == 24.79
+    assert len(listed["presets"]["restitution"]) >= 6
+    assert listed["ranges"]["settings"]["damping"]["low"] == 0.9
+    names = [board["name"] for board in http.get("/api/v1/boards").json()["boards"]]
+    assert "sandbox" not in names, "a box has no bins and is no board"
+
+
+async def test_a_sandbox_of_ones_own_over_rest_and_played(server: Running) -> None:
+    room = await opened(
+        server, scene="sandbox", balls=20, seed="7", gravity="Mars", radii=[0.05, 0.1]
+    )
+    assert (room["mode"], room["solver"], room["owned"]) == ("scene", "stepped", True)
+    assert room["scene"]["gravity"] == 3.72
+    async with playing(server.socket(room["id"])) as player:
+        arena = player.hello["arena"]
+        assert player.hello["mode"] == "interacting"
+        assert player.hello["board"] is None
+        assert len(arena["balls"]["radius"]) == 20
+        assert all(0.05 <= radius <= 0.1 for radius in arena["balls"]["radius"])
+        balls = await picture(player)
+        assert len(balls) == 20, "a picture comes with the hello"
+        await mine(player, room)
+        await player.send(type="add", x=0.0, y=0.5, vx=5.0, vy=-1.0, radius=0.2, ref="throw")
+        placed = await player.until("placed", ref="throw")
+        assert placed["radius"] == 0.2
+        balls = await picture(player)
+        while placed["ball"] not in balls["id"]:
+            balls = await picture(player)
+        (thrown,) = balls[balls["id"] == placed["ball"]]
+        assert thrown["vx"] > 3.0
+        await player.send(type="remove", ball=placed["ball"])
+        await player.until("removed", balls=[placed["ball"]])
+
+
+async def test_only_the_creator_changes_a_room_and_everybody_a_public_one(server: Running) -> None:
+    room = await opened(server, scene="sandbox", balls=1)
+    async with playing(server.socket(room["id"])) as guest:
+        assert guest.hello["arena"]["owned"] is True
+        await guest.send(type="kick", ball=0, vx=1.0, ref=1)
+        refused = await guest.until("error", ref=1)
+        assert refused["code"] == "not-yours"
+        await guest.send(type="claim", token="x" * 43, ref=2)
+        assert (await guest.until("error", ref=2))["code"] == "not-yours"
+        assert room["token"] not in "".join(guest.texts)
+    async with playing(server.socket("sandbox")) as anyone:
+        assert anyone.hello["arena"]["owned"] is False
+        await anyone.send(type="add", x=0.0, y=1.0, ref=3)
+        await anyone.until("placed", ref=3)
+        await anyone.send(type="reset")
+        hello = await anyone.until("hello")
+        assert len(hello["arena"]["balls"]["ball"]) == hello["arena"]["scene"]["balls"]
+
+
+async def test_a_room_of_independent_balls_cannot_be_changed(server: Running) -> None:
+    async with playing(server.socket("main")) as player:
+        await player.send(type="add", x=0.0, y=1.0, ref=1)
+        refused = await player.until("error", ref=1)
+        assert "independent balls" in refused["detail"]
+
+
+async def test_an_interacting_table_has_the_events_of_any_table(server: Running) -> None:
+    async with playing(server.socket("interacting-triangle-8")) as player:
+        assert (player.hello["mode"], player.hello["solver"]) == ("interacting", "stepped")
+        assert player.hello["stream"] == "snapshots"
+        assert player.hello["board"]["name"] == "triangle-8"
+        for seed in range(6):
+            await player.send(type="drop", seed=seed, ref=seed)
+        while player.kinds().count("landed") < 6:  # two may land in one tick, and share a message
+            await player.step()
+        accepted = [event for event in player.events if event["type"] == "accepted"]
+        assert [event["seed"] for event in accepted] == [str(seed) for seed in range(6)]
+        landed = [event for event in player.events if event["type"] == "landed"]
+        assert {event["ball"] for event in landed} == {event["ball"] for event in accepted}
+        assert any(event["type"] == "contact" and event["kind"] == 0 for event in player.events)
+    async with httpx.AsyncClient(base_url=server.url) as http:
+        view = (await http.get("/api/v1/rooms/interacting-triangle-8")).json()
+        reply = await http.post(
+            "/api/v1/rooms/interacting-triangle-8/drops?wait=1", json={"seed": 3}, timeout=60
+        )
+    assert sum(view["stats"]["histogram"]) + view["stats"]["unsettled"] >= 6
+    assert reply.status_code == 200
+    assert reply.json()["landed"]["seed"] == "3"
+
+
+async def test_diagnostics_come_a_few_times_a_second_to_those_who_asked(
+    server: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    room = await opened(server, scene="sandbox", balls=10, restitution=0.9)
+    computed: list[int] = []
+    monkeypatch.setattr(ArenaRoom, "diagnostics", _counted(ArenaRoom.diagnostics, computed))
+    async with playing(server.socket(room["id"])) as one, playing(server.socket(room["id"])) as two:
+        for player in (one, two):
+            await mine(player, room)
+        await one.send(type="settings", gravity=9.0)
+        await one.until("settings")
+        for _ in range(30):
+            await picture(one)
+        assert computed == [], "nothing is computed when nobody asked"
+        await one.send(type="watch", diagnostics=True)
+        first = await one.until("diagnostics")
+        start = len(one.binaries)
+        for _ in range(4):
+            last = await one.until("diagnostics")
+        frames = len(one.binaries) - start
+        assert 24 <= frames <= 72, "about five times a second"
+        assert first["count"] == last["count"] == 10
+        assert last["total"] == pytest.approx(
+            last["kinetic"] + last["potential"] + last["rotational"]
+        )
+        assert last["total"] <= first["total"] + 1e-6
+        await one.send(type="watch", diagnostics=False)
+        await one.send(type="ping", t=1)
+        await one.until("pong")
+        asked = len(computed)
+        for _ in range(30):
+            await picture(one)
+        assert len(computed) == asked
+        assert "diagnostics" not in two.kinds()
+
+
+def _counted(method: Any, calls: list[int]) -> Any:
+    def counted(self: Any) -> Any:
+        calls.append(1)
+        return method(self)
+
+    return counted
+
+
+async def test_a_stopped_clock_shows_what_is_changed_and_sends_nothing_else(
+    server: Running,
+) -> None:
+    room = await opened(server, scene="sandbox", balls=4)
+    async with playing(server.socket(room["id"])) as player:
+        await mine(player, room)
+        await player.send(type="pause", paused=True)
+        told = await player.until("settings", paused=True)
+        await player.send(type="add", x=0.0, y=2.0, ref=1)
+        placed = await player.until("placed", ref=1)
+        balls = await picture(player)
+        while len(balls) < 5:
+            balls = await picture(player)
+        assert placed["tick"] == told["tick"], "the clock stands"
+        await eventually(lambda: room["id"] not in [r.id for r in server.services.rooms.awake])
+        sent = len(player.binaries)
+        await player.send(type="ping", t=1)
+        await player.until("pong")
+        assert len(player.binaries) == sent
+        await player.send(type="step")
+        await picture(player)
+        assert player.decode(player.binaries[-1]).tick == told["tick"] + 1
+
+
+async def test_a_hand_that_goes_away_lets_go(server: Running) -> None:
+    room = await opened(server, scene="sandbox", balls=1, seed="3")
+    live: Any = server.services.rooms.find(room["id"])
+    async with playing(server.socket(room["id"])) as player:
+        await mine(player, room)
+        await player.send(type="drag", ball=0, x=0.0, y=1.0)
+        await eventually(lambda: live.world.grips)
+    await eventually(lambda: not live.world.grips)
+
+
+async def test_the_log_of_a_played_room_verifies(server: Running) -> None:
+    room = await opened(server, scene="sandbox", balls=12, dt=1 / 120)
+    async with playing(server.socket(room["id"])) as player:
+        await mine(player, room)
+        await player.send(type="add", x=0.0, y=0.5, vx=3.0, ref=1)
+        ball = (await player.until("placed", ref=1))["ball"]
+        for step in range(10):
+            await player.send(type="drag", ball=ball, x=0.1 * step, y=1.0)
+            await picture(player)
+        await player.send(type="release", ball=ball)
+        await player.send(type="kick", ball=0, vx=2.0, vy=-4.0)
+        await player.send(type="settings", gravity="Jupiter", restitution=0.1)
+        await player.until("settings")
+        for _ in range(20):
+            await picture(player)
+    async with httpx.AsyncClient(base_url=server.url) as http:
+        text = (await http.get(f"/api/v1/rooms/{room['id']}/log")).text
+    log = json.loads(text)
+    assert {entry["input"]["type"] for entry in log["inputs"]} == {
+        "add", "drag", "release", "kick", "settings",
+    }  # fmt: skip
+    assert roomlog.verify_log(log).ok
+    bent = json.loads(text.replace('"vy":-4.0', '"vy":-4.5'))
+    assert roomlog.verify_log(bent).field == "world_digest"
+
+
+async def test_changes_too_fast_and_balls_too_many_are_refused() -> None:
+    with serving(change_rate=5.0, max_touching=3) as server:
+        async with playing(server.socket("interacting-triangle-8")) as player:
+            for ref in range(12):
+                await player.send(type="add", x=0.0, y=0.5 + 0.1 * ref, radius=0.02, ref=ref)
+            codes: list[str] = []
+            while len(codes) < 9:
+                codes.append((await player.until("error"))["code"])
+            assert set(codes) == {"too-many-balls", "rate-limited"}
+            while player.kinds().count("placed") < 3:
+                await player.step()
+            for ref in range(60):
+                await player.send(type="kick", ball=999, ref=ref)
+            await player.send(type="ping", t=1)
+            await player.until("pong")
+
+
+@pytest.mark.parametrize(
+    ("body", "field", "says"),
+    [
+        ({"scene": "moon"}, "scene", "'moon' is not one of: sandbox, galton"),
+        ({"scene": "sandbox", "balls": 100_000}, "balls", "not from 0 to 1000"),
+        ({"scene": "sandbox", "gravity": "Pluto"}, "gravity", "'Pluto'"),
+        ({"scene": "sandbox", "seed": -1}, "seed", "-1"),
+        ({"scene": "sandbox", "board": "classic"}, "board", "either a board or a scene"),
+        ({"board": "classic", "gravity": 3}, "gravity", "parameter of a scene"),
+        ({"scene": "galton", "radii": [0.1, 0.2]}, "scene", "'galton' has no 'radii'"),
+    ],
+)
+def test_a_scene_that_cannot_be_is_refused(
+    http: httpx.Client, body: dict[str, Any], field: str, says: str
+) -> None:
+    reply = http.post("/api/v1/rooms", json=body)
+    assert reply.status_code == 422
+    assert reply.json()["field"] == field
+    assert says in reply.json()["detail"]
+
+
+def test_another_board_for_a_scene_is_refused_in_words(http: httpx.Client) -> None:
+    room = http.post("/api/v1/rooms", json={"scene": "sandbox", "balls": 2}).json()
+    head = {"authorization": f"Bearer {room['token']}"}
+    reply = http.patch(f"/api/v1/rooms/{room['id']}", json={"board": "classic"}, headers=head)
+    assert reply.status_code == 422
+    assert "scene" in reply.json()["detail"]
+    assert http.post(f"/api/v1/rooms/{room['id']}/reset", headers=head).status_code == 200

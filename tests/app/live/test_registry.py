@@ -1,0 +1,123 @@
+"""The rooms together: one that fails takes nobody with it, and a wait never outlives its room."""
+
+import asyncio
+import logging
+from typing import Any
+
+import pytest
+
+from app.errors import AppError
+from app.live.hub import Client, Hub, Mailbox
+from app.live.registry import Rooms
+from app.protocol.wire import Frame
+from app.rooms.boards import Boards
+from app.settings import Settings
+from engine import Board, World, drop
+
+BOARD = Board.preset("triangle-8")
+
+
+def rooms(**settings: Any) -> Rooms:
+    return Rooms(Settings(**settings), Boards(8), Hub(8), BOARD)
+
+
+async def finish(held: Rooms) -> None:
+    """Tick as fast as the machine can, with no clock, until nothing moves."""
+    while held._tick(1):
+        await asyncio.sleep(0)
+
+
+class Watcher:
+    """A client that keeps what it is sent."""
+
+    def __init__(self) -> None:
+        self.frames: list[Frame] = []
+        self.client = Client(0, self, Mailbox(256, 1 << 20), 60.0)
+
+    def write(self, wire: bytes) -> bool:
+        return False
+
+    async def send(self, frame: Frame) -> None:
+        self.frames.append(frame)
+
+
+async def test_a_drop_without_a_seed_gets_the_one_drawn() -> None:
+    held = Rooms(Settings(), Boards(8), Hub(8), BOARD, draw=lambda: 42)
+    accepted = await held.drop(held.find("main"), None, None)
+    assert accepted.seed == "42"
+
+
+async def test_waiting_for_a_landing_gives_the_drops_own_end() -> None:
+    held = rooms()
+    room = held.find("main")
+    accepted = await held.drop(room, 42, None)
+    waits = [asyncio.create_task(held.landing(room, accepted.ball, 60.0)) for _ in range(2)]
+    await asyncio.sleep(0)
+    await finish(held)
+    for landed in await asyncio.gather(*waits):
+        assert landed is not None
+        assert landed.digest == drop(BOARD, 42).digest
+    assert not held._waiting
+
+
+async def test_a_wait_that_takes_too_long_gives_up_and_leaves_nothing_behind() -> None:
+    held = rooms()
+    room = held.find("main")
+    accepted = await held.drop(room, 42, None)
+    assert await held.landing(room, accepted.ball, 0.01) is None
+    assert not held._waiting
+    await finish(held)
+
+
+async def test_nothing_is_encoded_when_nobody_watches(monkeypatch: pytest.MonkeyPatch) -> None:
+    held = rooms()
+
+    def forbidden(*_: object) -> bytes:
+        raise AssertionError("a frame was encoded for nobody")
+
+    monkeypatch.setattr("app.protocol.messages.encode_snapshot", forbidden)
+    monkeypatch.setattr("app.protocol.messages.encode_events", forbidden)
+    monkeypatch.setattr("app.protocol.messages.encode_event", forbidden)
+    await held.drop(held.find("main"), 1, None)
+    await finish(held)
+    assert held.find("main").stats().drops == 1
+
+
+async def test_a_room_that_fails_is_closed_and_the_others_go_on(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    held = rooms()
+    broken, sound = held.find("triangle-8"), held.find("triangle-9")
+    watcher = Watcher()
+    held.enter(broken, watcher.client)
+    writer = asyncio.create_task(watcher.client.run())
+    lost = await held.drop(broken, 42, None)
+    kept = await held.drop(sound, 42, None)
+    waits = [
+        asyncio.create_task(held.landing(room, ball.ball, 60.0))
+        for room, ball in ((broken, lost), (sound, kept))
+    ]
+    await asyncio.sleep(0)
+
+    step = World.step
+
+    def fail(world: World) -> None:
+        if world is broken.world:
+            raise ZeroDivisionError("a bug")
+        step(world)
+
+    monkeypatch.setattr(World, "step", fail)
+    with caplog.at_level(logging.ERROR):
+        await finish(held)
+    (line,) = caplog.records
+    assert vars(line)["room"] == "triangle-8"
+    assert "ZeroDivisionError" in caplog.text
+    with pytest.raises(AppError, match="failed and was closed"):
+        await writer
+    with pytest.raises(AppError, match="failed and was closed"):
+        await waits[0]
+    landed = await waits[1]
+    assert landed is not None
+    assert isinstance(sound.board, Board)
+    assert landed.digest == drop(sound.board, 42).digest
+    assert held.find("triangle-8") is not broken, "asked for again, it opens afresh"

@@ -1,0 +1,112 @@
+"""A server used for long, by players who come and go: its memory stays what it was.
+
+`make test-long` makes it ten minutes and a verdict; a few seconds show that it runs at all.
+"""
+
+import asyncio
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.load.client import room_url
+from app.load.generator import Load
+from app.main import COMPILING
+from benchmarks.serving.process import Served, can_watch, serving
+
+LONG = bool(os.environ.get("LONG"))
+"""Set by `make test-long`."""
+
+SECONDS = 600.0 if LONG else 8.0
+WAVE = 4.0  # s; then everybody leaves and others come
+CLIENTS = 20
+CREEP = 1e5
+"""Bytes a minute by which memory may grow in the second half of the time.
+
+The players drop some 1,100 balls a minute and come 260 times: a hundred bytes lost with each ball,
+or four hundred with each connection, would be more. The first half is left out, since caches fill
+in it: the database's pages, the pool's arenas, the events kept for those who come back.
+"""
+
+ROOMS = ("main", "triangle-8", "classic")
+
+
+async def soak(server: Served, seconds: float) -> list[tuple[float, float]]:
+    """Waves of clients of both streams in several rooms; time in s and resident bytes on the way.
+
+    In each wave one room has viewers of both, one of snapshots and one of segments alone.
+    """
+    memory = []
+    end = time.monotonic() + seconds
+    wave = 0
+    while time.monotonic() < end:
+        loads = [
+            Load(room_url(server.address, room, stream), CLIENTS // 4, stream, drops=5.0)
+            for stream, room in (
+                ("snapshots", ROOMS[wave % 3]),
+                ("segments", ROOMS[wave % 3]),
+                ("snapshots", ROOMS[(wave + 1) % 3]),
+                ("segments", ROOMS[(wave + 2) % 3]),
+            )
+        ]
+        reports = await asyncio.gather(*(load.run(WAVE) for load in loads))
+        for report in reports:
+            assert report.connected == CLIENTS // 4
+            assert report.frames > 0
+            assert not report.closed
+            assert not report.errors
+        memory.append((time.monotonic(), server.resident))
+        wave += 1
+    return memory
+
+
+def creep(memory: list[tuple[float, float]]) -> float:
+    """By how much the second half of the samples grows, bytes a minute.
+
+    The median of the slopes between all pairs (Theil and Sen): no single sample moves it.
+    """
+    times, sizes = np.array(memory[len(memory) // 2 :]).T
+    one, two = np.triu_indices(len(times), 1)
+    return 60.0 * float(np.median((sizes[two] - sizes[one]) / (times[two] - times[one])))
+
+
+def test_creep_is_the_slope_whatever_single_samples_say() -> None:
+    chance = np.random.default_rng(1)
+    times = np.arange(0.0, 600.0, 4.0)
+    sizes = 2e8 + 5e5 / 60.0 * times + chance.normal(0.0, 1e5, len(times))
+    sizes[100] += 5e7
+    assert creep(list(zip(times, sizes, strict=True))) == pytest.approx(5e5, rel=0.1)
+    caches = 2e8 + 1e7 * np.minimum(times, 200.0)
+    assert creep(list(zip(times, caches, strict=True))) == 0.0
+
+
+@pytest.mark.timeout(3 * SECONDS + 600.0)
+@pytest.mark.skipif(not can_watch(), reason="memory is read from /proc")
+async def test_a_server_in_use_keeps_its_size(tmp_path: Path) -> None:
+    # On disk, as a server that is used has it: a ledger in memory grows with every drop.
+    ledger = f"sqlite:///{tmp_path / 'plinko.db'}"
+    options = ["--drop-rate", "100", "--database-url", ledger]
+    with (tmp_path / "log").open("w+") as log, serving(options, log=log) as server:
+        memory = await soak(server, SECONDS)
+        for _ in range(100):
+            if not server.metrics()["plinko_clients"]:
+                break
+            await asyncio.sleep(0.1)
+        metrics = server.metrics()
+        assert metrics["plinko_clients"] == 0
+        assert metrics["plinko_clients_too_slow_total"] == 0
+        assert metrics["plinko_drops_total"] > len(memory) * WAVE
+        log.seek(0)
+        assert log.read().replace(COMPILING, "").strip() == ""
+    if LONG:
+        slope = creep(memory)
+        sizes = [round(size / 1e6, 1) for _, size in memory]
+        verdict = "flat" if slope < CREEP else "growing"
+        print(  # noqa: T201 - the verdict
+            f"\nmemory is {verdict}: {slope / 1e3:+.0f} kB a minute in the second half of "
+            f"{SECONDS:.0f} s, less than {CREEP / 1e3:.0f} allowed; {sizes[0]} MB at first, "
+            f"{sizes[-1]} MB at last"
+        )
+        assert slope < CREEP, sizes

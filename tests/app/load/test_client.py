@@ -1,0 +1,212 @@
+"""The Python client: any split of the bytes, the server's clock, and what a load counts."""
+
+import asyncio
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from websockets.frames import Frame as ReferenceFrame
+from websockets.frames import Opcode
+from websockets.protocol import State
+from websockets.server import ServerProtocol
+
+from app import cli
+from app.errors import InvalidValueError, MalformedError
+from app.load import client
+from app.load.client import Clock, FrameReader, RefusedError, RoomClient, connect, room_url
+from app.load.generator import Load
+from tests.app.conftest import Running, serving
+
+control = st.sampled_from([Opcode.CLOSE, Opcode.PING, Opcode.PONG])
+content = st.sampled_from([Opcode.TEXT, Opcode.BINARY])
+frames = st.lists(
+    st.tuples(control, st.binary(max_size=125)) | st.tuples(content, st.binary(max_size=200)),
+    max_size=5,
+)
+
+
+@given(frames, st.lists(st.integers(1, 300), max_size=20))
+def test_frames_are_read_however_the_bytes_are_split(
+    sent: list[tuple[Opcode, bytes]], cuts: list[int]
+) -> None:
+    data = b"".join(ReferenceFrame(opcode, body).serialize(mask=False) for opcode, body in sent)
+    reader = FrameReader()
+    read: list[tuple[int, bytes]] = []
+    for cut in [*cuts, len(data)]:
+        read += reader.feed(data[:cut])
+        data = data[cut:]
+    assert read == [(int(opcode), body) for opcode, body in sent]
+
+
+def test_frames_are_read_byte_by_byte() -> None:
+    data = b"".join(
+        ReferenceFrame(Opcode.BINARY, bytes(size)).serialize(mask=False)
+        for size in (0, 126, 70_000)
+    )
+    reader = FrameReader()
+    read = [item for byte in data for item in reader.feed(bytes([byte]))]
+    assert [len(body) for _, body in read] == [0, 126, 70_000]
+
+
+@pytest.mark.parametrize("data", [b"\x01\x00", b"\x82\x81"], ids=["fragment", "mask"])
+def test_a_frame_that_this_server_never_sends_is_refused(data: bytes) -> None:
+    with pytest.raises(MalformedError):
+        list(FrameReader().feed(data))
+
+
+@given(st.binary(max_size=300))
+def test_what_the_client_sends_is_what_a_server_reads(payload: bytes) -> None:
+    server = ServerProtocol(state=State.OPEN)
+    server.receive_data(client.frame(0x2, payload))
+    (read,) = server.events_received()
+    assert isinstance(read, ReferenceFrame)
+    assert (read.opcode, bytes(read.data)) == (Opcode.BINARY, payload)
+
+
+@pytest.mark.parametrize(
+    ("given_url", "whole"),
+    [
+        ("http://127.0.0.1:8000", "ws://127.0.0.1:8000/ws/rooms/main?stream=segments"),
+        ("127.0.0.1:8000/", "ws://127.0.0.1:8000/ws/rooms/main?stream=segments"),
+        ("https://h/plinko/", "wss://h/plinko/ws/rooms/main?stream=segments"),
+        ("ws://h/ws/rooms/classic", "ws://h/ws/rooms/classic?stream=segments"),
+    ],
+)
+def test_a_servers_address_leads_to_its_room(given_url: str, whole: str) -> None:
+    assert room_url(given_url, "main", "segments") == whole
+
+
+@pytest.mark.parametrize("bad", ["ftp://h", "http://", ""])
+def test_what_is_no_address_is_named(bad: str) -> None:
+    with pytest.raises(InvalidValueError, match="is not an address"):
+        room_url(bad, "main", "snapshots")
+
+
+def pong(sent: float, ahead: float, there: float, tick: int, late: float) -> dict[str, Any]:
+    """Of a room whose tick k is due at server time 500 + k / 60."""
+    made = 500.0 + tick / 60.0 + late
+    return {"t": sent, "server_time": sent + there + ahead, "tick": tick, "tick_time": made}
+
+
+def test_the_clock_follows_the_quickest_pong_and_the_least_late_tick() -> None:
+    clock = Clock(60.0)
+    assert not clock.known
+    clock.observe(pong(10.0, 490.0, 0.010, 0, 0.005), 10.050)  # slow on its way back
+    clock.observe(pong(10.2, 490.0, 0.001, 12, 0.0), 10.202)
+    clock.observe(pong(10.4, 490.0, 0.030, 24, 0.004), 10.440)
+    assert clock.offset == pytest.approx(490.0)
+    assert clock.trip == pytest.approx(0.002)
+    assert clock.due(60) == pytest.approx(11.0)
+
+
+def test_the_clock_drifts_with_the_servers_and_forgets_what_was_before_a_sleep() -> None:
+    clock = Clock(60.0, kept=5)
+    for k in range(100):
+        ahead = 490.0 + 1e-4 * k
+        clock.observe(pong(10.0 + k, ahead, 0.001, 60 * k, 0.0), 10.002 + k)
+    assert clock.offset == pytest.approx(490.0 + 1e-4 * 97, abs=3e-4)
+    late = pong(200.0, 490.01, 0.001, 6000, 100.0)  # it slept for 100 s
+    clock.observe(late, 200.002)
+    assert clock.due(6000) == pytest.approx(late["tick_time"] - 490.01, abs=1e-3)
+
+
+class Ears:
+    """A listener that keeps everything."""
+
+    def __init__(self) -> None:
+        self.events: list[dict[str, Any]] = []
+        self.pictures: list[bytes] = []
+        self.end: asyncio.Future[tuple[int, str]] = asyncio.get_running_loop().create_future()
+
+    def event(self, client: RoomClient, event: dict[str, Any], now: float) -> None:
+        self.events.append(event)
+
+    def picture(self, client: RoomClient, data: bytes, now: float) -> None:
+        self.pictures.append(data)
+
+    def closed(self, client: RoomClient, code: int, reason: str) -> None:
+        self.end.set_result((code, reason))
+
+
+async def test_it_joins_plays_and_leaves(server: Running) -> None:
+    ears = Ears()
+    joined = await connect(room_url(server.url, "triangle-8", "snapshots"), ears)
+    joined.send(type="drop", seed="42", ref="x" * 200)
+    while not ears.events or ears.events[-1]["type"] != "landed":
+        await asyncio.sleep(0.01)
+    assert ears.events[0]["type"] == "hello"
+    assert ears.events[1]["ref"] == "x" * 200
+    assert len(ears.pictures) > 30
+    joined.close()
+    await ears.end
+
+
+async def test_it_hears_why_it_was_sent_away(server: Running) -> None:
+    ears = Ears()
+    await connect(room_url(server.url, "nope", "snapshots"), ears)
+    code, reason = await ears.end
+    assert code == 4004
+    assert "nope" in reason
+
+
+async def test_what_is_no_websocket_is_refused(server: Running) -> None:
+    with pytest.raises(RefusedError, match="403"):
+        await connect(f"ws{server.url.removeprefix('http')}/healthz/ws?", Ears())
+
+
+@pytest.mark.parametrize("stream", ["snapshots", "segments"])
+async def test_a_load_counts_what_its_clients_got(stream: str) -> None:
+    with serving() as server:
+        load = Load(room_url(server.url, "triangle-8", stream), 5, stream, drops=10.0)
+        report = await load.run(2.0)
+        found = report.to_dict()
+    assert (found["connected"], found["refused"], found["closed"]) == (5, {}, {})
+    assert found["frames"] == sum(c.frames for c in load.counted.values()) > 0
+    assert found["drops"] >= 10
+    assert 0.0 <= found["latency"]["p50"] <= found["latency"]["p99"] <= found["latency"]["worst"]
+    assert found["latency"]["worst"] < 60.0, "the clocks were compared"
+    if stream == "snapshots":
+        ticks = {c.tick for c in load.counted.values()}
+        assert max(ticks) - min(ticks) <= 2
+        assert found["fps"]["least"] > 10
+
+
+async def test_a_load_counts_gaps_and_ends() -> None:
+    load = Load("ws://nowhere", 1)
+    client: Any = object()
+    load.counting = True
+    for tick in (7, 8, 11, 12):
+        load.picture(client, b"\x50\x01\0\0" + tick.to_bytes(4, "little") + bytes(4), 0.0)
+    load.closed(client, 4008, "too slow")
+    report = load._report(1.0)
+    assert (report.frames, report.missed, report.gappy) == (4, 2, 1)
+    assert report.closed == {"4008 too slow": 1}
+
+
+async def test_a_load_that_nobody_greets_says_why() -> None:
+    with serving() as server:
+        with pytest.raises(RefusedError, match="4004 room 'nope'"):
+            await Load(room_url(server.url, "nope", "snapshots"), 2).run(1.0)
+        with pytest.raises(RefusedError, match=r"refused|Connect"):
+            await Load("ws://127.0.0.1:9/ws/rooms/main?stream=snapshots", 2).run(1.0)
+
+
+def test_plinko_load_prints_what_it_found(
+    server: Running, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["load", server.url, "--clients", "3", "--seconds", "1", "--room", "triangle-9"]
+    assert cli.main([*asked, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["connected"], found["stream"]) == (3, "snapshots")
+    assert {"fps", "latency", "behind", "gaps"} <= found.keys()
+    assert cli.main(asked) == 0
+    out = capsys.readouterr().out
+    for word in ("fps", "latency", "p99", "behind", "gaps", "3 of 3"):
+        assert word in out
+
+
+def test_plinko_load_says_what_is_wrong(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["load", "ftp://nowhere"]) == 2
+    assert "is not an address" in capsys.readouterr().err

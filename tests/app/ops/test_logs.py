@@ -1,0 +1,59 @@
+"""The log: readable lines, or JSON objects with the same content; nothing secret in either."""
+
+import json
+import logging
+from typing import Any
+
+import httpx
+import pytest
+
+from app.ops.logs import JsonFormatter, TextFormatter
+from tests.app.conftest import serving
+
+
+def record(**extra: Any) -> logging.LogRecord:
+    made = logging.makeLogRecord({"name": "plinko", "levelno": 20, "levelname": "INFO"})
+    made.msg = "room closed"
+    vars(made).update(extra)
+    return made
+
+
+def test_a_json_line_has_the_event_and_its_particulars() -> None:
+    line = json.loads(JsonFormatter().format(record(room="main", balls=3, what=object)))
+    assert line["event"] == "room closed"
+    assert (line["level"], line["logger"]) == ("info", "plinko")
+    assert (line["room"], line["balls"], line["what"]) == ("main", 3, "<class 'object'>")
+    assert line["time"].endswith("+00:00")
+    assert "error" not in line
+
+
+def test_a_json_line_stays_one_line_whatever_it_carries() -> None:
+    try:
+        raise ValueError("two\nlines")
+    except ValueError as error:
+        made = record(note="a\nb", exc_info=(type(error), error, error.__traceback__))
+    text = JsonFormatter().format(made)
+    assert "\n" not in text
+    assert "ValueError: two\nlines" in json.loads(text)["error"]
+
+
+def test_a_line_for_people_has_the_particulars_too() -> None:
+    assert TextFormatter().format(record(room="main")).endswith("INFO room closed room=main")
+
+
+def test_a_failing_request_is_logged_without_its_query(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr("app.rooms.boards.Boards.find", fail)
+    with serving() as server, caplog.at_level(logging.INFO):
+        answer = httpx.get(f"{server.url}/api/v1/boards/triangle-8?token=hidden")
+    assert answer.status_code == 500
+    assert "a bug" not in answer.text
+    assert "ZeroDivisionError" in caplog.text
+    ours = [each for each in caplog.records if not each.name.startswith("http")]
+    assert "hidden" not in " ".join(TextFormatter().format(each) for each in ours)
+    (line,) = [each for each in ours if each.getMessage() == "request failed"]
+    assert vars(line)["path"] == "/api/v1/boards/triangle-8"

@@ -1,0 +1,98 @@
+"""What /metrics says is what happened."""
+
+import re
+from pathlib import Path
+
+import httpx
+import pytest
+from prometheus_client.parser import text_string_to_metric_families
+
+from app.ops.metrics import Metrics
+from tests.app.conftest import Running, eventually, playing, serving
+
+
+def scrape(server: Running) -> dict[str, float]:
+    """Every sample without labels by its name, and those with a code by name and code."""
+    response = httpx.get(f"{server.url}/metrics")
+    assert response.status_code == 200
+    assert response.headers["content-type"].startswith("text/plain")
+    samples = {}
+    for family in text_string_to_metric_families(response.text):
+        assert family.documentation
+        for sample in family.samples:
+            code = sample.labels.get("code", "")
+            if not sample.labels.keys() - {"code"}:
+                samples[f"{sample.name} {code}".strip()] = sample.value
+    return samples
+
+
+async def test_a_game_shows_in_every_count() -> None:
+    with serving() as server:
+        before = scrape(server)
+        assert before["plinko_clients"] == before["plinko_balls"] == 0
+        assert before["plinko_ticker_asleep"] == 1
+        async with playing(server.socket("triangle-8")) as player:
+            await player.send(type="drop", seed=42)
+            await player.send(type="fly")
+            await player.until("error")
+            during = scrape(server)
+            assert during["plinko_clients"] == during["plinko_rooms_awake"] == 1
+            assert during["plinko_balls"] == 1
+            assert during["plinko_ticker_asleep"] == 0
+            await player.until_empty()
+            await eventually(lambda: server.services.rooms.ticker.asleep)
+            after = scrape(server)
+            frames = len(player.texts) + len(player.binaries)
+            size = sum(map(len, player.binaries)) + sum(len(t.encode()) for t in player.texts)
+        assert after["plinko_drops_total"] == after["plinko_landings_total"] == 1
+        assert after["plinko_rooms"] == 2
+        assert after["plinko_frames_sent_total"] == frames
+        assert after["plinko_sent_bytes_total"] == size
+        assert after["plinko_frames_skipped_total"] == 0
+        assert after["plinko_errors_total unknown-message"] == 1
+        assert after["plinko_ticks_total"] >= after["plinko_tick_duration_seconds_count"] > 60
+        assert (
+            after["plinko_tick_lateness_seconds_count"]
+            == after["plinko_tick_duration_seconds_count"]
+        )
+        assert after["plinko_ledger_commit_seconds_count"] >= 0
+        assert after["process_resident_memory_bytes"] > 1e7
+
+
+def test_errors_over_http_are_counted_by_code() -> None:
+    with serving() as server:
+        httpx.get(f"{server.url}/api/v1/drops/nope/1")
+        httpx.get(f"{server.url}/api/v1/drops/triangle-8/x")
+        found = scrape(server)
+        assert found["plinko_errors_total unknown-board"] == 1
+        assert found["plinko_errors_total bad-seed"] == 1
+
+
+@pytest.mark.parametrize("kind", ["direct", "public"])
+def test_the_kind_of_transport_is_visible(kind: str) -> None:
+    with serving(transport=kind) as server:
+        assert f'transport="{kind}"' in httpx.get(f"{server.url}/metrics").text
+
+
+def test_openmetrics_is_spoken_to_those_who_ask() -> None:
+    body, media_type = Metrics().exposition("application/openmetrics-text; version=1.0.0")
+    assert media_type.startswith("application/openmetrics-text")
+    assert body.endswith(b"# EOF\n")
+
+
+def test_two_servers_in_one_process_count_apart() -> None:
+    one, two = Metrics(), Metrics()
+    one.errors.labels("x").inc()
+    assert b'code="x"' in one.exposition("")[0]
+    assert b'code="x"' not in two.exposition("")[0]
+
+
+def test_every_metric_is_documented_and_every_documented_one_is_there(server: Running) -> None:
+    text = (Path(__file__).parents[3] / "docs" / "operations.md").read_text()
+    documented = set(re.findall(r"`(plinko_\w+)[`{]", text))
+    there = {
+        family.name + ("_total" if family.type == "counter" else "")
+        for family in text_string_to_metric_families(httpx.get(f"{server.url}/metrics").text)
+        if family.name.startswith("plinko_") and not family.name.endswith("_created")
+    }
+    assert documented == there

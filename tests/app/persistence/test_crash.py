@@ -1,0 +1,92 @@
+"""The server is killed at random moments under load: nothing that was told is lost or changed."""
+
+import asyncio
+import itertools
+import os
+import random
+import signal
+from dataclasses import dataclass, field
+
+import pytest
+
+from app.persistence import store
+from app.persistence.database import Database
+from engine import Board, drop
+from tests.app.persistence.server import Served, Told, play
+
+KILLS = int(os.environ.get("PLINKO_TEST_KILLS", "4"))
+ROOMS = {"main": "triangle-16", "triangle-8": "triangle-8", "classic": "classic"}
+
+
+@dataclass
+class Load:
+    """Players in several rooms, who come back whenever the server does."""
+
+    server: Served
+    chance: random.Random
+    rooms: dict[str, Told] = field(default_factory=lambda: {name: Told(name) for name in ROOMS})
+
+    async def until_killed(self, seconds: float) -> None:
+        """Play for a while, then kill the server in the middle of it."""
+        seeds = itertools.count(self.chance.randrange(1 << 60))
+        players = [
+            asyncio.create_task(play(self.server, told, seeds, self.chance.uniform(0.01, 0.1)))
+            for told in self.rooms.values()
+        ]
+        await asyncio.sleep(seconds)
+        self.server.end(signal.SIGKILL)
+        await asyncio.gather(*players)
+
+    async def until_still(self) -> None:
+        """Listen, without another drop, until nothing moves in any room."""
+        nothing = iter(lambda: 0, 1)
+        players = [
+            asyncio.create_task(play(self.server, told, nothing, 1e9))
+            for told in self.rooms.values()
+        ]
+        while any(room["awake"] for room in self.server.get("/api/v1/rooms")["rooms"]):
+            await asyncio.sleep(0.1)
+        for player in players:
+            player.cancel()
+        await asyncio.gather(*players, return_exceptions=True)
+
+
+def verify(load: Load, url: str) -> int:
+    """Hold what the ledger says against what the players were told and what the physics says."""
+    database = Database(url)
+    database.open()
+    count = 0
+    with database.transaction() as connection:
+        for room_id, told in load.rooms.items():
+            row = store.open_room(connection, room_id)
+            assert row is not None
+            kept = store.drops(connection, row.number, 0)
+            count += len(told.accepted)
+            for ball, event in told.accepted.items():
+                row_of = kept[ball][0]
+                assert (row_of.tick, str(row_of.seed)) == (event["tick"], event["seed"])
+            board = Board.preset(ROOMS[room_id])
+            for each, result in kept:
+                alone = drop(board, each.seed, x=each.x)
+                assert result is not None, f"ball {each.ball} never landed"
+                assert (result.digest, result.bin) == (alone.digest, alone.bin)
+                heard = told.landed.get(each.ball)
+                if heard is not None:
+                    assert (heard["digest"], heard["tick"]) == (result.digest, result.tick)
+    database.close()
+    return count
+
+
+@pytest.mark.slow
+async def test_no_drop_that_was_acknowledged_is_lost_and_no_digest_changes(url: str) -> None:
+    seed = int(os.environ.get("PLINKO_TEST_SEED", "1"))
+    load = Load(Served(url), random.Random(seed))
+    with load.server as server:
+        for _ in range(KILLS):
+            await load.until_killed(load.chance.uniform(0.05, 3.0))
+            await asyncio.to_thread(server.start)
+        await load.until_still()
+        assert server.end(signal.SIGTERM) == 0
+    told = verify(load, url)
+    print(f"{KILLS} kills, {told} acknowledged drops, none lost, no digest changed")  # noqa: T201
+    assert told > 10 * KILLS

@@ -1,0 +1,110 @@
+"""A room whose balls touch each other is killed with the server, and goes on to the last bit."""
+
+import asyncio
+import random
+import signal
+from typing import Any
+
+import httpx
+import msgspec
+import pytest
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
+
+from app.rooms import log as roomlog
+from tests.app.persistence.server import Served
+
+KILLS = 3
+
+
+class Told:
+    """What one player of the room was told, over every life of the server."""
+
+    def __init__(self) -> None:
+        self.tick = 0
+        self.placed: list[tuple[int, float]] = []  # tick and x of every ball that was put in
+        self.balls: list[int] = []
+
+    def hear(self, frame: str | bytes) -> None:
+        if isinstance(frame, bytes):
+            self.tick = max(self.tick, int.from_bytes(frame[4:8], "little"))
+            return
+        value = msgspec.json.decode(frame)
+        for event in value if isinstance(value, list) else [value]:
+            if event["type"] == "hello":
+                assert event["tick"] >= self.tick, "a tick that was shown was taken back"
+                self.balls = event["arena"]["balls"]["ball"]
+            elif event["type"] == "placed":
+                self.placed.append((event["tick"], event["x"]))
+                self.balls.append(event["ball"])
+            elif event["type"] == "error":
+                assert event["code"] in ("no-such-ball", "rate-limited"), event
+
+
+async def play(line: ClientConnection, told: Told, chance: random.Random, kill: Any) -> None:
+    """Throw, kick and drag until the line breaks."""
+
+    async def act() -> None:
+        while True:
+            x, ball = chance.uniform(-2, 2), chance.choice(told.balls)
+            message: dict[str, Any] = chance.choice(
+                [
+                    {"type": "add", "x": x, "y": 0.5, "vx": 4 * x, "radius": 0.06},
+                    {"type": "kick", "ball": ball, "vx": x, "vy": -3.0},
+                    {"type": "drag", "ball": ball, "x": x, "y": 1.0},
+                    {"type": "release", "ball": ball},
+                    {"type": "settings", "gravity": 5.0 + x},
+                ]
+            )
+            await line.send(msgspec.json.encode(message).decode())
+            await asyncio.sleep(0.03)
+
+    acting = asyncio.create_task(act())
+    killing = asyncio.create_task(kill)
+    try:
+        async for frame in line:
+            told.hear(frame)
+    except ConnectionClosed:
+        pass
+    finally:
+        await killing
+        acting.cancel()
+        await asyncio.gather(acting, return_exceptions=True)
+
+
+def log_of(server: Served, room: str) -> dict[str, Any]:
+    log: dict[str, Any] = server.get(f"/api/v1/rooms/{room}/log")
+    return log
+
+
+@pytest.mark.slow
+async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> None:
+    chance, told = random.Random(3), Told()
+    with Served(url) as server:
+        body = {"scene": "sandbox", "balls": 15, "restitution": 0.9}
+        async with httpx.AsyncClient(base_url=server.address) as http:
+            room = (await http.post("/api/v1/rooms", json=body)).json()
+        address = f"ws{server.address.removeprefix('http')}/ws/rooms/{room['id']}"
+
+        async def kill() -> None:
+            await asyncio.sleep(chance.uniform(0.5, 2.0))
+            await asyncio.to_thread(server.end, signal.SIGKILL)
+
+        for _ in range(KILLS):
+            async with connect(address, compression=None, max_size=None, max_queue=None) as line:
+                told.hear(await line.recv())
+                claim = {"type": "claim", "token": room["token"]}
+                await line.send(msgspec.json.encode(claim).decode())
+                await play(line, told, chance, kill())
+            await asyncio.to_thread(server.start)
+            log = await asyncio.to_thread(log_of, server, room["id"])
+            assert roomlog.verify_log(log).ok
+            assert log["tick"] >= told.tick
+            kept = [
+                (entry["tick"], entry["input"]["x"])
+                for entry in log["inputs"]
+                if entry["input"]["type"] == "add"
+            ]
+            assert set(told.placed) <= set(kept), "what was told is in the log"
+        assert server.end(signal.SIGTERM) == 0
+    assert len(told.placed) > KILLS

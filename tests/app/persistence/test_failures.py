@@ -1,0 +1,223 @@
+"""A ledger that cannot be written: drops get 503, nothing is half-done, rooms play on, it heals."""
+
+import contextlib
+import os
+import shutil
+import signal
+import sqlite3
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import psycopg
+import pytest
+import sqlalchemy as sa
+
+from app.rooms.log import verify_log
+from tests.app.conftest import TINY, Running, eventually, playing, serving
+from tests.app.persistence import postgres
+
+Break = Callable[[], AbstractContextManager[None]]
+ROOM = "triangle-8"
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A real file system of one megabyte."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mount = shutil.which("mount")
+    done = subprocess.run(
+        [mount or "false", "-t", "tmpfs", "-o", "size=1m", "plinko-test", place],
+        capture_output=True,
+        check=False,
+    )
+    if done.returncode:
+        pytest.skip("mounting a small tmpfs needs root")
+    yield place
+    subprocess.run(["umount", place], check=True)
+
+
+async def suffers_and_heals(
+    server: Running, broken: Break, wanted: str, *, noticed: bool = False
+) -> None:
+    """What must hold however the ledger is lost; `noticed`: a probe finds it out, not a drop."""
+    rooms = server.services.rooms
+    with httpx.Client(base_url=server.url, timeout=60.0) as first:
+        room = first.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
+    async with (
+        httpx.AsyncClient(base_url=server.url, timeout=60.0) as http,
+        playing(server.socket(room)) as player,
+    ):
+        await player.send(type="drop", seed=1)
+        flying = await player.until("accepted")
+        with broken():
+            if noticed:
+                assert (await http.get("/readyz")).status_code == 503
+            refused = await http.post(f"/api/v1/rooms/{room}/drops", json={"seed": 2})
+            assert refused.status_code == 503
+            assert refused.headers["content-type"] == "application/problem+json"
+            assert refused.json()["code"] == "ledger-unavailable"
+            assert wanted in refused.json()["detail"]
+            assert int(refused.headers["retry-after"]) >= 1
+            # Over the WebSocket too, to the sender, with its own note; the connection goes on.
+            await player.send(type="drop", seed=3, ref="mine")
+            error = await player.until("error")
+            assert (error["code"], error["ref"]) == ("ledger-unavailable", "mine")
+            ready = await http.get("/readyz")
+            assert (ready.status_code, ready.json()["checks"]["ledger"]) == (503, False)
+            assert (await http.get("/healthz")).status_code == 200
+            opened = await http.post("/api/v1/rooms", json={"board": "triangle-8"})
+            assert opened.status_code == 503
+            # The room can be watched: the ball that was in flight lands, late comers see it.
+            async with playing(server.socket(room)) as late:
+                assert late.hello["type"] == "hello"
+            landed = await player.until("landed", ball=flying["ball"])
+            view = (await http.get(f"/api/v1/rooms/{room}")).json()
+            assert view["stats"]["drops"] == 1, "nothing half-done"
+        await eventually(lambda: server.services.ledger.up)
+        assert (await http.get("/readyz")).status_code == 200
+        again = (await http.post(f"/api/v1/rooms/{room}/drops?wait=1", json={"seed": 4})).json()
+        assert again["ball"] == 1
+        log = (await http.get(f"/api/v1/rooms/{room}/log")).json()
+    assert [each["seed"] for each in log["drops"]] == ["1", "4"], "no refused drop came back"
+    assert log["drops"][0]["result"]["digest"] == landed["digest"]
+    assert verify_log(log).ok
+    assert not rooms.find(room).planned
+
+
+async def test_a_full_disk(small_disk: Path) -> None:
+    url = f"sqlite:///{small_disk / 'plinko.db'}"
+
+    @contextlib.contextmanager
+    def full() -> Iterator[None]:
+        filler = small_disk / "filler"
+        with filler.open("wb", buffering=0) as file, contextlib.suppress(OSError):
+            while True:
+                file.write(b"x" * 512)
+        yield
+        filler.unlink()
+
+    with serving(database_url=url, drop_rate=1000.0) as server:
+        await suffers_and_heals(server, full, "full")
+
+
+async def test_a_database_that_may_not_grow(tmp_path: Path) -> None:
+    """SQLITE_FULL without a disk of its own."""
+    url = f"sqlite:///{tmp_path / 'plinko.db'}"
+    with serving(database_url=url, drop_rate=1000.0) as server:
+        engine = server.services.ledger.database._engine
+        limit = 0
+
+        @sa.event.listens_for(engine, "begin")
+        def _limit(connection: Any) -> None:
+            connection.exec_driver_sql(f"PRAGMA max_page_count = {limit or 1 << 30}")
+
+        @contextlib.contextmanager
+        def full() -> Iterator[None]:
+            nonlocal limit
+            limit = 1  # less than there is: not one page more
+            with sqlite3.connect(tmp_path / "plinko.db") as other:
+                # What is free inside the file would still be used.
+                (free,) = other.execute("PRAGMA freelist_count").fetchone()
+                other.execute("CREATE TABLE filler (x)")
+                other.execute("INSERT INTO filler VALUES (zeroblob(?))", (4096 * (free + 4),))
+            other.close()
+            yield
+            limit = 0
+
+        # A drop's row may still find a place; a page's worth does not.
+        await suffers_and_heals(server, full, "full", noticed=True)
+
+
+async def test_a_file_that_is_gone(tmp_path: Path) -> None:
+    home, away = tmp_path / "here", tmp_path / "away"
+
+    @contextlib.contextmanager
+    def gone() -> Iterator[None]:
+        home.rename(away)
+        yield
+        away.rename(home)
+
+    with serving(database_url=f"sqlite:///{home / 'plinko.db'}", drop_rate=1000.0) as server:
+        await suffers_and_heals(server, gone, "No such file")
+
+
+@pytest.mark.postgresql
+async def test_a_postgresql_that_crashed(cluster: postgres.Cluster) -> None:
+    @contextlib.contextmanager
+    def down() -> Iterator[None]:
+        cluster.stop(signal.SIGQUIT)
+        yield
+        cluster.start()
+
+    with serving(database_url=cluster.new_database(), drop_rate=1000.0) as server:
+        await suffers_and_heals(server, down, "ledger")
+
+
+async def test_a_database_that_does_not_answer(url: str, tmp_path: Path) -> None:
+    """Held by another's lock, a commit hangs; what becomes of it is not known for long."""
+
+    @contextlib.contextmanager
+    def locked() -> Iterator[None]:
+        if url.startswith("sqlite"):
+            other = sqlite3.connect(tmp_path / "plinko.db", isolation_level=None)
+            other.execute("BEGIN IMMEDIATE")
+            yield
+            other.execute("ROLLBACK")
+            other.close()
+        else:
+            with psycopg.connect(url) as connection:
+                connection.execute("LOCK TABLE drops, rooms, probes IN ACCESS EXCLUSIVE MODE")
+                yield
+
+    with serving(database_url=url, drop_rate=1000.0) as server:
+        server.services.ledger.patience = 0.3  # not before: it may take longer to begin
+        await suffers_and_heals(server, locked, "has not answered for 0.3 seconds")
+
+
+def test_a_commit_that_came_through_after_it_was_given_up_is_undone(url: str) -> None:
+    """The client was told no; so no it is, whatever the database made of it."""
+    with (
+        serving(database_url=url) as server,
+        httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0) as http,
+    ):
+        ledger = server.services.ledger
+        commit, patience = ledger._commit, ledger.patience
+
+        def slow(jobs: Any) -> None:
+            time.sleep(0.5)
+            commit(jobs)
+
+        ledger._commit = slow  # type: ignore[method-assign]
+        ledger.patience = 0.1
+        refused = http.post(f"/rooms/{ROOM}/drops", json={"seed": 1})
+        assert (refused.status_code, refused.json()["code"]) == (503, "ledger-unavailable")
+        ledger._commit = commit  # type: ignore[method-assign]
+        ledger.patience = patience
+        while http.post(f"/rooms/{ROOM}/drops?wait=1", json={"seed": 2}).status_code != 200:
+            time.sleep(0.05)
+        log = http.get(f"/rooms/{ROOM}/log").json()
+    assert [each["seed"] for each in log["drops"]] == ["2"]
+    with serving(database_url=url) as server, httpx.Client(base_url=server.url) as http:
+        stats = http.get(f"/api/v1/rooms/{ROOM}").json()["stats"]
+    assert (stats["drops"], sum(stats["histogram"])) == (1, 1)
+
+
+def test_a_file_put_in_the_ledgers_place_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "plinko.db"
+    with (
+        serving(database_url=f"sqlite:///{file}") as server,
+        httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0) as http,
+    ):
+        assert http.post(f"/rooms/{ROOM}/drops").status_code == 202
+        copy = tmp_path / "copy"
+        shutil.copy(file, copy)
+        os.replace(copy, file)
+        refused = http.post(f"/rooms/{ROOM}/drops")
+        assert refused.status_code == 503
+        assert "replaced by another file" in refused.json()["detail"]

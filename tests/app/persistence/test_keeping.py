@@ -1,0 +1,230 @@
+"""When a drop starts and what a rebuilt room is, with a ledger that answers when the test says."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.errors import LedgerError
+from app.live.hub import Hub
+from app.live.registry import Rooms
+from app.persistence.recovery import Kept, rebuild, result_of
+from app.persistence.service import Keeper
+from app.persistence.unkept import Unkept
+from app.persistence.writer import Done
+from app.protocol.messages import Landed
+from app.rooms.boards import Boards
+from app.rooms.independent import DropCommand, Room
+from app.rooms.kinds import BallLimits
+from app.rooms.records import DropRow, Mark, ResultRow, RoomRow, Write
+from app.settings import Settings
+from engine import PHYSICS_VERSION, Board, drop
+
+BOARD = Board.preset("triangle-8")
+
+
+class Patient(Unkept):
+    """Keeps what is submitted until the test lets it through or refuses it."""
+
+    def __init__(self) -> None:
+        self.waiting: list[tuple[Sequence[Write], Done]] = []
+        self.written: list[Write] = []
+
+    def submit(self, writes: Sequence[Write], done: Done, *, undo: Sequence[Write] = ()) -> None:
+        self.waiting.append((writes, done))
+
+    def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
+        self.written += writes
+        if done is not None:
+            done(None)
+
+    def answer(self, error: LedgerError | None = None) -> None:
+        writes, done = self.waiting.pop(0)
+        if error is None:
+            self.written += writes
+        done(error)
+
+
+class Table:
+    """Rooms over a patient ledger, ticked by hand."""
+
+    def __init__(self) -> None:
+        self.ledger = Patient()
+        keeper = Keeper(self.ledger, tick_rate=60, limits=BallLimits(200, 200))
+        self.rooms = Rooms(Settings(), Boards(8), Hub(8), BOARD, keeper=keeper)
+        self.room = self.rooms.find("main")
+
+    def tick(self, times: int = 1) -> None:
+        for _ in range(times):
+            self.rooms._tick(1)
+
+    def ask(self, seed: int) -> Any:
+        return self.rooms.drop(self.room, seed, None)
+
+
+async def test_a_drop_is_told_once_it_is_durable_and_not_before() -> None:
+    table = Table()
+    asked = table.ask(1)
+    table.tick(5)
+    assert not asked.done()
+    assert (table.room.world.tick, table.room.world.count) == (0, 0), "a sleeping room sleeps on"
+    table.ledger.answer()
+    assert (await asked).tick == 0
+
+
+@pytest.mark.parametrize("latency", [0, 1, 2, 30])
+async def test_the_tick_of_a_start_does_not_depend_on_how_long_the_ledger_took(
+    latency: int,
+) -> None:
+    table = Table()
+    table.ask(1)
+    table.ledger.answer()
+    table.tick(10)
+    asked = table.ask(2)
+    table.tick(latency)
+    table.ledger.answer()
+    table.tick(3)
+    assert (await asked).tick == 11
+    (row,) = [row for row in table.ledger.written if isinstance(row, DropRow) and row.seed == 2]
+    assert row.tick == 11, "and it is the one in the ledger"
+    assert table.room.world.tick == 10 + min(latency, 1) + 3
+
+
+async def test_while_a_start_is_undecided_its_tick_does_not_pass() -> None:
+    table = Table()
+    table.ask(1)
+    table.ledger.answer()
+    table.tick(10)
+    asked = table.ask(2)
+    table.tick(20)
+    assert table.room.world.tick == 11
+    table.ledger.answer(LedgerError("lost"))
+    with pytest.raises(LedgerError, match="lost"):
+        await asked
+    table.tick(5)
+    assert table.room.world.tick == 16, "refused, the room goes on without it"
+    assert table.room.drops == 1
+
+
+async def test_no_tick_is_shown_that_the_ledger_has_not_heard_of() -> None:
+    table = Table()
+    defer = table.ledger.defer
+    table.ask(1)
+    table.ledger.answer()
+    table.ledger.defer = lambda writes, done=None: None  # type: ignore[method-assign]
+    table.tick(100)
+    assert table.room.world.tick == 30, "half a second was written ahead with the drop"
+    table.ledger.up = False
+    table.tick(10)
+    assert table.room.world.tick == 40, "with the ledger lost the room can still be watched"
+    table.ledger.up = True
+    table.ledger.defer = defer  # type: ignore[method-assign]
+    table.tick(60)
+    assert table.room.world.tick > 80
+    assert all(
+        row.tick >= table.room.world.tick
+        for row in table.ledger.written[-1:]
+        if isinstance(row, Mark)
+    )
+
+
+async def test_a_room_that_falls_asleep_leaves_all_that_its_next_life_needs() -> None:
+    table = Table()
+    for seed in range(3):
+        table.ask(seed)
+        table.ledger.answer()
+    while table.room.awake:
+        table.tick()
+    mark = table.ledger.written[-1]
+    assert isinstance(mark, Mark)
+    assert (mark.awake, mark.tick, mark.checkpoint_drops) == (False, table.room.world.tick, 3)
+    again = Room("main", BOARD, tick_rate=60, max_balls=200)
+    assert mark.checkpoint is not None
+    again.restore(mark.checkpoint)
+    assert again.stats() == table.room.stats()
+    assert again.world.digest() == table.room.world.digest()
+    results = [row for row in table.ledger.written if isinstance(row, ResultRow)]
+    assert [row.digest for row in sorted(results, key=lambda row: row.ball)] == [
+        drop(BOARD, seed).digest for seed in range(3)
+    ]
+
+
+def row_of(room: Room, tick: int, checkpoint: bytes | None, drops: int) -> RoomRow:
+    return RoomRow(
+        number=1,
+        id=room.id,
+        board=BOARD.digest,
+        mode="independent",
+        owned=False,
+        tick_rate=60,
+        physics_version=PHYSICS_VERSION,
+        opened=0.0,
+        used=0.0,
+        awake=True,
+        tick=tick,
+        checkpoint=checkpoint,
+        checkpoint_drops=drops,
+    )
+
+
+@given(
+    plays=st.lists(
+        st.tuples(st.integers(0, 2**64 - 1), st.integers(0, 200)), min_size=1, max_size=6
+    ),
+    crash=st.floats(0.0, 1.0),
+    save=st.floats(0.0, 1.0),
+    ahead=st.integers(0, 40),
+)
+@settings(max_examples=25)
+def test_wherever_it_is_cut_a_rebuilt_room_is_the_one_that_was(
+    plays: list[tuple[int, int]], crash: float, save: float, ahead: int
+) -> None:
+    """From any checkpoint before any crash: the same world, to the last bit, and the same results.
+
+    The room that was not cut short is stepped as far as the rebuilt one went.
+    """
+    room = Room("r", BOARD, tick_rate=60, max_balls=200)
+    kept: list[tuple[DropRow, ResultRow | None]] = []
+    landed: list[Landed] = []
+    checkpoint: tuple[bytes | None, int] = (None, 0)
+    end = sum(pause for _, pause in plays)
+    for seed, pause in plays:
+        plan = room.plan(DropCommand(seed))
+        plan.durable = True
+        room.enter()
+        kept.append((DropRow(1, plan.ball, plan.tick, seed), None))
+        for _ in range(pause):
+            if not room.awake or room.world.tick >= crash * end:
+                break
+            if room.world.tick == int(save * crash * end):
+                checkpoint = (room.checkpoint(), room.drops)
+            landed += [each for each in room.step(watched=True) if isinstance(each, Landed)]
+    told = room.world.tick
+    row = row_of(room, told + ahead, *checkpoint)
+    rebuilt = rebuild(row, BOARD, kept, max_balls=200)
+    assert rebuilt.room.world.tick >= told, "no tick that was shown is taken back"
+    while room.world.tick < rebuilt.room.world.tick:
+        landed += [each for each in room.step(watched=False) if isinstance(each, Landed)]
+    assert rebuilt.room.world.tick == room.world.tick
+    assert rebuilt.room.world.digest() == room.world.digest()
+    assert rebuilt.room.stats() == room.stats()
+    assert rebuilt.differences == []
+    wanted = {each.ball: result_of(1, each) for each in landed}
+    assert {each.ball: each for each in rebuilt.results}.items() <= wanted.items()
+
+
+def test_a_result_that_is_not_reproduced_is_reported() -> None:
+    room = Room("r", BOARD, tick_rate=60, max_balls=200)
+    room.drop(DropCommand(1))
+    landed = []
+    while room.awake:
+        landed += [each for each in room.step(watched=False) if isinstance(each, Landed)]
+    true = result_of(1, landed[0])
+    lie = ResultRow(**{name: getattr(true, name) for name in true.__slots__} | {"bin": 99})
+    for result, wanted in ((true, 0), (lie, 1)):
+        kept: Kept = [(DropRow(1, 0, 0, 1), result)]
+        rebuilt = rebuild(row_of(room, 10_000, None, 0), BOARD, kept, max_balls=200)
+        assert len(rebuilt.differences) == wanted
+        assert rebuilt.results == []

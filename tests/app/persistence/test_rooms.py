@@ -1,0 +1,368 @@
+"""Rooms of one's own over a real server: tokens, resets, logs, and what a restart finds again."""
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from websockets.exceptions import ConnectionClosed
+
+from app.errors import SettingError
+from app.web.tokens import secret_of
+from engine import Board, drop
+from tests.app.conftest import TINY, Player, Running, eventually, playing, serving
+
+
+@pytest.fixture
+def server(url: str) -> Iterator[Running]:
+    with serving(database_url=url, drop_rate=1000.0, secret="s" * 32) as running:
+        yield running
+
+
+def client_of(server: Running) -> httpx.Client:
+    return httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0)
+
+
+@pytest.fixture
+def http(server: Running) -> Iterator[httpx.Client]:
+    with client_of(server) as client:
+        yield client
+
+
+def opened(http: httpx.Client, board: Any = TINY) -> tuple[str, dict[str, str]]:
+    """A new room's id and the headers that open it."""
+    reply = http.post("/rooms", json={"board": board})
+    assert reply.status_code == 201
+    return reply.json()["id"], {"authorization": f"Bearer {reply.json()['token']}"}
+
+
+def land(http: httpx.Client, room: str, *seeds: int) -> list[dict[str, Any]]:
+    replies = [
+        http.post(f"/rooms/{room}/drops?wait=1", json={"seed": seed}).json() for seed in seeds
+    ]
+    return [reply["landed"] for reply in replies]
+
+
+def verify(tmp_path: Path, log: dict[str, Any]) -> "subprocess.CompletedProcess[str]":
+    file = tmp_path / "room.json"
+    file.write_text(json.dumps(log))
+    return subprocess.run(
+        [sys.executable, "-m", "app.cli", "verify", str(file)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+async def closing(player: Player) -> ConnectionClosed:
+    while True:
+        try:
+            await player.step()
+        except ConnectionClosed as closed:
+            return closed
+
+
+# Tokens.
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body"),
+    [("PATCH", "", {"board": "triangle-8"}), ("POST", "/reset", None), ("DELETE", "", None)],
+)
+def test_only_the_creator_may_change_a_room(
+    http: httpx.Client, method: str, path: str, body: Any
+) -> None:
+    room, own = opened(http)
+    _, others = opened(http)
+    where = f"/rooms/{room}{path}"
+    missing = http.request(method, where, json=body)
+    assert (missing.status_code, missing.json()["code"]) == (401, "token-missing")
+    assert missing.headers["www-authenticate"] == "Bearer"
+    for wrong in (others["authorization"], "Bearer x", "Bearer é", own["authorization"] + "A"):
+        shown = {b"authorization": wrong.encode()}
+        refused = http.request(method, where, json=body, headers=shown)
+        assert (refused.status_code, refused.json()["code"]) == (403, "not-yours")
+        assert wrong.split()[1] not in refused.text or len(wrong) < 10
+    public = http.request(method, f"/rooms/main{path}", json=body, headers=own)
+    assert (public.status_code, public.json()["code"]) == (403, "not-yours")
+    done = http.request(method, where, json=body, headers=own)
+    assert done.status_code in (200, 204)
+
+
+def test_a_token_is_given_once_and_is_nowhere_else(http: httpx.Client) -> None:
+    reply = http.post("/rooms", json={"board": TINY})
+    token = reply.json()["token"]
+    assert reply.headers["cache-control"] == "no-store"
+    assert re.fullmatch(r"[\w-]{43}", token)
+    room = reply.json()["id"]
+    for path in ("/rooms", f"/rooms/{room}", f"/rooms/{room}/log"):
+        assert token not in http.get(path).text
+
+
+def test_a_secret_is_made_once_for_its_owners_eyes_and_bad_ones_are_named(tmp_path: Path) -> None:
+    file = tmp_path / "new" / "secret"
+    made = secret_of("", file)
+    assert len(made) >= 32
+    assert file.stat().st_mode & 0o777 == 0o600
+    assert secret_of("", file) == made
+    assert secret_of("x" * 40, file) == b"x" * 40
+    assert secret_of("", None) != secret_of("", None)
+    file.write_text("short")
+    with pytest.raises(SettingError, match=r"has 5 characters"):
+        secret_of("", file)
+    with pytest.raises(SettingError, match=r"Is a directory"):
+        secret_of("", tmp_path)
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["secret"]
+
+
+# Changing, resetting, closing.
+
+
+async def test_a_reset_room_begins_anew_for_everyone_in_it(
+    server: Running, http: httpx.Client
+) -> None:
+    room, own = opened(http)
+    land(http, room, 1, 2)
+    async with playing(server.socket(room)) as player:
+        assert player.hello["stats"]["drops"] == 2
+        await player.send(type="drop", seed=3)
+        await player.until("accepted")
+        view = http.post(f"/rooms/{room}/reset", headers=own).json()
+        assert (view["tick"], view["balls"], view["stats"]["drops"]) == (0, [], 0)
+        hello = await player.until("hello")
+        assert (hello["tick"], hello["balls"], hello["stats"]["drops"]) == (0, [], 0)
+        await player.send(type="drop", seed=4)
+        accepted = await player.until("accepted")
+        assert (accepted["ball"], accepted["tick"]) == (0, 0)
+        landed = await player.until("landed", ball=0)
+    assert landed["digest"] == drop(Board.from_json(TINY), 4).digest
+    assert [each["seed"] for each in http.get(f"/rooms/{room}/log").json()["drops"]] == ["4"]
+
+
+async def test_who_waits_for_a_ball_that_a_reset_took_out_is_told(
+    server: Running, http: httpx.Client
+) -> None:
+    room, own = opened(http, "triangle-8")
+    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as waiting:
+        import asyncio
+
+        wait = asyncio.create_task(
+            waiting.post(f"/api/v1/rooms/{room}/drops?wait=1", json={"seed": 1})
+        )
+        await eventually(lambda: server.services.rooms.find(room).drops == 1)
+        http.post(f"/rooms/{room}/reset", headers=own)
+        reply = await wait
+    assert (reply.status_code, reply.json()["code"]) == (409, "room-reset")
+
+
+def test_a_room_can_be_given_another_board(http: httpx.Client) -> None:
+    room, own = opened(http)
+    changed = http.patch(f"/rooms/{room}", json={"board": "triangle-8"}, headers=own).json()
+    assert changed["board_digest"] == Board.preset("triangle-8").digest
+    assert http.get(f"/rooms/{room}").json()["board_name"] == "triangle-8"
+    bad = http.patch(f"/rooms/{room}", json={"board": "nope"}, headers=own)
+    assert (bad.status_code, bad.json()["code"]) == (404, "unknown-board")
+
+
+async def test_a_closed_room_sends_everyone_away_for_good(
+    server: Running, http: httpx.Client
+) -> None:
+    room, own = opened(http)
+    async with playing(server.socket(room)) as player:
+        await player.send(type="drop", seed=3)
+        await player.until("accepted")
+        assert http.delete(f"/rooms/{room}", headers=own).status_code == 204
+        closed = await closing(player)
+    assert closed.rcvd is not None
+    assert (closed.rcvd.code, "closed by its creator" in closed.rcvd.reason) == (4004, True)
+    assert http.get(f"/rooms/{room}").status_code == 404
+    assert http.delete(f"/rooms/{room}", headers=own).status_code == 404
+    assert room not in http.get("/rooms").text
+
+
+def test_a_room_that_nobody_uses_is_closed(url: str) -> None:
+    with serving(database_url=url, room_idle=1.0) as server, client_of(server) as http:
+        room, _ = opened(http)
+        assert http.get(f"/rooms/{room}").status_code == 200
+        later = server.services.rooms.keeper.now() + 2.0
+        server.services.rooms.keeper.now = lambda: later
+        assert http.get(f"/rooms/{room}").status_code == 404
+        assert http.get("/rooms/main").status_code == 200
+
+
+# Logs.
+
+
+def test_a_rooms_log_replays_to_the_last_bit(
+    server: Running, http: httpx.Client, tmp_path: Path
+) -> None:
+    room, _ = opened(http)
+    land(http, room, *range(5))
+    http.post(f"/rooms/{room}/drops", json={"seed": 7, "x": 0.125})
+    flying = http.get(f"/rooms/{room}/log").json()
+    assert [each["seed"] for each in flying["drops"]] == ["0", "1", "2", "3", "4", "7"]
+    assert flying["drops"][5]["x"] == 0.125
+    assert flying["drops"][5]["result"] is None
+    done = verify(tmp_path, flying)
+    assert (done.returncode, done.stdout) == (0, f"reproduced: 6 drops, {flying['digest']}\n")
+    land(http, room, 8)
+    landed = http.get(f"/rooms/{room}/log").json()
+    assert None not in [each["result"] for each in landed["drops"]]
+    assert landed["drops"][0]["result"]["digest"] == drop(Board.from_json(TINY), 0).digest
+    assert verify(tmp_path, landed).returncode == 0
+
+
+def test_a_log_that_was_touched_is_found_out(http: httpx.Client, tmp_path: Path) -> None:
+    from app.rooms.log import verify_log
+    from engine import RecordError
+
+    room, _ = opened(http)
+    land(http, room, 1, 2)
+    log = http.get(f"/rooms/{room}/log").json()
+    assert verify_log(log).ok
+
+    def touched(change: Any) -> dict[str, Any]:
+        copy: dict[str, Any] = json.loads(json.dumps(log))
+        change(copy)
+        return copy
+
+    def result(copy: dict[str, Any], **values: Any) -> None:
+        copy["drops"][1]["result"].update(values)
+
+    lies = {
+        "drops[1].result.digest": lambda c: result(c, digest="0" * 64),
+        "drops[1].result.bin": lambda c: result(c, bin=7),
+        "drops[1].result.tick": lambda c: result(c, tick=log["drops"][1]["result"]["tick"] + 1),
+        "drops[0].result": lambda c: c["drops"][0].update(result=None),
+        "world_digest": lambda c: c.update(world_digest="0" * 64),
+        "digest": lambda c: c.update(digest="0" * 64),
+        "physics_version": lambda c: c.update(physics_version=0),
+        "board_digest": lambda c: c.update(board="triangle-8"),
+    }
+    for field, change in lies.items():
+        verdict = verify_log(touched(change))
+        assert (verdict.ok, verdict.field) == (False, field)
+    done = verify(tmp_path, touched(lies["drops[1].result.bin"]))
+    assert done.returncode == 1
+    assert "drops[1].result.bin differs: the log says 7, the replay gives" in done.stdout
+
+    def other_seed(copy: dict[str, Any]) -> None:
+        copy["drops"][1]["seed"] = "3"
+
+    assert not verify_log(touched(other_seed)).ok
+    broken = {
+        "tick": lambda c: c.pop("tick"),
+        "drops[1].ball": lambda c: c["drops"][1].update(ball=5),
+        "drops[1].tick": lambda c: c["drops"][1].update(tick=-1),
+        "drops[1]": lambda c: c["drops"][1].update(seed="-3"),
+        "drops": lambda c: c.update(drops=7),
+    }
+    for field, change in broken.items():
+        with pytest.raises(RecordError) as raised:
+            verify_log(touched(change))
+        assert raised.value.field == field
+    assert verify(tmp_path, touched(broken["drops"])).returncode == 2
+
+
+# Restarts.
+
+
+def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path: Path) -> None:
+    settings: dict[str, Any] = {"database_url": url, "secret": "k" * 40}
+    with serving(**settings) as server, client_of(server) as http:
+        room, own = opened(http)
+        asleep, _ = opened(http, "triangle-8")
+        first = land(http, room, 1, 2)
+        in_flight = http.post("/rooms/triangle-8/drops", json={"seed": 5}).json()
+    with serving(**settings) as server:
+        keeper = server.services.rooms.keeper
+        assert keeper.rebuilt == 1, "what sleeps is not rebuilt"
+        assert {room, asleep} <= {each.id for each in server.services.rooms.parked()}
+        with client_of(server) as http:
+            listed = {each["id"]: each for each in http.get("/rooms").json()["rooms"]}
+            assert {room, asleep, "main", "triangle-8"} <= listed.keys()
+            assert (listed[room]["drops"], listed[room]["board_name"]) == (2, "tiny")
+            assert server.services.rooms.parked(), "a list needs no room in memory"
+            flying = http.get("/rooms/triangle-8").json()
+            (ball,) = flying["balls"]
+            assert (ball["ball"], ball["seed"], ball["tick"]) == (0, "5", in_flight["tick"])
+            view = http.get(f"/rooms/{room}").json()
+            histogram = [0, 0]
+            for landed in first:
+                histogram[landed["bin"]] += 1
+            assert view["stats"] == {"drops": 2, "histogram": histogram, "unsettled": 0}
+            assert land(http, room, 3)[0]["ball"] == 2
+            log = http.get(f"/rooms/{room}/log").json()
+            assert verify(tmp_path, log).returncode == 0
+            assert [each["result"]["digest"] for each in log["drops"][:2]] == [
+                landed["digest"] for landed in first
+            ]
+            land(http, "triangle-8", 6)
+            log = http.get("/rooms/triangle-8/log").json()
+            assert log["drops"][0]["result"]["digest"] == drop(Board.preset("triangle-8"), 5).digest
+            assert verify(tmp_path, log).returncode == 0
+            assert http.delete(f"/rooms/{room}", headers=own).status_code == 204
+    with serving(**settings) as server:
+        assert room not in {each.id for each in server.services.rooms.parked()}
+
+
+# A line that broke.
+
+
+async def test_a_client_that_comes_back_hears_what_it_missed(
+    server: Running, http: httpx.Client
+) -> None:
+    room, own = opened(http)
+    async with playing(server.socket(room)) as player:
+        await player.send(type="drop", seed=1, ref="one")
+        await player.until("accepted")
+        hello, heard = player.hello, [*player.events]
+        await player.send(type="drop", seed=2, ref="two")
+        await eventually(lambda: server.services.rooms.find(room).drops == 2)
+    since = hello["seq"] + len([e for e in heard if e["type"] in ("accepted", "contact", "landed")])
+    await eventually(lambda: not server.services.rooms.find(room).awake)
+    async with playing(server.socket(room)) as again:
+        assert (again.hello["run"], again.hello["seq"] > since) == (hello["run"], True)
+        assert again.hello["key"] != hello["key"]
+        asking = {"type": "resume", "run": hello["run"], "since": since}
+        await again.send(**asking, key=hello["key"])
+        missed = (await again.until("missed"))["events"]
+        assert [(e["type"], e["ball"]) for e in missed if e["type"] == "accepted"] == [
+            ("accepted", 1)
+        ]
+        assert missed[0]["ref"] == "two", "its own note, as before"
+        assert {e["ball"] for e in missed if e["type"] == "landed"} == {0, 1}
+        await again.send(**asking, key="another")
+        assert (await again.until("missed"))["events"][0]["ref"] is None
+        await again.send(**asking | {"since": again.hello["seq"]}, key=hello["key"])
+        assert (await again.until("missed", since=again.hello["seq"]))["events"] == []
+        await again.send(**asking | {"run": "0" * 16}, key=hello["key"])
+        assert (await again.until("missed", events=None))["since"] == since
+        http.post(f"/rooms/{room}/reset", headers=own)
+        await again.until("hello")
+        await again.send(**asking, key=hello["key"])
+        assert (await again.until("missed", events=None))["since"] == since
+
+
+def test_only_so_much_is_remembered_and_what_is_lost_is_said() -> None:
+    from app.live.replay_buffer import KEPT, Recent
+    from app.protocol import messages
+
+    def accepted(ball: int) -> messages.Accepted:
+        return messages.Accepted(ball=ball, seed="1", x=0.0, explicit_x=False, tick=0)
+
+    recent = Recent("r")
+    recent.begin(10)
+    assert recent.since("r", 9, "") is None, "from before this life"
+    for seq in range(11, 11 + KEPT):
+        recent.add(seq, accepted(seq))
+    assert len(recent.since("r", 10, "") or ()) == KEPT
+    recent.add(11 + KEPT, accepted(0))
+    assert recent.since("r", 10, "") is None
+    assert len(recent.since("r", 11, "") or ()) == KEPT
+    assert recent.since("other", 11, "") is None

@@ -1,0 +1,247 @@
+"""Pictures over HTTP: every format, cacheable, shared by all who ask, refused with the reason."""
+
+import asyncio
+import io
+import math
+import threading
+from collections.abc import Callable
+
+import httpx
+import pytest
+from PIL import Image
+
+from app.errors import BusyError
+from app.pictures.cache import Pictures, look
+from app.pictures.workers import Workers
+from engine import Board, drop, drop_many
+from tests.app.conftest import TINY, Running
+
+BOARD = Board.preset("triangle-12")
+DROP = "/api/v1/drops/triangle-12/42"
+
+
+def opened(response: httpx.Response) -> Image.Image:
+    assert response.status_code == 200, response.text
+    return Image.open(io.BytesIO(response.content))
+
+
+@pytest.mark.parametrize(
+    ("suffix", "media_type", "fmt"),
+    [
+        ("png", "image/png", "PNG"),
+        ("jpg", "image/jpeg", "JPEG"),
+        ("gif", "image/gif", "GIF"),
+        ("webp", "image/webp", "WEBP"),
+        ("apng", "image/apng", "PNG"),
+    ],
+)
+def test_a_drop_comes_in_every_format(
+    http: httpx.Client, suffix: str, media_type: str, fmt: str
+) -> None:
+    response = http.get(f"{DROP}.{suffix}?width=240")
+    assert response.headers["content-type"] == media_type
+    with opened(response) as picture:
+        assert (picture.format, picture.width) == (fmt, 240)
+        moving = math.ceil(drop(BOARD, 42).duration * 30) + 1
+        frames = 1 if suffix in {"png", "jpg"} else moving
+        assert getattr(picture, "n_frames", 1) == frames
+
+
+def test_what_is_asked_for_is_what_is_drawn(http: httpx.Client) -> None:
+    from app.render import drop_animation, drop_picture
+
+    done = drop(BOARD, 42)
+    query = "width=300&theme=dark&t=1.5"
+    assert http.get(f"{DROP}.png?{query}").content == drop_picture(done, "png", 300, "dark", 1.5)
+    slow = http.get(f"{DROP}.gif?width=240&fps=5&theme=dark").content
+    assert slow == drop_animation(done, "gif", 240, 5, "dark")
+    other = drop(BOARD, 42, x=0.0625)
+    assert http.get(f"{DROP}.png?x=0.0625&width=300").content == drop_picture(other, "png", 300)
+
+
+def test_a_picture_is_cacheable_under_a_tag_for_each_query(http: httpx.Client) -> None:
+    tags = set()
+    for query in ("png", "png?width=320", "png?t=1", "png?theme=dark", "jpg", "gif?fps=2"):
+        response = http.get(f"{DROP}.{query}")
+        assert "max-age" in response.headers["cache-control"]
+        tag = response.headers["etag"]
+        assert look() in tag
+        tags.add(tag)
+        again = http.get(f"{DROP}.{query}", headers={"if-none-match": tag})
+        assert (again.status_code, again.content) == (304, b"")
+    assert len(tags) == 6
+
+
+@pytest.mark.parametrize(
+    ("query", "field", "named"),
+    [
+        ("png?width=1000000", "width", "1000000"),
+        ("png?width=0", "width", "0"),
+        ("png?width=wide", "width", "wide"),
+        ("png?theme=pink", "theme", "pink"),
+        ("png?t=-1", "t", "-1"),
+        ("png?t=nan", "t", "nan"),
+        ("jpg?t=soon", "t", "soon"),
+        ("gif?fps=0", "fps", "0"),
+        ("gif?fps=61", "fps", "61"),
+        ("apng?width=10", "width", "10"),
+    ],
+)
+def test_what_cannot_be_drawn_is_named(
+    http: httpx.Client, query: str, field: str, named: str
+) -> None:
+    refused = http.get(f"{DROP}.{query}")
+    assert (refused.status_code, refused.json()["field"]) == (422, field)
+    assert named in refused.json()["detail"]
+
+
+def test_a_registered_board_is_drawn_by_its_digest(http: httpx.Client) -> None:
+    digest = http.post("/api/v1/boards", json={**TINY, "name": "drawn"}).json()["digest"]
+    with opened(http.get(f"/api/v1/drops/{digest}/7.png?width=300")) as picture:
+        assert picture.width == 300
+
+
+# many drops
+
+
+@pytest.mark.parametrize("kind", ["sheet", "density", "histogram"])
+@pytest.mark.parametrize("suffix", ["png", "jpg", "webp"])
+def test_many_drops_come_in_every_still_format(http: httpx.Client, kind: str, suffix: str) -> None:
+    path = f"/api/v1/boards/triangle-12/{kind}.{suffix}?drops=9&width=400"
+    response = http.get(path)
+    with opened(response) as picture:
+        assert picture.format == {"png": "PNG", "jpg": "JPEG", "webp": "WEBP"}[suffix]
+        assert picture.width == 400
+    assert response.headers["content-type"] == f"image/{suffix.replace('jpg', 'jpeg')}"
+    tag = {"if-none-match": response.headers["etag"]}
+    assert http.get(path, headers=tag).status_code == 304
+    assert http.get(f"{path}&seed=1", headers=tag).status_code == 200
+
+
+def test_many_drops_are_those_of_the_seeds(http: httpx.Client) -> None:
+    from app.render import contact_sheet, density_picture, histogram_picture
+
+    seeds, query = range(5, 105), "drops=100&seed=5&width=300&theme=dark"
+    path = "/api/v1/boards/triangle-12"
+    drawn = http.get(f"{path}/density.png?{query}").content
+    assert drawn == density_picture(BOARD, seeds, width=300, theme="dark")
+    drawn = http.get(f"{path}/histogram.png?{query}").content
+    counts = drop_many(BOARD, seeds).histogram
+    assert drawn == histogram_picture(BOARD, counts, width=300, theme="dark")
+    drawn = http.get(f"{path}/sheet.png?drops=4&seed=5&columns=4").content
+    assert drawn == contact_sheet(BOARD, range(5, 9), columns=4)
+
+
+@pytest.mark.parametrize(
+    ("query", "status", "field", "named"),
+    [
+        ("triangle-12/density.png?drops=0", 422, "drops", "0"),
+        ("triangle-12/density.png?drops=10001", 422, "drops", "10001"),
+        ("triangle-12/histogram.png?drops=-1", 422, "drops", "-1"),
+        ("triangle-12/histogram.png?seed=18446744073709551615", 422, "seed", "2^64"),
+        ("triangle-12/density.png?seed=abc", 422, "seed", "abc"),
+        ("triangle-12/sheet.png?drops=257", 422, "drops", "257"),
+        ("triangle-12/sheet.png?drops=-1", 422, "drops", "-1"),
+        ("triangle-12/sheet.png?columns=99", 422, "columns", "99"),
+        ("triangle-12/sheet.png?width=3000", 422, "width", "3000"),
+        ("triangle-12/density.png?width=3000", 422, "width", "3000"),
+        ("triangle-12/density.png?theme=pink", 422, "theme", "pink"),
+        ("nope/density.png", 404, "board", "nope"),
+    ],
+)
+def test_many_drops_that_cannot_be_drawn_are_named(
+    http: httpx.Client, query: str, status: int, field: str, named: str
+) -> None:
+    refused = http.get(f"/api/v1/boards/{query}")
+    assert (refused.status_code, refused.json()["field"]) == (status, field)
+    assert named in refused.json()["detail"]
+
+
+def test_drops_that_take_too_long_are_given_up(
+    http: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A clock that runs fast stands for a board on which balls bounce for ever."""
+    monkeypatch.setattr("app.web.routes.pictures.MAX_SECONDS", -1.0)
+    for kind in ("density", "sheet"):
+        refused = http.get(f"/api/v1/boards/triangle-12/{kind}.png?drops=150&seed=77")
+        assert (refused.status_code, refused.json()["field"]) == (422, "drops")
+        assert "too long" in refused.json()["detail"]
+
+
+# made once
+
+
+def held() -> tuple[Callable[[], bytes], threading.Event, list[int]]:
+    """A drawing that waits for the event, the event, and a list with an entry for each start."""
+    go, started = threading.Event(), []
+
+    def draw() -> bytes:
+        started.append(1)
+        go.wait(30)
+        return b"picture"
+
+    return draw, go, started
+
+
+async def test_those_who_ask_at_once_share_one_drawing() -> None:
+    workers = Workers(1, 4)
+    pictures = Pictures(workers, 100)
+    draw, go, started = held()
+    asking = [asyncio.create_task(pictures.get("a", draw)) for _ in range(20)]
+    await asyncio.sleep(0.01)
+    asking[0].cancel()
+    go.set()
+    assert await asyncio.gather(*asking[1:]) == [b"picture"] * 19
+    assert (len(started), pictures.drawn) == (1, 1)
+    assert await pictures.get("a", draw) == b"picture"
+    assert len(started) == 1
+    workers.close()
+
+
+async def test_pictures_kept_are_bounded_in_bytes_and_the_unused_go_first() -> None:
+    workers = Workers(1, 4)
+    pictures = Pictures(workers, 100)
+    for name in ("a", "b"):
+        await pictures.get(name, lambda: bytes(45))
+    await pictures.get("a", lambda: b"")
+    await pictures.get("c", lambda: bytes(45))
+    assert pictures.size == 90
+    drawn = pictures.drawn
+    await pictures.get("a", lambda: b"")
+    assert pictures.drawn == drawn
+    await pictures.get("b", lambda: bytes(45))
+    await pictures.get("too large", lambda: bytes(101))
+    assert pictures.drawn == drawn + 2
+    assert pictures.size <= 100
+    workers.close()
+
+
+async def test_a_full_queue_refuses_and_a_failed_drawing_is_tried_again() -> None:
+    workers = Workers(1, 1)
+    pictures = Pictures(workers, 100)
+    draw, go, _ = held()
+    asking = [asyncio.create_task(pictures.get(name, draw)) for name in "ab"]
+    await asyncio.sleep(0.01)
+    with pytest.raises(BusyError):
+        await pictures.get("c", draw)
+    go.set()
+    await asyncio.gather(*asking)
+
+    def fail() -> bytes:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        await pictures.get("c", fail)
+    assert await pictures.get("c", lambda: b"now") == b"now"
+    workers.close()
+
+
+def test_a_busy_server_says_when_to_come_back(server: Running, http: httpx.Client) -> None:
+    workers = server.services.workers
+    jobs, workers.jobs = workers.jobs, workers.max_jobs + workers.threads
+    try:
+        refused = http.get(f"{DROP}.gif?width=241")
+    finally:
+        workers.jobs = jobs
+    assert refused.status_code == 503
+    assert int(refused.headers["retry-after"]) >= 1

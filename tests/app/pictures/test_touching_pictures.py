@@ -1,0 +1,167 @@
+"""Pictures of rooms whose balls touch: balls of many sizes, sleepers grey, scenes begun anew."""
+
+import asyncio
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from app.errors import InvalidValueError
+from app.pictures.film import Shot, stage_of, still_of
+from app.render import BoxStage
+from app.render.theme import THEMES
+from app.rooms.independent import DropCommand
+from app.rooms.touching.room import ArenaCommand, ArenaRoom
+from app.rooms.touching.scene import Scene
+from engine import Board
+from engine.multibody.scenes import sandbox
+from engine.multibody.static_geometry import Place
+from tests.app.conftest import TINY
+from tests.app.pictures.test_film import decode, filming, picture_in, redness
+
+WIDTH = 500
+
+
+def box_room(**scene: Any) -> ArenaRoom:
+    found = Scene.of({"scene": "sandbox", **scene}, tick_rate=60, max_balls=300)
+    return ArenaRoom("r", found, tick_rate=60, max_balls=300)
+
+
+def add(room: ArenaRoom, x: float, y: float, radius: float) -> None:
+    room.take(ArenaCommand({"type": "add", "x": x, "y": y, "radius": radius}))
+
+
+def frame_of(room: ArenaRoom) -> tuple[Any, Any]:
+    """The stage of a room, and the room's frame on it."""
+    stage, still = stage_of(room, WIDTH, "light"), still_of(room)
+    return stage, stage.frame(still.bodies, facts=still.facts).astype(int)
+
+
+def colour_at(stage: Any, pixels: Any, x: float, y: float) -> Any:
+    return pixels[int(stage.view.py(y)), int(stage.view.px(x))]
+
+
+def test_each_ball_of_a_box_is_as_large_as_it_is() -> None:
+    room = box_room(balls=0)
+    sizes = {-2.0: 0.08, 0.0: 0.2, 2.0: 0.5}
+    bare = frame_of(room)[1]
+    for x, radius in sizes.items():
+        add(room, x, 1.5, radius)
+    stage, pixels = frame_of(room)
+    rows = slice(int(stage.view.header), None)
+    for x, radius in sizes.items():
+        columns = slice(int(stage.view.px(x - 0.8)), int(stage.view.px(x + 0.8)))
+        new = np.abs(pixels - bare)[rows, columns].max(axis=-1) > 30
+        across = new.any(axis=0).sum()  # the shadow makes it a little wider, to the right
+        wide = 2.0 * radius * stage.view.scale
+        assert wide - 1.0 <= across <= 1.2 * wide + 2.0
+        centre = stage.view.px(x), stage.view.py(1.5)
+        assert redness(pixels, *centre, int(0.7 * radius * stage.view.scale)) > 0.3
+
+
+def test_who_sleeps_is_grey() -> None:
+    arena = sandbox(12, seed=3, speed=0.0)
+    while arena.awake:
+        arena.step()
+    arena.add(0.0, 1.0, radius=0.2)
+    stage = BoxStage(arena.place, WIDTH)
+    pixels = stage.frame(arena.bodies).astype(int)
+    for body in arena.bodies:
+        reach = int(0.6 * body["radius"] * stage.view.scale)
+        x, y = stage.view.px(float(body["x"])), stage.view.py(float(body["y"]))
+        red = redness(pixels, x, y, max(reach, 1))
+        assert red == 0.0 if body["asleep"] else red > 0.3
+
+
+def test_a_box_has_its_rails_outside_and_its_pegs_and_bins_inside() -> None:
+    rail = np.array(THEMES["light"]["rail"])
+    stage = BoxStage(Place.box(4.0, 3.0), WIDTH)
+    pixels = stage.frame(sandbox(0).bodies).astype(int)
+    edge = 1.0 / stage.view.scale  # m of a pixel
+    for x, y in ((-2.0 - edge, 1.5), (2.0 + edge, 1.5), (0.3, -edge), (0.3, 3.0 + edge)):
+        assert (colour_at(stage, pixels, x, y) == rail).all()
+    for x, y in ((-2.0 + edge, 1.5), (2.0 - edge, 1.5), (0.3, 3.0 - edge)):
+        assert abs(colour_at(stage, pixels, x, y) - rail).max() > 60
+    board = Board.preset("triangle-8")
+    on_board = BoxStage(Place.of_board(board), WIDTH)
+    pixels = on_board.frame(sandbox(0).bodies).astype(int)
+    for peg in board.pegs:
+        assert (colour_at(on_board, pixels, peg.x, peg.y) == THEMES["light"]["peg"]).all()
+    middle = 0.5 * (board.bins.edges[3] + board.bins.edges[4])
+    line = colour_at(on_board, pixels, middle, board.bins.y)
+    assert abs(line - np.array(THEMES["light"]["trayMark"])).max() < 80
+
+
+def test_a_tall_box_is_no_endless_picture_and_a_bad_size_is_named() -> None:
+    stage = BoxStage(Place.box(0.5, 20.0), 240)
+    assert stage.view.height <= 2.5 * 240 + 60
+    assert 0 < stage.view.px(-0.25) < stage.view.px(0.25) < 240
+    with pytest.raises(InvalidValueError, match="width 10"):
+        BoxStage(Place.box(1.0, 1.0), 10)
+
+
+def test_a_png_of_a_box_shows_what_the_pixels_are() -> None:
+    room = box_room(balls=40)
+    for _ in range(60):
+        room.step(watched=False)
+    stage, pixels = frame_of(room)
+    drawn = pixels.astype(np.uint8)
+    assert abs(decode(stage.png(drawn)) - pixels).mean() < 0.8
+    assert abs(decode(stage.jpg(drawn)) - pixels).mean() < 4.0
+
+
+def test_balls_that_knock_each_other_are_drawn_on_their_board() -> None:
+    board = Board.from_json(TINY)
+    room = ArenaRoom("r", board, tick_rate=60, max_balls=9)
+    room.take(DropCommand(1))
+    for _ in range(10):
+        room.step(watched=False)
+    stage, pixels = frame_of(room)
+    assert stage.board == board
+    (body,) = room.world.bodies
+    x, y = stage.view.px(float(body["x"])), stage.view.py(float(body["y"]))
+    assert redness(pixels, x, y, int(board.ball.radius * stage.view.scale)) > 0.3
+    assert still_of(room).facts == ("1 in flight", "0 landed")
+
+
+async def test_a_camera_goes_on_when_another_scene_is_begun() -> None:
+    async with filming() as cameras:
+        room = box_room(balls=5)
+        camera, seen, part = await cameras.open(room, Shot("r", 240, "light", 60))
+        first = picture_in(part).shape
+        waiting = asyncio.create_task(camera.newest(seen))
+        await asyncio.sleep(0)
+        room.take(ArenaCommand({"type": "reset", "scene": {"scene": "galton", "balls": 20}}))
+        room.step(watched=False)
+        cameras.ticked(0.0, 0.0)
+        _, part = await waiting
+        assert picture_in(part).shape != first
+
+
+async def test_a_box_at_rest_is_not_drawn_again_until_something_is_put_in() -> None:
+    async with filming() as cameras:
+        room = box_room(balls=0)
+        camera, seen, _ = await cameras.open(room, Shot("r", 240, "light", 60))
+        waiting = asyncio.create_task(camera.newest(seen))
+        cameras.ticked(0.0, 0.0)
+        await asyncio.sleep(0.1)
+        assert cameras.drawn == 1
+        add(room, 0.0, 1.0, 0.3)
+        cameras.ticked(0.0, 0.0)
+        _, part = await waiting
+        view = stage_of(room, 240, "light").view
+        assert redness(picture_in(part), view.px(0.0), view.py(1.0), 6) > 0.3
+
+
+@pytest.mark.parametrize("suffix", ["png", "jpg"])
+def test_scenes_and_tables_of_touching_balls_have_frames(http: httpx.Client, suffix: str) -> None:
+    for name in ("sandbox", "interacting-triangle-8"):
+        reply = http.get(f"/api/v1/rooms/{name}/frame.{suffix}?width=300&theme=dark")
+        assert reply.status_code == 200, reply.text
+        assert decode(reply.content).shape[1] == 300
+    room = http.post("/api/v1/rooms", json={"scene": "sandbox", "balls": 0}).json()
+    path = f"/api/v1/rooms/{room['id']}"
+    first = http.get(f"{path}/frame.{suffix}")
+    tag = {"if-none-match": first.headers["etag"]}
+    assert http.get(f"{path}/frame.{suffix}", headers=tag).status_code == 304

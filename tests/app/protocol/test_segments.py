@@ -1,0 +1,383 @@
+"""Paths in pieces: drawn from the bytes alone, a ball is where the drop says it is."""
+
+import bisect
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.errors import MalformedError
+from app.protocol import curves as pieces
+from app.protocol import messages, segments
+from app.protocol.curves import TOLERANCE, TURN_TOLERANCE, Piece
+from app.protocol.messages import Extent
+from app.rooms.independent import DropCommand, Room
+from engine import Board, ParameterError, World, drop
+from engine.constants import KIND_PEG, KIND_WALL
+from tests.app.conftest import Running, playing
+
+GOLDEN = json.loads((Path(__file__).parents[2] / "golden" / "segments.json").read_text())
+BOARDS = ("triangle-8", "triangle-12", "triangle-16", "classic", "galton")
+
+PIXEL = 0.01  # m, where a page draws 100 pixels a metre
+FLIGHTS_OFF = 0.025 * PIXEL  # what rounding may do to a flight on the presets
+HALF_STEP = 1.0 / (2 * 1024 * 60)  # s by which the beginning of a piece is rounded
+BYTES = {"flight": 18, "curve": 26}
+
+
+def golden_scale() -> segments.Scale:
+    given = dict(GOLDEN["scale"])
+    return segments.Scale(Extent(**given.pop("extent")), **given)
+
+
+def as_golden(piece: Piece) -> dict[str, Any]:
+    form = msgspec.structs.asdict(piece)
+    form["bend"] = list(piece.bend) if piece.bend else None
+    return form
+
+
+@pytest.mark.parametrize("golden", GOLDEN["frames"], ids=lambda golden: golden["name"])
+def test_golden_bytes_decode_to_exactly_these_values(golden: dict[str, Any]) -> None:
+    frame = segments.decode_segments(bytes.fromhex(golden["hex"]), golden_scale())
+    assert (frame.tick, frame.seq) == (golden["tick"], golden["seq"])
+    assert frame.full == golden["full"]
+    assert [as_golden(piece) for piece in frame.flights] == golden["flights"]
+    assert [as_golden(piece) for piece in frame.curves] == golden["curves"]
+
+
+@pytest.mark.parametrize("golden", GOLDEN["frames"], ids=lambda golden: golden["name"])
+def test_golden_pieces_are_drawn_here(golden: dict[str, Any]) -> None:
+    scale = golden_scale()
+    frame = segments.decode_segments(bytes.fromhex(golden["hex"]), scale)
+    pieces = [piece for piece in (*frame.flights, *frame.curves) for _ in range(2)]
+    assert len(pieces) == len(golden["drawn"])
+    for piece, drawn in zip(pieces, golden["drawn"], strict=True):
+        pose = segments.pose_at(piece, drawn["at"], **scale.law())
+        assert pose == pytest.approx(drawn["pose"], 1e-12)
+
+
+@given(st.binary(max_size=80))
+def test_bytes_that_are_no_segments_are_refused_and_nothing_else_is_raised(data: bytes) -> None:
+    try:
+        frame = segments.decode_segments(data, golden_scale())
+    except MalformedError:
+        return
+    pieces = BYTES["flight"] * len(frame.flights) + BYTES["curve"] * len(frame.curves)
+    assert len(data) == 16 + pieces
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        bytes(15),
+        bytes.fromhex(GOLDEN["frames"][0]["hex"])[:-1],
+        bytes.fromhex(GOLDEN["frames"][0]["hex"]) + b"\0",
+        b"\x50" + bytes.fromhex(GOLDEN["frames"][0]["hex"])[1:],
+        b"\x53\x01" + bytes.fromhex(GOLDEN["frames"][0]["hex"])[2:],
+    ],
+    ids=["nothing", "half a header", "a byte short", "a byte too many", "magic", "version"],
+)
+def test_a_damaged_frame_is_refused(data: bytes) -> None:
+    with pytest.raises(MalformedError):
+        segments.decode_segments(data, golden_scale())
+
+
+class Drawing:
+    """A client that draws balls from frames alone; times are the room's."""
+
+    def __init__(self, scale: segments.Scale) -> None:
+        self.scale = scale
+        self.pieces: dict[int, list[Piece]] = {}
+
+    def take(self, data: bytes) -> None:
+        frame = segments.decode_segments(data, self.scale)
+        for piece in (*frame.flights, *frame.curves):
+            self.pieces.setdefault(piece.ball, []).append(piece)
+
+    def drawn(self, ball: int, times: Any) -> tuple[Any, list[Piece]]:
+        """x, y and angle at each of the times, and the piece that each is on."""
+        pieces = sorted(self.pieces[ball], key=lambda piece: piece.t)
+        starts = [piece.t for piece in pieces]
+        on = [pieces[max(bisect.bisect(starts, t) - 1, 0)] for t in times]
+        law = self.scale.law()
+        return np.array([segments.pose_at(p, t, **law) for p, t in zip(on, times, strict=True)]), on
+
+
+def assert_drawn_true(
+    drawing: Drawing, ball: int, alone: Any, start: int, since: float = 0.0
+) -> float:
+    """Compare a drawn ball with the same drop alone; returns how far off its flights are, m."""
+    scale = drawing.scale
+    times = np.arange(since, alone.duration, 1.0 / 240.0)
+    states = alone.states(times)
+    drawn, on = drawing.drawn(ball, times + start / scale.tick_rate)
+    age = times + start / scale.tick_rate - np.array([piece.t for piece in on])
+    curved = np.array([piece.bend is not None for piece in on])
+    box = scale.extent
+    # Half a step of place and speed; and a bounce may be told half a step of time too late.
+    speed = np.hypot(states["vx"], states["vy"])
+    common = 0.25 * scale.velocity_scale * age + 2.0 * speed * HALF_STEP
+    common += np.where(curved, TOLERANCE, 0.0) + 1e-9
+    off_x = np.abs(drawn[:, 0] - states["x"])
+    off_y = np.abs(drawn[:, 1] - states["y"])
+    assert (off_x <= common + (box.x_max - box.x_min) / segments._GRID).all()
+    assert (off_y <= common + 0.5 * (box.y_max - box.y_min) / segments._GRID).all()
+    off = np.remainder(drawn[:, 2] - states["theta"] + np.pi, 2 * np.pi) - np.pi
+    rounding = np.pi / 256 + 0.5001 * scale.spin_scale * age
+    rounding += 2.0 * np.abs(states["omega"]) * HALF_STEP
+    assert (np.abs(off) <= np.where(curved, TURN_TOLERANCE, 0.0) + rounding).all()
+    return float(np.hypot(off_x, off_y)[~curved].max(initial=0.0))
+
+
+class Played(NamedTuple):
+    """Seeds played in a room watched both ways: the drawing, balls by seed, bytes of streams."""
+
+    drawing: Drawing
+    balls: dict[int, int]
+    cut: int
+    whole: int
+
+
+def drawn_room(board: Board, seeds: range) -> Played:
+    room = Room("r", board, tick_rate=60, max_balls=len(seeds))
+    room.watch_segments(True)
+    drawing = Drawing(room.scale)
+    balls = {}
+    cut, whole = 0, 0
+    for seed in seeds:
+        balls[seed] = room.drop(DropCommand(seed)).ball
+    while room.awake:
+        room.step(watched=True)
+        whole += len(room.frame())
+        frame = room.segments()
+        if frame is not None:
+            cut += len(frame)
+            drawing.take(frame)
+    return Played(drawing, balls, cut, whole)
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_drawn_from_the_bytes_alone_a_ball_is_a_small_part_of_a_pixel_off(name: str) -> None:
+    board = Board.preset(name)
+    played = drawn_room(board, range(20))
+    for seed, ball in played.balls.items():
+        assert assert_drawn_true(played.drawing, ball, drop(board, seed), 0) <= FLIGHTS_OFF
+
+
+@pytest.mark.parametrize("name", BOARDS)
+@pytest.mark.parametrize("balls", [50, 200])
+def test_pieces_are_a_fifth_of_the_bytes_of_snapshots_or_less(name: str, balls: int) -> None:
+    """A piece a bounce against a snapshot a tick: the shorter the flights, the less is gained."""
+    played = drawn_room(Board.preset(name), range(balls))
+    assert played.cut <= played.whole / 5
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_balls_that_fall_alone_take_a_fifth_of_the_bytes_too(name: str) -> None:
+    """Their frames are mostly header in both streams; one that hops for long may take more."""
+    alone = [drawn_room(Board.preset(name), range(seed, seed + 1)) for seed in range(20)]
+    assert sum(each.cut for each in alone) <= sum(each.whole for each in alone) / 5
+    assert max(each.cut / each.whole for each in alone) <= 1 / 3
+
+
+@pytest.mark.parametrize("gravity", [0.3, 1.62, 24.79])
+@pytest.mark.parametrize("drag", [0.0, 3.0])
+def test_whatever_the_law_the_pieces_fit(gravity: float, drag: float) -> None:
+    form = {**Board.preset("triangle-8").to_dict(), "gravity": gravity, "drag": drag}
+    board = Board.from_json(form)
+    played = drawn_room(board, range(5))
+    for seed, ball in played.balls.items():
+        assert_drawn_true(played.drawing, ball, drop(board, seed), 0)
+
+
+def test_a_flight_says_what_it_bounced_off() -> None:
+    board = Board.preset("triangle-8")
+    played = drawn_room(board, range(20))
+    compared = 0
+    for seed, ball in played.balls.items():
+        hits = [
+            (float(impact["t"]), int(impact["kind"]), int(impact["index"]))
+            for impact in drop(board, seed).impacts
+            if impact["kind"] in (KIND_PEG, KIND_WALL)
+        ]
+        for piece in played.drawing.pieces[ball]:
+            if piece.bend is None and piece.kind in (KIND_PEG, KIND_WALL):
+                _, kind, index = min(hits, key=lambda hit: abs(hit[0] - piece.t))
+                assert (kind, index) == (piece.kind, piece.index)
+                compared += 1
+        assert played.drawing.pieces[ball][0].kind == pieces.DROPPED
+    assert compared > 100
+
+
+def test_one_who_comes_late_gets_the_pieces_in_use_and_then_the_rest() -> None:
+    board = Board.preset("triangle-12")
+    room = Room("r", board, tick_rate=60, max_balls=10)
+    balls = [room.drop(DropCommand(seed)).ball for seed in range(3)]
+    for _ in range(90):
+        room.step(watched=True)
+    drawing = Drawing(room.scale)
+    full = segments.decode_segments(room.all_segments(), room.scale)
+    assert full.full
+    assert sorted(piece.ball for piece in (*full.flights, *full.curves)) == balls
+    drawing.take(room.all_segments())
+    while room.awake:
+        room.step(watched=True)
+        frame = room.segments()
+        if frame is not None:
+            assert not segments.decode_segments(frame, room.scale).full
+            drawing.take(frame)
+    for seed, ball in enumerate(balls):
+        assert_drawn_true(drawing, ball, drop(board, seed), 0, since=90 / 60)
+    assert len(segments.decode_segments(room.all_segments(), room.scale).flights) == 0
+
+
+def test_a_piece_told_again_in_a_full_frame_is_the_same_piece() -> None:
+    room = Room("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
+    room.watch_segments(True)
+    room.drop(DropCommand(5))
+    known: set[Piece] = set()
+    compared = 0
+    while room.awake:
+        room.step(watched=True)
+        data = room.segments()
+        if data is not None:
+            frame = segments.decode_segments(data, room.scale)
+            known.update((*frame.flights, *frame.curves))
+        again = segments.decode_segments(room.all_segments(), room.scale)
+        for piece in (*again.flights, *again.curves):
+            assert piece in known
+            compared += 1
+    assert compared > 100
+
+
+def test_a_long_flight_is_told_from_where_the_ball_was_a_second_ago() -> None:
+    form = {**Board.preset("triangle-8").to_dict(), "gravity": 0.05, "drag": 0.2}
+    board = Board.from_json(form)
+    room = Room("r", board, tick_rate=60, max_balls=1)
+    ball = room.drop(DropCommand(5)).ball
+    first = drop(board, 5).impacts[0]["t"]
+    while room.world.tick / 60 < first - 1 / 60:
+        room.step(watched=True)
+    drawing = Drawing(room.scale)
+    drawing.take(room.all_segments())
+    (piece,) = drawing.pieces[ball]
+    assert piece.kind == pieces.UNDER_WAY
+    assert room.world.tick / 60 - piece.t == 63 / 60
+    times = np.linspace(piece.t, first, 50)
+    drawn, _ = drawing.drawn(ball, times)
+    states = drop(board, 5).states(times)
+    assert np.abs(drawn[:, 0] - states["x"]).max() < FLIGHTS_OFF
+    assert np.abs(drawn[:, 1] - states["y"]).max() < FLIGHTS_OFF
+
+
+@pytest.mark.parametrize(("x", "kept"), [(-6.0, -6.0), (-20.0, -8.0), (9.0, 8.0)])
+def test_a_ball_beside_the_board_is_told_as_far_as_half_a_board_from_it(
+    x: float, kept: float
+) -> None:
+    scale = segments.Scale(Extent(-4.0, 4.0, 0.0, 6.0), 1 / 1024, 1 / 64, 60, 9.81, 0.0)
+    piece = Piece(1, pieces.OFF_WALL, 3, 0.5, x, 2.0, -1.0, 0.0, 0.0, 0.0)
+    stream = segments.SegmentStream(scale, 0)
+    data = segments._frame(31, 0, [segments._Due(30, 30.0, piece)], 0, scale)
+    assert stream.take(1, 0) is None
+    assert segments.decode_segments(data, scale).flights[0].x == pytest.approx(kept, abs=2e-4)
+
+
+def test_pieces_come_with_the_tick_in_which_they_begin() -> None:
+    room = Room("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
+    room.watch_segments(True)
+    start = room.drop(DropCommand(5)).tick
+    while room.awake:
+        room.step(watched=True)
+        data = room.segments()
+        if data is None:
+            continue
+        frame = segments.decode_segments(data, room.scale)
+        for piece in (*frame.flights, *frame.curves):
+            age = frame.tick - piece.t * 60
+            assert 0.0 <= age + 1e-9 < 1.0 + 1e-9 or piece.t * 60 == start
+
+
+def test_paths_are_known_of_live_balls_of_the_exact_solver_only() -> None:
+    world = World(Board.preset("triangle-8"))
+    ball = world.add(seed=1)
+    assert world.trajectory(ball).end[0] == drop(world.board, 1).duration
+    with pytest.raises(ParameterError, match="ball 7 is not in flight"):
+        world.trajectory(7)
+    stepped = World(Board.preset("triangle-8"), solver="stepped")
+    with pytest.raises(ParameterError, match="stepped"):
+        stepped.trajectory(stepped.add(seed=1))
+
+
+def scale_of(hello: dict[str, Any]) -> segments.Scale:
+    board = hello["board"]
+    return segments.Scale(
+        Extent(**hello["extent"]),
+        hello["velocity_scale"],
+        hello["spin_scale"],
+        hello["tick_rate"],
+        board["gravity"],
+        board["drag"],
+    )
+
+
+async def test_a_live_client_draws_the_drop(server: Running) -> None:
+    async with playing(server.socket("triangle-8?stream=segments")) as player:
+        hello = player.hello
+        assert (hello["stream"], hello["spin_scale"]) == (
+            "segments",
+            hello["velocity_scale"] / hello["board"]["ball"]["radius"],
+        )
+        drawing = Drawing(scale_of(hello))
+        await player.send(type="drop", seed=42)
+        accepted = await player.until("accepted")
+        await player.until("landed", ball=accepted["ball"])
+    for data in player.binaries:
+        drawing.take(data)
+    alone = drop(Board.preset("triangle-8"), 42)
+    assert_drawn_true(drawing, accepted["ball"] & 0xFFFF, alone, accepted["tick"])
+    assert "contact" not in player.kinds()
+    assert segments.decode_segments(player.binaries[0], drawing.scale).full
+
+
+async def test_both_streams_of_a_room_tell_of_the_same_landing(server: Running) -> None:
+    async with (
+        playing(server.socket("triangle-8")) as whole,
+        playing(server.socket("triangle-8?stream=segments")) as cut,
+    ):
+        await whole.send(type="drop", seed=3)
+        landings = [await each.until("landed", seed="3") for each in (whole, cut)]
+    assert landings[0] == landings[1]
+    assert sum(map(len, cut.binaries)) < sum(map(len, whole.binaries))
+
+
+async def test_pieces_are_stamped_with_the_events_so_far(server: Running) -> None:
+    async with playing(server.socket("triangle-8?stream=segments")) as player:
+        scale = scale_of(player.hello)
+        await player.send(type="drop", seed=3)
+        landed = await player.until("landed", seed="3")
+        seen = [segments.decode_segments(data, scale).seq for data in player.binaries]
+        assert seen == sorted(seen)
+        assert seen[0] == player.hello["seq"]
+        # More than the one event it was told, since contacts count though they are not sent.
+        assert seen[-1] > player.hello["seq"] + 1
+        hello = player.hello
+        asked = {"run": hello["run"], "key": hello["key"], "since": seen[-1]}
+        await player.send(type="resume", **asked)
+        missed = await player.until("missed")
+    assert [event["ball"] for event in missed["events"]] == [landed["ball"]]
+
+
+async def test_an_unknown_stream_is_named(server: Running) -> None:
+    async with playing(server.socket("main?stream=video")) as player:
+        assert (player.hello["type"], player.hello["code"]) == ("error", "invalid-value")
+        assert "'video' is not one of: snapshots, segments" in player.hello["detail"]
+
+
+def test_no_stream_means_snapshots() -> None:
+    assert messages.parse_stream(None) == messages.parse_stream("") == "snapshots"

@@ -1,0 +1,237 @@
+"""A room alone, with no server: commands in, events and frames out, the same each time."""
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.errors import BallLimitError
+from app.protocol import messages, segments
+from app.rooms.independent import DropCommand, Room
+from engine import Board, ParameterError, SeedError, drop
+
+BOARD = Board.preset("triangle-8")
+
+
+def room(**options: Any) -> Room:
+    return Room("r", BOARD, **{"tick_rate": 60, "max_balls": 200, **options})
+
+
+def play(table: Room, *, watched: bool = True) -> list[messages.Event]:
+    """Tick until nothing moves."""
+    events: list[messages.Event] = []
+    while table.awake:
+        events += table.step(watched=watched)
+    return events
+
+
+def landings(events: list[messages.Event]) -> dict[int, messages.Landed]:
+    return {event.ball: event for event in events if isinstance(event, messages.Landed)}
+
+
+def test_a_live_ball_lands_as_the_same_drop_replayed_alone() -> None:
+    table = room()
+    accepted = table.drop(DropCommand(42))
+    landed = landings(play(table))[accepted.ball]
+    alone = drop(BOARD, 42)
+    assert landed.digest == alone.digest
+    assert (landed.bin, landed.score, landed.t, landed.x_end) == (
+        alone.bin,
+        alone.score,
+        alone.duration,
+        alone.x_end,
+    )
+    assert accepted.x == alone.x_start
+
+
+@given(st.lists(st.tuples(st.integers(0, 2**64 - 1), st.integers(0, 90)), min_size=1, max_size=8))
+@settings(max_examples=20)
+def test_company_and_timing_change_no_ball(drops: list[tuple[int, int]]) -> None:
+    table = room()
+    events: list[messages.Event] = []
+    for seed, pause in drops:
+        table.drop(DropCommand(seed))
+        for _ in range(pause):
+            events += table.step(watched=True)
+    landed = landings(events + play(table))
+    assert [landed[ball].digest for ball in range(len(drops))] == [
+        drop(BOARD, seed).digest for seed, _ in drops
+    ]
+
+
+def test_an_explicit_start_is_kept_and_said() -> None:
+    table = room()
+    accepted = table.drop(DropCommand(7, x=0.1))
+    assert (accepted.x, accepted.explicit_x) == (0.1, True)
+    assert landings(play(table))[0].digest == drop(BOARD, 7, x=0.1).digest
+
+
+def test_watching_changes_nothing_but_what_is_told() -> None:
+    watched, alone = room(), room()
+    for table in (watched, alone):
+        for seed in range(5):
+            table.drop(DropCommand(seed))
+    heard, unheard = play(watched), play(alone, watched=False)
+    assert landings(heard) == landings(unheard)
+    assert any(isinstance(event, messages.Contact) for event in heard)
+    assert not any(isinstance(event, messages.Contact) for event in unheard)
+    assert watched.stats() == alone.stats()
+
+
+def test_contacts_are_those_of_the_drop_but_for_the_quiet_ones() -> None:
+    table = room()
+    table.drop(DropCommand(42))
+    heard = [event for event in play(table) if isinstance(event, messages.Contact)]
+    impacts = drop(BOARD, 42).impacts
+    hits = {row["t"] for row in impacts[impacts["kind"] <= 1]}
+    assert heard
+    assert {contact.t for contact in heard} <= hits
+    assert all(contact.speed >= 0.05 for contact in heard)
+    for contact in heard:
+        assert (contact.tick - 1) / 60 <= contact.t <= contact.tick / 60 + 1e-9
+
+
+def test_frames_show_where_the_drop_is_at_that_tick() -> None:
+    table = room()
+    for _ in range(3):
+        table.step(watched=True)
+    table.drop(DropCommand(42))
+    alone = drop(BOARD, 42)
+    step_x = (table.extent.x_max - table.extent.x_min) / 65535
+    step_y = (table.extent.y_max - table.extent.y_min) / 65535
+    while True:
+        table.step(watched=True)
+        frame = messages.decode_snapshot(table.frame(), table.extent, table.velocity_scale)
+        if not table.awake:
+            break
+        (ball,) = frame.balls
+        (state,) = alone.states([(frame.tick - 3) / 60])
+        assert abs(ball["x"] - state["x"]) <= 0.51 * step_x
+        assert abs(ball["y"] - state["y"]) <= 0.51 * step_y
+        assert abs(ball["vx"] - state["vx"]) <= 0.51 * table.velocity_scale
+        assert abs(ball["vy"] - state["vy"]) <= 0.51 * table.velocity_scale
+    assert len(frame.balls) == 0
+
+
+def test_a_bounce_is_flagged_in_the_next_frame_however_many_ticks_later_and_only_there() -> None:
+    table = room()
+    table.drop(DropCommand(42))
+    while not any(isinstance(event, messages.Contact) for event in table.step(watched=True)):
+        table.frame()
+    table.step(watched=True)
+
+    def flags() -> list[bool]:
+        frame = messages.decode_snapshot(table.frame(), table.extent, table.velocity_scale)
+        flagged: list[bool] = frame.balls["bounced"].tolist()
+        return flagged
+
+    assert flags() == [True]
+    assert flags() == [False], "nothing happened in between"
+
+
+def test_balls_that_have_landed_leave_nothing_behind_where_no_snapshot_is_taken() -> None:
+    room = Room("r", Board.preset("triangle-8"), tick_rate=60, max_balls=20)
+    room.watch_segments(True)
+    for seed in range(20):
+        room.drop(DropCommand(seed))
+    while room.awake:
+        room.step(watched=True)
+        room.segments()
+    assert not room._bounced
+    assert len(room.all_segments()) == segments.HEADER.size
+
+
+def test_frames_count_the_events_announced_before_them() -> None:
+    table = room()
+    announced = 0
+    for seed in range(3):
+        table.drop(DropCommand(seed))
+        announced += 1
+    while table.awake:
+        announced += len(table.step(watched=True))
+        frame = messages.decode_snapshot(table.frame(), table.extent, table.velocity_scale)
+        assert frame.seq == announced
+    assert table.hello(0.0, messages.Limits(1, 1.0, 1)).seq == announced
+
+
+def test_balls_in_a_frame_are_in_rising_order() -> None:
+    table = room()
+    for seed in range(6):
+        table.drop(DropCommand(seed))
+        table.step(watched=True)
+    while table.awake:
+        ids = table.world.bodies["id"]
+        assert (np.diff(ids) > 0).all()
+        table.step(watched=True)
+
+
+def test_the_count_of_what_happened_adds_up() -> None:
+    table = room()
+    for seed in range(20):
+        table.drop(DropCommand(seed))
+    assert table.stats() == messages.Stats(20, [0] * 9, 0)
+    play(table)
+    expected = [0] * 9
+    for seed in range(20):
+        where = drop(BOARD, seed).bin
+        assert where is not None
+        expected[where] += 1
+    assert table.stats() == messages.Stats(20, expected, 0)
+
+
+def test_a_full_room_takes_no_more_until_a_ball_has_landed() -> None:
+    table = room(max_balls=2)
+    table.drop(DropCommand(1))
+    table.drop(DropCommand(2))
+    with pytest.raises(BallLimitError, match="already holds 2 balls"):
+        table.drop(DropCommand(3))
+    play(table)
+    table.drop(DropCommand(3))
+
+
+@pytest.mark.parametrize(
+    ("command", "error"),
+    [
+        (DropCommand(-1), SeedError),
+        (DropCommand(2**64), SeedError),
+        (DropCommand(1, x=1e9), ParameterError),
+        (DropCommand(1, x=float("nan")), ParameterError),
+    ],
+)
+def test_a_refused_drop_leaves_the_room_as_it_was(
+    command: DropCommand, error: type[Exception]
+) -> None:
+    table = room()
+    before = table.hello(0.0, messages.Limits(1, 1.0, 1))
+    with pytest.raises(error):
+        table.drop(command)
+    assert table.hello(0.0, messages.Limits(1, 1.0, 1)) == before
+    assert not table.awake
+
+
+def test_hello_names_the_balls_in_flight_from_which_their_paths_follow() -> None:
+    table = room()
+    for seed in (11, 12):
+        table.drop(DropCommand(seed))
+        table.step(watched=False)
+    hello = table.hello(5.0, messages.Limits(200, 20.0, 4096))
+    starts = [(ball.ball, ball.seed, ball.tick) for ball in hello.balls]
+    assert starts == [(0, "11", 0), (1, "12", 1)]
+    assert [ball.x for ball in hello.balls] == [drop(BOARD, seed).x_start for seed in (11, 12)]
+    assert (hello.tick, hello.server_time) == (2, 5.0)
+
+
+def test_the_same_commands_at_the_same_ticks_do_the_same_again() -> None:
+    def run() -> list[bytes]:
+        table, out = room(), []
+        for seed, pause in zip(range(5), itertools.cycle((3, 0, 7)), strict=False):
+            out.append(messages.encode_event(table.drop(DropCommand(seed))))
+            for _ in range(pause):
+                out += [messages.encode_event(e) for e in table.step(watched=True)]
+                out.append(table.frame())
+        return [*out, *map(messages.encode_event, play(table))]
+
+    assert run() == run()

@@ -1,0 +1,81 @@
+"""Stakes and payouts: whole minor units that cannot go below zero or out of range."""
+
+from fractions import Fraction
+from math import floor
+from typing import Any
+
+import httpx
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.errors import InvalidValueError
+from app.rooms.independent import DropCommand, Room
+from app.rooms.stakes import MAX_STAKE, parse_stake, parse_who, payout_of
+from engine import Board
+from tests.app.conftest import TINY, Running, playing
+
+
+@given(st.integers(0, MAX_STAKE), st.floats(0.0, 1e9))
+def test_a_payout_is_the_exact_product_rounded_down_and_fits_64_bits(
+    stake: int, score: float
+) -> None:
+    paid = payout_of(stake, score)
+    assert paid == floor(Fraction(repr(score)) * stake)
+    assert 0 <= paid < 2**63
+
+
+def test_a_multiplier_counts_as_it_is_written() -> None:
+    assert payout_of(10, 0.1) == 1
+    assert payout_of(100, 5.6) == 560
+    assert payout_of(3, 0.3) == 0
+    assert payout_of(MAX_STAKE, 1e9) == 10**18
+
+
+@pytest.mark.parametrize("stake", [-1, MAX_STAKE + 1, 1.5, 1.0, True, "5", [], 10**400])
+def test_what_is_no_stake_is_named(stake: Any) -> None:
+    with pytest.raises(InvalidValueError, match=r"stake .* is not a whole number of minor units"):
+        parse_stake(stake)
+
+
+@pytest.mark.parametrize("who", ["", "x" * 65, "a\nb", 5, {}])
+def test_what_is_no_mark_is_named(who: Any) -> None:
+    with pytest.raises(InvalidValueError, match="who "):
+        parse_who(who)
+
+
+def test_a_stake_survives_a_checkpoint_in_mid_flight() -> None:
+    room = Room("r", Board.from_json(TINY), tick_rate=60, max_balls=5)
+    room.drop(DropCommand(1, stake=250))
+    room.step(watched=False)
+    again = Room("r", room.board, tick_rate=60, max_balls=5)
+    again.restore(room.checkpoint())
+    events = [
+        event for table in (room, again) for _ in range(200) for event in table.step(watched=False)
+    ]
+    payouts = [event.payout for event in events if hasattr(event, "payout")]
+    (score,) = {event.score for event in events if hasattr(event, "score")}
+    assert payouts == [payout_of(250, score)] * 2
+
+
+async def test_stakes_are_kept_told_and_paid(server: Running, http: httpx.Client) -> None:
+    room = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
+    async with playing(server.socket(room)) as player:
+        await player.send(type="drop", seed=1, stake=100, who="ann")
+        accepted = await player.until("accepted")
+        landed = await player.until("landed")
+        await player.send(type="drop", seed=2)
+        assert "stake" not in await player.until("accepted")
+        assert "payout" not in await player.until("landed")
+        await player.send(type="drop", stake=-5, ref=7)
+        error = await player.until("error")
+    assert (accepted["stake"], landed["payout"]) == (100, payout_of(100, landed["score"]))
+    assert (error["code"], error["ref"]) == ("invalid-value", 7)
+    assert "-5" in error["detail"]
+    reply = http.post(f"/api/v1/rooms/{room}/drops?wait=1", json={"seed": 3, "stake": 7}).json()
+    assert reply["landed"]["payout"] == payout_of(7, reply["landed"]["score"])
+    drops = http.get(f"/api/v1/rooms/{room}/log").json()["drops"]
+    assert [(each["stake"], each["who"]) for each in drops] == [(100, "ann"), (0, None), (7, None)]
+    assert drops[0]["result"]["payout"] == landed["payout"]
+    refused = http.post(f"/api/v1/rooms/{room}/drops", json={"stake": 10**12})
+    assert (refused.status_code, refused.json()["field"]) == (422, "stake")

@@ -1,0 +1,355 @@
+"""A room whose balls touch, with no server: inputs in, events and frames out, each time alike."""
+
+import random
+from typing import Any
+
+import pytest
+
+from app.errors import AppError, BallLimitError, InvalidValueError, MissingBallError
+from app.protocol import messages
+from app.rooms import log as roomlog
+from app.rooms.independent import DropCommand
+from app.rooms.records import InputRow
+from app.rooms.touching import log as arena_log
+from app.rooms.touching.room import ArenaCommand, ArenaRoom
+from app.rooms.touching.scene import Scene
+from app.rooms.touching.values import BALL, MOST_WORK, SETTINGS
+from engine import Board, RecordError
+from engine.errors import EngineError
+
+TICKS = 60
+BOARD = Board.preset("triangle-8")
+
+
+def scene(**values: Any) -> Scene:
+    return Scene.of({"scene": "sandbox", "balls": 0, **values}, tick_rate=TICKS, max_balls=500)
+
+
+def box(most: int = 500, **values: Any) -> ArenaRoom:
+    return ArenaRoom("box", scene(**values), tick_rate=TICKS, max_balls=most)
+
+
+def table() -> ArenaRoom:
+    return ArenaRoom("table", BOARD, tick_rate=TICKS, max_balls=100)
+
+
+def tell(room: ArenaRoom, kind: str, **values: Any) -> list[messages.Event]:
+    return room.take(ArenaCommand({"type": kind, **values}))
+
+
+def run(room: ArenaRoom, ticks: int) -> list[messages.Event]:
+    events: list[messages.Event] = []
+    for _ in range(ticks):
+        events += room.step(watched=True)
+    return events
+
+
+def places(room: ArenaRoom) -> dict[int, tuple[float, float]]:
+    return {int(b["id"]): (float(b["x"]), float(b["y"])) for b in room.world.bodies}
+
+
+def test_a_thrown_ball_flies_falls_and_stays_in_the_box_asleep() -> None:
+    room = box(restitution=0.3)
+    (placed,) = tell(room, "add", x=-2.0, y=1.0, vx=4.0, vy=-3.0, radius=0.2)
+    assert isinstance(placed, messages.Placed)
+    assert (placed.radius, placed.restitution) == (0.2, 0.3)
+    room.step(watched=True)
+    ((x, y),) = places(room).values()
+    assert x == pytest.approx(-2.0 + 4.0 / TICKS, abs=1e-3)
+    assert y < 1.0, "thrown upwards, it rises"
+    for _ in range(60 * TICKS):
+        if not room.awake:
+            break
+        room.step(watched=False)
+    assert not room.awake, "a ball on the floor falls asleep, and the room with it"
+    ((x, y),) = places(room).values()
+    assert y == pytest.approx(4.0 - 0.2, abs=0.01)
+    asleep = messages.decode_snapshot(room.frame(), room.extent, room.velocity_scale).balls
+    assert asleep["asleep"].all()
+
+
+def test_balls_knock_each_other() -> None:
+    room = box(gravity=0.0, restitution=1.0, friction=0.0)
+    tell(room, "add", x=-1.0, y=2.0, vx=2.0, radius=0.1)
+    tell(room, "add", x=1.0, y=2.0, radius=0.1)
+    run(room, 90)
+    speeds = {int(b["id"]): float(b["vx"]) for b in room.world.bodies}
+    assert speeds[0] == pytest.approx(0.0, abs=1e-6), "the first gives all it has"
+    assert speeds[1] == pytest.approx(2.0, rel=1e-6)
+
+
+def test_a_held_ball_follows_the_hand_and_flies_on_when_let_go() -> None:
+    room = box(gravity=9.81)
+    tell(room, "add", x=-2.0, y=2.0, radius=0.1)
+    for step in range(60):
+        tell(room, "drag", ball=0, x=-2.0 + 0.05 * step, y=2.0)
+        run(room, 1)
+    (x, y) = places(room)[0]
+    assert x == pytest.approx(0.95, abs=0.35)
+    assert y == pytest.approx(2.0, abs=0.05), "the hand carries it against gravity"
+    tell(room, "release", ball=0)
+    run(room, 6)
+    assert places(room)[0][0] > x + 0.2, "it flies on as fast as it was led"
+
+
+def test_a_hand_of_which_nothing_is_heard_lets_go() -> None:
+    room = box()
+    tell(room, "add", x=0.0, y=1.0)
+    tell(room, "drag", ball=0, x=0.0, y=1.0)
+    run(room, 4 * TICKS)
+    assert places(room)[0][1] == pytest.approx(1.0, abs=0.05)
+    run(room, 3 * TICKS)
+    assert places(room)[0][1] > 3.0
+
+
+def test_settings_and_edits_are_told_and_hold() -> None:
+    room = box(balls=3)
+    edited, told = tell(room, "settings", gravity="Moon", restitution="Glass on glass")
+    assert isinstance(edited, messages.Edited)
+    assert isinstance(told, messages.Settings)
+    assert edited.ball is None
+    assert told.settings["gravity"] == 1.62
+    assert told.settings["restitution"] == edited.restitution
+    assert room.world.arena.ball(1)["restitution"] == edited.restitution
+    tell(room, "edit", ball=1, radius=0.3, density=20.0)
+    assert room.world.arena.ball(1)["radius"] == 0.3
+    assert room.world.arena.ball(1)["density"] == pytest.approx(20.0)
+    (placed,) = tell(room, "add", x=0.0, y=0.5)
+    assert isinstance(placed, messages.Placed)
+    assert placed.restitution == edited.restitution, "new balls are as the sliders say"
+
+
+def test_a_stopped_clock_stands_still_and_steps_one_by_one() -> None:
+    room = box(balls=5)
+    tell(room, "pause", paused=True)
+    assert not room.awake
+    assert room.touched, "the pause is to be shown"
+    tell(room, "step")
+    assert room.awake
+    room.step(watched=True)
+    assert not room.awake
+    assert room.world.tick == 1
+    tell(room, "pause", paused=False)
+    assert room.awake
+
+
+def test_a_reset_begins_another_scene_and_the_clock_goes_on() -> None:
+    room = box(balls=5)
+    run(room, 30)
+    tell(room, "reset", scene={"scene": "sandbox", "balls": 7, "width": 3.0})
+    assert (room.world.count, room.world.tick) == (7, 30)
+    assert room.extent.x_max == 1.5
+    tell(room, "clear")
+    assert room.world.count == 0
+
+
+def test_drops_on_a_board_knock_each_other_and_land_in_bins() -> None:
+    room = table()
+    for seed in range(12):
+        accepted = room.take(DropCommand(seed))[0]
+        assert isinstance(accepted, messages.Accepted)
+        run(room, 3)
+    events: list[messages.Event] = []
+    while room.awake:
+        events += room.step(watched=True)
+    landed = [event for event in events if isinstance(event, messages.Landed)]
+    assert sorted(event.ball for event in landed) == list(range(12))
+    assert all(event.digest is None for event in landed)
+    assert room.stats().drops == 12
+    assert sum(room.stats().histogram) + room.stats().unsettled == 12
+    contacts = [event for event in events if isinstance(event, messages.Contact)]
+    assert {0, 1, 6} >= {event.kind for event in contacts} >= {0}
+    assert room.balls == []
+
+
+def play(  # noqa: PLR0912 - one branch for each thing that people do
+    room: ArenaRoom, seed: int, ticks: int = 240
+) -> list[InputRow]:
+    """Everything that people do, at random; returns the inputs as a ledger keeps them."""
+    chance = random.Random(seed)
+    kept = []
+
+    def put(kind: str, **values: Any) -> None:
+        plan = room.plan(ArenaCommand({"type": kind, **values}))
+        plan.durable = True
+        room.enter()
+        data = messages._encoder.encode(plan.command.data).decode()
+        kept.append(InputRow(1, plan.number, plan.tick, data))
+
+    on_board = room.mode == "interacting"
+    for _ in range(ticks):
+        balls = list(places(room))
+        roll = chance.random()
+        x, y = chance.uniform(-0.5, 0.5), chance.uniform(0.5, 1.5)
+        if on_board and roll < 0.1:
+            put("drop", seed=str(chance.randrange(1000)), x=None)
+        elif roll < 0.15:
+            put("add", x=x, y=y, vx=chance.uniform(-9, 9), omega=3.0, radius=0.06)
+        elif balls and roll < 0.25:
+            put("kick", ball=chance.choice(balls), vx=1.0, vy=-2.0)
+        elif balls and roll < 0.5:
+            put("drag", ball=balls[0], x=x, y=y)
+        elif balls and roll < 0.55:
+            put("release", ball=balls[0])
+        elif balls and roll < 0.58:
+            put("remove", ball=balls[-1])
+        elif balls and roll < 0.62:
+            put("edit", ball=balls[-1], density=10.0, restitution=0.2)
+        elif roll < 0.65:
+            put("settings", gravity=chance.choice(["Moon", "Jupiter"]), friction=0.4, substeps=6)
+        elif roll < 0.67 and not room.paused:
+            put("pause", paused=True)
+            put("step")
+        elif room.paused and roll < 0.75:
+            put("pause", paused=False)
+        elif roll > 0.99 and not on_board:
+            put("reset", scene={"scene": "sandbox", "balls": 4, "seed": "9"})
+        if room.awake:
+            room.step(watched=True)
+    return kept
+
+
+@pytest.mark.parametrize("kind", ["box", "table"])
+def test_the_log_of_a_room_replays_to_the_same_world(kind: str) -> None:
+    room = box(balls=8, dt=1 / 90) if kind == "box" else table()
+    rows = play(room, seed=5, ticks=600)
+    assert len({messages.peek(row.data, "type") for row in rows}) >= 9
+    log = whole_log(room, rows)
+    verdict = roomlog.verify_log(log)
+    assert verdict.ok, verdict
+
+
+def whole_log(room: ArenaRoom, rows: list[InputRow]) -> dict[str, Any]:
+    log = arena_log.head(room, roomlog.KIND)
+    log["inputs"] = [arena_log.entry(row) for row in rows]
+    digest = arena_log.LogDigest(log["world_digest"])
+    digest.add(log["inputs"])
+    return {**log, "digest": digest.hex()}
+
+
+def test_a_log_that_was_changed_is_found_out() -> None:
+    room = box(balls=2)
+    rows = play(room, seed=1, ticks=60)
+    log = whole_log(room, rows)
+    kick = next(i for i, row in enumerate(rows) if '"kick"' in row.data)
+    other = {**log, "inputs": [*log["inputs"]]}
+    bent = {**log["inputs"][kick]["input"], "vx": 1.0000001}
+    other["inputs"][kick] = {**log["inputs"][kick], "input": bent}
+    assert roomlog.verify_log(other).field == "world_digest"
+    fewer = {**log, "inputs": log["inputs"][:-1]}
+    assert not roomlog.verify_log(fewer).ok
+    assert roomlog.verify_log({**log, "physics_version": 0}).field == "physics_version"
+    with pytest.raises(RecordError, match=r"inputs\[0\]"):
+        roomlog.verify_log({**log, "inputs": [{"tick": 0, "input": {"type": "fly"}}]})
+    late = {"tick": 999_999, "input": {"type": "clear"}}
+    with pytest.raises(RecordError, match="tick 999999 is after"):
+        roomlog.verify_log({**log, "inputs": [late]})
+
+
+@pytest.mark.parametrize("kind", ["box", "table"])
+def test_a_room_restored_from_a_checkpoint_goes_on_bit_for_bit(kind: str) -> None:
+    # A dt that does not divide the tick leaves a remainder, which must be kept too.
+    room = box(balls=8, dt=0.013) if kind == "box" else table()
+    if kind == "table":
+        for seed in range(9):
+            room.take(DropCommand(seed))
+    tell(room, "add", x=0.1, y=0.5, vx=3.0)
+    tell(room, "drag", ball=0, x=0.0, y=1.0)
+    run(room, 50)
+    again = box() if kind == "box" else table()
+    again.restore(room.checkpoint())
+    for _ in range(100):
+        assert again.step(watched=True) == room.step(watched=True)
+    assert again.world.digest() == room.world.digest()
+    assert again.checkpoint() == room.checkpoint()
+    with pytest.raises(RecordError, match="checkpoint"):
+        again.restore(b"nonsense")
+
+
+def test_frames_and_watching_do_not_change_what_happens() -> None:
+    seen, unseen = box(balls=30), box(balls=30)
+    for _ in range(120):
+        seen.step(watched=True)
+        seen.frame()
+        seen.diagnostics()
+        unseen.step(watched=False)
+    assert seen.world.digest() == unseen.world.digest()
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "says"),
+    [
+        ("add", {"x": 9.0, "y": 1.0}, "x 9.0 is not from"),
+        ("add", {"x": 0.0, "y": -1.0}, "y -1.0 is not from"),
+        ("add", {"x": 0.0}, "y is missing"),
+        ("add", {"x": "left", "y": 1.0}, "x 'left' is not a number"),
+        ("add", {"x": 0.0, "y": 1.0, "radius": 0.001}, "radius 0.001 is not from 0.01 to 0.5 m"),
+        ("add", {"x": 0.0, "y": 1.0, "vx": 1e9}, "vx 1000000000.0 is not from -100 to 100 m/s"),
+        ("kick", {"ball": 0, "vx": float("nan")}, "vx nan is not a finite number"),
+        ("edit", {"ball": 0}, "sets none of: radius"),
+        ("edit", {"ball": 0, "restitution": 1.5}, "restitution 1.5 is not from 0 to 1"),
+        ("settings", {"gravity": "Venus"}, "gravity 'Venus' is neither a number nor one of: Earth"),
+        ("settings", {"damping": 0.5}, "damping 0.5 is not from 0.9 to 1"),
+        ("settings", {"correction": 1.0}, "correction 1.0 is not from 0.4 to 0.8"),
+        ("settings", {"substeps": 2.5}, "substeps 2.5 is not a whole number"),
+        ("settings", {"dt": 0.5}, "dt 0.5 is not from 0.001 to 0.1 s"),
+        ("reset", {"scene": {"scene": "moon"}}, "scene 'moon' is not one of: sandbox, galton"),
+        ("reset", {"scene": {"scene": "sandbox", "ballz": 3}}, "has no 'ballz'; it has: balls"),
+        ("reset", {"scene": {"scene": "sandbox", "radii": [0.3, 0.1]}}, "do not rise"),
+        ("reset", {"scene": {"scene": "sandbox", "balls": 501}}, "more than the 500"),
+        (
+            "reset",
+            {"scene": {"scene": "sandbox", "balls": 400, "radii": [0.4, 0.5]}},
+            "400 balls of up to 0.5 m do not fit into 6 m by 4 m",
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused_with_the_value_and_leaves_no_trace(
+    kind: str, values: dict[str, Any], says: str
+) -> None:
+    room = box(balls=1)
+    before = room.checkpoint()
+    with pytest.raises((AppError, EngineError)) as refused:
+        tell(room, kind, **values)
+    assert says in str(refused.value)
+    assert isinstance(refused.value, InvalidValueError)
+    assert room.checkpoint() == before
+    assert not room.planned
+
+
+def test_a_full_room_takes_no_ball_and_too_much_work_is_refused() -> None:
+    room = box(most=3, balls=3)
+    with pytest.raises(BallLimitError, match="already holds 3 balls"):
+        tell(room, "add", x=0.0, y=1.0)
+    large = box(balls=500, radii=[0.05, 0.05])
+    with pytest.raises(InvalidValueError, match=f"more than {MOST_WORK}"):
+        tell(large, "settings", dt=0.001, substeps=32)
+    with pytest.raises(InvalidValueError, match="no board to drop on"):
+        room.take(DropCommand(1))
+    with pytest.raises(MissingBallError, match="no ball 77"):
+        tell(room, "kick", ball=77, vx=1.0)
+
+
+def test_an_input_for_a_ball_that_has_gone_meanwhile_does_nothing() -> None:
+    room = box(balls=1)
+    kick = room.plan(ArenaCommand({"type": "kick", "ball": 0, "vx": 1.0}), lead=2)
+    take = room.plan(ArenaCommand({"type": "remove", "ball": 0}))
+    assert take.tick == kick.tick == 2, "inputs keep their order"
+    take.durable = kick.durable = True
+    room.refuse(kick)
+    kick = room.plan(ArenaCommand({"type": "kick", "ball": 0, "vx": 1.0}))
+    kick.durable = True
+    run(room, 2)
+    entered = room.enter()
+    assert [[type(event).__name__ for event in events] for _, events in entered] == [
+        ["Removed"],
+        [],
+    ]
+    assert room.world.count == 0
+
+
+def test_every_slider_has_a_range_and_a_default_within_it() -> None:
+    for table in (BALL, SETTINGS):
+        for name, entry in table.items():
+            assert entry.default is not None
+            assert entry.low <= entry.default <= entry.high, name

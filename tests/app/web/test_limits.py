@@ -1,0 +1,91 @@
+"""What a rate allows, whenever it is asked, and what a quota does."""
+
+import contextlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.errors import QuotaError, RateLimitError, retry_after
+from app.web.limits import KeyedBuckets, Quota, TokenBucket, spend
+
+
+@given(st.lists(st.floats(0.0, 2.0), max_size=200), st.floats(0.1, 100.0), st.integers(1, 50))
+def test_no_window_allows_more_than_burst_and_rate(
+    gaps: list[float], rate: float, burst: int
+) -> None:
+    bucket = TokenBucket(rate, burst, 0.0)
+    now, taken = 0.0, 0
+    for gap in gaps:
+        now += gap
+        taken += bucket.take(now)
+    assert taken <= burst + rate * now + 1e-6
+
+
+def test_a_bucket_refills_and_says_when() -> None:
+    bucket = TokenBucket(2.0, 3, 100.0)
+    assert [bucket.take(100.0) for _ in range(4)] == [True, True, True, False]
+    assert bucket.wait() == pytest.approx(0.5)
+    assert bucket.take(100.5)
+    assert not bucket.take(100.5)
+
+
+def test_a_clock_that_steps_back_gives_nothing_away() -> None:
+    bucket = TokenBucket(1.0, 1, 100.0)
+    assert bucket.take(100.0)
+    assert not bucket.take(50.0)
+
+
+def test_spending_too_fast_names_the_rate_and_when_to_come_back() -> None:
+    bucket = TokenBucket(4.0, 1, 0.0)
+    spend(bucket, 0.0, "drops")
+    with pytest.raises(RateLimitError, match="more than 4 drops a second") as caught:
+        spend(bucket, 0.0, "drops")
+    assert caught.value.retry_after == pytest.approx(0.25)
+
+
+def test_keys_do_not_share_and_the_longest_unseen_is_forgotten() -> None:
+    buckets = KeyedBuckets(1.0, 1, size=2)
+    buckets.take("a", 0.0, "drops")
+    buckets.take("b", 0.0, "drops")
+    with pytest.raises(RateLimitError):
+        buckets.take("a", 0.0, "drops")
+    buckets.take("c", 0.0, "drops")  # b is forgotten
+    with pytest.raises(RateLimitError):
+        buckets.take("a", 0.0, "drops")
+    buckets.take("b", 0.0, "drops")
+
+
+def test_a_quota_counts_what_is_open_and_what_is_in_the_making() -> None:
+    still_open = {"a", "b", "c"}
+    quota = Quota(2, "rooms", still_open.__contains__)
+    with quota.place("me") as take:
+        take("a")
+    with quota.place("me") as take:
+        said = "2 rooms are open already, of 2 at most"
+        with pytest.raises(QuotaError, match=said), quota.place("me"):
+            raise AssertionError("there was a place")
+        with quota.place("you") as other:
+            other("c")
+    still_open.remove("a")
+    with quota.place("me") as take:
+        take("b")
+    with quota.place("me"), contextlib.suppress(ZeroDivisionError):
+        raise ZeroDivisionError("what fails takes no place")
+    with quota.place("me") as take:
+        take("a")
+    still_open.add("a")
+    with pytest.raises(QuotaError), quota.place("me"):
+        raise AssertionError("there was a place")
+    assert retry_after(QuotaError("x")) == 1
+
+
+def test_a_quota_forgets_those_who_have_nothing() -> None:
+    still_open: set[str] = set()
+    quota = Quota(5, "rooms", still_open.__contains__)
+    for number in range(100):
+        still_open.clear()
+        still_open.add(str(number))
+        with quota.place(f"client {number}") as take:
+            take(str(number))
+    assert len(quota._held) == 1

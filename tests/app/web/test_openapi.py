@@ -1,0 +1,127 @@
+"""The OpenAPI document: loads, reads well, and says what the server does."""
+
+import re
+from typing import Any
+
+import httpx
+import pytest
+
+from app.main import create_app
+from app.web import schemas
+from engine import Board, drop
+
+
+@pytest.fixture(scope="module")
+def document(http: httpx.Client) -> dict[str, Any]:
+    response = http.get("/openapi.json")
+    assert response.status_code == 200
+    found: dict[str, Any] = response.json()
+    return found
+
+
+def operations(document: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]]:
+    return [
+        (path, method, operation)
+        for path, methods in document["paths"].items()
+        for method, operation in methods.items()
+    ]
+
+
+def test_it_lists_the_interface(document: dict[str, Any]) -> None:
+    assert {(path, method) for path, method, _ in operations(document)} == {
+        ("/api/v1/boards", "get"),
+        ("/api/v1/boards", "post"),
+        ("/api/v1/boards/check", "post"),
+        ("/api/v1/boards/{board}", "get"),
+        *(
+            (f"/api/v1/boards/{{board}}/{kind}.{fmt}", "get")
+            for kind in ("density", "histogram", "sheet")
+            for fmt in ("png", "jpg", "webp")
+        ),
+        ("/api/v1/drops", "post"),
+        ("/api/v1/drops/{board}/{seed}", "get"),
+        ("/api/v1/drops/{board}/{seed}.png", "get"),
+        ("/api/v1/drops/{board}/{seed}.jpg", "get"),
+        ("/api/v1/drops/{board}/{seed}.gif", "get"),
+        ("/api/v1/drops/{board}/{seed}.webp", "get"),
+        ("/api/v1/drops/{board}/{seed}.apng", "get"),
+        ("/api/v1/drops/{board}/{seed}/frames", "get"),
+        ("/api/v1/simulate", "post"),
+        ("/api/v1/verify", "post"),
+        ("/api/v1/rooms", "get"),
+        ("/api/v1/rooms", "post"),
+        ("/api/v1/scenes", "get"),
+        ("/api/v1/rooms/{room}", "get"),
+        ("/api/v1/rooms/{room}", "patch"),
+        ("/api/v1/rooms/{room}", "delete"),
+        ("/api/v1/rooms/{room}/reset", "post"),
+        ("/api/v1/rooms/{room}/log", "get"),
+        ("/api/v1/rooms/{room}/drops", "post"),
+        ("/api/v1/rooms/{room}/frame.jpg", "get"),
+        ("/api/v1/rooms/{room}/frame.png", "get"),
+        ("/api/v1/rooms/{room}/stream.mjpg", "get"),
+        ("/healthz", "get"),
+        ("/readyz", "get"),
+        ("/metrics", "get"),
+    }
+
+
+def test_every_operation_reads_well(document: dict[str, Any]) -> None:
+    tags = {tag["name"] for tag in document["tags"]}
+    for path, method, operation in operations(document):
+        assert operation["summary"], path
+        assert operation["description"], path
+        assert set(operation["tags"]) <= tags, path
+        assert operation["tags"], path
+        if method in ("post", "patch") and not path.endswith("/reset"):
+            assert "application/json" in operation["requestBody"]["content"], path
+        success = next(code for code in operation["responses"] if code.startswith("2"))
+        if success != "204":
+            (content,) = operation["responses"][success]["content"].values()
+            assert content["schema"], path
+
+
+def test_failures_are_problem_details(document: dict[str, Any]) -> None:
+    for path, _, operation in operations(document):
+        for code, response in operation["responses"].items():
+            if int(code) >= 400 and path != "/readyz":  # whose 503 lists its checks
+                schema = response["content"]["application/problem+json"]["schema"]
+                assert schema == {"$ref": "#/components/schemas/Problem"}, path
+
+
+def test_every_reference_leads_somewhere_and_every_schema_is_described(
+    document: dict[str, Any],
+) -> None:
+    known = document["components"]["schemas"]
+    for name in re.findall(r"#/components/schemas/(\w+)", str(document)):
+        assert name in known
+    for name, schema in known.items():
+        assert schema.get("description"), name
+
+
+def test_arrays_are_described_as_openapi_3_1_wants_them() -> None:
+    """One schema for all items; a list of schemas was the older drafts' way."""
+
+    def check(value: object) -> None:
+        if isinstance(value, dict):
+            assert not isinstance(value.get("items"), list)
+            assert "prefixItems" not in value
+            for inner in value.values():
+                check(inner)
+
+    check(schemas.components())
+
+
+def test_a_record_has_exactly_the_fields_that_are_documented() -> None:
+    board = Board.preset("triangle-8")
+    fields = set(schemas.DropRecord.__struct_fields__)
+    exact = drop(board, 42).record()
+    sure = drop(board, 42).record(certainty=True)
+    stepped = drop(board, 42, x=0.0, solver="stepped").record()
+    assert set(sure) | set(stepped) == fields
+    required = set(schemas.components()["DropRecord"]["required"])
+    assert required == set(exact)
+
+
+def test_the_document_needs_no_running_server() -> None:
+    assert create_app().openapi()["info"]["title"] == "Plinko"

@@ -1,0 +1,655 @@
+"""Boards, drops and rooms over HTTP: right answers, and clear ones to wrong questions."""
+
+import json
+from typing import Any
+
+import httpx
+import msgspec
+import pytest
+
+from app.protocol.messages import Landed
+from app.web import schemas
+from engine import Board, drop, drop_many, preset_names
+from tests.app.conftest import TINY, Running, serving
+
+BOARD = Board.preset("triangle-16")
+
+
+def problem(response: httpx.Response, status: int, code: str, *named: str) -> dict[str, Any]:
+    """The problem details of a response, which must be of this kind and name these values."""
+    assert response.status_code == status, response.text
+    assert response.headers["content-type"] == "application/problem+json"
+    value = msgspec.json.decode(response.content, type=schemas.Problem)
+    assert (value.status, value.code) == (status, code)
+    assert value.type.endswith(code)
+    assert value.title
+    for name in named:
+        assert name in value.detail
+    found: dict[str, Any] = response.json()
+    return found
+
+
+# Boards.
+
+
+def test_every_preset_is_listed_with_its_digest_and_payouts(http: httpx.Client) -> None:
+    boards = {board["name"]: board for board in http.get("/api/v1/boards").json()["boards"]}
+    assert set(preset_names()) <= set(boards)
+    high = boards["triangle-12-high"]
+    assert (high["rows"], high["risk"], high["bins"]) == (12, "high", 13)
+    assert high["digest"] == Board.preset("triangle-12-high").digest
+    assert high["multipliers"] == list(Board.preset("triangle-12-high").bins.multipliers)
+    assert boards["triangle-16"]["risk"] == "medium"
+    assert (boards["classic"]["rows"], boards["classic"]["risk"]) == (None, None)
+
+
+def test_a_board_is_found_by_name_and_by_digest(http: httpx.Client) -> None:
+    by_name = http.get("/api/v1/boards/triangle-16").json()
+    assert by_name == http.get(f"/api/v1/boards/{BOARD.digest}").json()
+    assert Board.from_json(by_name["board"]) == BOARD
+
+
+def test_a_board_is_checked_without_being_kept(http: httpx.Client) -> None:
+    board = {**TINY, "name": "only looked at"}
+    checked = http.post("/api/v1/boards/check", json=board)
+    assert checked.status_code == 200
+    whole = Board.from_json(board)
+    assert checked.json() == {
+        "name": "only looked at",
+        "digest": whole.digest,
+        "board": whole.to_dict(),
+    }
+    assert http.get(f"/api/v1/boards/{whole.digest}").status_code == 404
+
+
+def test_a_board_that_fails_its_check_says_where(http: httpx.Client) -> None:
+    board = {**TINY, "pegs": [{"x": x, "y": 1.0, "radius": 0.05} for x in (0.0, 0.02)]}
+    body = problem(http.post("/api/v1/boards/check", json=board), 422, "bad-board", "overlaps")
+    assert body["field"] == "pegs[1]"
+
+
+def test_registering_a_board_is_idempotent_and_gives_its_digest(http: httpx.Client) -> None:
+    board = {**TINY, "name": "registered twice"}
+    first = http.post("/api/v1/boards", json=board)
+    assert first.status_code == 201
+    digest = first.json()["digest"]
+    assert digest == Board.from_json(board).digest
+    assert first.headers["location"] == f"/api/v1/boards/{digest}"
+    second = http.post("/api/v1/boards", json=board)
+    assert (second.status_code, second.json()) == (200, first.json())
+    listed = http.get("/api/v1/boards").json()["boards"]
+    assert [entry["digest"] for entry in listed].count(digest) == 1
+    record = http.get(f"/api/v1/drops/{digest}/42").json()
+    assert record["digest"] == drop(Board.from_json(board), 42).digest
+
+
+def test_registering_a_preset_adds_nothing(http: httpx.Client) -> None:
+    again = http.post("/api/v1/boards", json=BOARD.to_dict())
+    assert (again.status_code, again.json()["digest"]) == (200, BOARD.digest)
+    listed = http.get("/api/v1/boards").json()["boards"]
+    assert [entry["digest"] for entry in listed].count(BOARD.digest) == 1
+
+
+def test_too_many_boards_push_out_the_longest_unused() -> None:
+    with serving(max_boards=2) as server, httpx.Client(base_url=server.url) as http:
+        digests = [
+            http.post("/api/v1/boards", json={**TINY, "name": name}).json()["digest"]
+            for name in ("a", "b")
+        ]
+        assert http.get(f"/api/v1/boards/{digests[0]}").status_code == 200
+        http.post("/api/v1/boards", json={**TINY, "name": "c"})
+        assert http.get(f"/api/v1/boards/{digests[0]}").status_code == 200
+        problem(http.get(f"/api/v1/boards/{digests[1]}"), 404, "unknown-board")
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "named"),
+    [
+        ({"ball": {"radius": -1.0}}, "ball.radius", "-1"),
+        ({"pegs": [{"x": 0.0, "y": 1.0, "radius": 0.0}]}, "pegs[0].radius", "0"),
+        (
+            {"bins": {"y": 2.0, "edges": [-1.5, 0.0, 0.0], "multipliers": [1.0, 2.0]}},
+            "bins.edges",
+            "0",
+        ),
+    ],
+)
+def test_an_unplayable_board_is_refused_and_its_field_named(
+    http: httpx.Client, change: dict[str, Any], field: str, named: str
+) -> None:
+    body = problem(http.post("/api/v1/boards", json={**TINY, **change}), 422, "bad-board", named)
+    assert body["field"].startswith(field)
+
+
+def test_a_board_whose_ball_cannot_pass_is_refused_everywhere(http: httpx.Client) -> None:
+    """Two walls closer together than the ball is wide, all the way across."""
+    pegs = [{"x": -1.5 + 0.1 * i, "y": 1.0, "radius": 0.01} for i in range(1, 30)]
+    board = {**TINY, "pegs": pegs}
+    for response in (
+        http.post("/api/v1/boards", json=board),
+        http.post("/api/v1/drops", json={"board": board, "seed": 1}),
+        http.post("/api/v1/rooms", json={"board": board}),
+    ):
+        problem(response, 422, "bad-board")
+
+
+@pytest.mark.parametrize("name", ["nope", "0" * 64, "triangle-99", "x" * 3000, "..%2Fetc"])
+def test_an_unknown_board_is_named_but_not_at_length(http: httpx.Client, name: str) -> None:
+    for path in (f"/api/v1/boards/{name}", f"/api/v1/drops/{name}/42"):
+        response = http.get(path)
+        assert response.status_code == 404
+        assert response.headers["content-type"] == "application/problem+json"
+        assert len(response.json()["detail"]) < 3200
+
+
+# Drops.
+
+
+def test_a_drop_replayed_by_its_address_is_the_engines_own(http: httpx.Client) -> None:
+    expected = drop(BOARD, 42)
+    response = http.get("/api/v1/drops/triangle-16/42")
+    assert response.json() == json.loads(json.dumps(expected.record()))
+    assert response.headers["etag"] == f'"{expected.digest}"'
+    assert "public" in response.headers["cache-control"]
+
+
+def test_post_and_get_give_the_same_record(http: httpx.Client) -> None:
+    got = http.get("/api/v1/drops/triangle-16/42").json()
+    for board in ("triangle-16", BOARD.digest, BOARD.to_dict()):
+        for seed in (42, "42"):
+            response = http.post("/api/v1/drops", json={"board": board, "seed": seed})
+            assert response.json() == got
+
+
+def test_every_setting_of_a_drop_counts(http: httpx.Client) -> None:
+    query: dict[str, str | float] = {"x": 0.1, "solver": "stepped", "dt": 0.01, "substeps": 2}
+    got = http.get("/api/v1/drops/triangle-8/42", params=query).json()
+    body = {"board": "triangle-8", "seed": "42", **query}
+    assert http.post("/api/v1/drops", json=body).json() == got
+    board = Board.preset("triangle-8")
+    assert got["digest"] == drop(board, 42, x=0.1, solver="stepped", dt=0.01, substeps=2).digest
+    assert (got["solver"], got["dt"], got["substeps"], got["x"]) == ("stepped", 0.01, 2, 0.1)
+
+
+def test_without_a_seed_the_server_draws_one_and_says_which(http: httpx.Client) -> None:
+    first, second = (
+        http.post("/api/v1/drops", json={"board": "triangle-16"}).json() for _ in range(2)
+    )
+    assert first["seed"] != second["seed"]
+    assert first["digest"] == drop(BOARD, first["seed"]).digest
+
+
+@pytest.mark.parametrize("seed", ["0", "1", str(2**53 + 1), str(2**64 - 1)])
+def test_the_whole_range_of_seeds_survives_json(http: httpx.Client, seed: str) -> None:
+    record = http.get(f"/api/v1/drops/triangle-8/{seed}").json()
+    assert record["seed"] == seed
+    assert record["digest"] == drop(Board.preset("triangle-8"), int(seed)).digest
+
+
+def test_a_current_copy_is_not_sent_again(http: httpx.Client) -> None:
+    path = "/api/v1/drops/triangle-16/42"
+    etag = http.get(path).headers["etag"]
+    for tag in (etag, f"W/{etag}", f'"other", {etag}', "*"):
+        response = http.get(path, headers={"if-none-match": tag})
+        assert (response.status_code, response.content) == (304, b"")
+        assert response.headers["etag"] == etag
+    assert http.get(path, headers={"if-none-match": '"other"'}).status_code == 200
+
+
+BAD_SEEDS = ["-1", str(2**64), "abc", "1.5", "1e3", "%20", "NaN", "٣"]
+
+
+@pytest.mark.parametrize("seed", BAD_SEEDS)
+def test_a_bad_seed_is_named(http: httpx.Client, seed: str) -> None:
+    named = seed if seed.isprintable() and "%" not in seed else ""
+    for suffix in ("", ".png", "/frames"):
+        body = problem(
+            http.get(f"/api/v1/drops/triangle-16/{seed}{suffix}"), 422, "bad-seed", named
+        )
+        assert body["field"] == "seed"
+
+
+@pytest.mark.parametrize("seed", [-1, 2**64, 10**30, "abc", "-1", 1.5, True, [], {}, ""])
+def test_a_bad_seed_in_a_body_is_named(http: httpx.Client, seed: object) -> None:
+    bodies = [
+        http.post("/api/v1/drops", json={"board": "triangle-16", "seed": seed}),
+        http.post("/api/v1/rooms/main/drops", json={"seed": seed}),
+    ]
+    for response in bodies:
+        problem(response, 422, "bad-seed", repr(seed))
+
+
+@pytest.mark.parametrize("x", ["nan", "inf", "-inf", "1e9"])
+def test_a_start_off_the_board_is_named(http: httpx.Client, x: str) -> None:
+    body = problem(http.get(f"/api/v1/drops/triangle-16/42?x={x}"), 422, "bad-parameter", "x")
+    assert body["field"] == "x"
+
+
+@pytest.mark.parametrize("text", ["NaN", "Infinity", "-Infinity"])
+def test_numbers_that_json_does_not_have_are_named(http: httpx.Client, text: str) -> None:
+    headers = {"content-type": "application/json"}
+    for path, start in (("drops", '"board":"triangle-16",'), ("rooms/main/drops", "")):
+        body = f'{{{start}"seed":1,"x":{text}}}'.encode()
+        problem(
+            http.post(f"/api/v1/{path}", content=body, headers=headers), 422, "invalid-value", text
+        )
+
+
+@pytest.mark.parametrize(
+    ("query", "field"),
+    [
+        ("x=abc", "x"),
+        ("dt=soon", "dt"),
+        ("substeps=1.5", "substeps"),
+        ("solver=magic", "solver"),
+        ("solver=stepped&dt=0", "dt"),
+        ("solver=stepped&dt=nan", "dt"),
+        ("solver=stepped&dt=-0.01", "dt"),
+        ("solver=stepped&substeps=0", "substeps"),
+        ("solver=stepped&dt=0.000001", "dt"),
+        ("solver=stepped&dt=0.01&substeps=1000", "dt"),
+    ],
+)
+def test_a_bad_query_is_named(http: httpx.Client, query: str, field: str) -> None:
+    response = http.get(f"/api/v1/drops/triangle-16/42?{query}")
+    assert response.status_code == 422
+    assert response.headers["content-type"] == "application/problem+json"
+    assert response.json()["field"] == field
+    assert field in response.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "code"),
+    [
+        (b"", 400, "malformed"),
+        (b"{", 400, "malformed"),
+        (b"\xff\xfe", 400, "malformed"),
+        (b"[" * 100_000, 422, "invalid-value"),
+        (b'{"board":' + b"[" * 100_000, 400, "malformed"),
+        (b'{"board":' + b'{"a":' * 10_000, 400, "malformed"),
+        (b"null", 422, "invalid-value"),
+        (b"[]", 422, "invalid-value"),
+        (b"{}", 422, "invalid-value"),
+        (b'{"board":"triangle-16","sede":1}', 422, "invalid-value"),
+        (b'{"board":"triangle-16","x":"left"}', 422, "invalid-value"),
+        (b'{"board":"triangle-16","x":1e400}', 422, "invalid-value"),
+        (b'{"board":"triangle-16","solver":"magic"}', 422, "invalid-value"),
+        (b'{"board":"triangle-16","dt":"fast"}', 422, "invalid-value"),
+        (b'{"board":7}', 422, "bad-board"),
+        (b'{"board":null}', 422, "bad-board"),
+        (b'{"board":{"pegs":7}}', 422, "bad-board"),
+        (b'{"board":"nope"}', 404, "unknown-board"),
+        (b'{"board":"/etc/passwd"}', 404, "unknown-board"),
+        (b'{"board":"{}"}', 404, "unknown-board"),
+    ],
+    ids=lambda value: repr(value)[:40],
+)
+def test_a_bad_body_is_told_why(http: httpx.Client, body: bytes, status: int, code: str) -> None:
+    problem(http.post("/api/v1/drops", content=body), status, code)
+
+
+def test_after_all_that_the_server_goes_on(http: httpx.Client) -> None:
+    assert http.get("/readyz").json()["ready"]
+    assert http.get("/api/v1/drops/triangle-16/42").json()["digest"] == drop(BOARD, 42).digest
+
+
+def test_frames_are_the_drops_states_at_that_rate_and_at_the_landing(http: httpx.Client) -> None:
+    done = drop(BOARD, 42)
+    body = http.get("/api/v1/drops/triangle-16/42/frames?fps=30").json()
+    assert (body["digest"], body["duration"], body["fps"]) == (done.digest, done.duration, 30.0)
+    assert body["fields"] == ["t", "x", "y", "theta", "vx", "vy", "omega"]
+    times = [frame[0] for frame in body["frames"]]
+    assert times[:-1] == [k / 30 for k in range(len(times) - 1)]
+    assert times[-1] == done.duration
+    assert body["frames"] == [list(row) for row in done.states(times).tolist()]
+
+
+@pytest.mark.parametrize("solver", ["exact", "stepped"])
+def test_frames_tell_the_state_right_before_each_impact(http: httpx.Client, solver: str) -> None:
+    """The material's law holds between before and after, to rounding, at every free impact."""
+    path = "/api/v1/drops/triangle-16/42"
+    record = http.get(f"{path}?solver={solver}").json()
+    body = http.get(f"{path}/frames?fps=1&solver={solver}").json()
+    assert len(body["before"]) == len(record["impacts"])
+    bounces = 0
+    for before, after in zip(body["before"], record["impacts"], strict=True):
+        t, x, y, _, vx, vy, _ = before
+        assert after[0] >= t >= after[0] * (1 - 1e-15) - 1e-300
+        assert (x, y) == pytest.approx(after[1:3], abs=1e-9)
+        if after[6] != 0:
+            continue
+        peg = BOARD.pegs[int(after[7])]
+        nx, ny = x - peg.x, y - peg.y
+        reach = (nx * nx + ny * ny) ** 0.5
+        restitution = max(BOARD.peg_material.restitution, BOARD.ball.restitution)
+        approach = (vx * nx + vy * ny) / reach
+        assert approach < 0.0, "it comes nearer before"
+        if solver == "exact":
+            away = (after[3] * nx + after[4] * ny) / reach
+            assert away == pytest.approx(-restitution * approach, rel=1e-9)
+        bounces += 1
+    assert bounces > 5
+
+
+def test_of_two_events_at_one_instant_the_second_starts_from_the_first(http: httpx.Client) -> None:
+    """A ball that does not bounce hits a peg and rides it, both at once."""
+    dead = {"restitution": 0.0, "friction": 0.1}
+    board = {**TINY, "name": "dead", "ball": dead, "peg_material": dead}
+    digest = http.post("/api/v1/boards", json=board).json()["digest"]
+    record = http.get(f"/api/v1/drops/{digest}/1?x=0.02").json()
+    before = http.get(f"/api/v1/drops/{digest}/1/frames?x=0.02").json()["before"]
+    hit, ride = record["impacts"][:2]
+    assert (hit[6], ride[6], ride[0]) == (0, 2, hit[0])
+    t, x, y, _, vx, vy, omega = before[1]
+    assert [t, x, y, vx, vy, omega] == hit[:6]
+
+
+@pytest.mark.parametrize("fps", ["0", "-1", "nan", "1e9", "many"])
+def test_a_bad_rate_is_named(http: httpx.Client, fps: str) -> None:
+    response = http.get(f"/api/v1/drops/triangle-16/42/frames?fps={fps}")
+    assert response.status_code == 422
+    assert response.json()["field"] == "fps"
+
+
+# Many drops.
+
+
+def test_many_drops_are_counted_as_the_command_line_counts_them(http: httpx.Client) -> None:
+    asked = {"board": "triangle-8", "drops": 250, "seed": "7"}
+    body = http.post("/api/v1/simulate", json=asked).json()
+    batch = drop_many(Board.preset("triangle-8"), range(7, 257))
+    assert body == {
+        "board_digest": batch.board.digest,
+        "drops": 250,
+        "histogram": batch.histogram.tolist(),
+        "unsettled": batch.unsettled,
+        "mean_duration": pytest.approx(batch.duration.mean()),
+        "mean_impacts": pytest.approx(batch.impact_count.mean()),
+        "digest": batch.digest,
+    }
+
+
+def test_many_drops_take_a_board_and_the_stepped_solver(http: httpx.Client) -> None:
+    asked = {"board": TINY, "drops": 20, "solver": "stepped", "dt": 0.01, "substeps": 2}
+    body = http.post("/api/v1/simulate", json=asked).json()
+    board = Board.from_json(TINY)
+    batch = drop_many(board, range(20), solver="stepped", dt=0.01, substeps=2)
+    assert (body["board_digest"], body["digest"]) == (board.digest, batch.digest)
+
+
+@pytest.mark.parametrize(
+    ("asked", "field", "named"),
+    [
+        ({"drops": 0}, "drops", "0"),
+        ({"drops": 10_001}, "drops", "10001"),
+        ({"seed": "-1"}, "seed", "-1"),
+        ({"seed": str(2**64 - 50)}, "seed", str(2**64 + 49)),
+        ({"solver": "stepped", "dt": 1e-7}, "dt", "1e-07"),
+        ({"solver": "stepped", "dt": 7.0}, "dt", "7.0"),
+    ],
+)
+def test_bad_simulations_are_named(
+    http: httpx.Client, asked: dict[str, Any], field: str, named: str
+) -> None:
+    response = http.post("/api/v1/simulate", json={"board": "triangle-8", **asked})
+    assert response.status_code == 422
+    assert response.json()["field"] == field
+    assert named in response.json()["detail"]
+
+
+def test_a_simulation_that_takes_too_long_is_refused(
+    http: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.web.routes.simulate.MAX_SECONDS", 0.0)
+    response = http.post("/api/v1/simulate", json={"board": "triangle-8", "drops": 101})
+    body = problem(response, 422, "invalid-value", "101", "100 were done")
+    assert body["field"] == "drops"
+
+
+# Verification.
+
+
+def test_a_record_verifies_and_a_changed_one_does_not(http: httpx.Client) -> None:
+    record = http.get("/api/v1/drops/triangle-16/42").json()
+    assert http.post("/api/v1/verify", json=record).json()["ok"] is True
+    changed = {**record, "x_end": record["x_end"] + 1e-9}
+    verdict = http.post("/api/v1/verify", json=changed)
+    assert verdict.status_code == 200
+    assert verdict.json()["ok"] is False
+    assert verdict.json()["field"] == "x_end"
+    assert verdict.json()["expected"] == changed["x_end"]
+    assert verdict.json()["actual"] == record["x_end"]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"seed": -1}, {"board": "nope"}, {"board": 7}, {"solver": "magic"}, {"x": "left"}],
+    ids=str,
+)
+def test_a_malformed_record_is_refused(http: httpx.Client, change: dict[str, Any]) -> None:
+    record = http.get("/api/v1/drops/triangle-16/42").json()
+    problem(http.post("/api/v1/verify", json={**record, **change}), 422, "bad-record")
+
+
+def test_a_drop_that_would_take_minutes_is_refused(http: httpx.Client) -> None:
+    body = {"board": "triangle-16", "seed": 1, "solver": "stepped", "dt": 1e-3, "substeps": 500}
+    problem(http.post("/api/v1/drops", json=body), 422, "invalid-value", "0.001", "500")
+
+
+def test_a_record_that_would_take_minutes_is_refused(http: httpx.Client) -> None:
+    record = http.get("/api/v1/drops/triangle-16/42?solver=stepped").json()
+    slow = {**record, "dt": 1e-6, "substeps": 1000}
+    problem(http.post("/api/v1/verify", json=slow), 422, "invalid-value", "1e-06")
+
+
+# Rooms.
+
+
+def test_the_main_room_is_always_there(http: httpx.Client) -> None:
+    rooms = {room["id"]: room for room in http.get("/api/v1/rooms").json()["rooms"]}
+    assert rooms["main"]["board_name"] == "triangle-16"
+    view = http.get("/api/v1/rooms/main").json()
+    assert (view["mode"], view["solver"], view["tick_rate"]) == ("independent", "exact", 60)
+
+
+def test_a_presets_name_is_a_room_opened_when_asked_for(http: httpx.Client) -> None:
+    view = http.get("/api/v1/rooms/triangle-9-low").json()
+    assert (view["id"], view["board_name"]) == ("triangle-9-low", "triangle-9-low")
+    ids = [room["id"] for room in http.get("/api/v1/rooms").json()["rooms"]]
+    assert ids.count("triangle-9-low") == 1
+
+
+def test_a_room_can_be_opened_over_any_board(http: httpx.Client) -> None:
+    response = http.post("/api/v1/rooms", json={"board": TINY, "mode": "independent"})
+    assert response.status_code == 201
+    room = response.json()
+    assert response.headers["location"] == f"/api/v1/rooms/{room['id']}"
+    assert len(room.pop("token")) == 43
+    assert http.get(f"/api/v1/rooms/{room['id']}").json() == room
+    assert room["board_digest"] == Board.from_json(TINY).digest
+    other = http.post("/api/v1/rooms", json={"board": TINY}).json()
+    assert other["id"] != room["id"]
+
+
+def test_a_ball_dropped_into_a_room_can_be_waited_for(http: httpx.Client) -> None:
+    room = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
+    response = http.post(f"/api/v1/rooms/{room}/drops?wait=1", json={"seed": "42"})
+    assert response.status_code == 200
+    landed = msgspec.convert(response.json()["landed"], Landed)
+    alone = drop(Board.from_json(TINY), 42)
+    assert (landed.digest, landed.bin) == (alone.digest, alone.bin)
+    stats = http.get(f"/api/v1/rooms/{room}").json()["stats"]
+    assert (stats["drops"], sum(stats["histogram"])) == (1, 1)
+
+
+def test_a_ball_dropped_into_a_room_is_accepted_at_once(http: httpx.Client) -> None:
+    room = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
+    response = http.post(f"/api/v1/rooms/{room}/drops")
+    assert response.status_code == 202
+    ball = response.json()
+    assert (ball["ball"], ball["tick"], ball["room"]) == (0, 0, room)
+    assert 0 <= int(ball["seed"]) < 2**64
+    assert "landed" not in ball
+
+
+@pytest.mark.parametrize("room", ["nope", "triangle-99", "0123456789abcdef"])
+def test_an_unknown_room_is_named(http: httpx.Client, room: str) -> None:
+    problem(http.get(f"/api/v1/rooms/{room}"), 404, "unknown-room", room)
+    problem(http.post(f"/api/v1/rooms/{room}/drops"), 404, "unknown-room", room)
+
+
+def test_an_unknown_mode_is_refused(http: httpx.Client) -> None:
+    body = {"board": "triangle-8", "mode": "magnetic"}
+    problem(http.post("/api/v1/rooms", json=body), 422, "invalid-value", "magnetic")
+
+
+def test_limits_answer_429_with_when_to_come_back() -> None:
+    with (
+        serving(max_rooms=2, max_balls=3, drop_rate=2.0) as server,
+        httpx.Client(base_url=server.url) as http,
+    ):
+        drops = [http.post("/api/v1/rooms/main/drops") for _ in range(5)]
+        assert [each.status_code for each in drops[:3]] == [202] * 3
+        assert "too-many-balls" in {each.json().get("code") for each in drops}
+        assert "rate-limited" in {each.json().get("code") for each in drops}
+        for refused in drops[3:]:
+            assert refused.status_code == 429
+            assert int(refused.headers["retry-after"]) >= 1
+
+
+def test_when_all_rooms_are_taken_an_idle_one_makes_way_and_a_busy_one_does_not() -> None:
+    with serving(max_rooms=2) as server, httpx.Client(base_url=server.url) as http:
+        idle = http.post("/api/v1/rooms", json={"board": "triangle-16"}).json()["id"]
+        busy = http.post("/api/v1/rooms", json={"board": "triangle-16"}).json()["id"]
+        assert http.get(f"/api/v1/rooms/{idle}").status_code == 404
+        assert http.post(f"/api/v1/rooms/{busy}/drops").status_code == 202
+        problem(
+            http.post("/api/v1/rooms", json={"board": "triangle-16"}), 429, "too-many-rooms", "2"
+        )
+        assert http.get("/api/v1/rooms/main").status_code == 200
+
+
+# Health, and what every reply has.
+
+
+def test_health_and_readiness(http: httpx.Client) -> None:
+    health = http.get("/healthz").json()
+    assert health["status"] == "ok"
+    assert health["ticker"]["overruns"] >= 0
+    ready = http.get("/readyz")
+    assert (ready.status_code, ready.json()["ready"]) == (200, True)
+    assert all(ready.json()["checks"].values())
+
+
+def test_an_unknown_path_and_method_are_problems_too(http: httpx.Client) -> None:
+    problem(http.get("/api/v1/nothing"), 404, "not-found", "/api/v1/nothing")
+    refused = http.delete("/api/v1/boards")
+    problem(refused, 405, "method-not-allowed", "DELETE")
+    assert refused.headers["allow"] == "GET, POST"
+    problem(http.get("/nothing.js"), 404, "not-found")
+    problem(http.get("/../app/main.py"), 404, "not-found")
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH"])
+@pytest.mark.parametrize("path", ["/api/v1/nothing", "/nothing", "/api/v1/rooms/a/b/c"])
+def test_an_unknown_path_is_not_found_by_whatever_method(
+    http: httpx.Client, method: str, path: str
+) -> None:
+    problem(http.request(method, path), 404, "not-found", path)
+
+
+@pytest.mark.parametrize("path", ["/", "/index.html", "/js/main.js"])
+def test_the_pages_files_can_only_be_read(http: httpx.Client, path: str) -> None:
+    refused = http.post(path)
+    problem(refused, 405, "method-not-allowed", "POST")
+    assert refused.headers["allow"] == "GET, HEAD"
+
+
+def test_every_reply_carries_the_security_headers(http: httpx.Client) -> None:
+    for path in ("/", "/api/v1/boards", "/nothing", "/api/v1/drops/triangle-16/-1"):
+        headers = http.get(path).headers
+        policy = headers["content-security-policy"]
+        assert "default-src 'none'" in policy
+        assert "script-src 'self';" in policy
+        assert "unsafe" not in policy
+        assert "http" not in policy
+        assert headers["x-content-type-options"] == "nosniff"
+        assert "server" not in headers
+
+
+@pytest.mark.parametrize(
+    "origin", ["https://evil.example", "null", "http://127.0.0.1:1", "garbage"]
+)
+def test_another_sites_page_may_look_but_not_act(http: httpx.Client, origin: str) -> None:
+    headers = {"origin": origin}
+    problem(http.post("/api/v1/rooms", headers=headers), 403, "foreign-origin", origin)
+    assert http.get("/api/v1/rooms", headers=headers).status_code == 200
+
+
+def test_this_sites_page_may_act(server: Running, http: httpx.Client) -> None:
+    response = http.post("/api/v1/rooms/main/drops", headers={"origin": server.url})
+    assert response.status_code == 202
+
+
+def test_an_allowed_site_may_act_and_read() -> None:
+    origin = "https://friend.example"
+    with serving(allowed_origins=(origin,)) as server, httpx.Client(base_url=server.url) as http:
+        response = http.post("/api/v1/rooms/main/drops", headers={"origin": origin})
+        assert response.status_code == 202
+        assert response.headers["access-control-allow-origin"] == origin
+
+
+# How sure a drop is.
+
+
+def test_a_drop_says_how_sure_it_is_when_asked(http: httpx.Client) -> None:
+    plain = http.get("/api/v1/drops/triangle-8/42").json()
+    asked = http.get("/api/v1/drops/triangle-8/42?certainty=true").json()
+    expected = drop(Board.preset("triangle-8"), 42)
+    assert asked == plain | {
+        "amplification": expected.amplification,
+        "x_error": expected.certainty.error,
+        "certain": expected.certain,
+    }
+    wanted = {"board": "triangle-8", "seed": "42", "certainty": True}
+    assert http.post("/api/v1/drops", json=wanted).json() == asked
+
+
+def test_the_stepped_solver_is_not_asked_how_sure_it_is(http: httpx.Client) -> None:
+    response = http.get("/api/v1/drops/triangle-8/42?solver=stepped&certainty=true")
+    problem(response, 422, "bad-parameter", "only 'exact'")
+
+
+def test_an_address_may_have_so_many_rooms_and_no_more() -> None:
+    with (
+        serving(creator_rooms=2) as server,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
+    ):
+        body = {"board": "triangle-8"}
+        opened = [http.post("/api/v1/rooms", json=body) for _ in range(2)]
+        assert [response.status_code for response in opened] == [201, 201]
+        refused = http.post("/api/v1/rooms", json=body)
+        problem(refused, 429, "room-quota", "2 rooms of this address")
+        assert refused.headers["retry-after"] == "1"
+        first = opened[0].json()
+        headers = {"authorization": f"Bearer {first['token']}"}
+        assert http.delete(f"/api/v1/rooms/{first['id']}", headers=headers).status_code == 204
+        problem(http.post("/api/v1/rooms", json={"board": "nope"}), 404, "unknown-board")
+        assert http.post("/api/v1/rooms", json=body).status_code == 201
+
+
+def test_a_board_of_too_many_parts_is_refused_before_it_is_looked_at() -> None:
+    board: dict[str, Any] = {"pegs": [{}] * 7, "walls": [{}] * 4}
+    with (
+        serving(max_surfaces=10) as server,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
+    ):
+        for path, body in (
+            ("boards", board),
+            ("boards/check", board),
+            ("rooms", {"board": board}),
+            ("drops", {"board": board, "seed": 1}),
+        ):
+            refused = http.post(f"/api/v1/{path}", json=body)
+            problem(refused, 413, "too-large", "11 pegs and walls", "10")
+        problem(http.post("/api/v1/boards", json={"pegs": [{}] * 10}), 422, "bad-board")

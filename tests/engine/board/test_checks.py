@@ -1,0 +1,405 @@
+"""A board on which drops cannot be fair is refused: overlaps, bad starts, wedges, no way out."""
+
+import math
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from engine.board.checks.obstacles import Obstacles, close_discs, obstacles
+from engine.board.checks.reach import free_intervals
+from engine.board.checks.separators import barriers
+from engine.board.model import Board
+from engine.errors import BoardError
+from tests.engine.board.forms import EXAMPLE, Form, box, changed, mirrored, wild_forms
+
+R = 0.1  # the ball's radius in `box`
+
+
+def refusal(form: Form) -> BoardError:
+    """The error that `form` raises."""
+    with pytest.raises(BoardError) as caught:
+        Board.from_json(form)
+    return caught.value
+
+
+def verdict(form: Form) -> str:
+    """What is wrong with `form`, in a word; empty if nothing is."""
+    try:
+        Board.from_json(form)
+    except BoardError as error:
+        words = ("overlaps", "inside or touching", "cannot pass", "miss the bins", "wedge in")
+        return next(word for word in words if word in str(error))
+    return ""
+
+
+class TestOverlap:
+    def test_overlapping_pegs_are_named_both(self) -> None:
+        error = refusal(box([(-2.0, 3.0, 0.2), (1.0, 3.0, 0.2), (1.3, 3.0, 0.2)]))
+        assert error.field == "pegs[2]"
+        assert "pegs[2] at (1.3, 3.0) overlaps pegs[1] at (1.0, 3.0)" in str(error)
+        assert "at least 0.4 m apart" in str(error)
+
+    def test_a_peg_within_a_peg_overlaps(self) -> None:
+        assert verdict(box([(0.0, 3.0, 1.0), (0.1, 3.0, 0.1)])) == "overlaps"
+        assert verdict(box([(0.0, 3.0, 0.1), (0.0, 3.0, 0.1)])) == "overlaps"
+
+    def test_pegs_that_touch_side_by_side_do_not_overlap_but_hold_a_ball(self) -> None:
+        assert verdict(box([(0.0, 3.0, 0.25), (0.5, 3.0, 0.25)])) == "wedge in"
+
+    def test_pegs_that_touch_one_above_the_other_are_fine(self) -> None:
+        assert verdict(box([(0.5, 3.0, 0.25), (0.5, 3.5, 0.25)])) == ""
+
+    def test_pegs_may_be_half_within_a_wall(self) -> None:
+        assert verdict(box([(-4.0, 3.0, 0.2), (4.0, 3.0, 0.2)])) == ""
+
+
+class TestStart:
+    def test_a_start_inside_a_peg_is_refused(self) -> None:
+        error = refusal(box([(0.0, 0.05, 0.2)]))
+        assert error.field == "drop"
+        assert "drop.x = 0.0 with drop.jitter = 0.0 at drop.y = 0.0" in str(error)
+        assert "pegs[0]" in str(error)
+
+    @pytest.mark.parametrize(("gap", "answer"), [(0.0, "inside or touching"), (1e-6, "")])
+    def test_touching_is_refused_and_a_micrometre_is_not(self, gap: float, answer: str) -> None:
+        assert verdict(box([(0.0, R + 0.3 + gap, 0.3)])) == answer
+
+    @pytest.mark.parametrize("side", [-1.0, 1.0])
+    def test_the_whole_jitter_counts_not_only_its_ends(self, side: float) -> None:
+        form = box([(side * 0.3, 0.15, 0.1)])
+        assert verdict(form) == ""
+        assert verdict({**form, "drop": {"jitter": 0.2}}) == "inside or touching"
+        assert verdict({**form, "drop": {"jitter": 1.0}}) == "inside or touching"
+
+    def test_a_start_on_a_wall_its_end_or_across_it_is_refused(self) -> None:
+        across = box(walls=[(0.5, -0.5, 0.6, 0.5)])
+        assert verdict(across) == ""
+        error = refusal({**across, "drop": {"jitter": 1.0}})
+        assert "walls[2]:" in str(error)
+        assert "walls[2]'s first end" in str(refusal(box(walls=[(0.05, 0.0, 2.0, 2.0)])))
+        assert "walls[2]:" in str(refusal(box(walls=[(-1.0, 0.05, 1.0, 0.05)])))
+        assert "walls[0]:" in str(refusal({**box(), "drop": {"x": -3.95}}))
+
+    def test_every_slot_counts(self) -> None:
+        error = refusal({**box([(2.0, 0.0, 0.1)]), "drop": {"slots": [0.0, 1.9]}})
+        assert error.field == "drop.slots[1]"
+        assert "drop.slots[1] = 1.9" in str(error)
+
+    @pytest.mark.parametrize("y", [6.0, 6.5])
+    def test_a_start_must_be_above_the_bins(self, y: float) -> None:
+        error = refusal({**box(), "drop": {"y": y}})
+        assert error.field == "drop.y"
+        assert f"drop.y is {y}: the start must be above the bins" in str(error)
+
+
+class TestWedges:
+    @pytest.mark.parametrize("gap", [0.01, R, 2 * R - 1e-6])
+    def test_two_pegs_hold_a_ball_that_does_not_fit_between(self, gap: float) -> None:
+        half = 0.5 * gap + 0.2
+        error = refusal(box([(-half, 3.0, 0.2), (half, 3.0, 0.2)]))
+        assert error.field == "pegs[0]"
+        assert "the gap between pegs[0] and pegs[1]" in str(error)
+
+    def test_two_pegs_let_a_ball_through_that_fits(self) -> None:
+        half = R + 1e-6 + 0.2
+        assert verdict(box([(-half, 3.0, 0.2), (half, 3.0, 0.2)])) == ""
+
+    def test_the_wedged_ball_touches_both_pegs_and_rests_on_them(self) -> None:
+        error = str(refusal(box([(-0.25, 3.0, 0.2), (0.25, 3.0, 0.2)])))
+        height = math.sqrt(0.3**2 - 0.25**2)
+        assert f"at (0, {3.0 - height:.6g})" in error
+
+    def test_a_steep_pair_is_no_wedge_because_the_ball_rolls_off_the_lower_peg(self) -> None:
+        apart = 0.45  # peg to peg; the ball, 0.3 from both, does not fit between
+        touching = 0.3
+        lean = math.asin(0.5 * apart / touching)  # of the ball's place from the pair's middle line
+        for tilt, answer in ((lean - 0.05, "wedge in"), (lean + 0.05, "")):
+            dx, dy = 0.5 * apart * math.cos(tilt), 0.5 * apart * math.sin(tilt)
+            assert verdict(box([(-dx, 3.0 - dy, 0.2), (dx, 3.0 + dy, 0.2)])) == answer
+
+    def test_a_third_peg_in_the_notch_is_what_the_ball_rests_against(self) -> None:
+        pair = [(-0.25, 3.0, 0.2), (0.25, 3.0, 0.2)]
+        assert "pegs[0] and pegs[1]" in str(refusal(box(pair)))
+        error = str(refusal(box([*pair, (0.0, 2.84, 0.05)])))
+        assert "pegs[0] and pegs[1]" not in error
+        assert "and pegs[2] is one that a ball can wedge in" in error
+
+    def test_a_peg_beside_an_upright_wall_holds_a_ball(self) -> None:
+        error = refusal(box([(-3.75, 3.0, 0.1)]))
+        assert "the gap between pegs[0] and walls[0]" in str(error)
+        assert verdict(box([(-4.0 + 0.1 + 2 * R + 1e-6, 3.0, 0.1)])) == ""
+
+    def test_a_peg_near_enough_to_an_upright_wall_leads_the_ball_away(self) -> None:
+        assert verdict(box([(-4.0 + R + 0.01, 3.0, 0.05)])) == "wedge in"
+        assert verdict(box([(-4.0 + R - 0.01, 3.0, 0.05)])) == ""
+
+    def test_walls_that_meet_in_a_v_hold_a_ball(self) -> None:
+        v = [(-1.0, 2.0, 0.0, 3.0), (0.0, 3.0, 1.0, 2.0)]
+        error = refusal(box(walls=v))
+        assert error.field == "walls[2]"
+        assert "walls[2] and walls[3]" in str(error)
+        assert verdict(box(walls=[(x1, 5 - y1, x2, 5 - y2) for x1, y1, x2, y2 in v])) == ""
+
+    def test_the_ends_of_two_walls_hold_a_ball_that_does_not_fit_between(self) -> None:
+        for half, answer in ((R - 0.001, "wedge in"), (R + 0.001, "")):
+            v = [(-1.0, 2.0, -half, 3.0), (half, 3.0, 1.0, 2.0)]
+            assert verdict(box(walls=v)) == answer
+
+    @pytest.mark.parametrize(
+        ("angle", "answer"), [(-0.3, ""), (-0.1, ""), (0.1, "wedge in"), (1.05, "wedge in")]
+    )
+    def test_an_overhang_holds_a_ball_down_on_a_peg_that_pushes_it_there(
+        self, angle: float, answer: str
+    ) -> None:
+        # The wall's left side faces left and down, (-2, 1) / sqrt 5; the peg is `angle` left of
+        # straight below the ball. The pushes balance the weight for 0 < tan(angle) < 2; beyond
+        # straight below, the peg pushes the ball out, as the wall does.
+        overhang = (0.0, 4.0, -1.0, 2.0)
+        x, y = -0.5 - R * 2.0 / math.sqrt(5.0), 3.0 + R / math.sqrt(5.0)
+        peg = (x - 0.15 * math.sin(angle), y + 0.15 * math.cos(angle), 0.05)
+        assert verdict(box([peg], [overhang])) == answer
+
+    def test_balance_on_a_level_wall_is_no_wedge(self) -> None:
+        assert verdict(box(walls=[(-1.0, 3.0, 1.0, 3.0)])) == ""
+        assert verdict(box(walls=[(-4.0, 3.0, 1.0, 3.0)])) == ""
+
+    def test_a_wedge_behind_a_wall_above_the_start_or_below_the_bins_does_not_matter(self) -> None:
+        for x, y in ((-6.0, 3.0), (0.0, 7.0), (0.0, -1.0)):
+            assert verdict(box([(x - 0.25, y, 0.2), (x + 0.25, y, 0.2)])) == ""
+
+    def test_a_wedge_in_a_closed_chamber_does_not_matter(self) -> None:
+        chamber = [
+            (1.0, 2.0, 3.0, 2.0),
+            (1.0, 4.0, 3.0, 4.0),
+            (1.0, 2.0, 1.0, 4.0),
+            (3.0, 2.0, 3.0, 4.0),
+        ]
+        notch = [(1.75, 3.0, 0.2), (2.25, 3.0, 0.2)]
+        assert verdict(box(notch, chamber)) == ""
+        assert verdict(box(notch, chamber[1:])) == "wedge in"
+
+
+class TestPassing:
+    @pytest.mark.parametrize(("gap", "answer"), [(2 * R - 1e-6, "cannot pass"), (2 * R + 1e-6, "")])
+    def test_a_slit_is_open_exactly_if_it_is_wider_than_the_ball(
+        self, gap: float, answer: str
+    ) -> None:
+        funnel = [(-4.0, 1.0, -0.5 * gap, 3.0), (0.5 * gap, 3.0, 4.0, 1.0)]
+        assert verdict(box(walls=funnel)) == answer
+
+    def test_the_error_names_the_balls_diameter(self) -> None:
+        error = refusal(box(walls=[(-4.0, 3.0, 4.0, 3.0)]))
+        assert error.field == "ball.radius"
+        assert "the ball (diameter 0.2 m) cannot pass" in str(error)
+
+    def test_a_row_of_pegs_from_wall_to_wall_stops_a_ball(self) -> None:
+        row = [(-4.0 + 0.5 * i, 3.0, 0.2) for i in range(17)]
+        assert verdict(box(row)) == "cannot pass"
+        assert verdict(box(row, radius=0.04)) == ""
+
+    def test_a_floor_with_a_hole_beside_it_is_passable(self) -> None:
+        assert verdict(box(walls=[(-4.0, 3.0, 4.0 - 2.1 * R, 3.0)])) == ""
+        assert verdict(box(walls=[(-4.0, 3.0, 4.0 - 1.9 * R, 3.0)])) == "cannot pass"
+
+    def test_a_way_that_leads_above_the_start_is_no_way(self) -> None:
+        cup = [(-1.0, 2.0, 1.0, 2.0), (-1.0, 2.0, -1.0, 0.05), (1.0, 2.0, 1.0, 0.05)]
+        assert verdict(box(walls=cup)) == "cannot pass"
+        lower = [(x1, y1, x2, y2 if y2 == 2.0 else 0.15) for x1, y1, x2, y2 in cup]
+        assert verdict(box(walls=lower)) == ""
+
+    def test_a_slot_over_a_closed_shaft_is_named(self) -> None:
+        shaft = [(2.0, -1.0, 2.0, 3.0), (2.0, 3.0, 4.0, 3.0)]
+        error = refusal({**box(walls=shaft), "drop": {"slots": [0.0, 3.0]}})
+        assert "cannot pass from drop.slots[1] = 3.0" in str(error)
+
+    def test_a_maze_is_followed_to_its_end(self) -> None:
+        floors = [
+            (-4.0, y, 3.7, y + 0.1) if i % 2 else (-3.7, y + 0.1, 4.0, y)
+            for i, y in enumerate(np.arange(0.5, 5.5, 0.5).tolist())
+        ]
+        # Each floor runs down to a gap on alternating sides; closing one closes the maze.
+        assert verdict(box(walls=floors)) == ""
+        closed = [*floors[:-1], (-4.0, 5.1, 4.0, 5.1)]
+        assert verdict(box(walls=closed)) == "cannot pass"
+
+    def test_a_ball_too_small_to_check_the_way_of_is_refused(self) -> None:
+        error = refusal(box(radius=0.001))
+        assert error.field == "ball.radius"
+        assert "too small for a board of" in str(error)
+
+
+class TestMissing:
+    def test_bins_must_reach_from_wall_to_wall(self) -> None:
+        form = box([(0.0, 3.0, 0.1)])
+        for edges, index in (([-3.0, 0.0, 4.0], 0), ([-4.0, 0.0, 3.0], 2)):
+            error = refusal(changed(form, ("bins", "edges"), edges))
+            assert error.field == f"bins.edges[{index}]"
+            assert f"bins.edges[{index}] is {edges[index]}: a ball can miss the bins" in str(error)
+
+    def test_walls_must_reach_down_to_the_bins(self) -> None:
+        form = box([(0.0, 3.0, 0.1)])
+        assert verdict(changed(form, ("walls", 1, "y2"), 5.95)) == ""
+        assert verdict(changed(form, ("walls", 1, "y2"), 5.5)) == "miss the bins"
+
+    def test_walls_must_reach_up_to_where_a_ball_could_leave(self) -> None:
+        form = box([(0.0, 3.0, 0.1)])
+        assert verdict(changed(form, ("walls", 0, "y1"), 0.05)) == ""
+        assert verdict(changed(form, ("walls", 0, "y1"), 2.0)) == "miss the bins"
+
+    @pytest.mark.parametrize(
+        ("gap", "answer"), [(2 * R - 0.001, ""), (2 * R + 0.001, "miss the bins")]
+    )
+    def test_a_gap_in_a_wall_is_a_miss_exactly_if_the_ball_fits_through(
+        self, gap: float, answer: str
+    ) -> None:
+        form = box([(0.0, 1.0, 0.1)], [(-4.0, 3.0 + gap, -4.0, 6.0)])
+        assert verdict(changed(form, ("walls", 0, "y2"), 3.0)) == answer
+
+    @pytest.mark.parametrize(
+        ("gap", "answer"), [(2 * R - 0.001, ""), (2 * R + 0.001, "miss the bins")]
+    )
+    def test_a_fence_of_pegs_keeps_a_ball_in_exactly_as_far_as_it_is_dense(
+        self, gap: float, answer: str
+    ) -> None:
+        radius, pitch = 0.05, gap + 2 * 0.05
+        count = int(7.0 / pitch) + 1
+        fence = [(s * 4.0, -0.5 + i * pitch, radius) for s in (-1, 1) for i in range(count)]
+        assert verdict(box([(0.0, 3.0, 0.1), *fence], sides=False)) == answer
+
+    def test_with_no_walls_a_ball_that_falls_straight_cannot_miss(self) -> None:
+        assert verdict(box(sides=False)) == ""
+        assert verdict({**box(sides=False), "drop": {"x": 3.0, "jitter": 1.5}}) == "miss the bins"
+
+    def test_with_no_walls_the_farthest_throw_decides(self) -> None:
+        # A peg whose lowest contact is h below the start throws no farther than 2 sqrt(6 h) m.
+        def far(y: float) -> float:
+            return 0.2 + 2.0 * math.sqrt(6.0 * (y + 0.2))
+
+        for y in (0.3, 0.4, 0.5):
+            form = box([(0.0, y, 0.1)], sides=False)
+            wide = changed(form, ("bins", "edges"), [-far(y) - 1e-6, 0.0, far(y) + 1e-6])
+            narrow = changed(form, ("bins", "edges"), [-far(y) + 1e-3, 0.0, far(y) + 1e-6])
+            assert verdict(wide) == ""
+            assert verdict(narrow) == "miss the bins"
+
+    def test_the_designs_example_has_no_right_wall_and_no_ball_gets_that_far(self) -> None:
+        assert verdict(EXAMPLE) == ""
+        assert verdict(changed(EXAMPLE, ("bins", "edges"), [-4.0, -3.5, 3.5])) == "miss the bins"
+
+
+@given(wild_forms())
+@settings(max_examples=60, deadline=None)
+def test_a_mirrored_board_is_as_good_as_the_board(form: Form) -> None:
+    assert verdict(mirrored(form)) == verdict(form)
+
+
+@given(wild_forms())
+@settings(max_examples=60, deadline=None)
+def test_the_order_of_pegs_and_walls_does_not_decide_whether_a_board_is_good(form: Form) -> None:
+    turned = {**form, "pegs": form["pegs"][::-1], "walls": form["walls"][::-1]}
+    assert verdict(turned) == verdict(form)
+
+
+@given(wild_forms())
+@settings(max_examples=60, deadline=None)
+def test_barriers_lie_wholly_where_no_ball_can_be(form: Form) -> None:
+    obs = _obstacles(form)
+    lines = barriers(obs, close_discs(obs), 0.0, 6.0)
+    for s in np.linspace(0.0, 1.0, 21):
+        x = lines[:, 0] + s * (lines[:, 2] - lines[:, 0])
+        y = lines[:, 1] + s * (lines[:, 3] - lines[:, 1])
+        inside = (y > 0.0) & (y < 6.0)
+        assert not _free(obs, x[inside], y[inside], 1.0 - 1e-9).any()
+
+
+@given(wild_forms(), st.floats(0.1, 5.9))
+@settings(max_examples=60, deadline=None)
+def test_free_intervals_are_those_of_dense_sampling(form: Form, y: float) -> None:
+    obs = _obstacles(form)
+    intervals = free_intervals(obs, y)
+    x = np.linspace(-7.0, 7.0, 2001)
+    claimed = ((x[:, None] > intervals[:, 0]) & (x[:, None] < intervals[:, 1])).any(axis=1)
+    ends = np.concatenate((intervals[1:, 0], intervals[:-1, 1]))
+    clear = np.abs(x[:, None] - ends).min(axis=1, initial=1.0) > 1e-6
+    assert (claimed == _free(obs, x, np.full_like(x, y), 1.0))[clear].all()
+
+
+@given(wild_forms())
+@settings(max_examples=15, deadline=None)
+def test_a_ball_passes_exactly_if_dense_sampling_finds_a_way(form: Form) -> None:
+    answer = verdict(form)
+    assume(answer != "inside or touching")
+    obs = _obstacles(form)
+    # Ways that the margin of 5 % decides are left out; all others are wider than the sampling.
+    x, y = np.meshgrid(np.arange(-6.0, 6.0, 0.02), np.linspace(0.0, 6.0, 301))
+    surely, perhaps = (_passes(_free(obs, x, y, scale), x) for scale in (1.05, 0.95))
+    assume(surely == perhaps)
+    assert (answer != "cannot pass") == surely
+
+
+def _obstacles(form: Form) -> Obstacles:
+    """The obstacles of `form`, good or bad as a board."""
+    parts: dict[str, Any] = dict(form)
+    board = Board.from_json({**parts, "pegs": [], "walls": []})
+    pegs = [type("P", (), peg)() for peg in form["pegs"]]
+    walls = [type("W", (), wall)() for wall in form["walls"]]
+    stand_in = type("B", (), {"ball": board.ball, "pegs": pegs, "walls": walls})()
+    return obstacles(stand_in)
+
+
+def _free(obs: Obstacles, x: Any, y: Any, scale: float) -> Any:
+    """Tell of places (x, y) if a ball `scale` times as far from everything may be there."""
+    free = np.ones(np.shape(x), dtype=np.bool_)
+    for cx, cy, reach in zip(obs.x, obs.y, obs.reach * scale, strict=True):
+        free &= (x - cx) ** 2 + (y - cy) ** 2 > reach * reach
+    for k in range(len(obs.length)):
+        dx, dy = x - obs.x1[k], y - obs.y1[k]
+        along = dx * obs.tx[k] + dy * obs.ty[k]
+        across = np.abs(dy * obs.tx[k] - dx * obs.ty[k])
+        free &= (along < 0) | (along > obs.length[k]) | (across > obs.radius * scale)
+    return free
+
+
+def _passes(free: Any, x: Any) -> bool:
+    """Tell if a way leads from the start, x = 0 in the first row, to the last row."""
+    reached = np.zeros_like(free)
+    reached[0, np.abs(x[0]).argmin()] = True
+    while True:
+        before = int(reached.sum())
+        for rows in (range(1, len(free)), range(len(free) - 2, -1, -1)):
+            step = -1 if rows.step > 0 else 1
+            for row in rows:
+                reached[row] |= reached[row + step] & free[row]
+                reached[row] = _spread(reached[row], free[row])
+        if int(reached.sum()) == before:
+            return bool(reached[-1].any())
+
+
+def _spread(reached: Any, free: Any) -> Any:
+    """Fill each free run of a row that is reached anywhere."""
+    runs = np.cumsum(~free)
+    return free & np.isin(runs, runs[reached & free])
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.03])
+def test_ten_thousand_pegs_are_checked_in_seconds(radius: float) -> None:
+    pegs = [
+        (-3.96 + 0.08 * i + 0.02 * (j % 2), 0.5 + 0.05 * j, 0.005)
+        for j in range(100)
+        for i in range(100)
+    ]
+    form = box(pegs, radius=radius)
+    begin = time.perf_counter()
+    verdict(form)
+    assert time.perf_counter() - begin < 5.0
+
+
+def test_a_heap_of_pegs_far_smaller_than_the_ball_is_refused_not_computed_for_ever() -> None:
+    pegs = [(0.01 * i - 0.75, 3.0 + 0.01 * j, 0.004) for i in range(141) for j in range(141)]
+    error = refusal(box(pegs, radius=0.5))
+    assert error.field == "pegs"
+    assert "too densely" in str(error)

@@ -1,0 +1,159 @@
+"""The flat form of a board: cells, bins, and that a grid may only save work."""
+
+import math
+from unittest import mock
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchmarks.scenes.contact_scenes import scene, scene_names
+from engine import Board
+from engine.exact.board_arrays import layout_of
+from engine.exact.event_log import EVENTS, new_log
+from engine.exact.grid import MAX_CELLS, Cells, cells_of, heads_of
+from engine.exact.outcome import MAX_EVENTS, MAX_TIME
+from engine.exact.trace import trace
+from engine.physics.layout import DISTANCE, DISTANCE2, ITEM_COLUMNS, Layout, X, Y, bin_of, cell_of
+from engine.seeding import start_x
+from engine.stepped.step import trace_stepped
+from engine.stepped.sweep import sweep
+from tests.engine.multibody.static_scenes import any_board
+
+Ints = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float64]
+BOARDS = ("triangle-8", "classic", "galton")
+
+
+def board_of(name: str) -> Board:
+    return Board.preset(name) if name in BOARDS else scene(name).board
+
+
+def gridless(board: Board) -> Layout:
+    """The board's layout with one cell that lists every surface."""
+
+    def one_cell(items: Floats, *_: float) -> Cells:
+        copies = (items[:, DISTANCE] > 0.0) & (items[:, DISTANCE2] < 0.0)
+        members = np.flatnonzero(~copies).astype(np.uint32)
+        starts = np.array([0, len(members)], np.uint32)
+        return Cells(0.0, 0.0, 1.0, 0, 0, starts, members, heads_of(starts, members))
+
+    with mock.patch("engine.exact.board_arrays.cells_of", one_cell):
+        return layout_of.__wrapped__(board)
+
+
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [(1e300, 0.0), (0.0, -1e300), (math.inf, 0.0), (0.0, -math.inf), (math.nan, 0.0), (1e12, 1.0)],
+)
+def test_a_place_too_far_out_has_no_cell(x: float, y: float) -> None:
+    assert cell_of(layout_of(Board.preset("triangle-8")), x, y) == -1
+
+
+def test_a_place_on_the_board_or_somewhat_off_it_has_a_cell() -> None:
+    layout = layout_of(Board.preset("triangle-8"))
+    count = len(layout.starts) - 1
+    for x in np.linspace(-1000.0, 1000.0, 21):
+        assert 0 <= cell_of(layout, float(x), -0.37 * float(x)) < count
+
+
+def test_surfaces_far_apart_have_coarser_cells_instead_of_more() -> None:
+    items = np.zeros((2, ITEM_COLUMNS))
+    items[:, [X, Y, DISTANCE, DISTANCE2]] = [[-1e6, 0.0, 0.1, 0.01], [1e6, 5.0, 0.1, 0.01]]
+    cells = cells_of(items, 0.05, 0.2, 10.0)
+    assert cells.columns * cells.rows <= MAX_CELLS
+    assert cells.cells_per_metre < 1.0
+    assert set(cells.members.tolist()) == {0, 1}
+
+
+@given(st.floats(-10.0, 10.0))
+def test_a_bin_is_closed_on_its_left_and_the_outer_ones_are_open(x: float) -> None:
+    board = Board.preset("triangle-8")
+    edges = board.bins.edges
+    inner = sum(1 for edge in edges[1:-1] if edge <= x)
+    assert bin_of(layout_of(board), x) == inner
+
+
+def test_each_edge_belongs_to_the_bin_on_its_right() -> None:
+    board = Board.preset("classic")
+    for i, edge in enumerate(board.bins.edges[:-1]):
+        assert bin_of(layout_of(board), edge) == i
+
+
+@pytest.mark.parametrize("name", [*BOARDS, *scene_names()])
+def test_the_grid_changes_no_bit_of_an_exact_drop(name: str) -> None:
+    """So every cell lists all that a ball can touch from it: a surface left out would be
+    passed through."""
+    board = board_of(name)
+    for seed in range(4):
+        assert grid_changes_nothing(board, start_x(seed, board.drop.x, board.drop.jitter))
+
+
+@given(any_board, st.floats(-0.9, 0.9))
+def test_the_grid_changes_no_bit_on_any_board(board: Board, x: float) -> None:
+    assert grid_changes_nothing(board, x)
+
+
+@pytest.mark.parametrize("name", [*BOARDS, "storm", "zigzag", "comb"])
+def test_the_grid_changes_no_bit_of_a_stepped_drop(name: str) -> None:
+    board = board_of(name)
+    for seed in range(2):
+        x = start_x(seed, board.drop.x, board.drop.jitter)
+        results = []
+        for layout in (layout_of(board), gridless(board)):
+            state, log = at_start(board, x), new_log(500, 0)
+            outcome = trace_stepped(layout, state, 1.0 / 240.0, 0.6, MAX_EVENTS, log)
+            count = int(log.counts[EVENTS])
+            results.append((outcome, log.events[:count].tobytes(), log.marks[:count].tobytes()))
+        assert results[0] == results[1]
+
+
+def grid_changes_nothing(board: Board, x: float) -> bool:
+    """Whether an exact drop is the same, in its first 2000 events, with one cell for all."""
+    results = []
+    for layout in (layout_of(board), gridless(board)):
+        state, log = at_start(board, x), new_log(2000, 0)
+        outcome = trace(layout, state, MAX_EVENTS, MAX_TIME, log)
+        count = min(int(log.counts[EVENTS]), 2000)
+        results.append((outcome, log.events[:count].tobytes(), log.marks[:count].tobytes()))
+    return results[0] == results[1]
+
+
+def at_start(board: Board, x: float) -> Floats:
+    state = np.zeros(7)
+    state[1:3] = x, board.drop.y
+    return state
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.0, 5.0), st.floats(-1e5, 1e5), st.floats(-1e5, 1e5))
+def test_a_sweep_finds_the_first_surface_on_a_straight_line(
+    x: float, y: float, vx: float, vy: float
+) -> None:
+    """Against a walk along the line: nothing is touched before, and something is at the end."""
+    board = Board.preset("triangle-8")
+    layout = gridless(board)
+    horizon = 0.5 / (math.hypot(vx, vy) + 1e-9)
+    gap = gaps(board, np.array([x]), np.array([y]))
+    if gap.min() < 0.0:
+        return
+    with np.errstate(over="ignore"):  # a time beyond all numbers is one that does not come
+        s, item, _ = sweep(layout, 0, x, y, vx, vy, horizon, -1)
+    t = np.linspace(0.0, s, 400)
+    path = gaps(board, x + vx * t, y + vy * t)
+    assert path.min() > -1e-12
+    if item < 0:
+        assert s == horizon
+    else:
+        assert path[:, -1].min() < 1e-12
+
+
+def gaps(board: Board, x: Floats, y: Floats) -> Floats:
+    """Distance of the ball at each place from each surface, shape (surfaces, places), m."""
+    rows = [np.hypot(x - p.x, y - p.y) - p.radius for p in board.pegs]
+    for w in board.walls:
+        tx, ty = w.x2 - w.x1, w.y2 - w.y1
+        along = np.clip(((x - w.x1) * tx + (y - w.y1) * ty) / (tx * tx + ty * ty), 0.0, 1.0)
+        rows.append(np.hypot(x - w.x1 - along * tx, y - w.y1 - along * ty))
+    return np.array(rows) - board.ball.radius

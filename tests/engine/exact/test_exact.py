@@ -1,0 +1,285 @@
+"""The exact solver: what it conserves, never passes through, and how it ends what has no end."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from benchmarks.scenes.contact_scenes import scene, scene_names
+from engine import Board, drop
+from engine.board.parts import Bins, DropZone, Peg, Wall
+from engine.constants import (
+    KIND_CONTACT_BEGIN,
+    KIND_CONTACT_CHANGE,
+    KIND_CONTACT_END,
+    KIND_LANDING,
+    KIND_WALL,
+)
+from engine.drops.trajectory import Trajectory, follow, follow_from
+from engine.exact.board_arrays import layout_of
+from engine.exact.event_log import EVENTS, new_log
+from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, MAX_EVENTS, TIME_LIMIT, WEDGED
+from engine.exact.trace import trace
+from engine.parameters import Exact
+from tests.engine.multibody.static_scenes import any_board, box, mirrored, place
+
+Floats = npt.NDArray[np.float64]
+
+G = 9.81
+NEAR = 1e-12
+"""m; what a ball may be inside of a surface by rounding alone."""
+
+
+def board_of(name: str) -> Board:
+    return scene(name).board if name in scene_names() else Board.preset(name)
+
+
+def overlap(board: Board, x: Floats, y: Floats) -> float:
+    """Deepest overlap of a ball at any of the places with any surface, m."""
+    least = math.inf
+    for p in board.pegs:
+        least = min(least, float((np.hypot(x - p.x, y - p.y) - p.radius).min()))
+    for w in board.walls:
+        tx, ty = w.x2 - w.x1, w.y2 - w.y1
+        along = np.clip(((x - w.x1) * tx + (y - w.y1) * ty) / (tx * tx + ty * ty), 0.0, 1.0)
+        gap = np.hypot(x - w.x1 - along * tx, y - w.y1 - along * ty)
+        least = min(least, float(gap.min()))
+    return board.ball.radius - least
+
+
+def energies(path: Trajectory, events: Floats) -> Floats:
+    """Energy per mass in J/kg at events (t, x, y, vx, vy, omega), zero at the bins' line."""
+    spin = 0.25 * (path.board.ball.radius * events[:, 5]) ** 2
+    motion = 0.5 * (events[:, 3] ** 2 + events[:, 4] ** 2)
+    energy: Floats = motion + spin + path.board.gravity * (path.board.bins.y - events[:, 2])
+    return energy
+
+
+def test_energy_is_kept_over_a_hundred_thousand_elastic_impacts() -> None:
+    pegs = tuple(Peg(0.2 * i - 0.4, 0.15 + 0.2 * j, 0.03) for i in range(5) for j in range(5))
+    board = box(1.0, 1.1, pegs=pegs, restitution=1.0, radius=0.02)
+    state = np.array([0.0, 0.1, 0.06, 2.0, 1.0, 0.0, 0.0])
+    start = 0.5 * (2.0**2 + 1.0**2) + G * (1.1 - 0.06)
+    log = new_log(100_000, 0)
+    outcome, _ = trace(layout_of(board), state, 100_000, 1e9, log)
+    assert outcome == EVENT_LIMIT
+    x, y, vx, vy = log.events[:, 1:5].T
+    energy = 0.5 * (vx * vx + vy * vy) + G * (1.1 - y)
+    assert abs(energy / start - 1.0).max() <= 1e-12
+    assert overlap(board, x, y) <= NEAR
+    assert len(np.unique(log.marks[:, 0] * 100 + log.marks[:, 1])) == 25 + 4  # it was everywhere
+
+
+@pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "classic", *scene_names()])
+def test_a_ball_is_never_inside_anything(name: str) -> None:
+    board = board_of(name)
+    for seed in range(5):
+        found = drop(board, seed)
+        states = found.states(np.linspace(0.0, found.duration, 3000))
+        assert overlap(board, states["x"], states["y"]) <= NEAR
+
+
+@pytest.mark.parametrize("name", ["triangle-16", "classic", *scene_names()])
+def test_time_runs_forward_and_energy_does_not_grow(name: str) -> None:
+    board = board_of(name)
+    for seed in range(5):
+        path = drop(board, seed).trajectory
+        assert (np.diff(path.events[:, 0]) >= 0.0).all()
+        energy = np.concatenate(
+            [[board.gravity * (board.bins.y - board.drop.y)], energies(path, path.events)]
+        )
+        assert (np.diff(energy) <= 1e-12 * energy[0]).all()
+
+
+@pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "galton", *scene_names()])
+def test_a_mirrored_start_on_a_mirrored_board_gives_the_mirrored_path(name: str) -> None:
+    """To the last bit: x, vx and omega negated, all else the same, the bins counted back."""
+    board = board_of(name)
+    flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+    for seed in range(8):
+        x = drop(board, seed).x_start
+        path, image = follow(board, x, Exact()), follow(mirrored(board), -x, Exact())
+        assert np.array_equal(path.events, image.events * flip)
+        landings = path.marks[:, 0] == KIND_LANDING
+        assert np.array_equal(path.marks[~landings], image.marks[~landings])
+        assert image.outcome == path.outcome
+        if path.bin >= 0:
+            assert image.bin == board.bins.count - 1 - path.bin
+
+
+def test_every_preset_is_its_own_mirror_image() -> None:
+    """Pegs in another order, the same path: nothing depends on the numbers of surfaces."""
+    for name in ("triangle-9", "triangle-16", "classic", "galton"):
+        board = Board.preset(name)
+        for seed in range(8):
+            x = drop(board, seed).x_start
+            here, there = drop(board, x=x), drop(board, x=-x)
+            assert there.bin == board.bins.count - 1 - (here.bin or 0)
+            for field, sign in (("t", 1.0), ("x", -1.0), ("y", 1.0), ("omega", -1.0)):
+                assert np.array_equal(here.impacts[field], sign * there.impacts[field])
+
+
+def test_a_ball_in_the_open_falls_by_the_closed_form() -> None:
+    zone = DropZone(0.3, -1.0, 0.0)
+    fall = drop(place(bins=Bins(3.0, (-1.0, 0.0, 1.0), (1.0, 2.0)), drop=zone), x=0.3)
+    assert fall.duration == pytest.approx(math.sqrt(8.0 / G), rel=1e-15)
+    assert (fall.bin, fall.score, fall.x_end) == (1, 2.0, 0.3)
+    slow = drop(place(bins=Bins(3.0, (-1.0, 0.0, 1.0), (1.0, 2.0)), drop=zone, drag=2.0), x=0.3)
+    t = slow.duration
+    assert G / 2.0 * t - G / 4.0 * -math.expm1(-2.0 * t) == pytest.approx(4.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("e", [0.2, 0.5, 0.9])
+def test_a_ball_that_bounces_to_rest_does_so_in_the_time_of_the_geometric_series(e: float) -> None:
+    """Infinitely many bounces in finite time: t0 (1 + e) / (1 - e) for a fall of t0."""
+    board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=e)
+    rest = drop(board, x=0.0)
+    fall = math.sqrt(2.0 * (1.0 - board.ball.radius) / G)
+    assert rest.duration == pytest.approx(fall * (1.0 + e) / (1.0 - e), rel=1e-7)
+    assert rest.unsettled == "balanced: at rest on a surface"
+    bounces = rest.impacts[rest.impacts["kind"] == KIND_WALL]
+    speeds = -bounces["vy"]
+    assert np.allclose(speeds[1:] / speeds[:-1], e, rtol=1e-6)
+    assert rest.impacts["kind"][-1] == KIND_CONTACT_BEGIN
+
+
+def test_a_ball_hits_the_end_of_a_wall_as_a_disc_of_its_own_radius() -> None:
+    """Straight down beside the end of an upright wall: contact on a circle about the end."""
+    board = place(walls=(Wall(0.0, 1.0, 0.0, 2.0),), restitution=1.0)
+    for x in (1e-9, 0.03, -0.07, 0.0999, -0.1 + 1e-9):
+        hit = follow(board, x, Exact()).events[0]
+        depth = math.sqrt((0.1 - abs(x)) * (0.1 + abs(x)))
+        assert hit[2] == pytest.approx(1.0 - depth, abs=1e-15 + 1e-17 / max(depth, 1e-9))
+        down = math.sqrt(2.0 * G * hit[2])
+        nx, ny = x / 0.1, -depth / 0.1
+        assert hit[3] == pytest.approx(-2.0 * down * ny * nx, rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("miss", [1e-12, 1e-9, 1e-6])
+def test_a_ball_that_passes_an_end_by_a_hair_is_not_touched(miss: float) -> None:
+    board = place(walls=(Wall(0.0, 1.0, 0.0, 2.0),), bins=Bins(3.0, (-1.0, 0.0, 1.0), (1.0, 1.0)))
+    assert len(follow(board, 0.1 + miss, Exact()).events) == 1  # the landing
+    assert len(follow(board, 0.1 - miss, Exact()).events) > 1
+
+
+@pytest.mark.parametrize("name", ["apex", "shelf"])
+def test_a_ball_exactly_above_its_support_comes_to_rest_on_it(name: str) -> None:
+    rest = drop(scene(name).board, x=0.0)
+    assert (rest.bin, rest.score) == (None, 1.0)
+    assert rest.unsettled == "balanced: at rest on a surface"
+    assert len(rest.impacts) < 100
+    assert rest.duration < 2.0
+    assert rest.x_end == 0.0
+    later = rest.states([rest.duration, rest.duration + 100.0])
+    assert later["y"][0] == later["y"][1]
+    assert later["vy"][0] == 0.0
+
+
+def test_a_ball_a_breath_off_the_top_of_a_peg_leaves_it() -> None:
+    board = scene("apex").board
+    for offset in (1e-15, -1e-12, 1e-6):
+        off = drop(board, x=offset)
+        assert off.bin is not None
+        assert (off.x_end > 0.0) is (offset > 0.0)
+
+
+@pytest.mark.parametrize("drag", [0.5, 2.0])
+def test_rolling_on_level_ground_is_stopped_by_drag_and_ends(drag: float) -> None:
+    """Exponentially, so never; yet a ball with less than rounding still to go has arrived."""
+    walls = (Wall(-50.0, 1.0, 50.0, 1.0), Wall(-0.5, 0.2, 0.0, 0.5))
+    for friction in (0.0, 0.5):
+        board = place(walls=walls, restitution=0.3, friction=friction, drag=drag)
+        rest = follow(board, -0.25, Exact())
+        assert rest.outcome == BALANCED
+        assert rest.end[0] < 90.0 / drag
+
+
+V_NOTCH = (Wall(-1.0, 0.2, 0.0, 1.0), Wall(0.0, 1.0, 1.0, 0.2))
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.7])
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+@pytest.mark.parametrize("drag", [0.0, 2.0])
+def test_a_ball_in_a_notch_wedges(e: float, friction: float, drag: float) -> None:
+    """Between walls, and between pegs: at rest, soon, with a reason, and with the stake back."""
+    pegs = (Peg(-0.13, 1.0, 0.1), Peg(0.13, 1.0, 0.1))
+    funnel = (Wall(-0.5, 0.3, -0.2, 0.9), Wall(0.5, 0.3, 0.2, 0.9))
+    for parts in ({"walls": V_NOTCH}, {"pegs": pegs, "walls": funnel}):
+        board = place(**parts, restitution=e, friction=friction, drag=drag)
+        stuck = drop(board, x=0.0)
+        slid = follow(board, 0.03, Exact())
+        assert (stuck.bin, stuck.score) == (None, 1.0)
+        assert stuck.unsettled
+        assert stuck.duration < 30.0
+        assert len(stuck.impacts) <= MAX_EVENTS + 1
+        assert slid.outcome in {WEDGED, EVENT_LIMIT}
+        assert slid.end[0] < 60.0
+
+
+def test_a_ball_that_bounces_for_ever_ends_by_time_or_by_events() -> None:
+    board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=1.0)
+    for_ever = drop(board, x=0.0)
+    assert for_ever.unsettled == "time limit: no end in sight after the allowed time"
+    assert 998.0 < for_ever.duration < 1002.0
+    assert (for_ever.bin, for_ever.score) == (None, 1.0)
+    start = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    counted = follow_from(board, start, Exact(), max_events=50)
+    assert counted.outcome == EVENT_LIMIT
+    assert len(counted.events) == 50
+
+
+def test_a_ball_thrown_off_the_board_has_escaped_or_runs_out_of_time() -> None:
+    far = np.array([0.0, 1e12, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert follow_from(place(), far, Exact()).outcome == ESCAPED
+    fast = np.array([0.0, 0.0, 0.0, 1e8, -1e8, 0.0, 0.0])
+    assert follow_from(place(), fast, Exact()).outcome in {ESCAPED, TIME_LIMIT}
+
+
+def test_a_contact_phase_is_told_from_its_beginning_to_its_end() -> None:
+    """Begins and ends alternate; changes lie between; a ball that was on a surface stays near."""
+    seen = 0
+    for name in ("low-restitution", "dead", "zigzag", "polyline", "ramp"):
+        for seed in range(6):
+            kinds = drop(scene(name).board, seed).impacts["kind"].tolist()
+            riding = False
+            for kind in kinds:
+                if kind == KIND_CONTACT_BEGIN:
+                    assert not riding
+                    riding = True
+                    seen += 1
+                elif kind == KIND_CONTACT_CHANGE:
+                    assert riding
+                elif kind == KIND_CONTACT_END:
+                    assert riding
+                    riding = False
+                elif riding:  # hit something, or landed, while riding
+                    riding = False
+    assert seen > 60
+
+
+@given(any_board, st.floats(-0.9, 0.9))
+@settings(suppress_health_check=[HealthCheck.too_slow], max_examples=150)
+def test_on_any_board_a_ball_ends_and_is_never_inside_anything(board: Board, x: float) -> None:
+    path = follow(board, x, Exact())
+    assert path.outcome != ESCAPED
+    assert len(path.events) <= MAX_EVENTS + 1
+    assert (np.diff(path.events[:, 0]) >= 0.0).all()
+    few = path.events[:2000]
+    start = board.gravity * (board.bins.y + 0.5)
+    assert energies(path, few).max(initial=0.0) <= start * (1.0 + 1e-12)
+    assert overlap(board, few[:, 1], few[:, 2]) <= NEAR
+    states = path.states_at(np.linspace(0.0, min(path.end[0], 20.0), 1000))
+    assert overlap(board, states[:, 1], states[:, 2]) <= NEAR
+
+
+def test_logs_that_are_too_small_count_what_did_not_fit() -> None:
+    board = Board.preset("triangle-16")
+    full = drop(board, 42).trajectory
+    state, log = full.start.copy(), new_log(3, 2)
+    trace(layout_of(board), state, MAX_EVENTS, 1000.0, log)
+    assert int(log.counts[EVENTS]) == len(full.events)
+    assert np.array_equal(log.events, full.events[:3])
+    assert np.array_equal(state, full.end)

@@ -1,0 +1,123 @@
+"""An arena's bits: the same on every run, after a restore, without the JIT, whatever the order."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.board.model import Board
+from engine.multibody.arena import Arena
+from engine.multibody.scenes import galton, sandbox
+from engine.multibody.settings import ArenaSettings
+from engine.multibody.static_geometry import Place
+
+ROOT = Path(__file__).parents[3]
+
+SCENE = """
+from engine.multibody.scenes import sandbox
+from engine.multibody.arena import Arena
+arena = sandbox(12, width=1.6, height=1.2, restitution=0.6, seed=3, radii=(0.05, 0.1), speed=3.0)
+for tick in range(40):
+    if tick == 10:
+        arena.kick(3, 4.0, -6.0, 2.0)
+    if tick == 20:
+        arena.remove(5)
+        arena.add(0.0, 0.3, vx=300.0, radius=0.04)
+    arena.step()
+print(arena.digest())
+"""
+
+
+def run(code: str, **environment: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout.strip()
+
+
+def test_plain_python_gives_the_bits_of_compiled_code() -> None:
+    """Impacts, contacts, a renewed list of pairs, a removed and a fast ball, without the JIT."""
+    check = (
+        "from engine.multibody.solver.step import frame\nassert not hasattr(frame, 'signatures')\n"
+    )
+    assert run(check + SCENE, NUMBA_DISABLE_JIT="1") == run(SCENE)
+
+
+@pytest.mark.parametrize("tick", [1, 37, 90, 200])
+def test_a_restored_arena_goes_on_bit_for_bit(tick: int) -> None:
+    """From the fall, from the heap, and from sleep."""
+    arena = sandbox(60, width=2.0, height=3.0, restitution=0.4, seed=11, radii=(0.05, 0.1))
+    for _ in range(tick):
+        arena.step()
+    saved = arena.snapshot()
+    copy = Arena.from_snapshot(saved)
+    assert copy.digest() == arena.digest()
+    assert copy.snapshot() == saved
+    for k in range(150):
+        for one in (arena, copy):
+            if k == 20:
+                one.add(0.0, 0.1, vy=5.0)
+            one.step()
+    assert copy.digest() == arena.digest()
+    assert copy.take_events() == [e for e in arena.take_events() if e.tick > tick]
+
+
+def test_taking_snapshots_and_looking_change_nothing() -> None:
+    seen, unseen = (galton(40, seed=2) for _ in range(2))
+    for k in range(120):
+        seen.step()
+        unseen.step()
+        if k % 7 == 0:
+            seen.snapshot()
+            seen.diagnostics()
+            seen.take_events()
+            assert len(seen.bodies) == 40
+            seen.interpolated(0.3)
+    assert seen.digest() == unseen.digest()
+
+
+def test_the_order_in_which_balls_are_added_does_not_matter() -> None:
+    """Only their ids do: the grid, the pairs and the contacts come in the order of the ids."""
+    rng = np.random.default_rng(6)
+    n = 80
+    x, y = 0.25 * (np.arange(n) % 10) - 1.2, 0.25 * (np.arange(n) // 10) + 0.2
+    vx, radius = rng.normal(0, 2, n), rng.uniform(0.05, 0.12, n)
+    digests = set()
+    for order in (np.arange(n), np.arange(n)[::-1], rng.permutation(n)):
+        arena = Arena(Place.box(3.0, 3.0), ArenaSettings())
+        for part in np.array_split(order, 3):
+            arena.add_many(x[part], y[part], vx=vx[part], radius=radius[part], ids=part.tolist())
+        assert arena.bodies["id"].tolist() == list(range(n))
+        for _ in range(120):
+            arena.step()
+        digests.add(arena.digest())
+    assert len(digests) == 1
+
+
+def test_the_frame_rate_does_not_matter() -> None:
+    digests = set()
+    for rate in (30.0, 144.0, 17.3):
+        arena = sandbox(30, seed=4)
+        while arena.tick < 100:
+            arena.advance(min(1.0 / rate, (100.25 - arena.tick) / 60.0))
+        saved = Arena.from_snapshot(arena.snapshot())
+        saved._accumulator = 0.0
+        digests.add(saved.digest())
+    assert len(digests) == 1
+
+
+def test_a_place_of_a_board_survives_its_json_form() -> None:
+    place = Place.of_board(Board.preset("triangle-12"))
+    again = Place.from_dict(place.to_dict())
+    assert again == place
+    assert again.digest == place.digest
+    assert place.digest != Place.of_board(Board.preset("triangle-11")).digest

@@ -1,0 +1,310 @@
+"""The stepped solver: laws of its impacts, no tunnelling, bounded energy, convergence."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from benchmarks.scenes.contact_scenes import scene, scene_names
+from engine import Board, ParameterError, World, drop, drop_many
+from engine.board.parts import DropZone, Peg, Wall
+from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
+from engine.drops.trajectory import Trajectory, follow, follow_from
+from engine.exact.board_arrays import layout_of
+from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, TIME_LIMIT
+from engine.parameters import Exact, Stepped
+from engine.physics.ball import STATE_SIZE
+from engine.stepped.step import push_out
+from tests.engine.exact.test_exact import overlap
+from tests.engine.multibody.static_scenes import box, mirrored, place
+
+Floats = npt.NDArray[np.float64]
+
+G = 9.81
+
+
+def thrown(x: float, y: float, vx: float, vy: float, omega: float = 0.0) -> Floats:
+    """State of a ball with a velocity, at time 0."""
+    return np.array([0.0, x, y, vx, vy, 0.0, omega])
+
+
+# More impacts in a substep than are played: the ball waits, and was shown flying on meanwhile.
+@example(0.0, 1.0, 0.0, 5.0, 1.0)
+@given(
+    st.floats(-2.0, 2.0),
+    st.floats(0.3, 4.7),
+    st.floats(0.0, 2.0 * math.pi),
+    st.floats(0.0, 5.0),
+    st.sampled_from([0.0, 0.5, 1.0]),
+)
+def test_nothing_tunnels_at_any_speed(
+    x: float, y: float, angle: float, exponent: float, e: float
+) -> None:
+    """In a closed box with pegs, at up to 100 km/s: neither through a wall nor into a peg."""
+    pegs = tuple(Peg(-1.5 + i, 1.5 + j, 0.05) for i in range(4) for j in range(3))
+    board = box(5.0, 5.0, pegs=pegs, restitution=e)
+    if overlap(board, np.array([x]), np.array([y])) > 0.0:
+        return
+    speed = 10.0**exponent
+    start = thrown(x, y, speed * math.cos(angle), speed * math.sin(angle))
+    path = follow_from(board, start, Stepped(), max_events=300)
+    assert path.outcome in {EVENT_LIMIT, BALANCED, TIME_LIMIT}
+    assert overlap(board, path.events[:, 1], path.events[:, 2]) <= 1e-12
+    assert overlap(board, path.segments[:, 1], path.segments[:, 2]) <= 1e-12
+    states = path.states_at(np.linspace(0.0, min(path.end[0], 2.0), 2000))
+    # Between the ends of straight pieces; a piece on a peg's edge is a chord, seen here too.
+    assert overlap(board, states[:, 1], states[:, 2]) <= 1e-12
+    assert abs(states[:, 1]).max() <= 2.4 + 1e-12
+
+
+@pytest.mark.parametrize("speed", [1.0, 1e3, 1e5])
+def test_a_ball_shot_at_a_wall_without_thickness_stays_on_its_side(speed: float) -> None:
+    board = place(walls=(Wall(1.0, -5.0, 1.0, 5.0),), restitution=0.5, radius=1e-3)
+    path = follow_from(board, thrown(0.0, 0.0, speed, 0.0), Stepped(), max_events=1)
+    assert path.marks[0].tolist() == [KIND_WALL, 0]
+    assert path.events[0, 1] == pytest.approx(0.999, abs=1e-12)
+    assert path.events[0, 3] == pytest.approx(-0.5 * speed)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.25, 0.6, 1.0])
+def test_a_vertical_bounce_returns_the_restitution_of_the_speed(e: float) -> None:
+    board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=e)
+    path = follow_from(board, thrown(0.0, 0.0, 0.0, 0.0), Stepped(), max_events=1)
+    t, _, y, _, vy, omega = path.events[0]
+    before = G * (t + 0.5 * Stepped().h)  # of the parabola through the ends of the substeps
+    assert vy == pytest.approx(-e * before, rel=1e-12, abs=1e-15)
+    assert y == pytest.approx(0.9, abs=1e-12)
+    assert omega == 0.0
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.05, 0.2, 0.3, 1.0])
+@pytest.mark.parametrize("spin", [-40.0, 0.0, 25.0])
+def test_friction_at_an_impact_is_coulombs_with_spin(mu: float, spin: float) -> None:
+    """Slip 2 m/s and spin against a floor: an impulse of slip / 3, but at most mu (1 + e) v_n."""
+    e, radius, down, along = 0.5, 0.1, 3.0, 2.0
+    board = place(walls=(Wall(-5.0, 1.0, 5.0, 1.0),), restitution=e, friction=mu, radius=radius)
+    path = follow_from(board, thrown(0.0, 0.85, along, down, spin), Stepped(), max_events=1)
+    t, _, _, vx, vy, omega = path.events[0]
+    normal = down + G * (t + 0.5 * Stepped().h)
+    # Normal (0, -1), tangent (1, 0): the ball's lowest point moves at vx - omega R.
+    slip = along - spin * radius
+    limit = mu * (1.0 + e) * normal
+    impulse = min(max(-slip / 3.0, -limit), limit)
+    assert vy == pytest.approx(-e * normal, rel=1e-12)
+    assert vx == pytest.approx(along + impulse, rel=1e-12)
+    assert omega == pytest.approx(spin - 2.0 * impulse / radius, rel=1e-12)
+    sticks = bool(abs(slip) / 3.0 <= limit)
+    assert bool(abs(vx - omega * radius) < 1e-12) is sticks
+
+
+@given(st.floats(0.4, 0.8), st.floats(1e-6, 0.09))
+def test_what_overlaps_is_pushed_out_by_the_fraction_asked_for(
+    correction: float, depth: float
+) -> None:
+    for parts in ({"pegs": (Peg(0.0, 0.0, 0.1),)}, {"walls": (Wall(-1.0, 0.1, 1.0, 0.1),)}):
+        layout = layout_of(place(**parts))
+        state = np.zeros(STATE_SIZE)
+        state[2] = -(0.2 - depth) if "pegs" in parts else 0.1 - (0.1 - depth)
+        before = state[2]
+        push_out(layout, state, correction)
+        assert before - state[2] == pytest.approx(correction * depth, rel=1e-9, abs=1e-16)
+        assert state[1] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("dt", 0.0),
+        ("dt", -1.0 / 60.0),
+        ("dt", 0.11),
+        ("dt", math.nan),
+        ("dt", math.inf),
+        ("dt", "fast"),
+        ("dt", True),
+        ("substeps", 0),
+        ("substeps", -1),
+        ("substeps", 1001),
+        ("substeps", 2.5),
+        ("substeps", None),
+        ("correction", 0.39),
+        ("correction", 0.81),
+        ("correction", math.nan),
+        ("solver", "magic"),
+    ],
+)
+def test_a_parameter_out_of_range_is_named_with_its_value(name: str, value: object) -> None:
+    board = Board.preset("triangle-8")
+    arguments = {"solver": "stepped", name: value}
+    for make in (
+        lambda: drop(board, 1, **arguments),  # type: ignore[arg-type]
+        lambda: drop_many(board, [1], **arguments),  # type: ignore[arg-type]
+        lambda: World(board, **arguments),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(ParameterError) as caught:
+            make()
+        assert caught.value.field == name
+        assert repr(value) in str(caught.value)
+        assert name in str(caught.value)
+
+
+@pytest.mark.parametrize("correction", [0.4, 0.6, 0.8])
+def test_the_allowed_corrections_all_land(correction: float) -> None:
+    assert drop(
+        Board.preset("triangle-8"), 42, solver="stepped", correction=correction
+    ).bin in range(9)
+
+
+def heights(path: Trajectory) -> Floats:
+    """Energy per mass in J/kg over the bins' line at the ends of the path's straight pieces."""
+    s = path.segments
+    spin = 0.25 * (path.board.ball.radius * s[:, 6]) ** 2
+    energy: Floats = 0.5 * (s[:, 3] ** 2 + s[:, 4] ** 2) + spin
+    energy += path.board.gravity * (path.board.bins.y - s[:, 2])
+    return energy
+
+
+@pytest.mark.parametrize(
+    "name", ["triangle-8", "triangle-16", *sorted({*scene_names()} - {"storm", "elastic"})]
+)
+def test_energy_never_grows_beyond_what_a_substep_of_gravity_gives(name: str) -> None:
+    """What is lost at impacts is more than the method's error; without it the error shows, and
+    falls with the substep."""
+    board = scene(name).board if name in scene_names() else Board.preset(name)
+    start = board.gravity * (board.bins.y - board.drop.y)
+    for seed in range(3):
+        energy = heights(drop(board, seed, solver="stepped").trajectory)
+        speed = math.sqrt(2.0 * start)
+        assert energy.max() <= start + 2.0 * board.gravity * Stepped().h * speed
+
+
+def test_elastic_impacts_gain_and_lose_no_energy() -> None:
+    """That of the parabola through the ends of the substeps: impacts are on chords below it."""
+    h = Stepped().h
+    board = box(3.0, 3.0, restitution=1.0)
+    path = follow_from(board, thrown(0.3, 1.0, 1.0, 0.0), Stepped(), max_events=3000)
+    t, _, y, vx, vy, _ = path.events.T
+    s = t % h
+    energy = 0.5 * (vx * vx + vy * vy) + G * (3.0 - y) + 0.5 * G * G * s * (h - s)
+    assert len(energy) > 1000
+    assert np.ptp(energy) < 1e-9 * energy[0]
+
+
+def test_the_energy_error_of_elastic_impacts_falls_with_the_substep() -> None:
+    errors = []
+    for substeps in (4, 16, 64):
+        path = follow_from(
+            box(3.0, 3.0, restitution=1.0),
+            thrown(0.3, 1.0, 1.0, 0.0),
+            Stepped(1.0 / 60.0, substeps),
+            max_events=30,
+        )
+        start = 0.5 + G * (3.0 - 1.0)
+        energy = 0.5 * (path.events[:, 3] ** 2 + path.events[:, 4] ** 2) + G * (
+            3.0 - path.events[:, 2]
+        )
+        errors.append(float(abs(energy / start - 1.0).max()))
+    assert errors[0] < 0.05
+    assert errors[2] < errors[1] < errors[0]
+    assert errors[2] < 0.2 * errors[0]
+
+
+def test_it_converges_to_the_exact_path_as_the_step_falls() -> None:
+    """Up to the second impact, over many drops: the error halves with the step, on average."""
+    board = scene("low-restitution").board
+    xs = [drop(board, seed).x_start for seed in range(40)]
+    means = []
+    for substeps in (2, 4, 8, 16, 32):
+        errors = []
+        for x in xs:
+            exact = follow(board, x, Exact())
+            t = 0.5 * (exact.events[0, 0] + exact.events[1, 0])  # between the first two impacts
+            truth = exact.states_at(np.array([t]))[0]
+            state = follow(board, x, Stepped(1.0 / 60.0, substeps)).states_at(np.array([t]))[0]
+            errors.append(math.hypot(state[1] - truth[1], state[2] - truth[2]))
+        means.append(float(np.median(errors)))
+    assert all(fine < coarse for coarse, fine in pairwise(means))
+    order = math.log2(means[0] / means[-1]) / 4.0
+    assert 0.8 < order < 1.3
+
+
+def test_a_free_fall_is_what_semi_implicit_euler_gives() -> None:
+    """v and y after n substeps of h: n g h and n (n + 1) g h^2 / 2; drag by its closed form."""
+    h = Stepped().h
+    path = follow_from(place(), thrown(0.0, 0.0, 0.0, 0.0), Stepped())
+    state = path.states_at(np.array([100.0 * h]))[0]
+    assert state[2] == pytest.approx(100.0 * 101.0 / 2.0 * G * h * h, rel=1e-12)
+    terminal = follow_from(place(drag=2.0), thrown(0.0, 0.0, 0.0, 0.0), Stepped())
+    assert terminal.segments[-1, 4] == pytest.approx(G / 2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["triangle-8", "triangle-16", *scene_names()])
+def test_a_mirrored_start_on_a_mirrored_board_gives_the_mirrored_path(name: str) -> None:
+    board = scene(name).board if name in scene_names() else Board.preset(name)
+    flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+    for seed in range(3):
+        x = drop(board, seed).x_start
+        path, image = follow(board, x, Stepped()), follow(mirrored(board), -x, Stepped())
+        assert np.array_equal(path.events, image.events * flip)
+        assert path.outcome == image.outcome
+        if path.outcome == LANDED:
+            assert image.bin == board.bins.count - 1 - path.bin
+
+
+@pytest.mark.parametrize("name", ["apex", "shelf"])
+def test_a_ball_exactly_above_its_support_comes_to_rest_on_it(name: str) -> None:
+    rest = drop(scene(name).board, x=0.0, solver="stepped")
+    assert (rest.bin, rest.score) == (None, 1.0)
+    assert rest.unsettled == "balanced: at rest on a surface"
+    assert rest.duration < 2.0
+    assert rest.x_end == 0.0
+
+
+def test_rolling_on_level_ground_is_stopped_by_drag_and_ends() -> None:
+    walls = (Wall(-50.0, 1.0, 50.0, 1.0), Wall(-0.5, 0.2, 0.0, 0.5))
+    for friction in (0.0, 0.5):
+        board = place(walls=walls, restitution=0.3, friction=friction, drag=2.0)
+        rest = follow(board, -0.25, Stepped())
+        assert rest.outcome == BALANCED
+        assert rest.end[0] < 60.0
+
+
+def test_slow_is_not_at_rest() -> None:
+    """A ball on a slope of a millionth slides off, and one at the top of its flight falls."""
+    slope = place(walls=(Wall(-0.5, 1.0 - 5e-7, 0.5, 1.0 + 5e-7),), restitution=0.0)
+    assert follow(slope, -0.4, Stepped()).outcome == LANDED
+    up = follow_from(place(), thrown(0.0, 0.0, 0.0, -G * Stepped().h * 100.0), Stepped())
+    assert up.outcome == LANDED
+
+
+def test_a_ball_in_a_notch_does_not_land_and_ends() -> None:
+    walls = (Wall(-1.0, 0.2, 0.0, 1.0), Wall(0.0, 1.0, 1.0, 0.2))
+    for e in (0.0, 0.5):
+        stuck = drop(place(walls=walls, restitution=e, friction=0.1), x=0.0, solver="stepped")
+        assert (stuck.bin, stuck.score) == (None, 1.0)
+        assert stuck.unsettled
+        assert stuck.x_end == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_ball_far_out_has_escaped() -> None:
+    path = follow_from(place(), thrown(1e12, 0.0, 0.0, 0.0), Stepped())
+    assert path.outcome == ESCAPED
+    assert len(path.segments) == 0
+    assert path.states_at(np.array([0.0, 5.0]))[:, 1].tolist() == [1e12, 1e12]
+
+
+def test_impacts_are_told_in_order_and_end_with_the_landing() -> None:
+    for seed in range(20):
+        impacts = drop(Board.preset("classic"), seed, solver="stepped").impacts
+        assert (np.diff(impacts["t"]) >= 0.0).all()
+        assert impacts["kind"][-1] == KIND_LANDING
+        assert set(impacts["kind"][:-1]) <= {KIND_PEG, KIND_WALL}
+
+
+def test_place_is_where_the_drop_zone_says() -> None:
+    board = place(drop=DropZone(0.25, -1.0, 0.0))
+    first = follow(board, 0.25, Stepped()).segments[0]
+    assert first[[1, 2]].tolist() == [0.25, -1.0]

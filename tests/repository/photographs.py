@@ -1,0 +1,143 @@
+"""Pictures of the pages for the documentation, anew: `python -m tests.repository.photographs`.
+
+Each shows what the pages themselves chose or computed: nothing here knows a bin or a digest.
+"""
+
+import io
+import os
+import shutil
+import sys
+from collections.abc import Callable
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from playwright.sync_api import Browser, Page
+
+DESK = {"width": 1280, "height": 800}
+WIDE = {"width": 1400, "height": 800}
+PHONE = {"width": 390, "height": 844}
+FLAGS = ["--headless", "--no-sandbox", "--disable-gpu"]
+
+
+@contextmanager
+def chromium() -> "Iterator[Browser]":
+    """A Chromium without a window."""
+    from playwright.sync_api import sync_playwright
+
+    program = os.environ.get("CHROMIUM") or shutil.which("chromium")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+def table(page: "Page", address: str) -> None:
+    """The live page while balls fall."""
+    page.goto(address)
+    page.wait_for_selector("html[data-state=asleep]")
+    for seed in range(1, 31):
+        page.get_by_label("Seed", exact=True).fill(str(seed))
+        page.get_by_role("button", name="Drop", exact=True).click()
+        page.wait_for_timeout(350)
+
+
+def replay(page: "Page", address: str) -> None:
+    """A replay at one of its strong impacts, with normal and impulse."""
+    page.goto(f"{address}/replay.html?board=triangle-12&seed=42")
+    page.wait_for_selector("html[data-state=replay]")
+    impulses = page.locator("#impacts tr td:last-child").all_text_contents()[4:-1]
+    strong = max(range(len(impulses)), key=lambda i: float(impulses[i].replace("–", "0")))
+    page.locator("#impacts tr").nth(4 + strong).click()
+
+
+def compare(page: "Page", address: str) -> None:
+    """Two balls that start one bit apart, on the first seed found to part."""
+    page.goto(f"{address}/compare.html?board=triangle-16&seed=1")
+    page.wait_for_selector("html[data-state=replay]")
+    page.get_by_role("button", name="Find the next seed that parts").click()
+    page.wait_for_url("**seed=*shift=bit*")
+    page.wait_for_selector("html[data-state=replay]")
+    time = page.get_by_label("Time in the drops")
+    time.fill(str(0.98 * float(time.get_attribute("max") or 0)))
+
+
+def editor(page: "Page", address: str) -> None:
+    """A board in the editor after a test of a thousand balls."""
+    page.goto(f"{address}/editor.html?board=triangle-8")
+    page.wait_for_selector("html[data-check=good]")
+    page.get_by_label("Balls").select_option("1000")
+    page.get_by_role("button", name="Test-drop").click()
+    page.get_by_text("1,000 test drops", exact=True).wait_for()
+    page.locator("#field").focus()
+    for _ in range(22):
+        page.keyboard.press("PageDown")
+
+
+def problem(page: "Page", address: str) -> None:
+    """What the server objects to, shown at its place."""
+    page.goto(f"{address}/editor.html?board=triangle-8")
+    page.wait_for_selector("html[data-check=good]")
+    page.locator("#field").focus()
+    for _ in range(22):
+        page.keyboard.press("PageDown")
+    page.keyboard.press("Control+d")
+    page.wait_for_selector("html[data-check=bad]")
+
+
+def sandbox(page: "Page", address: str) -> None:
+    """Balls of many sizes while they fall and pile up, with their energy."""
+    page.goto(f"{address}/sandbox.html")
+    page.get_by_role("button", name="Reset", exact=True).click()
+    page.wait_for_timeout(1500)
+
+
+SCENES: dict[str, tuple[Callable[["Page", str], None], dict[str, int]]] = {
+    "page": (table, WIDE),
+    "replay": (replay, DESK),
+    "compare": (compare, DESK),
+    "editor": (editor, DESK),
+    "problem": (problem, PHONE),
+    "sandbox": (sandbox, DESK),
+}
+MOVING = {"page", "sandbox"}
+
+
+def take(address: str, folder: Path, names: list[str] | None = None) -> None:
+    """Photograph the scenes `names` (all of them by default) of a server into `folder`."""
+    folder.mkdir(exist_ok=True)
+    with chromium() as browser:
+        for name in names or SCENES:
+            scene, size = SCENES[name]
+            motion = "no-preference" if name in MOVING else "reduce"
+            page = browser.new_page(viewport=size, reduced_motion=motion)  # type: ignore[arg-type]
+            scene(page, address.rstrip("/"))
+            page.wait_for_timeout(400)  # the last frame is drawn
+            keep(page.screenshot(), folder / name)
+            page.close()
+
+
+def keep(png: bytes, path: Path) -> None:
+    """Write a screenshot: the README's as PNG, the others as WebP at a quarter of the bytes."""
+    from PIL import Image
+
+    if path.name == "page":
+        path.with_suffix(".png").write_bytes(png)
+        return
+    with Image.open(io.BytesIO(png)) as image:
+        image.convert("RGB").save(path.with_suffix(".webp"), quality=90, method=6)
+
+
+def main() -> None:
+    """Take the scenes that the command line names, or all, of a server started for it."""
+    from tests.repository.readme import IMAGES, ROOT, server
+
+    with server() as address:
+        take(address, ROOT / IMAGES, sys.argv[1:])
+
+
+if __name__ == "__main__":
+    main()

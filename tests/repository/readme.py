@@ -1,0 +1,153 @@
+"""The examples of pages, run: `python -m tests.repository.readme [PAGE…]` writes what they print.
+
+A ```console block holds commands (`$ ...`), each followed by what it prints. A ```python block is
+a program, and the ```text block after it what that prints. Commands run in a folder of their own,
+in order; where they speak to http://127.0.0.1:8000, a server is there.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.repository import photographs
+
+ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
+PAGES = (README, ROOT / "docs" / "pictures.md")
+IMAGES = Path("docs/images")
+ADDRESS = "http://127.0.0.1:8000"
+
+_CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)
+_PYTHON = re.compile(r"```python\n(.*?)```\n+```text\n(.*?)```", re.DOTALL)
+# What differs from machine to machine: times, and sizes of compressed files.
+_MEASURED = re.compile(r"[\d,.]+ (?=drops/s|bytes)|(?<=drops/s, )[\d.]+ (?=s\b)")
+
+
+@dataclass(frozen=True)
+class Example:
+    """A command or program, what the README says it prints, and where it says so."""
+
+    code: str
+    says: str
+    start: int  # of what it prints, in the README's text
+    end: int
+    is_program: bool
+
+
+def examples(text: str) -> list[Example]:
+    """All examples in order."""
+    found = []
+    for block in _CONSOLE.finditer(text):
+        for command in re.finditer(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", block[1], re.MULTILINE):
+            start = block.start(1) + command.start(2)
+            found.append(Example(command[1], command[2], start, start + len(command[2]), False))
+    for block in _PYTHON.finditer(text):
+        found.append(Example(block[1], block[2], block.start(2), block.end(2), True))
+    return sorted(found, key=lambda example: example.start)
+
+
+def pictures(example: Example) -> list[str]:
+    """The picture files that an example writes."""
+    return re.findall(rf"{IMAGES}/[\w.-]+", example.code)
+
+
+def without_measurements(text: str) -> str:
+    """The part of what an example prints that every machine prints."""
+    return _MEASURED.sub("# ", text)
+
+
+class Runner:
+    """Runs examples one after the other in one folder."""
+
+    def __init__(self, folder: Path, address: str) -> None:
+        self.folder = folder
+        self.address = address
+        (folder / IMAGES).mkdir(parents=True, exist_ok=True)
+
+    def run(self, example: Example) -> str:
+        """What the example prints; raises CalledProcessError where it fails."""
+        if example.is_program:
+            command = [sys.executable, "-c", example.code]
+        else:
+            code = example.code.replace(ADDRESS, self.address)
+            command = ["bash", "-c", f"set -o pipefail; {_CURL}{code}"]
+        # The programs of this environment come first, as in one that is activated.
+        path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+        done = subprocess.run(
+            command,
+            cwd=self.folder,
+            env={**os.environ, "PATH": path},
+            stdout=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+        if done.returncode not in ((0, 1) if "plinko verify" in example.code else (0,)):
+            raise subprocess.CalledProcessError(done.returncode, example.code, done.stdout)
+        return done.stdout.replace(self.address, ADDRESS)
+
+
+# A machine without curl has Python.
+_CURL = "" if shutil.which("curl") else (
+    "curl() { python -c 'import sys, urllib.request as u; "
+    "sys.stdout.buffer.write(u.urlopen(sys.argv[-1]).read())' \"$@\"; }; "
+)  # fmt: skip
+
+
+@contextmanager
+def server() -> Iterator[str]:
+    """The address of a server, as a process of its own."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "app.cli", "serve", "--port", "0"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        found = re.search(r"http://[\d.:]+", process.stdout.readline())
+        assert found, "the server printed no address"
+        yield found[0]
+    finally:
+        process.terminate()
+        process.communicate()
+
+
+@contextmanager
+def runner() -> Iterator[Runner]:
+    """A runner with a server and a folder that are gone afterwards."""
+    with ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory())
+        yield Runner(Path(folder), stack.enter_context(server()))
+
+
+def main(pages: Sequence[str]) -> None:
+    """Write what the examples of these pages print into them, and their pictures beside them."""
+    with runner() as run:
+        for page in [ROOT / name for name in pages] or PAGES:
+            renew(page, run)
+        for picture in (run.folder / IMAGES).iterdir():
+            (ROOT / IMAGES).mkdir(exist_ok=True)
+            shutil.copy(picture, ROOT / IMAGES)
+        if not pages:
+            photographs.take(run.address, ROOT / IMAGES)
+
+
+def renew(page: Path, run: Runner) -> None:
+    """Write what the examples of a page print into it."""
+    text = page.read_text(encoding="utf-8")
+    found = examples(text)
+    prints = [run.run(example) for example in found]
+    for example, printed in reversed(list(zip(found, prints, strict=True))):
+        text = text[: example.start] + printed + text[example.end :]
+    page.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,81 @@
+"""The README shows what its commands print, its pictures are what they draw, its links lead on."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.repository.readme import (
+    PAGES,
+    README,
+    ROOT,
+    Example,
+    Runner,
+    examples,
+    pictures,
+    runner,
+    without_measurements,
+)
+
+TEXT = README.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def run() -> Iterator[Runner]:
+    with runner() as ready:
+        yield ready
+
+
+def test_there_are_examples_of_every_kind() -> None:
+    found = examples(TEXT)
+    assert any(example.is_program for example in found)
+    assert any("curl" in example.code for example in found)
+    assert {"drop", "render", "simulate", "verify"} <= {
+        word for example in found for word in example.code.split()
+    }
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_example_prints_what_the_page_says_and_draws_what_it_shows(
+    run: Runner, page: Path
+) -> None:
+    """In order and in one test, as later commands read files that earlier ones wrote."""
+    drawn = 0
+    for example in quick(page):
+        printed = run.run(example)
+        assert without_measurements(printed) == without_measurements(example.says), example.code
+        for name in pictures(example):
+            _compare(run, name)
+            drawn += 1
+    assert drawn
+
+
+def quick(page: Path) -> list[Example]:
+    """The examples of a page, but for those that take a million drops: too long for a test."""
+    found = examples(page.read_text(encoding="utf-8"))
+    return [example for example in found if "1000000" not in example.code]
+
+
+def _compare(run: Runner, name: str) -> None:
+    with Image.open(run.folder / name) as new, Image.open(ROOT / name) as kept:
+        assert new.size == kept.size
+        frames = getattr(new, "n_frames", 1)
+        assert frames == getattr(kept, "n_frames", 1)
+        for frame in {0, frames // 2, frames - 1}:
+            new.seek(frame)
+            kept.seek(frame)
+            pictures = [np.asarray(image.convert("RGB")).astype(int) for image in (new, kept)]
+            # Another version of the image library may round otherwise, but draws the same.
+            assert abs(pictures[0] - pictures[1]).mean() < 1.0
+
+
+@pytest.mark.parametrize("document", sorted(ROOT.glob("*.md")) + sorted(ROOT.glob("docs/*.md")))
+def test_links_and_pictures_lead_somewhere(document: Path) -> None:
+    text = document.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)\s]+)\)|(?:src|href)=\"([^\"]+)\"", text):
+        link = next(filter(None, target)).split("#")[0]
+        if link and not re.match(r"https?:|mailto:", link):
+            assert (document.parent / link).exists(), f"{document.name}: {link}"
