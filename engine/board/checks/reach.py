@@ -7,17 +7,15 @@ not a ball can be thrown there; only at open sides is flight bounded by energy (
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from engine.board.checks.components import Bools, Parts, flood
 from engine.board.checks.obstacles import Floats, Ints, Obstacles
 from engine.board.checks.side_bounds import side_limits
+from engine.board.fields import BoardFields
 from engine.errors import BoardError
-
-if TYPE_CHECKING:
-    from engine.board.model import Board
 
 CELL: Final = 1.0 / 3.0
 """Grid spacing in ball radii. Barriers with a way between them are at least sqrt(3) radii apart."""
@@ -95,7 +93,7 @@ def _sees(x: float, y: float, at_x: Floats, at_y: Floats, segments: Floats) -> B
     return result
 
 
-def check_reach(board: "Board", obs: Obstacles, segments: Floats) -> Reach:
+def check_reach(board: BoardFields, obs: Obstacles, segments: Floats) -> Reach:
     """Return what can be reached; BoardError if bins cannot be, or can be missed.
 
     segments: from `barriers` with the heights of the start and of the bins.
@@ -115,7 +113,7 @@ def check_reach(board: "Board", obs: Obstacles, segments: Floats) -> Reach:
     return Reach(parts, segments, reached)
 
 
-def _check_passes(board: "Board", start_labels: Ints, gap_labels: Ints) -> None:
+def _check_passes(board: BoardFields, start_labels: Ints, gap_labels: Ints) -> None:
     """Raise BoardError naming the first start from which no bin can be reached."""
     stuck = np.flatnonzero(~np.isin(start_labels, gap_labels))
     if len(stuck) == 0:
@@ -129,7 +127,7 @@ def _check_passes(board: "Board", start_labels: Ints, gap_labels: Ints) -> None:
     )
 
 
-def _check_hits_bins(board: "Board", obs: Obstacles, starts: Floats, landing: Floats) -> None:
+def _check_hits_bins(board: BoardFields, obs: Obstacles, starts: Floats, landing: Floats) -> None:
     """Raise BoardError if a ball can come down on the bins' line outside of the outermost edges.
 
     landing: (n, 2) intervals of the line that are connected to the start.
@@ -207,7 +205,7 @@ def _probes(gaps: Floats, radius: float) -> Floats:
     return np.concatenate((right[:1] - radius, inner, left[-1:] + radius))
 
 
-def _grid(board: "Board", obs: Obstacles, xs: Floats, *exact: Floats) -> tuple[Floats, Floats]:
+def _grid(board: BoardFields, obs: Obstacles, xs: Floats, *exact: Floats) -> tuple[Floats, Floats]:
     """Return columns and rows of the grid in m.
 
     Spans all obstacles and `xs`. The columns include all of `exact`; the first row is the start's

@@ -10,17 +10,15 @@ Exact, but for friction: with much of it a ball could stick in a notch that lean
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from engine.board.checks.components import Bools
 from engine.board.checks.obstacles import Floats, Ints, Obstacles, distance, near_walls
 from engine.board.checks.reach import Reach
+from engine.board.fields import BoardFields
 from engine.errors import BoardError
-
-if TYPE_CHECKING:
-    from engine.board.model import Board
 
 LEAN: Final = 1e-9
 """How far, in radians, normals must lean to either side: a ball in the corner of a level wall and
@@ -53,7 +51,7 @@ class Notches:
 
 
 def check_wedges(
-    board: "Board", obs: Obstacles, pairs: tuple[Ints, Ints, Floats], reach: Reach
+    board: BoardFields, obs: Obstacles, pairs: tuple[Ints, Ints, Floats], reach: Reach
 ) -> None:
     """Raise BoardError at the first place, reached and above the bins, where a ball can wedge."""
     above_bins = (board.drop.y, board.bins.y)
