@@ -7,8 +7,8 @@ starts, where it can get, where it would stick.
 from engine.board.checks.obstacles import close_discs, obstacles
 from engine.board.checks.overlap import check_overlaps, check_start_above_bins, check_starts
 from engine.board.checks.reach import check_reach
-from engine.board.checks.separators import barriers
-from engine.board.checks.traps import check_wedges
+from engine.board.checks.separators import separators
+from engine.board.checks.traps import check_traps
 from engine.board.fields import BoardFields
 
 
@@ -19,5 +19,5 @@ def check(board: BoardFields) -> None:
     pairs = close_discs(obs)
     check_overlaps(board, pairs)
     check_starts(board, obs)
-    reach = check_reach(board, obs, barriers(obs, pairs, board.drop.y, board.bins.y))
-    check_wedges(board, obs, pairs, reach)
+    reach = check_reach(board, obs, separators(obs, pairs, board.drop.y, board.bins.y))
+    check_traps(board, obs, pairs, reach)
