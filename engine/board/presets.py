@@ -5,6 +5,7 @@ board has the same bits everywhere and a mirrored start lands in the mirrored bi
 """
 
 import math
+from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from engine.board import payouts
@@ -59,15 +60,19 @@ _PEG_SPAN: Final = 6.56  # between the outermost pegs of the last row
 _AIM: Final = 0.8  # spacings from the middle within which a player may start a ball
 _WALL_GAP: Final = 0.25  # of a wall from the outermost pegs, in spacings
 
+_RISK_OF: Final[Mapping[str, payouts.Risk]] = {"": "medium", "-low": "low", "-high": "high"}
+
+
+_TRIANGLES: Final[Mapping[str, tuple[int, payouts.Risk]]] = {
+    f"triangle-{rows}{suffix}": (rows, risk)
+    for rows in payouts.ROWS
+    for suffix, risk in _RISK_OF.items()
+}
+
 
 def preset_names() -> tuple[str, ...]:
     """Names of all presets; a triangle without a suffix has the medium payout table."""
-    return (*_triangle_names(), "classic", "galton")
-
-
-def _triangle_names() -> tuple[str, ...]:
-    suffixes = ("", "-low", "-high")
-    return tuple(f"triangle-{rows}{suffix}" for rows in payouts.ROWS for suffix in suffixes)
+    return (*_TRIANGLES, "classic", "galton")
 
 
 def preset_fields(name: str) -> BoardFields:
@@ -76,11 +81,8 @@ def preset_fields(name: str) -> BoardFields:
         return _classic()
     if name == "galton":
         return _galton()
-    if name in _triangle_names():
-        rows = int(name.split("-")[1])
-        risk: payouts.Risk = (
-            "low" if name.endswith("-low") else "high" if name.endswith("-high") else "medium"
-        )
+    if name in _TRIANGLES:
+        rows, risk = _TRIANGLES[name]
         payout = payouts.multipliers(rows, risk)
         return triangle(name, rows, payout, TUNING[f"triangle-{rows}"], _AIM)
     shown = repr(name)[:60]

@@ -11,7 +11,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """How a ball's drop ended."""
+    """How a ball's drop ended: outcome (engine.exact.outcome), bin or -1, t in s, x in m."""
 
     outcome: int
     bin: int
@@ -22,7 +22,10 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """What one step did to the ball in `row`: events (n, 6), marks (n, 2), and its end if any."""
+    """What one step did to the ball in `row` of `states`: its new events and, if it ended, how.
+
+    events, shape (n, 6), and marks, shape (n, 2), are rows of an event log.
+    """
 
     row: int
     events: Floats
@@ -40,7 +43,7 @@ class BallSet(Protocol):
         """Append a ball at rest at (x, drop.y), m."""
 
     def step(self) -> list[Progress]:
-        """Advance all balls by one frame; what befell those to which something did, row by row."""
+        """Advance all balls by one frame; the progress of those that have any, by rising row."""
 
     def remove(self, rows: list[int]) -> None:
         """Take out balls whose drop has ended."""

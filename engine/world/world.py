@@ -272,7 +272,10 @@ class World:
         )
 
     def snapshot(self) -> bytes:
-        """All that `restore` needs to go on bit for bit, but for events not yet taken."""
+        """All that `restore` needs to go on bit for bit, but for events not yet taken.
+
+        The names of its parts belong to `digest`, which is in the logs of rooms: they stay.
+        """
         return msgspec.msgpack.encode(
             {
                 "physics_version": PHYSICS_VERSION,
@@ -282,7 +285,7 @@ class World:
                 "tick": self.tick,
                 "accumulator": self._accumulator,
                 "next_id": self._next_id,
-                "balls": [(b.id, _wide(b.seed), b.x, b.tick) for b in self._balls],
+                "balls": [(b.id, _decimal(b.seed), b.x, b.tick) for b in self._balls],
                 "bounced": self._bounced.tobytes(),
                 "previous": self._previous.astype("<f8").tobytes(),
                 "crowd": self._ball_set.saved(),
@@ -326,5 +329,6 @@ class World:
         return hashlib.sha256(self.snapshot()).hexdigest()
 
 
-def _wide(seed: int | None) -> str | None:
+def _decimal(seed: int | None) -> str | None:
+    """A seed as text: MessagePack has room for all of them, but not every reader has."""
     return None if seed is None else str(seed)
