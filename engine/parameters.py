@@ -1,6 +1,5 @@
 """The two solvers as the caller names them: frozen parameters, checked once."""
 
-import math
 import struct
 from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
@@ -71,15 +70,6 @@ class Stepped:
         return {"dt": self.dt, "substeps": self.substeps, "correction": self.correction}
 
 
-@dataclass(frozen=True, slots=True)
-class Touching(Stepped):
-    """The fixed-step solver of balls that touch each other."""
-
-    def encoded(self) -> bytes:
-        """Bytes of the solver in a digest."""
-        return b"\x02" + struct.pack("<dId", self.dt, self.substeps, self.correction)
-
-
 Solver = Exact | Stepped
 
 
@@ -95,10 +85,3 @@ def make_solver(
     if name == "stepped":
         return Stepped(dt, substeps, correction)
     raise ParameterError(f"solver {name!r} is neither 'exact' nor 'stepped'", field="solver")
-
-
-def start_position(value: object, low: float, high: float) -> float:
-    """Return an explicit start as a float; ParameterError unless finite and in [low, high]."""
-    if isinstance(value, int | float) and not isinstance(value, bool) and not math.isfinite(value):
-        raise ParameterError(f"x {value!r} is not a finite number", field="x")
-    return number(value, "x", low, high)

@@ -38,11 +38,9 @@ def command(
     """
     how = common.read_solver(solver, dt, substeps, correction)
     with kernels_as_python(has_process):
-        number = common.read_seed(seed)
-
         from engine import drop
 
-        d = drop(common.load_board(board), seed=number, x=x, **how)
+        d = drop(common.load_board(board), seed, x=x, **how)
         told = d.record(certainty=certainty) if as_json else _fields(d, certainty)
     print_it = common.print_json if as_json else common.print_fields
     print_it(told)

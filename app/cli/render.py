@@ -91,12 +91,10 @@ def _draw_one(
     fps: int,
     theme: str,
 ) -> bytes:
-    number = common.read_seed(seed)
-
     from app.render import drop_animation, drop_picture
     from engine import drop
 
-    d = drop(common.load_board(board), seed=number, x=x, **how)
+    d = drop(common.load_board(board), seed, x=x, **how)
     if at is None and f".{fmt}" in ANIMATIONS:
         return drop_animation(d, fmt, width, fps, theme)
     return drop_picture(d, fmt, width, theme, at)

@@ -27,7 +27,7 @@ BALL_RADIUS = 0.1
 def triangle(rows: int, tuning: presets.Tuning) -> Board:
     """The triangular board of the reference game with the physics given."""
     name = f"{'plain' if tuning is PLAIN else 'trial'}-{rows}"
-    return presets.triangle(name, rows, payouts.multipliers(rows, "medium"), tuning)
+    return Board.of(presets.triangle(name, rows, payouts.multipliers(rows, "medium"), tuning))
 
 
 def lattice(rows: int, columns: int, tuning: presets.Tuning) -> Board:

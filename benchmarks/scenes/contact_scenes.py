@@ -56,7 +56,8 @@ def trial(rows: int, restitution: float, friction: float, drag: float) -> Board:
     The start's jitter is that of the presets before they were tuned: 0.8 peg spacings.
     """
     tuning = presets.Tuning(drag, restitution, friction, jitter=0.8)
-    return presets.triangle(f"trial-{rows}", rows, payouts.multipliers(rows, "medium"), tuning)
+    payout = payouts.multipliers(rows, "medium")
+    return Board.of(presets.triangle(f"trial-{rows}", rows, payout, tuning))
 
 
 def _scene(maker: _Maker) -> _Maker:

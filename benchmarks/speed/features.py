@@ -18,7 +18,7 @@ from engine import Board, Drop, drop, drop_many
 from engine.board.materials import Material
 
 DROPS = ("nothing", "drag", "friction", "walls", "recording")
-"""Cuts whose price is one of drops; the others' is one of moving worlds."""
+"""Cuts whose price is one of drops; the other's is one of moving worlds."""
 
 
 def run(settings: Settings) -> Section:

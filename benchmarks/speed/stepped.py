@@ -17,7 +17,7 @@ from benchmarks.harness.report import Section, Table, length, spread
 from benchmarks.harness.settings import Settings
 from benchmarks.scenes import touching as scenes
 from benchmarks.scenes.contact_scenes import scene
-from engine.drops.trajectory import follow
+from engine.drops.trajectory import at_start, follow
 from engine.multibody.scenes import sandbox
 from engine.parameters import Exact, Stepped
 from engine.seeding import start_x
@@ -330,11 +330,12 @@ def _convergence(section: Section, settings: Settings) -> None:
     for count in substeps:
         errors = []
         for x in starts:
-            exact = follow(board, x, Exact())
+            start = at_start(board, x)
+            exact = follow(board, start, Exact())
             first, second = exact.events[0, 0], exact.events[1, 0]
             t = first + 0.9 * (second - first)
             truth = exact.states_at(np.array([t]))[0]
-            state = follow(board, x, Stepped(1.0 / 60.0, count)).states_at(np.array([t]))[0]
+            state = follow(board, start, Stepped(1.0 / 60.0, count)).states_at(np.array([t]))[0]
             errors.append(math.hypot(state[1] - truth[1], state[2] - truth[2]))
         medians.append(float(np.median(errors)))
         settings.step("convergence")

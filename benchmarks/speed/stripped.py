@@ -125,46 +125,6 @@ class _NoLog(_Cut):
         return node
 
 
-class _NoTouching(_Cut):
-    """Worlds whose balls know nothing of each other: no arena behind them, no impact on a ball."""
-
-    places = ("world/world.py",)
-    least = 7
-
-    def visit_If(self, node: ast.If) -> ast.AST | list[ast.stmt]:
-        """if interacting: …; if isinstance(self.solver, Touching): …; progress.speeds is None."""
-        self.generic_visit(node)
-        test = ast.unparse(node.test)
-        if test in ("interacting", "isinstance(self.solver, Touching)"):
-            self.done += 1
-            return node.orelse
-        if test == "progress.speeds is None":
-            self.done += 1
-            return node.body
-        return node
-
-    def visit_Compare(self, node: ast.Compare) -> ast.expr:
-        """kind != KIND_BALL."""
-        self.generic_visit(node)
-        is_other = ast.unparse(node) == "kind != KIND_BALL"
-        return self.put(True, node) if is_other else node
-
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef | None:
-        """World.arena."""
-        self.generic_visit(node)
-        if node.name == "arena":
-            self.done += 1
-            return None
-        return node
-
-    def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.ImportFrom | None:
-        """What only touching balls need."""
-        if (node.module or "").split(".")[-1] in ("arena", "ball_set_touching"):
-            self.done += 1
-            return None
-        return node
-
-
 class _NoDiagnostics(_Cut):
     """Arenas that cannot be asked for energies and contacts, and that count none."""
 
@@ -217,7 +177,6 @@ CUTS: dict[str, Callable[[], _Cut]] = {
     "friction": lambda: _Zero({"peg_friction", "wall_friction"}, {"friction"}, {"friction_of"}),
     "walls": _NoWalls,
     "recording": _NoLog,
-    "ball-ball pairs": _NoTouching,
     "diagnostics": _NoDiagnostics,
 }
 

@@ -25,10 +25,9 @@ import hashlib
 from array import array
 from collections.abc import Iterable
 from sys import byteorder
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-if TYPE_CHECKING:
-    from engine.board.model import Board
+from engine.board.fields import BoardFields
 
 MAGIC: Final = b"plinko-board/1\n"
 
@@ -44,7 +43,7 @@ def _count(n: int) -> bytes:
     return n.to_bytes(4, "little")
 
 
-def encode(board: "Board") -> bytes:
+def encode(board: BoardFields) -> bytes:
     """Return the canonical bytes of `board`, as laid out at the top of this file."""
     name = board.name.encode()
     ball, bins, zone = board.ball, board.bins, board.drop
@@ -75,6 +74,6 @@ def encode(board: "Board") -> bytes:
     )
 
 
-def digest(board: "Board") -> str:
+def digest(board: BoardFields) -> str:
     """Return the SHA-256 of `encode(board)`, 64 hex digits."""
     return hashlib.sha256(encode(board)).hexdigest()

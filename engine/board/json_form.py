@@ -12,18 +12,13 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from engine.board import values
+from engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH, BoardFields
 from engine.board.materials import Material
 from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 from engine.errors import BoardError
-
-if TYPE_CHECKING:
-    from engine.board.model import Board
-
-DEFAULT_WIDTH: Final = 8.0
-DEFAULT_HEIGHT: Final = 6.0
 
 MAX_TEXT: Final = 16_000_000
 """Characters; three times what the largest board allowed needs."""
@@ -94,7 +89,7 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def fields(form: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a Board for the JSON object `form`, ranges not yet checked."""
+    """Return the fields of a board for the JSON object `form`, ranges not yet checked."""
     _known(form, _TOP, "")
     result: dict[str, Any] = {
         key: form[key] for key in ("name", "width", "height", "gravity", "drag") if key in form
@@ -184,7 +179,7 @@ def _parts(
     )
 
 
-def to_dict(board: "Board") -> dict[str, Any]:
+def to_dict(board: BoardFields) -> dict[str, Any]:
     """Return the JSON form of `board`; every field but `slots` and `reach` where there are none."""
     bins, zone = board.bins, board.drop
     drop: dict[str, Any] = {"x": zone.x, "y": zone.y, "jitter": zone.jitter}
@@ -208,6 +203,6 @@ def to_dict(board: "Board") -> dict[str, Any]:
     }
 
 
-def dumps(board: "Board") -> str:
+def dumps(board: BoardFields) -> str:
     """Return the JSON text of `board`: floats in their shortest form that reads back the same."""
     return json.dumps(to_dict(board), allow_nan=False)

@@ -30,18 +30,8 @@ def combine(a: Material, b: Material) -> Material:
     )
 
 
-REFERENCE_PEG: Final = Material(restitution=0.7, friction=0.1)
-"""Hard plastic, from the second reference document."""
-
-REFERENCE_BALL: Final = Material(restitution=0.7, friction=0.08)
-"""Metal, from the second reference document."""
-
 REFERENCE_DENSITY: Final = 80.0
-"""kg/m^2: that document's 0.008 per square pixel at 100 pixels a metre."""
-
-MATERIALS: Final = MappingProxyType(
-    {"hard-plastic-peg": REFERENCE_PEG, "metal-ball": REFERENCE_BALL},
-)
+"""kg/m^2, of the presets' balls: 0.008 a square pixel, drawn at 100 pixels a metre."""
 
 
 class RestitutionRange(NamedTuple):
@@ -62,7 +52,7 @@ RESTITUTION: Final = (
     RestitutionRange("Clay (putty)", 0.0, 0.10, "Nearly perfectly inelastic"),
     RestitutionRange("Billiard balls", 0.92, 0.98, "Phenolic resin, polished"),
 )
-"""Every restitution row of the first reference document, in its order."""
+"""Measured ranges for head-on impacts of two bodies; the first row is the scale itself."""
 
 GRAVITY: Final = MappingProxyType({"Earth": 9.81, "Moon": 1.62, "Mars": 3.72, "Jupiter": 24.79})
 """m/s^2 at the surface; for Jupiter, where its clouds begin."""

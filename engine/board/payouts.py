@@ -4,12 +4,11 @@ Values run from the edge to the centre. Boards with an odd number of rows have a
 bins, so their middle value stands twice.
 """
 
+from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Final, Literal, get_args
+from typing import Final, Literal
 
 Risk = Literal["low", "medium", "high"]
-
-RISKS: Final[tuple[Risk, ...]] = get_args(Risk)
 
 _LOW: Final = {
     8: (5.6, 2.1, 1.1, 1.0, 0.5),
@@ -45,7 +44,7 @@ _HIGH: Final = {
     16: (1000.0, 130.0, 26.0, 9.0, 4.0, 2.0, 0.2, 0.2, 0.2),
 }
 
-HALF_TABLES: Final = MappingProxyType(
+HALF_TABLES: Final[Mapping[Risk, Mapping[int, tuple[float, ...]]]] = MappingProxyType(
     {
         "low": MappingProxyType(_LOW),
         "medium": MappingProxyType(_MEDIUM),

@@ -4,13 +4,13 @@ Coordinates use + - * / and sqrt only, and each left half is the exact mirror of
 board has the same bits everywhere and a mirrored start lands in the mirrored bin.
 """
 
-import functools
 import math
+from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from engine.board import payouts
+from engine.board.fields import BoardFields
 from engine.board.materials import REFERENCE_DENSITY, Material
-from engine.board.model import Board
 from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 from engine.constants import EARTH_GRAVITY
 from engine.errors import BoardError
@@ -60,29 +60,29 @@ _PEG_SPAN: Final = 6.56  # between the outermost pegs of the last row
 _AIM: Final = 0.8  # spacings from the middle within which a player may start a ball
 _WALL_GAP: Final = 0.25  # of a wall from the outermost pegs, in spacings
 
+_RISK_OF: Final[Mapping[str, payouts.Risk]] = {"": "medium", "-low": "low", "-high": "high"}
+
+
+_TRIANGLES: Final[Mapping[str, tuple[int, payouts.Risk]]] = {
+    f"triangle-{rows}{suffix}": (rows, risk)
+    for rows in payouts.ROWS
+    for suffix, risk in _RISK_OF.items()
+}
+
 
 def preset_names() -> tuple[str, ...]:
     """Names of all presets; a triangle without a suffix has the medium payout table."""
-    return (*_triangle_names(), "classic", "galton")
+    return (*_TRIANGLES, "classic", "galton")
 
 
-def _triangle_names() -> tuple[str, ...]:
-    suffixes = ("", "-low", "-high")
-    return tuple(f"triangle-{rows}{suffix}" for rows in payouts.ROWS for suffix in suffixes)
-
-
-@functools.cache
-def preset(name: str) -> Board:
-    """Return the preset `name`; BoardError naming it if there is none."""
+def preset_fields(name: str) -> BoardFields:
+    """Return the fields of the preset `name`; BoardError naming it if there is none."""
     if name == "classic":
         return _classic()
     if name == "galton":
         return _galton()
-    if name in _triangle_names():
-        rows = int(name.split("-")[1])
-        risk: payouts.Risk = (
-            "low" if name.endswith("-low") else "high" if name.endswith("-high") else "medium"
-        )
+    if name in _TRIANGLES:
+        rows, risk = _TRIANGLES[name]
         payout = payouts.multipliers(rows, risk)
         return triangle(name, rows, payout, TUNING[f"triangle-{rows}"], _AIM)
     shown = repr(name)[:60]
@@ -99,8 +99,8 @@ def spacing_of(rows: int) -> float:
 
 def triangle(
     name: str, rows: int, multipliers: tuple[float, ...], tuning: Tuning, aim: float = 0.0
-) -> Board:
-    """Make the triangular board of `rows` rows in the reference game's proportions.
+) -> BoardFields:
+    """Lay out the triangular board of `rows` rows in the reference game's proportions.
 
     aim: peg spacings from the middle within which a player may choose the start.
     Row i, from 0, has i + 3 pegs; the last row's rows + 2 pegs part rows + 1 bins.
@@ -117,7 +117,7 @@ def triangle(
     outer = _x_on(walls[2], line)
     inner = tuple(spacing * (0.5 * (2 * j - rows - 1)) for j in range(1, rows + 1))
     material = Material(tuning.restitution, tuning.friction)
-    return Board(
+    return BoardFields(
         name=name,
         width=TRIANGLE_WIDTH,
         height=TRIANGLE_HEIGHT,
@@ -177,8 +177,8 @@ def _staggered(
     multipliers: tuple[float, ...],
     tuning: Tuning,
     slots: tuple[float, ...] = (),
-) -> Board:
-    """Make a rectangular board of `columns` bins under `rows` rows of pegs (an odd number).
+) -> BoardFields:
+    """Lay out a rectangular board of `columns` bins under `rows` rows of pegs (an odd number).
 
     Even rows, the first and last among them, have a peg above each bin edge, the outermost half
     inside the walls: a ball on such a half peg is led inward and cannot wedge. Odd rows have a peg
@@ -193,7 +193,7 @@ def _staggered(
     edges = tuple(spacing * (0.5 * (2 * j - columns)) for j in range(columns + 1))
     middles = tuple(spacing * (0.5 * (2 * j - columns + 1)) for j in range(columns))
     material = Material(tuning.restitution, tuning.friction)
-    return Board(
+    return BoardFields(
         name=name,
         width=spacing * (columns + 1),
         height=height,
@@ -216,7 +216,7 @@ def _staggered(
     )
 
 
-def _classic() -> Board:
+def _classic() -> BoardFields:
     """Nine slots over nine bins, as on television, the best bin in the middle.
 
     The slots are a tenth of a spacing right of the bins' middles: straight above a peg a ball
@@ -237,7 +237,7 @@ def _classic() -> Board:
     )
 
 
-def _galton() -> Board:
+def _galton() -> BoardFields:
     """Many small pegs and many bins, to watch a distribution grow; every bin returns the stake."""
     columns, spacing = 33, 0.2
     return _staggered(

@@ -1,6 +1,6 @@
 """Checks each value of a board by itself: type, range, count, order. Errors name path and value.
 
-How parts stand to each other in space is checked in `board_check`.
+How parts stand to each other in space is checked in `engine.board.checks`.
 """
 
 import math

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from engine.board.model import Board
 from engine.drops.digest import outcomes_digest
-from engine.drops.drop import drop, start_of
+from engine.drops.drop import make_drop, start_of
 from engine.drops.threads import share, thread_count
 from engine.errors import ParameterError, SeedError
 from engine.exact.board_arrays import layout_of
@@ -93,12 +93,10 @@ class DropBatch:
 
     def digests(self) -> list[str]:
         """Digest of every single drop, the same as `drop(board, seed).digest`."""
-        settings = {"solver": self.solver.name, **self.solver.fields()}
-        found = []
-        for seed, x in zip(self.seeds.tolist(), self.x_start.tolist(), strict=True):
-            start = {"x": x} if self.explicit_x else {}
-            found.append(drop(self.board, seed, **start, **settings).digest)  # type: ignore[arg-type]
-        return found
+        return [
+            make_drop(self.board, seed, x if self.explicit_x else None, self.solver).digest
+            for seed, x in zip(self.seeds.tolist(), self.x_start.tolist(), strict=True)
+        ]
 
 
 def drop_many(

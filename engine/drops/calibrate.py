@@ -91,7 +91,8 @@ def sampling_floor(expected: npt.NDArray[np.float64], drops: int) -> float:
 
 def tuned(rows: int, tuning: Tuning) -> Board:
     """The triangle of `rows` rows with another tuning."""
-    return presets.triangle("tuned", rows, payouts.multipliers(rows, "medium"), tuning)
+    fields = presets.triangle("tuned", rows, payouts.multipliers(rows, "medium"), tuning)
+    return Board.of(fields)
 
 
 def fit(rows: int, tuning: Tuning, drops: int, first_seed: int = 0) -> Fit:

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from engine.drops.trajectory import Trajectory, follow
+from engine.drops.trajectory import Trajectory, at_start, follow
 from engine.errors import ParameterError
 from engine.exact.board_arrays import layout_of
 from engine.exact.outcome import LANDED
@@ -60,7 +60,8 @@ class Certainty:
         if not nearest > MARGIN * self.errors[-1]:
             return False
         x, unit = float(path.start[1]), _unit(path)
-        beside = (follow(path.board, x + way * unit, Exact()) for way in (-1, 1))
+        nearest_starts = (at_start(path.board, x + way * unit) for way in (-1, 1))
+        beside = (follow(path.board, start, Exact()) for start in nearest_starts)
         return all(other.outcome == LANDED and other.bin == path.bin for other in beside)
 
 

@@ -5,8 +5,7 @@ All numbers little-endian, floats as their raw IEEE 754 bits (a NaN as one fixed
     bytes    "plinko drop"
     32 bytes the board's digest
     uint32   PHYSICS_VERSION
-    uint8    solver: 0 exact, 1 stepped, 2 stepped with balls that touch (whose only event is the
-             end); for both stepped then float64 dt, uint32 substeps, float64 correction
+    uint8    solver: 0 exact, 1 stepped, then float64 dt, uint32 substeps, float64 correction
     5 x f8   the start: x, y, vx, vy, omega
     uint8    outcome (engine.exact.outcome)
     uint64   number of events, then for each 6 x f8 (t, x, y, vx, vy, omega after it) and

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from engine.board.model import Board
 from engine.constants import PHYSICS_VERSION
 from engine.drops.certainty import Certainty, certainty_of
 from engine.drops.digest import drop_digest
-from engine.drops.trajectory import Trajectory, follow, start_row
+from engine.drops.trajectory import Trajectory, at_start, follow, start_row
 from engine.errors import ParameterError
 from engine.exact.outcome import LANDED, REASONS
 from engine.parameters import (
@@ -20,7 +21,7 @@ from engine.parameters import (
     DEFAULT_SUBSTEPS,
     Solver,
     make_solver,
-    start_position,
+    number,
 )
 from engine.seeding import parse_seed, start_x
 
@@ -176,17 +177,27 @@ def drop(
     ParameterError that name the bad value.
     """
     chosen = make_solver(solver, dt, substeps, correction)
-    if seed is None and x is None:
-        raise ParameterError("a drop needs a seed or an explicit x", field="seed")
-    number = None if seed is None else parse_seed(seed)
-    return Drop(board, number, x is not None, follow(board, start_of(board, number, x), chosen))
+    return make_drop(board, None if seed is None else parse_seed(seed), x, chosen)
 
 
-def start_of(board: Board, seed: int | None, x: float | None) -> float:
-    """Start of a drop in m: `x` if given, which must be within the drop zone, else the seed's."""
+def make_drop(board: Board, seed: int | None, x: object, solver: Solver) -> Drop:
+    """`drop` of a seed that has been parsed and a solver that has been made."""
+    start = at_start(board, start_of(board, seed, x))
+    return Drop(board, seed, x is not None, follow(board, start, solver))
+
+
+def start_of(board: Board, seed: int | None, x: object) -> float:
+    """Start of a drop in m: `x` if given, else what `seed` says.
+
+    Raises ParameterError if neither is given, and unless x is a finite number in the drop zone.
+    """
     zone = board.drop
     if x is None:
-        return start_x(seed or 0, zone.x, zone.jitter)
+        if seed is None:
+            raise ParameterError("a drop needs a seed or an explicit x", field="seed")
+        return start_x(seed, zone.x, zone.jitter)
+    if isinstance(x, float) and not isfinite(x):
+        raise ParameterError(f"x {x!r} is not a finite number", field="x")
     low = min((zone.x - zone.span, *zone.slots))
     high = max((zone.x + zone.span, *zone.slots))
-    return start_position(x, low, high)
+    return number(x, "x", low, high)

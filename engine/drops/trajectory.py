@@ -8,13 +8,14 @@ import numpy.typing as npt
 from engine.board.model import Board
 from engine.exact.board_arrays import layout_of
 from engine.exact.event_log import EVENTS, SEGMENTS, new_log
+from engine.exact.initial_state import at_rest, in_flight
 from engine.exact.outcome import MAX_EVENTS, MAX_TIME
 from engine.exact.sampling import sample
-from engine.exact.trace import trace
+from engine.exact.trace import trace_many
 from engine.parameters import Solver, Stepped
 from engine.physics.ball import PX, PY, STATE_SIZE, THETA, T
 from engine.physics.contact import new_series
-from engine.stepped.step import trace_stepped
+from engine.stepped.step import trace_stepped_many
 
 Floats = npt.NDArray[np.float64]
 
@@ -54,43 +55,45 @@ class Trajectory:
         return out
 
 
-def follow(board: Board, x: float, solver: Solver) -> Trajectory:
-    """Trajectory of a ball that starts at rest at (x, drop.y)."""
-    start = np.zeros(STATE_SIZE)
-    start[PX] = x
-    start[PY] = board.drop.y
-    return follow_from(board, start, solver)
+def at_start(board: Board, x: float) -> Floats:
+    """State of a ball at rest at x in m on the height of the start, shape (7,)."""
+    return at_rest(np.array([x]), board.drop.y).reshape(STATE_SIZE)
 
 
-def follow_from(
-    board: Board, start: Floats, solver: Solver, max_events: int = MAX_EVENTS
-) -> Trajectory:
-    """Trajectory of a ball from the state `start`, shape (7,): t, x, y, vx, vy, theta, omega."""
+def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EVENTS) -> Trajectory:
+    """Trajectory of one ball from the state `start`, shape (7,): t, x, y, vx, vy, theta, omega.
+
+    The kernels are those of many balls, given one. It ends after `max_events` events at the latest.
+    """
     layout = layout_of(board)
-    rows, pieces = _ROOM, 4 * _ROOM
+    events, segments = _ROOM, 4 * _ROOM
+    outcome, where, impacts = np.empty(1, np.int8), np.empty(1, np.int32), np.empty(1, np.int32)
     while True:
-        log = new_log(rows, pieces)
-        end = start.copy()
+        log = new_log(events, segments)
+        end = start.reshape(1, STATE_SIZE).copy()
         if isinstance(solver, Stepped):
-            outcome, where = trace_stepped(
-                layout, end, solver.h, solver.correction, max_events, log
+            trace_stepped_many(
+                layout, end, solver.h, solver.correction, max_events, log, outcome, where, impacts
             )
         else:
-            outcome, where = trace(layout, end, max_events, MAX_TIME, log)
-        needed, needed_pieces = int(log.counts[EVENTS]), int(log.counts[SEGMENTS])
-        if needed <= rows and needed_pieces <= pieces:
+            trace_many(
+                layout, end, in_flight(1), max_events, MAX_TIME, new_series(), log,
+                outcome, where, impacts,
+            )  # fmt: skip
+        all_events, all_segments = int(log.counts[EVENTS]), int(log.counts[SEGMENTS])
+        if all_events <= events and all_segments <= segments:
             break
-        rows, pieces = max(rows, needed), max(pieces, needed_pieces)
+        events, segments = max(events, all_events), max(segments, all_segments)
     return Trajectory(
         board=board,
         solver=solver,
         start=start,
-        end=end,
-        outcome=int(outcome),
-        bin=int(where),
-        events=log.events[:needed].copy(),
-        marks=log.marks[:needed].copy(),
-        segments=log.segments[:needed_pieces].copy(),
+        end=end[0],
+        outcome=int(outcome[0]),
+        bin=int(where[0]),
+        events=log.events[:all_events].copy(),
+        marks=log.marks[:all_events].copy(),
+        segments=log.segments[:all_segments].copy(),
     )
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from engine.board.model import Board
 from engine.constants import PHYSICS_VERSION
-from engine.drops.drop import Drop, drop
+from engine.drops.drop import Drop, make_drop
 from engine.errors import EngineError, RecordError
-from engine.parameters import DEFAULT_CORRECTION, DEFAULT_DT, DEFAULT_SUBSTEPS
+from engine.parameters import DEFAULT_CORRECTION, DEFAULT_DT, DEFAULT_SUBSTEPS, make_solver
 from engine.seeding import parse_seed
 
 FIELDS = (
@@ -72,15 +72,14 @@ def board_of(record: Mapping[str, Any]) -> Board:
 def replay(record: Mapping[str, Any], board: Board) -> Drop:
     """Simulate what a record describes."""
     try:
-        return drop(
-            board,
-            None if record["seed"] is None else parse_seed(record["seed"]),
-            x=record.get("x"),
-            solver=record["solver"],
-            dt=record.get("dt", DEFAULT_DT),
-            substeps=record.get("substeps", DEFAULT_SUBSTEPS),
-            correction=record.get("correction", DEFAULT_CORRECTION),
+        seed = None if record["seed"] is None else parse_seed(record["seed"])
+        solver = make_solver(
+            record["solver"],
+            record.get("dt", DEFAULT_DT),
+            record.get("substeps", DEFAULT_SUBSTEPS),
+            record.get("correction", DEFAULT_CORRECTION),
         )
+        return make_drop(board, seed, record.get("x"), solver)
     except EngineError as error:
         raise RecordError(str(error), field=error.field) from error
 

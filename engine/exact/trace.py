@@ -6,12 +6,11 @@ import numpy.typing as npt
 from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
 from engine.exact import free_flight, sustained_contact
 from engine.exact.event_log import EVENTS, IMPACTS, Log, end_ball, note_event
-from engine.exact.initial_state import IMPACTS_BEFORE, MET, MET_SIDE, NONE, Ints, in_flight
+from engine.exact.initial_state import IMPACTS_BEFORE, MET, MET_SIDE, NONE, Ints
 from engine.exact.landing import land
 from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, FLYING, LANDED, TIME_LIMIT, WEDGED
 from engine.jit.decorator import inner_kernel, kernel
-from engine.physics.ball import PX, PY, STATE_SIZE, VX, VY
-from engine.physics.contact import new_series
+from engine.physics.ball import PX, PY, VX, VY
 from engine.physics.layout import Layout
 from engine.physics.series import Series
 from engine.physics.surface import is_wedged, touch
@@ -128,17 +127,3 @@ def _ends_in_contact(cause: int) -> int:
     if cause == sustained_contact.OUT_OF_BOARD:
         return ESCAPED
     return FLYING
-
-
-def trace(
-    board: Layout, state: State, max_events: int, max_time: float, log: Log
-) -> tuple[int, int]:
-    """`trace_many` of one ball: the outcome and the bin, -1 if it did not land."""
-    outcome = np.zeros(1, np.int8)
-    where = np.zeros(1, np.int32)
-    states = state.reshape(1, STATE_SIZE)
-    impacts = np.zeros(1, np.int32)
-    series = new_series()
-    entries = in_flight(1)
-    trace_many(board, states, entries, max_events, max_time, series, log, outcome, where, impacts)
-    return int(outcome[0]), int(where[0])

@@ -14,7 +14,6 @@ import numpy.typing as npt
 from engine.board.materials import GRAVITY, REFERENCE_DENSITY, RESTITUTION
 from engine.board.model import Board
 from engine.board.parts import Wall
-from engine.board.presets import preset
 from engine.errors import ParameterError
 from engine.multibody.arena import Arena
 from engine.multibody.settings import ArenaSettings
@@ -132,7 +131,7 @@ def galton(n: int = 400, *, seed: int | str = 0, **settings: Any) -> Arena:
     pile up. n at most 1,500; the rest are ArenaSettings."""
     n = _count(n)
     seed = parse_seed(seed)
-    board = preset("galton")
+    board = Board.preset("galton")
     ball = board.ball
     bins, edges = board.bins, board.bins.edges
     depth = 1.2

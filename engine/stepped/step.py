@@ -282,15 +282,3 @@ def trace_stepped_many(
         board, states, steps, ENDLESS, h, correction, max_events, np.empty(STATE_SIZE), log,
         outcomes, bins, impacts,
     )  # fmt: skip
-
-
-def trace_stepped(
-    board: Layout, state: State, h: float, correction: float, max_events: int, log: Log
-) -> tuple[int, int]:
-    """`trace_stepped_many` of one ball: the outcome and the bin, -1 if it did not land."""
-    outcome = np.zeros(1, np.int8)
-    where = np.zeros(1, np.int32)
-    impacts = np.zeros(1, np.int32)
-    states = state.reshape(1, STATE_SIZE)
-    trace_stepped_many(board, states, h, correction, max_events, log, outcome, where, impacts)
-    return int(outcome[0]), int(where[0])

@@ -1,236 +1,55 @@
-"""The balls of a world, stepped together: one class per solver, the same methods.
+"""The balls of a world, stepped together: what every solver's set of them can do and tells."""
 
-`states` are rows of t (s since the ball's own start), x, y, vx, vy, theta, omega. `step` returns,
-in the order of the rows, what each ball went through: its new events and, if its drop ended, how.
-"""
-
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
-from engine.drops.digest import drop_digest
-from engine.drops.trajectory import Trajectory, follow, start_row
-from engine.exact.board_arrays import layout_of
-from engine.exact.event_log import EVENT_SIZE, EVENTS, SEGMENT_SIZE, new_log
-from engine.exact.outcome import FLYING
-from engine.exact.sampling import sample
-from engine.parameters import Exact, Stepped
-from engine.physics.ball import PX, PY, STATE_SIZE, T
-from engine.physics.contact import new_series
-from engine.stepped.step import ENDLESS, MAX_HITS, step_many
-from engine.world.ball_set_touching import TouchingCrowd
-from engine.world.progress import End, Progress
-
 Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
-class ExactCrowd:
-    """Balls of the exact solver: each is traced once when it is added, and then looked up.
+@dataclass(frozen=True, slots=True)
+class End:
+    """How a ball's drop ended: outcome (engine.exact.outcome), bin or -1, t in s, x in m."""
 
-    A trajectory does not depend on when it is looked at, so neither does anything here.
+    outcome: int
+    bin: int
+    t: float
+    x: float
+    digest: str
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """What one step did to the ball in `row` of `states`: its new events and, if it ended, how.
+
+    events, shape (n, 6), and marks, shape (n, 2), are rows of an event log.
     """
 
-    def __init__(self, board: Board, dt: float) -> None:
-        self._board = board
-        self._layout = layout_of(board)
-        self._dt = dt
-        self._paths: list[Trajectory] = []
-        self._frames = np.zeros(0, np.int64)
-        self._first = np.zeros(0, np.int64)
-        self._last = np.zeros(0, np.int64)
-        self._next_event = np.zeros(0, np.int64)
-        self._next_time = np.zeros(0)
-        self._pool = np.empty((0, SEGMENT_SIZE))
-        self._series = new_series()
-        self.states = np.zeros((0, STATE_SIZE))
+    row: int
+    events: Floats
+    marks: npt.NDArray[np.int32]
+    end: End | None
+
+
+class BallSet(Protocol):
+    """Balls of one board that do not touch each other, one in each row of `states`."""
+
+    states: Floats
+    """Shape (n, 7): t (s since the ball's own start), x, y, vx, vy, theta, omega."""
 
     def add(self, x: float) -> None:
-        """Append a ball at rest at (x, drop.y)."""
-        self._append(follow(self._board, x, Exact()), 0)
-
-    def _append(self, path: Trajectory, frames: int) -> None:
-        used = int(self._last[-1]) if len(self._last) else 0
-        needed = used + len(path.segments)
-        if needed > len(self._pool):
-            used = self._repack(len(path.segments))
-            needed = used + len(path.segments)
-        self._pool[used:needed] = path.segments
-        self._paths.append(path)
-        self._frames = np.append(self._frames, frames)
-        self._first = np.append(self._first, used)
-        self._last = np.append(self._last, needed)
-        seen = int(np.searchsorted(path.events[:, 0], frames * self._dt, side="right"))
-        self._next_event = np.append(self._next_event, seen if frames else 0)
-        self._next_time = np.append(self._next_time, _time_of(path, int(self._next_event[-1])))
-        self.states = np.vstack([self.states, path.states_at(np.array([frames * self._dt]))])
-
-    def _repack(self, more: int) -> int:
-        """Move the segments still needed to the front of a pool with room for `more`."""
-        parts = [self._pool[a:b] for a, b in zip(self._first, self._last, strict=True)]
-        used = sum(len(part) for part in parts)
-        pool = np.empty((max(256, 2 * (used + more)), SEGMENT_SIZE))
-        if parts:
-            pool[:used] = np.concatenate(parts)
-        ends = np.cumsum([len(part) for part in parts], dtype=np.int64)
-        self._first = ends - (self._last - self._first)
-        self._last = ends
-        self._pool = pool
-        return used
-
-    def path(self, row: int) -> Trajectory:
-        """The whole motion of the ball in `row`, its future included."""
-        return self._paths[row]
+        """Append a ball at rest at (x, drop.y), m."""
 
     def step(self) -> list[Progress]:
-        """Advance all balls by one frame."""
-        self._frames += 1
-        times = np.multiply(self._frames, self._dt, dtype=np.float64)
-        sample(
-            self._layout, self._pool, self._first, self._last, times, False, self._series,
-            self.states,
-        )  # fmt: skip
-        return [self._progress(int(row)) for row in np.flatnonzero(self._next_time <= times)]
-
-    def _progress(self, row: int) -> Progress:
-        path = self._paths[row]
-        time = float(self._frames[row] * self._dt)
-        first = int(self._next_event[row])
-        last = int(np.searchsorted(path.events[:, 0], time, side="right"))
-        self._next_event[row] = last
-        self._next_time[row] = _time_of(path, last)
-        end = None
-        if path.end[T] <= time:
-            self.states[row] = path.end
-            end = End(
-                path.outcome, path.bin, float(path.end[T]), float(path.end[PX]), _digest(path)
-            )
-        return Progress(row, path.events[first:last], path.marks[first:last], end)
+        """Advance all balls by one frame; the progress of those that have any, by rising row."""
 
     def remove(self, rows: list[int]) -> None:
         """Take out balls whose drop has ended."""
-        self._paths = [path for row, path in enumerate(self._paths) if row not in rows]
-        for name in ("_frames", "_first", "_last", "_next_event", "_next_time", "states"):
-            setattr(self, name, np.delete(getattr(self, name), rows, axis=0))
 
     def saved(self) -> list[dict[str, Any]]:
-        """What `load` needs of each ball: all else follows from it."""
-        return [
-            {"x": float(path.start[PX]), "frames": int(frames)}
-            for path, frames in zip(self._paths, self._frames, strict=True)
-        ]
+        """What `load` needs of each ball, for msgpack."""
 
     def load(self, balls: list[dict[str, Any]]) -> None:
         """Append saved balls."""
-        for ball in balls:
-            self._append(follow(self._board, ball["x"], Exact()), ball["frames"])
-
-
-def _time_of(path: Trajectory, event: int) -> float:
-    """Time of an event, or of the end after the last one."""
-    return float(path.events[event, 0] if event < len(path.events) else path.end[T])
-
-
-def _digest(path: Trajectory) -> str:
-    return drop_digest(
-        path.board.digest, path.solver, start_row(path), path.outcome, path.events, path.marks
-    )
-
-
-class SteppedCrowd:
-    """Balls of the stepped solver, advanced substep by substep."""
-
-    def __init__(self, board: Board, solver: Stepped) -> None:
-        self._board = board
-        self._layout = layout_of(board)
-        self._solver = solver
-        self._steps = np.zeros(0, np.int64)
-        self._starts: list[float] = []
-        self._events: list[list[Floats]] = []
-        self._marks: list[list[npt.NDArray[np.int32]]] = []
-        self.states = np.zeros((0, STATE_SIZE))
-
-    def add(self, x: float) -> None:
-        """Append a ball at rest at (x, drop.y)."""
-        state = np.zeros(STATE_SIZE)
-        state[PX] = x
-        state[PY] = self._board.drop.y
-        self._append(state, 0, x)
-
-    def _append(self, state: Floats, steps: int, start: float) -> None:
-        self.states = np.vstack([self.states, state])
-        self._steps = np.append(self._steps, steps)
-        self._starts.append(start)
-        self._events.append([])
-        self._marks.append([])
-
-    def step(self) -> list[Progress]:
-        """Advance all balls by one frame."""
-        count = len(self.states)
-        solver = self._solver
-        log = new_log(count * (solver.substeps * MAX_HITS + 1), 0, count)
-        outcomes = np.empty(count, np.int8)
-        bins, impacts = np.empty(count, np.int32), np.empty(count, np.int32)
-        step_many(
-            self._layout, self.states, self._steps, solver.substeps, solver.h, solver.correction,
-            ENDLESS, np.empty(STATE_SIZE), log, outcomes, bins, impacts,
-        )  # fmt: skip
-        log_ends = log.ends[:, EVENTS]
-        found = []
-        for row, (first, last) in enumerate(zip([0, *log_ends[:-1]], log_ends, strict=True)):
-            if first == last and outcomes[row] == FLYING:
-                continue
-            events, marks = log.events[first:last].copy(), log.marks[first:last].copy()
-            self._events[row].append(events)
-            self._marks[row].append(marks)
-            end = None
-            if outcomes[row] != FLYING:
-                end = self._end(row, int(outcomes[row]), int(bins[row]))
-            found.append(Progress(row, events, marks, end))
-        return found
-
-    def _end(self, row: int, outcome: int, where: int) -> End:
-        start = (self._starts[row], self._board.drop.y, 0.0, 0.0, 0.0)
-        events = np.concatenate([np.empty((0, EVENT_SIZE)), *self._events[row]])
-        marks = np.concatenate([np.empty((0, 2), np.int32), *self._marks[row]])
-        digest = drop_digest(self._board.digest, self._solver, start, outcome, events, marks)
-        state = self.states[row]
-        return End(outcome, where, float(state[T]), float(state[PX]), digest)
-
-    def remove(self, rows: list[int]) -> None:
-        """Take out balls whose drop has ended."""
-        for name in ("_starts", "_events", "_marks"):
-            kept = [item for row, item in enumerate(getattr(self, name)) if row not in rows]
-            setattr(self, name, kept)
-        self._steps = np.delete(self._steps, rows)
-        self.states = np.delete(self.states, rows, axis=0)
-
-    def saved(self) -> list[dict[str, Any]]:
-        """What `load` needs of each ball."""
-        return [
-            {
-                "state": state.astype("<f8").tobytes(),
-                "steps": int(steps),
-                "start": start,
-                "events": b"".join(part.astype("<f8").tobytes() for part in events),
-                "marks": b"".join(part.astype("<i4").tobytes() for part in marks),
-            }
-            for state, steps, start, events, marks in zip(
-                self.states, self._steps, self._starts, self._events, self._marks, strict=True
-            )
-        ]
-
-    def load(self, balls: list[dict[str, Any]]) -> None:
-        """Append saved balls."""
-        for ball in balls:
-            state = np.frombuffer(ball["state"], "<f8").astype(np.float64)
-            self._append(state, ball["steps"], ball["start"])
-            events = np.frombuffer(ball["events"], "<f8").astype(np.float64)
-            marks = np.frombuffer(ball["marks"], "<i4").astype(np.int32)
-            self._events[-1].append(events.reshape(-1, EVENT_SIZE))
-            self._marks[-1].append(marks.reshape(-1, 2))
-
-
-Crowd = ExactCrowd | SteppedCrowd | TouchingCrowd

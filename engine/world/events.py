@@ -11,8 +11,7 @@ from engine.constants import KIND_PEG
 class Contact:
     """A ball hit something: t in s since the ball's start, centre in m.
 
-    kind is KIND_PEG, KIND_WALL or, where balls touch, KIND_BALL; index the peg's or wall's number
-    or the other ball's id; speed the approach along the
+    kind is KIND_PEG or KIND_WALL; index the peg's or wall's number; speed the approach along the
     normal in m/s.
     """
 

@@ -10,27 +10,25 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.board.model import Board
-from engine.constants import KIND_BALL, KIND_WALL, PHYSICS_VERSION
+from engine.constants import KIND_WALL, PHYSICS_VERSION
 from engine.drops.drop import start_of
 from engine.drops.trajectory import Trajectory
 from engine.errors import ParameterError, RecordError
 from engine.exact.outcome import LANDED, REASONS
-from engine.multibody.arena import Arena
 from engine.parameters import (
     DEFAULT_CORRECTION,
     DEFAULT_DT,
     DEFAULT_SUBSTEPS,
     Stepped,
-    Touching,
     make_solver,
     number,
 )
 from engine.physics.ball import OMEGA, PX, PY, THETA, VX, VY
 from engine.seeding import parse_seed
-from engine.world.ball_set import Crowd, ExactCrowd, SteppedCrowd
-from engine.world.ball_set_touching import TouchingCrowd
+from engine.world.ball_set import BallSet, Progress
 from engine.world.events import Contact, Event, Landing, approach_speed
-from engine.world.progress import Progress
+from engine.world.exact_balls import ExactBalls
+from engine.world.stepped_balls import SteppedBalls
 
 BODY = np.dtype(
     [("id", "<i4")]
@@ -80,8 +78,7 @@ class World:
 
     A ball starts at the tick at which it is added and leaves the world when its drop ends. With
     the exact solver dt only says when the world is looked at: each ball's path is that of `drop`.
-    interacting: balls touch each other, which takes the stepped solver; one that comes to rest on
-    the board ends without a bin.
+    Balls pass through each other; those of `Arena` do not.
     """
 
     def __init__(
@@ -92,18 +89,10 @@ class World:
         dt: float = DEFAULT_DT,
         substeps: int = DEFAULT_SUBSTEPS,
         correction: float = DEFAULT_CORRECTION,
-        interacting: bool = False,
     ) -> None:
         self.board = board
         self.dt = number(dt, "dt", 1e-6, 0.1)
         self.solver = make_solver(solver, dt, substeps, correction)
-        if interacting:
-            if not isinstance(self.solver, Stepped):
-                raise ParameterError(
-                    f"interacting: balls that touch need solver 'stepped', not {solver!r}",
-                    field="interacting",
-                )
-            self.solver = Touching(dt, substeps, correction)
         self.tick = 0
         self._accumulator = 0.0
         self._next_id = 0
@@ -111,22 +100,12 @@ class World:
         self._bounced = np.zeros(0, np.uint8)
         self._previous = np.zeros((0, 7))
         self._events: list[Event] = []
-        self._crowd = self._new_crowd()
+        self._ball_set = self._new_ball_set()
 
-    def _new_crowd(self) -> Crowd:
-        if isinstance(self.solver, Touching):
-            return TouchingCrowd(self.board, self.solver)
+    def _new_ball_set(self) -> BallSet:
         if isinstance(self.solver, Stepped):
-            return SteppedCrowd(self.board, self.solver)
-        return ExactCrowd(self.board, self.dt)
-
-    @property
-    def arena(self) -> Arena | None:
-        """Where balls that touch each other are: to kick them, and for diagnostics; else None.
-
-        Balls are added by `add` alone.
-        """
-        return self._crowd.arena if isinstance(self._crowd, TouchingCrowd) else None
+            return SteppedBalls(self.board, self.solver)
+        return ExactBalls(self.board, self.dt)
 
     @property
     def time(self) -> float:
@@ -154,11 +133,11 @@ class World:
             raise ParameterError("a ball needs a seed or an explicit x", field="seed")
         chosen = None if seed is None else parse_seed(seed)
         ball = Ball(self._next_id, chosen, start_of(self.board, chosen, x), self.tick)
-        self._crowd.add(ball.x)
+        self._ball_set.add(ball.x)
         self._next_id += 1
         self._balls.append(ball)
         self._bounced = np.append(self._bounced, np.uint8(0))
-        self._previous = np.vstack([self._previous, self._crowd.states[-1]])
+        self._previous = np.vstack([self._previous, self._ball_set.states[-1]])
         return ball.id
 
     def trajectory(self, ball: int) -> Trajectory:
@@ -167,11 +146,11 @@ class World:
         Raises ParameterError for a ball that is not live, and in a world of the stepped solver,
         whose balls have no path before they have gone it.
         """
-        if not isinstance(self._crowd, ExactCrowd):
+        if not isinstance(self._ball_set, ExactBalls):
             raise ParameterError("a stepped world knows no ball's path", field="solver")
         for row, live in enumerate(self._balls):
             if live.id == ball:
-                return self._crowd.path(row)
+                return self._ball_set.path(row)
         raise ParameterError(f"ball {ball} is not in flight", field="ball")
 
     def step(self) -> None:
@@ -179,11 +158,11 @@ class World:
         self.tick += 1
         if not self._balls:
             return
-        self._previous = self._crowd.states.copy()
+        self._previous = self._ball_set.states.copy()
         self._bounced[:] = 0
         ended = []
         news: list[tuple[tuple[float, int, int], Event]] = []
-        for progress in self._crowd.step():
+        for progress in self._ball_set.step():
             ball = self._balls[progress.row]
             news += self._contacts(ball, progress)
             if progress.end is not None:
@@ -199,16 +178,13 @@ class World:
     ) -> list[tuple[tuple[float, int, int], Event]]:
         """Contacts with their place in the total order: time in the world, kind, ball."""
         found: list[tuple[tuple[float, int, int], Event]] = []
-        for k, (row, (kind, index)) in enumerate(
-            zip(progress.events.tolist(), progress.marks.tolist(), strict=True)
+        for row, (kind, index) in zip(
+            progress.events.tolist(), progress.marks.tolist(), strict=True
         ):
-            if kind > KIND_WALL and kind != KIND_BALL:
+            if kind > KIND_WALL:
                 continue
             self._bounced[progress.row] = 1
-            if progress.speeds is None:
-                speed = approach_speed(self.board, kind, index, tuple(row[1:5]))
-            else:
-                speed = float(progress.speeds[k])
+            speed = approach_speed(self.board, kind, index, tuple(row[1:5]))
             contact = Contact(ball.id, row[0], row[1], row[2], kind, index, speed)
             found.append(((ball.tick * self.dt + row[0], kind, ball.id), contact))
         return found
@@ -231,7 +207,7 @@ class World:
         return (ball.tick * self.dt + end.t, KIND_WALL + 1, ball.id), landing
 
     def _remove(self, rows: list[int]) -> None:
-        self._crowd.remove(rows)
+        self._ball_set.remove(rows)
         self._balls = [ball for row, ball in enumerate(self._balls) if row not in rows]
         self._bounced = np.delete(self._bounced, rows)
         self._previous = np.delete(self._previous, rows, axis=0)
@@ -255,12 +231,12 @@ class World:
     @property
     def bodies(self) -> npt.NDArray[np.void]:
         """The live balls at the current tick, shape (count,), dtype BODY."""
-        return self._as_bodies(self._crowd.states)
+        return self._as_bodies(self._ball_set.states)
 
     def interpolated(self, alpha: float) -> npt.NDArray[np.void]:
         """The live balls between the previous tick (alpha 0) and this one (1), linearly."""
         alpha = number(alpha, "alpha", 0.0, 1.0)
-        return self._as_bodies(self._previous * (1.0 - alpha) + self._crowd.states * alpha)
+        return self._as_bodies(self._previous * (1.0 - alpha) + self._ball_set.states * alpha)
 
     def _as_bodies(self, states: npt.NDArray[np.float64]) -> npt.NDArray[np.void]:
         rows = np.empty(len(states), BODY)
@@ -277,7 +253,7 @@ class World:
 
     def energy(self) -> Energy:
         """Energy of all live balls."""
-        states, ball = self._crowd.states, self.board.ball
+        states, ball = self._ball_set.states, self.board.ball
         speed2 = float((states[:, VX] ** 2 + states[:, VY] ** 2).sum())
         return Energy(
             kinetic=0.5 * ball.mass * speed2,
@@ -287,7 +263,7 @@ class World:
 
     def momentum(self) -> Momentum:
         """Momentum of all live balls."""
-        states, ball = self._crowd.states, self.board.ball
+        states, ball = self._ball_set.states, self.board.ball
         turning = states[:, PX] * states[:, VY] - states[:, PY] * states[:, VX]
         return Momentum(
             x=ball.mass * float(states[:, VX].sum()),
@@ -296,7 +272,10 @@ class World:
         )
 
     def snapshot(self) -> bytes:
-        """All that `restore` needs to go on bit for bit, but for events not yet taken."""
+        """All that `restore` needs to go on bit for bit, but for events not yet taken.
+
+        The names of its parts belong to `digest`, which is in the logs of rooms: they stay.
+        """
         return msgspec.msgpack.encode(
             {
                 "physics_version": PHYSICS_VERSION,
@@ -306,10 +285,10 @@ class World:
                 "tick": self.tick,
                 "accumulator": self._accumulator,
                 "next_id": self._next_id,
-                "balls": [(b.id, _wide(b.seed), b.x, b.tick) for b in self._balls],
+                "balls": [(b.id, _decimal(b.seed), b.x, b.tick) for b in self._balls],
                 "bounced": self._bounced.tobytes(),
                 "previous": self._previous.astype("<f8").tobytes(),
-                "crowd": self._crowd.saved(),
+                "crowd": self._ball_set.saved(),
             }
         )
 
@@ -326,8 +305,8 @@ class World:
         self._bounced = np.frombuffer(saved["bounced"], np.uint8).copy()
         self._previous = np.frombuffer(saved["previous"], "<f8").reshape(-1, 7).copy()
         self._events = []
-        self._crowd = self._new_crowd()
-        self._crowd.load(saved["crowd"])
+        self._ball_set = self._new_ball_set()
+        self._ball_set.load(saved["crowd"])
 
     def _checked(self, snapshot: bytes) -> dict[str, Any]:
         try:
@@ -350,5 +329,6 @@ class World:
         return hashlib.sha256(self.snapshot()).hexdigest()
 
 
-def _wide(seed: int | None) -> str | None:
+def _decimal(seed: int | None) -> str | None:
+    """A seed as text: MessagePack has room for all of them, but not every reader has."""
     return None if seed is None else str(seed)

@@ -22,11 +22,13 @@ def test_an_unknown_name_is_said_to_be_one() -> None:
         _ = engine.Pinball  # type: ignore[attr-defined]
 
 
-def test_a_drop_loads_nothing_of_balls_that_touch() -> None:
+@pytest.mark.parametrize("use", ["drop(board, 1)", "World(board, solver='stepped').add(1)"])
+def test_a_drop_and_a_world_load_nothing_of_balls_that_touch(use: str) -> None:
     code = (
         "import sys\n"
-        "from engine import Board, drop\n"
-        "drop(Board.preset('triangle-8'), 1)\n"
-        "print(*sorted(name for name in sys.modules if 'arena' in name or 'pair_' in name))\n"
+        "from engine import Board, World, drop\n"
+        "board = Board.preset('triangle-8')\n"
+        f"{use}\n"
+        "print(*sorted(name for name in sys.modules if 'multibody' in name))\n"
     )
     assert run_python(code).split() == []

@@ -1,8 +1,8 @@
-"""Which places are connected when segments are in the way: a grid cut by segments, and its parts.
+"""Which places are connected when segments are in the way: connected components of a cut grid.
 
 Nodes are joined to their four neighbours unless a segment crosses the line between them, so two
-nodes are in one part only if a path off all segments joins them. The reverse holds where the free
-way is some grid spacings wide.
+nodes are in one component only if a path off all segments joins them. The reverse holds where the
+free way is some grid spacings wide.
 """
 
 from dataclasses import dataclass
@@ -16,22 +16,25 @@ Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
-class Parts:
-    """A labelled grid: xs (nx,) and ys (ny,) increasing, label (ny, nx) of each node's part."""
+class Components:
+    """A labelled grid: xs (nx,) and ys (ny,) increasing in m, label (ny, nx) of each node."""
 
     xs: Floats
     ys: Floats
     label: Ints
 
 
-def flood(xs: Floats, ys: Floats, segments: Floats) -> Parts:
-    """Label the parts into which `segments`, shape (k, 4), cut the grid `xs` by `ys`."""
+def connected_components(xs: Floats, ys: Floats, segments: Floats) -> Components:
+    """Label the components into which `segments`, shape (k, 4), cut the grid `xs` by `ys`; m.
+
+    Runs of connected nodes in each row, joined across rows by a disjoint-set forest (union-find).
+    """
     across, down = _open_edges(xs, ys, segments)
     starts = np.ones((len(ys), len(xs)), dtype=np.bool_)
     starts[:, 1:] = ~across
     runs: Ints = (np.cumsum(starts.ravel(), dtype=np.intp) - 1).reshape(starts.shape)
     upper, lower = _joined_runs(runs, down)
-    return Parts(xs, ys, _components(int(runs[-1, -1]) + 1, upper, lower)[runs])
+    return Components(xs, ys, _merged_labels(int(runs[-1, -1]) + 1, upper, lower)[runs])
 
 
 def _open_edges(xs: Floats, ys: Floats, segments: Floats) -> tuple[Bools, Bools]:
@@ -45,15 +48,15 @@ def _open_edges(xs: Floats, ys: Floats, segments: Floats) -> tuple[Bools, Bools]
     x1, y1, x2, y2 = segments.T
 
     which, row = _lines_crossed(ys, y1, y2)
-    part = (ys[row] - y1[which]) / (y2 - y1)[which]
-    at = x1[which] + part * (x2 - x1)[which]
+    share = (ys[row] - y1[which]) / (y2 - y1)[which]
+    at = x1[which] + share * (x2 - x1)[which]
     column = np.searchsorted(xs, at, side="right") - 1
     inside = (column >= 0) & (column < len(xs) - 1)
     across[row[inside], column[inside]] = False
 
     which, column = _lines_crossed(xs, x1, x2)
-    part = (xs[column] - x1[which]) / (x2 - x1)[which]
-    at = y1[which] + part * (y2 - y1)[which]
+    share = (xs[column] - x1[which]) / (x2 - x1)[which]
+    at = y1[which] + share * (y2 - y1)[which]
     falls = ((x2 > x1) == (y2 > y1))[which] & (y1 != y2)[which]  # moved right, it is higher up
     row = np.where(falls, np.searchsorted(ys, at), np.searchsorted(ys, at, side="right")) - 1
     inside = (row >= 0) & (row < len(ys) - 1)
@@ -79,7 +82,7 @@ def _joined_runs(runs: Ints, down: Bools) -> tuple[Ints, Ints]:
     return upper[new], lower[new]
 
 
-def _components(count: int, a: Ints, b: Ints) -> Ints:
+def _merged_labels(count: int, a: Ints, b: Ints) -> Ints:
     """Label of each of `count` things, equal for those that the pairs `a`, `b` join."""
     parent = list(range(count))
     for i, j in zip(a.tolist(), b.tolist(), strict=True):

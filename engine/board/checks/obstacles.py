@@ -7,15 +7,13 @@ a whole work on these, as arrays.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
+from engine.board.fields import BoardFields
 from engine.errors import BoardError
-
-if TYPE_CHECKING:
-    from engine.board.model import Board
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.intp]
@@ -67,7 +65,7 @@ def distance(dx: Floats, dy: Floats) -> Floats:
     return result
 
 
-def obstacles(board: "Board") -> Obstacles:
+def obstacles(board: BoardFields) -> Obstacles:
     """Return the obstacles of `board` to its ball."""
     radius = board.ball.radius
     pegs = np.array([(p.x, p.y, p.radius) for p in board.pegs], dtype=np.float64).reshape(-1, 3)

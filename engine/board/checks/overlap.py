@@ -1,14 +1,12 @@
 """Checks that pegs do not overlap and that every start is above the bins and touches nothing."""
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from engine.board.checks.obstacles import Floats, Ints, Obstacles, distance
+from engine.board.fields import BoardFields
 from engine.errors import BoardError
-
-if TYPE_CHECKING:
-    from engine.board.model import Board
 
 TOUCH: Final = 1e-9
 """Relative gap below which a start counts as touching. Above rounding, which a drop's first instant
@@ -18,7 +16,7 @@ OVERLAP: Final = 1e-12
 """Relative overlap allowed to pegs that touch: rounding of their coordinates, no more."""
 
 
-def check_start_above_bins(board: "Board") -> None:
+def check_start_above_bins(board: BoardFields) -> None:
     """Raise BoardError if the start is not above the bins."""
     if board.drop.y >= board.bins.y:
         raise BoardError(
@@ -28,7 +26,7 @@ def check_start_above_bins(board: "Board") -> None:
         )
 
 
-def check_overlaps(board: "Board", pairs: tuple[Ints, Ints, Floats]) -> None:
+def check_overlaps(board: BoardFields, pairs: tuple[Ints, Ints, Floats]) -> None:
     """Raise BoardError naming the first two pegs of `pairs` that overlap."""
     i, j, apart = pairs
     pegs = j < len(board.pegs)  # j > i, and pegs come first
@@ -46,11 +44,11 @@ def check_overlaps(board: "Board", pairs: tuple[Ints, Ints, Floats]) -> None:
     )
 
 
-def _at(board: "Board", i: int) -> str:
+def _at(board: BoardFields, i: int) -> str:
     return f"({board.pegs[i].x!r}, {board.pegs[i].y!r})"
 
 
-def check_starts(board: "Board", obs: Obstacles) -> None:
+def check_starts(board: BoardFields, obs: Obstacles) -> None:
     """Raise BoardError if a ball touches anything at any start that is allowed."""
     zone = board.drop
     name = "reach" if zone.reach > zone.jitter else "jitter"

@@ -1,26 +1,25 @@
 """Where a ball can get: whether it can pass to the bins, and whether it can miss them.
 
-Exact: which gaps a ball fits through (see `barriers`), and which parts of the bins' line are free.
+Exact: which gaps a ball fits through (`separators`), and which parts of the bins' line are free.
 Conservative: a place that is connected to the start and not above it counts as reached, whether or
-not a ball can be thrown there; only at open sides is flight bounded by energy (see `envelope`).
+not a ball can be thrown there; only at open sides is flight bounded by energy (`side_bounds`).
 """
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from engine.board.checks.components import Bools, Parts, flood
+from engine.board.checks.components import Bools, Components, connected_components
 from engine.board.checks.obstacles import Floats, Ints, Obstacles
 from engine.board.checks.side_bounds import side_limits
+from engine.board.fields import BoardFields
 from engine.errors import BoardError
 
-if TYPE_CHECKING:
-    from engine.board.model import Board
-
 CELL: Final = 1.0 / 3.0
-"""Grid spacing in ball radii. Barriers with a way between them are at least sqrt(3) radii apart."""
+"""Grid spacing in ball radii. Separators with a way between them are at least sqrt(3) radii
+apart."""
 
 COARSEST_CELL: Final = 0.5
 """The most it may be stretched to save cells; beyond it a way could be overlooked."""
@@ -29,20 +28,20 @@ MAX_CELLS: Final = 8_000_000
 """Some 100 MB and a second. Limits how small a ball may be on how large a board."""
 
 WINDOW: Final = 3
-"""Grid spacings, so about a ball's radius: a free place sees a node of its own part within it."""
+"""Grid spacings, so about a ball's radius: a free place sees a node of its component within it."""
 
 _GENERIC: Final = 0.381966011250105  # the golden section: keeps grid lines off round coordinates
 
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """What is connected to the starts: the grid's parts, which of them are reached, the barriers.
+    """What is connected to the starts: the grid's components and the labels of those reached.
 
-    segments: (k, 4); reached: labels of parts.
+    separators: (k, 4), from `separators`.
     """
 
-    parts: Parts
-    segments: Floats
+    components: Components
+    separators: Floats
     reached: frozenset[int]
 
     def is_near(self, x: Floats, y: Floats) -> Bools:
@@ -50,15 +49,15 @@ class Reach:
 
         Quick, and true wherever `includes` is.
         """
-        xs, ys = self.parts.xs, self.parts.ys
+        xs, ys = self.components.xs, self.components.ys
         columns, rows = np.searchsorted(xs, x), np.searchsorted(ys, y)
-        is_reached = np.isin(np.arange(int(self.parts.label.max()) + 1), list(self.reached))
+        is_reached = np.isin(np.arange(int(self.components.label.max()) + 1), list(self.reached))
         near = np.zeros(len(x), dtype=np.bool_)
         for i in range(-WINDOW, WINDOW):
             for j in range(-WINDOW, WINDOW):
                 row = np.clip(rows + i, 0, len(ys) - 1)
                 column = np.clip(columns + j, 0, len(xs) - 1)
-                near |= is_reached[self.parts.label[row, column]]
+                near |= is_reached[self.components.label[row, column]]
         return near
 
     def includes(self, x: float, y: float) -> bool:
@@ -66,16 +65,16 @@ class Reach:
 
         Looks WINDOW rows and columns far, about a ball's radius.
         """
-        xs, ys = self.parts.xs, self.parts.ys
+        xs, ys = self.components.xs, self.components.ys
         column, row = int(np.searchsorted(xs, x)), int(np.searchsorted(ys, y))
         columns = slice(max(column - WINDOW, 0), column + WINDOW)
         rows = slice(max(row - WINDOW, 0), row + WINDOW)
-        labels = self.parts.label[rows, columns]
+        labels = self.components.label[rows, columns]
         good = np.isin(labels, list(self.reached))
         if not good.any():
             return False
         at_x, at_y = np.meshgrid(xs[columns], ys[rows])
-        return bool(_sees(x, y, at_x[good], at_y[good], self.segments).any())
+        return bool(_sees(x, y, at_x[good], at_y[good], self.separators).any())
 
 
 def _sees(x: float, y: float, at_x: Floats, at_y: Floats, segments: Floats) -> Bools:
@@ -95,27 +94,27 @@ def _sees(x: float, y: float, at_x: Floats, at_y: Floats, segments: Floats) -> B
     return result
 
 
-def check_reach(board: "Board", obs: Obstacles, segments: Floats) -> Reach:
+def check_reach(board: BoardFields, obs: Obstacles, separators: Floats) -> Reach:
     """Return what can be reached; BoardError if bins cannot be, or can be missed.
 
-    segments: from `barriers` with the heights of the start and of the bins.
+    separators: from `separators` with the heights of the start and of the bins.
     """
     zone, bins = board.drop, board.bins
     gaps = free_intervals(obs, bins.y)
     probes = _probes(gaps, obs.radius)
     starts = np.array([zone.x - zone.span, zone.x + zone.span, *zone.slots])
     xs, ys = _grid(board, obs, np.concatenate((starts, probes, bins.edges)), starts, probes)
-    parts = flood(xs, ys, segments)
-    start_labels = parts.label[0, np.searchsorted(xs, starts)]
-    gap_labels = parts.label[-1, np.searchsorted(xs, probes)]
+    components = connected_components(xs, ys, separators)
+    start_labels = components.label[0, np.searchsorted(xs, starts)]
+    gap_labels = components.label[-1, np.searchsorted(xs, probes)]
     _check_passes(board, start_labels, gap_labels)
     reached = frozenset(start_labels.tolist())
     landing = gaps[np.isin(gap_labels, start_labels)]
     _check_hits_bins(board, obs, starts, landing)
-    return Reach(parts, segments, reached)
+    return Reach(components, separators, reached)
 
 
-def _check_passes(board: "Board", start_labels: Ints, gap_labels: Ints) -> None:
+def _check_passes(board: BoardFields, start_labels: Ints, gap_labels: Ints) -> None:
     """Raise BoardError naming the first start from which no bin can be reached."""
     stuck = np.flatnonzero(~np.isin(start_labels, gap_labels))
     if len(stuck) == 0:
@@ -129,7 +128,7 @@ def _check_passes(board: "Board", start_labels: Ints, gap_labels: Ints) -> None:
     )
 
 
-def _check_hits_bins(board: "Board", obs: Obstacles, starts: Floats, landing: Floats) -> None:
+def _check_hits_bins(board: BoardFields, obs: Obstacles, starts: Floats, landing: Floats) -> None:
     """Raise BoardError if a ball can come down on the bins' line outside of the outermost edges.
 
     landing: (n, 2) intervals of the line that are connected to the start.
@@ -207,7 +206,7 @@ def _probes(gaps: Floats, radius: float) -> Floats:
     return np.concatenate((right[:1] - radius, inner, left[-1:] + radius))
 
 
-def _grid(board: "Board", obs: Obstacles, xs: Floats, *exact: Floats) -> tuple[Floats, Floats]:
+def _grid(board: BoardFields, obs: Obstacles, xs: Floats, *exact: Floats) -> tuple[Floats, Floats]:
     """Return columns and rows of the grid in m.
 
     Spans all obstacles and `xs`. The columns include all of `exact`; the first row is the start's

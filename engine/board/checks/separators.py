@@ -18,8 +18,10 @@ import numpy as np
 from engine.board.checks.obstacles import Floats, Ints, Obstacles, near_walls
 
 
-def barriers(obs: Obstacles, pairs: tuple[Ints, Ints, Floats], top: float, bottom: float) -> Floats:
-    """Return the barriers as segments, shape (k, 4): x1, y1, x2, y2 in m.
+def separators(
+    obs: Obstacles, pairs: tuple[Ints, Ints, Floats], top: float, bottom: float
+) -> Floats:
+    """Return the separators as segments, shape (k, 4): x1, y1, x2, y2 in m.
 
     pairs: from `close_discs`. top, bottom: heights of the start and of the bins in m.
     """

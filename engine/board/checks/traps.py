@@ -1,37 +1,35 @@
-"""Finds gaps that a ball can wedge in: notches where it would rest between two things for good.
+"""Finds traps: places where a ball would rest between two things for good.
 
 A ball that touches two things rests without friction if their pushes, along the outward normals,
 can balance its weight: if 'up' is strictly between the two normals. Every stable rest, on three
 things and more too, has two such. Balance on one thing (the top of a peg, a level wall) is not a
-wedge: a breath ends it, and a drop that starts in it ends as unsettled.
+trap: a breath ends it, and a drop that starts in it ends as unsettled.
 
-Exact, but for friction: with much of it a ball could stick in a notch that leans a little, too.
+Exact, but for friction: with much of it a ball could stick between things that lean a little, too.
 """
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from engine.board.checks.components import Bools
 from engine.board.checks.obstacles import Floats, Ints, Obstacles, distance, near_walls
 from engine.board.checks.reach import Reach
+from engine.board.fields import BoardFields
 from engine.errors import BoardError
-
-if TYPE_CHECKING:
-    from engine.board.model import Board
 
 LEAN: Final = 1e-9
 """How far, in radians, normals must lean to either side: a ball in the corner of a level wall and
-an upright one balances, it does not wedge. Above rounding, below anything drawn on purpose."""
+an upright one balances, it is not trapped. Above rounding, below anything drawn on purpose."""
 
 OVERLAP: Final = 1e-9
 """Relative overlap with a third thing that still counts as touching."""
 
 
 @dataclass(frozen=True, slots=True)
-class Notches:
+class DoubleContacts:
     """Places of a ball's centre where it touches two things; arrays of equal length.
 
     x, y in m; (ax, ay) and (bx, by): unit normals from the things to the ball; a, b: the things,
@@ -47,22 +45,22 @@ class Notches:
     a: Ints
     b: Ints
 
-    def where(self, mask: Bools) -> "Notches":
+    def where(self, mask: Bools) -> "DoubleContacts":
         """Those that `mask` selects."""
-        return Notches(*(getattr(self, name)[mask] for name in self.__slots__))
+        return DoubleContacts(*(getattr(self, name)[mask] for name in self.__slots__))
 
 
-def check_wedges(
-    board: "Board", obs: Obstacles, pairs: tuple[Ints, Ints, Floats], reach: Reach
+def check_traps(
+    board: BoardFields, obs: Obstacles, pairs: tuple[Ints, Ints, Floats], reach: Reach
 ) -> None:
-    """Raise BoardError at the first place, reached and above the bins, where a ball can wedge."""
+    """Raise BoardError at the first place, reached and above the bins, where a ball is trapped."""
     above_bins = (board.drop.y, board.bins.y)
-    holding = _joined(_holding(n, *above_bins) for n in _touching_two(obs, pairs))
-    holding = holding.where(reach.is_near(holding.x, holding.y))
-    for k in range(len(holding.x)):
-        x, y = float(holding.x[k]), float(holding.y[k])
+    traps = _joined(_traps(some, *above_bins) for some in _touching_two(obs, pairs))
+    traps = traps.where(reach.is_near(traps.x, traps.y))
+    for k in range(len(traps.x)):
+        x, y = float(traps.x[k]), float(traps.y[k])
         if _is_free(obs, x, y) and reach.includes(x, y):
-            a, b = _name(obs, int(holding.a[k])), _name(obs, int(holding.b[k]))
+            a, b = _name(obs, int(traps.a[k])), _name(obs, int(traps.b[k]))
             raise BoardError(
                 f"the gap between {a} and {b} is one that a ball can wedge in: a ball of "
                 f"radius {obs.radius:g} m at ({x:.6g}, {y:.6g}) rests there for good",
@@ -70,28 +68,29 @@ def check_wedges(
             )
 
 
-def _joined(parts: Iterable[Notches]) -> Notches:
+def _joined(parts: Iterable[DoubleContacts]) -> DoubleContacts:
     """Return all of `parts`, which are one at least, as one."""
-    values = zip(*([getattr(n, name) for name in Notches.__slots__] for n in parts), strict=True)
-    return Notches(*(np.concatenate(arrays) for arrays in values))
+    columns = ([getattr(part, name) for name in DoubleContacts.__slots__] for part in parts)
+    values = zip(*columns, strict=True)
+    return DoubleContacts(*(np.concatenate(arrays) for arrays in values))
 
 
-def _holding(n: Notches, top: float, bottom: float) -> Notches:
-    """Those of `n` from the height `top` to `bottom` in m that would hold a ball."""
-    return n.where((n.y >= top) & (n.y < bottom) & _holds(n))
+def _traps(doubles: DoubleContacts, top: float, bottom: float) -> DoubleContacts:
+    """Those of `doubles` from the height `top` to `bottom` in m that would hold a ball."""
+    return doubles.where((doubles.y >= top) & (doubles.y < bottom) & _are_traps(doubles))
 
 
 def _name(obs: Obstacles, thing: int) -> str:
     return obs.disc_name(thing) if thing >= 0 else f"walls[{~thing}]"
 
 
-def _holds(n: Notches) -> Bools:
+def _are_traps(doubles: DoubleContacts) -> Bools:
     """Tell if 'up', (0, -1), is strictly between the normals: one leans left, the other right."""
-    turn = n.ax * n.by - n.ay * n.bx
+    turn = doubles.ax * doubles.by - doubles.ay * doubles.bx
     result: Bools = np.where(
         turn > 0.0,
-        (n.bx > LEAN) & (n.ax < -LEAN),
-        (turn < 0.0) & (n.bx < -LEAN) & (n.ax > LEAN),
+        (doubles.bx > LEAN) & (doubles.ax < -LEAN),
+        (turn < 0.0) & (doubles.bx < -LEAN) & (doubles.ax > LEAN),
     )
     return result
 
@@ -107,13 +106,13 @@ def _is_free(obs: Obstacles, x: float, y: float) -> bool:
     return not np.any(beside & (across < obs.radius * slack))
 
 
-def _touching_two(obs: Obstacles, pairs: tuple[Ints, Ints, Floats]) -> Iterator[Notches]:
+def _touching_two(obs: Obstacles, pairs: tuple[Ints, Ints, Floats]) -> Iterator[DoubleContacts]:
     yield from _disc_disc(obs, pairs)
     yield from _disc_wall(obs)
     yield from _wall_wall(obs)
 
 
-def _disc_disc(obs: Obstacles, pairs: tuple[Ints, Ints, Floats]) -> Iterator[Notches]:
+def _disc_disc(obs: Obstacles, pairs: tuple[Ints, Ints, Floats]) -> Iterator[DoubleContacts]:
     i, j, apart = pairs
     nested = apart <= np.abs(obs.reach[i] - obs.reach[j])
     i, j, apart = i[~nested], j[~nested], apart[~nested]
@@ -124,7 +123,7 @@ def _disc_disc(obs: Obstacles, pairs: tuple[Ints, Ints, Floats]) -> Iterator[Not
     for side in (1.0, -1.0):
         x = obs.x[i] + along * ux - side * height * uy
         y = obs.y[i] + along * uy + side * height * ux
-        yield Notches(
+        yield DoubleContacts(
             x,
             y,
             (x - obs.x[i]) / ri,
@@ -136,20 +135,20 @@ def _disc_disc(obs: Obstacles, pairs: tuple[Ints, Ints, Floats]) -> Iterator[Not
         )
 
 
-def _disc_wall(obs: Obstacles) -> Iterator[Notches]:
+def _disc_wall(obs: Obstacles) -> Iterator[DoubleContacts]:
     for k, near, along, across in near_walls(obs):
         for side in (1.0, -1.0):
             gap = side * obs.radius - across
             half = np.sqrt(np.maximum(obs.reach[near] ** 2 - gap**2, 0.0))
-            meets = np.abs(gap) < obs.reach[near]
+            crosses = np.abs(gap) < obs.reach[near]
             for way in (1.0, -1.0):
                 s = along + way * half
-                on = meets & (s > 0.0) & (s < obs.length[k])
+                on = crosses & (s > 0.0) & (s < obs.length[k])
                 disc, at = near[on], s[on]
                 nx, ny = -side * obs.ty[k], side * obs.tx[k]
                 x = obs.x1[k] + at * obs.tx[k] + obs.radius * nx
                 y = obs.y1[k] + at * obs.ty[k] + obs.radius * ny
-                yield Notches(
+                yield DoubleContacts(
                     x,
                     y,
                     (x - obs.x[disc]) / obs.reach[disc],
@@ -161,7 +160,7 @@ def _disc_wall(obs: Obstacles) -> Iterator[Notches]:
                 )
 
 
-def _wall_wall(obs: Obstacles) -> Iterator[Notches]:
+def _wall_wall(obs: Obstacles) -> Iterator[DoubleContacts]:
     count = len(obs.length)
     for k in range(count - 1):
         others = _boxes_near(obs, k, np.arange(k + 1, count))
@@ -185,7 +184,7 @@ def _boxes_near(obs: Obstacles, k: int, others: Ints) -> Ints:
 
 def _wall_pair(
     obs: Obstacles, k: int, others: Ints, turn: Floats, side_k: float, side_o: float
-) -> Notches:
+) -> DoubleContacts:
     """Where lines R beside wall `k` and beside each of `others` meet, on the given sides."""
     ax, ay = -side_k * obs.ty[k], side_k * obs.tx[k]
     bx, by = -side_o * obs.ty[others], side_o * obs.tx[others]
@@ -196,7 +195,7 @@ def _wall_pair(
     on = (at_k > 0.0) & (at_k < obs.length[k]) & (at_o > 0.0) & (at_o < obs.length[others])
     x = obs.x1[k] + at_k * obs.tx[k] + obs.radius * ax
     y = obs.y1[k] + at_k * obs.ty[k] + obs.radius * ay
-    return Notches(
+    return DoubleContacts(
         x,
         y,
         np.full_like(x, ax),

@@ -12,7 +12,9 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 
-from engine.board.model import BallSpec, Bins, Board, DropZone, Material, Peg, Wall
+from engine.board.materials import Material
+from engine.board.model import Board
+from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 from engine.errors import BoardError
 from tests.engine.board.forms import EXAMPLE, Form, at, box, changed, leaves, valid_forms
 

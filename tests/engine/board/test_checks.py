@@ -1,4 +1,4 @@
-"""A board on which drops cannot be fair is refused: overlaps, bad starts, wedges, no way out."""
+"""A board on which drops cannot be fair is refused: overlaps, bad starts, traps, no way out."""
 
 import math
 import time
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from engine.board.checks.obstacles import Obstacles, close_discs, obstacles
 from engine.board.checks.reach import free_intervals
-from engine.board.checks.separators import barriers
+from engine.board.checks.separators import separators
 from engine.board.model import Board
 from engine.errors import BoardError
 from tests.engine.board.forms import EXAMPLE, Form, box, changed, mirrored, wild_forms
@@ -96,7 +96,7 @@ class TestStart:
         assert f"drop.y is {y}: the start must be above the bins" in str(error)
 
 
-class TestWedges:
+class TestTraps:
     @pytest.mark.parametrize("gap", [0.01, R, 2 * R - 1e-6])
     def test_two_pegs_hold_a_ball_that_does_not_fit_between(self, gap: float) -> None:
         half = 0.5 * gap + 0.2
@@ -108,12 +108,12 @@ class TestWedges:
         half = R + 1e-6 + 0.2
         assert verdict(box([(-half, 3.0, 0.2), (half, 3.0, 0.2)])) == ""
 
-    def test_the_wedged_ball_touches_both_pegs_and_rests_on_them(self) -> None:
+    def test_the_trapped_ball_touches_both_pegs_and_rests_on_them(self) -> None:
         error = str(refusal(box([(-0.25, 3.0, 0.2), (0.25, 3.0, 0.2)])))
         height = math.sqrt(0.3**2 - 0.25**2)
         assert f"at (0, {3.0 - height:.6g})" in error
 
-    def test_a_steep_pair_is_no_wedge_because_the_ball_rolls_off_the_lower_peg(self) -> None:
+    def test_a_steep_pair_is_no_trap_because_the_ball_rolls_off_the_lower_peg(self) -> None:
         apart = 0.45  # peg to peg; the ball, 0.3 from both, does not fit between
         touching = 0.3
         lean = math.asin(0.5 * apart / touching)  # of the ball's place from the pair's middle line
@@ -121,7 +121,7 @@ class TestWedges:
             dx, dy = 0.5 * apart * math.cos(tilt), 0.5 * apart * math.sin(tilt)
             assert verdict(box([(-dx, 3.0 - dy, 0.2), (dx, 3.0 + dy, 0.2)])) == answer
 
-    def test_a_third_peg_in_the_notch_is_what_the_ball_rests_against(self) -> None:
+    def test_a_third_peg_in_the_gap_is_what_the_ball_rests_against(self) -> None:
         pair = [(-0.25, 3.0, 0.2), (0.25, 3.0, 0.2)]
         assert "pegs[0] and pegs[1]" in str(refusal(box(pair)))
         error = str(refusal(box([*pair, (0.0, 2.84, 0.05)])))
@@ -163,24 +163,24 @@ class TestWedges:
         peg = (x - 0.15 * math.sin(angle), y + 0.15 * math.cos(angle), 0.05)
         assert verdict(box([peg], [overhang])) == answer
 
-    def test_balance_on_a_level_wall_is_no_wedge(self) -> None:
+    def test_balance_on_a_level_wall_is_no_trap(self) -> None:
         assert verdict(box(walls=[(-1.0, 3.0, 1.0, 3.0)])) == ""
         assert verdict(box(walls=[(-4.0, 3.0, 1.0, 3.0)])) == ""
 
-    def test_a_wedge_behind_a_wall_above_the_start_or_below_the_bins_does_not_matter(self) -> None:
+    def test_a_trap_behind_a_wall_above_the_start_or_below_the_bins_does_not_matter(self) -> None:
         for x, y in ((-6.0, 3.0), (0.0, 7.0), (0.0, -1.0)):
             assert verdict(box([(x - 0.25, y, 0.2), (x + 0.25, y, 0.2)])) == ""
 
-    def test_a_wedge_in_a_closed_chamber_does_not_matter(self) -> None:
+    def test_a_trap_in_a_closed_chamber_does_not_matter(self) -> None:
         chamber = [
             (1.0, 2.0, 3.0, 2.0),
             (1.0, 4.0, 3.0, 4.0),
             (1.0, 2.0, 1.0, 4.0),
             (3.0, 2.0, 3.0, 4.0),
         ]
-        notch = [(1.75, 3.0, 0.2), (2.25, 3.0, 0.2)]
-        assert verdict(box(notch, chamber)) == ""
-        assert verdict(box(notch, chamber[1:])) == "wedge in"
+        trap = [(1.75, 3.0, 0.2), (2.25, 3.0, 0.2)]
+        assert verdict(box(trap, chamber)) == ""
+        assert verdict(box(trap, chamber[1:])) == "wedge in"
 
 
 class TestPassing:
@@ -306,9 +306,9 @@ def test_the_order_of_pegs_and_walls_does_not_decide_whether_a_board_is_good(for
 
 @given(wild_forms())
 @settings(max_examples=60, deadline=None)
-def test_barriers_lie_wholly_where_no_ball_can_be(form: Form) -> None:
+def test_separators_lie_wholly_where_no_ball_can_be(form: Form) -> None:
     obs = _obstacles(form)
-    lines = barriers(obs, close_discs(obs), 0.0, 6.0)
+    lines = separators(obs, close_discs(obs), 0.0, 6.0)
     for s in np.linspace(0.0, 1.0, 21):
         x = lines[:, 0] + s * (lines[:, 2] - lines[:, 0])
         y = lines[:, 1] + s * (lines[:, 3] - lines[:, 1])

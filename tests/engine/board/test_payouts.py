@@ -16,7 +16,7 @@ def binomial_return(rows: int, risk: payouts.Risk) -> float:
     return sum(comb(rows, k) * m for k, m in enumerate(table)) / float(2**rows)
 
 
-@pytest.mark.parametrize("risk", payouts.RISKS)
+@pytest.mark.parametrize("risk", payouts.HALF_TABLES)
 @pytest.mark.parametrize("rows", payouts.ROWS)
 def test_a_table_has_a_value_for_each_bin_the_same_from_either_side(
     rows: int, risk: payouts.Risk
@@ -28,7 +28,7 @@ def test_a_table_has_a_value_for_each_bin_the_same_from_either_side(
     assert table[rows // 2] == min(table)
 
 
-@pytest.mark.parametrize("risk", payouts.RISKS)
+@pytest.mark.parametrize("risk", payouts.HALF_TABLES)
 @pytest.mark.parametrize("rows", payouts.ROWS)
 def test_a_table_returns_about_99_percent_against_the_binomial(
     rows: int, risk: payouts.Risk
@@ -43,7 +43,7 @@ def test_boards_with_an_even_number_of_bins_have_the_middle_value_twice() -> Non
 
 @pytest.mark.parametrize("rows", payouts.ROWS)
 def test_more_risk_pays_more_at_the_edge_and_less_in_the_middle(rows: int) -> None:
-    low, medium, high = (payouts.multipliers(rows, risk) for risk in payouts.RISKS)
+    low, medium, high = (payouts.multipliers(rows, risk) for risk in payouts.HALF_TABLES)
     assert low[0] < medium[0] < high[0]
     middle = rows // 2
     assert low[middle] > medium[middle] >= high[middle]

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from engine.board import values
-from engine.board.model import BallSpec, Bins, Board, Peg
+from engine.board.model import Board
+from engine.board.parts import BallSpec, Bins, Peg
 from engine.errors import BoardError
 from tests.engine.board.forms import EXAMPLE, at, box, changed, dotted, leaves
 

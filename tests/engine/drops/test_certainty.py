@@ -10,7 +10,7 @@ from engine import Board, Drop, ParameterError, drop
 from engine.constants import KIND_CONTACT_CHANGE, KIND_NAMES
 from engine.drops.certainty import certainty_of
 from engine.drops.drop import start_of
-from engine.drops.trajectory import follow
+from engine.drops.trajectory import at_start, follow
 from engine.parameters import Exact
 from tests.engine.oracle import golden, oracle_drop
 from tests.engine.oracle.scenes import accuracy_boards
@@ -29,7 +29,7 @@ def start_in(name: str) -> float:
 @pytest.mark.parametrize("name", scene_names())
 def test_places_move_with_the_start_as_two_runs_of_the_oracle_do(name: str) -> None:
     board, x = scene(name).board, start_in(name)
-    found = certainty_of(follow(board, x, Exact()))
+    found = certainty_of(follow(board, at_start(board, x), Exact()))
     expected = oracle_drop(board, x).amplifications
     compared = 0
     for mine, theirs in zip(found.growth, expected, strict=False):

@@ -11,15 +11,16 @@ from hypothesis import strategies as st
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from engine import Board
+from engine.drops.trajectory import at_start
 from engine.exact.board_arrays import layout_of
 from engine.exact.event_log import EVENTS, new_log
 from engine.exact.grid import MAX_CELLS, Cells, cells_of, heads_of
 from engine.exact.outcome import MAX_EVENTS, MAX_TIME
-from engine.exact.trace import trace
 from engine.physics.layout import DISTANCE, DISTANCE2, ITEM_COLUMNS, Layout, X, Y, bin_of, cell_of
 from engine.seeding import start_x
-from engine.stepped.step import trace_stepped
+from engine.stepped.step import trace_stepped_many
 from engine.stepped.sweep import sweep
+from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board
 
 Ints = npt.NDArray[np.int64]
@@ -104,9 +105,14 @@ def test_the_grid_changes_no_bit_of_a_stepped_drop(name: str) -> None:
         results = []
         for layout in (layout_of(board), gridless(board)):
             state, log = at_start(board, x), new_log(500, 0)
-            outcome = trace_stepped(layout, state, 1.0 / 240.0, 0.6, MAX_EVENTS, log)
+            ends = np.zeros(1, np.int8), np.zeros(1, np.int32), np.zeros(1, np.int32)
+            trace_stepped_many(
+                layout, state.reshape(1, -1), 1.0 / 240.0, 0.6, MAX_EVENTS, log, *ends
+            )
+            outcome, where, _ = (int(end[0]) for end in ends)
             count = int(log.counts[EVENTS])
-            results.append((outcome, log.events[:count].tobytes(), log.marks[:count].tobytes()))
+            told = log.events[:count].tobytes(), log.marks[:count].tobytes()
+            results.append((outcome, where, *told))
         assert results[0] == results[1]
 
 
@@ -119,12 +125,6 @@ def grid_changes_nothing(board: Board, x: float) -> bool:
         count = min(int(log.counts[EVENTS]), 2000)
         results.append((outcome, log.events[:count].tobytes(), log.marks[:count].tobytes()))
     return results[0] == results[1]
-
-
-def at_start(board: Board, x: float) -> Floats:
-    state = np.zeros(7)
-    state[1:3] = x, board.drop.y
-    return state
 
 
 @given(st.floats(-3.0, 3.0), st.floats(0.0, 5.0), st.floats(-1e5, 1e5), st.floats(-1e5, 1e5))

@@ -18,12 +18,12 @@ from engine.constants import (
     KIND_LANDING,
     KIND_WALL,
 )
-from engine.drops.trajectory import Trajectory, follow, follow_from
+from engine.drops.trajectory import Trajectory, at_start, follow
 from engine.exact.board_arrays import layout_of
 from engine.exact.event_log import EVENTS, new_log
 from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, MAX_EVENTS, TIME_LIMIT, WEDGED
-from engine.exact.trace import trace
 from engine.parameters import Exact
+from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board, box, mirrored, place
 
 Floats = npt.NDArray[np.float64]
@@ -101,7 +101,8 @@ def test_a_mirrored_start_on_a_mirrored_board_gives_the_mirrored_path(name: str)
     flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
     for seed in range(8):
         x = drop(board, seed).x_start
-        path, image = follow(board, x, Exact()), follow(mirrored(board), -x, Exact())
+        path = follow(board, at_start(board, x), Exact())
+        image = follow(mirrored(board), at_start(board, -x), Exact())
         assert np.array_equal(path.events, image.events * flip)
         landings = path.marks[:, 0] == KIND_LANDING
         assert np.array_equal(path.marks[~landings], image.marks[~landings])
@@ -150,7 +151,7 @@ def test_a_ball_hits_the_end_of_a_wall_as_a_disc_of_its_own_radius() -> None:
     """Straight down beside the end of an upright wall: contact on a circle about the end."""
     board = place(walls=(Wall(0.0, 1.0, 0.0, 2.0),), restitution=1.0)
     for x in (1e-9, 0.03, -0.07, 0.0999, -0.1 + 1e-9):
-        hit = follow(board, x, Exact()).events[0]
+        hit = follow(board, at_start(board, x), Exact()).events[0]
         depth = math.sqrt((0.1 - abs(x)) * (0.1 + abs(x)))
         assert hit[2] == pytest.approx(1.0 - depth, abs=1e-15 + 1e-17 / max(depth, 1e-9))
         down = math.sqrt(2.0 * G * hit[2])
@@ -161,8 +162,8 @@ def test_a_ball_hits_the_end_of_a_wall_as_a_disc_of_its_own_radius() -> None:
 @pytest.mark.parametrize("miss", [1e-12, 1e-9, 1e-6])
 def test_a_ball_that_passes_an_end_by_a_hair_is_not_touched(miss: float) -> None:
     board = place(walls=(Wall(0.0, 1.0, 0.0, 2.0),), bins=Bins(3.0, (-1.0, 0.0, 1.0), (1.0, 1.0)))
-    assert len(follow(board, 0.1 + miss, Exact()).events) == 1  # the landing
-    assert len(follow(board, 0.1 - miss, Exact()).events) > 1
+    assert len(follow(board, at_start(board, 0.1 + miss), Exact()).events) == 1  # the landing
+    assert len(follow(board, at_start(board, 0.1 - miss), Exact()).events) > 1
 
 
 @pytest.mark.parametrize("name", ["apex", "shelf"])
@@ -192,7 +193,7 @@ def test_rolling_on_level_ground_is_stopped_by_drag_and_ends(drag: float) -> Non
     walls = (Wall(-50.0, 1.0, 50.0, 1.0), Wall(-0.5, 0.2, 0.0, 0.5))
     for friction in (0.0, 0.5):
         board = place(walls=walls, restitution=0.3, friction=friction, drag=drag)
-        rest = follow(board, -0.25, Exact())
+        rest = follow(board, at_start(board, -0.25), Exact())
         assert rest.outcome == BALANCED
         assert rest.end[0] < 90.0 / drag
 
@@ -210,7 +211,7 @@ def test_a_ball_in_a_notch_wedges(e: float, friction: float, drag: float) -> Non
     for parts in ({"walls": V_NOTCH}, {"pegs": pegs, "walls": funnel}):
         board = place(**parts, restitution=e, friction=friction, drag=drag)
         stuck = drop(board, x=0.0)
-        slid = follow(board, 0.03, Exact())
+        slid = follow(board, at_start(board, 0.03), Exact())
         assert (stuck.bin, stuck.score) == (None, 1.0)
         assert stuck.unsettled
         assert stuck.duration < 30.0
@@ -226,16 +227,16 @@ def test_a_ball_that_bounces_for_ever_ends_by_time_or_by_events() -> None:
     assert 998.0 < for_ever.duration < 1002.0
     assert (for_ever.bin, for_ever.score) == (None, 1.0)
     start = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    counted = follow_from(board, start, Exact(), max_events=50)
+    counted = follow(board, start, Exact(), max_events=50)
     assert counted.outcome == EVENT_LIMIT
     assert len(counted.events) == 50
 
 
 def test_a_ball_thrown_off_the_board_has_escaped_or_runs_out_of_time() -> None:
     far = np.array([0.0, 1e12, 0.0, 0.0, 0.0, 0.0, 0.0])
-    assert follow_from(place(), far, Exact()).outcome == ESCAPED
+    assert follow(place(), far, Exact()).outcome == ESCAPED
     fast = np.array([0.0, 0.0, 0.0, 1e8, -1e8, 0.0, 0.0])
-    assert follow_from(place(), fast, Exact()).outcome in {ESCAPED, TIME_LIMIT}
+    assert follow(place(), fast, Exact()).outcome in {ESCAPED, TIME_LIMIT}
 
 
 def test_a_contact_phase_is_told_from_its_beginning_to_its_end() -> None:
@@ -263,7 +264,7 @@ def test_a_contact_phase_is_told_from_its_beginning_to_its_end() -> None:
 @given(any_board, st.floats(-0.9, 0.9))
 @settings(suppress_health_check=[HealthCheck.too_slow], max_examples=150)
 def test_on_any_board_a_ball_ends_and_is_never_inside_anything(board: Board, x: float) -> None:
-    path = follow(board, x, Exact())
+    path = follow(board, at_start(board, x), Exact())
     assert path.outcome != ESCAPED
     assert len(path.events) <= MAX_EVENTS + 1
     assert (np.diff(path.events[:, 0]) >= 0.0).all()

@@ -13,7 +13,7 @@ from benchmarks.scenes.contact_scenes import scene, scene_names
 from engine import Board, ParameterError, World, drop, drop_many
 from engine.board.parts import DropZone, Peg, Wall
 from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
-from engine.drops.trajectory import Trajectory, follow, follow_from
+from engine.drops.trajectory import Trajectory, at_start, follow
 from engine.exact.board_arrays import layout_of
 from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, TIME_LIMIT
 from engine.parameters import Exact, Stepped
@@ -51,7 +51,7 @@ def test_nothing_tunnels_at_any_speed(
         return
     speed = 10.0**exponent
     start = thrown(x, y, speed * math.cos(angle), speed * math.sin(angle))
-    path = follow_from(board, start, Stepped(), max_events=300)
+    path = follow(board, start, Stepped(), max_events=300)
     assert path.outcome in {EVENT_LIMIT, BALANCED, TIME_LIMIT}
     assert overlap(board, path.events[:, 1], path.events[:, 2]) <= 1e-12
     assert overlap(board, path.segments[:, 1], path.segments[:, 2]) <= 1e-12
@@ -64,7 +64,7 @@ def test_nothing_tunnels_at_any_speed(
 @pytest.mark.parametrize("speed", [1.0, 1e3, 1e5])
 def test_a_ball_shot_at_a_wall_without_thickness_stays_on_its_side(speed: float) -> None:
     board = place(walls=(Wall(1.0, -5.0, 1.0, 5.0),), restitution=0.5, radius=1e-3)
-    path = follow_from(board, thrown(0.0, 0.0, speed, 0.0), Stepped(), max_events=1)
+    path = follow(board, thrown(0.0, 0.0, speed, 0.0), Stepped(), max_events=1)
     assert path.marks[0].tolist() == [KIND_WALL, 0]
     assert path.events[0, 1] == pytest.approx(0.999, abs=1e-12)
     assert path.events[0, 3] == pytest.approx(-0.5 * speed)
@@ -73,7 +73,7 @@ def test_a_ball_shot_at_a_wall_without_thickness_stays_on_its_side(speed: float)
 @pytest.mark.parametrize("e", [0.0, 0.25, 0.6, 1.0])
 def test_a_vertical_bounce_returns_the_restitution_of_the_speed(e: float) -> None:
     board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=e)
-    path = follow_from(board, thrown(0.0, 0.0, 0.0, 0.0), Stepped(), max_events=1)
+    path = follow(board, thrown(0.0, 0.0, 0.0, 0.0), Stepped(), max_events=1)
     t, _, y, _, vy, omega = path.events[0]
     before = G * (t + 0.5 * Stepped().h)  # of the parabola through the ends of the substeps
     assert vy == pytest.approx(-e * before, rel=1e-12, abs=1e-15)
@@ -87,7 +87,7 @@ def test_friction_at_an_impact_is_coulombs_with_spin(mu: float, spin: float) -> 
     """Slip 2 m/s and spin against a floor: an impulse of slip / 3, but at most mu (1 + e) v_n."""
     e, radius, down, along = 0.5, 0.1, 3.0, 2.0
     board = place(walls=(Wall(-5.0, 1.0, 5.0, 1.0),), restitution=e, friction=mu, radius=radius)
-    path = follow_from(board, thrown(0.0, 0.85, along, down, spin), Stepped(), max_events=1)
+    path = follow(board, thrown(0.0, 0.85, along, down, spin), Stepped(), max_events=1)
     t, _, _, vx, vy, omega = path.events[0]
     normal = down + G * (t + 0.5 * Stepped().h)
     # Normal (0, -1), tangent (1, 0): the ball's lowest point moves at vx - omega R.
@@ -185,7 +185,7 @@ def test_elastic_impacts_gain_and_lose_no_energy() -> None:
     """That of the parabola through the ends of the substeps: impacts are on chords below it."""
     h = Stepped().h
     board = box(3.0, 3.0, restitution=1.0)
-    path = follow_from(board, thrown(0.3, 1.0, 1.0, 0.0), Stepped(), max_events=3000)
+    path = follow(board, thrown(0.3, 1.0, 1.0, 0.0), Stepped(), max_events=3000)
     t, _, y, vx, vy, _ = path.events.T
     s = t % h
     energy = 0.5 * (vx * vx + vy * vy) + G * (3.0 - y) + 0.5 * G * G * s * (h - s)
@@ -196,7 +196,7 @@ def test_elastic_impacts_gain_and_lose_no_energy() -> None:
 def test_the_energy_error_of_elastic_impacts_falls_with_the_substep() -> None:
     errors = []
     for substeps in (4, 16, 64):
-        path = follow_from(
+        path = follow(
             box(3.0, 3.0, restitution=1.0),
             thrown(0.3, 1.0, 1.0, 0.0),
             Stepped(1.0 / 60.0, substeps),
@@ -220,10 +220,11 @@ def test_it_converges_to_the_exact_path_as_the_step_falls() -> None:
     for substeps in (2, 4, 8, 16, 32):
         errors = []
         for x in xs:
-            exact = follow(board, x, Exact())
+            start = at_start(board, x)
+            exact = follow(board, start, Exact())
             t = 0.5 * (exact.events[0, 0] + exact.events[1, 0])  # between the first two impacts
             truth = exact.states_at(np.array([t]))[0]
-            state = follow(board, x, Stepped(1.0 / 60.0, substeps)).states_at(np.array([t]))[0]
+            state = follow(board, start, Stepped(1.0 / 60.0, substeps)).states_at(np.array([t]))[0]
             errors.append(math.hypot(state[1] - truth[1], state[2] - truth[2]))
         means.append(float(np.median(errors)))
     assert all(fine < coarse for coarse, fine in pairwise(means))
@@ -234,10 +235,10 @@ def test_it_converges_to_the_exact_path_as_the_step_falls() -> None:
 def test_a_free_fall_is_what_semi_implicit_euler_gives() -> None:
     """v and y after n substeps of h: n g h and n (n + 1) g h^2 / 2; drag by its closed form."""
     h = Stepped().h
-    path = follow_from(place(), thrown(0.0, 0.0, 0.0, 0.0), Stepped())
+    path = follow(place(), thrown(0.0, 0.0, 0.0, 0.0), Stepped())
     state = path.states_at(np.array([100.0 * h]))[0]
     assert state[2] == pytest.approx(100.0 * 101.0 / 2.0 * G * h * h, rel=1e-12)
-    terminal = follow_from(place(drag=2.0), thrown(0.0, 0.0, 0.0, 0.0), Stepped())
+    terminal = follow(place(drag=2.0), thrown(0.0, 0.0, 0.0, 0.0), Stepped())
     assert terminal.segments[-1, 4] == pytest.approx(G / 2.0, rel=1e-12)
 
 
@@ -247,7 +248,8 @@ def test_a_mirrored_start_on_a_mirrored_board_gives_the_mirrored_path(name: str)
     flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
     for seed in range(3):
         x = drop(board, seed).x_start
-        path, image = follow(board, x, Stepped()), follow(mirrored(board), -x, Stepped())
+        path = follow(board, at_start(board, x), Stepped())
+        image = follow(mirrored(board), at_start(board, -x), Stepped())
         assert np.array_equal(path.events, image.events * flip)
         assert path.outcome == image.outcome
         if path.outcome == LANDED:
@@ -267,7 +269,7 @@ def test_rolling_on_level_ground_is_stopped_by_drag_and_ends() -> None:
     walls = (Wall(-50.0, 1.0, 50.0, 1.0), Wall(-0.5, 0.2, 0.0, 0.5))
     for friction in (0.0, 0.5):
         board = place(walls=walls, restitution=0.3, friction=friction, drag=2.0)
-        rest = follow(board, -0.25, Stepped())
+        rest = follow(board, at_start(board, -0.25), Stepped())
         assert rest.outcome == BALANCED
         assert rest.end[0] < 60.0
 
@@ -275,8 +277,8 @@ def test_rolling_on_level_ground_is_stopped_by_drag_and_ends() -> None:
 def test_slow_is_not_at_rest() -> None:
     """A ball on a slope of a millionth slides off, and one at the top of its flight falls."""
     slope = place(walls=(Wall(-0.5, 1.0 - 5e-7, 0.5, 1.0 + 5e-7),), restitution=0.0)
-    assert follow(slope, -0.4, Stepped()).outcome == LANDED
-    up = follow_from(place(), thrown(0.0, 0.0, 0.0, -G * Stepped().h * 100.0), Stepped())
+    assert follow(slope, at_start(slope, -0.4), Stepped()).outcome == LANDED
+    up = follow(place(), thrown(0.0, 0.0, 0.0, -G * Stepped().h * 100.0), Stepped())
     assert up.outcome == LANDED
 
 
@@ -290,7 +292,7 @@ def test_a_ball_in_a_notch_does_not_land_and_ends() -> None:
 
 
 def test_a_ball_far_out_has_escaped() -> None:
-    path = follow_from(place(), thrown(1e12, 0.0, 0.0, 0.0), Stepped())
+    path = follow(place(), thrown(1e12, 0.0, 0.0, 0.0), Stepped())
     assert path.outcome == ESCAPED
     assert len(path.segments) == 0
     assert path.states_at(np.array([0.0, 5.0]))[:, 1].tolist() == [1e12, 1e12]
@@ -306,5 +308,5 @@ def test_impacts_are_told_in_order_and_end_with_the_landing() -> None:
 
 def test_place_is_where_the_drop_zone_says() -> None:
     board = place(drop=DropZone(0.25, -1.0, 0.0))
-    first = follow(board, 0.25, Stepped()).segments[0]
+    first = follow(board, at_start(board, 0.25), Stepped()).segments[0]
     assert first[[1, 2]].tolist() == [0.25, -1.0]

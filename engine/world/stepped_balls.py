@@ -1,0 +1,110 @@
+"""The balls of a world with the stepped solver, advanced substep by substep."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.model import Board
+from engine.drops.digest import drop_digest
+from engine.drops.trajectory import at_start
+from engine.exact.board_arrays import layout_of
+from engine.exact.event_log import EVENT_SIZE, EVENTS, new_log
+from engine.exact.outcome import FLYING
+from engine.parameters import Stepped
+from engine.physics.ball import PX, STATE_SIZE, T
+from engine.stepped.step import ENDLESS, MAX_HITS, step_many
+from engine.world.ball_set import End, Progress
+
+Floats = npt.NDArray[np.float64]
+
+
+class SteppedBalls:
+    """Balls of the stepped solver, advanced substep by substep."""
+
+    def __init__(self, board: Board, solver: Stepped) -> None:
+        self._board = board
+        self._layout = layout_of(board)
+        self._solver = solver
+        self._steps = np.zeros(0, np.int64)
+        self._starts: list[float] = []
+        self._events: list[list[Floats]] = []
+        self._marks: list[list[npt.NDArray[np.int32]]] = []
+        self.states = np.zeros((0, STATE_SIZE))
+
+    def add(self, x: float) -> None:
+        """Append a ball at rest at (x, drop.y)."""
+        self._append(at_start(self._board, x), 0, x)
+
+    def _append(self, state: Floats, steps: int, start: float) -> None:
+        self.states = np.vstack([self.states, state])
+        self._steps = np.append(self._steps, steps)
+        self._starts.append(start)
+        self._events.append([])
+        self._marks.append([])
+
+    def step(self) -> list[Progress]:
+        """Advance all balls by one frame."""
+        count = len(self.states)
+        solver = self._solver
+        log = new_log(count * (solver.substeps * MAX_HITS + 1), 0, count)
+        outcomes = np.empty(count, np.int8)
+        bins, impacts = np.empty(count, np.int32), np.empty(count, np.int32)
+        step_many(
+            self._layout, self.states, self._steps, solver.substeps, solver.h, solver.correction,
+            ENDLESS, np.empty(STATE_SIZE), log, outcomes, bins, impacts,
+        )  # fmt: skip
+        log_ends = log.ends[:, EVENTS]
+        found = []
+        for row, (first, last) in enumerate(zip([0, *log_ends[:-1]], log_ends, strict=True)):
+            if first == last and outcomes[row] == FLYING:
+                continue
+            events, marks = log.events[first:last].copy(), log.marks[first:last].copy()
+            self._events[row].append(events)
+            self._marks[row].append(marks)
+            end = None
+            if outcomes[row] != FLYING:
+                end = self._end(row, int(outcomes[row]), int(bins[row]))
+            found.append(Progress(row, events, marks, end))
+        return found
+
+    def _end(self, row: int, outcome: int, where: int) -> End:
+        start = (self._starts[row], self._board.drop.y, 0.0, 0.0, 0.0)
+        events = np.concatenate([np.empty((0, EVENT_SIZE)), *self._events[row]])
+        marks = np.concatenate([np.empty((0, 2), np.int32), *self._marks[row]])
+        digest = drop_digest(self._board.digest, self._solver, start, outcome, events, marks)
+        state = self.states[row]
+        return End(outcome, where, float(state[T]), float(state[PX]), digest)
+
+    def remove(self, rows: list[int]) -> None:
+        """Take out balls whose drop has ended."""
+        for name in ("_starts", "_events", "_marks"):
+            kept = [item for row, item in enumerate(getattr(self, name)) if row not in rows]
+            setattr(self, name, kept)
+        self._steps = np.delete(self._steps, rows)
+        self.states = np.delete(self.states, rows, axis=0)
+
+    def saved(self) -> list[dict[str, Any]]:
+        """What `load` needs of each ball."""
+        return [
+            {
+                "state": state.astype("<f8").tobytes(),
+                "steps": int(steps),
+                "start": start,
+                "events": b"".join(part.astype("<f8").tobytes() for part in events),
+                "marks": b"".join(part.astype("<i4").tobytes() for part in marks),
+            }
+            for state, steps, start, events, marks in zip(
+                self.states, self._steps, self._starts, self._events, self._marks, strict=True
+            )
+        ]
+
+    def load(self, balls: list[dict[str, Any]]) -> None:
+        """Append saved balls."""
+        for ball in balls:
+            state = np.frombuffer(ball["state"], "<f8").astype(np.float64)
+            self._append(state, ball["steps"], ball["start"])
+            events = np.frombuffer(ball["events"], "<f8").astype(np.float64)
+            marks = np.frombuffer(ball["marks"], "<i4").astype(np.int32)
+            self._events[-1].append(events.reshape(-1, EVENT_SIZE))
+            self._marks[-1].append(marks.reshape(-1, 2))
