@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.errors import MalformedError
+from app.protocol import client_messages, segments
 from app.protocol import curves as pieces
-from app.protocol import messages, segments
 from app.protocol.curves import TOLERANCE, TURN_TOLERANCE, Piece
 from app.protocol.messages import Extent
 from app.rooms.independent import DropCommand, Room
@@ -380,4 +380,4 @@ async def test_an_unknown_stream_is_named(server: Running) -> None:
 
 
 def test_no_stream_means_snapshots() -> None:
-    assert messages.parse_stream(None) == messages.parse_stream("") == "snapshots"
+    assert client_messages.parse_stream(None) == client_messages.parse_stream("") == "snapshots"
