@@ -31,7 +31,7 @@ class PingMessage(msgspec.Struct, frozen=True, tag="ping", forbid_unknown_fields
 
 
 class ResumeMessage(msgspec.Struct, frozen=True, tag="resume", forbid_unknown_fields=True):
-    """Ask for what was announced while the line was broken: after number `since` of `run`."""
+    """Ask for what was announced while the connection was broken: after number `since` of `run`."""
 
     run: str
     since: int
@@ -52,7 +52,7 @@ _types = (
 
 
 def decode_message(data: str | bytes) -> Message:
-    """A client's text frame as a message.
+    """A client's text message as a value.
 
     Raises MalformedError for what is not a JSON object of a message's shape, UnknownMessageError
     for a `type` that is none of the protocol's.

@@ -240,10 +240,10 @@ _encoder = msgspec.json.Encoder()
 
 
 def encode_event(event: Event) -> bytes:
-    """One event as the text frame of a single JSON object."""
+    """One event as the text message of a single JSON object."""
     return _encoder.encode(event)
 
 
 def encode_events(events: list[Event]) -> bytes:
-    """Several events of one tick as one text frame, a JSON array; a single one as an object."""
+    """Several events of one tick as one text message, a JSON array; a single one as an object."""
     return _encoder.encode(events[0] if len(events) == 1 else events)
