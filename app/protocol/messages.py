@@ -177,7 +177,7 @@ class Removed(Event, frozen=True, tag="removed", kw_only=True):
     balls: list[int]
 
 
-class Settings(Event, frozen=True, tag="settings", kw_only=True):
+class RoomSettings(Event, frozen=True, tag="settings", kw_only=True):
     """What holds for the room from now on, all of it, and whether its clock is stopped."""
 
     tick: int

@@ -315,8 +315,8 @@ class ArenaRoom:
         self._begin(ground, self.world.tick)
         return []
 
-    def _told(self) -> messages.Settings:
-        return messages.Settings(
+    def _told(self) -> messages.RoomSettings:
+        return messages.RoomSettings(
             tick=self.world.tick, settings=self._settings(), paused=self.paused
         )
 

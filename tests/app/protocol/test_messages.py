@@ -19,7 +19,7 @@ KINDS = {
     "placed": messages.Placed,
     "edited": messages.Edited,
     "removed": messages.Removed,
-    "settings": messages.Settings,
+    "settings": messages.RoomSettings,
     "claimed": messages.Claimed,
     "diagnostics": messages.Diagnostics,
 }

@@ -106,7 +106,7 @@ def test_settings_and_edits_are_told_and_hold() -> None:
     room = box(balls=3)
     edited, told = tell(room, "settings", gravity="Moon", restitution="Glass on glass")
     assert isinstance(edited, messages.Edited)
-    assert isinstance(told, messages.Settings)
+    assert isinstance(told, messages.RoomSettings)
     assert edited.ball is None
     assert told.settings["gravity"] == 1.62
     assert told.settings["restitution"] == edited.restitution
