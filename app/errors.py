@@ -206,3 +206,12 @@ def retry_after(error: Exception) -> int | None:
         return None
     seconds = error.retry_after if isinstance(error, AppError) else None
     return max(1, int(-(-(RETRY_AFTER if seconds is None else seconds) // 1)))
+
+
+def shorten(value: object, limit: int = 40) -> str:
+    """`repr` for an error's message, cut so that a huge value does not make a huge message."""
+    try:
+        shown = repr(value)
+    except ValueError:  # an integer of more digits than Python prints
+        shown = "an integer of thousands of digits"
+    return shown if len(shown) <= limit else shown[: limit - 3] + "..."

@@ -18,7 +18,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from starlette.middleware.cors import CORSMiddleware
 
-from app.errors import SettingError
+from app.errors import SettingError, shorten
 from app.live import transport
 from app.live.hub import Hub
 from app.live.registry import Rooms
@@ -30,17 +30,17 @@ from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
 from app.pictures.film import Cameras
 from app.pictures.workers import Workers
-from app.protocol.messages import shorten
 from app.rooms.boards import Boards
 from app.rooms.independent import DropCommand
 from app.rooms.kinds import BallLimits
 from app.rooms.touching.room import ArenaRoom
 from app.settings import Settings, static_directory
-from app.web import problems, schemas
+from app.web import problems
 from app.web.limits import KeyedBuckets, Quota
 from app.web.middleware import BodyLimit, OriginCheck, SecurityHeaders
 from app.web.readings import readings
 from app.web.routes import boards, drops, health, live, page, pictures, rooms, scenes, simulate, ws
+from app.web.schemas.document import components
 from app.web.services import Services
 from app.web.tokens import Tokens, secret_of
 from engine import Board, World, drop, preset_names
@@ -233,7 +233,7 @@ def _openapi(app: FastAPI) -> dict[str, Any]:
             tags=app.openapi_tags,
             routes=app.routes,
         )
-        document.setdefault("components", {})["schemas"] = schemas.components()
+        document.setdefault("components", {})["schemas"] = components()
         for path in document["paths"].values():
             for operation in path.values():
                 # The framework's own 422 has another shape than what this server sends.

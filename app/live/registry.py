@@ -19,6 +19,7 @@ from app.errors import (
     ResetError,
     RoomLimitError,
     UnknownRoomError,
+    shorten,
 )
 from app.live.broadcaster import Giver, Teller
 from app.live.hub import Client, Hub
@@ -26,7 +27,6 @@ from app.live.ticker import Schedule, Ticker, Watcher
 from app.persistence.service import Keeper
 from app.persistence.unkept import Unkept
 from app.protocol import messages
-from app.protocol.messages import shorten
 from app.rooms.boards import Boards
 from app.rooms.independent import DropCommand, Plan
 from app.rooms.kinds import (

@@ -1,92 +1,41 @@
-"""A client of a room in Python: small, and quick enough to be hundreds of clients in one process.
+"""A client of a room in Python, light enough to be hundreds of clients in one process.
 
-`connect` joins a room and hands every event and every picture to a listener as it comes. The bytes
-of pictures are decoded by app.protocol.messages and app.protocol.segments.
+`connect` joins a room and hands every message to a listener as it comes. The library `websockets`
+knows the protocol (its part that does no I/O); its own tasks and queues, one for each connection,
+are left out: with them a message costs up to twice as much. What binary messages hold is decoded
+by app.protocol.snapshots and app.protocol.segments.
 """
 
 import asyncio
-import base64
-import hashlib
-import os
 import ssl
-import struct
 import time
 from collections import deque
-from collections.abc import Iterator
 from typing import Any, Protocol, cast
 from urllib.parse import quote, urlsplit
 
 import msgspec
+from websockets.client import ClientProtocol
+from websockets.frames import CloseCode, Frame, Opcode
+from websockets.protocol import State
+from websockets.uri import WebSocketURI, parse_uri
 
-from app.errors import AppError, InvalidValueError, MalformedError
-
-_GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"  # RFC 6455, section 1.3
-_TEXT, _BINARY, _CLOSE, _PING, _PONG = 0x1, 0x2, 0x8, 0x9, 0xA
-_FIN = 0x80
-_MASKED = 0x80
-_HEAD_LIMIT = 1 << 14  # bytes of the answer to a handshake
+from app.errors import AppError, InvalidValueError
 
 _LATEST = 0.25  # s that a tick may be late and its room not yet have slept
-
-_DEFAULT_PORTS = {"ws": 80, "wss": 443}
 
 
 class RefusedError(AppError):
     """The server did not open the connection."""
 
 
-class FrameReader:
-    """A server's byte stream as messages, pure: any number of bytes in, whole frames out."""
-
-    def __init__(self) -> None:
-        self._buffer = bytearray()
-
-    def feed(self, data: bytes) -> Iterator[tuple[int, bytes]]:
-        """Opcode and payload of every frame that is complete with `data`.
-
-        Raises MalformedError for a fragmented or masked frame, which this server never sends.
-        """
-        buffer = self._buffer
-        buffer += data
-        start = 0
-        while len(buffer) - start >= 2:
-            first, size = buffer[start], buffer[start + 1]
-            body = start + 2
-            if size == 126:
-                body += 2
-                size = int.from_bytes(buffer[start + 2 : body], "big")
-            elif size == 127:
-                body += 8
-                size = int.from_bytes(buffer[start + 2 : body], "big")
-            elif size > 127 or not first & _FIN:
-                raise MalformedError(f"a frame begins with {first:#04x} {size:#04x}")
-            if len(buffer) < body + size:
-                break
-            yield first & 0x0F, bytes(buffer[body : body + size])
-            start = body + size
-        del buffer[:start]
-
-
-def frame(opcode: int, payload: bytes) -> bytes:
-    """A client's frame, masked as RFC 6455 demands."""
-    mask = os.urandom(4)
-    size = len(payload)
-    if size <= 125:
-        head = struct.pack("!BB", _FIN | opcode, _MASKED | size)
-    else:
-        head = struct.pack("!BBH", _FIN | opcode, _MASKED | 126, size)
-    masked = bytes(byte ^ mask[i % 4] for i, byte in enumerate(payload))
-    return head + mask + masked
-
-
 class Listener(Protocol):
-    """What a client does with what it hears; `now` is time.monotonic() at its arrival."""
+    """What a client does with what it hears; `now` is time.monotonic() when it was read."""
 
     def event(self, client: "RoomClient", event: dict[str, Any], now: float) -> None:
         """An event of docs/protocol.md."""
 
-    def picture(self, client: "RoomClient", data: bytes, now: float) -> None:
-        """A binary frame: a snapshot or segments."""
+    def binary(self, client: "RoomClient", data: bytes, now: float) -> None:
+        """A binary message: a snapshot or segments."""
 
     def closed(self, client: "RoomClient", code: int, reason: str) -> None:
         """The connection has ended; 1006 without a word."""
@@ -95,31 +44,25 @@ class Listener(Protocol):
 class RoomClient(asyncio.Protocol):
     """One connection to a room; made by `connect`."""
 
-    def __init__(self, listener: Listener, host: str, path: str, events: bool) -> None:
+    def __init__(self, listener: Listener, uri: WebSocketURI, events: bool) -> None:
         self.ready: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._listener = listener
         self._events = events
-        self._key = base64.b64encode(os.urandom(16))
-        self._request = (
-            f"GET {path} HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\n"
-            f"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-            f"Sec-WebSocket-Key: {self._key.decode()}\r\n\r\n"
-        ).encode()
-        self._head = b""
-        self._reader = FrameReader()
+        self._protocol = ClientProtocol(uri, max_size=None)
         self._transport: asyncio.Transport | None = None
-        self._end = (1006, "")
 
     def send(self, **message: Any) -> None:
         """Send a message of docs/protocol.md; nothing once the connection is closed."""
-        assert self._transport is not None
-        if not self._transport.is_closing():
-            self._transport.write(frame(_TEXT, msgspec.json.encode(message)))
+        if self._protocol.state is State.OPEN:
+            self._protocol.send_text(msgspec.json.encode(message))
+            self._flush()
 
     def close(self) -> None:
         """Leave."""
-        if self._transport is not None and not self._transport.is_closing():
-            self._transport.write(frame(_CLOSE, struct.pack("!H", 1000)))
+        if self._protocol.state is State.OPEN:
+            self._protocol.send_close(CloseCode.NORMAL_CLOSURE)
+            self._flush()
+        if self._transport is not None:
             self._transport.close()
 
     def stall(self) -> None:
@@ -130,53 +73,48 @@ class RoomClient(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Ask for the upgrade."""
         self._transport = cast(asyncio.Transport, transport)
-        self._transport.write(self._request)
+        self._protocol.send_request(self._protocol.connect())
+        self._flush()
 
     def data_received(self, data: bytes) -> None:
-        """Take what came: first the answer to the handshake, then frames."""
+        """Take what came: first the answer to the handshake, then messages."""
         now = time.monotonic()
-        if not self.ready.done():
-            data = self._shake_hands(data)
-        for opcode, payload in self._reader.feed(data):
-            if opcode == _BINARY:
-                self._listener.picture(self, payload, now)
-            elif opcode == _TEXT and self._events:
-                told = msgspec.json.decode(payload)
-                for event in told if isinstance(told, list) else [told]:
-                    self._listener.event(self, event, now)
-            elif opcode == _PING and self._transport is not None:
-                self._transport.write(frame(_PONG, payload))
-            elif opcode == _CLOSE:
-                self._end = _end_of(payload)
-                self.close()
+        protocol = self._protocol
+        protocol.receive_data(data)
+        if not self.ready.done() and protocol.state is not State.CONNECTING:
+            self.ready.set_result(None)
+        for event in protocol.events_received():
+            if isinstance(event, Frame):
+                self._take(event, now)
+        self._flush()
+        if protocol.close_expected() and self._transport is not None:
+            self._transport.close()
 
     def connection_lost(self, error: Exception | None) -> None:
         """Tell how it ended."""
+        if self._protocol.state is not State.CLOSED:
+            self._protocol.receive_eof()
         if not self.ready.done():
-            said = self._head[:200].decode("latin-1").partition("\r\n")[0]
-            self.ready.set_exception(RefusedError(f"the server answered {said!r}"))
+            why = self._protocol.handshake_exc or error
+            self.ready.set_exception(RefusedError(str(why or "the server closed the connection")))
             return
-        self._listener.closed(self, *self._end)
+        code, reason = self._protocol.close_code, self._protocol.close_reason
+        self._listener.closed(self, code or CloseCode.ABNORMAL_CLOSURE, reason or "")
 
-    def _shake_hands(self, data: bytes) -> bytes:
-        """Read the answer; returns what follows it."""
+    def _take(self, frame: Frame, now: float) -> None:
+        if frame.opcode is Opcode.BINARY:
+            self._listener.binary(self, bytes(frame.data), now)
+        elif frame.opcode is Opcode.TEXT and self._events:
+            told = msgspec.json.decode(frame.data)
+            for event in told if isinstance(told, list) else [told]:
+                self._listener.event(self, event, now)
+
+    def _flush(self) -> None:
+        """Write what the protocol has to say: messages, pongs, the answer to a close."""
         assert self._transport is not None
-        self._head += data
-        head, found, rest = self._head.partition(b"\r\n\r\n")
-        wanted = base64.b64encode(hashlib.sha1(self._key + _GUID).digest())
-        if found and head.startswith(b"HTTP/1.1 101 ") and wanted in head:
-            self.ready.set_result(None)
-            return rest
-        if found or len(self._head) > _HEAD_LIMIT:
-            self._transport.abort()
-        return b""
-
-
-def _end_of(payload: bytes) -> tuple[int, str]:
-    """Code and reason of a close frame; 1005 when it has none."""
-    if len(payload) < 2:
-        return 1005, ""
-    return int.from_bytes(payload[:2], "big"), payload[2:].decode(errors="replace")
+        for data in self._protocol.data_to_send():
+            if data and not self._transport.is_closing():
+                self._transport.write(data)
 
 
 def room_url(url: str, room: str, stream: str) -> str:
@@ -202,13 +140,12 @@ async def connect(url: str, listener: Listener, *, events: bool = True) -> RoomC
 
     Raises RefusedError, or OSError when nobody answers.
     """
-    parts = urlsplit(url)
-    secure = ssl.create_default_context() if parts.scheme == "wss" else None
+    uri = parse_uri(url)
     _, client = await asyncio.get_running_loop().create_connection(
-        lambda: RoomClient(listener, parts.netloc, f"{parts.path}?{parts.query}", events),
-        parts.hostname or "",
-        parts.port or _DEFAULT_PORTS[parts.scheme],
-        ssl=secure,
+        lambda: RoomClient(listener, uri, events),
+        uri.host,
+        uri.port,
+        ssl=ssl.create_default_context() if uri.secure else None,
     )
     await client.ready
     return client

@@ -173,8 +173,8 @@ class Load:
         elif kind == "error":
             self.errors[event["code"]] += 1
 
-    def picture(self, client: RoomClient, data: bytes, now: float) -> None:
-        """Count a frame. Its tick is at the same place in both kinds of picture."""
+    def binary(self, client: RoomClient, data: bytes, now: float) -> None:
+        """Count a snapshot or segments: both have their tick at the same place."""
         counted = self.counted.setdefault(client, Counted())
         tick = int.from_bytes(data[4:8], "little")
         before, counted.tick = counted.tick, tick

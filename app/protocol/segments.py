@@ -1,6 +1,6 @@
-"""Frames of `?stream=segments`: pieces of paths as bytes, and which are to be sent when. Pure.
+"""Binary messages of `?stream=segments`: which segments are sent when, as bytes and back. Pure.
 
-docs/protocol.md describes every byte. Times on the wire are in steps of a tick; a piece is told
+docs/protocol.md describes every byte. Times on the wire are in steps of a tick; a segment is told
 from where the ball is at such a step, so that rounding its time moves nothing.
 """
 
@@ -11,15 +11,15 @@ from dataclasses import dataclass
 import msgspec
 
 from app.errors import MalformedError
-from app.protocol.curves import UNDER_WAY, Piece, later, pieces_of
 from app.protocol.messages import Extent
+from app.protocol.path import UNDER_WAY, Segment, later, segments_of
 from engine.drops.trajectory import Trajectory
 from engine.physics.flight import basis
 
 MAGIC = 0x53
 VERSION = 2
 HEADER = struct.Struct("<BBHIIHBB")  # magic, version, flights, tick, seq, curves, flags, 0
-FULL = 1  # flag: the current piece of every ball in flight, whatever came before
+FULL = 1  # flag: the current segment of every ball in flight, whatever came before
 
 FLIGHT = struct.Struct("<HBBHHHhhhH")  # id, kind, angle, age, x, y, vx, vy, spin, index
 CURVE = struct.Struct("<HBBHHHhhhHff")  # the same and ax, ay
@@ -27,13 +27,13 @@ CURVE = struct.Struct("<HBBHHHhhhHff")  # the same and ax, ay
 _TURN = 256
 _TOP = 32767
 _GRID = 65535
-_STEPS = 1024  # of a tick: a piece may begin up to half a step, 8 us at 60 Hz, too soon or late
-_OLDEST = 63  # ticks; a piece that began longer ago is told from there
+_STEPS = 1024  # of a tick: a segment may begin up to half a step, 8 us at 60 Hz, too soon or late
+_OLDEST = 63  # ticks; a segment that began longer ago is told from there
 
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """What the numbers of a frame mean: the hello tells it all. SI units, ticks a second."""
+    """What the numbers of a message mean: the hello tells it all. SI units, ticks a second."""
 
     extent: Extent
     velocity_scale: float
@@ -49,11 +49,11 @@ class Scale:
 
 @dataclass(frozen=True, slots=True)
 class _Due:
-    """A piece on its way: the room's tick at which it is due, and when it begins, in ticks."""
+    """A segment on its way: the room's tick at which it is due, and when it begins, in ticks."""
 
     tick: int
     begin: float
-    piece: Piece
+    segment: Segment
 
 
 class SegmentStream:
@@ -68,10 +68,10 @@ class SegmentStream:
     def add(self, ball: int, start_tick: int, path: Trajectory, now: int) -> None:
         """Follow a ball: what begins after tick `now`, or at a start that is now, will be sent."""
         rate = self._scale.tick_rate
-        # The tick that ends when or after the piece begins, as for its bounce's event.
+        # The tick that ends when or after the segment begins, as for its bounce's event.
         rows = [
-            _Due(start_tick + math.ceil(piece.t * rate), start_tick + piece.t * rate, piece)
-            for piece in pieces_of(path, ball)
+            _Due(start_tick + math.ceil(segment.t * rate), start_tick + segment.t * rate, segment)
+            for segment in segments_of(path, ball)
         ]
         self._paths[ball] = rows
         for row in rows:
@@ -83,54 +83,54 @@ class SegmentStream:
         self._paths.pop(ball, None)
 
     def take(self, tick: int, seq: int) -> bytes | None:
-        """The frame of all that became due up to this tick; None when nothing did."""
+        """The message of all that became due up to this tick; None when nothing did."""
         rows: list[_Due] = []
         for due in range(self._next, tick + 1):
             rows += self._due.pop(due, ())
         self._next = tick + 1
-        return _frame(tick, seq, rows, 0, self._scale) if rows else None
+        return _message(tick, seq, rows, 0, self._scale) if rows else None
 
     def full(self, tick: int, seq: int) -> bytes:
-        """The frame of the piece that every ball is on at this tick."""
+        """The message of the segment that every ball is on at this tick."""
         current = []
         for rows in self._paths.values():
             begun = [row for row in rows if row.tick <= tick] or rows[:1]
             current.append(begun[-1])
-        return _frame(tick, seq, current, FULL, self._scale)
+        return _message(tick, seq, current, FULL, self._scale)
 
 
-def _frame(tick: int, seq: int, rows: list[_Due], flags: int, scale: Scale) -> bytes:
-    flights = [_record(tick, row, scale) for row in rows if row.piece.bend is None]
-    curves = [_record(tick, row, scale) for row in rows if row.piece.bend is not None]
+def _message(tick: int, seq: int, rows: list[_Due], flags: int, scale: Scale) -> bytes:
+    flights = [_record(tick, row, scale) for row in rows if row.segment.bend is None]
+    curves = [_record(tick, row, scale) for row in rows if row.segment.bend is not None]
     stamp = (tick & 0xFFFFFFFF, seq & 0xFFFFFFFF)
     header = HEADER.pack(MAGIC, VERSION, len(flights), *stamp, len(curves), flags, 0)
     return b"".join((header, *flights, *curves))
 
 
 def _record(tick: int, row: _Due, scale: Scale) -> bytes:
-    """A piece as bytes in a frame of this tick."""
+    """A segment as bytes in a message of this tick."""
     age = round((tick - row.begin) * _STEPS)
-    kind = row.piece.kind
+    kind = row.segment.kind
     if age > _OLDEST * _STEPS:
         age = _OLDEST * _STEPS
         kind = UNDER_WAY
     moved = (tick - age / _STEPS - row.begin) / scale.tick_rate
-    piece = later(row.piece, moved, **scale.law())
+    segment = later(row.segment, moved, **scale.law())
     box = scale.extent
-    turns = piece.angle / (2.0 * math.pi)
+    turns = segment.angle / (2.0 * math.pi)
     values = (
-        piece.ball & 0xFFFF,
+        segment.ball & 0xFFFF,
         kind,
         round((turns - math.floor(turns)) * _TURN) % _TURN,
         age,
-        _clamp((0.5 * (piece.x - box.x_min) / (box.x_max - box.x_min) + 0.25) * _GRID, 0, _GRID),
-        _clamp((piece.y - box.y_min) / (box.y_max - box.y_min) * _GRID, 0, _GRID),
-        _clamp(piece.vx / (0.5 * scale.velocity_scale), -_TOP, _TOP),
-        _clamp(piece.vy / (0.5 * scale.velocity_scale), -_TOP, _TOP),
-        _clamp(piece.spin / scale.spin_scale, -_TOP, _TOP),
-        piece.index & 0xFFFF,
+        _clamp((0.5 * (segment.x - box.x_min) / (box.x_max - box.x_min) + 0.25) * _GRID, 0, _GRID),
+        _clamp((segment.y - box.y_min) / (box.y_max - box.y_min) * _GRID, 0, _GRID),
+        _clamp(segment.vx / (0.5 * scale.velocity_scale), -_TOP, _TOP),
+        _clamp(segment.vy / (0.5 * scale.velocity_scale), -_TOP, _TOP),
+        _clamp(segment.spin / scale.spin_scale, -_TOP, _TOP),
+        segment.index & 0xFFFF,
     )
-    return FLIGHT.pack(*values) if piece.bend is None else CURVE.pack(*values, *piece.bend)
+    return FLIGHT.pack(*values) if segment.bend is None else CURVE.pack(*values, *segment.bend)
 
 
 def _clamp(value: float, low: int, high: int) -> int:
@@ -138,7 +138,7 @@ def _clamp(value: float, low: int, high: int) -> int:
 
 
 class Segments(msgspec.Struct, frozen=True):
-    """A decoded frame: its tick, the room's events so far, whether it is full, and its pieces.
+    """A decoded message: its tick, the room's events so far, whether it is full, and its segments.
 
     Times count from the room's start; balls are known by their number modulo 65536.
     """
@@ -146,12 +146,12 @@ class Segments(msgspec.Struct, frozen=True):
     tick: int
     seq: int
     full: bool
-    flights: list[Piece]
-    curves: list[Piece]
+    flights: list[Segment]
+    curves: list[Segment]
 
 
 def decode_segments(data: bytes, scale: Scale) -> Segments:
-    """A frame's bytes as pieces.
+    """A message's bytes as segments.
 
     Raises MalformedError naming the byte count, magic or version that is wrong.
     """
@@ -159,7 +159,7 @@ def decode_segments(data: bytes, scale: Scale) -> Segments:
         raise MalformedError(f"segments of {len(data)} bytes have no whole header")
     magic, version, flights, tick, seq, curves, flags, _ = HEADER.unpack_from(data)
     if magic != MAGIC or version != VERSION:
-        raise MalformedError(f"magic {magic:#x}, version {version} is no frame of segments 2")
+        raise MalformedError(f"magic {magic:#x}, version {version} is no message of segments 2")
     middle = HEADER.size + flights * FLIGHT.size
     if len(data) != middle + curves * CURVE.size:
         raise MalformedError(f"{len(data)} bytes do not hold {flights} flights, {curves} curves")
@@ -167,15 +167,15 @@ def decode_segments(data: bytes, scale: Scale) -> Segments:
         tick,
         seq,
         bool(flags & FULL),
-        [_piece(tick, row, scale) for row in FLIGHT.iter_unpack(data[HEADER.size : middle])],
-        [_piece(tick, row, scale) for row in CURVE.iter_unpack(data[middle:])],
+        [_segment(tick, row, scale) for row in FLIGHT.iter_unpack(data[HEADER.size : middle])],
+        [_segment(tick, row, scale) for row in CURVE.iter_unpack(data[middle:])],
     )
 
 
-def _piece(tick: int, row: tuple[float, ...], scale: Scale) -> Piece:
+def _segment(tick: int, row: tuple[float, ...], scale: Scale) -> Segment:
     ball, kind, angle, age, x, y, vx, vy, spin, index, *bend = row
     box = scale.extent
-    return Piece(
+    return Segment(
         ball=int(ball),
         kind=int(kind),
         index=int(index),
@@ -190,13 +190,15 @@ def _piece(tick: int, row: tuple[float, ...], scale: Scale) -> Piece:
     )
 
 
-def pose_at(piece: Piece, t: float, *, gravity: float, drag: float) -> tuple[float, float, float]:
-    """x, y (m) and angle (rad) on a piece at t, counted as its own start is."""
-    s = t - piece.t
-    psi = 0.5 * s * s if piece.bend else basis(drag, s)[2]
-    ax, ay = piece.bend or (-drag * piece.vx, gravity - drag * piece.vy)
+def pose_at(
+    segment: Segment, t: float, *, gravity: float, drag: float
+) -> tuple[float, float, float]:
+    """x, y (m) and angle (rad) on a segment at t, counted as its own start is."""
+    s = t - segment.t
+    psi = 0.5 * s * s if segment.bend else basis(drag, s)[2]
+    ax, ay = segment.bend or (-drag * segment.vx, gravity - drag * segment.vy)
     return (
-        piece.x + piece.vx * s + ax * psi,
-        piece.y + piece.vy * s + ay * psi,
-        piece.angle + piece.spin * s,
+        segment.x + segment.vx * s + ax * psi,
+        segment.y + segment.vy * s + ay * psi,
+        segment.angle + segment.spin * s,
     )

@@ -2,8 +2,7 @@
 
 from collections import OrderedDict
 
-from app.errors import UnknownBoardError
-from app.protocol.messages import shorten
+from app.errors import UnknownBoardError, shorten
 from engine import Board, preset_names
 
 

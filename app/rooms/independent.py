@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 
 from app.errors import BallLimitError
-from app.protocol import messages
+from app.protocol import messages, snapshots
 from app.protocol.segments import Scale, SegmentStream
 from app.rooms.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, World
@@ -78,7 +78,7 @@ class Room:
         self.max_balls = max_balls
         self.world = World(board, solver=SOLVER, dt=1.0 / tick_rate)
         self.extent = messages.Extent(*board.extent)
-        self.velocity_scale = messages.velocity_scale_of(board, self.extent)
+        self.velocity_scale = snapshots.velocity_scale_of(board, self.extent)
         self.spin_scale = self.velocity_scale / board.ball.radius
         self.scale = Scale(
             self.extent,
@@ -244,7 +244,7 @@ class Room:
             self._bounced.clear()
         else:
             bounced = np.zeros(len(bodies), np.bool_)
-        return messages.encode_snapshot(
+        return snapshots.encode_snapshot(
             self.world.tick, self.seq, bodies, bounced, self.extent, self.velocity_scale
         )
 

@@ -3,8 +3,7 @@
 from decimal import Decimal
 from typing import Final
 
-from app.errors import InvalidValueError
-from app.protocol.messages import shorten
+from app.errors import InvalidValueError, shorten
 
 MAX_STAKE: Final = 1_000_000_000
 """Minor units. Times the largest multiplier a board may have, 10^9, it still fits 64 bits."""

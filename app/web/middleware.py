@@ -7,8 +7,7 @@ from urllib.parse import urlsplit
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.errors import OriginError, TooLargeError
-from app.protocol.messages import shorten
+from app.errors import OriginError, TooLargeError, shorten
 from app.web.problems import problem_response
 
 # Nothing from elsewhere, nothing inline: a board's name or a room's id that finds its way into the

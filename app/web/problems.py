@@ -9,9 +9,8 @@ from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 
-from app.errors import AppError, InvalidValueError, answer, retry_after
-from app.protocol.messages import shorten
-from app.web.schemas import Problem
+from app.errors import AppError, InvalidValueError, answer, retry_after, shorten
+from app.web.schemas.problem import Problem
 from engine.errors import EngineError
 
 MEDIA_TYPE = "application/problem+json"

@@ -116,7 +116,7 @@ class _Crowd:
         if self.clients and client is self.clients[0]:
             self.balls += (event["type"] == "accepted") - (event["type"] == "landed")
 
-    def picture(self, client: Any, data: bytes, now: float) -> None:
+    def binary(self, client: Any, data: bytes, now: float) -> None:
         """Count it."""
         self.pictures += 1
 

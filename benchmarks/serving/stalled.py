@@ -124,7 +124,7 @@ class _Watch:
         if event["type"] == "accepted" and self.clients and client is self.clients[0]:
             self.accepted += 1
 
-    def picture(self, client: Any, data: bytes, now: float) -> None:
+    def binary(self, client: Any, data: bytes, now: float) -> None:
         """Count a frame and how long it was awaited."""
         self.size = max(self.size, len(data))
         if client in self.counts:

@@ -13,7 +13,8 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
 from app.main import Server, create_app, listen, server_config
-from app.protocol.messages import Extent, Snapshot, decode_snapshot
+from app.protocol.messages import Extent
+from app.protocol.snapshots import Snapshot, decode_snapshot
 from app.settings import Settings
 from app.web.services import Services
 from tests.waiting import LIMIT

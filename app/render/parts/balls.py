@@ -25,13 +25,7 @@ class Look:
     """A ball of one size in one theme's colours, ready to be painted often; lengths in px."""
 
     radius: float
-    body: Floats
-    band: Floats
-    half_band: float  # part of the radius
-    shadow: Floats
-    shadow_at: tuple[float, float]  # parts of the radius
-    shadow_alpha: float
-    gloss: Floats
+    paint: compiled.BallPaint
     trail_width: float
     trail_alpha: float
 
@@ -44,18 +38,17 @@ def look_of(radius: float, theme_name: str, *, asleep: bool = False) -> Look:
     radius = max(radius, LEAST_RADIUS)
     names = ("other", "otherDark") if asleep else ("ball", "ballBand")
     body, band, shadow = (np.array(theme[name], np.float64) for name in (*names, "shadow"))
-    return Look(
-        radius=radius,
+    paint = compiled.BallPaint(
         body=body,
         band=band,
         half_band=shape["band"],
         shadow=shadow,
-        shadow_at=(shape["shadow"]["across"], shape["shadow"]["down"]),
+        shadow_across=shape["shadow"]["across"],
+        shadow_down=shape["shadow"]["down"],
         shadow_alpha=shape["shadow"]["alpha"],
         gloss=_gloss(radius, theme, asleep),
-        trail_width=2.0 * trail["width"] * radius,
-        trail_alpha=trail["alpha"],
     )
+    return Look(radius, paint, 2.0 * trail["width"] * radius, trail["alpha"])
 
 
 def _gloss(radius: float, theme: Theme, asleep: bool) -> Floats:
@@ -72,7 +65,9 @@ def _gloss(radius: float, theme: Theme, asleep: bool) -> Floats:
 
 def paint_trail(pixels: Pixels, points: Floats, look: Look, lowest: int) -> None:
     """The ribbon behind a ball through `points` (n, 2), px, newest first."""
-    compiled.paint_trail(pixels, points, look.trail_width, lowest, look.body, look.trail_alpha)
+    compiled.paint_trail(
+        pixels, points, look.trail_width, lowest, look.paint.body, look.trail_alpha
+    )
 
 
 def paint_balls(
@@ -90,8 +85,5 @@ def paint_balls(
     """
     if radii is None:
         radii = np.full(len(xs), look.radius)
-    cosines, sines = np.cos(thetas), np.sin(thetas)
-    compiled.paint_balls(
-        pixels, xs, ys, cosines, sines, radii, *look.shadow_at, lowest,
-        look.shadow, look.shadow_alpha, look.body, look.band, look.half_band, look.gloss,
-    )  # fmt: skip
+    rows = np.column_stack([xs, ys, np.cos(thetas), np.sin(thetas), radii])
+    compiled.paint_balls(pixels, rows, lowest, look.paint)

@@ -1,12 +1,12 @@
 """The inner loops of pictures, compiled: balls, trails and palettes, pixel by pixel.
 
-They take arrays and numbers only. Machine code is cached on disk beside this file and runs without
-the GIL, so that a picture in a worker thread does not hold up the server's loop.
+They take arrays, numbers and tuples of these. Machine code is cached on disk beside this file and
+runs without the GIL, so that a picture in a worker thread does not hold up the server's loop.
 """
 
 from collections.abc import Callable
 from math import ceil, floor, sqrt
-from typing import ParamSpec, TypeVar, cast
+from typing import NamedTuple, ParamSpec, TypeVar, cast
 
 import numba
 import numpy as np
@@ -60,31 +60,40 @@ def paint_disc(
                 blend(pixels, row, column, colour, alpha * cover)
 
 
-@compiled
-def paint_ball(
-    pixels: Pixels,
-    x: float,
-    y: float,
-    radius: float,
-    cosine: float,
-    sine: float,
-    lowest: int,
-    body: Floats,
-    band: Floats,
-    half_band: float,
-    gloss: Floats,
-) -> None:
-    """A disc with a band across it, turned, and a gloss that does not turn.
+class BallPaint(NamedTuple):
+    """What balls of one size and theme are painted with; lengths are parts of a ball's radius.
 
-    gloss has shape (n, n, 4): colour and opacity over the square from -1 to 1 radii. The band
-    reaches `half_band` radii to both sides of the diameter.
+    Colours have shape (3,), from 0 to 255. The band reaches `half_band` to both sides of a
+    diameter. gloss has shape (n, n, 4): colour and opacity over the square from -1 to 1 radii.
     """
+
+    body: Floats
+    band: Floats
+    half_band: float
+    shadow: Floats
+    shadow_across: float
+    shadow_down: float
+    shadow_alpha: float
+    gloss: Floats
+
+
+X, Y, COSINE, SINE, RADIUS = range(5)
+"""Columns of a ball: its centre and radius in px, and the direction of its band."""
+
+
+@compiled
+def paint_ball(pixels: Pixels, ball: Floats, lowest: int, paint: BallPaint) -> None:
+    """A disc with a band across it, turned, and a gloss that does not turn; ball: shape (5,)."""
+    x, y, radius = ball[X], ball[Y], ball[RADIUS]
+    cosine, sine = ball[COSINE], ball[SINE]
+    body, band, gloss = paint.body, paint.band, paint.gloss
     left = max(floor(x - radius), 0)
     right = min(ceil(x + radius) + 1, pixels.shape[1])
     top = max(floor(y - radius), 0)
     bottom = min(ceil(y + radius) + 1, lowest)
     last = gloss.shape[0] - 1
     grid = 0.5 * last / radius
+    half_band = paint.half_band * radius
     for row in range(top, bottom):
         dy = row + 0.5 - y
         for column in range(left, right):
@@ -93,7 +102,7 @@ def paint_ball(
             if cover <= 0.0:
                 continue
             across = abs(cosine * dy - sine * dx)
-            striped = min(max(half_band * radius + 0.5 - across, 0.0), 1.0)
+            striped = min(max(half_band + 0.5 - across, 0.0), 1.0)
             i = min(max(int((dy + radius) * grid + 0.5), 0), last)
             j = min(max(int((dx + radius) * grid + 0.5), 0), last)
             shine = gloss[i, j, 3]
@@ -105,37 +114,19 @@ def paint_ball(
 
 
 @compiled
-def paint_balls(
-    pixels: Pixels,
-    xs: Floats,
-    ys: Floats,
-    cosines: Floats,
-    sines: Floats,
-    radii: Floats,
-    shadow_across: float,
-    shadow_down: float,
-    lowest: int,
-    shadow: Floats,
-    shadow_alpha: float,
-    body: Floats,
-    band: Floats,
-    half_band: float,
-    gloss: Floats,
-) -> None:
-    """Balls with their shadows, later ones over earlier ones; far-off ones are left out.
+def paint_balls(pixels: Pixels, balls: Floats, lowest: int, paint: BallPaint) -> None:
+    """Balls, shape (n, 5), with their shadows, later ones over earlier ones; far-off ones left out.
 
-    A shadow lies aside by `shadow_across` and `shadow_down` radii.
+    Rows from `lowest` on stay as they are.
     """
-    for i in range(xs.shape[0]):
-        x = xs[i]
-        y = ys[i]
-        radius = radii[i]
+    for i in range(balls.shape[0]):
+        x, y, radius = balls[i, X], balls[i, Y], balls[i, RADIUS]
         reach = 2.0 * radius
         if not (-reach < x < pixels.shape[1] + reach and -reach < y < pixels.shape[0] + reach):
             continue
-        dx, dy = shadow_across * radius, shadow_down * radius
-        paint_disc(pixels, x + dx, y + dy, radius, lowest, shadow, shadow_alpha)
-        paint_ball(pixels, x, y, radius, cosines[i], sines[i], lowest, body, band, half_band, gloss)
+        dx, dy = paint.shadow_across * radius, paint.shadow_down * radius
+        paint_disc(pixels, x + dx, y + dy, radius, lowest, paint.shadow, paint.shadow_alpha)
+        paint_ball(pixels, balls[i], lowest, paint)
 
 
 @compiled
@@ -144,7 +135,7 @@ def paint_trail(
 ) -> None:
     """A ribbon through `points` (n, 2), px, newest first, that narrows from `width` to nothing.
 
-    Each piece is a capsule with two radii; where pieces overlap, the larger coverage counts.
+    Each part is a capsule with two radii; where parts overlap, the larger coverage counts.
     """
     count = points.shape[0]
     reach = 0.5 * width + 1.0
@@ -155,11 +146,11 @@ def paint_trail(
     if left >= right or top >= bottom or count < 2:
         return
     covers = np.zeros((bottom - top, right - left))
-    for piece in range(count - 1):
-        x, y = points[piece]
-        dx = points[piece + 1, 0] - x
-        dy = points[piece + 1, 1] - y
-        thick = 0.5 * width * (1.0 - piece / (count - 1))
+    for part in range(count - 1):
+        x, y = points[part]
+        dx = points[part + 1, 0] - x
+        dy = points[part + 1, 1] - y
+        thick = 0.5 * width * (1.0 - part / (count - 1))
         thinner = 0.5 * width / (count - 1)
         length2 = dx * dx + dy * dy
         inverse = 1.0 / length2 if length2 > 0.0 else 0.0

@@ -4,8 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from app.errors import BallLimitError, InvalidValueError, MissingBallError
-from app.protocol.messages import shorten
+from app.errors import BallLimitError, InvalidValueError, MissingBallError, shorten
 from app.rooms.touching import values as arena_values
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.world import ArenaWorld

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from app.errors import InvalidValueError
-from app.protocol import messages
+from app.protocol import messages, snapshots
 from app.rooms.independent import QUIET, DropCommand
 from app.rooms.touching import values as arena_values
 from app.rooms.touching.checks import BALL_NAMES, InputCheck
@@ -315,8 +315,8 @@ class ArenaRoom:
         self._begin(ground, self.world.tick)
         return []
 
-    def _told(self) -> messages.Settings:
-        return messages.Settings(
+    def _told(self) -> messages.RoomSettings:
+        return messages.RoomSettings(
             tick=self.world.tick, settings=self._settings(), paused=self.paused
         )
 
@@ -427,7 +427,7 @@ class ArenaRoom:
             self.touched = False
             self._bounced.clear()
         asleep = bodies["asleep"] != 0
-        return messages.encode_snapshot(
+        return snapshots.encode_snapshot(
             self.world.tick, self.seq, bodies, bounced, self.extent, self.velocity_scale, asleep
         )
 

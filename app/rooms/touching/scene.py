@@ -8,8 +8,7 @@ from typing import Any, Final
 
 import msgspec
 
-from app.errors import InvalidValueError
-from app.protocol.messages import shorten
+from app.errors import InvalidValueError, shorten
 from app.rooms.touching.values import BALL, MOTION, SETTINGS, Range, check_work, checked
 from engine import Board
 from engine.multibody.arena import Arena

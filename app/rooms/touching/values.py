@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from app.errors import InvalidValueError
-from app.protocol.messages import shorten
+from app.errors import InvalidValueError, shorten
 from engine.multibody.scenes import GRAVITY_PRESETS, RESTITUTION_PRESETS
 
 

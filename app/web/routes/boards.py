@@ -5,7 +5,7 @@ from typing import Any
 from fastapi import APIRouter, Request, Response
 
 from app.web.routes.common import Server, body_of, checked_board, documented, read, reply
-from app.web.schemas import BoardList, BoardSummary, BoardView
+from app.web.schemas.boards import BoardList, BoardSummary, BoardView
 from engine import Board
 
 router = APIRouter(prefix="/api/v1/boards", tags=["boards"])

@@ -9,9 +9,9 @@ import msgspec
 from fastapi import Depends, Request, Response
 from starlette.requests import HTTPConnection
 
-from app.errors import InvalidValueError, TooLargeError
-from app.protocol.messages import shorten
-from app.web import schemas
+from app.errors import InvalidValueError, TooLargeError, shorten
+from app.web.schemas.body import decode
+from app.web.schemas.problem import Problem
 from app.web.services import Services
 from engine import Board
 from engine.errors import BoardError
@@ -54,8 +54,8 @@ async def read(request: Request, kind: type[T], empty: T | None = None) -> T:
     if not body and empty is not None:
         return empty
     if len(body) <= _INLINE_BODY:
-        return schemas.decode(body, kind)
-    return await services(request).workers.run(functools.partial(schemas.decode, body, kind))
+        return decode(body, kind)
+    return await services(request).workers.run(functools.partial(decode, body, kind))
 
 
 def reply(value: Any, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
@@ -164,7 +164,7 @@ def documented(
 
 def documented_failures(*failures: int) -> dict[int | str, dict[str, Any]]:
     """OpenAPI's `responses` for the ways in which a route fails."""
-    problem = {"application/problem+json": {"schema": _reference(schemas.Problem)}}
+    problem = {"application/problem+json": {"schema": _reference(Problem)}}
     responses: dict[int | str, dict[str, Any]] = {}
     for failure in failures:
         responses[failure] = {"description": _FAILURES[failure]}

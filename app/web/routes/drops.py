@@ -9,7 +9,7 @@ import numpy.typing as npt
 from fastapi import APIRouter, Query, Request, Response
 
 from app.errors import InvalidValueError
-from app.protocol.messages import parse_x
+from app.protocol.client_messages import parse_x
 from app.web.routes.asked import Ask, Asked
 from app.web.routes.common import (
     Server,
@@ -24,7 +24,7 @@ from app.web.routes.common import (
     reply,
     resolve_board,
 )
-from app.web.schemas import DropRecord, DropRequest, Frames, Verdict
+from app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
 from engine import Drop, verify
 from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
 

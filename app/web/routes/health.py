@@ -5,7 +5,7 @@ from fastapi.responses import PlainTextResponse
 
 from app.errors import LedgerError
 from app.web.routes.common import Server, documented, reply
-from app.web.schemas import Health, Readiness, TickerHealth
+from app.web.schemas.health import Health, Readiness, TickerHealth
 from app.web.services import Services
 from engine import PHYSICS_VERSION
 

@@ -8,7 +8,7 @@ from fastapi.responses import StreamingResponse
 from fastapi.security import HTTPBearer
 
 from app.errors import InvalidValueError, TokenError
-from app.protocol.messages import parse_x
+from app.protocol.client_messages import parse_x
 from app.rooms.kinds import SCENE, AnyRoom, Ground, Scene
 from app.rooms.records import Parked
 from app.rooms.stakes import parse_stake, parse_who
@@ -24,7 +24,7 @@ from app.web.routes.common import (
     reply,
     resolve_board,
 )
-from app.web.schemas import (
+from app.web.schemas.rooms import (
     SCENE_PARAMETERS,
     RoomChange,
     RoomDrop,

@@ -6,7 +6,7 @@ from app.live.registry import PUBLIC_SCENES
 from app.rooms.touching.scene import DEFAULTS
 from app.rooms.touching.values import PRESETS, table
 from app.web.routes.common import documented, reply
-from app.web.schemas import SceneList, SceneView
+from app.web.schemas.rooms import SceneList, SceneView
 
 router = APIRouter(prefix="/api/v1/scenes", tags=["rooms"])
 

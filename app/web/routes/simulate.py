@@ -15,7 +15,7 @@ from app.web.routes.common import (
     reply,
     resolve_board,
 )
-from app.web.schemas import Simulation, SimulationRequest
+from app.web.schemas.drops import Simulation, SimulationRequest
 from engine import Board, drop_many
 from engine.drops.tally import Tally
 from engine.parameters import Solver, make_solver
@@ -34,7 +34,7 @@ MAX_SECONDS = 10.0
     responses=documented(Simulation, 400, 404, 413, 422, 503),
     openapi_extra=body_of(SimulationRequest, {"board": "triangle-16", "drops": 100, "seed": "0"}),
 )
-async def posttally_of(request: Request, server: Server) -> Response:
+async def post_simulation(request: Request, server: Server) -> Response:
     """Drop balls with the seeds `seed`, `seed` + 1, … and count where they land.
 
     Up to the server's `--max-simulation`; for more there is `plinko simulate`, whose numbers are

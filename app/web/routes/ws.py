@@ -21,11 +21,11 @@ from app.errors import (
     MissingBallError,
     SlowClientError,
     answer,
+    shorten,
 )
 from app.live.hub import Client, Mailbox
 from app.live.transport import line_of, sever
-from app.protocol import messages
-from app.protocol.messages import shorten
+from app.protocol import client_messages, messages
 from app.protocol.touching_messages import ClaimMessage, WatchMessage
 from app.protocol.wire import Frame
 from app.rooms.kinds import AnyRoom, ArenaRoom
@@ -54,7 +54,7 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
     await socket.accept()
     error: AppError | None = None
     try:
-        stream = messages.parse_stream(socket.query_params.get("stream"))
+        stream = client_messages.parse_stream(socket.query_params.get("stream"))
         room = await server.rooms.seek(room_id)
         error = await Session(socket, server, room, stream).run()
     except AppError as refused:
@@ -140,7 +140,7 @@ class Session:
                 self._limit_messages()
                 self._take(data)
             except (AppError, EngineError) as error:
-                self._answer(error, messages.peek(data, "ref") if data else None)
+                self._answer(error, client_messages.peek(data, "ref") if data else None)
 
     def _renewal(self, stream: str) -> Callable[[], Frame] | None:
         """Pieces of paths add up: several that could not be sent are made good by a full frame."""
@@ -164,13 +164,13 @@ class Session:
         """Carry out one message; raises what is wrong with it."""
         if not isinstance(data, str):
             raise MalformedError("a binary frame is no message; send JSON in a text frame")
-        message = messages.decode_message(data)
+        message = client_messages.decode_message(data)
         match message:
-            case messages.PingMessage():
+            case client_messages.PingMessage():
                 self._tell(self._pong(message))
-            case messages.ResumeMessage(run=run, since=since, key=key):
+            case client_messages.ResumeMessage(run=run, since=since, key=key):
                 self._tell(self.server.rooms.teller.missed(self.room, run, since, key))
-            case messages.DropMessage():
+            case client_messages.DropMessage():
                 self._drop(message)
             case ClaimMessage():
                 self._tell(self._changes.claim(message))
@@ -179,10 +179,10 @@ class Session:
             case _:
                 self._follow(message.ref, self._changes.take(self.room, message))
 
-    def _drop(self, message: messages.DropMessage) -> None:
+    def _drop(self, message: client_messages.DropMessage) -> None:
         spend(self._drops, time.monotonic(), "drops")
         seed = None if message.seed is None else parse_seed(message.seed)
-        x = messages.parse_x(message.x)
+        x = client_messages.parse_x(message.x)
         asked = self.server.rooms.drop(
             self.room,
             seed,
@@ -206,7 +206,7 @@ class Session:
             event = messages.encode_event(_event(error, ref))
             self.server.hub.tell(self.room_id, self.client.id, event)
 
-    def _pong(self, ping: messages.PingMessage) -> messages.Pong:
+    def _pong(self, ping: client_messages.PingMessage) -> messages.Pong:
         tick, at = self.room.world.tick, self.room.tick_time
         return messages.Pong(t=ping.t, tick=tick, tick_time=at, server_time=time.monotonic())
 

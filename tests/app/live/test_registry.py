@@ -75,7 +75,7 @@ async def test_nothing_is_encoded_when_nobody_watches(monkeypatch: pytest.Monkey
     def forbidden(*_: object) -> bytes:
         raise AssertionError("a frame was encoded for nobody")
 
-    monkeypatch.setattr("app.protocol.messages.encode_snapshot", forbidden)
+    monkeypatch.setattr("app.protocol.snapshots.encode_snapshot", forbidden)
     monkeypatch.setattr("app.protocol.messages.encode_events", forbidden)
     monkeypatch.setattr("app.protocol.messages.encode_event", forbidden)
     await held.drop(held.find("main"), 1, None)

@@ -1,68 +1,20 @@
-"""The Python client: any split of the bytes, the server's clock, and what a load counts."""
+"""The Python client: how it joins and ends, the server's clock, and what a load counts."""
 
 import asyncio
 import json
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from websockets.frames import Frame as ReferenceFrame
-from websockets.frames import Opcode
+from websockets.frames import Frame
+from websockets.http11 import Request
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
 from app import cli
-from app.errors import InvalidValueError, MalformedError
-from app.load import client
-from app.load.client import Clock, FrameReader, RefusedError, RoomClient, connect, room_url
+from app.errors import InvalidValueError
+from app.load.client import Clock, RefusedError, RoomClient, connect, room_url
 from app.load.generator import Load
 from tests.app.conftest import Running, serving
-
-control = st.sampled_from([Opcode.CLOSE, Opcode.PING, Opcode.PONG])
-content = st.sampled_from([Opcode.TEXT, Opcode.BINARY])
-frames = st.lists(
-    st.tuples(control, st.binary(max_size=125)) | st.tuples(content, st.binary(max_size=200)),
-    max_size=5,
-)
-
-
-@given(frames, st.lists(st.integers(1, 300), max_size=20))
-def test_frames_are_read_however_the_bytes_are_split(
-    sent: list[tuple[Opcode, bytes]], cuts: list[int]
-) -> None:
-    data = b"".join(ReferenceFrame(opcode, body).serialize(mask=False) for opcode, body in sent)
-    reader = FrameReader()
-    read: list[tuple[int, bytes]] = []
-    for cut in [*cuts, len(data)]:
-        read += reader.feed(data[:cut])
-        data = data[cut:]
-    assert read == [(int(opcode), body) for opcode, body in sent]
-
-
-def test_frames_are_read_byte_by_byte() -> None:
-    data = b"".join(
-        ReferenceFrame(Opcode.BINARY, bytes(size)).serialize(mask=False)
-        for size in (0, 126, 70_000)
-    )
-    reader = FrameReader()
-    read = [item for byte in data for item in reader.feed(bytes([byte]))]
-    assert [len(body) for _, body in read] == [0, 126, 70_000]
-
-
-@pytest.mark.parametrize("data", [b"\x01\x00", b"\x82\x81"], ids=["fragment", "mask"])
-def test_a_frame_that_this_server_never_sends_is_refused(data: bytes) -> None:
-    with pytest.raises(MalformedError):
-        list(FrameReader().feed(data))
-
-
-@given(st.binary(max_size=300))
-def test_what_the_client_sends_is_what_a_server_reads(payload: bytes) -> None:
-    server = ServerProtocol(state=State.OPEN)
-    server.receive_data(client.frame(0x2, payload))
-    (read,) = server.events_received()
-    assert isinstance(read, ReferenceFrame)
-    assert (read.opcode, bytes(read.data)) == (Opcode.BINARY, payload)
 
 
 @pytest.mark.parametrize(
@@ -117,14 +69,14 @@ class Ears:
 
     def __init__(self) -> None:
         self.events: list[dict[str, Any]] = []
-        self.pictures: list[bytes] = []
+        self.binaries: list[bytes] = []
         self.end: asyncio.Future[tuple[int, str]] = asyncio.get_running_loop().create_future()
 
     def event(self, client: RoomClient, event: dict[str, Any], now: float) -> None:
         self.events.append(event)
 
-    def picture(self, client: RoomClient, data: bytes, now: float) -> None:
-        self.pictures.append(data)
+    def binary(self, client: RoomClient, data: bytes, now: float) -> None:
+        self.binaries.append(data)
 
     def closed(self, client: RoomClient, code: int, reason: str) -> None:
         self.end.set_result((code, reason))
@@ -138,7 +90,7 @@ async def test_it_joins_plays_and_leaves(server: Running) -> None:
         await asyncio.sleep(0.01)
     assert ears.events[0]["type"] == "hello"
     assert ears.events[1]["ref"] == "x" * 200
-    assert len(ears.pictures) > 30
+    assert len(ears.binaries) > 30
     joined.close()
     await ears.end
 
@@ -151,8 +103,32 @@ async def test_it_hears_why_it_was_sent_away(server: Running) -> None:
     assert "nope" in reason
 
 
+async def test_a_connection_that_breaks_ends_without_a_word() -> None:
+    async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        server = ServerProtocol()
+        while server.state is State.CONNECTING:
+            server.receive_data(await reader.read(4096))
+            for event in server.events_received():
+                if isinstance(event, Request):
+                    server.send_response(server.accept(event))
+        server.send_ping(b"are you there")
+        server.send_binary(b"\0" * 70_000)
+        writer.write(b"".join(server.data_to_send()))
+        while not any(isinstance(e, Frame) for e in server.events_received()):
+            server.receive_data(await reader.read(4096))
+        writer.transport.abort()
+
+    ears = Ears()
+    async with await asyncio.start_server(answer, "127.0.0.1", 0) as listening:
+        port = listening.sockets[0].getsockname()[1]
+        joined = await connect(f"ws://127.0.0.1:{port}/", ears)
+        assert await ears.end == (1006, "")
+    assert [len(data) for data in ears.binaries] == [70_000]
+    joined.send(type="ping", t=0.0)  # to nobody, and no error
+
+
 async def test_what_is_no_websocket_is_refused(server: Running) -> None:
-    with pytest.raises(RefusedError, match="403"):
+    with pytest.raises(RefusedError, match="HTTP 403"):
         await connect(f"ws{server.url.removeprefix('http')}/healthz/ws?", Ears())
 
 
@@ -178,7 +154,7 @@ async def test_a_load_counts_gaps_and_ends() -> None:
     client: Any = object()
     load.counting = True
     for tick in (7, 8, 11, 12):
-        load.picture(client, b"\x50\x01\0\0" + tick.to_bytes(4, "little") + bytes(4), 0.0)
+        load.binary(client, b"\x50\x01\0\0" + tick.to_bytes(4, "little") + bytes(4), 0.0)
     load.closed(client, 4008, "too slow")
     report = load._report(1.0)
     assert (report.frames, report.missed, report.gappy) == (4, 2, 1)

@@ -1,4 +1,4 @@
-"""Paths in pieces: drawn from the bytes alone, a ball is where the drop says it is."""
+"""Paths in segments: drawn from the bytes alone, a ball is where the drop says it is."""
 
 import bisect
 import json
@@ -12,10 +12,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.errors import MalformedError
-from app.protocol import curves as pieces
-from app.protocol import messages, segments
-from app.protocol.curves import TOLERANCE, TURN_TOLERANCE, Piece
+from app.protocol import client_messages, segments
 from app.protocol.messages import Extent
+from app.protocol.path import (
+    DROPPED,
+    OFF_WALL,
+    TOLERANCE,
+    TURN_TOLERANCE,
+    UNDER_WAY,
+    Segment,
+)
 from app.rooms.independent import DropCommand, Room
 from engine import Board, ParameterError, World, drop
 from engine.constants import KIND_PEG, KIND_WALL
@@ -26,7 +32,7 @@ BOARDS = ("triangle-8", "triangle-12", "triangle-16", "classic", "galton")
 
 PIXEL = 0.01  # m, where a page draws 100 pixels a metre
 FLIGHTS_OFF = 0.025 * PIXEL  # what rounding may do to a flight on the presets
-HALF_STEP = 1.0 / (2 * 1024 * 60)  # s by which the beginning of a piece is rounded
+HALF_STEP = 1.0 / (2 * 1024 * 60)  # s by which the beginning of a segment is rounded
 BYTES = {"flight": 18, "curve": 26}
 
 
@@ -35,40 +41,40 @@ def golden_scale() -> segments.Scale:
     return segments.Scale(Extent(**given.pop("extent")), **given)
 
 
-def as_golden(piece: Piece) -> dict[str, Any]:
-    form = msgspec.structs.asdict(piece)
-    form["bend"] = list(piece.bend) if piece.bend else None
+def as_golden(segment: Segment) -> dict[str, Any]:
+    form = msgspec.structs.asdict(segment)
+    form["bend"] = list(segment.bend) if segment.bend else None
     return form
 
 
 @pytest.mark.parametrize("golden", GOLDEN["frames"], ids=lambda golden: golden["name"])
 def test_golden_bytes_decode_to_exactly_these_values(golden: dict[str, Any]) -> None:
-    frame = segments.decode_segments(bytes.fromhex(golden["hex"]), golden_scale())
-    assert (frame.tick, frame.seq) == (golden["tick"], golden["seq"])
-    assert frame.full == golden["full"]
-    assert [as_golden(piece) for piece in frame.flights] == golden["flights"]
-    assert [as_golden(piece) for piece in frame.curves] == golden["curves"]
+    message = segments.decode_segments(bytes.fromhex(golden["hex"]), golden_scale())
+    assert (message.tick, message.seq) == (golden["tick"], golden["seq"])
+    assert message.full == golden["full"]
+    assert [as_golden(segment) for segment in message.flights] == golden["flights"]
+    assert [as_golden(segment) for segment in message.curves] == golden["curves"]
 
 
 @pytest.mark.parametrize("golden", GOLDEN["frames"], ids=lambda golden: golden["name"])
-def test_golden_pieces_are_drawn_here(golden: dict[str, Any]) -> None:
+def test_golden_segments_are_drawn_here(golden: dict[str, Any]) -> None:
     scale = golden_scale()
-    frame = segments.decode_segments(bytes.fromhex(golden["hex"]), scale)
-    pieces = [piece for piece in (*frame.flights, *frame.curves) for _ in range(2)]
-    assert len(pieces) == len(golden["drawn"])
-    for piece, drawn in zip(pieces, golden["drawn"], strict=True):
-        pose = segments.pose_at(piece, drawn["at"], **scale.law())
+    message = segments.decode_segments(bytes.fromhex(golden["hex"]), scale)
+    shown = [segment for segment in (*message.flights, *message.curves) for _ in range(2)]
+    assert len(shown) == len(golden["drawn"])
+    for segment, drawn in zip(shown, golden["drawn"], strict=True):
+        pose = segments.pose_at(segment, drawn["at"], **scale.law())
         assert pose == pytest.approx(drawn["pose"], 1e-12)
 
 
 @given(st.binary(max_size=80))
 def test_bytes_that_are_no_segments_are_refused_and_nothing_else_is_raised(data: bytes) -> None:
     try:
-        frame = segments.decode_segments(data, golden_scale())
+        message = segments.decode_segments(data, golden_scale())
     except MalformedError:
         return
-    pieces = BYTES["flight"] * len(frame.flights) + BYTES["curve"] * len(frame.curves)
-    assert len(data) == 16 + pieces
+    shown = BYTES["flight"] * len(message.flights) + BYTES["curve"] * len(message.curves)
+    assert len(data) == 16 + shown
 
 
 @pytest.mark.parametrize(
@@ -89,22 +95,22 @@ def test_a_damaged_frame_is_refused(data: bytes) -> None:
 
 
 class Drawing:
-    """A client that draws balls from frames alone; times are the room's."""
+    """A client that draws balls from messages alone; times are the room's."""
 
     def __init__(self, scale: segments.Scale) -> None:
         self.scale = scale
-        self.pieces: dict[int, list[Piece]] = {}
+        self.segments: dict[int, list[Segment]] = {}
 
     def take(self, data: bytes) -> None:
-        frame = segments.decode_segments(data, self.scale)
-        for piece in (*frame.flights, *frame.curves):
-            self.pieces.setdefault(piece.ball, []).append(piece)
+        message = segments.decode_segments(data, self.scale)
+        for segment in (*message.flights, *message.curves):
+            self.segments.setdefault(segment.ball, []).append(segment)
 
-    def drawn(self, ball: int, times: Any) -> tuple[Any, list[Piece]]:
-        """x, y and angle at each of the times, and the piece that each is on."""
-        pieces = sorted(self.pieces[ball], key=lambda piece: piece.t)
-        starts = [piece.t for piece in pieces]
-        on = [pieces[max(bisect.bisect(starts, t) - 1, 0)] for t in times]
+    def drawn(self, ball: int, times: Any) -> tuple[Any, list[Segment]]:
+        """x, y and angle at each of the times, and the segment that each is on."""
+        shown = sorted(self.segments[ball], key=lambda segment: segment.t)
+        starts = [segment.t for segment in shown]
+        on = [shown[max(bisect.bisect(starts, t) - 1, 0)] for t in times]
         law = self.scale.law()
         return np.array([segments.pose_at(p, t, **law) for p, t in zip(on, times, strict=True)]), on
 
@@ -117,8 +123,8 @@ def assert_drawn_true(
     times = np.arange(since, alone.duration, 1.0 / 240.0)
     states = alone.states(times)
     drawn, on = drawing.drawn(ball, times + start / scale.tick_rate)
-    age = times + start / scale.tick_rate - np.array([piece.t for piece in on])
-    curved = np.array([piece.bend is not None for piece in on])
+    age = times + start / scale.tick_rate - np.array([segment.t for segment in on])
+    curved = np.array([segment.bend is not None for segment in on])
     box = scale.extent
     # Half a step of place and speed; and a bounce may be told half a step of time too late.
     speed = np.hypot(states["vx"], states["vy"])
@@ -155,10 +161,10 @@ def drawn_room(board: Board, seeds: range) -> Played:
     while room.awake:
         room.step(watched=True)
         whole += len(room.frame())
-        frame = room.segments()
-        if frame is not None:
-            cut += len(frame)
-            drawing.take(frame)
+        message = room.segments()
+        if message is not None:
+            cut += len(message)
+            drawing.take(message)
     return Played(drawing, balls, cut, whole)
 
 
@@ -172,15 +178,15 @@ def test_drawn_from_the_bytes_alone_a_ball_is_a_small_part_of_a_pixel_off(name: 
 
 @pytest.mark.parametrize("name", BOARDS)
 @pytest.mark.parametrize("balls", [50, 200])
-def test_pieces_are_a_fifth_of_the_bytes_of_snapshots_or_less(name: str, balls: int) -> None:
-    """A piece a bounce against a snapshot a tick: the shorter the flights, the less is gained."""
+def test_segments_are_a_fifth_of_the_bytes_of_snapshots_or_less(name: str, balls: int) -> None:
+    """A segment a bounce against a snapshot a tick: the shorter the flights, the less is gained."""
     played = drawn_room(Board.preset(name), range(balls))
     assert played.cut <= played.whole / 5
 
 
 @pytest.mark.parametrize("name", BOARDS)
 def test_balls_that_fall_alone_take_a_fifth_of_the_bytes_too(name: str) -> None:
-    """Their frames are mostly header in both streams; one that hops for long may take more."""
+    """Their messages are mostly header in both streams; one that hops for long may take more."""
     alone = [drawn_room(Board.preset(name), range(seed, seed + 1)) for seed in range(20)]
     assert sum(each.cut for each in alone) <= sum(each.whole for each in alone) / 5
     assert max(each.cut / each.whole for each in alone) <= 1 / 3
@@ -188,7 +194,7 @@ def test_balls_that_fall_alone_take_a_fifth_of_the_bytes_too(name: str) -> None:
 
 @pytest.mark.parametrize("gravity", [0.3, 1.62, 24.79])
 @pytest.mark.parametrize("drag", [0.0, 3.0])
-def test_whatever_the_law_the_pieces_fit(gravity: float, drag: float) -> None:
+def test_whatever_the_law_the_segments_fit(gravity: float, drag: float) -> None:
     form = {**Board.preset("triangle-8").to_dict(), "gravity": gravity, "drag": drag}
     board = Board.from_json(form)
     played = drawn_room(board, range(5))
@@ -206,16 +212,16 @@ def test_a_flight_says_what_it_bounced_off() -> None:
             for impact in drop(board, seed).impacts
             if impact["kind"] in (KIND_PEG, KIND_WALL)
         ]
-        for piece in played.drawing.pieces[ball]:
-            if piece.bend is None and piece.kind in (KIND_PEG, KIND_WALL):
-                _, kind, index = min(hits, key=lambda hit: abs(hit[0] - piece.t))
-                assert (kind, index) == (piece.kind, piece.index)
+        for segment in played.drawing.segments[ball]:
+            if segment.bend is None and segment.kind in (KIND_PEG, KIND_WALL):
+                _, kind, index = min(hits, key=lambda hit: abs(hit[0] - segment.t))
+                assert (kind, index) == (segment.kind, segment.index)
                 compared += 1
-        assert played.drawing.pieces[ball][0].kind == pieces.DROPPED
+        assert played.drawing.segments[ball][0].kind == DROPPED
     assert compared > 100
 
 
-def test_one_who_comes_late_gets_the_pieces_in_use_and_then_the_rest() -> None:
+def test_one_who_comes_late_gets_the_segments_in_use_and_then_the_rest() -> None:
     board = Board.preset("triangle-12")
     room = Room("r", board, tick_rate=60, max_balls=10)
     balls = [room.drop(DropCommand(seed)).ball for seed in range(3)]
@@ -224,34 +230,34 @@ def test_one_who_comes_late_gets_the_pieces_in_use_and_then_the_rest() -> None:
     drawing = Drawing(room.scale)
     full = segments.decode_segments(room.all_segments(), room.scale)
     assert full.full
-    assert sorted(piece.ball for piece in (*full.flights, *full.curves)) == balls
+    assert sorted(segment.ball for segment in (*full.flights, *full.curves)) == balls
     drawing.take(room.all_segments())
     while room.awake:
         room.step(watched=True)
-        frame = room.segments()
-        if frame is not None:
-            assert not segments.decode_segments(frame, room.scale).full
-            drawing.take(frame)
+        message = room.segments()
+        if message is not None:
+            assert not segments.decode_segments(message, room.scale).full
+            drawing.take(message)
     for seed, ball in enumerate(balls):
         assert_drawn_true(drawing, ball, drop(board, seed), 0, since=90 / 60)
     assert len(segments.decode_segments(room.all_segments(), room.scale).flights) == 0
 
 
-def test_a_piece_told_again_in_a_full_frame_is_the_same_piece() -> None:
+def test_a_segment_told_again_in_a_full_frame_is_the_same_segment() -> None:
     room = Room("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
     room.watch_segments(True)
     room.drop(DropCommand(5))
-    known: set[Piece] = set()
+    known: set[Segment] = set()
     compared = 0
     while room.awake:
         room.step(watched=True)
         data = room.segments()
         if data is not None:
-            frame = segments.decode_segments(data, room.scale)
-            known.update((*frame.flights, *frame.curves))
+            message = segments.decode_segments(data, room.scale)
+            known.update((*message.flights, *message.curves))
         again = segments.decode_segments(room.all_segments(), room.scale)
-        for piece in (*again.flights, *again.curves):
-            assert piece in known
+        for segment in (*again.flights, *again.curves):
+            assert segment in known
             compared += 1
     assert compared > 100
 
@@ -266,10 +272,10 @@ def test_a_long_flight_is_told_from_where_the_ball_was_a_second_ago() -> None:
         room.step(watched=True)
     drawing = Drawing(room.scale)
     drawing.take(room.all_segments())
-    (piece,) = drawing.pieces[ball]
-    assert piece.kind == pieces.UNDER_WAY
-    assert room.world.tick / 60 - piece.t == 63 / 60
-    times = np.linspace(piece.t, first, 50)
+    (segment,) = drawing.segments[ball]
+    assert segment.kind == UNDER_WAY
+    assert room.world.tick / 60 - segment.t == 63 / 60
+    times = np.linspace(segment.t, first, 50)
     drawn, _ = drawing.drawn(ball, times)
     states = drop(board, 5).states(times)
     assert np.abs(drawn[:, 0] - states["x"]).max() < FLIGHTS_OFF
@@ -281,14 +287,14 @@ def test_a_ball_beside_the_board_is_told_as_far_as_half_a_board_from_it(
     x: float, kept: float
 ) -> None:
     scale = segments.Scale(Extent(-4.0, 4.0, 0.0, 6.0), 1 / 1024, 1 / 64, 60, 9.81, 0.0)
-    piece = Piece(1, pieces.OFF_WALL, 3, 0.5, x, 2.0, -1.0, 0.0, 0.0, 0.0)
+    segment = Segment(1, OFF_WALL, 3, 0.5, x, 2.0, -1.0, 0.0, 0.0, 0.0)
     stream = segments.SegmentStream(scale, 0)
-    data = segments._frame(31, 0, [segments._Due(30, 30.0, piece)], 0, scale)
+    data = segments._message(31, 0, [segments._Due(30, 30.0, segment)], 0, scale)
     assert stream.take(1, 0) is None
     assert segments.decode_segments(data, scale).flights[0].x == pytest.approx(kept, abs=2e-4)
 
 
-def test_pieces_come_with_the_tick_in_which_they_begin() -> None:
+def test_segments_come_with_the_tick_in_which_they_begin() -> None:
     room = Room("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
     room.watch_segments(True)
     start = room.drop(DropCommand(5)).tick
@@ -297,10 +303,10 @@ def test_pieces_come_with_the_tick_in_which_they_begin() -> None:
         data = room.segments()
         if data is None:
             continue
-        frame = segments.decode_segments(data, room.scale)
-        for piece in (*frame.flights, *frame.curves):
-            age = frame.tick - piece.t * 60
-            assert 0.0 <= age + 1e-9 < 1.0 + 1e-9 or piece.t * 60 == start
+        message = segments.decode_segments(data, room.scale)
+        for segment in (*message.flights, *message.curves):
+            age = message.tick - segment.t * 60
+            assert 0.0 <= age + 1e-9 < 1.0 + 1e-9 or segment.t * 60 == start
 
 
 def test_paths_are_known_of_live_balls_of_the_exact_solver_only() -> None:
@@ -356,7 +362,7 @@ async def test_both_streams_of_a_room_tell_of_the_same_landing(server: Running) 
     assert sum(map(len, cut.binaries)) < sum(map(len, whole.binaries))
 
 
-async def test_pieces_are_stamped_with_the_events_so_far(server: Running) -> None:
+async def test_segments_are_stamped_with_the_events_so_far(server: Running) -> None:
     async with playing(server.socket("triangle-8?stream=segments")) as player:
         scale = scale_of(player.hello)
         await player.send(type="drop", seed=3)
@@ -380,4 +386,4 @@ async def test_an_unknown_stream_is_named(server: Running) -> None:
 
 
 def test_no_stream_means_snapshots() -> None:
-    assert messages.parse_stream(None) == messages.parse_stream("") == "snapshots"
+    assert client_messages.parse_stream(None) == client_messages.parse_stream("") == "snapshots"

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from app.errors import AppError, BallLimitError, InvalidValueError, MissingBallError
-from app.protocol import messages
+from app.protocol import client_messages, messages, snapshots
 from app.rooms import log as roomlog
 from app.rooms.independent import DropCommand
 from app.rooms.records import InputRow
@@ -64,7 +64,7 @@ def test_a_thrown_ball_flies_falls_and_stays_in_the_box_asleep() -> None:
     assert not room.awake, "a ball on the floor falls asleep, and the room with it"
     ((x, y),) = places(room).values()
     assert y == pytest.approx(4.0 - 0.2, abs=0.01)
-    asleep = messages.decode_snapshot(room.frame(), room.extent, room.velocity_scale).balls
+    asleep = snapshots.decode_snapshot(room.frame(), room.extent, room.velocity_scale).balls
     assert asleep["asleep"].all()
 
 
@@ -106,7 +106,7 @@ def test_settings_and_edits_are_told_and_hold() -> None:
     room = box(balls=3)
     edited, told = tell(room, "settings", gravity="Moon", restitution="Glass on glass")
     assert isinstance(edited, messages.Edited)
-    assert isinstance(told, messages.Settings)
+    assert isinstance(told, messages.RoomSettings)
     assert edited.ball is None
     assert told.settings["gravity"] == 1.62
     assert told.settings["restitution"] == edited.restitution
@@ -213,7 +213,7 @@ def play(  # noqa: PLR0912 - one branch for each thing that people do
 def test_the_log_of_a_room_replays_to_the_same_world(kind: str) -> None:
     room = box(balls=8, dt=1 / 90) if kind == "box" else table()
     rows = play(room, seed=5, ticks=600)
-    assert len({messages.peek(row.data, "type") for row in rows}) >= 9
+    assert len({client_messages.peek(row.data, "type") for row in rows}) >= 9
     log = whole_log(room, rows)
     verdict = roomlog.verify_log(log)
     assert verdict.ok, verdict

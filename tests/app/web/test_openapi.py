@@ -7,7 +7,8 @@ import httpx
 import pytest
 
 from app.main import create_app
-from app.web import schemas
+from app.web.schemas.document import components
+from app.web.schemas.drops import DropRecord
 from engine import Board, drop
 
 
@@ -109,17 +110,17 @@ def test_arrays_are_described_as_openapi_3_1_wants_them() -> None:
             for inner in value.values():
                 check(inner)
 
-    check(schemas.components())
+    check(components())
 
 
 def test_a_record_has_exactly_the_fields_that_are_documented() -> None:
     board = Board.preset("triangle-8")
-    fields = set(schemas.DropRecord.__struct_fields__)
+    fields = set(DropRecord.__struct_fields__)
     exact = drop(board, 42).record()
     sure = drop(board, 42).record(certainty=True)
     stepped = drop(board, 42, x=0.0, solver="stepped").record()
     assert set(sure) | set(stepped) == fields
-    required = set(schemas.components()["DropRecord"]["required"])
+    required = set(components()["DropRecord"]["required"])
     assert required == set(exact)
 
 

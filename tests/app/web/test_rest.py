@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from app.protocol.messages import Landed
-from app.web import schemas
+from app.web.schemas.problem import Problem
 from engine import Board, drop, drop_many, preset_names
 from tests.app.conftest import TINY, Running, serving
 
@@ -19,7 +19,7 @@ def problem(response: httpx.Response, status: int, code: str, *named: str) -> di
     """The problem details of a response, which must be of this kind and name these values."""
     assert response.status_code == status, response.text
     assert response.headers["content-type"] == "application/problem+json"
-    value = msgspec.json.decode(response.content, type=schemas.Problem)
+    value = msgspec.json.decode(response.content, type=Problem)
     assert (value.status, value.code) == (status, code)
     assert value.type.endswith(code)
     assert value.title

@@ -1,8 +1,8 @@
-"""A ball's path cut into pieces that can each be drawn in closed form: flights and curves.
+"""A ball's path cut into segments that can each be drawn in closed form: flights and curves.
 
 Pure. A flight is exact: its state at the start, from which gravity and drag do the rest. Where a
 ball lies on a surface, or hops too low to see, one parabola stands for as much of the path as it
-fits to within TOLERANCE. app/protocol/segments.py writes pieces as bytes.
+fits to within TOLERANCE. app/protocol/segments.py writes segments as bytes.
 """
 
 import math
@@ -18,13 +18,13 @@ from engine.exact.event_log import IN_FLIGHT, ITEM
 from engine.physics.ball import OMEGA, PX, PY, THETA, VX, VY, T
 from engine.physics.flight import basis
 
-# Kinds of a piece: what it begins with, or what a curve runs along.
+# Kinds of a segment: what it begins with, or what a curve runs along.
 OFF_PEG: Final = KIND_PEG
 OFF_WALL: Final = KIND_WALL
 LEFT_PEG: Final = 2
 LEFT_WALL: Final = 3
 DROPPED: Final = 4
-UNDER_WAY: Final = 5  # the piece began long before: this is where the ball was later on it
+UNDER_WAY: Final = 5  # the segment began long before: this is where the ball was later on it
 
 TOLERANCE = 2e-4
 """m; how far a curve may be from the true path: a fiftieth of a pixel at 100 px/m."""
@@ -38,7 +38,7 @@ _SHORTEST = 1e-5  # s; a stretch of a ride is not halved below it
 Floats = npt.NDArray[np.float64]
 
 
-class Piece(msgspec.Struct, frozen=True):
+class Segment(msgspec.Struct, frozen=True):
     """A stretch of one ball's path in SI units: free flight, or with `bend` a parabola.
 
     t: its start in s. Since the ball's own start where it was cut, since the room's where it was
@@ -58,31 +58,31 @@ class Piece(msgspec.Struct, frozen=True):
     bend: tuple[float, float] | None = None
 
 
-def later(piece: Piece, s: float, *, gravity: float, drag: float) -> Piece:
-    """The same piece told from where the ball is s seconds after its start; s may be negative,
+def later(segment: Segment, s: float, *, gravity: float, drag: float) -> Segment:
+    """The same segment told from where the ball is s seconds after its start; s may be negative,
     though in a flight no longer than 1/4 of 1/drag, as far as the series for it goes."""
     phi, psi = s, 0.5 * s * s
-    if piece.bend is None:
+    if segment.bend is None:
         _, phi, psi = basis(drag, s)
-    ax, ay = piece.bend or (-drag * piece.vx, gravity - drag * piece.vy)
+    ax, ay = segment.bend or (-drag * segment.vx, gravity - drag * segment.vy)
     return msgspec.structs.replace(
-        piece,
-        t=piece.t + s,
-        x=piece.x + piece.vx * s + ax * psi,
-        y=piece.y + piece.vy * s + ay * psi,
-        vx=piece.vx + ax * phi,
-        vy=piece.vy + ay * phi,
-        angle=piece.angle + piece.spin * s,
+        segment,
+        t=segment.t + s,
+        x=segment.x + segment.vx * s + ax * psi,
+        y=segment.y + segment.vy * s + ay * psi,
+        vx=segment.vx + ax * phi,
+        vy=segment.vy + ay * phi,
+        angle=segment.angle + segment.spin * s,
     )
 
 
-def pieces_of(path: Trajectory, ball: int) -> list[Piece]:
-    """The pieces of an exact drop's path in the order of their times."""
+def segments_of(path: Trajectory, ball: int) -> list[Segment]:
+    """The segments of an exact drop's path in the order of their times."""
     return _Cutter(path, ball).cut()
 
 
 class _Cutter:
-    """Walks along the solver's segments and writes down pieces."""
+    """Walks along the rows of the solver's trace and writes down segments."""
 
     def __init__(self, path: Trajectory, ball: int) -> None:
         self.path = path
@@ -94,9 +94,9 @@ class _Cutter:
         self.hits = _hits(path)
         # A flight that strays less than the tolerance from a straight line may be part of a curve.
         self.short = math.sqrt(8.0 * TOLERANCE / max(path.board.gravity, 1e-9))
-        self.pieces: list[Piece] = []
+        self.segments: list[Segment] = []
 
-    def cut(self) -> list[Piece]:
+    def cut(self) -> list[Segment]:
         first = 0
         while first < len(self.rows):
             last = first
@@ -108,7 +108,7 @@ class _Cutter:
             else:
                 self._bend(first, last)
             first = last
-        return self.pieces
+        return self.segments
 
     def _is_long_flight(self, row: int) -> bool:
         return self.flies[row] and self.ends[row] - self.starts[row] > self.short
@@ -129,7 +129,7 @@ class _Cutter:
         return (LEFT_PEG if kind == OFF_PEG else LEFT_WALL), index
 
     def _surface(self, row: int) -> tuple[int, int]:
-        """The peg or wall that a segment runs along; for a short hop, what it hopped off."""
+        """The peg or wall that a row runs along; for a short hop, what it hopped off."""
         item = int(self.rows[row, ITEM])
         if item < 0:
             return self.hits.get(self.starts[row], (OFF_PEG, 0))
@@ -137,7 +137,7 @@ class _Cutter:
         return (OFF_PEG, item) if item < pegs else (OFF_WALL, (item - pegs) // 3)
 
     def _bend(self, first: int, last: int) -> None:
-        """Curves for the segments from `first` up to `last`, as few as fit."""
+        """Curves for the rows from `first` up to `last`, as few as fit."""
         begin, end = self.starts[first], self.ends[last - 1]
         if end <= begin:
             return
@@ -196,8 +196,10 @@ class _Cutter:
         bend: tuple[float, float] | None = None,
     ) -> None:
         t, x, y, angle = (float(state[name]) for name in (T, PX, PY, THETA))
-        self.pieces.append(
-            Piece(self.ball, kind, index, t, x, y, float(vx), float(vy), angle, float(omega), bend)
+        self.segments.append(
+            Segment(
+                self.ball, kind, index, t, x, y, float(vx), float(vy), angle, float(omega), bend
+            )
         )
 
 

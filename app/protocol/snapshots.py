@@ -1,0 +1,133 @@
+"""Binary messages of `?stream=snapshots`: where the balls are, as bytes and back. Pure.
+
+docs/protocol.md describes every byte; tests/golden/snapshots.json holds examples.
+"""
+
+import math
+import struct
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from app.errors import MalformedError
+from app.protocol.messages import PROTOCOL_VERSION, Extent
+from engine import Board
+
+MAGIC = 0x50
+HEADER = struct.Struct("<BBHII")  # magic, version, balls, tick, events announced so far
+
+BALL = np.dtype(
+    [
+        ("id", "<u2"),
+        ("x", "<u2"),
+        ("y", "<u2"),
+        ("angle", "u1"),
+        ("flags", "u1"),
+        ("vx", "<i2"),
+        ("vy", "<i2"),
+    ]
+)
+FLAG_BOUNCED = 1  # the ball hit something since the snapshot before
+FLAG_ASLEEP = 2  # the ball is at rest, and stays so until something touches it
+
+_GRID = 65535  # steps of a 16-bit coordinate across the extent
+_TURN = 256  # steps of the angle in a full turn
+_TOP = 32767  # largest 16-bit velocity
+
+
+def velocity_scale_of(board: Board, extent: Extent) -> float:
+    """Metres per second of one velocity step: a power of two, 1/1024 or the next that suffices.
+
+    A ball that falls from rest by h gains at most sqrt(2 g h); twice that leaves room for what
+    other balls may give it.
+    """
+    top = 2.0 * math.sqrt(2.0 * board.gravity * (extent.y_max - extent.y_min))
+    scale = 1.0 / 1024.0
+    while _TOP * scale < top:
+        scale *= 2.0
+    return scale
+
+
+def encode_snapshot(
+    tick: int,
+    seq: int,
+    bodies: npt.NDArray[np.void],
+    bounced: npt.NDArray[np.bool_],
+    extent: Extent,
+    velocity_scale: float,
+    asleep: npt.NDArray[np.bool_] | None = None,
+) -> bytes:
+    """A snapshot of `bodies` (shape (n,): id x y theta vx vy, SI units) with `bounced`, shape (n,).
+
+    `asleep`, of the same shape, is for rooms whose balls stay when they rest.
+
+    `tick` and `seq` are taken modulo 2^32, ids modulo 2^16. What lies outside the extent or the
+    velocity range is clamped to its edge.
+    """
+    count = len(bodies)
+    balls = np.empty(count, BALL)
+    balls["id"] = bodies["id"] & 0xFFFF
+    balls["x"] = _grid(bodies["x"], extent.x_min, extent.x_max)
+    balls["y"] = _grid(bodies["y"], extent.y_min, extent.y_max)
+    turns = bodies["theta"] * (1.0 / (2.0 * math.pi))
+    balls["angle"] = np.rint((turns - np.floor(turns)) * _TURN).astype(np.int64) & (_TURN - 1)
+    balls["flags"] = np.where(bounced, FLAG_BOUNCED, 0)
+    if asleep is not None:
+        balls["flags"] |= np.where(asleep, FLAG_ASLEEP, 0).astype(np.uint8)
+    balls["vx"] = np.clip(np.rint(bodies["vx"] / velocity_scale), -_TOP, _TOP)
+    balls["vy"] = np.clip(np.rint(bodies["vy"] / velocity_scale), -_TOP, _TOP)
+    header = HEADER.pack(MAGIC, PROTOCOL_VERSION, count, tick & 0xFFFFFFFF, seq & 0xFFFFFFFF)
+    return header + balls.tobytes()
+
+
+def _grid(values: npt.NDArray[np.float64], low: float, high: float) -> npt.NDArray[np.float64]:
+    scaled: npt.NDArray[np.float64] = np.rint((values - low) * (_GRID / (high - low)))
+    return np.clip(scaled, 0, _GRID)
+
+
+class Snapshot(msgspec.Struct, frozen=True):
+    """A decoded snapshot: `balls` has fields id x y theta vx vy (SI units), bounced, asleep."""
+
+    tick: int
+    seq: int
+    balls: npt.NDArray[np.void]
+
+
+DECODED = np.dtype(
+    [
+        ("id", "u2"),
+        ("x", "f8"),
+        ("y", "f8"),
+        ("theta", "f8"),
+        ("vx", "f8"),
+        ("vy", "f8"),
+        ("bounced", "?"),
+        ("asleep", "?"),
+    ]
+)
+
+
+def decode_snapshot(data: bytes, extent: Extent, velocity_scale: float) -> Snapshot:
+    """A snapshot's bytes as values in SI units.
+
+    Raises MalformedError naming the byte count, magic or version that is wrong.
+    """
+    if len(data) < HEADER.size:
+        raise MalformedError(f"a snapshot of {len(data)} bytes has no whole header")
+    magic, version, count, tick, seq = HEADER.unpack_from(data)
+    if magic != MAGIC or version != PROTOCOL_VERSION:
+        raise MalformedError(f"magic {magic:#x}, version {version} is not a snapshot of version 1")
+    if len(data) != HEADER.size + count * BALL.itemsize:
+        raise MalformedError(f"{len(data)} bytes do not hold {count} balls")
+    raw = np.frombuffer(data, BALL, count, HEADER.size)
+    balls = np.empty(count, DECODED)
+    balls["id"] = raw["id"]
+    balls["x"] = raw["x"] / _GRID * (extent.x_max - extent.x_min) + extent.x_min
+    balls["y"] = raw["y"] / _GRID * (extent.y_max - extent.y_min) + extent.y_min
+    balls["theta"] = raw["angle"] * (2.0 * math.pi / _TURN)
+    balls["vx"] = raw["vx"] * velocity_scale
+    balls["vy"] = raw["vy"] * velocity_scale
+    balls["bounced"] = (raw["flags"] & FLAG_BOUNCED) != 0
+    balls["asleep"] = (raw["flags"] & FLAG_ASLEEP) != 0
+    return Snapshot(tick, seq, balls)

@@ -1,0 +1,56 @@
+"""The JSON Schemas of all bodies, for the server's OpenAPI document."""
+
+from typing import Any
+
+import msgspec
+
+from app.web.schemas.boards import BoardList, BoardView
+from app.web.schemas.drops import (
+    DropRecord,
+    DropRequest,
+    Frames,
+    Simulation,
+    SimulationRequest,
+    Verdict,
+)
+from app.web.schemas.health import Health, Readiness
+from app.web.schemas.problem import Problem
+from app.web.schemas.rooms import (
+    RoomChange,
+    RoomDrop,
+    RoomDropRequest,
+    RoomList,
+    RoomLog,
+    RoomOpened,
+    RoomRequest,
+    RoomView,
+    SceneList,
+)
+
+DOCUMENTED = (
+    Problem,
+    BoardList,
+    BoardView,
+    DropRequest,
+    DropRecord,
+    Frames,
+    Verdict,
+    SimulationRequest,
+    Simulation,
+    RoomRequest,
+    SceneList,
+    RoomChange,
+    RoomList,
+    RoomView,
+    RoomOpened,
+    RoomLog,
+    RoomDropRequest,
+    RoomDrop,
+    Health,
+    Readiness,
+)
+
+
+def components() -> dict[str, Any]:
+    """The JSON Schemas of all bodies, by name, for OpenAPI's components."""
+    return msgspec.json.schema_components(DOCUMENTED, ref_template="#/components/schemas/{name}")[1]

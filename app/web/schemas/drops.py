@@ -1,0 +1,120 @@
+"""Bodies of the routes that compute drops: one, its frames, its verdict, and many."""
+
+from typing import Annotated, Any
+
+import msgspec
+from msgspec import Meta
+
+from app.web.schemas.fields import BoardRef, Digest, SeedIn, Solver, StartIn
+from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
+
+
+class DropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A drop to compute."""
+
+    board: BoardRef
+    seed: SeedIn = None
+    x: StartIn = None
+    solver: Solver = "exact"
+    dt: Annotated[float, Meta(description="Step in seconds, of the stepped solver.")] = DEFAULT_DT
+    substeps: Annotated[int, Meta(description="Substeps a step, of the stepped solver.")] = (
+        DEFAULT_SUBSTEPS
+    )
+    certainty: Annotated[bool, Meta(description="Say also how sure the bin is.")] = False
+
+
+class DropRecord(msgspec.Struct, frozen=True):
+    """A whole drop; feed it to `POST verify` as it is. The fields of `plinko drop --json`."""
+
+    board: BoardRef
+    board_digest: Digest
+    seed: Annotated[str | None, Meta(description="The seed, as a decimal string.")]
+    solver: Solver
+    physics_version: Any
+    bin: Annotated[int | None, Meta(description="Bin landed in; null when it never settles.")]
+    score: Annotated[float, Meta(description="The bin's multiplier; 1 when it never settles.")]
+    duration: Annotated[float, Meta(description="Seconds from start to landing.")]
+    x_end: Annotated[float, Meta(description="Where it crossed into the bin, in metres.")]
+    impacts: Annotated[
+        list[Annotated[tuple[float, ...], Meta(min_length=8, max_length=8)]],
+        Meta(description="[t, x, y, vx, vy, omega, kind, index] right after each impact."),
+    ]
+    digest: Digest
+    x: Annotated[float | None, Meta(description="Only when the start was explicit.")] = None
+    dt: Annotated[float | None, Meta(description="Only with the stepped solver.")] = None
+    substeps: Annotated[int | None, Meta(description="Only with the stepped solver.")] = None
+    correction: Annotated[
+        float | None, Meta(description="Positional correction, only with the stepped solver.")
+    ] = None
+    amplification: Annotated[
+        float | None,
+        Meta(description="|dx_end / dx_start|; only on request. Null when it never settles."),
+    ] = None
+    x_error: Annotated[
+        float | None, Meta(description="Estimated error of x_end in metres; only on request.")
+    ] = None
+    certain: Annotated[
+        bool | None,
+        Meta(
+            description="Whether the bin stands if the start moves by half a unit in the last "
+            "place; only on request."
+        ),
+    ] = None
+
+
+State = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]
+
+
+class Frames(msgspec.Struct, frozen=True):
+    """The states of a ball at a steady rate, and at the landing."""
+
+    board_digest: Digest
+    digest: Digest
+    fps: float
+    duration: float
+    fields: list[str]
+    frames: list[State]
+    before: Annotated[
+        list[State],
+        Meta(description="The state right before each impact of the record, in its order."),
+    ]
+
+
+class Verdict(msgspec.Struct, frozen=True):
+    """Whether a record's drop was reproduced, and the first field that differs if not."""
+
+    ok: bool
+    field: str | None
+    expected: Annotated[Any, Meta(description="What the record says.")]
+    actual: Annotated[Any, Meta(description="What the engine computes.")]
+
+
+class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Many drops to compute and count."""
+
+    board: BoardRef
+    drops: Annotated[int, Meta(description="How many, at least 1.")] = 100
+    seed: Annotated[
+        Any,
+        Meta(
+            description="Of the first drop; then one more each.",
+            extra_json_schema={"anyOf": [{"type": "string"}, {"type": "integer"}]},
+        ),
+    ] = "0"
+    solver: Solver = "exact"
+    dt: Annotated[float, Meta(description="Step in seconds, of the stepped solver.")] = DEFAULT_DT
+    substeps: Annotated[int, Meta(description="Substeps a step, of the stepped solver.")] = (
+        DEFAULT_SUBSTEPS
+    )
+
+
+class Simulation(msgspec.Struct, frozen=True):
+    """What came of many drops: the fields of `plinko simulate --json`, but for its times."""
+
+    board_digest: Digest
+    drops: int
+    histogram: Annotated[list[int], Meta(description="Balls in each bin.")]
+    unsettled: Annotated[int, Meta(description="Balls that did not land.")]
+    mean_duration: Annotated[float, Meta(description="Seconds.")]
+    mean_impacts: float
+    digest: Annotated[Digest, Meta(description="Over all outcomes, in the order of the seeds.")]

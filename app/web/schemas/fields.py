@@ -1,0 +1,43 @@
+"""What several bodies have in common: boards, seeds, starts and digests, with what OpenAPI says.
+
+Values with a parser of their own (seeds, boards, starts) stay `Any` here, so that the parser that
+knows what is wrong names it; what they may be is said in the description.
+"""
+
+from typing import Annotated, Any, Literal
+
+from msgspec import Meta
+
+BoardRef = Annotated[
+    Any,
+    Meta(
+        description="A preset's name, the digest of a registered board, or a whole board object.",
+        examples=["triangle-16"],
+        extra_json_schema={"anyOf": [{"type": "string"}, {"type": "object"}]},
+    ),
+]
+SeedIn = Annotated[
+    Any,
+    Meta(
+        description="0 <= seed < 2^64, as a decimal string or an integer; without it the server "
+        "draws one.",
+        examples=["42"],
+        extra_json_schema={"anyOf": [{"type": "string"}, {"type": "integer"}, {"type": "null"}]},
+    ),
+]
+StartIn = Annotated[
+    Any,
+    Meta(
+        description="Explicit start in metres; without it the seed decides.",
+        examples=[0.1],
+        extra_json_schema={"anyOf": [{"type": "number"}, {"type": "null"}]},
+    ),
+]
+Seed = Annotated[str, Meta(description="The seed, as a decimal string.", examples=["42"])]
+Digest = Annotated[
+    str, Meta(description="SHA-256, 64 hexadecimal digits.", pattern="^[0-9a-f]{64}$")
+]
+Solver = Annotated[
+    Literal["exact", "stepped"],
+    Meta(description="`exact`: event-driven, no stepping error. `stepped`: fixed steps of `dt`."),
+]

@@ -1,0 +1,214 @@
+"""Bodies of the routes of rooms and scenes."""
+
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta
+
+from app.protocol.messages import BallStart, Extent, Stats
+from app.rooms.stakes import MAX_STAKE, MAX_WHO
+from app.web.schemas.fields import BoardRef, Digest, Seed, SeedIn, Solver, StartIn
+
+SceneValue = Annotated[
+    Any, Meta(description="A parameter of the scene, as `GET scenes` lists them.")
+]
+
+
+class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A room to open, over a board or as a scene."""
+
+    board: BoardRef = None
+    mode: Annotated[
+        Literal["independent", "interacting"],
+        Meta(description="Whether balls pass through each other or knock each other."),
+    ] = "independent"
+    scene: Annotated[
+        str | None,
+        Meta(description="`sandbox` or `galton`, instead of a board; the rest is for scenes."),
+    ] = None
+    balls: SceneValue = None
+    seed: SceneValue = None
+    width: SceneValue = None
+    height: SceneValue = None
+    radii: SceneValue = None
+    speed: SceneValue = None
+    gravity: SceneValue = None
+    drag: SceneValue = None
+    restitution: SceneValue = None
+    friction: SceneValue = None
+    density: SceneValue = None
+    damping: SceneValue = None
+    correction: SceneValue = None
+    dt: SceneValue = None
+    substeps: SceneValue = None
+
+
+SCENE_PARAMETERS = tuple(
+    name for name in RoomRequest.__struct_fields__ if name not in ("board", "mode", "scene")
+)
+
+
+class SceneView(msgspec.Struct, frozen=True):
+    """A scene by name, the room in which everybody may play it, and what it is made with."""
+
+    name: str
+    room: str
+    parameters: Annotated[dict[str, Any], Meta(description="With their defaults.")]
+
+
+class SceneList(msgspec.Struct, frozen=True):
+    """The scenes; the ranges of what can be set, with units; the presets by name."""
+
+    scenes: list[SceneView]
+    ranges: dict[str, Any]
+    presets: dict[str, dict[str, float]]
+
+
+class RoomChange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is to be different in a room; it begins anew with it."""
+
+    board: BoardRef
+
+
+class RoomSummary(msgspec.Struct, frozen=True):
+    """A room in a list."""
+
+    id: str
+    board_name: str
+    board_digest: Digest
+    mode: str
+    tick: int
+    awake: Annotated[bool, Meta(description="Whether anything moves.")]
+    balls: Annotated[int, Meta(description="Balls in flight.")]
+    clients: int
+    drops: Annotated[
+        int, Meta(description="Drops accepted so far; where balls touch each other, inputs.")
+    ]
+
+
+class RoomList(msgspec.Struct, frozen=True):
+    """The open rooms. Every preset's name is also a room, opened when first asked for."""
+
+    rooms: list[RoomSummary]
+
+
+class RoomView(msgspec.Struct, frozen=True):
+    """A room with its balls in flight and what came of the others."""
+
+    id: str
+    board_name: str
+    board_digest: Digest
+    mode: str
+    solver: Solver
+    tick: int
+    tick_rate: int
+    awake: bool
+    clients: int
+    owned: Annotated[
+        bool, Meta(description="Whether its creator, by its token, may change, reset or close it.")
+    ]
+    extent: Extent
+    balls: Annotated[list[BallStart], Meta(description="The drops in flight.")]
+    stats: Stats
+    scene: Annotated[
+        dict[str, Any] | None, Meta(description="As it was opened; null for a room with a board.")
+    ]
+
+
+class RoomOpened(RoomView, frozen=True):
+    """A room of one's own. The token is shown this once and cannot be had again."""
+
+    token: Annotated[
+        str, Meta(description="Send it as `Authorization: Bearer TOKEN` to change the room.")
+    ]
+
+
+class LoggedResult(msgspec.Struct, frozen=True):
+    """How a drop in a room ended."""
+
+    tick: int
+    bin: int | None
+    score: float
+    t: Annotated[float, Meta(description="Seconds from start to landing.")]
+    x_end: float
+    digest: str
+    unsettled: str | None
+    payout: Annotated[int, Meta(description="In minor units.")]
+
+
+class LoggedDrop(msgspec.Struct, frozen=True):
+    """A drop that a room accepted."""
+
+    ball: int
+    tick: Annotated[int, Meta(description="The room's tick at which it starts.")]
+    seed: Seed
+    x: Annotated[float | None, Meta(description="Explicit start; null: the seed decides.")]
+    stake: Annotated[int, Meta(description="In minor units.")]
+    who: str | None
+    result: Annotated[LoggedResult | None, Meta(description="Null while it is in flight.")]
+
+
+class RoomLog(msgspec.Struct, frozen=True):
+    """All that a room was told, and what came of it: enough to replay it to the last bit."""
+
+    kind: str
+    version: int
+    room: str
+    board: BoardRef
+    board_digest: Digest
+    mode: str
+    solver: Solver
+    tick_rate: int
+    physics_version: Any
+    tick: Annotated[int, Meta(description="The tick at which the log ends.")]
+    world_digest: Annotated[
+        str, Meta(description="SHA-256 of the whole state at that tick, balls in flight included.")
+    ]
+    drops: list[LoggedDrop]
+    digest: Annotated[
+        str, Meta(description="SHA-256 over the world's digest and each drop's, in order.")
+    ]
+
+
+class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A ball for a room."""
+
+    seed: SeedIn = None
+    x: StartIn = None
+    stake: Annotated[
+        Any,
+        Meta(
+            description="Whole minor units, kept with the drop; `landed` has the payout.",
+            extra_json_schema={
+                "anyOf": [
+                    {"type": "integer", "minimum": 0, "maximum": MAX_STAKE},
+                    {"type": "null"},
+                ]
+            },
+        ),
+    ] = None
+    who: Annotated[
+        Any,
+        Meta(
+            description="A mark of the player's own, kept with the drop.",
+            extra_json_schema={
+                "anyOf": [
+                    {"type": "string", "minLength": 1, "maxLength": MAX_WHO},
+                    {"type": "null"},
+                ]
+            },
+        ),
+    ] = None
+
+
+class RoomDrop(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A ball accepted in a room; how it ends once it is waited for."""
+
+    room: str
+    ball: int
+    seed: Seed
+    x: float
+    tick: Annotated[int, Meta(description="The room's tick at which it starts.")]
+    landed: Annotated[
+        Any, Meta(description="The `landed` event, with `wait=1`.", extra_json_schema={})
+    ] = None

@@ -1,0 +1,99 @@
+"""What clients say: a message keeps its values, and what is malformed is told why."""
+
+import contextlib
+import json
+import math
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.errors import InvalidValueError, MalformedError, UnknownMessageError
+from app.protocol import client_messages
+
+
+def test_a_drop_message_keeps_its_values_as_they_came() -> None:
+    message = client_messages.decode_message(
+        '{"type":"drop","seed":"042","x":1,"ref":[1,{"a":null}]}'
+    )
+    assert message == client_messages.DropMessage(seed="042", x=1, ref=[1, {"a": None}])
+    assert client_messages.decode_message('{"type":"ping","t":1.5}') == client_messages.PingMessage(
+        t=1.5
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "not JSON"),
+        ("{", "not JSON"),
+        ('{"type":"drop","x":NaN}', "not JSON"),
+        ('{"type":"drop","ref":' + "[" * 4000, "nested too deeply"),
+        ("[]", "object"),
+        ("17", "object"),
+        ("null", "object"),
+        ("{}", "type"),
+        ('{"type":7}', "type"),
+        ('{"type":"drop","sede":1}', "sede"),
+        ('{"type":"ping"}', "t"),
+        ('{"type":"ping","t":"soon"}', "t"),
+        ('{"type":"drop","seed":' + "9" * 4500 + "}", "out of range"),
+    ],
+)
+def test_a_message_of_no_known_shape_is_told_why(text: str, said: str) -> None:
+    with pytest.raises(MalformedError, match=said):
+        client_messages.decode_message(text)
+
+
+def test_an_unknown_type_is_named_with_those_there_are() -> None:
+    with pytest.raises(UnknownMessageError, match=r"'fly' is not one of: drop, ping"):
+        client_messages.decode_message('{"type":"fly"}')
+
+
+@given(st.text(max_size=200))
+def test_any_text_is_a_message_or_malformed(text: str) -> None:
+    with contextlib.suppress(MalformedError):
+        client_messages.decode_message(text)
+
+
+@given(st.dictionaries(st.sampled_from(["type", "seed", "x", "ref", "t"]), st.none() | st.text()))
+def test_any_object_is_a_message_or_malformed(value: dict[str, Any]) -> None:
+    with contextlib.suppress(MalformedError):
+        client_messages.decode_message(json.dumps(value))
+
+
+@pytest.mark.parametrize("value", ["1", True, [], {}, math.nan, math.inf, -math.inf, 10**400])
+def test_a_start_that_is_no_number_is_named(value: object) -> None:
+    with pytest.raises(InvalidValueError, match="x "):
+        client_messages.parse_x(value)
+
+
+@pytest.mark.parametrize(("value", "x"), [(None, None), (1, 1.0), (-0.25, -0.25)])
+def test_a_start_is_metres(value: object, x: float | None) -> None:
+    assert client_messages.parse_x(value) == x
+
+
+def nested(depth: int) -> str:
+    return '{"type":"drop","ref":' + "[" * depth + "]" * depth + "}"
+
+
+@pytest.mark.parametrize("depth", [64, 65, 500, 900, 940, 960, 980, 1000, 2000])
+def test_a_note_nested_so_deeply_that_it_could_not_come_back_is_refused(depth: int) -> None:
+    """It may be read where Python's stack is shallow, and fail to be written where it is not."""
+    with pytest.raises(MalformedError, match="nested too deeply: more than 64 levels"):
+        client_messages.decode_message(nested(depth))
+    assert client_messages.peek(nested(depth), "ref") is None
+
+
+def test_brackets_within_a_note_are_no_nesting() -> None:
+    message = client_messages.decode_message(nested(63))
+    assert isinstance(message, client_messages.DropMessage)
+    notes: list[Any] = ["[" * 500, '\\"' + "[" * 500, "]" * 500, [[]] * 200]
+    for note in notes:
+        data = msgspec.json.encode({"type": "drop", "ref": note})
+        message = client_messages.decode_message(data)
+        assert isinstance(message, client_messages.DropMessage)
+        assert message.ref == note
+        assert client_messages.peek(data, "ref") == note
