@@ -264,7 +264,6 @@ def test_bands_are_seen() -> None:
     assert render.bands(d, buffer.getvalue(), 10) > 2.0 * render.BAND
 
 
-@pytest.mark.slow
 def test_an_engine_without_a_feature_gives_the_same_bits() -> None:
     board = scenes.triangle(8, scenes.PLAIN)
     with stripped.without("friction") as other:

@@ -77,7 +77,6 @@ def verify(load: Load, url: str) -> int:
     return count
 
 
-@pytest.mark.slow
 async def test_no_drop_that_was_acknowledged_is_lost_and_no_digest_changes(url: str) -> None:
     seed = int(os.environ.get("PLINKO_TEST_SEED", "1"))
     load = Load(Served(url), random.Random(seed))

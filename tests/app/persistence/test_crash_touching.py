@@ -77,7 +77,6 @@ def log_of(server: Served, room: str) -> dict[str, Any]:
     return log
 
 
-@pytest.mark.slow
 async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> None:
     chance, told = random.Random(3), Told()
     with Served(url) as server:

@@ -1,7 +1,6 @@
 """The exact solver is held to the fifty-digit oracle: its positions, its hits and its bins."""
 
 import math
-import os
 import statistics
 
 import mpmath
@@ -23,6 +22,7 @@ from tests.engine.oracle import OracleDrop, golden, oracle_drop
 from tests.engine.oracle.golden import GoldenDrop
 from tests.engine.oracle.random_scenes import random_scene
 from tests.engine.oracle.scenes import accuracy_boards, scene
+from tests.long import tries
 
 mp = mpmath.MPContext()
 mp.dps = 60
@@ -49,11 +49,12 @@ def errors(oracle: OracleDrop, board: Board, x: float) -> list[float]:
 def assert_agrees(board: Board, x: float) -> OracleDrop:
     """Same events, same bin, positions within rounding as it grows; return the oracle's drop."""
     oracle = oracle_drop(board, x)
-    scale = max(1.0, abs(float(board.bins.y)))
-    for number, error in enumerate(errors(oracle, board, x)):
-        growth = max(1.0, oracle.growths[number])
-        assert growth < golden.SHARP, "a scene too chaotic to compare"
-        assert error <= ULPS * math.ulp(scale) * growth, (number, error, growth)
+    found = errors(oracle, board, x)
+    rounding = ULPS * math.ulp(max(1.0, abs(float(board.bins.y))))
+    if max(found) > rounding:  # may it be more? What has not grown needs no measure of growth.
+        for number, (error, growth) in enumerate(zip(found, oracle.growths, strict=True)):
+            assert growth < golden.SHARP, "a scene too chaotic to compare"
+            assert error <= rounding * max(1.0, growth), (number, error, growth)
     return oracle
 
 
@@ -75,13 +76,14 @@ def test_the_oracle_files_are_of_the_boards_as_they_are(name: str) -> None:
     assert len(drops) >= 40
 
 
-@pytest.mark.parametrize("name", BOARDS)
+@pytest.mark.long
+@pytest.mark.parametrize("name", tries(["trial-8"], BOARDS))
 def test_the_oracle_files_say_what_the_oracle_says(name: str) -> None:
-    """A drop of each file is computed again; ORACLE_LIVE=n takes n, to check files made anew."""
+    """A drop is computed again; in `make test-long`, which checks files made anew, some of each."""
     board = accuracy_boards()[name]
     _, drops = golden.load(name)
     short = sorted(drops, key=lambda d: len(d.turns))
-    for kept in short[len(short) // 4 :][: int(os.environ.get("ORACLE_LIVE", "1"))]:
+    for kept in short[len(short) // 4 :][: tries(1, 4)]:
         assert golden.compute(board, kept.x) == kept
 
 
@@ -173,7 +175,7 @@ def test_the_inside_of_a_wall(x: float, slope: float) -> None:
     if slope == 0.0:
         walls += (Wall(-1.2, 1.5, 1.2, 1.0),)
     board = scene(walls=walls, restitution=0.5, friction=0.1, drag=0.5)
-    oracle = oracle_drop(board, x, max_events=15, amplify=False)
+    oracle = oracle_drop(board, x, max_events=15)
     played = drop(board, x=x)
     for e, i in zip(oracle.events, played.impacts, strict=False):
         assert math.hypot(float(e.x - float(i["x"])), float(e.y - float(i["y"]))) < 1e-14
@@ -206,7 +208,7 @@ def test_rolling_into_a_peg_and_into_a_wall() -> None:
     slope = Wall(-1.0, -0.25, 1.0, 0.25)
     for stop in (Peg(0.5, 0.0, 0.05), Peg(0.9, 0.0, 0.15)):
         board = scene(walls=(slope,), pegs=(stop,), friction=0.9)
-        oracle, played = oracle_drop(board, -0.5, amplify=False), drop(board, x=-0.5)
+        oracle, played = oracle_drop(board, -0.5), drop(board, x=-0.5)
         assert kinds(oracle)[:3] == [KIND_WALL, KIND_CONTACT_BEGIN, KIND_PEG]
         # It ends in the notch, where what comes after what is a question of the last digits.
         assert oracle.bin is None
@@ -238,7 +240,7 @@ def test_a_curved_graze_of_a_peg_is_a_hit_or_a_miss_by_a_millionth_of_a_micromet
 ) -> None:
     """Off a slope the ball flies past a peg; the peg is grown or shrunk about a bare touch."""
     slope = Wall(-0.5, -0.5, 0.5, 0.5)
-    bare = oracle_drop(scene(walls=(slope,), restitution=1.0, drag=drag), 0.0, amplify=False)
+    bare = oracle_drop(scene(walls=(slope,), restitution=1.0, drag=drag), 0.0)
     distance = closest(bare, (1.0, 0.5))
     for grown, wanted in ((overlap, True), (-overlap, False)):
         peg = Peg(1.0, 0.5, float(distance) - 0.1 + grown)
@@ -301,9 +303,11 @@ def test_the_shared_scenes_play_as_by_the_oracle(name: str) -> None:
 def test_on_a_random_board_the_ball_does_what_the_oracle_says(seed: int) -> None:
     board, x = random_scene(seed)
     oracle = oracle_drop(board, x)
-    scale = math.ulp(float(board.bins.y))
-    for error, growth in zip(errors(oracle, board, x), oracle.growths, strict=True):
-        assert error <= ULPS * scale * max(1.0, growth)
+    found = errors(oracle, board, x)
+    rounding = ULPS * math.ulp(float(board.bins.y))
+    if max(found) > rounding:
+        for error, growth in zip(found, oracle.growths, strict=True):
+            assert error <= rounding * max(1.0, growth)
 
 
 @pytest.mark.parametrize("seed", [18, 34, 38, 58])
@@ -311,7 +315,7 @@ def test_where_the_oracle_is_stuck_in_a_notch_the_ball_is_stuck_in_the_same_plac
     seed: int,
 ) -> None:
     board, x = random_scene(seed)
-    oracle, played = oracle_drop(board, x, amplify=False), drop(board, x=x)
+    oracle, played = oracle_drop(board, x), drop(board, x=x)
     assert oracle.bin is None
     assert played.bin is None
     assert played.unsettled

@@ -2,7 +2,9 @@
 
 import math
 import random
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 from typing import Final
 
@@ -44,13 +46,8 @@ class Event:
 class OracleDrop:
     """What happened to one ball. Numbers are mpf; `bin` is None when it never lands.
 
-    `amplification`: metres that x_end moves per metre that the start moves, and `amplifications`
-    the same for the position at each event, from a second run started NUDGE metres away.
-    `growths`: how far the position at each event is from that of further runs, whose start is
-    nudged and whose velocity is changed by one part in 1 / NUDGE at every hit, up or down, per
-    NUDGE; the farthest of SHAKES runs. It says what rounding does on the way even where a contact
-    phase has made the ball forget its start. Empty and NaN when not asked for; infinite once runs
-    take different turns.
+    How errors grow is measured by further runs, played when it is first asked for: one for
+    `amplifications`, SHAKES for `growths`.
     """
 
     bin: int | None
@@ -58,10 +55,41 @@ class OracleDrop:
     x_end: Real
     events: list[Event]
     reason: str | None
-    amplification: float = math.nan
-    amplifications: list[float] = field(default_factory=list)
-    growths: list[float] = field(default_factory=list)
     _pieces: list["Flight | Stretch"] = field(default_factory=list)
+    _again: "Callable[[Real, int], OracleDrop] | None" = None  # by a shake and its pattern
+
+    @cached_property
+    def amplifications(self) -> list[float]:
+        """Metres that the position at each event moves per metre that the start moves.
+
+        From a second run, started NUDGE metres away; infinite once it takes other turns.
+        """
+        return _spread(self, self._beside)
+
+    @cached_property
+    def amplification(self) -> float:
+        """The last of `amplifications`: of x_end. Infinite where the runs have other events."""
+        same = len(self.events) == len(self._beside.events) and bool(self.amplifications)
+        return self.amplifications[-1] if same else math.inf
+
+    @cached_property
+    def growths(self) -> list[float]:
+        """How far the position at each event is from that of further runs, per NUDGE.
+
+        Their start is nudged and their velocity changed by one part in 1 / NUDGE at every hit, up
+        or down; the farthest of SHAKES runs counts. It says what rounding does on the way even
+        where a contact phase has made the ball forget its start.
+        """
+        spreads = [_spread(self, self._nudged(NUDGE, pattern)) for pattern in range(SHAKES)]
+        return [max(at_event) for at_event in zip(*spreads, strict=True)]
+
+    @cached_property
+    def _beside(self) -> "OracleDrop":
+        return self._nudged(0.0, 0)
+
+    def _nudged(self, shake: float, pattern: int) -> "OracleDrop":
+        assert self._again is not None, "a neighbour's own neighbours are never asked for"
+        return self._again(shake, pattern)
 
     def state_at(self, t: float) -> Point:
         """The whole state `t` seconds after the start, 0 <= t <= duration."""
@@ -243,49 +271,36 @@ def _same_turns(a: Event, b: Event) -> bool:
     return a.kind == b.kind and (a.index == b.index or a.kind == KIND_LANDING)
 
 
-def _spread(a: OracleDrop, b: OracleDrop, nudge: Real) -> list[float]:
+def _spread(a: OracleDrop, b: OracleDrop) -> list[float]:
     """How far apart two runs are at each event, per metre between their starts."""
     spread: list[float] = []
     for left, right in zip(a.events, b.events, strict=False):
         if not _same_turns(left, right):
             break
         distance = ((left.x - right.x) ** 2 + (left.y - right.y) ** 2) ** 0.5
-        spread.append(float(distance / nudge))
+        spread.append(float(distance / NUDGE))
     return spread + [math.inf] * (len(a.events) - len(spread))
 
 
 def oracle_drop(
-    board: Board,
-    x_start: float,
-    dps: int = 50,
-    max_events: int = 4000,
-    cut: float = CUT,
-    *,
-    amplify: bool = True,
+    board: Board, x_start: float, dps: int = 50, max_events: int = 4000, cut: float = CUT
 ) -> OracleDrop:
     """The drop of one ball on `board` from rest at (x_start, board.drop.y), to `dps` digits.
 
     `x_start` in metres and all of the board's floats are taken as the exact binary values they
-    are. `cut`: m/s, see CUT. `amplify`: also run two neighbours and measure how errors grow.
-    Raises OracleError rather than guess.
+    are. `cut`: m/s, see CUT. Raises OracleError rather than guess.
     """
     scene = Scene(board, dps)
     real = scene.ctx.mpf
     if cut <= 0 or real(cut) < scene.tiny:
         raise OracleError(f"cut {cut} is not above the rounding of {dps} digits")
+
+    def again(shake: Real, pattern: int) -> OracleDrop:
+        beside = real(x_start) + real(NUDGE)
+        return _Run(scene, beside, max_events, real(cut), real(shake), pattern).run()
+
     drop = _Run(scene, real(x_start), max_events, real(cut)).run()
-    if amplify:
-        nudge = real(NUDGE)
-        beside = _Run(scene, real(x_start) + nudge, max_events, real(cut)).run()
-        drop.amplifications = _spread(drop, beside, nudge)
-        shaken = [
-            _Run(scene, real(x_start) + nudge, max_events, real(cut), nudge, pattern).run()
-            for pattern in range(SHAKES)
-        ]
-        spreads = [_spread(drop, run, nudge) for run in shaken]
-        drop.growths = [max(at_event) for at_event in zip(*spreads, strict=True)]
-        same = len(drop.events) == len(beside.events) and bool(drop.amplifications)
-        drop.amplification = drop.amplifications[-1] if same else math.inf
+    drop._again = again
     return drop
 
 
