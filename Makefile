@@ -22,7 +22,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
 
-.PHONY: help play test test-long test-crash test-arm64 lint format bench readme pictures constraints clean
+.PHONY: help play test test-long test-crash test-arm64 lint format bench readme architecture pictures constraints clean
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
@@ -34,6 +34,7 @@ help:
 	@echo 'make format       put the code in its format'
 	@echo 'make bench        measure speed and error, for docs/benchmarks.md and the README'
 	@echo 'make readme       run the examples of the pages and write what they print'
+	@echo 'make architecture draw the packages and what they may import'
 	@echo 'make pictures     take and draw the pictures of the documentation anew'
 	@echo 'make constraints  pin the newest versions that work together'
 	@echo 'make clean        remove the environment and all caches'
@@ -79,6 +80,10 @@ format: $(VENV)/.stamp-lint
 # What the examples of the README and of docs/pictures.md print, and their pictures, anew.
 readme: $(VENV)/.stamp-test
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.readme
+
+# The drawing of the packages, from the import contract.
+architecture: $(VENV)/.stamp-test
+	$(BIN)/python -m tests.repository.architecture
 
 # Screenshots of the pages, and docs/pictures.md, which takes a million drops, anew.
 pictures: $(VENV)/.stamp-test

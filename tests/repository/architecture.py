@@ -1,0 +1,136 @@
+"""The drawing in docs/architecture.md, made of the import contract by `make architecture`.
+
+Each `layers` contract of pyproject.toml is a stack of rows: what stands in a row may import all
+that stands below it, and nothing beside or above. What a box says of itself is what its module says
+first.
+"""
+
+import ast
+import textwrap
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import escape
+
+ROOT = Path(__file__).parents[2]
+PICTURE = ROOT / "docs" / "images" / "architecture.svg"
+
+WIDTH = 1160  # px, as all below
+MARGIN = 20
+GAP = 8
+HEAD = 40  # of a stack, above its first row
+LINE = 15
+FONT = 12.5
+LETTER = 0.52 * FONT  # a letter's width on average, a little on the safe side
+
+
+@dataclass(frozen=True)
+class Stack:
+    """A package whose parts stand in layers, from the top one down."""
+
+    package: str
+    layers: tuple[tuple[str, ...], ...]
+
+
+def stacks() -> list[Stack]:
+    """The packages with an exhaustive contract for their parts: the server, then the engine."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    found = {}
+    for contract in project["tool"]["importlinter"]["contracts"]:
+        if contract["type"] == "layers" and "." not in contract["containers"][0]:
+            (package,) = contract["containers"]
+            rows = (tuple(part.strip() for part in row.split("|")) for row in contract["layers"])
+            found[package] = Stack(package, tuple(rows))
+    return [found["app"], found["engine"]]
+
+
+def sentence(package: str, part: str) -> str:
+    """What a module or package says first of itself."""
+    base = ROOT / package / part
+    path = base / "__init__.py" if base.is_dir() else base.with_suffix(".py")
+    text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    return " ".join(text.split("\n\n")[0].split())
+
+
+def draw() -> str:
+    """The drawing as SVG."""
+    parts: list[str] = []
+    y = _bar(
+        parts, MARGIN, "static", "The pages: they know the server by REST and WebSocket alone."
+    )
+    y = _bar(parts, y, "benchmarks", "What plinko bench runs: may import all that is below.")
+    left, right = stacks()
+    width = (WIDTH - 2 * MARGIN - 3 * GAP) / 2
+    bottom = max(
+        _stack(parts, MARGIN, y, width, left, "#dce9f9", "imports the engine too"),
+        _stack(parts, WIDTH - MARGIN - width, y, width, right, "#e3f1dc", "imports no server"),
+    )
+    height = bottom + MARGIN
+    body = "\n".join(parts)
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" '
+        f'height="{height}" font-family="system-ui, sans-serif" font-size="15" fill="#1d2430">\n'
+        f"<title>The packages: each may import what stands below it in its stack</title>\n"
+        f'<rect width="{WIDTH}" height="{height}" fill="#ffffff"/>\n{body}\n</svg>\n'
+    )
+
+
+def _bar(parts: list[str], y: float, name: str, says: str) -> float:
+    height = _height([says], WIDTH - 2 * MARGIN)
+    _box(parts, (MARGIN, y, WIDTH - 2 * MARGIN, height), name, says, "#eef1f5")
+    return y + height + GAP
+
+
+def _stack(
+    parts: list[str], x: float, y: float, width: float, stack: Stack, fill: str, note: str
+) -> float:
+    """Draw a stack with its upper left corner at (x, y); returns where it ends."""
+    frame = len(parts)
+    top = y + HEAD
+    inner = width - 2 * 12
+    for row in stack.layers:
+        each = (inner - GAP * (len(row) - 1)) / len(row)
+        says = [sentence(stack.package, part) for part in row]
+        height = _height(says, each)
+        for place, (part, text) in enumerate(zip(row, says, strict=True)):
+            left = x + 12 + place * (each + GAP)
+            _box(parts, (left, top, each, height), part, text, fill)
+        top += height + GAP
+    bottom = top + 4
+    parts.insert(
+        frame,
+        f'<rect x="{x:g}" y="{y:g}" width="{width:g}" height="{bottom - y:g}" rx="10" '
+        f'fill="none" stroke="#8894a6"/>\n'
+        f'<text x="{x + 14:g}" y="{y + 26:g}" font-weight="700">{stack.package}</text>\n'
+        f'<text x="{x + width - 14:g}" y="{y + 26:g}" text-anchor="end" font-size="{FONT}">'
+        f"↓ each row may import the rows below it; {note}</text>",
+    )
+    return bottom
+
+
+def _wrapped(says: str, width: float) -> list[str]:
+    return textwrap.wrap(says.replace("`", ""), int((width - 20) / LETTER))
+
+
+def _height(says: list[str], width: float) -> float:
+    return 34 + LINE * max(len(_wrapped(each, width)) for each in says)
+
+
+def _box(
+    parts: list[str], where: tuple[float, float, float, float], name: str, says: str, fill: str
+) -> None:
+    x, y, width, height = where
+    parts.append(
+        f'<rect x="{x:g}" y="{y:g}" width="{width:g}" height="{height:g}" rx="6" fill="{fill}" '
+        f'stroke="#8894a6"/>\n'
+        f'<text x="{x + 10:g}" y="{y + 20:g}" font-weight="600">{escape(name)}</text>'
+    )
+    for number, line in enumerate(_wrapped(says, width)):
+        parts.append(
+            f'<text x="{x + 10:g}" y="{y + 37 + LINE * number:g}" font-size="{FONT}">'
+            f"{escape(line)}</text>"
+        )
+
+
+if __name__ == "__main__":
+    PICTURE.write_text(draw(), encoding="utf-8")
