@@ -285,9 +285,9 @@ def test_a_ball_covers_its_area_wherever_it_lies() -> None:
     look = look_of(6.3, "light")
     for x, y in ((20.0, 20.0), (20.37, 19.81), (20.5, 20.25)):
         plate = np.empty((40, 40, 3), np.uint8)
-        plate[:] = look.shadow.astype(np.uint8)
+        plate[:] = look.paint.shadow.astype(np.uint8)
         paint_balls(plate, np.array([x]), np.array([y]), np.zeros(1), look, 40)
-        rows, columns = np.nonzero((plate != look.shadow.astype(np.uint8)).any(axis=-1))
+        rows, columns = np.nonzero((plate != look.paint.shadow.astype(np.uint8)).any(axis=-1))
         assert len(rows) == pytest.approx(math.pi * 6.8**2, rel=0.06)
         assert rows.mean() + 0.5 == pytest.approx(y, abs=0.15)
         assert columns.mean() + 0.5 == pytest.approx(x, abs=0.15)
@@ -513,9 +513,10 @@ def test_the_page_and_the_pictures_read_the_same_file() -> None:
     shapes = json.loads(path.read_text(encoding="utf-8"))["shapes"]
     assert THEMES["light"].shapes == THEMES["dark"].shapes == shapes
     look = look_of(10.0, "light")
-    assert look.half_band == shapes["ball"]["band"]
-    assert look.shadow_at[0] == shapes["ball"]["shadow"]["across"]
-    assert look.gloss[..., 3].max() == pytest.approx(shapes["ball"]["gloss"][0]["alpha"], abs=0.05)
+    assert look.paint.half_band == shapes["ball"]["band"]
+    assert look.paint.shadow_across == shapes["ball"]["shadow"]["across"]
+    opacity = shapes["ball"]["gloss"][0]["alpha"]
+    assert look.paint.gloss[..., 3].max() == pytest.approx(opacity, abs=0.05)
     for name in ("paint-ball.js", "paint-board.js"):  # the page has no such numbers of its own
         script = (static_directory() / "js" / name).read_text(encoding="utf-8")
         assert "0.24" not in script
