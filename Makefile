@@ -27,8 +27,8 @@ PINS := pyproject.toml constraints.txt
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
 	@echo 'make test         run every test, browser tests included (PYTEST_ARGS=...)'
-	@echo 'make test-crash   kill the server under load at random moments, many times (KILLS=50)'
-	@echo 'make test-long    a quarter of an hour of load and malformed input on a server'
+	@echo 'make test-long    try the claims of the tests marked "long" many more times (half an hour)'
+	@echo 'make test-crash   of these, the kills of a server under load at random moments (KILLS=50)'
 	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
 	@echo 'make lint         style, format, types and import contracts'
 	@echo 'make format       put the code in its format'
@@ -51,11 +51,13 @@ test: $(VENV)/.stamp-test
 # The server is killed KILLS times under load, once over SQLite and once over PostgreSQL.
 test-crash: $(VENV)/.stamp-test
 	tools/postgresql
-	PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s tests/app/persistence/test_crash.py
+	LONG=1 PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s -m long tests/app/persistence
 
-# Ten minutes of soak, 10^5 malformed messages, and hundreds of requests of each REST operation.
+# Each test that tries more with LONG=1 has the marker `long`, see tests/long.py: ten minutes of
+# soak, 10^5 malformed messages, hundreds of requests of each REST operation, every oracle file.
 test-long: $(VENV)/.stamp-test
-	LONG=1 $(BIN)/python -m pytest -s tests/app/live/test_soak.py tests/app/live/test_fuzz.py $(PYTEST_ARGS)
+	tools/postgresql
+	LONG=1 PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s -m long $(PYTEST_ARGS)
 
 # Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU; with the JIT and without.
 test-arm64: $(VENV)/.stamp-play

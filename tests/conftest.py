@@ -1,4 +1,8 @@
-"""For all tests: a deterministic profile of property tests; kernels compiled before they start."""
+"""For all tests: a deterministic profile of property tests; kernels compiled before they start.
+
+`make test` tries every claim; those marked `long` are tried many more times by `make test-long`,
+which sets LONG=1: see tests/long.py.
+"""
 
 import os
 

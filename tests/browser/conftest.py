@@ -33,6 +33,7 @@ FLAGS = [
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
+    "--process-per-site",  # pages of one profile share a renderer, see Profile
 ]
 
 
@@ -182,15 +183,55 @@ def run(browser: Browser, server: ServerProcess) -> Iterator[Run]:
     assert not complaints.left
 
 
+@dataclass
+class Profile:
+    """A browser profile that tests use one after the other, each finding it empty.
+
+    A page that stays open keeps the renderer's process alive: to start one anew costs more than
+    most pages do. What a test does to a page ends with the page.
+    """
+
+    context: BrowserContext
+    keeper: Page
+
+    def clear(self) -> None:
+        """Forget cookies and all that pages stored, but not the files they are made of."""
+        self.context.clear_cookies()
+        session = self.context.new_cdp_session(self.keeper)
+        origin = self.keeper.evaluate("location.origin")
+        session.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
+        session.detach()
+
+
+@pytest.fixture(scope="package")
+def profile(browser: Browser, server: ServerProcess) -> Iterator[Profile]:
+    context = browser.new_context()
+    keeper = context.new_page()
+    keeper.goto(f"{server.url}/theme.json")
+    yield Profile(context, keeper)
+    context.close()
+
+
 @pytest.fixture
-def opened(browser: Browser, server: ServerProcess, complaints: Complaints) -> Iterator[Open]:
-    """Opens the page at a path, in a fresh profile, with options of `Browser.new_context`."""
+def opened(
+    browser: Browser, profile: Profile, server: ServerProcess, complaints: Complaints
+) -> Iterator[Open]:
+    """Opens the page at a path, in an empty profile, with options of `Browser.new_context`.
+
+    The first without options is in the profile that all tests share; others have their own.
+    """
     contexts: list[BrowserContext] = []
+    shared: list[Page] = []
+
+    def new_page(options: dict[str, Any]) -> Page:
+        if not options and not shared:
+            shared.append(profile.context.new_page())
+            return shared[0]
+        contexts.append(browser.new_context(**options))
+        return contexts[-1].new_page()
 
     def open_page(path: str = "/", *, before: str | None = None, **options: Any) -> Screen:
-        context = browser.new_context(**options)
-        contexts.append(context)
-        page = context.new_page()
+        page = new_page(options)
         complaints.watch(page)
         if before is not None:
             page.add_init_script(before)
@@ -201,3 +242,6 @@ def opened(browser: Browser, server: ServerProcess, complaints: Complaints) -> I
     yield open_page
     for context in contexts:
         context.close()
+    for page in shared:
+        page.close()
+        profile.clear()

@@ -8,6 +8,8 @@ from typing import Any
 
 from playwright.sync_api import Locator, Page, WebSocket, expect
 
+from tests.long import LONG
+
 expect.set_options(timeout=30_000)
 
 # To be run before the page: how late the newest picture came, ms behind the quickest of late.
@@ -162,6 +164,8 @@ class Screen:
         return self.page.evaluate(_TO_PIXELS, [board, points])
 
     def shot(self, name: str, *, full_page: bool = False) -> None:
-        """Keep a picture of the page, for people to look at."""
+        """With LONG=1, keep a picture of the page for people to look at; no test looks at it."""
+        if not LONG:
+            return
         self._artifacts.mkdir(exist_ok=True)
         self.page.screenshot(path=self._artifacts / f"{name}.png", full_page=full_page)

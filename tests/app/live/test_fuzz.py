@@ -26,12 +26,10 @@ from app.main import COMPILING
 from benchmarks.serving.process import Served, can_watch, serving
 from tests.app.conftest import serving as serving_here
 from tests.app.live import garbled
+from tests.long import tries
 
-LONG = bool(os.environ.get("LONG"))
-"""Set by `make test-long`."""
-
-MESSAGES = 100_000 if LONG else 3_000
-EXAMPLES = 300 if LONG else 12
+MESSAGES = tries(3_000, 100_000)
+EXAMPLES = tries(8, 300)
 """Requests of each operation of the REST interface."""
 
 GROWTH = 8e6
@@ -88,6 +86,7 @@ async def swallow(reader: asyncio.StreamReader, until: bytes = b"") -> bool:
     return False
 
 
+@pytest.mark.long
 @pytest.mark.timeout(3600)
 @pytest.mark.skipif(not can_watch(), reason="memory is read from /proc")
 async def test_malformed_messages_neither_fail_nor_crash_nor_grow_the_server(
@@ -127,6 +126,7 @@ def test_garbled_messages_are_the_same_for_a_seed_and_of_every_kind() -> None:
 # The whole of the REST interface, from its own description.
 
 
+@pytest.mark.long
 @pytest.mark.timeout(3600)
 def test_whatever_is_asked_the_answer_is_one_that_is_promised() -> None:
     """Every operation of /openapi.json but those that never end, with values good and bad."""

@@ -4,7 +4,6 @@
 """
 
 import asyncio
-import os
 import time
 from pathlib import Path
 
@@ -15,12 +14,10 @@ from app.load.client import room_url
 from app.load.generator import Load
 from app.main import COMPILING
 from benchmarks.serving.process import Served, can_watch, serving
+from tests.long import LONG, tries
 
-LONG = bool(os.environ.get("LONG"))
-"""Set by `make test-long`."""
-
-SECONDS = 600.0 if LONG else 8.0
-WAVE = 4.0  # s; then everybody leaves and others come
+SECONDS = tries(4.0, 600.0)
+WAVE = tries(2.0, 4.0)  # s; then everybody leaves and others come
 CLIENTS = 20
 CREEP = 1e5
 """Bytes a minute by which memory may grow in the second half of the time.
@@ -82,6 +79,7 @@ def test_creep_is_the_slope_whatever_single_samples_say() -> None:
     assert creep(list(zip(times, caches, strict=True))) == 0.0
 
 
+@pytest.mark.long
 @pytest.mark.timeout(3 * SECONDS + 600.0)
 @pytest.mark.skipif(not can_watch(), reason="memory is read from /proc")
 async def test_a_server_in_use_keeps_its_size(tmp_path: Path) -> None:

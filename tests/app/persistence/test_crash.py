@@ -12,9 +12,10 @@ import pytest
 from app.persistence import store
 from app.persistence.database import Database
 from engine import Board, drop
-from tests.app.persistence.server import Served, Told, play
+from tests.app.conftest import eventually
+from tests.app.persistence.server import KILLS, Served, Told, play
 
-KILLS = int(os.environ.get("PLINKO_TEST_KILLS", "4"))
+ACKNOWLEDGED = 10  # drops at least, between one kill and the next
 ROOMS = {"main": "triangle-16", "triangle-8": "triangle-8", "classic": "classic"}
 
 
@@ -26,14 +27,21 @@ class Load:
     chance: random.Random
     rooms: dict[str, Told] = field(default_factory=lambda: {name: Told(name) for name in ROOMS})
 
+    @property
+    def acknowledged(self) -> int:
+        """Drops that the players were told of as accepted."""
+        return sum(len(told.accepted) for told in self.rooms.values())
+
     async def until_killed(self, seconds: float) -> None:
-        """Play for a while, then kill the server in the middle of it."""
+        """Play for a while, until some drops are acknowledged, then kill the server amid it."""
+        enough = self.acknowledged + ACKNOWLEDGED
         seeds = itertools.count(self.chance.randrange(1 << 60))
         players = [
             asyncio.create_task(play(self.server, told, seeds, self.chance.uniform(0.01, 0.1)))
             for told in self.rooms.values()
         ]
         await asyncio.sleep(seconds)
+        await eventually(lambda: self.acknowledged >= enough)
         self.server.end(signal.SIGKILL)
         await asyncio.gather(*players)
 
@@ -77,6 +85,8 @@ def verify(load: Load, url: str) -> int:
     return count
 
 
+@pytest.mark.long
+@pytest.mark.timeout(3600)
 async def test_no_drop_that_was_acknowledged_is_lost_and_no_digest_changes(url: str) -> None:
     seed = int(os.environ.get("PLINKO_TEST_SEED", "1"))
     load = Load(Served(url), random.Random(seed))
@@ -88,4 +98,4 @@ async def test_no_drop_that_was_acknowledged_is_lost_and_no_digest_changes(url: 
         assert server.end(signal.SIGTERM) == 0
     told = verify(load, url)
     print(f"{KILLS} kills, {told} acknowledged drops, none lost, no digest changed")  # noqa: T201
-    assert told > 10 * KILLS
+    assert told >= ACKNOWLEDGED * KILLS

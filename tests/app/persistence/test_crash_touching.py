@@ -12,9 +12,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from app.rooms import log as roomlog
-from tests.app.persistence.server import Served
-
-KILLS = 3
+from tests.app.persistence.server import KILLS, Served
 
 
 class Told:
@@ -77,6 +75,8 @@ def log_of(server: Served, room: str) -> dict[str, Any]:
     return log
 
 
+@pytest.mark.long
+@pytest.mark.timeout(3600)
 async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> None:
     chance, told = random.Random(3), Told()
     with Served(url) as server:
