@@ -23,7 +23,9 @@ def _is_off(environment: Mapping[str, str]) -> bool:
 IS_OFF = _is_off(os.environ)
 """Whether kernels run as Python. Numba is not imported then, which takes longer than a drop."""
 
-_compiled: Any = None if IS_OFF else import_module("engine.jit.compiled_kernel")
+_compiler: Any = None if IS_OFF else import_module("engine.jit.kernel_compiler")
+_way: Any = None if IS_OFF else _compiler.choose()
+_stamp = "" if IS_OFF else _compiler.source_stamp()
 
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
@@ -34,7 +36,7 @@ def kernel(function: Callable[P, T]) -> Callable[P, T]:
     no wrapper for callers in C, as there are none, and no search for expressions of whole arrays to
     rewrite. With NUMBA_DISABLE_JIT=1 the function itself is returned: the same bits, slower.
     """
-    return function if IS_OFF else cast("Callable[P, T]", _compiled.outer(function))
+    return function if IS_OFF else cast("Callable[P, T]", _way.outer(function, _stamp))
 
 
 def inner_kernel(function: Callable[P, T]) -> Callable[P, T]:
@@ -61,4 +63,4 @@ def lean_kernel(function: Callable[P, T]) -> Callable[P, T]:
 def _inner(function: Callable[P, T], *, forceinline: bool) -> Callable[P, T]:
     if IS_OFF:
         return function
-    return cast("Callable[P, T]", _compiled.inner(function, forceinline=forceinline))
+    return cast("Callable[P, T]", _way.inner(function, forceinline))

@@ -15,7 +15,7 @@ from numba import types
 from engine import PHYSICS_VERSION, Board, drop
 from engine.exact.board_arrays import layout_of
 from engine.exact.sustained_contact import side_of
-from engine.jit import compiled_kernel
+from engine.jit import kernel_compiler
 from engine.physics.layout import bin_of
 from engine.physics.time_of_impact import stays_positive
 from tests.golden import check, make
@@ -116,7 +116,8 @@ def test_results_cannot_change_behind_the_versions_back(
     assert make.main(["--initial"]) == 0
 
 
-def test_a_changed_kernel_makes_the_code_of_its_callers_stale(tmp_path: Path) -> None:
+@pytest.mark.parametrize("plain", ["0", "1"])
+def test_a_changed_kernel_makes_the_code_of_its_callers_stale(plain: str, tmp_path: Path) -> None:
     """In a copy of the engine: a root is found with the series of another file."""
     package = tmp_path / "engine"
     for folder in ("jit", "physics"):
@@ -127,7 +128,10 @@ def test_a_changed_kernel_makes_the_code_of_its_callers_stale(tmp_path: Path) ->
         "from engine.physics.time_of_impact import line_hit_again\n"
         "print(round(line_hit_again(1.0, -2.0, 1e-12, 9.0, 9.0), 6))\n"
     )
-    cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    cache = {
+        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+        kernel_compiler.PLAIN_SWITCH: plain,
+    }
     assert run_python(code, tmp_path, **cache) == "1.0\n"
     source = package / "physics" / "flight.py"
     text = source.read_text()
@@ -190,6 +194,10 @@ def kept_code(code: str, cache: Path) -> set[str]:
     return {path.name.split("-")[0] for path in cache.rglob("*.nbc")}
 
 
-def test_the_stamp_is_of_the_sources() -> None:
-    assert len(compiled_kernel._STAMP) == 64
-    assert compiled_kernel._stamp() == compiled_kernel._STAMP
+def test_the_stamp_is_of_all_kernels() -> None:
+    """`jit` itself, which says how they are compiled, is a source as well."""
+    uses = "engine.jit.decorator"
+    kernels = {p for p in (ROOT / "engine").rglob("*.py") if uses in p.read_text(encoding="utf-8")}
+    assert len(kernels) > 20
+    assert kernels <= set(kernel_compiler.sources())
+    assert Path(kernel_compiler.__file__) in kernel_compiler.sources()

@@ -1,19 +1,42 @@
-"""How numba compiles kernels: what it would do for all of Python, it does not do for these."""
+"""The fast way to compile kernels, and all that touches numba's insides: no other file does.
+
+What numba would do for all of Python, it does not do here. The names it takes for that are private
+to numba, so `check` looks at the version and at the names before any of them is used; if something
+is amiss kernels are compiled the plain way (kernel_compiler.py), slower and with the same bits.
+"""
 
 import gc
+import inspect
 import operator
 from collections.abc import Callable
+from functools import partial
 from typing import Any, ClassVar
 
-from numba import types
+import numba
+from numba import njit, types
+from numba.core import compiler as numba_compiler
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 from numba.core.cpu import CPUContext
 from numba.core.errors import TypingError
+from numba.core.registry import cpu_target
+from numba.core.typing.context import Context
+
+from engine.jit.kernel_compiler import RULES
+
+TRIED = ((0, 68),)
+"""Minor versions of numba that gave the golden digests this way."""
+
+_njit: Any = njit  # its types leave out an option that is used below
+_plain: Any = types.unliteral  # and this has none
+
+_RULES = RULES | {"no_cfunc_wrapper": True, "no_rewrites": True}  # neither callers in C, nor arrays
+_INNER_RULES = _RULES | {"_nrt": False, "no_cpython_wrapper": True}
 
 _OPERATORS = (bool, int, *{each for each in vars(operator).values() if callable(each)})
 _ARRAY_MAKER = "__array__"  # numba's name for what makes an array of something like one
 _PLAIN = (types.Number, types.Boolean, types.Array, types.Omitted)
+_no_flags: Any = Flags
 _hash_of: Any = Flags.__hash__
 
 _IDLE_PASSES = frozenset(
@@ -172,3 +195,103 @@ class InnerCompiler(KernelCompiler):
         found = super().compile_extra(function)._replace(entry_point=object())
         context.insert_user_function(found.entry_point, found.fndesc, [found.library])
         return found
+
+
+def outer(function: Callable[..., Any], stamp: str) -> Any:
+    """`decorator.kernel`; its code on disk is stale once `stamp` is another."""
+    compiled = _without_literals(
+        _njit(function, cache=True, pipeline_class=KernelCompiler, **_RULES)
+    )
+    if compiled is not function:  # else a configuration file of numba's turns the JIT off
+        compiled._cache._cache_file._source_stamp = stamp
+    return compiled
+
+
+def inner(function: Callable[..., Any], forceinline: bool) -> Any:
+    """`decorator.inner_kernel`, or with forceinline `lean_kernel`."""
+    compiled = _without_literals(
+        _njit(function, pipeline_class=InnerCompiler, forceinline=forceinline, **_INNER_RULES)
+    )
+    if compiled is not function:
+        # Numba would call the wrapper that is not there. It is told of none, asks for one to be
+        # compiled, and gets the function itself.
+        compiled._insert = lambda *_, **__: None
+        compiled._compile_for_args = lambda *_, **__: function
+    return compiled
+
+
+def _without_literals(compiled: Any) -> Any:
+    if hasattr(compiled, "get_call_template"):
+        compiled.get_call_template = partial(_call_template, compiled.get_call_template)
+    return compiled
+
+
+def _call_template(original: Any, args: Any, kws: Any) -> Any:
+    """What a call compiles: one function for all integers, instead of one for each constant too.
+
+    Numba takes `kind=2` for a type of its own, and a variable for one until it has seen what else
+    is assigned to it: a fifth of the time to compile would go into functions that nobody calls.
+    """
+    named = {name: _plain(kind) for name, kind in dict(kws).items()}
+    return original(tuple(_plain(kind) for kind in args), named)
+
+
+class UnknownNumbaError(ImportError):
+    """This numba is not one that the fast way was tried with, or lacks a name that it takes."""
+
+
+_TAKEN: tuple[tuple[Any, tuple[str, ...]], ...] = (
+    (_no_flags(), ("_values", "copy")),
+    (Context, ("_lookup_global",)),
+    (types.Function, ("get_call_type",)),
+    (CPUContext, ("codegen", "get_abi_sizeof", "insert_user_function", "refresh", "subtarget")),
+    (JITCodeLibrary, ("_optimize_final_module", "_finalize_final_module", "_finalized")),
+    (Compiler, ("compile_extra", "define_pipelines")),
+    (numba_compiler, tuple(_IDLE_PASSES)),
+)
+"""Names that are called or replaced above, by whom they belong to."""
+
+_DISPATCHER = ("get_call_template", "_insert", "_compile_for_args", "_cache")
+"""As `_TAKEN`, of a function that numba has been given."""
+
+_FIND = ("self", "fn", "sig", "_firstcall")
+"""Parameters of `CPUContext.get_function`."""
+
+
+def check() -> None:
+    """Raise UnknownNumbaError unless this numba was tried and has all names that are taken from it.
+
+    Nothing is compiled for it: the first thing to be compiled has numba load all that it knows,
+    0.2 seconds that a program need not pay which imports the engine and drops no ball.
+    """
+    minor = tuple(numba.__version__.split(".")[:2])
+    tried = [f"{major}.{each}" for major, each in TRIED]
+    if ".".join(minor) not in tried:
+        raise UnknownNumbaError(
+            f"numba {numba.__version__} is none of those tried, {', '.join(tried)}"
+        )
+    for owner, names in _TAKEN:
+        _demand(owner, names)
+    if tuple(inspect.signature(CPUContext.get_function).parameters) != _FIND:
+        raise UnknownNumbaError(f"numba's CPUContext.get_function does not take {', '.join(_FIND)}")
+    made = _njit(_halved, cache=True, **_RULES)
+    if made is _halved:  # a configuration file of numba's turns the JIT off
+        return
+    _demand(made, _DISPATCHER)
+    _demand(made._cache, ("_cache_file",))
+    _demand(made._cache._cache_file, ("_source_stamp",))
+    read: Any = cpu_target.options.parse_as_flags
+    read(
+        _no_flags(), _INNER_RULES | {"forceinline": True}
+    )  # KeyError for an option it does not know
+
+
+def _demand(owner: Any, names: tuple[str, ...]) -> None:
+    for name in names:
+        if not hasattr(owner, name):
+            called = getattr(owner, "__name__", type(owner).__name__)
+            raise UnknownNumbaError(f"numba {numba.__version__} has no {called}.{name}")
+
+
+def _halved(x: float) -> float:
+    return 0.5 * x

@@ -1,4 +1,4 @@
-"""How kernels are compiled: sooner than numba would by itself, with the same meaning."""
+"""The fast way: sooner than numba would compile by itself, with the same meaning."""
 
 import gc
 import operator
@@ -16,7 +16,7 @@ from numba.core.errors import NumbaError, TypingError
 from numba.core.registry import cpu_target
 from numba.core.typing.templates import signature
 
-from engine.jit import compiled_kernel, compiler, decorator
+from engine.jit import decorator, fast_compile
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothi
 def compiled(function: Callable[..., Any]) -> Any:
     """`function` as a kernel, but compiled in this process whatever is on disk."""
     make: Any = njit
-    return make(function, pipeline_class=compiler.KernelCompiler, **compiled_kernel._RULES)
+    return make(function, pipeline_class=fast_compile.KernelCompiler, **fast_compile._RULES)
 
 
 def mean_square(values: Any, count: int) -> float:
@@ -69,7 +69,7 @@ def test_nothing_is_remembered_of_functions_and_of_other_types() -> None:
     compiled(mean_square)(np.array([3.0, 4.0]), 2)
     for function in (np.add, np.sqrt, len):
         asked = context.resolve_value_type(function).get_call_type
-        assert not isinstance(asked, compiler._Meaning)
+        assert not isinstance(asked, fast_compile._Meaning)
     plus = context.resolve_value_type(operator.add).get_call_type
     texts = (types.unicode_type, types.unicode_type)
     assert plus(context, texts, {}) == numba_says(operator.add, texts)
@@ -79,7 +79,7 @@ def test_nothing_is_remembered_of_functions_and_of_other_types() -> None:
 def target() -> Any:
     """What a kernel is compiled for."""
     found: Any = cpu_target.target_context.subtarget()
-    found.__class__ = compiler._Target
+    found.__class__ = fast_compile._Target
     return found
 
 
@@ -111,7 +111,7 @@ def test_kernels_are_compiled_for_that_target() -> None:
     function = compiled(mean_square)
     function(np.ones(3), 3)
     (made,) = function.overloads.values()
-    assert type(made.target_context) is compiler._Target
+    assert type(made.target_context) is fast_compile._Target
 
 
 def test_what_has_no_meaning_is_refused_every_time() -> None:
@@ -124,7 +124,7 @@ def test_what_has_no_meaning_is_refused_every_time() -> None:
 
 
 def test_options_are_equal_if_the_same_has_been_set() -> None:
-    options: Any = compiler._Options
+    options: Any = fast_compile._Options
     numba_options: Any = Flags
     given = numba_options()
     given.release_gil = True
@@ -203,5 +203,5 @@ def test_what_an_idle_pass_would_do_is_refused() -> None:
 
 def test_the_idle_passes_are_numbas() -> None:
     """Under another name they would run again, unnoticed."""
-    passes = {name for name in vars(numba_compiler) if name in compiler._IDLE_PASSES}
-    assert passes == compiler._IDLE_PASSES
+    passes = {name for name in vars(numba_compiler) if name in fast_compile._IDLE_PASSES}
+    assert passes == fast_compile._IDLE_PASSES
