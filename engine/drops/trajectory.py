@@ -6,13 +6,14 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.board.model import Board
-from engine.exact.board_arrays import layout_of
-from engine.exact.event_log import EVENTS, SEGMENTS, new_log
+from engine.exact import event_log
+from engine.exact.board_arrays import arrays_of
+from engine.exact.event_log import new_log
 from engine.exact.outcome import MAX_EVENTS, MAX_TIME
 from engine.exact.sampling import sample
 from engine.exact.trace import trace
 from engine.parameters import Solver, Stepped
-from engine.physics.ball import PX, PY, STATE_SIZE, THETA, T
+from engine.physics import body
 from engine.physics.contact import new_series
 from engine.stepped.step import trace_stepped
 
@@ -41,24 +42,24 @@ class Trajectory:
 
     def states_at(self, times: Floats) -> Floats:
         """States at `times`, shape (n,), in s since the start, as an array of shape (n, 7)."""
-        out = np.empty((len(times), STATE_SIZE))
-        ended = times >= self.end[T]
+        out = np.empty((len(times), body.SIZE))
+        ended = times >= self.end[body.T]
         if not ended.all():
-            rows = np.searchsorted(self.segments[:, T], times, side="right") - 1
+            rows = np.searchsorted(self.segments[:, body.T], times, side="right") - 1
             sample(
-                layout_of(self.board), self.segments, rows, rows + 1, times,
+                arrays_of(self.board), self.segments, rows, rows + 1, times,
                 isinstance(self.solver, Stepped), new_series(), out,
             )  # fmt: skip
         out[ended] = self.end
-        out[ended, T] = times[ended]
+        out[ended, body.T] = times[ended]
         return out
 
 
 def follow(board: Board, x: float, solver: Solver) -> Trajectory:
     """Trajectory of a ball that starts at rest at (x, drop.y)."""
-    start = np.zeros(STATE_SIZE)
-    start[PX] = x
-    start[PY] = board.drop.y
+    start = np.zeros(body.SIZE)
+    start[body.X] = x
+    start[body.Y] = board.drop.y
     return follow_from(board, start, solver)
 
 
@@ -66,7 +67,7 @@ def follow_from(
     board: Board, start: Floats, solver: Solver, max_events: int = MAX_EVENTS
 ) -> Trajectory:
     """Trajectory of a ball from the state `start`, shape (7,): t, x, y, vx, vy, theta, omega."""
-    layout = layout_of(board)
+    layout = arrays_of(board)
     rows, pieces = _ROOM, 4 * _ROOM
     while True:
         log = new_log(rows, pieces)
@@ -77,7 +78,10 @@ def follow_from(
             )
         else:
             outcome, where = trace(layout, end, max_events, MAX_TIME, log)
-        needed, needed_pieces = int(log.counts[EVENTS]), int(log.counts[SEGMENTS])
+        needed, needed_pieces = (
+            int(log.counts[event_log.EVENTS]),
+            int(log.counts[event_log.SEGMENTS]),
+        )
         if needed <= rows and needed_pieces <= pieces:
             break
         rows, pieces = max(rows, needed), max(pieces, needed_pieces)
@@ -96,4 +100,4 @@ def follow_from(
 
 def start_row(trajectory: Trajectory) -> Floats:
     """x, y, vx, vy, omega at the start, as a digest takes them."""
-    return trajectory.start[[PX, PY, PX + 2, PY + 2, THETA + 1]]
+    return trajectory.start[[body.X, body.Y, body.X + 2, body.Y + 2, body.THETA + 1]]

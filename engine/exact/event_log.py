@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.physics.ball import OMEGA, PX, PY, THETA, VX, VY, T
+from engine.physics import body
 
 # A segment's row: the state at its start, then what moves the ball from there.
 ITEM = 7  # the surface it rides, or -1 in flight
@@ -91,7 +91,8 @@ def note_event(log: Log, state: npt.NDArray[np.float64], kind: int, index: int) 
     if row < len(log.events):
         write_event(
             log.events, log.marks, row,
-            state[T], state[PX], state[PY], state[VX], state[VY], state[OMEGA], kind, index,
+            state[body.T], state[body.X], state[body.Y],
+            state[body.VX], state[body.VY], state[body.OMEGA], kind, index,
         )  # fmt: skip
 
 
@@ -109,13 +110,13 @@ def write_segment(
     item: float,
 ) -> None:
     """Fill one row of a log's segments, but for what only a ride has."""
-    segments[row, T] = t
-    segments[row, PX] = x
-    segments[row, PY] = y
-    segments[row, VX] = vx
-    segments[row, VY] = vy
-    segments[row, THETA] = theta
-    segments[row, OMEGA] = omega
+    segments[row, body.T] = t
+    segments[row, body.X] = x
+    segments[row, body.Y] = y
+    segments[row, body.VX] = vx
+    segments[row, body.VY] = vy
+    segments[row, body.THETA] = theta
+    segments[row, body.OMEGA] = omega
     segments[row, ITEM] = item
     segments[row, SIDE] = 0.0
     segments[row, MODE] = 0.0
@@ -137,7 +138,8 @@ def note_segment(
     if row < len(log.segments):
         write_segment(
             log.segments, row,
-            state[T], state[PX], state[PY], state[VX], state[VY], state[THETA], state[OMEGA], item,
+            state[body.T], state[body.X], state[body.Y], state[body.VX], state[body.VY],
+            state[body.THETA], state[body.OMEGA], item,
         )  # fmt: skip
         log.segments[row, SIDE] = side
         log.segments[row, MODE] = mode

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from engine.physics.ball import PX, PY, STATE_SIZE
+from engine.physics import body
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -19,9 +19,9 @@ NONE = -1
 
 def at_rest(xs: Floats, y: float) -> Floats:
     """`states`, shape (n, 7), of balls about to fall from each (xs[i], y), in m."""
-    states = np.zeros((len(xs), STATE_SIZE))
-    states[:, PX] = xs
-    states[:, PY] = y
+    states = np.zeros((len(xs), body.SIZE))
+    states[:, body.X] = xs
+    states[:, body.Y] = y
     return states
 
 

@@ -4,16 +4,17 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
-from engine.exact.event_log import IMPACTS, Log, note_event
+from engine.exact import event_log
+from engine.exact.board_arrays import BoardArrays, bin_of
+from engine.exact.event_log import Log, note_event
 from engine.jit.decorator import lean_kernel
-from engine.physics.ball import PX
-from engine.physics.layout import Layout, bin_of
+from engine.physics import body
 
 
 @lean_kernel
-def note_impact(board: Layout, state: npt.NDArray[np.float64], item: int, log: Log) -> None:
+def note_impact(board: BoardArrays, state: npt.NDArray[np.float64], item: int, log: Log) -> None:
     """Note the state right after an impact on `item`."""
-    log.counts[IMPACTS] += 1
+    log.counts[event_log.IMPACTS] += 1
     if item < board.peg_count:
         note_event(log, state, KIND_PEG, item)
     else:
@@ -21,8 +22,8 @@ def note_impact(board: Layout, state: npt.NDArray[np.float64], item: int, log: L
 
 
 @lean_kernel
-def land(board: Layout, state: npt.NDArray[np.float64], log: Log) -> int:
+def land(board: BoardArrays, state: npt.NDArray[np.float64], log: Log) -> int:
     """Note the landing, and return its bin."""
-    where = bin_of(board, state[PX])
+    where = bin_of(board, state[body.X])
     note_event(log, state, KIND_LANDING, where)
     return where

@@ -4,15 +4,15 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
-from engine.exact import free_flight, sustained_contact
-from engine.exact.event_log import EVENTS, IMPACTS, Log, end_ball, note_event
-from engine.exact.initial_state import IMPACTS_BEFORE, MET, MET_SIDE, NONE, Ints, in_flight
+from engine.exact import event_log, free_flight, initial_state, next_impact, sustained_contact
+from engine.exact.board_arrays import BoardArrays, surface_index
+from engine.exact.event_log import Log, end_ball, note_event
+from engine.exact.initial_state import Ints, in_flight
 from engine.exact.landing import land
 from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, FLYING, LANDED, TIME_LIMIT, WEDGED
 from engine.jit.decorator import inner_kernel, kernel
-from engine.physics.ball import PX, PY, STATE_SIZE, VX, VY
+from engine.physics import body
 from engine.physics.contact import new_series
-from engine.physics.layout import Layout
 from engine.physics.series import Series
 from engine.physics.surface import is_wedged, touch
 
@@ -21,18 +21,20 @@ State = npt.NDArray[np.float64]
 
 @inner_kernel
 def _comes_to_rest(
-    board: Layout, state: State, ridden: int, ridden_side: float, hit: int, hit_side: float
+    board: BoardArrays, state: State, ridden: int, ridden_side: float, hit: int, hit_side: float
 ) -> bool:
     """Whether a ball that rode one surface into another has no speed left and cannot go on."""
-    ax, ay, _, _ = touch(board, ridden, ridden_side, state[PX], state[PY])
-    bx, by, _, _ = touch(board, hit, hit_side, state[PX], state[PY])
-    slow = state[VX] * bx + state[VY] * by >= -free_flight.DYING_BOUNCE
-    return slow and is_wedged(board, ax, ay, bx, by)
+    ax, ay, _, _ = touch(
+        board.items, board.radius, ridden, ridden_side, state[body.X], state[body.Y]
+    )
+    bx, by, _, _ = touch(board.items, board.radius, hit, hit_side, state[body.X], state[body.Y])
+    slow = state[body.VX] * bx + state[body.VY] * by >= -free_flight.DYING_BOUNCE
+    return slow and is_wedged(board.gravity, ax, ay, bx, by)
 
 
 @kernel
 def trace_many(
-    board: Layout,
+    board: BoardArrays,
     states: State,
     entries: Ints,
     max_events: int,
@@ -52,29 +54,23 @@ def trace_many(
     """
     for i in range(len(states)):
         state = states[i]
-        before = entries[i, IMPACTS_BEFORE]
-        event_limit = log.counts[EVENTS] + max_events - before
-        impacts_before = log.counts[IMPACTS] - before
-        item = int(entries[i, MET])
-        side = float(entries[i, MET_SIDE])
-        how = free_flight.FREE
-        touching = item != NONE
+        before = entries[i, initial_state.IMPACTS_BEFORE]
+        event_limit = log.counts[event_log.EVENTS] + max_events - before
+        impacts_before = log.counts[event_log.IMPACTS] - before
+        item = int(entries[i, initial_state.MET])
+        side = float(entries[i, initial_state.MET_SIDE])
+        how = next_impact.FREE
+        touching = item != initial_state.NONE
         outcome = FLYING
         bins[i] = -1
         while outcome == FLYING:
             end, item, side, grips = free_flight.fly(
-                board.items, board.left, board.top, board.cells_per_metre, board.columns,
-                board.rows, board.starts, board.members, board.centres, board.travel, board.fall,
-                board.gravity, board.drag, board.radius, board.bins_y,
-                board.peg_count, board.peg_restitution, board.peg_friction,
-                board.wall_restitution, board.wall_friction,
-                state, item, side, how, touching, event_limit, max_time,
-                log.events, log.marks, log.segments, log.counts,
-            )  # fmt: skip
+                board, state, item, side, how, touching, event_limit, max_time, log
+            )
             if end != free_flight.ON_SURFACE:
                 outcome = _ends_in_flight(end)
                 break
-            note_event(log, state, KIND_CONTACT_BEGIN, sustained_contact.surface_index(board, item))
+            note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
             cause, item, side, hit, hit_side = sustained_contact.ride(
                 board, series, state, item, side, grips, max_time, event_limit, log
             )
@@ -88,17 +84,15 @@ def trace_many(
             outcome = _ends_in_contact(cause)
             if outcome == FLYING:
                 how = (
-                    free_flight.ROLLED_OFF
+                    next_impact.ROLLED_OFF
                     if cause == sustained_contact.LEFT
-                    else free_flight.BOUNCED
+                    else next_impact.BOUNCED
                 )
-                note_event(
-                    log, state, KIND_CONTACT_END, sustained_contact.surface_index(board, item)
-                )
+                note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
         if outcome == LANDED:
             bins[i] = land(board, state, log)
         outcomes[i] = outcome
-        impacts[i] = log.counts[IMPACTS] - impacts_before
+        impacts[i] = log.counts[event_log.IMPACTS] - impacts_before
         end_ball(log, i)
 
 
@@ -131,12 +125,12 @@ def _ends_in_contact(cause: int) -> int:
 
 
 def trace(
-    board: Layout, state: State, max_events: int, max_time: float, log: Log
+    board: BoardArrays, state: State, max_events: int, max_time: float, log: Log
 ) -> tuple[int, int]:
     """`trace_many` of one ball: the outcome and the bin, -1 if it did not land."""
     outcome = np.zeros(1, np.int8)
     where = np.zeros(1, np.int32)
-    states = state.reshape(1, STATE_SIZE)
+    states = state.reshape(1, body.SIZE)
     impacts = np.zeros(1, np.int32)
     series = new_series()
     entries = in_flight(1)

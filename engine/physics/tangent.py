@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.jit.decorator import inner_kernel
-from engine.physics.contact import NORMAL_X, NORMAL_Y, ORDER, ROLLING, SLIDING, SPEED
+from engine.physics import contact
 from engine.physics.flight import basis
 from engine.physics.series import Series, value
 
@@ -141,10 +141,10 @@ def ride_rates(
     drive = gravity * nx - k * u
     rate = drive
     turning = 0.0
-    if mode == ROLLING:
+    if mode == contact.ROLLING:
         rate = drive * (2.0 / 3.0)
         turning = rate / radius
-    elif mode == SLIDING:
+    elif mode == contact.SLIDING:
         rub = friction * slip_sign * force
         rate = drive - rub
         turning = 2.0 * rub / radius
@@ -174,16 +174,16 @@ def ride_on(
     What leads off the surface is dropped. `variation`, shape (3, ORDER + 1), is work space: the
     series of the variational equations, made like those of the motion.
     """
-    nx = series[NORMAL_X]
-    ny = series[NORMAL_Y]
-    u = series[SPEED]
+    nx = series[contact.NORMAL_X]
+    ny = series[contact.NORMAL_Y]
+    u = series[contact.SPEED]
     along = variation[ALONG]
     rate = variation[RATE]
     spin = variation[SPINNING]
     along[0] = -tangent[DX] * ny[0] + tangent[DY] * nx[0]
     rate[0] = -tangent[DVX] * ny[0] + tangent[DVY] * nx[0]
-    spin[0] = rate[0] / radius if mode == ROLLING else tangent[DOMEGA]
-    for i in range(ORDER):
+    spin[0] = rate[0] / radius if mode == contact.ROLLING else tangent[DOMEGA]
+    for i in range(contact.ORDER):
         turn_x = 0.0  # of gravity's pull along the surface, and of its pressure
         turn_y = 0.0
         square = 0.0
@@ -195,10 +195,10 @@ def ride_on(
         share = 1.0 / (i + 1.0)
         drive = gravity * curvature * turn_x - k * rate[i]
         along[i + 1] = rate[i] * share
-        if mode == ROLLING:
+        if mode == contact.ROLLING:
             rate[i + 1] = drive * share * (2.0 / 3.0)
             spin[i + 1] = rate[i + 1] / radius
-        elif mode == SLIDING:
+        elif mode == contact.SLIDING:
             force = -gravity * curvature * turn_y - curvature * square
             rub = friction * slip_sign * force
             rate[i + 1] = (drive - rub) * share

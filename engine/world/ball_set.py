@@ -12,12 +12,13 @@ import numpy.typing as npt
 from engine.board.model import Board
 from engine.drops.digest import drop_digest
 from engine.drops.trajectory import Trajectory, follow, start_row
-from engine.exact.board_arrays import layout_of
-from engine.exact.event_log import EVENT_SIZE, EVENTS, SEGMENT_SIZE, new_log
+from engine.exact import event_log
+from engine.exact.board_arrays import arrays_of
+from engine.exact.event_log import new_log
 from engine.exact.outcome import FLYING
 from engine.exact.sampling import sample
 from engine.parameters import Exact, Stepped
-from engine.physics.ball import PX, PY, STATE_SIZE, T
+from engine.physics import body
 from engine.physics.contact import new_series
 from engine.stepped.step import ENDLESS, MAX_HITS, step_many
 from engine.world.ball_set_touching import TouchingCrowd
@@ -35,7 +36,7 @@ class ExactCrowd:
 
     def __init__(self, board: Board, dt: float) -> None:
         self._board = board
-        self._layout = layout_of(board)
+        self._layout = arrays_of(board)
         self._dt = dt
         self._paths: list[Trajectory] = []
         self._frames = np.zeros(0, np.int64)
@@ -43,9 +44,9 @@ class ExactCrowd:
         self._last = np.zeros(0, np.int64)
         self._next_event = np.zeros(0, np.int64)
         self._next_time = np.zeros(0)
-        self._pool = np.empty((0, SEGMENT_SIZE))
+        self._pool = np.empty((0, event_log.SEGMENT_SIZE))
         self._series = new_series()
-        self.states = np.zeros((0, STATE_SIZE))
+        self.states = np.zeros((0, body.SIZE))
 
     def add(self, x: float) -> None:
         """Append a ball at rest at (x, drop.y)."""
@@ -71,7 +72,7 @@ class ExactCrowd:
         """Move the segments still needed to the front of a pool with room for `more`."""
         parts = [self._pool[a:b] for a, b in zip(self._first, self._last, strict=True)]
         used = sum(len(part) for part in parts)
-        pool = np.empty((max(256, 2 * (used + more)), SEGMENT_SIZE))
+        pool = np.empty((max(256, 2 * (used + more)), event_log.SEGMENT_SIZE))
         if parts:
             pool[:used] = np.concatenate(parts)
         ends = np.cumsum([len(part) for part in parts], dtype=np.int64)
@@ -102,10 +103,14 @@ class ExactCrowd:
         self._next_event[row] = last
         self._next_time[row] = _time_of(path, last)
         end = None
-        if path.end[T] <= time:
+        if path.end[body.T] <= time:
             self.states[row] = path.end
             end = End(
-                path.outcome, path.bin, float(path.end[T]), float(path.end[PX]), _digest(path)
+                path.outcome,
+                path.bin,
+                float(path.end[body.T]),
+                float(path.end[body.X]),
+                _digest(path),
             )
         return Progress(row, path.events[first:last], path.marks[first:last], end)
 
@@ -118,7 +123,7 @@ class ExactCrowd:
     def saved(self) -> list[dict[str, Any]]:
         """What `load` needs of each ball: all else follows from it."""
         return [
-            {"x": float(path.start[PX]), "frames": int(frames)}
+            {"x": float(path.start[body.X]), "frames": int(frames)}
             for path, frames in zip(self._paths, self._frames, strict=True)
         ]
 
@@ -130,7 +135,7 @@ class ExactCrowd:
 
 def _time_of(path: Trajectory, event: int) -> float:
     """Time of an event, or of the end after the last one."""
-    return float(path.events[event, 0] if event < len(path.events) else path.end[T])
+    return float(path.events[event, 0] if event < len(path.events) else path.end[body.T])
 
 
 def _digest(path: Trajectory) -> str:
@@ -144,19 +149,19 @@ class SteppedCrowd:
 
     def __init__(self, board: Board, solver: Stepped) -> None:
         self._board = board
-        self._layout = layout_of(board)
+        self._layout = arrays_of(board)
         self._solver = solver
         self._steps = np.zeros(0, np.int64)
         self._starts: list[float] = []
         self._events: list[list[Floats]] = []
         self._marks: list[list[npt.NDArray[np.int32]]] = []
-        self.states = np.zeros((0, STATE_SIZE))
+        self.states = np.zeros((0, body.SIZE))
 
     def add(self, x: float) -> None:
         """Append a ball at rest at (x, drop.y)."""
-        state = np.zeros(STATE_SIZE)
-        state[PX] = x
-        state[PY] = self._board.drop.y
+        state = np.zeros(body.SIZE)
+        state[body.X] = x
+        state[body.Y] = self._board.drop.y
         self._append(state, 0, x)
 
     def _append(self, state: Floats, steps: int, start: float) -> None:
@@ -175,9 +180,9 @@ class SteppedCrowd:
         bins, impacts = np.empty(count, np.int32), np.empty(count, np.int32)
         step_many(
             self._layout, self.states, self._steps, solver.substeps, solver.h, solver.correction,
-            ENDLESS, np.empty(STATE_SIZE), log, outcomes, bins, impacts,
+            ENDLESS, np.empty(body.SIZE), log, outcomes, bins, impacts,
         )  # fmt: skip
-        log_ends = log.ends[:, EVENTS]
+        log_ends = log.ends[:, event_log.EVENTS]
         found = []
         for row, (first, last) in enumerate(zip([0, *log_ends[:-1]], log_ends, strict=True)):
             if first == last and outcomes[row] == FLYING:
@@ -193,11 +198,11 @@ class SteppedCrowd:
 
     def _end(self, row: int, outcome: int, where: int) -> End:
         start = (self._starts[row], self._board.drop.y, 0.0, 0.0, 0.0)
-        events = np.concatenate([np.empty((0, EVENT_SIZE)), *self._events[row]])
+        events = np.concatenate([np.empty((0, event_log.EVENT_SIZE)), *self._events[row]])
         marks = np.concatenate([np.empty((0, 2), np.int32), *self._marks[row]])
         digest = drop_digest(self._board.digest, self._solver, start, outcome, events, marks)
         state = self.states[row]
-        return End(outcome, where, float(state[T]), float(state[PX]), digest)
+        return End(outcome, where, float(state[body.T]), float(state[body.X]), digest)
 
     def remove(self, rows: list[int]) -> None:
         """Take out balls whose drop has ended."""
@@ -229,7 +234,7 @@ class SteppedCrowd:
             self._append(state, ball["steps"], ball["start"])
             events = np.frombuffer(ball["events"], "<f8").astype(np.float64)
             marks = np.frombuffer(ball["marks"], "<i4").astype(np.int32)
-            self._events[-1].append(events.reshape(-1, EVENT_SIZE))
+            self._events[-1].append(events.reshape(-1, event_log.EVENT_SIZE))
             self._marks[-1].append(marks.reshape(-1, 2))
 
 

@@ -8,14 +8,14 @@ import numpy.typing as npt
 from engine.board.model import Board
 from engine.constants import KIND_BALL, KIND_LANDING, KIND_PEG, KIND_WALL
 from engine.drops.digest import drop_digest
-from engine.exact.event_log import EVENT_SIZE
+from engine.exact import event_log
 from engine.exact.outcome import BALANCED, ESCAPED, LANDED, MAX_TIME, TIME_LIMIT
 from engine.multibody.arena import Arena
 from engine.multibody.events import Landed, Left, Touch
 from engine.multibody.settings import ArenaSettings
 from engine.multibody.static_geometry import Place
 from engine.parameters import Touching
-from engine.physics.ball import OMEGA, PX, PY, STATE_SIZE, THETA, VX, VY, T
+from engine.physics import body
 from engine.world.progress import End, Progress
 
 Floats = npt.NDArray[np.float64]
@@ -44,7 +44,7 @@ class TouchingCrowd:
         )
         self._ids: list[int] = []
         self._starts: list[tuple[int, float]] = []  # tick and x of each
-        self.states = np.zeros((0, STATE_SIZE))
+        self.states = np.zeros((0, body.SIZE))
 
     def add(self, x: float) -> None:
         """Append a ball at rest at (x, drop.y)."""
@@ -60,8 +60,8 @@ class TouchingCrowd:
             )
         )
         self._starts.append((self.arena.tick, x))
-        state = np.zeros((1, STATE_SIZE))
-        state[0, [PX, PY]] = x, self._board.drop.y
+        state = np.zeros((1, body.SIZE))
+        state[0, [body.X, body.Y]] = x, self._board.drop.y
         self.states = np.concatenate([self.states, state])
 
     def step(self) -> list[Progress]:
@@ -90,11 +90,13 @@ class TouchingCrowd:
         bodies = self.arena.bodies
         here = np.array([rows[ball] for ball in bodies["id"].tolist()], np.intp)
         names = ("x", "y", "vx", "vy", "theta", "omega")
-        for name, column in zip(names, (PX, PY, VX, VY, THETA, OMEGA), strict=True):
+        for name, column in zip(
+            names, (body.X, body.Y, body.VX, body.VY, body.THETA, body.OMEGA), strict=True
+        ):
             self.states[here, column] = bodies[name]
         ticks = np.array([tick for tick, _ in self._starts], np.int64)
-        self.states[:, T] = (self.arena.tick - ticks) * self._solver.dt
-        over = (bodies["asleep"] != 0) | (self.states[here, T] > MAX_TIME)
+        self.states[:, body.T] = (self.arena.tick - ticks) * self._solver.dt
+        over = (bodies["asleep"] != 0) | (self.states[here, body.T] > MAX_TIME)
         return [int(row) for row in here[over]]
 
     def _end(self, row: int, event: Landed | Left | None) -> End:
@@ -104,21 +106,23 @@ class TouchingCrowd:
         if isinstance(event, Landed):
             where = event.bin
             t = event.t - tick * self._solver.dt
-            state[[T, PX, PY]] = t, event.x, board.bins.y
+            state[[body.T, body.X, body.Y]] = t, event.x, board.bins.y
         elif event is not None:
             outcome = ESCAPED
         else:
             outcome = TIME_LIMIT if t > MAX_TIME else BALANCED
-        events = np.array([[t, state[PX], state[PY], state[VX], state[VY], state[OMEGA]]])
+        events = np.array(
+            [[t, state[body.X], state[body.Y], state[body.VX], state[body.VY], state[body.OMEGA]]]
+        )
         marks = np.array([[KIND_LANDING, where]], np.int32)
         first = (start, board.drop.y, 0.0, 0.0, 0.0)
         digest = drop_digest(board.digest, self._solver, first, outcome, events, marks)
-        return End(outcome, where, t, float(state[PX]), digest)
+        return End(outcome, where, t, float(state[body.X]), digest)
 
     def _progress(
         self, row: int, touches: list[tuple[Touch, int, int]], end: End | None
     ) -> Progress:
-        events = np.zeros((len(touches), EVENT_SIZE))
+        events = np.zeros((len(touches), event_log.EVENT_SIZE))
         marks = np.zeros((len(touches), 2), np.int32)
         speeds = np.zeros(len(touches))
         began = self._starts[row][0] * self._solver.dt
@@ -153,4 +157,4 @@ class TouchingCrowd:
         self.arena.restore(saved["arena"])
         self._ids = list(saved["ids"])
         self._starts = [(tick, x) for tick, x in saved["starts"]]
-        self.states = np.frombuffer(saved["states"], "<f8").reshape(-1, STATE_SIZE).copy()
+        self.states = np.frombuffer(saved["states"], "<f8").reshape(-1, body.SIZE).copy()

@@ -8,15 +8,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from numba import types
 
 from engine import PHYSICS_VERSION, Board, drop
-from engine.exact.board_arrays import layout_of
-from engine.exact.sustained_contact import side_of
+from engine.exact.board_arrays import arrays_of, bin_of
 from engine.jit import compiled_kernel
-from engine.physics.layout import bin_of
+from engine.physics.surface import side_of
 from engine.physics.time_of_impact import stays_positive
 from tests.golden import check, make
 
@@ -150,11 +148,11 @@ def test_a_constant_argument_compiles_no_kernel_of_its_own() -> None:
 
 def test_a_kernel_inside_of_others_runs_as_python_when_python_calls_it() -> None:
     """Before and after it was compiled into another: numba would jump to a wrapper never made."""
-    layout = layout_of(Board.preset("triangle-8"))
+    layout = arrays_of(Board.preset("triangle-8"))
     first = bin_of(layout, 0.1)
     drop(Board.preset("triangle-8"), 1)
     assert bin_of(layout, 0.1) == first == 4
-    assert side_of(layout, np.zeros(7), 0) == 0.0
+    assert side_of(layout.items, 0, 0.0, 0.0) == 0.0
 
 
 @pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")

@@ -12,9 +12,10 @@ code looks at the sign each time, for -1 would be the last, and that took a seve
 import numpy as np
 import numpy.typing as npt
 
-from engine.exact.free_flight import BINS, NOWHERE, held_line_hit, length_bound
+from engine.exact.grid import HEAD_BITS
+from engine.exact.next_impact import BINS, NOWHERE, held_line_hit, length_bound
 from engine.jit.decorator import lean_kernel
-from engine.physics.layout import DISTANCE, HEAD_BITS, X, Y
+from engine.physics import surface
 from engine.physics.time_of_impact import (
     NO_HIT,
     SIXTH,
@@ -182,11 +183,11 @@ def meet_again(w: Floats, m: Ints, i: int, items: Floats, gravity: float) -> Non
     vx = w[WVX + i]
     vy = w[WVY + i]
     horizon = w[HORIZON + i]
-    if items[held, DISTANCE] == 0.0:
+    if items[held, surface.DISTANCE] == 0.0:
         s = held_line_hit(items, held, side, x, y, vx, vy, 0.0, gravity, 0.0, horizon)
     else:
-        qx = x - items[held, X]
-        qy = y - items[held, Y]
+        qx = x - items[held, surface.X]
+        qy = y - items[held, surface.Y]
         s = circle_hit_again(qx, qy, vx, vy, 0.0, gravity, 0.0, horizon, horizon)
     if s != NO_HIT:
         w[BEST + i] = s

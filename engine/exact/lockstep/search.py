@@ -2,26 +2,9 @@
 
 import numpy as np
 
-from engine.exact.free_flight import BOUNCED, FREE, NOWHERE, wall_hit
-from engine.exact.lockstep.lanes import (
-    BEST,
-    CELL,
-    HELD,
-    HIT_SIDE,
-    HORIZON,
-    ITEM,
-    LANES,
-    MARK,
-    ODD,
-    WVX,
-    WVY,
-    WX,
-    WY,
-    Floats,
-    Indices,
-    Ints,
-    is_far,
-)
+from engine.exact.lockstep import lanes
+from engine.exact.lockstep.lanes import Floats, Indices, Ints, is_far
+from engine.exact.next_impact import BOUNCED, FREE, NOWHERE, wall_hit
 from engine.jit.decorator import lean_kernel
 from engine.physics.time_of_impact import (
     MAX_STEPS,
@@ -33,7 +16,7 @@ from engine.physics.time_of_impact import (
     third_derivative_size,
 )
 
-ROOM = 2 * LANES
+ROOM = 2 * lanes.LANES
 """Searches in a list; one that is half full is searched before it goes on."""
 
 WIDTH = 4
@@ -77,16 +60,16 @@ def _list_marked(
     while at < count and length < ROOM // 2:
         i = int(marked[at])
         at += 1
-        cell = np.uint32(m[CELL + i])
+        cell = np.uint32(m[lanes.CELL + i])
         first = starts[cell]
         more = starts[cell + 1] - first
         for slot in range(slots):
             which[np.uint32(length)] = members[first + slot]
             whose[np.uint32(length)] = i
-            length += (m[MARK + i] >> slot) & 1
+            length += (m[lanes.MARK + i] >> slot) & 1
         for slot in range(slots, more):
             if length == ROOM - WIDTH:
-                m[ODD + i] = 1
+                m[lanes.ODD + i] = 1
                 break
             other = members[first + slot]
             d2 = centres[other, 2]
@@ -95,7 +78,7 @@ def _list_marked(
             )
             which[np.uint32(length)] = other
             whose[np.uint32(length)] = i
-            length += int(is_met & (other != m[HELD + i]))
+            length += int(is_met & (other != m[lanes.HELD + i]))
     return at, length
 
 
@@ -108,12 +91,12 @@ def _open_searches(
     for p in range(count):
         i = int(whose[p])
         other = which[p]
-        r[FROM_X + p] = w[WX + i] - centres[other, 0]
-        r[FROM_Y + p] = w[WY + i] - centres[other, 1]
+        r[FROM_X + p] = w[lanes.WX + i] - centres[other, 0]
+        r[FROM_Y + p] = w[lanes.WY + i] - centres[other, 1]
         r[SQUARE + p] = centres[other, 2]
-        r[SPEED_X + p] = w[WVX + i]
-        r[SPEED_Y + p] = w[WVY + i]
-        r[SEARCHED + p] = w[HORIZON + i]
+        r[SPEED_X + p] = w[lanes.WVX + i]
+        r[SPEED_Y + p] = w[lanes.WVY + i]
+        r[SEARCHED + p] = w[lanes.HORIZON + i]
     for p in range(count):
         qx = r[FROM_X + p]
         qy = r[FROM_Y + p]
@@ -213,26 +196,26 @@ def _keep_first(
         i = int(whose[p])
         other = int(which[p])
         status = r[STATUS + p]
-        best = w[BEST + i]
+        best = w[lanes.BEST + i]
         s = r[S + p] if status == HIT else NO_HIT
         side = 0.0
         if r[SQUARE + p] == 0.0:
-            held = m[HELD + i]
+            held = m[lanes.HELD + i]
             s, side = wall_hit(
                 items, other, held, FREE if held < 0 else BOUNCED, radius,
-                w[WX + i], w[WY + i], w[WVX + i], w[WVY + i], 0.0, gravity, 0.0,
-                w[HORIZON + i], best,
+                w[lanes.WX + i], w[lanes.WY + i], w[lanes.WVX + i], w[lanes.WVY + i],
+                0.0, gravity, 0.0, w[lanes.HORIZON + i], best,
             )  # fmt: skip
         elif status >= RISES:
             if status == INSIDE:
-                m[ODD + i] = 1
+                m[lanes.ODD + i] = 1
             else:
                 s = _search_alone(r, p, gravity, best)
-        item = m[ITEM + i]
+        item = m[lanes.ITEM + i]
         if s != NO_HIT and (s < best or item == NOWHERE or (s == best and other < item)):
-            w[BEST + i] = s
-            m[ITEM + i] = other
-            w[HIT_SIDE + i] = side
+            w[lanes.BEST + i] = s
+            m[lanes.ITEM + i] = other
+            w[lanes.HIT_SIDE + i] = side
 
 
 @lean_kernel

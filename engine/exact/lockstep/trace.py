@@ -4,29 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.exact.free_flight import BINS, length_bound, rebound, stays_on
-from engine.exact.initial_state import ENTRY_SIZE, IMPACTS_BEFORE, MET, MET_SIDE, NONE
+from engine.exact import initial_state
+from engine.exact.board_arrays import BoardArrays, bin_of
+from engine.exact.free_flight import rebound, stays_on
+from engine.exact.lockstep import lanes, search
 from engine.exact.lockstep.lanes import (
-    DROP,
-    FLOAT_COLUMNS,
-    HELD,
-    HELD_SIDE,
-    HIT_SIDE,
-    IMPACT_COUNT,
-    INT_COLUMNS,
-    ITEM,
-    LANES,
-    LOW,
-    MARK,
-    ODD,
-    SLOTS,
-    START,
-    T0,
-    VX0,
-    VY0,
-    WINDOWS,
-    X0,
-    Y0,
     Floats,
     Indices,
     Ints,
@@ -39,27 +21,27 @@ from engine.exact.lockstep.lanes import (
     meet_bins,
     open_windows,
 )
-from engine.exact.lockstep.search import ROOM, SEARCH_COLUMNS, search_marked
+from engine.exact.lockstep.search import search_marked
+from engine.exact.next_impact import BINS, length_bound
 from engine.exact.outcome import LANDED, Results
 from engine.jit.decorator import kernel, lean_kernel
-from engine.physics.ball import PX, PY, STATE_SIZE, VX, VY, T
-from engine.physics.layout import Layout, bin_of
+from engine.physics import body
 
 
 @lean_kernel
 def _arrive(w: Floats, i: int, gravity: float) -> None:
     """Move ball i to the end of its flight."""
-    s = w[START + i]
+    s = w[lanes.START + i]
     psi = 0.5 * s * s
-    vx = w[VX0 + i]
-    vy = w[VY0 + i]
+    vx = w[lanes.VX0 + i]
+    vy = w[lanes.VY0 + i]
     ax = -0.0 * vx
-    w[T0 + i] += s
-    w[X0 + i] = w[X0 + i] + vx * s + ax * psi
-    w[Y0 + i] = w[Y0 + i] + vy * s + gravity * psi
-    w[VX0 + i] = vx + ax * s
-    w[VY0 + i] = vy + gravity * s
-    w[START + i] = 0.0
+    w[lanes.T0 + i] += s
+    w[lanes.X0 + i] = w[lanes.X0 + i] + vx * s + ax * psi
+    w[lanes.Y0 + i] = w[lanes.Y0 + i] + vy * s + gravity * psi
+    w[lanes.VX0 + i] = vx + ax * s
+    w[lanes.VY0 + i] = vy + gravity * s
+    w[lanes.START + i] = 0.0
 
 
 @lean_kernel
@@ -67,22 +49,22 @@ def _bounces(
     w: Floats, m: Ints, i: int, items: Floats, radius: float, gravity: float, restitution: float
 ) -> bool:
     """Impact of ball i on what it has met. False, and nothing done, if it would then stay on it."""
-    item = m[ITEM + i]
-    side = w[HIT_SIDE + i]
+    item = m[lanes.ITEM + i]
+    side = w[lanes.HIT_SIDE + i]
     x, y, vx, vy, _, nx, ny, _ = rebound(
-        items, item, side, w[X0 + i], w[Y0 + i], w[VX0 + i], w[VY0 + i], 0.0, radius,
-        restitution, 0.0,
+        items, item, side, w[lanes.X0 + i], w[lanes.Y0 + i], w[lanes.VX0 + i], w[lanes.VY0 + i],
+        0.0, radius, restitution, 0.0,
     )  # fmt: skip
     if stays_on(items, item, vx, vy, nx, ny, gravity):
         return False
-    w[X0 + i] = x
-    w[Y0 + i] = y
-    w[VX0 + i] = vx
-    w[VY0 + i] = vy
-    w[HELD_SIDE + i] = side
-    m[HELD + i] = item
-    m[IMPACT_COUNT + i] += 1
-    m[WINDOWS + i] = 0
+    w[lanes.X0 + i] = x
+    w[lanes.Y0 + i] = y
+    w[lanes.VX0 + i] = vx
+    w[lanes.VY0 + i] = vy
+    w[lanes.HELD_SIDE + i] = side
+    m[lanes.HELD + i] = item
+    m[lanes.IMPACT_COUNT + i] += 1
+    m[lanes.WINDOWS + i] = 0
     return True
 
 
@@ -104,23 +86,23 @@ def _leave(
     states: Floats, entries: Ints,
 ) -> None:  # fmt: skip
     """Ball i is left over: at the impact after which it stays, or at its start (x, y)."""
-    numbers[row] = m[DROP + i]
-    for column in range(STATE_SIZE):
+    numbers[row] = m[lanes.DROP + i]
+    for column in range(body.SIZE):
         states[row, column] = 0.0
-    states[row, PX] = x
-    states[row, PY] = y
-    entries[row, MET] = NONE
-    entries[row, MET_SIDE] = 0
-    entries[row, IMPACTS_BEFORE] = 0
+    states[row, body.X] = x
+    states[row, body.Y] = y
+    entries[row, initial_state.MET] = initial_state.NONE
+    entries[row, initial_state.MET_SIDE] = 0
+    entries[row, initial_state.IMPACTS_BEFORE] = 0
     if stays:
-        states[row, T] = w[T0 + i]
-        states[row, PX] = w[X0 + i]
-        states[row, PY] = w[Y0 + i]
-        states[row, VX] = w[VX0 + i]
-        states[row, VY] = w[VY0 + i]
-        entries[row, MET] = m[ITEM + i]
-        entries[row, MET_SIDE] = int(w[HIT_SIDE + i])
-        entries[row, IMPACTS_BEFORE] = m[IMPACT_COUNT + i]
+        states[row, body.T] = w[lanes.T0 + i]
+        states[row, body.X] = w[lanes.X0 + i]
+        states[row, body.Y] = w[lanes.Y0 + i]
+        states[row, body.VX] = w[lanes.VX0 + i]
+        states[row, body.VY] = w[lanes.VY0 + i]
+        entries[row, initial_state.MET] = m[lanes.ITEM + i]
+        entries[row, initial_state.MET_SIDE] = int(w[lanes.HIT_SIDE + i])
+        entries[row, initial_state.IMPACTS_BEFORE] = m[lanes.IMPACT_COUNT + i]
 
 
 class _Space(NamedTuple):
@@ -136,28 +118,28 @@ class _Space(NamedTuple):
     members: Indices  # the layout's, and SLOTS more
 
 
-def has_only_bounces(board: Layout) -> bool:
+def has_only_bounces(board: BoardArrays) -> bool:
     """Whether `trace_bounces` can take the board's drops: neither drag nor friction is on it."""
     return board.drag == 0.0 and board.peg_friction == 0.0 and board.wall_friction == 0.0
 
 
-def _new_space(board: Layout) -> _Space:
+def _new_space(board: BoardArrays) -> _Space:
     """Work space for drops on `board`."""
     return _Space(
-        w=np.zeros(FLOAT_COLUMNS * LANES),
-        m=np.zeros(INT_COLUMNS * LANES, np.int64),
-        r=np.zeros(SEARCH_COLUMNS * ROOM),
-        whose=np.zeros(ROOM, np.uint32),
-        which=np.zeros(ROOM, np.uint32),
-        marked=np.zeros(LANES + 1, np.uint32),
-        ended=np.zeros(LANES + 1, np.uint32),
-        members=np.append(board.members, np.zeros(SLOTS, np.uint32)),
+        w=np.zeros(lanes.FLOAT_COLUMNS * lanes.LANES),
+        m=np.zeros(lanes.INT_COLUMNS * lanes.LANES, np.int64),
+        r=np.zeros(search.SEARCH_COLUMNS * search.ROOM),
+        whose=np.zeros(search.ROOM, np.uint32),
+        which=np.zeros(search.ROOM, np.uint32),
+        marked=np.zeros(lanes.LANES + 1, np.uint32),
+        ended=np.zeros(lanes.LANES + 1, np.uint32),
+        members=np.append(board.members, np.zeros(lanes.SLOTS, np.uint32)),
     )
 
 
 @kernel
 def _trace_row(
-    board: Layout,
+    board: BoardArrays,
     xs: Floats,
     y: float,
     max_events: int,
@@ -184,7 +166,7 @@ def _trace_row(
     active = 0
     left = 0
     fresh = 0
-    while begun < len(xs) and active < LANES:
+    while begun < len(xs) and active < lanes.LANES:
         begin(w, m, active, begun, xs[begun], y)
         begun += 1
         active += 1
@@ -196,7 +178,7 @@ def _trace_row(
         )  # fmt: skip
         for c in range(fresh):
             i = int(ended[c])
-            if m[HELD + i] >= 0 and i < active:
+            if m[lanes.HELD + i] >= 0 and i < active:
                 meet_again(w, m, i, items, gravity)
         slots, count = mark(
             w, m, active, starts, members, centres, gravity, travel, board.bins_y, marked
@@ -207,27 +189,27 @@ def _trace_row(
         )  # fmt: skip
         for c in range(count):
             i = int(marked[c])
-            if m[MARK + i] & LOW:
+            if m[lanes.MARK + i] & lanes.LOW:
                 meet_bins(w, m, i, gravity, board.bins_y)
         fresh = close_windows(w, m, active, max_time, ended)
         for c in range(fresh - 1, -1, -1):
             i = int(ended[c])
-            item = m[ITEM + i]
+            item = m[lanes.ITEM + i]
             _arrive(w, i, gravity)
             stays = False
-            if item >= 0 and m[ODD + i] == 0:
+            if item >= 0 and m[lanes.ODD + i] == 0:
                 is_peg = item < peg_count
                 restitution = board.peg_restitution if is_peg else board.wall_restitution
                 stays = not _bounces(w, m, i, items, radius, gravity, restitution)
-                if not stays and m[IMPACT_COUNT + i] < max_events:
+                if not stays and m[lanes.IMPACT_COUNT + i] < max_events:
                     continue
-            drop = m[DROP + i]
-            if item == BINS and m[ODD + i] == 0:
-                bins[drop] = bin_of(board, w[X0 + i])
+            drop = m[lanes.DROP + i]
+            if item == BINS and m[lanes.ODD + i] == 0:
+                bins[drop] = bin_of(board, w[lanes.X0 + i])
                 outcomes[drop] = LANDED
-                durations[drop] = w[T0 + i]
-                x_ends[drop] = w[X0 + i]
-                impacts[drop] = m[IMPACT_COUNT + i]
+                durations[drop] = w[lanes.T0 + i]
+                x_ends[drop] = w[lanes.X0 + i]
+                impacts[drop] = m[lanes.IMPACT_COUNT + i]
             else:
                 _leave(w, m, i, xs[drop], y, stays, left, numbers, states, entries)
                 left += 1
@@ -241,7 +223,7 @@ def _trace_row(
 
 
 def trace_bounces(
-    board: Layout,
+    board: BoardArrays,
     xs: Floats,
     y: float,
     max_events: int,
@@ -255,8 +237,8 @@ def trace_bounces(
     """
     count = len(xs)
     left_over = LeftOver(
-        np.empty(count, np.int64), np.empty((count, STATE_SIZE)),
-        np.empty((count, ENTRY_SIZE), np.int64),
+        np.empty(count, np.int64), np.empty((count, body.SIZE)),
+        np.empty((count, initial_state.ENTRY_SIZE), np.int64),
     )  # fmt: skip
     # Searches that have ended are computed on with the others: without the JIT, numpy would tell.
     with np.errstate(all="ignore"):
