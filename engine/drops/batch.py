@@ -208,7 +208,7 @@ def _run_part(batch: DropBatch, layout: BoardArrays, part: slice, results: Resul
         rest = trace_bounces(layout, xs, y, MAX_EVENTS, MAX_TIME, some)
         if len(rest.drops):
             traced = some.at(rest.drops)
-            _trace(layout, batch.solver, rest.states, rest.entries, traced)
+            _trace(layout, batch.solver, rest.states, rest.initial, traced)
             some.put(rest.drops, traced)
     else:
         _trace(layout, batch.solver, at_rest(xs, y), in_flight(len(xs)), some)
@@ -216,7 +216,7 @@ def _run_part(batch: DropBatch, layout: BoardArrays, part: slice, results: Resul
 
 
 def _trace(
-    layout: BoardArrays, solver: Solver, states: Floats, entries: Ints, results: Results
+    layout: BoardArrays, solver: Solver, states: Floats, initial: Ints, results: Results
 ) -> None:
     """Follow the balls one after the other to their ends; the stepped solver's from their start."""
     bins, durations, x_ends, impacts, outcomes = results
@@ -227,7 +227,7 @@ def _trace(
         )
     else:
         trace_many(
-            layout, states, entries, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins,
+            layout, states, initial, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins,
             impacts,
         )  # fmt: skip
     durations[:] = states[:, body.T]

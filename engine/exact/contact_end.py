@@ -23,7 +23,7 @@ def slip_end_time(series: Series, slip_sign: float, skip: int, radius: float, h:
 
 
 @inner_kernel
-def grip_end_time(
+def rolling_end_time(
     series: Series, gravity: float, drag: float, friction: float, horizon: float
 ) -> tuple[float, float]:
     """When a rolling ball needs more friction than mu N, and the sign of its slip then.
@@ -187,7 +187,7 @@ def line_end_time(
 
 
 @inner_kernel
-def line_entry_time(
+def onto_line_time(
     board: BoardArrays, series: Series, item: int, horizon: float
 ) -> tuple[float, int]:
     """When a ball on a wall's end rolls onto one of the lines that end there, or NO_HIT."""

@@ -5,11 +5,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
+from engine.exact.board_arrays import BoardArrays, bin_of
 from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics import body
 
 # A segment's row: the state at its start, then what moves the ball from there.
-ITEM = 7  # the surface it rides, or -1 in flight
+ITEM = 7  # the surface that the ball stays on, or -1 in flight
 SIDE = 8
 MODE = 9
 SLIP_SIGN = 10
@@ -18,11 +20,10 @@ IN_FLIGHT = -1.0
 
 EVENT_SIZE = 6  # t, x, y, vx, vy, omega
 
+# Columns of `counts` and `ends`.
 EVENTS = 0
 SEGMENTS = 1
 IMPACTS = 2
-
-
 COUNTS = 3
 
 
@@ -109,7 +110,7 @@ def write_segment(
     omega: float,
     item: float,
 ) -> None:
-    """Fill one row of a log's segments, but for what only a ride has."""
+    """Fill one row of a log's segments, but for what only a sustained contact has."""
     segments[row, body.T] = t
     segments[row, body.X] = x
     segments[row, body.Y] = y
@@ -144,3 +145,21 @@ def note_segment(
         log.segments[row, SIDE] = side
         log.segments[row, MODE] = mode
         log.segments[row, SLIP_SIGN] = slip_sign
+
+
+@lean_kernel
+def note_impact(board: BoardArrays, state: npt.NDArray[np.float64], item: int, log: Log) -> None:
+    """Note the state right after an impact on `item`."""
+    log.counts[IMPACTS] += 1
+    if item < board.peg_count:
+        note_event(log, state, KIND_PEG, item)
+    else:
+        note_event(log, state, KIND_WALL, (item - board.peg_count) // 3)
+
+
+@lean_kernel
+def land(board: BoardArrays, state: npt.NDArray[np.float64], log: Log) -> int:
+    """Note the landing, and return its bin."""
+    where = bin_of(board, state[body.X])
+    note_event(log, state, KIND_LANDING, where)
+    return where

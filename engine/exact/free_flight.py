@@ -7,7 +7,7 @@ from engine.constants import KIND_PEG, KIND_WALL
 from engine.exact import event_log
 from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
 from engine.exact.event_log import Log, write_event, write_segment
-from engine.exact.next_impact import BINS, BOUNCED, NOWHERE, next_hit
+from engine.exact.next_impact import BINS, BOUNCED, NOWHERE, next_impact
 from engine.jit.decorator import lean_kernel
 from engine.physics import body, surface
 from engine.physics.flight import basis
@@ -20,7 +20,7 @@ DYING_BOUNCE = 1.0e-8
 stays on the surface. What is cut off of the infinite sequence moves the ball by about 1e-19 m where
 friction holds it and 1e-12 m where it slips; a larger value would be seen in the digest only."""
 
-# Why `fly` returned.
+# Why `follow_flight` returned.
 AT_BINS = 0
 ON_SURFACE = 1
 OUT_OF_EVENTS = 2
@@ -53,10 +53,10 @@ def rebound(
         gap = radius - (dx * nx + dy * ny)
         x = x + gap * nx
         y = y + gap * ny
-    grips = False
+    sticks = False
     if vx * nx + vy * ny < 0.0:
-        vx, vy, omega, grips = bounce(vx, vy, omega, nx, ny, radius, restitution, friction)
-    return x, y, vx, vy, omega, nx, ny, grips
+        vx, vy, omega, sticks = bounce(vx, vy, omega, nx, ny, radius, restitution, friction)
+    return x, y, vx, vy, omega, nx, ny, sticks
 
 
 @lean_kernel
@@ -74,7 +74,7 @@ def stays_on(
 
 
 @lean_kernel
-def fly(
+def follow_flight(
     board: BoardArrays,
     state: Array,
     item: int,
@@ -100,7 +100,7 @@ def fly(
     vy = state[body.VY]
     theta = state[body.THETA]
     omega = state[body.OMEGA]
-    grips = False
+    sticks = False
     cause = ON_SURFACE
     while True:
         if not touching:
@@ -111,7 +111,7 @@ def fly(
             counts[event_log.SEGMENTS] = row + 1
             if row < len(log.segments):
                 write_segment(log.segments, row, t, x, y, vx, vy, theta, omega, event_log.IN_FLIGHT)
-            s, item, side = next_hit(board, x, y, vx, vy, item, side, how, max_time - t)
+            s, item, side = next_impact(board, x, y, vx, vy, item, side, how, max_time - t)
             if item == NOWHERE:
                 cause = OUT_OF_TIME if t + s > max_time else OUT_OF_BOARD
                 break
@@ -129,7 +129,7 @@ def fly(
                 break
         touching = False
         how = BOUNCED
-        x, y, vx, vy, omega, nx, ny, grips = rebound(
+        x, y, vx, vy, omega, nx, ny, sticks = rebound(
             items, item, side, x, y, vx, vy, omega, board.radius,
             restitution_of(board, item), friction_of(board, item),
         )  # fmt: skip
@@ -153,4 +153,4 @@ def fly(
     state[body.VY] = vy
     state[body.THETA] = theta
     state[body.OMEGA] = omega
-    return cause, item, side, grips
+    return cause, item, side, sticks

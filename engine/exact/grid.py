@@ -1,4 +1,4 @@
-"""The grid over a board: for each of its cells, the surfaces that a ball in it may soon touch."""
+"""The broad phase, a uniform grid: for each cell, the surfaces that a ball in it may soon touch."""
 
 from typing import NamedTuple
 
@@ -69,7 +69,7 @@ def heads_of(starts: Indices, members: Indices) -> Indices:
 def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float) -> Cells:
     """A grid whose cells list each surface that a ball in them can touch within `reach`, in m.
 
-    items: the layout's, shape (n, ITEM_COLUMNS). cells_per_metre: how fine the grid should be.
+    items: the surfaces, shape (n, surface.COLUMNS). cells_per_metre: how fine the grid should be.
     """
     listed = [
         i

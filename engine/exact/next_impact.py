@@ -6,24 +6,21 @@ import numpy.typing as npt
 from engine.exact.board_arrays import BoardArrays, cell_of
 from engine.jit.decorator import lean_kernel
 from engine.physics import surface
-from engine.physics.flight import SERIES_LIMIT, basis, half_chord, short_basis
-from engine.physics.time_of_impact import (
-    NO_HIT,
-    SIXTH,
+from engine.physics.circle_impact import (
     circle_hit,
     circle_hit_after_leaving,
     circle_hit_again,
     circle_search,
-    line_hit,
-    line_hit_again,
-    stays_positive,
     third_derivative_bound,
 )
+from engine.physics.flight import SERIES_LIMIT, basis, half_chord, short_basis
+from engine.physics.line_impact import line_hit, line_hit_again
+from engine.physics.time_of_impact import NO_HIT, SIXTH, stays_positive
 
 Array = npt.NDArray[np.float64]
 
 MAX_WINDOWS = 1_000_000
-"""Search windows in one flight, each at least the layout's travel long or 0.25 / k."""
+"""Search windows in one flight, each at least the board's travel long or 0.25 / k."""
 
 SQRT2_LESS_1 = 0.41421356237309515  # rounded up
 
@@ -38,20 +35,20 @@ ROLLED_OFF = 2
 
 
 @lean_kernel
-def held_line_hit(
-    items: Array, held: int, side: float, x: float, y: float, vx: float, vy: float,
+def origin_line_hit(
+    items: Array, origin: int, side: float, x: float, y: float, vx: float, vy: float,
     ax: float, ay: float, k: float, horizon: float,
 ) -> float:  # fmt: skip
-    """When a ball that has just left `side` of the line `held` hits it again."""
-    nx = items[held, surface.NX]
-    ny = items[held, surface.NY]
+    """When a ball that has just left `side` of the line `origin` hits it again."""
+    nx = items[origin, surface.NX]
+    ny = items[origin, surface.NY]
     hd = side * (nx * vx + ny * vy)
     hdd = side * (nx * ax + ny * ay)
     s = line_hit_again(hd, hdd, k, horizon, horizon)
     if s != NO_HIT:
-        dx = x - items[held, surface.X]
-        dy = y - items[held, surface.Y]
-        if not _foot_inside(dx, dy, vx, vy, ax, ay, ny, -nx, items[held, surface.LENGTH], k, s):
+        dx = x - items[origin, surface.X]
+        dy = y - items[origin, surface.Y]
+        if not _foot_inside(dx, dy, vx, vy, ax, ay, ny, -nx, items[origin, surface.LENGTH], k, s):
             s = NO_HIT
     return s
 
@@ -139,12 +136,12 @@ def _leaves_by(
 
 @lean_kernel
 def wall_hit(
-    items: Array, wall: int, held: int, how: int, radius: float, x: float, y: float,
+    items: Array, wall: int, origin: int, how: int, radius: float, x: float, y: float,
     vx: float, vy: float, ax: float, ay: float, k: float, horizon: float, best: float,
 ) -> tuple[float, float]:  # fmt: skip
     """When the ball hits the line `wall` between its ends, or NO_HIT; and on which side.
 
-    `held` is the surface that it has just left, unless `how` is FREE.
+    `origin` is the surface that it has just left, unless `how` is FREE.
     """
     s, side = _line_hit_between_ends(items, wall, radius, x, y, vx, vy, ax, ay, k, horizon, best)
     if s != NO_HIT and how != FREE:
@@ -152,9 +149,9 @@ def wall_hit(
         last = items[wall, surface.LAST_END]
         tx = items[wall, surface.TX]
         ty = items[wall, surface.TY]
-        if _leaves_by(first, last, held, tx, ty, vx, vy):
+        if _leaves_by(first, last, origin, tx, ty, vx, vy):
             _, phi, _ = short_basis(k, s)
-            if _leaves_by(first, last, held, tx, ty, vx + ax * phi, vy + ay * phi):
+            if _leaves_by(first, last, origin, tx, ty, vx + ax * phi, vy + ay * phi):
                 s = NO_HIT
     return s, side
 
@@ -168,18 +165,18 @@ def length_bound(x: float, y: float) -> float:
 
 
 @lean_kernel
-def next_hit(
+def next_impact(
     board: BoardArrays,
     x0: float,
     y0: float,
     vx0: float,
     vy0: float,
-    held: int,
-    held_side: float,
+    origin: int,
+    origin_side: float,
     how: int,
     time_left: float,
 ) -> tuple[float, int, float]:
-    """Flight from a state to whatever it meets first: duration, surface (or code) and side.
+    """Flight from a state to whatever it hits first: duration, surface (or code) and side.
 
     The flight is searched window by window; in
     each the ball moves at most `travel`, so that the cell midway between its ends lists all it can
@@ -218,20 +215,20 @@ def next_hit(
         side = 0.0
         skipped = -1
         if how != FREE:
-            skipped = held
-            d2 = items[held, surface.DISTANCE2]
-            qx = x - items[held, surface.X]
-            qy = y - items[held, surface.Y]
-            if items[held, surface.DISTANCE] == 0.0:
-                s = held_line_hit(items, held, held_side, x, y, vx, vy, ax, ay, k, horizon)
+            skipped = origin
+            d2 = items[origin, surface.DISTANCE2]
+            qx = x - items[origin, surface.X]
+            qy = y - items[origin, surface.Y]
+            if items[origin, surface.DISTANCE] == 0.0:
+                s = origin_line_hit(items, origin, origin_side, x, y, vx, vy, ax, ay, k, horizon)
             elif how == BOUNCED:
                 s = circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, horizon)
             else:
                 s = circle_hit_after_leaving(qx, qy, vx, vy, ax, ay, k, d2, horizon, horizon)
             if s != NO_HIT:
                 best = s
-                item = held
-                side = held_side
+                item = origin
+                side = origin_side
         for j in range(starts[cell], starts[cell + 1]):
             other = int(members[j])
             if other == skipped:
@@ -239,7 +236,7 @@ def next_hit(
             d2 = centres[other, 2]
             if d2 == 0.0:
                 s, other_side = wall_hit(
-                    items, other, held, how, radius, x, y, vx, vy, ax, ay, k, horizon, best
+                    items, other, origin, how, radius, x, y, vx, vy, ax, ay, k, horizon, best
                 )
             else:
                 # Most candidates are turned down here, with neither a call nor a square root.

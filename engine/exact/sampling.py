@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from engine.exact import event_log
 from engine.exact.board_arrays import BoardArrays
-from engine.exact.sustained_contact import advance_ride, start_series
+from engine.exact.sustained_contact import advance_contact, start_series
 from engine.jit.decorator import inner_kernel, kernel
 from engine.physics import body
 from engine.physics.flight import advance_flight
@@ -51,7 +51,7 @@ def sample_segment(
             int(segment[event_log.MODE]),
             segment[event_log.SLIP_SIGN],
         )
-        advance_ride(board, series, out, item, s)
+        advance_contact(board, series, out, item, s)
     out[body.T] = time
 
 

@@ -30,12 +30,12 @@ from engine.physics.series import Series
 from engine.physics.surface import curvature, side_of, touch
 from engine.physics.tangent import (
     bounce_tangent,
+    contact_rates,
     delay,
     flight_rates,
-    fly_on,
-    ride_on,
-    ride_rates,
     shift,
+    through_contact,
+    through_flight,
 )
 
 Array = npt.NDArray[np.float64]
@@ -95,7 +95,7 @@ def _rates_of(board: BoardArrays, segment: Array, state: Array, rates: Array) ->
         board.items, board.radius, item, segment[event_log.SIDE], state[body.X], state[body.Y]
     )
     u = state[body.VY] * nx - state[body.VX] * ny
-    ride_rates(
+    contact_rates(
         nx, ny, u, state[body.OMEGA], int(segment[event_log.MODE]), segment[event_log.SLIP_SIGN],
         curvature(board.items, item), board.gravity, board.drag, friction_of(board, item),
         board.radius, rates,
@@ -109,7 +109,7 @@ def _take_along(
     """Move the tangents along a segment of s seconds."""
     if segment[event_log.ITEM] < 0.0:
         for i in range(TANGENTS):
-            fly_on(tangents[i], board.drag, s)
+            through_flight(tangents[i], board.drag, s)
         return
     item = int(segment[event_log.ITEM])
     mode = int(segment[event_log.MODE])
@@ -117,7 +117,7 @@ def _take_along(
         board, series, segment, item, segment[event_log.SIDE], mode, segment[event_log.SLIP_SIGN]
     )
     for i in range(TANGENTS):
-        ride_on(
+        through_contact(
             tangents[i], series, variation, s, mode, segment[event_log.SLIP_SIGN],
             curvature(board.items, item), board.gravity, board.drag, friction_of(board, item),
             board.radius,
@@ -125,7 +125,7 @@ def _take_along(
 
 
 @inner_kernel
-def _ride_delay(
+def _contact_delay(
     board: BoardArrays,
     segment: Array,
     state: Array,
@@ -134,7 +134,7 @@ def _ride_delay(
     kind: int,
     vector: Array,
 ) -> float:
-    """How much later the end of a stretch of a ride comes, s per unit of the tangent."""
+    """How much later the end of a stretch of sustained contact comes, s per unit of the tangent."""
     item = int(segment[event_log.ITEM])
     bend = curvature(board.items, item)
     nx, ny, _, _ = touch(
@@ -245,7 +245,7 @@ def sensitivity(
         segment = segments[k]
         last = k + 1 == len(segments)
         following = segment if last else segments[k + 1]
-        flying = segment[event_log.ITEM] < 0.0
+        in_flight = segment[event_log.ITEM] < 0.0
         # From the state at the last event to the state at the time of the segment's start.
         _rates_of(board, segment, segment, rates)
         for i in range(TANGENTS):
@@ -255,7 +255,7 @@ def sensitivity(
         sample_segment(board, segments, k, until, False, series, state)
         _take_along(board, segment, until - segment[body.T], series, variation, tangents)
         if at == total or events[at, 0] > until:
-            continue  # a ride's step ended, and nothing happened
+            continue  # a step of a contact ended, and nothing happened
         _rates_of(board, segment, state, rates)
         kind = marks[at, 0]
         if kind == KIND_LANDING:
@@ -272,13 +272,15 @@ def sensitivity(
             item = marks[at, 1]
             if kind == KIND_WALL:
                 item = _part(board, marks[at, 1], state[body.X], state[body.Y])
-            if not flying:
+            if not in_flight:
                 left = int(segment[event_log.ITEM])
             _bounce(board, item, left, state, rates, tangents, delays)
             left = item
-        elif not flying and kind in (KIND_CONTACT_CHANGE, KIND_CONTACT_END):
+        elif not in_flight and kind in (KIND_CONTACT_CHANGE, KIND_CONTACT_END):
             for i in range(TANGENTS):
-                delays[i] = _ride_delay(board, segment, state, rates, following, kind, tangents[i])
+                delays[i] = _contact_delay(
+                    board, segment, state, rates, following, kind, tangents[i]
+                )
                 shift(tangents[i], rates, delays[i])
             left = int(segment[event_log.ITEM])
             nx, ny, _, _ = touch(

@@ -1,4 +1,4 @@
-"""Contact phases of the exact solver: a ball that rides a peg or a wall until something ends it."""
+"""Sustained contact in the exact solver: a ball rolls or slides on a peg or wall until its end."""
 
 import numpy as np
 import numpy.typing as npt
@@ -7,12 +7,12 @@ from engine.constants import KIND_CONTACT_CHANGE
 from engine.exact import event_log
 from engine.exact.board_arrays import BoardArrays, cell_of, friction_of, surface_index
 from engine.exact.contact_end import (
-    grip_end_time,
     landing_time,
     leaving_time,
     line_end_time,
-    line_entry_time,
+    onto_line_time,
     position,
+    rolling_end_time,
     slip_end_time,
     touch_time,
 )
@@ -24,7 +24,7 @@ from engine.physics.series import Series, value
 from engine.physics.surface import curvature, side_of, touch
 from engine.physics.time_of_impact import NO_HIT
 
-# Why a ride ended.
+# Why a contact ended.
 LEFT = 0  # the normal force vanished
 OFF = 1  # there was none from the start
 HIT = 2  # it touched another surface
@@ -33,9 +33,9 @@ AT_REST = 4
 OUT_OF_TIME = 5
 OUT_OF_EVENTS = 6
 OUT_OF_BOARD = 7
-# What happens within a ride.
+# What happens within a contact.
 STEP_END = 8
-REGRIPPED = 9
+MODE_CHANGED = 9
 ROLLED_OVER = 10
 
 
@@ -72,7 +72,7 @@ def start_series(
 
 
 @inner_kernel
-def advance_ride(
+def advance_contact(
     board: BoardArrays, series: Series, state: npt.NDArray[np.float64], item: int, s: float
 ) -> None:
     """Move the state along its series by s."""
@@ -130,7 +130,7 @@ def _surface_change(
     if row[surface.DISTANCE] == 0.0:
         s, end = line_end_time(board, series, item, state[body.X], state[body.Y], horizon)
         return s, int(row[surface.FIRST_END + end])
-    return line_entry_time(board, series, item, horizon)
+    return onto_line_time(board, series, item, horizon)
 
 
 @inner_kernel
@@ -146,7 +146,7 @@ def _next_cause(
 ) -> tuple[float, int, int, float]:
     """What comes first on this stretch: its time, the cause, and a surface with a side.
 
-    For REGRIPPED the last value is the sign of the slip that begins, 0 if slipping ends. Of
+    For MODE_CHANGED the last value is the sign of the slip that begins, 0 if slipping ends. Of
     causes at the same instant the one asked first counts.
     """
     h = step_length(series, board.radius, board.travel)
@@ -169,34 +169,34 @@ def _next_cause(
     if mode == contact.SLIDING:
         when = slip_end_time(series, slip_sign, skip, board.radius, s)
     elif mode == contact.ROLLING:
-        when, new_sign = grip_end_time(
+        when, new_sign = rolling_end_time(
             series, board.gravity, board.drag, friction_of(board, item), s
         )
     if when != NO_HIT and (when < s or cause == STEP_END):
-        s, cause, other, sign = when, REGRIPPED, item, new_sign
+        s, cause, other, sign = when, MODE_CHANGED, item, new_sign
     return s, cause, other, sign
 
 
 @inner_kernel
-def ride(
+def follow_contact(
     board: BoardArrays,
     series: Series,
     state: npt.NDArray[np.float64],
     item: int,
     side: float,
-    grips: bool,
+    sticks: bool,
     max_time: float,
     event_limit: int,
     log: Log,
 ) -> tuple[int, int, float, int, float]:
     """Move a ball that lies on `item` until its contact phase ends.
 
-    `grips` says that the impact before stopped the slip. Returns the cause, the surface and side
-    it rode last, and the surface and side that it hit if it hit one.
+    `sticks` says that the impact before stopped the slip. Returns the cause, the surface and side
+    it was on last, and the surface and side that it hit if it hit one.
     """
     # How many roots the slip has at the start of the stretch by what went before: none (computed),
-    # one (it is zero), two (a rolling ball just lost its grip, in the direction slip_sign).
-    skip = 1 if grips else 0
+    # one (it is zero), two (a rolling ball just began to slip, in the direction slip_sign).
+    skip = 1 if sticks else 0
     slip_sign = 0.0
     while True:
         if log.counts[event_log.EVENTS] >= event_limit:
@@ -228,9 +228,9 @@ def ride(
         note_segment(log, state, float(item), side, float(mode), slip_sign)
         start_series(board, series, state, item, side, mode, slip_sign)
         s, cause, other, sign = _next_cause(board, series, state, item, side, mode, slip_sign, skip)
-        advance_ride(board, series, state, item, s)
+        advance_contact(board, series, state, item, s)
         skip = 1 if mode == contact.ROLLING else 0
-        if cause == REGRIPPED:
+        if cause == MODE_CHANGED:
             note_event(log, state, KIND_CONTACT_CHANGE, surface_index(board, item))
             slip_sign = sign
             skip = 2 if mode == contact.ROLLING else 1

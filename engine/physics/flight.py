@@ -1,6 +1,6 @@
 """Free flight under gravity and linear drag, in closed form.
 
-A ball flies by dv/dt = g - k v. With a0 = g - k v0 the acceleration at the start, and s the time
+In free flight dv/dt = g - k v. With a0 = g - k v0 the acceleration at the start, and s the time
 since then,
 
     a(s) = a0 exp(-k s)        v(s) = v0 + a0 phi(s)        r(s) = r0 + v0 s + a0 psi(s)
@@ -91,7 +91,7 @@ def basis(k: float, s: float) -> tuple[float, float, float]:
 
 @inner_kernel
 def advance_flight(state: npt.NDArray[np.float64], gravity: float, k: float, s: float) -> None:
-    """Move a flying state by s seconds."""
+    """Move a state in free flight by s seconds."""
     ax = -k * state[body.VX]
     ay = gravity - k * state[body.VY]
     _, phi, psi = basis(k, s)

@@ -27,7 +27,7 @@ DVY = 3
 DOMEGA = 4
 TANGENT_SIZE = 5
 
-# Rows of a ride's variation: of the length along the surface, of its rate and of the spin.
+# Rows of a contact's variation: of the length along the surface, of its rate and of the spin.
 ALONG = 0
 RATE = 1
 SPINNING = 2
@@ -43,7 +43,7 @@ def shift(tangent: Tangent, rates: Tangent, s: float) -> None:
 
 @inner_kernel
 def flight_rates(vx: float, vy: float, gravity: float, k: float, rates: Tangent) -> None:
-    """Rates of a flying state, into `rates`."""
+    """Rates of a state in free flight, into `rates`."""
     rates[DX] = vx
     rates[DY] = vy
     rates[DVX] = -k * vx
@@ -52,7 +52,7 @@ def flight_rates(vx: float, vy: float, gravity: float, k: float, rates: Tangent)
 
 
 @inner_kernel
-def fly_on(tangent: Tangent, k: float, s: float) -> None:
+def through_flight(tangent: Tangent, k: float, s: float) -> None:
     """A tangent s seconds later in flight."""
     decay, phi, _ = basis(k, s)
     tangent[DX] += tangent[DVX] * phi
@@ -63,7 +63,7 @@ def fly_on(tangent: Tangent, k: float, s: float) -> None:
 
 @inner_kernel
 def delay(tangent: Tangent, nx: float, ny: float, vx: float, vy: float) -> float:
-    """How much later a ball of velocity (vx, vy) meets what has the normal (nx, ny), s per unit."""
+    """How much later a ball of velocity (vx, vy) hits what has the normal (nx, ny), s per unit."""
     approach = nx * vx + ny * vy
     if approach == 0.0:
         return 0.0
@@ -119,7 +119,7 @@ def bounce_tangent(
 
 
 @inner_kernel
-def ride_rates(
+def contact_rates(
     nx: float,
     ny: float,
     u: float,
@@ -133,7 +133,7 @@ def ride_rates(
     radius: float,
     rates: Tangent,
 ) -> None:
-    """Rates of a state that rides a surface, into `rates`.
+    """Rates of a state in sustained contact, into `rates`.
 
     The equations are those of `contact`.
     """
@@ -145,9 +145,9 @@ def ride_rates(
         rate = drive * (2.0 / 3.0)
         turning = rate / radius
     elif mode == contact.SLIDING:
-        rub = friction * slip_sign * force
-        rate = drive - rub
-        turning = 2.0 * rub / radius
+        friction_force = friction * slip_sign * force
+        rate = drive - friction_force
+        turning = 2.0 * friction_force / radius
     rates[DX] = -u * ny
     rates[DY] = u * nx
     rates[DVX] = -rate * ny - curvature * u * u * nx
@@ -156,7 +156,7 @@ def ride_rates(
 
 
 @inner_kernel
-def ride_on(
+def through_contact(
     tangent: Tangent,
     series: Series,
     variation: Series,
@@ -169,7 +169,7 @@ def ride_on(
     friction: float,
     radius: float,
 ) -> None:
-    """A tangent s seconds later in a ride, whose motion is in `series`.
+    """A tangent s seconds later in a sustained contact, whose motion is in `series`.
 
     What leads off the surface is dropped. `variation`, shape (3, ORDER + 1), is work space: the
     series of the variational equations, made like those of the motion.
@@ -200,9 +200,9 @@ def ride_on(
             spin[i + 1] = rate[i + 1] / radius
         elif mode == contact.SLIDING:
             force = -gravity * curvature * turn_y - curvature * square
-            rub = friction * slip_sign * force
-            rate[i + 1] = (drive - rub) * share
-            spin[i + 1] = 2.0 * rub / radius * share
+            friction_force = friction * slip_sign * force
+            rate[i + 1] = (drive - friction_force) * share
+            spin[i + 1] = 2.0 * friction_force / radius * share
         else:
             rate[i + 1] = drive * share
             spin[i + 1] = 0.0

@@ -1,7 +1,7 @@
 """The stepped solver: fixed substeps of semi-implicit Euler, swept so that nothing tunnels.
 
 Each substep first gives the ball its new velocity, then moves it along a straight line at that
-velocity; what it meets on the way it bounces off at once. The path is therefore a chain of straight
+velocity; what it hits on the way it bounces off at once. The path is therefore a chain of straight
 pieces, with an error of the order of the substep.
 """
 
@@ -12,15 +12,14 @@ import numpy.typing as npt
 
 from engine.exact import event_log
 from engine.exact.board_arrays import BoardArrays, cell_of, friction_of, restitution_of
-from engine.exact.event_log import Log, end_ball, note_segment
-from engine.exact.landing import land, note_impact
+from engine.exact.event_log import Log, end_ball, land, note_impact, note_segment
 from engine.exact.outcome import (
     BALANCED,
     ESCAPED,
     EVENT_LIMIT,
-    FLYING,
     LANDED,
     MAX_TIME,
+    RUNNING,
     TIME_LIMIT,
 )
 from engine.jit.decorator import kernel, lean_kernel
@@ -33,8 +32,8 @@ from engine.stepped.sweep import sweep
 State = npt.NDArray[np.float64]
 
 MAX_HITS = 16
-"""Impacts in one substep. A ball that meets more is caught between surfaces; it waits where it is
-for the next substep, so it cannot be pushed through."""
+"""Impacts in one substep. A ball that has more is caught between surfaces; it is frozen for the
+rest of the substep, so it cannot be pushed through."""
 
 
 RESTING = 1.0e-9
@@ -137,7 +136,7 @@ def substep(
 ) -> int:
     """Advance a ball by h seconds; decay = exp(-k h), gain = (1 - decay) / k.
 
-    Returns FLYING or an outcome. v <- v decay + g gain is the closed form of drag and gravity over
+    Returns RUNNING or an outcome. v <- v decay + g gain is the closed form of drag and gravity over
     the substep. An approach below twice the speed that gravity adds in a substep is a ball that
     lies on a surface, and does not rebound.
     """
@@ -175,14 +174,14 @@ def substep(
         elif s < window:
             return ESCAPED
     if rest > 0.0:
-        _note_wait(state, log)
+        _note_freeze(state, log)
     push_out(board, state, correction)
-    return FLYING
+    return RUNNING
 
 
 @lean_kernel
-def _note_wait(state: State, log: Log) -> None:
-    """Write down that the ball stays where it is for the rest of the substep."""
+def _note_freeze(state: State, log: Log) -> None:
+    """Write down that the ball is frozen for the rest of the substep."""
     vx = state[body.VX]
     vy = state[body.VY]
     omega = state[body.OMEGA]
@@ -221,22 +220,22 @@ def step_on(
     correction: float,
     log: Log,
 ) -> int:
-    """Substep number `steps` (from 0) of a drop: FLYING or an outcome.
+    """Substep number `steps` (from 0) of a drop: RUNNING or an outcome.
 
-    A ball that is left with next to nothing of the speed that gravity adds in a substep is held
+    A ball that is left with next to nothing of the speed that gravity adds in a substep ends
     where it is: balanced. `before` is work space, shape (7,).
     """
     for column in range(body.SIZE):  # a slice would compile all of numpy's broadcasting
         before[column] = state[column]
     outcome = substep(board, state, h, decay, gain, correction, log)
-    if outcome != FLYING:
+    if outcome != RUNNING:
         return outcome
     state[body.T] = (steps + 1) * h
     if _rests(before, state, RESTING * board.gravity * h, h, board.radius):
         return BALANCED
     if not state[body.T] <= MAX_TIME:
         return TIME_LIMIT
-    return FLYING
+    return RUNNING
 
 
 @kernel
@@ -257,7 +256,7 @@ def step_many(
     """Advance each ball, not touching the others, by up to `most_steps` substeps or to its end.
 
     states (n, 7) and steps (n,), the substeps each ball has behind it, are changed in place.
-    Writes down how each drop ended, FLYING if it has not, its bin, -1 if it did not land, and its
+    Writes down how each drop ended, RUNNING if it has not, its bin, -1 if it did not land, and its
     impacts in these steps, all of shape (n,). `before` is work space, shape (7,).
     """
     decay, gain, _ = basis(board.drag, h)
@@ -267,10 +266,10 @@ def step_many(
         impacts_before = log.counts[event_log.IMPACTS]
         step = steps[i]
         last = step + most_steps
-        outcome = FLYING
-        while outcome == FLYING and step < last:
+        outcome = RUNNING
+        while outcome == RUNNING and step < last:
             outcome = step_on(board, state, before, step, h, decay, gain, correction, log)
-            if outcome == FLYING and log.counts[event_log.EVENTS] >= event_limit:
+            if outcome == RUNNING and log.counts[event_log.EVENTS] >= event_limit:
                 outcome = EVENT_LIMIT
             step += 1
         steps[i] = step

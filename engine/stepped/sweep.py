@@ -1,4 +1,4 @@
-"""The first surface met on a straight line: the swept test of the stepped solver."""
+"""The first surface hit on a straight line: the swept test of the stepped solver."""
 
 from math import sqrt
 
@@ -61,12 +61,12 @@ def sweep(
     horizon: float,
     left: int,
 ) -> tuple[float, int, float]:
-    """First surface of a cell met within the horizon: time (the horizon if none), item, side.
+    """First surface of a cell hit within the horizon: time (the horizon if none), item, side.
 
     `left` is the surface (or -1) that the ball just bounced off: a straight line away from a convex
-    surface cannot meet it again, whatever rounding says of the way the ball is going.
+    surface cannot hit it again, whatever rounding says of the way the ball is going.
 
-    At equal times the lower surface number counts; item is -1 if nothing is met.
+    At equal times the lower surface number counts; item is -1 if nothing is hit.
     """
     items = board.items
     best = horizon

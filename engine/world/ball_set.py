@@ -15,7 +15,7 @@ from engine.drops.trajectory import Trajectory, follow, start_row
 from engine.exact import event_log
 from engine.exact.board_arrays import arrays_of
 from engine.exact.event_log import new_log
-from engine.exact.outcome import FLYING
+from engine.exact.outcome import RUNNING
 from engine.exact.sampling import sample
 from engine.parameters import Exact, Stepped
 from engine.physics import body
@@ -185,13 +185,13 @@ class SteppedCrowd:
         log_ends = log.ends[:, event_log.EVENTS]
         found = []
         for row, (first, last) in enumerate(zip([0, *log_ends[:-1]], log_ends, strict=True)):
-            if first == last and outcomes[row] == FLYING:
+            if first == last and outcomes[row] == RUNNING:
                 continue
             events, marks = log.events[first:last].copy(), log.marks[first:last].copy()
             self._events[row].append(events)
             self._marks[row].append(marks)
             end = None
-            if outcomes[row] != FLYING:
+            if outcomes[row] != RUNNING:
                 end = self._end(row, int(outcomes[row]), int(bins[row]))
             found.append(Progress(row, events, marks, end))
         return found

@@ -122,7 +122,7 @@ def test_a_changed_kernel_makes_the_code_of_its_callers_stale(tmp_path: Path) ->
     shutil.copy(ROOT / "engine" / "constants.py", package)
     (package / "__init__.py").write_text("")
     code = (
-        "from engine.physics.time_of_impact import line_hit_again\n"
+        "from engine.physics.line_impact import line_hit_again\n"
         "print(round(line_hit_again(1.0, -2.0, 1e-12, 9.0, 9.0), 6))\n"
     )
     cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}

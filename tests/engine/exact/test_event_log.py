@@ -27,8 +27,8 @@ def exact(states: Any, log: Log, results: Any) -> None:
 
 
 def trace_exact(states: Any, max_events: int, log: Log, results: Any) -> None:
-    entries = in_flight(len(states))
-    trace_many(arrays_of(BOARD), states, entries, max_events, MAX_TIME, new_series(), log, *results)
+    initial = in_flight(len(states))
+    trace_many(arrays_of(BOARD), states, initial, max_events, MAX_TIME, new_series(), log, *results)
 
 
 def stepped(states: Any, log: Log, results: Any) -> None:

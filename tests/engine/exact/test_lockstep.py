@@ -62,12 +62,12 @@ def alone(
 
 
 def followed(
-    layout: BoardArrays, states: Array, entries: Array, events: int, time: float
+    layout: BoardArrays, states: Array, initial: Array, events: int, time: float
 ) -> list[Array]:
-    """The same of drops taken up where `entries` says."""
+    """The same of drops taken up where `initial` says."""
     bins, _, _, impacts, outcomes = columns(len(states))
     log = new_log(0, 0)
-    trace_many(layout, states, entries, events, time, new_series(), log, outcomes, bins, impacts)
+    trace_many(layout, states, initial, events, time, new_series(), log, outcomes, bins, impacts)
     return [bins, states[:, body.T], states[:, body.X], impacts, outcomes]
 
 
@@ -88,7 +88,7 @@ def agree(
     found, left = side_by_side(layout, xs, y, events, time)
     assert len(set(left.drops.tolist())) == len(left.drops)
     done = np.setdiff1d(np.arange(len(xs)), left.drops)
-    late = followed(layout, left.states.copy(), left.entries, events, time)
+    late = followed(layout, left.states.copy(), left.initial, events, time)
     for one, row, rest in zip(expected, found, late, strict=True):
         assert row[done].tobytes() == one[done].tobytes()
         assert (row[left.drops] == -9).all()
@@ -122,8 +122,8 @@ def test_only_few_drops_are_left_over_and_they_are_those_that_touch_for_a_while(
     board = BOARDS["thin pegs"]
     left = agree(arrays_of(board), starts(board, 2000), board.drop.y)
     assert 0 < len(left.drops) < 0.05 * 2000
-    assert (left.entries[:, initial_state.MET] != initial_state.NONE).all()
-    assert left.entries[:, initial_state.IMPACTS_BEFORE].min() > 20  # bounces that die are many
+    assert (left.initial[:, initial_state.HIT] != initial_state.NONE).all()
+    assert left.initial[:, initial_state.IMPACTS_BEFORE].min() > 20  # bounces that die are many
     none = agree(arrays_of(BOARDS["elastic"]), starts(board, 500), board.drop.y)
     assert len(none.drops) == 0
 

@@ -79,7 +79,7 @@ def rates(y: Floats, mode: int, sign: float, kappa: float, k: float, mu: float) 
     force = {
         contact.ROLLING: -drive / 3.0,
         contact.SLIDING: -mu * normal * sign,
-        contact.FREE: 0.0,
+        contact.FRICTIONLESS: 0.0,
     }[mode]
     return np.array([-kappa * u * ny, kappa * u * nx, drive + force, -2.0 * force / 0.1])
 
@@ -97,7 +97,7 @@ def runge_kutta(y: Floats, h: float, steps: int, *laws: float) -> Floats:
     return y
 
 
-@pytest.mark.parametrize("mode", [contact.ROLLING, contact.SLIDING, contact.FREE])
+@pytest.mark.parametrize("mode", [contact.ROLLING, contact.SLIDING, contact.FRICTIONLESS])
 @pytest.mark.parametrize("kappa", [0.0, 4.0])
 @pytest.mark.parametrize("k", [0.0, 2.0])
 def test_the_series_solves_the_equations_of_motion(mode: int, kappa: float, k: float) -> None:
@@ -133,7 +133,7 @@ def test_a_step_is_as_short_as_its_truncation_asks(
 
 
 def test_a_ball_rolls_slides_or_is_free_as_coulomb_says() -> None:
-    assert choose_mode(1.0, 0.0, 9.81, 5.0, 0.1, 0.0, False) == (contact.FREE, 0.0)
+    assert choose_mode(1.0, 0.0, 9.81, 5.0, 0.1, 0.0, False) == (contact.FRICTIONLESS, 0.0)
     assert choose_mode(1.0, 0.0, 9.81, 5.0, 0.1, 0.5, False) == (contact.SLIDING, 1.0)
     assert choose_mode(1.0, 20.0, 9.81, 5.0, 0.1, 0.5, False) == (contact.SLIDING, -1.0)
     assert choose_mode(1.0, 10.0, 9.81, 5.0, 0.1, 0.5, True) == (contact.ROLLING, 0.0)
