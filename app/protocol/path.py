@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from engine.constants import KIND_PEG, KIND_WALL
 from engine.drops.trajectory import Trajectory
-from engine.exact.event_log import IN_FLIGHT, ITEM
-from engine.physics.ball import OMEGA, PX, PY, THETA, VX, VY, T
+from engine.exact import event_log
+from engine.physics import body
 from engine.physics.flight import basis
 
 # Kinds of a segment: what it begins with, or what a curve runs along.
@@ -88,9 +88,9 @@ class _Cutter:
         self.path = path
         self.ball = ball
         self.rows = path.segments
-        self.starts: list[float] = self.rows[:, T].tolist()
-        self.ends = [*self.starts[1:], float(path.end[T])]
-        self.flies: list[bool] = (self.rows[:, ITEM] == IN_FLIGHT).tolist()
+        self.starts: list[float] = self.rows[:, body.T].tolist()
+        self.ends = [*self.starts[1:], float(path.end[body.T])]
+        self.flies: list[bool] = (self.rows[:, event_log.ITEM] == event_log.IN_FLIGHT).tolist()
         self.hits = _hits(path)
         # A flight that strays less than the tolerance from a straight line may be part of a curve.
         self.short = math.sqrt(8.0 * TOLERANCE / max(path.board.gravity, 1e-9))
@@ -116,7 +116,7 @@ class _Cutter:
     def _fly(self, row: int) -> None:
         state = self.rows[row]
         kind, index = self._origin(row)
-        self._write(kind, index, state, state[VX], state[VY], state[OMEGA])
+        self._write(kind, index, state, state[body.VX], state[body.VY], state[body.OMEGA])
 
     def _origin(self, row: int) -> tuple[int, int]:
         """What a flight begins with: the kind and the index of the peg or wall."""
@@ -130,7 +130,7 @@ class _Cutter:
 
     def _surface(self, row: int) -> tuple[int, int]:
         """The peg or wall that a row runs along; for a short hop, what it hopped off."""
-        item = int(self.rows[row, ITEM])
+        item = int(self.rows[row, event_log.ITEM])
         if item < 0:
             return self.hits.get(self.starts[row], (OFF_PEG, 0))
         pegs = len(self.path.board.pegs)
@@ -168,16 +168,16 @@ class _Cutter:
         states = self.path.states_at(times)
         h = end - begin
         s = times - begin
-        places = states[:, [PX, PY]]
+        places = states[:, [body.X, body.Y]]
         start, middle, stop = places[0], places[_SAMPLES // 2], places[-1]
         a = (stop - 2.0 * middle + start) * (4.0 / (h * h))
         v = (stop - start) / h - 0.5 * h * a
         drawn = start + np.outer(s, v) + np.outer(0.5 * s * s, a)
-        omega = (states[-1, THETA] - states[0, THETA]) / h
-        turned = states[0, THETA] + omega * s
+        omega = (states[-1, body.THETA] - states[0, body.THETA]) / h
+        turned = states[0, body.THETA] + omega * s
         good = (
             np.abs(drawn - places).max() <= TOLERANCE
-            and np.abs(turned - states[:, THETA]).max() <= TURN_TOLERANCE
+            and np.abs(turned - states[:, body.THETA]).max() <= TURN_TOLERANCE
         )
         if good or force:
             kind, index = self._surface(row)
@@ -195,7 +195,7 @@ class _Cutter:
         omega: float,
         bend: tuple[float, float] | None = None,
     ) -> None:
-        t, x, y, angle = (float(state[name]) for name in (T, PX, PY, THETA))
+        t, x, y, angle = (float(state[name]) for name in (body.T, body.X, body.Y, body.THETA))
         self.segments.append(
             Segment(
                 self.ball, kind, index, t, x, y, float(vx), float(vy), angle, float(omega), bend

@@ -99,12 +99,12 @@ def count(board_json: str, drops: int) -> dict[str, float]:
 
     from engine import Board
     from engine.exact import event_log, initial_state, outcome, trace
-    from engine.exact.board_arrays import layout_of
+    from engine.exact.board_arrays import arrays_of
     from engine.physics import contact
     from engine.seeding import start_xs
 
     board = Board.from_json(board_json)
-    layout = counting(layout_of(board))
+    layout = counting(arrays_of(board))
     seeds = np.arange(drops, dtype=np.uint64)
     states = initial_state.at_rest(start_xs(seeds, board.drop.x, board.drop.jitter), board.drop.y)
     for name, module in list(sys.modules.items()):

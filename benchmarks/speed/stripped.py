@@ -38,7 +38,7 @@ class _Rename(ast.NodeTransformer):
         return node
 
     def visit_ClassDef(self, node: ast.ClassDef) -> ast.ClassDef | list[ast.stmt]:
-        """class Layout(NamedTuple)."""
+        """class BoardArrays(NamedTuple)."""
         if not any(isinstance(base, ast.Name) and base.id == "NamedTuple" for base in node.bases):
             return node
         renamed = f"{node.name}.__name__ = '{node.name}_of_{self.package}'"

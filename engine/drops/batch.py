@@ -12,7 +12,7 @@ from engine.drops.digest import outcomes_digest
 from engine.drops.drop import make_drop, start_of
 from engine.drops.threads import share, thread_count
 from engine.errors import ParameterError, SeedError
-from engine.exact.board_arrays import layout_of
+from engine.exact.board_arrays import BoardArrays, arrays_of
 from engine.exact.event_log import new_log
 from engine.exact.initial_state import Ints, at_rest, in_flight
 from engine.exact.lockstep.trace import has_only_bounces, trace_bounces
@@ -27,9 +27,8 @@ from engine.parameters import (
     Stepped,
     make_solver,
 )
-from engine.physics.ball import PX, T
+from engine.physics import body
 from engine.physics.contact import new_series
-from engine.physics.layout import Layout
 from engine.seeding import SEED_LIMIT, parse_seed, start_xs
 from engine.stepped.step import trace_stepped_many
 
@@ -168,7 +167,7 @@ def _explicit_starts(board: Board, xs: npt.ArrayLike, count: int) -> npt.NDArray
 
 def _fill(batch: DropBatch, threads: int, progress: Callable[[int], None] | None) -> None:
     """Run all chunks; the kernels release the GIL."""
-    layout = layout_of(batch.board)
+    layout = arrays_of(batch.board)
     results = Results(
         bins=batch.bin,
         durations=batch.duration,
@@ -195,7 +194,7 @@ def _parts(count: int, threads: int) -> list[slice]:
     return parts
 
 
-def _run_part(batch: DropBatch, layout: Layout, part: slice, results: Results) -> int:
+def _run_part(batch: DropBatch, layout: BoardArrays, part: slice, results: Results) -> int:
     """Simulate a part of the drops into the batch's arrays; how many they are."""
     zone = batch.board.drop
     if not batch.explicit_x:
@@ -207,14 +206,16 @@ def _run_part(batch: DropBatch, layout: Layout, part: slice, results: Results) -
         rest = trace_bounces(layout, xs, y, MAX_EVENTS, MAX_TIME, some)
         if len(rest.drops):
             traced = some.at(rest.drops)
-            _trace(layout, batch.solver, rest.states, rest.entries, traced)
+            _trace(layout, batch.solver, rest.states, rest.initial, traced)
             some.put(rest.drops, traced)
     else:
         _trace(layout, batch.solver, at_rest(xs, y), in_flight(len(xs)), some)
     return len(xs)
 
 
-def _trace(layout: Layout, solver: Solver, states: Floats, entries: Ints, results: Results) -> None:
+def _trace(
+    layout: BoardArrays, solver: Solver, states: Floats, initial: Ints, results: Results
+) -> None:
     """Follow the balls one after the other to their ends; the stepped solver's from their start."""
     bins, durations, x_ends, impacts, outcomes = results
     log = new_log(0, 0)
@@ -224,8 +225,8 @@ def _trace(layout: Layout, solver: Solver, states: Floats, entries: Ints, result
         )
     else:
         trace_many(
-            layout, states, entries, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins,
+            layout, states, initial, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins,
             impacts,
         )  # fmt: skip
-    durations[:] = states[:, T]
-    x_ends[:] = states[:, PX]
+    durations[:] = states[:, body.T]
+    x_ends[:] = states[:, body.X]

@@ -8,9 +8,9 @@ import numpy.typing as npt
 
 from engine.drops.trajectory import Trajectory, at_start, follow
 from engine.errors import ParameterError
-from engine.exact.board_arrays import layout_of
+from engine.exact import sensitivity
+from engine.exact.board_arrays import arrays_of
 from engine.exact.outcome import LANDED
-from engine.exact.sensitivity import ERROR, PATH, TANGENTS, new_space, sensitivity
 from engine.parameters import Exact
 
 MARGIN = 16.0
@@ -77,9 +77,9 @@ def certainty_of(path: Trajectory) -> Certainty:
             f"the {path.solver.name} solver has no tangents; only 'exact' says how sure it is",
             field="solver",
         )
-    moved = np.zeros((len(path.marks), TANGENTS))
-    sensitivity(
-        layout_of(path.board), path.segments, path.events, path.marks, path.end,
-        0.5 * _unit(path), new_space(), moved,
+    moved = np.zeros((len(path.marks), sensitivity.TANGENTS))
+    sensitivity.sensitivity(
+        arrays_of(path.board), path.segments, path.events, path.marks, path.end,
+        0.5 * _unit(path), sensitivity.new_space(), moved,
     )  # fmt: skip
-    return Certainty(path, moved[:, PATH].copy(), moved[:, ERROR].copy())
+    return Certainty(path, moved[:, sensitivity.PATH].copy(), moved[:, sensitivity.ERROR].copy())

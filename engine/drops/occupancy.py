@@ -11,14 +11,15 @@ from engine.board.model import Board
 from engine.drops.batch import seed_array
 from engine.drops.threads import share, thread_count
 from engine.errors import ParameterError
-from engine.exact.board_arrays import layout_of
-from engine.exact.event_log import SEGMENTS, Log, new_log
+from engine.exact import event_log
+from engine.exact.board_arrays import arrays_of
+from engine.exact.event_log import Log, new_log
 from engine.exact.initial_state import at_rest, in_flight
 from engine.exact.occupancy import occupy
 from engine.exact.outcome import MAX_EVENTS, MAX_TIME
 from engine.exact.trace import trace_many
 from engine.parameters import number
-from engine.physics.ball import STATE_SIZE, T
+from engine.physics import body
 from engine.physics.contact import new_series
 from engine.seeding import start_xs
 
@@ -133,7 +134,7 @@ class _Work:
 
     def _follow(self, first: int, last: int, log: Log, counts: npt.NDArray[np.uint32]) -> None:
         """Trace drops and count where they are, in parts if they do not fit into the log."""
-        layout = layout_of(self._board)
+        layout = arrays_of(self._board)
         series = new_series()
         states = at_rest(self._starts[first:last], self._board.drop.y)
         outcomes, impacts = np.empty(last - first, np.int8), np.empty(last - first, np.int32)
@@ -141,12 +142,12 @@ class _Work:
             layout, states, in_flight(len(states)), MAX_EVENTS, MAX_TIME, series, log, outcomes,
             self.bins[first:last], impacts,
         )  # fmt: skip
-        needed = int(log.counts[SEGMENTS])
+        needed = int(log.counts[event_log.SEGMENTS])
         if needed <= len(log.segments):
-            self.durations[first:last] = states[:, T]
+            self.durations[first:last] = states[:, body.T]
             occupy(
                 layout, log, states, self._phases[first:last], self._step, *self._corner,
-                self._cells, series, np.empty(STATE_SIZE), counts,
+                self._cells, series, np.empty(body.SIZE), counts,
             )  # fmt: skip
         elif last - first == 1:
             self._follow(first, last, new_log(0, needed, 1), counts)

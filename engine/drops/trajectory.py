@@ -6,14 +6,15 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.board.model import Board
-from engine.exact.board_arrays import layout_of
-from engine.exact.event_log import EVENTS, SEGMENTS, new_log
+from engine.exact import event_log
+from engine.exact.board_arrays import arrays_of
+from engine.exact.event_log import new_log
 from engine.exact.initial_state import at_rest, in_flight
 from engine.exact.outcome import MAX_EVENTS, MAX_TIME
 from engine.exact.sampling import sample
 from engine.exact.trace import trace_many
 from engine.parameters import Solver, Stepped
-from engine.physics.ball import PX, PY, STATE_SIZE, THETA, T
+from engine.physics import body
 from engine.physics.contact import new_series
 from engine.stepped.step import trace_stepped_many
 
@@ -42,22 +43,22 @@ class Trajectory:
 
     def states_at(self, times: Floats) -> Floats:
         """States at `times`, shape (n,), in s since the start, as an array of shape (n, 7)."""
-        out = np.empty((len(times), STATE_SIZE))
-        ended = times >= self.end[T]
+        out = np.empty((len(times), body.SIZE))
+        ended = times >= self.end[body.T]
         if not ended.all():
-            rows = np.searchsorted(self.segments[:, T], times, side="right") - 1
+            rows = np.searchsorted(self.segments[:, body.T], times, side="right") - 1
             sample(
-                layout_of(self.board), self.segments, rows, rows + 1, times,
+                arrays_of(self.board), self.segments, rows, rows + 1, times,
                 isinstance(self.solver, Stepped), new_series(), out,
             )  # fmt: skip
         out[ended] = self.end
-        out[ended, T] = times[ended]
+        out[ended, body.T] = times[ended]
         return out
 
 
 def at_start(board: Board, x: float) -> Floats:
     """State of a ball at rest at x in m on the height of the start, shape (7,)."""
-    return at_rest(np.array([x]), board.drop.y).reshape(STATE_SIZE)
+    return at_rest(np.array([x]), board.drop.y).reshape(body.SIZE)
 
 
 def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EVENTS) -> Trajectory:
@@ -65,12 +66,12 @@ def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EV
 
     The kernels are those of many balls, given one. It ends after `max_events` events at the latest.
     """
-    layout = layout_of(board)
+    layout = arrays_of(board)
     events, segments = _ROOM, 4 * _ROOM
     outcome, where, impacts = np.empty(1, np.int8), np.empty(1, np.int32), np.empty(1, np.int32)
     while True:
         log = new_log(events, segments)
-        end = start.reshape(1, STATE_SIZE).copy()
+        end = start.reshape(1, body.SIZE).copy()
         if isinstance(solver, Stepped):
             trace_stepped_many(
                 layout, end, solver.h, solver.correction, max_events, log, outcome, where, impacts
@@ -80,7 +81,10 @@ def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EV
                 layout, end, in_flight(1), max_events, MAX_TIME, new_series(), log,
                 outcome, where, impacts,
             )  # fmt: skip
-        all_events, all_segments = int(log.counts[EVENTS]), int(log.counts[SEGMENTS])
+        all_events, all_segments = (
+            int(log.counts[event_log.EVENTS]),
+            int(log.counts[event_log.SEGMENTS]),
+        )
         if all_events <= events and all_segments <= segments:
             break
         events, segments = max(events, all_events), max(segments, all_segments)
@@ -99,4 +103,4 @@ def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EV
 
 def start_row(trajectory: Trajectory) -> Floats:
     """x, y, vx, vy, omega at the start, as a digest takes them."""
-    return trajectory.start[[PX, PY, PX + 2, PY + 2, THETA + 1]]
+    return trajectory.start[[body.X, body.Y, body.X + 2, body.Y + 2, body.THETA + 1]]

@@ -2,32 +2,85 @@
 
 from functools import lru_cache
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from engine.board.materials import combine
 from engine.board.model import Board
-from engine.exact.grid import cells_of
+from engine.exact.grid import cell_at, cells_of
+from engine.jit.decorator import inner_kernel, lean_kernel
+from engine.physics import surface
 from engine.physics.flight import HALF_WAY
-from engine.physics.layout import (
-    DISTANCE,
-    DISTANCE2,
-    FIRST_END,
-    FIRST_LINE,
-    INVERSE,
-    ITEM_COLUMNS,
-    LAST_END,
-    LENGTH,
-    LINE_SLOTS,
-    NX,
-    NY,
-    TX,
-    TY,
-    Layout,
-    X,
-    Y,
-)
+
+
+class BoardArrays(NamedTuple):
+    """All that kernels know of a board. SI units; n surfaces. The grid: `engine.exact.grid`."""
+
+    items: npt.NDArray[np.float64]  # (n, 10): pegs by index, then each wall's line and two ends
+    left: float  # m, of the grid's upper left corner
+    top: float
+    cells_per_metre: float
+    columns: int
+    rows: int
+    starts: npt.NDArray[np.uint32]  # (columns rows + 2,): where each cell's items start in members
+    members: npt.NDArray[np.uint32]  # (m,): item numbers, ascending within a cell
+    heads: npt.NDArray[np.uint32]  # (columns rows + 1,): each cell's first item, and how many
+    centres: npt.NDArray[np.float64]  # (n + 1, 3): each item's x, y, D^2; a line has D^2 = 0
+    peg_count: int
+    travel: float  # m; the cell midway between a way's ends lists all it touches, if no longer
+    fall: float  # s; from rest a ball falls the travel in it; 1 without gravity
+    gravity: float
+    drag: float
+    radius: float
+    peg_restitution: float
+    peg_friction: float
+    wall_restitution: float
+    wall_friction: float
+    bins_y: float
+    edges: npt.NDArray[np.float64]  # (bins + 1,)
+
+
+@lean_kernel
+def cell_of(board: BoardArrays, x: float, y: float) -> int:
+    """`cell_at` of a board."""
+    return cell_at(x, y, board.left, board.top, board.cells_per_metre, board.columns, board.rows)
+
+
+@lean_kernel
+def bin_of(board: BoardArrays, x: float) -> int:
+    """Bin whose edges enclose x: edges[i] <= x < edges[i + 1], the outer ones open outwards."""
+    low = 0
+    high = len(board.edges) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if x >= board.edges[middle]:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@inner_kernel
+def restitution_of(board: BoardArrays, item: int) -> float:
+    """Restitution between the ball and `item`."""
+    return board.peg_restitution if item < board.peg_count else board.wall_restitution
+
+
+@inner_kernel
+def friction_of(board: BoardArrays, item: int) -> float:
+    """Coefficient of friction between the ball and `item`."""
+    return board.peg_friction if item < board.peg_count else board.wall_friction
+
+
+@inner_kernel
+def surface_index(board: BoardArrays, item: int) -> int:
+    """How contact events name a surface: a peg by its index, wall w as -1 - w."""
+    if item < board.peg_count:
+        return item
+    return -1 - (item - board.peg_count) // 3
+
 
 # Cells and travel per mean peg spacing. Coarser cells make longer candidate lists, finer ones fill
 # the cache; shorter travel makes more search windows. The time of a drop is flat around these.
@@ -37,7 +90,7 @@ _CELLS_PER_WALL = 500.0  # along a wall at most: its box of cells stays small ho
 
 
 @lru_cache(maxsize=64)
-def layout_of(board: Board) -> Layout:
+def arrays_of(board: Board) -> BoardArrays:
     """The kernels' form of `board`; kept for the boards used last."""
     items = _items(board)
     pitch = _pitch(board)
@@ -46,7 +99,7 @@ def layout_of(board: Board) -> Layout:
     cells = cells_of(items, board.ball.radius, HALF_WAY * travel, fine)
     pegs = combine(board.ball.material, board.peg_material)
     walls = combine(board.ball.material, board.wall_material)
-    return Layout(
+    return BoardArrays(
         items=items,
         **cells._asdict(),
         centres=_centres(items),
@@ -68,7 +121,7 @@ def layout_of(board: Board) -> Layout:
 def _items(board: Board) -> npt.NDArray[np.float64]:
     """The pegs, then each wall's line and two ends; shared ends are the first one's item."""
     peg_count = len(board.pegs)
-    items = np.zeros((peg_count + 3 * len(board.walls), ITEM_COLUMNS))
+    items = np.zeros((peg_count + 3 * len(board.walls), surface.COLUMNS))
     radius = board.ball.radius
     for i, peg in enumerate(board.pegs):
         _set_circle(items[i], peg.x, peg.y, radius + peg.radius)
@@ -79,28 +132,33 @@ def _items(board: Board) -> npt.NDArray[np.float64]:
         dy = wall.y2 - wall.y1
         length = sqrt(dx * dx + dy * dy)
         row = items[line]
-        row[[X, Y, LENGTH]] = wall.x1, wall.y1, length
-        row[[TX, TY]] = dx / length, dy / length
-        row[[NX, NY]] = -dy / length, dx / length
+        row[[surface.X, surface.Y, surface.LENGTH]] = wall.x1, wall.y1, length
+        row[[surface.TX, surface.TY]] = dx / length, dy / length
+        row[[surface.NX, surface.NY]] = -dy / length, dx / length
         for column, end, point in (
-            (FIRST_END, line + 1, (wall.x1, wall.y1)),
-            (LAST_END, line + 2, (wall.x2, wall.y2)),
+            (surface.FIRST_END, line + 1, (wall.x1, wall.y1)),
+            (surface.LAST_END, line + 2, (wall.x2, wall.y2)),
         ):
             _set_circle(items[end], *point, radius)
             shared = ends.setdefault(point, end)
             row[column] = shared
-            slots = items[shared, FIRST_LINE : FIRST_LINE + LINE_SLOTS]
+            slots = items[shared, surface.FIRST_LINE : surface.FIRST_LINE + surface.LINE_SLOTS]
             if (slots < 0).any():
                 slots[np.argmax(slots < 0)] = line
             if shared != end:
-                items[end, DISTANCE2] = -1.0  # a copy: never listed as a candidate
+                items[end, surface.DISTANCE2] = -1.0  # a copy: never listed as a candidate
     return items
 
 
 def _set_circle(row: npt.NDArray[np.float64], x: float, y: float, distance: float) -> None:
-    row[[X, Y, DISTANCE, DISTANCE2]] = x, y, distance, distance * distance
-    row[FIRST_LINE : FIRST_LINE + LINE_SLOTS] = -1.0
-    row[INVERSE] = 1.0 / distance
+    row[[surface.X, surface.Y, surface.DISTANCE, surface.DISTANCE2]] = (
+        x,
+        y,
+        distance,
+        distance * distance,
+    )
+    row[surface.FIRST_LINE : surface.FIRST_LINE + surface.LINE_SLOTS] = -1.0
+    row[surface.INVERSE] = 1.0 / distance
 
 
 def _longest_wall(board: Board) -> float:
@@ -127,6 +185,6 @@ def _centres(items: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     A cell without surfaces has item 0 in its head, which is read before it is known to be none.
     """
     centres = np.zeros((len(items) + 1, 3))
-    centres[:-1] = items[:, [X, Y, DISTANCE2]]
-    centres[:-1][items[:, DISTANCE] == 0.0, 2] = 0.0
+    centres[:-1] = items[:, [surface.X, surface.Y, surface.DISTANCE2]]
+    centres[:-1][items[:, surface.DISTANCE] == 0.0, 2] = 0.0
     return centres

@@ -5,11 +5,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
+from engine.exact.board_arrays import BoardArrays, bin_of
 from engine.jit.decorator import inner_kernel, lean_kernel
-from engine.physics.ball import OMEGA, PX, PY, THETA, VX, VY, T
+from engine.physics import body
 
 # A segment's row: the state at its start, then what moves the ball from there.
-ITEM = 7  # the surface it rides, or -1 in flight
+ITEM = 7  # the surface that the ball stays on, or -1 in flight
 SIDE = 8
 MODE = 9
 SLIP_SIGN = 10
@@ -18,11 +20,10 @@ IN_FLIGHT = -1.0
 
 EVENT_SIZE = 6  # t, x, y, vx, vy, omega
 
+# Columns of `counts` and `ends`.
 EVENTS = 0
 SEGMENTS = 1
 IMPACTS = 2
-
-
 COUNTS = 3
 
 
@@ -91,7 +92,8 @@ def note_event(log: Log, state: npt.NDArray[np.float64], kind: int, index: int) 
     if row < len(log.events):
         write_event(
             log.events, log.marks, row,
-            state[T], state[PX], state[PY], state[VX], state[VY], state[OMEGA], kind, index,
+            state[body.T], state[body.X], state[body.Y],
+            state[body.VX], state[body.VY], state[body.OMEGA], kind, index,
         )  # fmt: skip
 
 
@@ -108,14 +110,14 @@ def write_segment(
     omega: float,
     item: float,
 ) -> None:
-    """Fill one row of a log's segments, but for what only a ride has."""
-    segments[row, T] = t
-    segments[row, PX] = x
-    segments[row, PY] = y
-    segments[row, VX] = vx
-    segments[row, VY] = vy
-    segments[row, THETA] = theta
-    segments[row, OMEGA] = omega
+    """Fill one row of a log's segments, but for what only a sustained contact has."""
+    segments[row, body.T] = t
+    segments[row, body.X] = x
+    segments[row, body.Y] = y
+    segments[row, body.VX] = vx
+    segments[row, body.VY] = vy
+    segments[row, body.THETA] = theta
+    segments[row, body.OMEGA] = omega
     segments[row, ITEM] = item
     segments[row, SIDE] = 0.0
     segments[row, MODE] = 0.0
@@ -137,8 +139,27 @@ def note_segment(
     if row < len(log.segments):
         write_segment(
             log.segments, row,
-            state[T], state[PX], state[PY], state[VX], state[VY], state[THETA], state[OMEGA], item,
+            state[body.T], state[body.X], state[body.Y], state[body.VX], state[body.VY],
+            state[body.THETA], state[body.OMEGA], item,
         )  # fmt: skip
         log.segments[row, SIDE] = side
         log.segments[row, MODE] = mode
         log.segments[row, SLIP_SIGN] = slip_sign
+
+
+@lean_kernel
+def note_impact(board: BoardArrays, state: npt.NDArray[np.float64], item: int, log: Log) -> None:
+    """Note the state right after an impact on `item`."""
+    log.counts[IMPACTS] += 1
+    if item < board.peg_count:
+        note_event(log, state, KIND_PEG, item)
+    else:
+        note_event(log, state, KIND_WALL, (item - board.peg_count) // 3)
+
+
+@lean_kernel
+def land(board: BoardArrays, state: npt.NDArray[np.float64], log: Log) -> int:
+    """Note the landing, and return its bin."""
+    where = bin_of(board, state[body.X])
+    note_event(log, state, KIND_LANDING, where)
+    return where

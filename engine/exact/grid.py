@@ -1,11 +1,12 @@
-"""The grid over a board: for each of its cells, the surfaces that a ball in it may soon touch."""
+"""The broad phase, a uniform grid: for each cell, the surfaces that a ball in it may soon touch."""
 
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from engine.physics.layout import DISTANCE, DISTANCE2, HEAD_BITS, HEAD_MANY, LENGTH, TX, TY, X, Y
+from engine.jit.decorator import lean_kernel
+from engine.physics import surface
 
 MAX_CELLS = 1 << 20
 """Where surfaces are few and far apart, cells are coarser than asked for rather than more."""
@@ -13,6 +14,17 @@ MAX_CELLS = 1 << 20
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Indices = npt.NDArray[np.uint32]
+
+
+CELL_LIMIT = 1.0e9
+"""Cells from the grid's corner beyond which a ball counts as escaped."""
+
+
+HEAD_BITS = 28
+"""Of a cell's head: the low bits are its first item, 0 if it has none; above is how many it has."""
+
+HEAD_MANY = (1 << (32 - HEAD_BITS)) - 1
+"""The largest number of items in a head; it stands for more, too."""
 
 
 class Cells(NamedTuple):
@@ -33,8 +45,22 @@ class Cells(NamedTuple):
     heads: Indices
 
 
+@lean_kernel
+def cell_at(
+    x: float, y: float, left: float, top: float, cells_per_metre: float, columns: int, rows: int
+) -> int:
+    """Number of the cell that holds (x, y), columns * rows for all outside; -1 if too far out."""
+    across = (x - left) * cells_per_metre
+    down = (y - top) * cells_per_metre
+    if across >= 0.0 and down >= 0.0 and across < columns and down < rows:
+        return int(down) * columns + int(across)
+    if abs(across) < CELL_LIMIT and abs(down) < CELL_LIMIT:  # a NaN fails this too
+        return columns * rows
+    return -1
+
+
 def heads_of(starts: Indices, members: Indices) -> Indices:
-    """`Layout.heads`: what most looks at a cell want to know of it, in one number."""
+    """`BoardArrays.heads`: what most looks at a cell want to know of it, in one number."""
     counts = np.minimum(np.diff(starts), HEAD_MANY).astype(np.uint32)
     firsts = np.append(members, np.uint32(0))[starts[:-1]]
     return np.where(counts > 0, firsts | (counts << np.uint32(HEAD_BITS)), 0).astype(np.uint32)
@@ -43,9 +69,13 @@ def heads_of(starts: Indices, members: Indices) -> Indices:
 def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float) -> Cells:
     """A grid whose cells list each surface that a ball in them can touch within `reach`, in m.
 
-    items: the layout's, shape (n, ITEM_COLUMNS). cells_per_metre: how fine the grid should be.
+    items: the surfaces, shape (n, surface.COLUMNS). cells_per_metre: how fine the grid should be.
     """
-    listed = [i for i, row in enumerate(items) if row[DISTANCE] == 0.0 or row[DISTANCE2] >= 0.0]
+    listed = [
+        i
+        for i, row in enumerate(items)
+        if row[surface.DISTANCE] == 0.0 or row[surface.DISTANCE2] >= 0.0
+    ]
     if not listed:
         nothing = np.zeros(0, np.uint32)
         starts = np.zeros(2, np.uint32)
@@ -81,10 +111,10 @@ class _Area(NamedTuple):
     def of(cls, row: Floats, radius: float, reach: float) -> "_Area":
         # Rounding of what follows must not lose a cell that just touches.
         wider = 1.0 + 1e-9
-        x, y, distance = row[[X, Y, DISTANCE]].tolist()
+        x, y, distance = row[[surface.X, surface.Y, surface.DISTANCE]].tolist()
         if distance > 0.0:
             return cls(x, y, 1.0, 0.0, 0.0, wider * (distance + reach))
-        tx, ty, length = row[[TX, TY, LENGTH]].tolist()
+        tx, ty, length = row[[surface.TX, surface.TY, surface.LENGTH]].tolist()
         return cls(x, y, tx, ty, length, wider * (radius + reach))
 
     @property

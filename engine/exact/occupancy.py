@@ -5,12 +5,13 @@ from math import ceil
 import numpy as np
 import numpy.typing as npt
 
-from engine.exact.event_log import ITEM, SEGMENTS, Log
+from engine.exact import event_log
+from engine.exact.board_arrays import BoardArrays
+from engine.exact.event_log import Log
 from engine.exact.sampling import sample_segment
 from engine.jit.decorator import inner_kernel, kernel
-from engine.physics.ball import PX, PY, VX, VY, T
+from engine.physics import body
 from engine.physics.flight import basis
-from engine.physics.layout import Layout
 from engine.physics.series import Series
 
 Array = npt.NDArray[np.float64]
@@ -28,7 +29,7 @@ def _count(counts: Counts, left: float, top: float, cells: float, x: float, y: f
 
 @inner_kernel
 def _occupy_segment(
-    board: Layout,
+    board: BoardArrays,
     segments: Array,
     row: int,
     time: float,
@@ -44,18 +45,18 @@ def _occupy_segment(
     """Count a segment at `time`, `time` + step … before `until`; the first time not counted."""
     if time >= until:
         return time
-    if segments[row, ITEM] >= 0.0:
+    if segments[row, event_log.ITEM] >= 0.0:
         while time < until:
             sample_segment(board, segments, row, time, False, series, state)
-            _count(counts, left, top, cells, state[PX], state[PY])
+            _count(counts, left, top, cells, state[body.X], state[body.Y])
             time += step
         return time
     # In flight each step is the same linear map: exact, and a tenth of the work of a sample.
     sample_segment(board, segments, row, time, False, series, state)
-    x = state[PX]
-    y = state[PY]
-    vx = state[VX]
-    vy = state[VY]
+    x = state[body.X]
+    y = state[body.Y]
+    vx = state[body.VX]
+    vy = state[body.VY]
     _, phi, psi = basis(board.drag, step)
     while time < until:
         _count(counts, left, top, cells, x, y)
@@ -71,7 +72,7 @@ def _occupy_segment(
 
 @kernel
 def occupy(
-    board: Layout,
+    board: BoardArrays,
     log: Log,
     states: Array,
     phases: Array,
@@ -92,11 +93,11 @@ def occupy(
     """
     first = 0
     for i in range(len(states)):
-        last = log.ends[i, SEGMENTS]
+        last = log.ends[i, event_log.SEGMENTS]
         for row in range(first, last):
-            until = log.segments[row + 1, T] if row + 1 < last else states[i, T]
+            until = log.segments[row + 1, body.T] if row + 1 < last else states[i, body.T]
             # From the number of the step, not from a running sum: no error adds up.
-            number = ceil(log.segments[row, T] / step - phases[i])
+            number = ceil(log.segments[row, body.T] / step - phases[i])
             time = (max(number, 0.0) + phases[i]) * step
             _occupy_segment(
                 board, log.segments, row, time, until, step, left, top, cells, counts,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-FLYING = -1  # not yet
+RUNNING = -1  # not yet
 LANDED = 0
 WEDGED = 1
 BALANCED = 2

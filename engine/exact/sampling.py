@@ -3,12 +3,12 @@
 import numpy as np
 import numpy.typing as npt
 
-from engine.exact.event_log import ITEM, MODE, SIDE, SLIP_SIGN
-from engine.exact.sustained_contact import advance_ride, start_series
+from engine.exact import event_log
+from engine.exact.board_arrays import BoardArrays
+from engine.exact.sustained_contact import advance_contact, start_series
 from engine.jit.decorator import inner_kernel, kernel
-from engine.physics.ball import OMEGA, PX, PY, STATE_SIZE, THETA, VX, VY, T
+from engine.physics import body
 from engine.physics.flight import advance_flight
-from engine.physics.layout import Layout
 from engine.physics.series import Series
 
 Array = npt.NDArray[np.float64]
@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 
 @inner_kernel
 def sample_segment(
-    board: Layout,
+    board: BoardArrays,
     segments: Array,
     row: int,
     time: float,
@@ -29,29 +29,35 @@ def sample_segment(
     `straight` says that the segments are the stepped solver's straight pieces.
     """
     segment = segments[row]
-    for i in range(STATE_SIZE):
+    for i in range(body.SIZE):
         out[i] = segment[i]
-    s = time - segment[T]
+    s = time - segment[body.T]
     if s <= 0.0:
         return
     if straight:
-        out[PX] += out[VX] * s
-        out[PY] += out[VY] * s
-        out[THETA] += out[OMEGA] * s
-    elif segment[ITEM] < 0.0:
+        out[body.X] += out[body.VX] * s
+        out[body.Y] += out[body.VY] * s
+        out[body.THETA] += out[body.OMEGA] * s
+    elif segment[event_log.ITEM] < 0.0:
         advance_flight(out, board.gravity, board.drag, s)
     else:
-        item = int(segment[ITEM])
+        item = int(segment[event_log.ITEM])
         start_series(
-            board, series, out, item, segment[SIDE], int(segment[MODE]), segment[SLIP_SIGN]
+            board,
+            series,
+            out,
+            item,
+            segment[event_log.SIDE],
+            int(segment[event_log.MODE]),
+            segment[event_log.SLIP_SIGN],
         )
-        advance_ride(board, series, out, item, s)
-    out[T] = time
+        advance_contact(board, series, out, item, s)
+    out[body.T] = time
 
 
 @kernel
 def sample(
-    board: Layout,
+    board: BoardArrays,
     segments: Array,
     rows: npt.NDArray[np.int64],
     last: npt.NDArray[np.int64],
@@ -67,8 +73,8 @@ def sample(
     """
     for i in range(len(times)):
         row = rows[i]
-        while row + 1 < last[i] and segments[row + 1, T] <= times[i]:
+        while row + 1 < last[i] and segments[row + 1, body.T] <= times[i]:
             row += 1
         rows[i] = row
         sample_segment(board, segments, row, times[i], straight, series, out[i])
-        out[i, T] = times[i]
+        out[i, body.T] = times[i]

@@ -19,30 +19,23 @@ from engine.constants import (
     KIND_LANDING,
     KIND_WALL,
 )
-from engine.exact.event_log import ITEM, MODE, SIDE, SLIP_SIGN
+from engine.exact import event_log
+from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
 from engine.exact.sampling import sample_segment
-from engine.exact.sustained_contact import side_of, start_series
+from engine.exact.sustained_contact import start_series
 from engine.jit.decorator import inner_kernel, kernel
-from engine.physics.ball import OMEGA, PX, PY, STATE_SIZE, VX, VY, T
-from engine.physics.contact import ORDER, SLIDING, new_series
-from engine.physics.layout import FIRST_END, LAST_END, LENGTH, TX, TY, Layout, X, Y
+from engine.physics import body, contact, surface, tangent
+from engine.physics.contact import new_series
 from engine.physics.series import Series
-from engine.physics.surface import curvature, friction_of, restitution_of, touch
+from engine.physics.surface import curvature, side_of, touch
 from engine.physics.tangent import (
-    DOMEGA,
-    DVX,
-    DVY,
-    DX,
-    DY,
-    TANGENT_SIZE,
-    VARIATION_ROWS,
     bounce_tangent,
+    contact_rates,
     delay,
     flight_rates,
-    fly_on,
-    ride_on,
-    ride_rates,
     shift,
+    through_contact,
+    through_flight,
 )
 
 Array = npt.NDArray[np.float64]
@@ -70,89 +63,101 @@ def new_space() -> Space:
     """Work space full of zeros, where the tangents and delays begin."""
     return Space(
         new_series(),
-        np.zeros((VARIATION_ROWS, ORDER + 1)),
-        np.zeros((TANGENTS, TANGENT_SIZE)),
-        np.zeros(TANGENT_SIZE),
+        np.zeros((tangent.VARIATION_ROWS, contact.ORDER + 1)),
+        np.zeros((TANGENTS, tangent.TANGENT_SIZE)),
+        np.zeros(tangent.TANGENT_SIZE),
         np.zeros(TANGENTS),
-        np.zeros(STATE_SIZE),
+        np.zeros(body.SIZE),
     )
 
 
 @inner_kernel
-def _part(board: Layout, wall: int, x: float, y: float) -> int:
+def _part(board: BoardArrays, wall: int, x: float, y: float) -> int:
     """The item of a wall that a ball at (x, y) touches: its line, or one of its ends."""
     line = board.peg_count + 3 * wall
     row = board.items[line]
-    foot = (x - row[X]) * row[TX] + (y - row[Y]) * row[TY]
+    foot = (x - row[surface.X]) * row[surface.TX] + (y - row[surface.Y]) * row[surface.TY]
     if foot < 0.0:
-        return int(row[FIRST_END])
-    if foot > row[LENGTH]:
-        return int(row[LAST_END])
+        return int(row[surface.FIRST_END])
+    if foot > row[surface.LENGTH]:
+        return int(row[surface.LAST_END])
     return line
 
 
 @inner_kernel
-def _rates_of(board: Layout, segment: Array, state: Array, rates: Array) -> None:
+def _rates_of(board: BoardArrays, segment: Array, state: Array, rates: Array) -> None:
     """Rates of `state` under a segment's law, into `rates`."""
-    if segment[ITEM] < 0.0:
-        flight_rates(state[VX], state[VY], board.gravity, board.drag, rates)
+    if segment[event_log.ITEM] < 0.0:
+        flight_rates(state[body.VX], state[body.VY], board.gravity, board.drag, rates)
         return
-    item = int(segment[ITEM])
-    nx, ny, _, _ = touch(board, item, segment[SIDE], state[PX], state[PY])
-    u = state[VY] * nx - state[VX] * ny
-    ride_rates(
-        nx, ny, u, state[OMEGA], int(segment[MODE]), segment[SLIP_SIGN], curvature(board, item),
-        board.gravity, board.drag, friction_of(board, item), board.radius, rates,
+    item = int(segment[event_log.ITEM])
+    nx, ny, _, _ = touch(
+        board.items, board.radius, item, segment[event_log.SIDE], state[body.X], state[body.Y]
+    )
+    u = state[body.VY] * nx - state[body.VX] * ny
+    contact_rates(
+        nx, ny, u, state[body.OMEGA], int(segment[event_log.MODE]), segment[event_log.SLIP_SIGN],
+        curvature(board.items, item), board.gravity, board.drag, friction_of(board, item),
+        board.radius, rates,
     )  # fmt: skip
 
 
 @inner_kernel
 def _take_along(
-    board: Layout, segment: Array, s: float, series: Series, variation: Series, tangents: Array
+    board: BoardArrays, segment: Array, s: float, series: Series, variation: Series, tangents: Array
 ) -> None:
     """Move the tangents along a segment of s seconds."""
-    if segment[ITEM] < 0.0:
+    if segment[event_log.ITEM] < 0.0:
         for i in range(TANGENTS):
-            fly_on(tangents[i], board.drag, s)
+            through_flight(tangents[i], board.drag, s)
         return
-    item = int(segment[ITEM])
-    mode = int(segment[MODE])
-    start_series(board, series, segment, item, segment[SIDE], mode, segment[SLIP_SIGN])
+    item = int(segment[event_log.ITEM])
+    mode = int(segment[event_log.MODE])
+    start_series(
+        board, series, segment, item, segment[event_log.SIDE], mode, segment[event_log.SLIP_SIGN]
+    )
     for i in range(TANGENTS):
-        ride_on(
-            tangents[i], series, variation, s, mode, segment[SLIP_SIGN], curvature(board, item),
-            board.gravity, board.drag, friction_of(board, item), board.radius,
+        through_contact(
+            tangents[i], series, variation, s, mode, segment[event_log.SLIP_SIGN],
+            curvature(board.items, item), board.gravity, board.drag, friction_of(board, item),
+            board.radius,
         )  # fmt: skip
 
 
 @inner_kernel
-def _ride_delay(
-    board: Layout,
+def _contact_delay(
+    board: BoardArrays,
     segment: Array,
     state: Array,
     rates: Array,
     following: Array,
     kind: int,
-    tangent: Array,
+    vector: Array,
 ) -> float:
-    """How much later the end of a stretch of a ride comes, s per unit of the tangent."""
-    item = int(segment[ITEM])
-    bend = curvature(board, item)
-    nx, ny, _, _ = touch(board, item, segment[SIDE], state[PX], state[PY])
-    u = state[VY] * nx - state[VX] * ny
-    along = tangent[DY] * nx - tangent[DX] * ny
-    change = tangent[DVY] * nx - tangent[DVX] * ny
-    if kind == KIND_CONTACT_CHANGE and int(following[ITEM]) != item:  # at a place: a line's end
+    """How much later the end of a stretch of sustained contact comes, s per unit of the tangent."""
+    item = int(segment[event_log.ITEM])
+    bend = curvature(board.items, item)
+    nx, ny, _, _ = touch(
+        board.items, board.radius, item, segment[event_log.SIDE], state[body.X], state[body.Y]
+    )
+    u = state[body.VY] * nx - state[body.VX] * ny
+    along = vector[tangent.DY] * nx - vector[tangent.DX] * ny
+    change = vector[tangent.DVY] * nx - vector[tangent.DVX] * ny
+    if (
+        kind == KIND_CONTACT_CHANGE and int(following[event_log.ITEM]) != item
+    ):  # at a place: a line's end
         return -along / u if u != 0.0 else 0.0
-    rate = rates[DVY] * nx - rates[DVX] * ny
+    rate = rates[tangent.DVY] * nx - rates[tangent.DVX] * ny
     # Of the normal force, per second and per unit of the tangent.
     slope = -board.gravity * bend * u * nx - 2.0 * bend * u * rate
     offset = -board.gravity * bend * along * nx - 2.0 * bend * u * change
-    if kind == KIND_CONTACT_CHANGE and int(segment[MODE]) == SLIDING:  # the slip vanishes
-        slope = rate - board.radius * rates[DOMEGA]
-        offset = change - board.radius * tangent[DOMEGA]
+    if (
+        kind == KIND_CONTACT_CHANGE and int(segment[event_log.MODE]) == contact.SLIDING
+    ):  # the slip vanishes
+        slope = rate - board.radius * rates[tangent.DOMEGA]
+        offset = change - board.radius * vector[tangent.DOMEGA]
     elif kind == KIND_CONTACT_CHANGE:  # rolling takes all of the friction there is
-        sign = following[SLIP_SIGN]
+        sign = following[event_log.SLIP_SIGN]
         share = 3.0 * friction_of(board, item)
         slope = share * slope + sign * (board.gravity * bend * u * ny + board.drag * rate)
         offset = share * offset + sign * (board.gravity * bend * along * ny + board.drag * change)
@@ -160,40 +165,47 @@ def _ride_delay(
 
 
 @inner_kernel
-def _add_rounding(tangent: Array, state: Array, nx: float, ny: float) -> None:
+def _add_rounding(vector: Array, state: Array, nx: float, ny: float) -> None:
     """Add an event's rounding: of the place along the surface, of velocity and of spin."""
-    along = tangent[DY] * nx - tangent[DX] * ny
-    place = copysign(ROUNDING * (abs(state[PX]) + abs(state[PY])), along)
-    tangent[DX] -= place * ny
-    tangent[DY] += place * nx
-    speed = ROUNDING * (abs(state[VX]) + abs(state[VY]))
-    tangent[DVX] += copysign(speed, tangent[DVX])
-    tangent[DVY] += copysign(speed, tangent[DVY])
-    tangent[DOMEGA] += copysign(ROUNDING * abs(state[OMEGA]), tangent[DOMEGA])
+    along = vector[tangent.DY] * nx - vector[tangent.DX] * ny
+    place = copysign(ROUNDING * (abs(state[body.X]) + abs(state[body.Y])), along)
+    vector[tangent.DX] -= place * ny
+    vector[tangent.DY] += place * nx
+    speed = ROUNDING * (abs(state[body.VX]) + abs(state[body.VY]))
+    vector[tangent.DVX] += copysign(speed, vector[tangent.DVX])
+    vector[tangent.DVY] += copysign(speed, vector[tangent.DVY])
+    vector[tangent.DOMEGA] += copysign(ROUNDING * abs(state[body.OMEGA]), vector[tangent.DOMEGA])
 
 
 @inner_kernel
 def _bounce(
-    board: Layout, item: int, left: int, state: Array, rates: Array, tangents: Array, delays: Array
+    board: BoardArrays,
+    item: int,
+    left: int,
+    state: Array,
+    rates: Array,
+    tangents: Array,
+    delays: Array,
 ) -> None:
     """Take the tangents through an impact on `item`; `state` is the one before it.
 
     They are then those of the state at the event, `delays` later. A ball that comes back to the
     surface it left does so exactly, as its root is divided out: only then no rounding leads across.
     """
-    side = side_of(board, state, item)
-    nx, ny, _, _ = touch(board, item, side, state[PX], state[PY])
+    side = side_of(board.items, item, state[body.X], state[body.Y])
+    nx, ny, _, _ = touch(board.items, board.radius, item, side, state[body.X], state[body.Y])
     if item != left:
-        across = tangents[ERROR, DX] * nx + tangents[ERROR, DY] * ny
-        depth = copysign(ROUNDING * (abs(state[PX]) + abs(state[PY])), across)
-        tangents[ERROR, DX] += depth * nx
-        tangents[ERROR, DY] += depth * ny
+        across = tangents[ERROR, tangent.DX] * nx + tangents[ERROR, tangent.DY] * ny
+        depth = copysign(ROUNDING * (abs(state[body.X]) + abs(state[body.Y])), across)
+        tangents[ERROR, tangent.DX] += depth * nx
+        tangents[ERROR, tangent.DY] += depth * ny
     for i in range(TANGENTS):
-        delays[i] = delay(tangents[i], nx, ny, state[VX], state[VY])
+        delays[i] = delay(tangents[i], nx, ny, state[body.VX], state[body.VY])
         shift(tangents[i], rates, delays[i])
         bounce_tangent(
-            tangents[i], state[VX], state[VY], state[OMEGA], nx, ny, curvature(board, item),
-            board.radius, restitution_of(board, item), friction_of(board, item),
+            tangents[i], state[body.VX], state[body.VY], state[body.OMEGA], nx, ny,
+            curvature(board.items, item), board.radius, restitution_of(board, item),
+            friction_of(board, item),
         )  # fmt: skip
     _add_rounding(tangents[ERROR], state, nx, ny)
 
@@ -201,12 +213,15 @@ def _bounce(
 @inner_kernel
 def _write(tangents: Array, out: Array) -> None:
     for i in range(TANGENTS):
-        out[i] = sqrt(tangents[i, DX] * tangents[i, DX] + tangents[i, DY] * tangents[i, DY])
+        out[i] = sqrt(
+            tangents[i, tangent.DX] * tangents[i, tangent.DX]
+            + tangents[i, tangent.DY] * tangents[i, tangent.DY]
+        )
 
 
 @kernel
 def sensitivity(
-    board: Layout,
+    board: BoardArrays,
     segments: Array,
     events: Array,
     marks: npt.NDArray[np.int32],
@@ -221,8 +236,8 @@ def sensitivity(
     the place, which at the start is `start_rounding`. `space` comes fresh from `new_space`.
     """
     series, variation, tangents, rates, delays, state = space
-    tangents[PATH, DX] = 1.0
-    tangents[ERROR, DX] = start_rounding
+    tangents[PATH, tangent.DX] = 1.0
+    tangents[ERROR, tangent.DX] = start_rounding
     total = len(marks)
     at = 0
     left = -1
@@ -230,41 +245,52 @@ def sensitivity(
         segment = segments[k]
         last = k + 1 == len(segments)
         following = segment if last else segments[k + 1]
-        flying = segment[ITEM] < 0.0
+        in_flight = segment[event_log.ITEM] < 0.0
         # From the state at the last event to the state at the time of the segment's start.
         _rates_of(board, segment, segment, rates)
         for i in range(TANGENTS):
             shift(tangents[i], rates, -delays[i])
             delays[i] = 0.0
-        until = end[T] if last else following[T]
+        until = end[body.T] if last else following[body.T]
         sample_segment(board, segments, k, until, False, series, state)
-        _take_along(board, segment, until - segment[T], series, variation, tangents)
+        _take_along(board, segment, until - segment[body.T], series, variation, tangents)
         if at == total or events[at, 0] > until:
-            continue  # a ride's step ended, and nothing happened
+            continue  # a step of a contact ended, and nothing happened
         _rates_of(board, segment, state, rates)
         kind = marks[at, 0]
         if kind == KIND_LANDING:
             for i in range(TANGENTS):
-                shift(tangents[i], rates, delay(tangents[i], 0.0, 1.0, state[VX], state[VY]))
-            tangents[ERROR, DX] += copysign(
-                ROUNDING * (abs(state[PX]) + abs(state[PY])), tangents[ERROR, DX]
+                shift(
+                    tangents[i], rates, delay(tangents[i], 0.0, 1.0, state[body.VX], state[body.VY])
+                )
+            tangents[ERROR, tangent.DX] += copysign(
+                ROUNDING * (abs(state[body.X]) + abs(state[body.Y])), tangents[ERROR, tangent.DX]
             )
             _write(tangents, out[at])
             return
         if kind < KIND_CONTACT_BEGIN:
             item = marks[at, 1]
             if kind == KIND_WALL:
-                item = _part(board, marks[at, 1], state[PX], state[PY])
-            if not flying:
-                left = int(segment[ITEM])
+                item = _part(board, marks[at, 1], state[body.X], state[body.Y])
+            if not in_flight:
+                left = int(segment[event_log.ITEM])
             _bounce(board, item, left, state, rates, tangents, delays)
             left = item
-        elif not flying and kind in (KIND_CONTACT_CHANGE, KIND_CONTACT_END):
+        elif not in_flight and kind in (KIND_CONTACT_CHANGE, KIND_CONTACT_END):
             for i in range(TANGENTS):
-                delays[i] = _ride_delay(board, segment, state, rates, following, kind, tangents[i])
+                delays[i] = _contact_delay(
+                    board, segment, state, rates, following, kind, tangents[i]
+                )
                 shift(tangents[i], rates, delays[i])
-            left = int(segment[ITEM])
-            nx, ny, _, _ = touch(board, left, segment[SIDE], state[PX], state[PY])
+            left = int(segment[event_log.ITEM])
+            nx, ny, _, _ = touch(
+                board.items,
+                board.radius,
+                left,
+                segment[event_log.SIDE],
+                state[body.X],
+                state[body.Y],
+            )
             _add_rounding(tangents[ERROR], state, nx, ny)
         while at < total and events[at, 0] <= until and marks[at, 0] != KIND_LANDING:
             _write(tangents, out[at])

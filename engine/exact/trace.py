@@ -4,14 +4,13 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
-from engine.exact import free_flight, sustained_contact
-from engine.exact.event_log import EVENTS, IMPACTS, Log, end_ball, note_event
-from engine.exact.initial_state import IMPACTS_BEFORE, MET, MET_SIDE, NONE, Ints
-from engine.exact.landing import land
-from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, FLYING, LANDED, TIME_LIMIT, WEDGED
+from engine.exact import event_log, free_flight, initial_state, next_impact, sustained_contact
+from engine.exact.board_arrays import BoardArrays, surface_index
+from engine.exact.event_log import Log, end_ball, land, note_event
+from engine.exact.initial_state import Ints
+from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, RUNNING, TIME_LIMIT, WEDGED
 from engine.jit.decorator import inner_kernel, kernel
-from engine.physics.ball import PX, PY, VX, VY
-from engine.physics.layout import Layout
+from engine.physics import body
 from engine.physics.series import Series
 from engine.physics.surface import is_wedged, touch
 
@@ -20,20 +19,20 @@ State = npt.NDArray[np.float64]
 
 @inner_kernel
 def _comes_to_rest(
-    board: Layout, state: State, ridden: int, ridden_side: float, hit: int, hit_side: float
+    board: BoardArrays, state: State, item: int, side: float, hit: int, hit_side: float
 ) -> bool:
-    """Whether a ball that rode one surface into another has no speed left and cannot go on."""
-    ax, ay, _, _ = touch(board, ridden, ridden_side, state[PX], state[PY])
-    bx, by, _, _ = touch(board, hit, hit_side, state[PX], state[PY])
-    slow = state[VX] * bx + state[VY] * by >= -free_flight.DYING_BOUNCE
-    return slow and is_wedged(board, ax, ay, bx, by)
+    """Whether a ball that rolled or slid on `item` into `hit` has no speed left to go on with."""
+    ax, ay, _, _ = touch(board.items, board.radius, item, side, state[body.X], state[body.Y])
+    bx, by, _, _ = touch(board.items, board.radius, hit, hit_side, state[body.X], state[body.Y])
+    slow = state[body.VX] * bx + state[body.VY] * by >= -free_flight.DYING_BOUNCE
+    return slow and is_wedged(board.gravity, ax, ay, bx, by)
 
 
 @kernel
 def trace_many(
-    board: Layout,
+    board: BoardArrays,
     states: State,
-    entries: Ints,
+    initial: Ints,
     max_events: int,
     max_time: float,
     series: Series,
@@ -42,40 +41,34 @@ def trace_many(
     bins: npt.NDArray[np.int32],
     impacts: npt.NDArray[np.int32],
 ) -> None:
-    """Follow each ball from its row of `states` (T, PX, … OMEGA; changed in place) until it ends.
+    """Follow each ball from its row of `states`, shape (n, 7), changed in place, until it ends.
 
-    entries, shape (n, ENTRY_SIZE), says where in its drop the ball is by then; nothing but impacts
+    initial, shape (n, COLUMNS), says where in its drop the ball is by then; nothing but impacts
     may have gone before. Writes down how each drop ended, its bin, -1 if it did not land, and its
     number of impacts, all of shape (n,). `series` is work space. One function for one ball and for
     many: the machine code of all of a drop is then made once.
     """
     for i in range(len(states)):
         state = states[i]
-        before = entries[i, IMPACTS_BEFORE]
-        event_limit = log.counts[EVENTS] + max_events - before
-        impacts_before = log.counts[IMPACTS] - before
-        item = int(entries[i, MET])
-        side = float(entries[i, MET_SIDE])
-        how = free_flight.FREE
-        touching = item != NONE
-        outcome = FLYING
+        before = initial[i, initial_state.IMPACTS_BEFORE]
+        event_limit = log.counts[event_log.EVENTS] + max_events - before
+        impacts_before = log.counts[event_log.IMPACTS] - before
+        item = int(initial[i, initial_state.HIT])
+        side = float(initial[i, initial_state.HIT_SIDE])
+        how = next_impact.FREE
+        touching = item != initial_state.NONE
+        outcome = RUNNING
         bins[i] = -1
-        while outcome == FLYING:
-            end, item, side, grips = free_flight.fly(
-                board.items, board.left, board.top, board.cells_per_metre, board.columns,
-                board.rows, board.starts, board.members, board.centres, board.travel, board.fall,
-                board.gravity, board.drag, board.radius, board.bins_y,
-                board.peg_count, board.peg_restitution, board.peg_friction,
-                board.wall_restitution, board.wall_friction,
-                state, item, side, how, touching, event_limit, max_time,
-                log.events, log.marks, log.segments, log.counts,
-            )  # fmt: skip
+        while outcome == RUNNING:
+            end, item, side, sticks = free_flight.follow_flight(
+                board, state, item, side, how, touching, event_limit, max_time, log
+            )
             if end != free_flight.ON_SURFACE:
                 outcome = _ends_in_flight(end)
                 break
-            note_event(log, state, KIND_CONTACT_BEGIN, sustained_contact.surface_index(board, item))
-            cause, item, side, hit, hit_side = sustained_contact.ride(
-                board, series, state, item, side, grips, max_time, event_limit, log
+            note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
+            cause, item, side, hit, hit_side = sustained_contact.follow_contact(
+                board, series, state, item, side, sticks, max_time, event_limit, log
             )
             touching = cause == sustained_contact.HIT
             if touching:
@@ -85,19 +78,17 @@ def trace_many(
                 side = hit_side
                 continue
             outcome = _ends_in_contact(cause)
-            if outcome == FLYING:
+            if outcome == RUNNING:
                 how = (
-                    free_flight.ROLLED_OFF
+                    next_impact.ROLLED_OFF
                     if cause == sustained_contact.LEFT
-                    else free_flight.BOUNCED
+                    else next_impact.BOUNCED
                 )
-                note_event(
-                    log, state, KIND_CONTACT_END, sustained_contact.surface_index(board, item)
-                )
+                note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
         if outcome == LANDED:
             bins[i] = land(board, state, log)
         outcomes[i] = outcome
-        impacts[i] = log.counts[IMPACTS] - impacts_before
+        impacts[i] = log.counts[event_log.IMPACTS] - impacts_before
         end_ball(log, i)
 
 
@@ -115,7 +106,7 @@ def _ends_in_flight(cause: int) -> int:
 
 @inner_kernel
 def _ends_in_contact(cause: int) -> int:
-    """How a drop ends whose contact ended so, FLYING if it does not."""
+    """How a drop ends whose contact ended so, RUNNING if it does not."""
     if cause == sustained_contact.LANDED:
         return LANDED
     if cause == sustained_contact.AT_REST:
@@ -126,4 +117,4 @@ def _ends_in_contact(cause: int) -> int:
         return EVENT_LIMIT
     if cause == sustained_contact.OUT_OF_BOARD:
         return ESCAPED
-    return FLYING
+    return RUNNING

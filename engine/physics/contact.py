@@ -37,7 +37,7 @@ ROWS = 8
 
 ROLLING = 0
 SLIDING = 1
-FREE = 2
+FRICTIONLESS = 2
 
 LONGEST_STEP = 0.25
 """s. Longer steps never pass the truncation test on a circle of ordinary size."""
@@ -59,7 +59,7 @@ def expand(
 ) -> None:
     """Fill rows NORMAL_X to FORCE of `series`, shape (ROWS, ORDER + 1), from their first column.
 
-    slip_sign is the sign of u - omega R while sliding; ANGLE's and PATH's first entries are kept.
+    slip_sign is the sign of u - omega R while sliding; the first terms of ANGLE and PATH are kept.
     """
     nx = series[NORMAL_X]
     ny = series[NORMAL_Y]
@@ -86,9 +86,9 @@ def expand(
             u[i + 1] = drive * share * (2.0 / 3.0)
             spin[i + 1] = u[i + 1] / radius
         elif mode == SLIDING:
-            rub = friction * slip_sign * force[i]
-            u[i + 1] = (drive - rub) * share
-            spin[i + 1] = 2.0 * rub / radius * share
+            friction_force = friction * slip_sign * force[i]
+            u[i + 1] = (drive - friction_force) * share
+            spin[i + 1] = 2.0 * friction_force / radius * share
         else:
             u[i + 1] = drive * share
             spin[i + 1] = 0.0
@@ -138,7 +138,7 @@ def choose_mode(
     `rolls` says that the slip is zero by what went before, whatever rounding left of it.
     """
     if friction == 0.0:
-        return FREE, 0.0
+        return FRICTIONLESS, 0.0
     slip = 0.0 if rolls else u - omega * radius
     if slip > 0.0:
         return SLIDING, 1.0

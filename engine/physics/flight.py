@@ -1,6 +1,6 @@
 """Free flight under gravity and linear drag, in closed form.
 
-A ball flies by dv/dt = g - k v. With a0 = g - k v0 the acceleration at the start, and s the time
+In free flight dv/dt = g - k v. With a0 = g - k v0 the acceleration at the start, and s the time
 since then,
 
     a(s) = a0 exp(-k s)        v(s) = v0 + a0 phi(s)        r(s) = r0 + v0 s + a0 psi(s)
@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.jit.decorator import inner_kernel, kernel, lean_kernel
-from engine.physics.ball import OMEGA, PX, PY, THETA, VX, VY, T
+from engine.physics import body
 
 # psi(s) = s^2 phi2(k s), phi2(z) = sum over n of (-z)^n / (n + 2)!. Up to z = 1/4 the first term
 # left out is z^11 / 13! < 4e-17, below half a unit in the last place of phi2 > 0.46.
@@ -91,13 +91,13 @@ def basis(k: float, s: float) -> tuple[float, float, float]:
 
 @inner_kernel
 def advance_flight(state: npt.NDArray[np.float64], gravity: float, k: float, s: float) -> None:
-    """Move a flying state by s seconds."""
-    ax = -k * state[VX]
-    ay = gravity - k * state[VY]
+    """Move a state in free flight by s seconds."""
+    ax = -k * state[body.VX]
+    ay = gravity - k * state[body.VY]
     _, phi, psi = basis(k, s)
-    state[T] += s
-    state[PX] = state[PX] + state[VX] * s + ax * psi
-    state[PY] = state[PY] + state[VY] * s + ay * psi
-    state[VX] = state[VX] + ax * phi
-    state[VY] = state[VY] + ay * phi
-    state[THETA] = state[THETA] + state[OMEGA] * s
+    state[body.T] += s
+    state[body.X] = state[body.X] + state[body.VX] * s + ax * psi
+    state[body.Y] = state[body.Y] + state[body.VY] * s + ay * psi
+    state[body.VX] = state[body.VX] + ax * phi
+    state[body.VY] = state[body.VY] + ay * phi
+    state[body.THETA] = state[body.THETA] + state[body.OMEGA] * s

@@ -27,7 +27,7 @@ def bounce(
     -slip / 3, is limited by Coulomb's |j_t| <= mu j_n.
     """
     jn = -(1.0 + restitution) * (vx * nx + vy * ny)
-    grips = False
+    sticks = False
     vx = vx + jn * nx
     vy = vy + jn * ny
     if friction > 0.0:
@@ -39,8 +39,8 @@ def bounce(
         elif jt < -limit:
             jt = -limit
         else:
-            grips = True
+            sticks = True
         vx = vx - jt * ny
         vy = vy + jt * nx
         omega = omega - 2.0 * jt / radius
-    return vx, vy, omega, grips
+    return vx, vy, omega, sticks

@@ -1,21 +1,46 @@
-"""Where a ball touches a surface: the normal, the tangential speed, the normal force."""
+"""A surface that a ball may touch: its row of numbers, and what follows from that at a contact.
+
+A surface is a circle (a peg, or the end of a wall) or a line (a wall between its ends). A board's
+surfaces are the rows of an array, shape (n, COLUMNS); their numbers in it name them.
+"""
 
 from math import sqrt
 
+import numpy as np
+import numpy.typing as npt
+
 from engine.jit.decorator import inner_kernel
-from engine.physics.layout import DISTANCE, NX, NY, Layout, X, Y
+
+Surfaces = npt.NDArray[np.float64]
+
+# Columns: where a surface is, and how far from it a ball's centre is at contact.
+X = 0  # of a circle's centre or a line's first end, m
+Y = 1
+DISTANCE = 2  # circle: the sum of both radii D, m; 0 for a line
+DISTANCE2 = 3  # circle: D^2
+LENGTH = 3  # line, m
+TX = 4  # line: unit vector along it
+TY = 5
+NX = 6  # line: unit normal
+NY = 7
+FIRST_END = 8  # line: the numbers of its two ends
+LAST_END = 9
+FIRST_LINE = 4  # circle: up to four lines that end in it, -1 for none
+LINE_SLOTS = 4
+INVERSE = 8  # circle: 1 / D
+COLUMNS = 10
 
 
 @inner_kernel
 def touch(
-    board: Layout, item: int, side: float, x: float, y: float
+    items: Surfaces, radius: float, item: int, side: float, x: float, y: float
 ) -> tuple[float, float, float, float]:
     """Unit normal (nx, ny) of `item` towards a ball at (x, y), and the centre put on the surface.
 
-    The centre is within rounding of the contact distance; putting it there exactly keeps the
-    errors of many bounces on one surface from adding up.
+    `radius` is the ball's, `side` (1 or -1) that of a line on which it is; lengths in m. The centre
+    is within rounding of the contact distance; putting it there exactly keeps the errors of many
+    bounces on one surface from adding up.
     """
-    items = board.items
     dx = x - items[item, X]
     dy = y - items[item, Y]
     distance = items[item, DISTANCE]
@@ -26,35 +51,33 @@ def touch(
         return nx, ny, items[item, X] + distance * nx, items[item, Y] + distance * ny
     nx = side * items[item, NX]
     ny = side * items[item, NY]
-    gap = board.radius - (dx * nx + dy * ny)
+    gap = radius - (dx * nx + dy * ny)
     return nx, ny, x + gap * nx, y + gap * ny
 
 
 @inner_kernel
-def curvature(board: Layout, item: int) -> float:
+def side_of(items: Surfaces, item: int, x: float, y: float) -> float:
+    """Side of `item` on which a ball at (x, y) is: 1 or -1 for a line, 0 for a circle."""
+    row = items[item]
+    if row[DISTANCE] > 0.0:
+        return 0.0
+    d = (x - row[X]) * row[NX] + (y - row[Y]) * row[NY]
+    return 1.0 if d > 0.0 else -1.0
+
+
+@inner_kernel
+def curvature(items: Surfaces, item: int) -> float:
     """Curvature of the centre's path on `item`, 1/m: 1/D on a circle, 0 on a line."""
-    distance = board.items[item, DISTANCE]
+    distance = items[item, DISTANCE]
     return 1.0 / distance if distance > 0.0 else 0.0
 
 
 @inner_kernel
-def restitution_of(board: Layout, item: int) -> float:
-    """Restitution between the ball and `item`."""
-    return board.peg_restitution if item < board.peg_count else board.wall_restitution
-
-
-@inner_kernel
-def friction_of(board: Layout, item: int) -> float:
-    """Coefficient of friction between the ball and `item`."""
-    return board.peg_friction if item < board.peg_count else board.wall_friction
-
-
-@inner_kernel
-def is_wedged(board: Layout, ax: float, ay: float, bx: float, by: float) -> bool:
-    """Whether gravity presses a ball that touches normals a and b against both.
+def is_wedged(gravity: float, ax: float, ay: float, bx: float, by: float) -> bool:
+    """Whether gravity, in m/s^2, presses a ball that touches unit normals a and b against both.
 
     Gravity along a's tangent then pushes into b, and along b's tangent into a.
     """
     cross = ax * by - ay * bx
     # g.t of a normal n is gravity * n_x; t_a.n_b = cross, t_b.n_a = -cross.
-    return bool(ax * cross < 0.0 < bx * cross and board.gravity > 0.0)
+    return bool(ax * cross < 0.0 < bx * cross and gravity > 0.0)

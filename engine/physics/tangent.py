@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.jit.decorator import inner_kernel
-from engine.physics.contact import NORMAL_X, NORMAL_Y, ORDER, ROLLING, SLIDING, SPEED
+from engine.physics import contact
 from engine.physics.flight import basis
 from engine.physics.series import Series, value
 
@@ -27,7 +27,7 @@ DVY = 3
 DOMEGA = 4
 TANGENT_SIZE = 5
 
-# Rows of a ride's variation: of the length along the surface, of its rate and of the spin.
+# Rows of a contact's variation: of the length along the surface, of its rate and of the spin.
 ALONG = 0
 RATE = 1
 SPINNING = 2
@@ -43,7 +43,7 @@ def shift(tangent: Tangent, rates: Tangent, s: float) -> None:
 
 @inner_kernel
 def flight_rates(vx: float, vy: float, gravity: float, k: float, rates: Tangent) -> None:
-    """Rates of a flying state, into `rates`."""
+    """Rates of a state in free flight, into `rates`."""
     rates[DX] = vx
     rates[DY] = vy
     rates[DVX] = -k * vx
@@ -52,7 +52,7 @@ def flight_rates(vx: float, vy: float, gravity: float, k: float, rates: Tangent)
 
 
 @inner_kernel
-def fly_on(tangent: Tangent, k: float, s: float) -> None:
+def through_flight(tangent: Tangent, k: float, s: float) -> None:
     """A tangent s seconds later in flight."""
     decay, phi, _ = basis(k, s)
     tangent[DX] += tangent[DVX] * phi
@@ -63,7 +63,7 @@ def fly_on(tangent: Tangent, k: float, s: float) -> None:
 
 @inner_kernel
 def delay(tangent: Tangent, nx: float, ny: float, vx: float, vy: float) -> float:
-    """How much later a ball of velocity (vx, vy) meets what has the normal (nx, ny), s per unit."""
+    """How much later a ball of velocity (vx, vy) hits what has the normal (nx, ny), s per unit."""
     approach = nx * vx + ny * vy
     if approach == 0.0:
         return 0.0
@@ -119,7 +119,7 @@ def bounce_tangent(
 
 
 @inner_kernel
-def ride_rates(
+def contact_rates(
     nx: float,
     ny: float,
     u: float,
@@ -133,7 +133,7 @@ def ride_rates(
     radius: float,
     rates: Tangent,
 ) -> None:
-    """Rates of a state that rides a surface, into `rates`.
+    """Rates of a state in sustained contact, into `rates`.
 
     The equations are those of `contact`.
     """
@@ -141,13 +141,13 @@ def ride_rates(
     drive = gravity * nx - k * u
     rate = drive
     turning = 0.0
-    if mode == ROLLING:
+    if mode == contact.ROLLING:
         rate = drive * (2.0 / 3.0)
         turning = rate / radius
-    elif mode == SLIDING:
-        rub = friction * slip_sign * force
-        rate = drive - rub
-        turning = 2.0 * rub / radius
+    elif mode == contact.SLIDING:
+        friction_force = friction * slip_sign * force
+        rate = drive - friction_force
+        turning = 2.0 * friction_force / radius
     rates[DX] = -u * ny
     rates[DY] = u * nx
     rates[DVX] = -rate * ny - curvature * u * u * nx
@@ -156,7 +156,7 @@ def ride_rates(
 
 
 @inner_kernel
-def ride_on(
+def through_contact(
     tangent: Tangent,
     series: Series,
     variation: Series,
@@ -169,21 +169,21 @@ def ride_on(
     friction: float,
     radius: float,
 ) -> None:
-    """A tangent s seconds later in a ride, whose motion is in `series`.
+    """A tangent s seconds later in a sustained contact, whose motion is in `series`.
 
     What leads off the surface is dropped. `variation`, shape (3, ORDER + 1), is work space: the
     series of the variational equations, made like those of the motion.
     """
-    nx = series[NORMAL_X]
-    ny = series[NORMAL_Y]
-    u = series[SPEED]
+    nx = series[contact.NORMAL_X]
+    ny = series[contact.NORMAL_Y]
+    u = series[contact.SPEED]
     along = variation[ALONG]
     rate = variation[RATE]
     spin = variation[SPINNING]
     along[0] = -tangent[DX] * ny[0] + tangent[DY] * nx[0]
     rate[0] = -tangent[DVX] * ny[0] + tangent[DVY] * nx[0]
-    spin[0] = rate[0] / radius if mode == ROLLING else tangent[DOMEGA]
-    for i in range(ORDER):
+    spin[0] = rate[0] / radius if mode == contact.ROLLING else tangent[DOMEGA]
+    for i in range(contact.ORDER):
         turn_x = 0.0  # of gravity's pull along the surface, and of its pressure
         turn_y = 0.0
         square = 0.0
@@ -195,14 +195,14 @@ def ride_on(
         share = 1.0 / (i + 1.0)
         drive = gravity * curvature * turn_x - k * rate[i]
         along[i + 1] = rate[i] * share
-        if mode == ROLLING:
+        if mode == contact.ROLLING:
             rate[i + 1] = drive * share * (2.0 / 3.0)
             spin[i + 1] = rate[i + 1] / radius
-        elif mode == SLIDING:
+        elif mode == contact.SLIDING:
             force = -gravity * curvature * turn_y - curvature * square
-            rub = friction * slip_sign * force
-            rate[i + 1] = (drive - rub) * share
-            spin[i + 1] = 2.0 * rub / radius * share
+            friction_force = friction * slip_sign * force
+            rate[i + 1] = (drive - friction_force) * share
+            spin[i + 1] = 2.0 * friction_force / radius * share
         else:
             rate[i + 1] = drive * share
             spin[i + 1] = 0.0

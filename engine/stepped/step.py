@@ -1,7 +1,7 @@
 """The stepped solver: fixed substeps of semi-implicit Euler, swept so that nothing tunnels.
 
 Each substep first gives the ball its new velocity, then moves it along a straight line at that
-velocity; what it meets on the way it bounces off at once. The path is therefore a chain of straight
+velocity; what it hits on the way it bounces off at once. The path is therefore a chain of straight
 pieces, with an error of the order of the substep.
 """
 
@@ -10,30 +10,30 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from engine.exact.event_log import EVENTS, IMPACTS, IN_FLIGHT, Log, end_ball, note_segment
-from engine.exact.landing import land, note_impact
+from engine.exact import event_log
+from engine.exact.board_arrays import BoardArrays, cell_of, friction_of, restitution_of
+from engine.exact.event_log import Log, end_ball, land, note_impact, note_segment
 from engine.exact.outcome import (
     BALANCED,
     ESCAPED,
     EVENT_LIMIT,
-    FLYING,
     LANDED,
     MAX_TIME,
+    RUNNING,
     TIME_LIMIT,
 )
 from engine.jit.decorator import kernel, lean_kernel
-from engine.physics.ball import OMEGA, PX, PY, STATE_SIZE, THETA, VX, VY, T
+from engine.physics import body, surface
 from engine.physics.flight import basis
 from engine.physics.impulse import bounce
-from engine.physics.layout import DISTANCE, LENGTH, NX, NY, TX, TY, Layout, X, Y, cell_of
-from engine.physics.surface import friction_of, restitution_of, touch
+from engine.physics.surface import touch
 from engine.stepped.sweep import sweep
 
 State = npt.NDArray[np.float64]
 
 MAX_HITS = 16
-"""Impacts in one substep. A ball that meets more is caught between surfaces; it waits where it is
-for the next substep, so it cannot be pushed through."""
+"""Impacts in one substep. A ball that has more is caught between surfaces; it is frozen for the
+rest of the substep, so it cannot be pushed through."""
 
 
 RESTING = 1.0e-9
@@ -45,68 +45,70 @@ ENDLESS = 1 << 62
 
 
 @lean_kernel
-def push_out(board: Layout, state: State, correction: float) -> None:
+def push_out(board: BoardArrays, state: State, correction: float) -> None:
     """Move a ball out of what it overlaps, by the fraction `correction` of the depth."""
-    cell = cell_of(board, state[PX], state[PY])
+    cell = cell_of(board, state[body.X], state[body.Y])
     if cell < 0:
         return
     items = board.items
     for k in range(board.starts[cell], board.starts[cell + 1]):
         item = int(board.members[k])
-        dx = state[PX] - items[item, X]
-        dy = state[PY] - items[item, Y]
-        reach = items[item, DISTANCE]
+        dx = state[body.X] - items[item, surface.X]
+        dy = state[body.Y] - items[item, surface.Y]
+        reach = items[item, surface.DISTANCE]
         if reach > 0.0:
             dd = dx * dx + dy * dy
             if dd >= reach * reach or dd == 0.0:
                 continue
             distance = sqrt(dd)
             push = correction * (reach - distance) / distance
-            state[PX] += push * dx
-            state[PY] += push * dy
+            state[body.X] += push * dx
+            state[body.Y] += push * dy
         else:
-            foot = dx * items[item, TX] + dy * items[item, TY]
-            d = dx * items[item, NX] + dy * items[item, NY]
-            if abs(d) >= board.radius or not 0.0 <= foot <= items[item, LENGTH]:
+            foot = dx * items[item, surface.TX] + dy * items[item, surface.TY]
+            d = dx * items[item, surface.NX] + dy * items[item, surface.NY]
+            if abs(d) >= board.radius or not 0.0 <= foot <= items[item, surface.LENGTH]:
                 continue
             push = correction * (board.radius - abs(d))
             if d < 0.0:
                 push = -push
-            state[PX] += push * items[item, NX]
-            state[PY] += push * items[item, NY]
+            state[body.X] += push * items[item, surface.NX]
+            state[body.Y] += push * items[item, surface.NY]
 
 
 @lean_kernel
 def _move(state: State, s: float) -> None:
     """Move the state along its straight line by s seconds."""
-    state[T] += s
-    state[PX] += state[VX] * s
-    state[PY] += state[VY] * s
-    state[THETA] += state[OMEGA] * s
+    state[body.T] += s
+    state[body.X] += state[body.VX] * s
+    state[body.Y] += state[body.VY] * s
+    state[body.THETA] += state[body.OMEGA] * s
 
 
 @lean_kernel
 def _bounce_off(
-    board: Layout, state: State, item: int, side: float, threshold: float, lag: float, log: Log
+    board: BoardArrays, state: State, item: int, side: float, threshold: float, lag: float, log: Log
 ) -> None:
     """Bounce off `item`; an approach slower than the threshold does not rebound.
 
     `lag`, in m/s downwards, is what the parabola through the ends of the substeps is faster by. The
     impact acts on its velocity: then an elastic bounce keeps the energy.
     """
-    nx, ny, state[PX], state[PY] = touch(board, item, side, state[PX], state[PY])
-    approach = -(state[VX] * nx + state[VY] * ny)
+    nx, ny, state[body.X], state[body.Y] = touch(
+        board.items, board.radius, item, side, state[body.X], state[body.Y]
+    )
+    approach = -(state[body.VX] * nx + state[body.VY] * ny)
     if approach <= 0.0:
         return
     restitution = restitution_of(board, item)
     if approach < threshold:
         restitution = 0.0
         lag = 0.0
-    state[VY] += lag
-    state[VX], state[VY], state[OMEGA], _ = bounce(
-        state[VX],
-        state[VY],
-        state[OMEGA],
+    state[body.VY] += lag
+    state[body.VX], state[body.VY], state[body.OMEGA], _ = bounce(
+        state[body.VX],
+        state[body.VY],
+        state[body.OMEGA],
         nx,
         ny,
         board.radius,
@@ -115,43 +117,53 @@ def _bounce_off(
     )
     if approach >= threshold:
         note_impact(board, state, item, log)
-    state[VY] -= lag
-    outward = state[VX] * nx + state[VY] * ny
+    state[body.VY] -= lag
+    outward = state[body.VX] * nx + state[body.VY] * ny
     if outward < 0.0:
-        state[VX] -= outward * nx
-        state[VY] -= outward * ny
+        state[body.VX] -= outward * nx
+        state[body.VY] -= outward * ny
 
 
 @lean_kernel
 def substep(
-    board: Layout, state: State, h: float, decay: float, gain: float, correction: float, log: Log
+    board: BoardArrays,
+    state: State,
+    h: float,
+    decay: float,
+    gain: float,
+    correction: float,
+    log: Log,
 ) -> int:
     """Advance a ball by h seconds; decay = exp(-k h), gain = (1 - decay) / k.
 
-    Returns FLYING or an outcome. v <- v decay + g gain is the closed form of drag and gravity over
+    Returns RUNNING or an outcome. v <- v decay + g gain is the closed form of drag and gravity over
     the substep. An approach below twice the speed that gravity adds in a substep is a ball that
     lies on a surface, and does not rebound.
     """
-    state[VX] = state[VX] * decay
+    state[body.VX] = state[body.VX] * decay
     pull = board.gravity * gain
-    state[VY] = state[VY] * decay + pull
+    state[body.VY] = state[body.VY] * decay + pull
     threshold = 2.0 * board.gravity * h
     rest = h
     hits = 0
     left = -1
     while rest > 0.0 and hits < MAX_HITS:
-        speed = sqrt(state[VX] * state[VX] + state[VY] * state[VY])
+        speed = sqrt(state[body.VX] * state[body.VX] + state[body.VY] * state[body.VY])
         window = rest
         if speed * rest > board.travel:
             window = board.travel / speed
         half = 0.5 * window
-        cell = cell_of(board, state[PX] + state[VX] * half, state[PY] + state[VY] * half)
+        cell = cell_of(
+            board, state[body.X] + state[body.VX] * half, state[body.Y] + state[body.VY] * half
+        )
         if cell < 0:
             return ESCAPED
-        s, item, side = sweep(board, cell, state[PX], state[PY], state[VX], state[VY], window, left)
-        note_segment(log, state, IN_FLIGHT, 0.0, 0.0, 0.0)
-        if state[VY] > 0.0 and state[PY] + state[VY] * s >= board.bins_y:
-            _move(state, (board.bins_y - state[PY]) / state[VY])
+        s, item, side = sweep(
+            board, cell, state[body.X], state[body.Y], state[body.VX], state[body.VY], window, left
+        )
+        note_segment(log, state, event_log.IN_FLIGHT, 0.0, 0.0, 0.0)
+        if state[body.VY] > 0.0 and state[body.Y] + state[body.VY] * s >= board.bins_y:
+            _move(state, (board.bins_y - state[body.Y]) / state[body.VY])
             return LANDED
         _move(state, s)
         rest -= s
@@ -162,24 +174,24 @@ def substep(
         elif s < window:
             return ESCAPED
     if rest > 0.0:
-        _note_wait(state, log)
+        _note_freeze(state, log)
     push_out(board, state, correction)
-    return FLYING
+    return RUNNING
 
 
 @lean_kernel
-def _note_wait(state: State, log: Log) -> None:
-    """Write down that the ball stays where it is for the rest of the substep."""
-    vx = state[VX]
-    vy = state[VY]
-    omega = state[OMEGA]
-    state[VX] = 0.0
-    state[VY] = 0.0
-    state[OMEGA] = 0.0
-    note_segment(log, state, IN_FLIGHT, 0.0, 0.0, 0.0)
-    state[VX] = vx
-    state[VY] = vy
-    state[OMEGA] = omega
+def _note_freeze(state: State, log: Log) -> None:
+    """Write down that the ball is frozen for the rest of the substep."""
+    vx = state[body.VX]
+    vy = state[body.VY]
+    omega = state[body.OMEGA]
+    state[body.VX] = 0.0
+    state[body.VY] = 0.0
+    state[body.OMEGA] = 0.0
+    note_segment(log, state, event_log.IN_FLIGHT, 0.0, 0.0, 0.0)
+    state[body.VX] = vx
+    state[body.VY] = vy
+    state[body.OMEGA] = omega
 
 
 @lean_kernel
@@ -188,15 +200,17 @@ def _rests(a: State, b: State, speed: float, h: float, radius: float) -> bool:
 
     It is if neither of its speeds reaches `speed`, m/s, nor did it move or turn as fast as that.
     """
-    still = abs(a[VX]) < speed and abs(a[VY]) < speed
-    still = still and abs(b[VX]) < speed and abs(b[VY]) < speed
-    still = still and abs(b[PX] - a[PX]) < speed * h and abs(b[PY] - a[PY]) < speed * h
-    return bool(still and radius * abs(b[OMEGA] - a[OMEGA]) < speed)
+    still = abs(a[body.VX]) < speed and abs(a[body.VY]) < speed
+    still = still and abs(b[body.VX]) < speed and abs(b[body.VY]) < speed
+    still = (
+        still and abs(b[body.X] - a[body.X]) < speed * h and abs(b[body.Y] - a[body.Y]) < speed * h
+    )
+    return bool(still and radius * abs(b[body.OMEGA] - a[body.OMEGA]) < speed)
 
 
 @lean_kernel
 def step_on(
-    board: Layout,
+    board: BoardArrays,
     state: State,
     before: State,
     steps: int,
@@ -206,27 +220,27 @@ def step_on(
     correction: float,
     log: Log,
 ) -> int:
-    """Substep number `steps` (from 0) of a drop: FLYING or an outcome.
+    """Substep number `steps` (from 0) of a drop: RUNNING or an outcome.
 
-    A ball that is left with next to nothing of the speed that gravity adds in a substep is held
+    A ball that is left with next to nothing of the speed that gravity adds in a substep ends
     where it is: balanced. `before` is work space, shape (7,).
     """
-    for column in range(STATE_SIZE):  # a slice would compile all of numpy's broadcasting
+    for column in range(body.SIZE):  # a slice would compile all of numpy's broadcasting
         before[column] = state[column]
     outcome = substep(board, state, h, decay, gain, correction, log)
-    if outcome != FLYING:
+    if outcome != RUNNING:
         return outcome
-    state[T] = (steps + 1) * h
+    state[body.T] = (steps + 1) * h
     if _rests(before, state, RESTING * board.gravity * h, h, board.radius):
         return BALANCED
-    if not state[T] <= MAX_TIME:
+    if not state[body.T] <= MAX_TIME:
         return TIME_LIMIT
-    return FLYING
+    return RUNNING
 
 
 @kernel
 def step_many(
-    board: Layout,
+    board: BoardArrays,
     states: State,
     steps: npt.NDArray[np.int64],
     most_steps: int,
@@ -242,31 +256,31 @@ def step_many(
     """Advance each ball, not touching the others, by up to `most_steps` substeps or to its end.
 
     states (n, 7) and steps (n,), the substeps each ball has behind it, are changed in place.
-    Writes down how each drop ended, FLYING if it has not, its bin, -1 if it did not land, and its
+    Writes down how each drop ended, RUNNING if it has not, its bin, -1 if it did not land, and its
     impacts in these steps, all of shape (n,). `before` is work space, shape (7,).
     """
     decay, gain, _ = basis(board.drag, h)
     for i in range(len(states)):
         state = states[i]
-        event_limit = log.counts[EVENTS] + max_events
-        impacts_before = log.counts[IMPACTS]
+        event_limit = log.counts[event_log.EVENTS] + max_events
+        impacts_before = log.counts[event_log.IMPACTS]
         step = steps[i]
         last = step + most_steps
-        outcome = FLYING
-        while outcome == FLYING and step < last:
+        outcome = RUNNING
+        while outcome == RUNNING and step < last:
             outcome = step_on(board, state, before, step, h, decay, gain, correction, log)
-            if outcome == FLYING and log.counts[EVENTS] >= event_limit:
+            if outcome == RUNNING and log.counts[event_log.EVENTS] >= event_limit:
                 outcome = EVENT_LIMIT
             step += 1
         steps[i] = step
         bins[i] = land(board, state, log) if outcome == LANDED else -1
         outcomes[i] = outcome
-        impacts[i] = log.counts[IMPACTS] - impacts_before
+        impacts[i] = log.counts[event_log.IMPACTS] - impacts_before
         end_ball(log, i)
 
 
 def trace_stepped_many(
-    board: Layout,
+    board: BoardArrays,
     states: State,
     h: float,
     correction: float,
@@ -279,6 +293,6 @@ def trace_stepped_many(
     """`step_many` of balls at their start, shape (n, 7), to their ends."""
     steps = np.zeros(len(states), np.int64)
     step_many(
-        board, states, steps, ENDLESS, h, correction, max_events, np.empty(STATE_SIZE), log,
+        board, states, steps, ENDLESS, h, correction, max_events, np.empty(body.SIZE), log,
         outcomes, bins, impacts,
     )  # fmt: skip

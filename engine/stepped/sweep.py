@@ -1,9 +1,10 @@
-"""The first surface met on a straight line: the swept test of the stepped solver."""
+"""The first surface hit on a straight line: the swept test of the stepped solver."""
 
 from math import sqrt
 
+from engine.exact.board_arrays import BoardArrays
 from engine.jit.decorator import lean_kernel
-from engine.physics.layout import DISTANCE, DISTANCE2, LENGTH, NX, NY, TX, TY, Layout, X, Y
+from engine.physics import surface
 from engine.physics.time_of_impact import NO_HIT
 
 
@@ -26,14 +27,14 @@ def sweep_circle(qx: float, qy: float, vx: float, vy: float, d2: float, horizon:
 
 @lean_kernel
 def sweep_line(
-    board: Layout, item: int, x: float, y: float, vx: float, vy: float, horizon: float
+    board: BoardArrays, item: int, x: float, y: float, vx: float, vy: float, horizon: float
 ) -> tuple[float, float]:
     """First s in [0, horizon] at which a ball closes in on the inside of a wall, and the side."""
     items = board.items
-    dx = x - items[item, X]
-    dy = y - items[item, Y]
-    nx = items[item, NX]
-    ny = items[item, NY]
+    dx = x - items[item, surface.X]
+    dy = y - items[item, surface.Y]
+    nx = items[item, surface.NX]
+    ny = items[item, surface.NY]
     d = nx * dx + ny * dy
     side = 1.0 if d > 0.0 else -1.0
     h = side * d - board.radius
@@ -43,22 +44,29 @@ def sweep_line(
     s = -h / hd if h > 0.0 else 0.0
     if s > horizon:
         return NO_HIT, side
-    foot = (dx + vx * s) * items[item, TX] + (dy + vy * s) * items[item, TY]
-    if not 0.0 <= foot <= items[item, LENGTH]:
+    foot = (dx + vx * s) * items[item, surface.TX] + (dy + vy * s) * items[item, surface.TY]
+    if not 0.0 <= foot <= items[item, surface.LENGTH]:
         return NO_HIT, side
     return s, side
 
 
 @lean_kernel
 def sweep(
-    board: Layout, cell: int, x: float, y: float, vx: float, vy: float, horizon: float, left: int
+    board: BoardArrays,
+    cell: int,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    horizon: float,
+    left: int,
 ) -> tuple[float, int, float]:
-    """First surface of a cell met within the horizon: time (the horizon if none), item, side.
+    """First surface of a cell hit within the horizon: time (the horizon if none), item, side.
 
     `left` is the surface (or -1) that the ball just bounced off: a straight line away from a convex
-    surface cannot meet it again, whatever rounding says of the way the ball is going.
+    surface cannot hit it again, whatever rounding says of the way the ball is going.
 
-    At equal times the lower surface number counts; item is -1 if nothing is met.
+    At equal times the lower surface number counts; item is -1 if nothing is hit.
     """
     items = board.items
     best = horizon
@@ -69,10 +77,10 @@ def sweep(
         if other == left:
             continue
         other_side = 0.0
-        if items[other, DISTANCE] > 0.0:
-            qx = x - items[other, X]
-            qy = y - items[other, Y]
-            s = sweep_circle(qx, qy, vx, vy, items[other, DISTANCE2], best)
+        if items[other, surface.DISTANCE] > 0.0:
+            qx = x - items[other, surface.X]
+            qy = y - items[other, surface.Y]
+            s = sweep_circle(qx, qy, vx, vy, items[other, surface.DISTANCE2], best)
         else:
             s, other_side = sweep_line(board, other, x, y, vx, vy, best)
         if s != NO_HIT and (s < best or item < 0):

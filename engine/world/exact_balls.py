@@ -7,11 +7,11 @@ import numpy as np
 from engine.board.model import Board
 from engine.drops.digest import drop_digest
 from engine.drops.trajectory import Trajectory, at_start, follow, start_row
-from engine.exact.board_arrays import layout_of
-from engine.exact.event_log import SEGMENT_SIZE
+from engine.exact import event_log
+from engine.exact.board_arrays import arrays_of
 from engine.exact.sampling import sample
 from engine.parameters import Exact
-from engine.physics.ball import PX, STATE_SIZE, T
+from engine.physics import body
 from engine.physics.contact import new_series
 from engine.world.ball_set import End, Progress
 
@@ -24,7 +24,7 @@ class ExactBalls:
 
     def __init__(self, board: Board, dt: float) -> None:
         self._board = board
-        self._layout = layout_of(board)
+        self._layout = arrays_of(board)
         self._dt = dt
         self._paths: list[Trajectory] = []
         self._frames = np.zeros(0, np.int64)
@@ -32,9 +32,9 @@ class ExactBalls:
         self._last = np.zeros(0, np.int64)
         self._next_event = np.zeros(0, np.int64)
         self._next_time = np.zeros(0)
-        self._pool = np.empty((0, SEGMENT_SIZE))
+        self._pool = np.empty((0, event_log.SEGMENT_SIZE))
         self._series = new_series()
-        self.states = np.zeros((0, STATE_SIZE))
+        self.states = np.zeros((0, body.SIZE))
 
     def add(self, x: float) -> None:
         """Append a ball at rest at (x, drop.y)."""
@@ -63,7 +63,7 @@ class ExactBalls:
         """Move the segments still needed to the front of a pool with room for `more`."""
         parts = [self._pool[a:b] for a, b in zip(self._first, self._last, strict=True)]
         used = sum(len(part) for part in parts)
-        pool = np.empty((max(256, 2 * (used + more)), SEGMENT_SIZE))
+        pool = np.empty((max(256, 2 * (used + more)), event_log.SEGMENT_SIZE))
         if parts:
             pool[:used] = np.concatenate(parts)
         ends = np.cumsum([len(part) for part in parts], dtype=np.int64)
@@ -94,10 +94,14 @@ class ExactBalls:
         self._next_event[row] = last
         self._next_time[row] = _time_of(path, last)
         end = None
-        if path.end[T] <= time:
+        if path.end[body.T] <= time:
             self.states[row] = path.end
             end = End(
-                path.outcome, path.bin, float(path.end[T]), float(path.end[PX]), _digest(path)
+                path.outcome,
+                path.bin,
+                float(path.end[body.T]),
+                float(path.end[body.X]),
+                _digest(path),
             )
         return Progress(row, path.events[first:last], path.marks[first:last], end)
 
@@ -110,7 +114,7 @@ class ExactBalls:
     def saved(self) -> list[dict[str, Any]]:
         """What `load` needs of each ball: all else follows from it."""
         return [
-            {"x": float(path.start[PX]), "frames": int(frames)}
+            {"x": float(path.start[body.X]), "frames": int(frames)}
             for path, frames in zip(self._paths, self._frames, strict=True)
         ]
 
@@ -122,7 +126,7 @@ class ExactBalls:
 
 def _time_of(path: Trajectory, event: int) -> float:
     """Time of an event, or of the end after the last one."""
-    return float(path.events[event, 0] if event < len(path.events) else path.end[T])
+    return float(path.events[event, 0] if event < len(path.events) else path.end[body.T])
 
 
 def _digest(path: Trajectory) -> str:

@@ -8,11 +8,12 @@ import numpy.typing as npt
 from engine.board.model import Board
 from engine.drops.digest import drop_digest
 from engine.drops.trajectory import at_start
-from engine.exact.board_arrays import layout_of
-from engine.exact.event_log import EVENT_SIZE, EVENTS, new_log
-from engine.exact.outcome import FLYING
+from engine.exact import event_log
+from engine.exact.board_arrays import arrays_of
+from engine.exact.event_log import new_log
+from engine.exact.outcome import RUNNING
 from engine.parameters import Stepped
-from engine.physics.ball import PX, STATE_SIZE, T
+from engine.physics import body
 from engine.stepped.step import ENDLESS, MAX_HITS, step_many
 from engine.world.ball_set import End, Progress
 
@@ -24,13 +25,13 @@ class SteppedBalls:
 
     def __init__(self, board: Board, solver: Stepped) -> None:
         self._board = board
-        self._layout = layout_of(board)
+        self._layout = arrays_of(board)
         self._solver = solver
         self._steps = np.zeros(0, np.int64)
         self._starts: list[float] = []
         self._events: list[list[Floats]] = []
         self._marks: list[list[npt.NDArray[np.int32]]] = []
-        self.states = np.zeros((0, STATE_SIZE))
+        self.states = np.zeros((0, body.SIZE))
 
     def add(self, x: float) -> None:
         """Append a ball at rest at (x, drop.y)."""
@@ -52,29 +53,29 @@ class SteppedBalls:
         bins, impacts = np.empty(count, np.int32), np.empty(count, np.int32)
         step_many(
             self._layout, self.states, self._steps, solver.substeps, solver.h, solver.correction,
-            ENDLESS, np.empty(STATE_SIZE), log, outcomes, bins, impacts,
+            ENDLESS, np.empty(body.SIZE), log, outcomes, bins, impacts,
         )  # fmt: skip
-        log_ends = log.ends[:, EVENTS]
+        log_ends = log.ends[:, event_log.EVENTS]
         found = []
         for row, (first, last) in enumerate(zip([0, *log_ends[:-1]], log_ends, strict=True)):
-            if first == last and outcomes[row] == FLYING:
+            if first == last and outcomes[row] == RUNNING:
                 continue
             events, marks = log.events[first:last].copy(), log.marks[first:last].copy()
             self._events[row].append(events)
             self._marks[row].append(marks)
             end = None
-            if outcomes[row] != FLYING:
+            if outcomes[row] != RUNNING:
                 end = self._end(row, int(outcomes[row]), int(bins[row]))
             found.append(Progress(row, events, marks, end))
         return found
 
     def _end(self, row: int, outcome: int, where: int) -> End:
         start = (self._starts[row], self._board.drop.y, 0.0, 0.0, 0.0)
-        events = np.concatenate([np.empty((0, EVENT_SIZE)), *self._events[row]])
+        events = np.concatenate([np.empty((0, event_log.EVENT_SIZE)), *self._events[row]])
         marks = np.concatenate([np.empty((0, 2), np.int32), *self._marks[row]])
         digest = drop_digest(self._board.digest, self._solver, start, outcome, events, marks)
         state = self.states[row]
-        return End(outcome, where, float(state[T]), float(state[PX]), digest)
+        return End(outcome, where, float(state[body.T]), float(state[body.X]), digest)
 
     def remove(self, rows: list[int]) -> None:
         """Take out balls whose drop has ended."""
@@ -106,5 +107,5 @@ class SteppedBalls:
             self._append(state, ball["steps"], ball["start"])
             events = np.frombuffer(ball["events"], "<f8").astype(np.float64)
             marks = np.frombuffer(ball["marks"], "<i4").astype(np.int32)
-            self._events[-1].append(events.reshape(-1, EVENT_SIZE))
+            self._events[-1].append(events.reshape(-1, event_log.EVENT_SIZE))
             self._marks[-1].append(marks.reshape(-1, 2))

@@ -23,7 +23,7 @@ from engine.parameters import (
     make_solver,
     number,
 )
-from engine.physics.ball import OMEGA, PX, PY, THETA, VX, VY
+from engine.physics import body
 from engine.seeding import parse_seed
 from engine.world.ball_set import BallSet, Progress
 from engine.world.events import Contact, Event, Landing, approach_speed
@@ -37,7 +37,14 @@ BODY = np.dtype(
 )
 """A live ball: id, m, rad, m/s, rad/s, and whether it hit something in the last frame."""
 
-_COLUMNS = {"x": PX, "y": PY, "theta": THETA, "vx": VX, "vy": VY, "omega": OMEGA}
+_COLUMNS = {
+    "x": body.X,
+    "y": body.Y,
+    "theta": body.THETA,
+    "vx": body.VX,
+    "vy": body.VY,
+    "omega": body.OMEGA,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,21 +261,21 @@ class World:
     def energy(self) -> Energy:
         """Energy of all live balls."""
         states, ball = self._ball_set.states, self.board.ball
-        speed2 = float((states[:, VX] ** 2 + states[:, VY] ** 2).sum())
+        speed2 = float((states[:, body.VX] ** 2 + states[:, body.VY] ** 2).sum())
         return Energy(
             kinetic=0.5 * ball.mass * speed2,
-            rotational=0.5 * ball.inertia * float((states[:, OMEGA] ** 2).sum()),
-            potential=-ball.mass * self.board.gravity * float(states[:, PY].sum()),
+            rotational=0.5 * ball.inertia * float((states[:, body.OMEGA] ** 2).sum()),
+            potential=-ball.mass * self.board.gravity * float(states[:, body.Y].sum()),
         )
 
     def momentum(self) -> Momentum:
         """Momentum of all live balls."""
         states, ball = self._ball_set.states, self.board.ball
-        turning = states[:, PX] * states[:, VY] - states[:, PY] * states[:, VX]
+        turning = states[:, body.X] * states[:, body.VY] - states[:, body.Y] * states[:, body.VX]
         return Momentum(
-            x=ball.mass * float(states[:, VX].sum()),
-            y=ball.mass * float(states[:, VY].sum()),
-            angular=float(ball.mass * turning.sum() + ball.inertia * states[:, OMEGA].sum()),
+            x=ball.mass * float(states[:, body.VX].sum()),
+            y=ball.mass * float(states[:, body.VY].sum()),
+            angular=float(ball.mass * turning.sum() + ball.inertia * states[:, body.OMEGA].sum()),
         )
 
     def snapshot(self) -> bytes:

@@ -8,15 +8,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from numba import types
 
 from engine import PHYSICS_VERSION, Board, drop
-from engine.exact.board_arrays import layout_of
-from engine.exact.sustained_contact import side_of
+from engine.exact.board_arrays import arrays_of, bin_of
 from engine.jit import kernel_compiler
-from engine.physics.layout import bin_of
+from engine.physics.surface import side_of
 from engine.physics.time_of_impact import stays_positive
 from tests.golden import check, make
 
@@ -125,7 +123,7 @@ def test_a_changed_kernel_makes_the_code_of_its_callers_stale(plain: str, tmp_pa
     shutil.copy(ROOT / "engine" / "constants.py", package)
     (package / "__init__.py").write_text("")
     code = (
-        "from engine.physics.time_of_impact import line_hit_again\n"
+        "from engine.physics.line_impact import line_hit_again\n"
         "print(round(line_hit_again(1.0, -2.0, 1e-12, 9.0, 9.0), 6))\n"
     )
     cache = {
@@ -154,24 +152,22 @@ def test_a_constant_argument_compiles_no_kernel_of_its_own() -> None:
 
 def test_a_kernel_inside_of_others_runs_as_python_when_python_calls_it() -> None:
     """Before and after it was compiled into another: numba would jump to a wrapper never made."""
-    layout = layout_of(Board.preset("triangle-8"))
+    layout = arrays_of(Board.preset("triangle-8"))
     first = bin_of(layout, 0.1)
     drop(Board.preset("triangle-8"), 1)
     assert bin_of(layout, 0.1) == first == 4
-    assert side_of(layout, np.zeros(7), 0) == 0.0
+    assert side_of(layout.items, 0, 0.0, 0.0) == 0.0
 
 
 @pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 def test_only_kernels_that_python_calls_have_machine_code_of_their_own(tmp_path: Path) -> None:
-    """`basis` is one; `fly`, `bin_of` and others are inside of `trace_many`."""
+    """`basis` is one; `follow_flight`, `land` and others are inside of `trace_many`."""
     kept = kept_code(
         "from engine import Board, drop\ndrop(Board.preset('triangle-8'), 1)\n", tmp_path
     )
     assert {"trace.trace_many", "flight.basis"} <= kept
-    assert (
-        not {"free_flight.fly", "free_flight.next_hit", "layout.bin_of", "sustained_contact.ride"}
-        & kept
-    )
+    inside = {"free_flight.follow_flight", "sustained_contact.follow_contact", "event_log.land"}
+    assert not inside & kept
 
 
 @pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
@@ -184,7 +180,7 @@ def test_drops_that_only_bounce_compile_nothing_for_those_that_ride(tmp_path: Pa
         "drop_many(board, range(2))\n"
     )
     kept = kept_code(code, tmp_path)
-    assert "trace._trace_row" in kept
+    assert "trace._trace_lanes" in kept
     assert "trace.trace_many" not in kept
 
 

@@ -1,9 +1,9 @@
-"""A row of balls in flight: each stage is done for all of them before the next one begins.
+"""Lanes of balls in free flight: each stage is done for all of them before the next one begins.
 
 One lane holds one ball; a stage is a loop over the lanes. So a processor goes on with the next ball
 while it waits for the last one's results, guesses few branches wrong, and computes four lanes at a
 time where a loop has none. Only for boards without drag and friction. Each ball goes through the
-arithmetic of `flying`, in its order: nothing crosses lanes.
+arithmetic of `free_flight`, in its order: nothing crosses lanes.
 
 Numbers that are read from memory to look something up by are unsigned: of a signed one the compiled
 code looks at the sign each time, for -1 would be the last, and that took a seventh of the time.
@@ -12,25 +12,22 @@ code looks at the sign each time, for -1 would be the last, and that took a seve
 import numpy as np
 import numpy.typing as npt
 
-from engine.exact.free_flight import BINS, NOWHERE, held_line_hit, length_bound
+from engine.exact.board_arrays import BoardArrays
+from engine.exact.grid import HEAD_BITS
+from engine.exact.next_impact import BINS, NOWHERE, length_bound, origin_line_hit
 from engine.jit.decorator import lean_kernel
-from engine.physics.layout import DISTANCE, HEAD_BITS, X, Y
-from engine.physics.time_of_impact import (
-    NO_HIT,
-    SIXTH,
-    circle_hit_again,
-    line_hit,
-    stays_positive,
-    third_derivative_bound,
-)
+from engine.physics import surface
+from engine.physics.circle_impact import circle_hit_again, third_derivative_bound
+from engine.physics.line_impact import line_hit
+from engine.physics.time_of_impact import NO_HIT, SIXTH, stays_positive
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Indices = npt.NDArray[np.uint32]
 
 LANES = 104
-"""Balls in a row: enough to hide what each waits for, few enough to stay in the nearest cache, and
-13 of its lines: an odd number, or the columns' beginnings would drive each other out."""
+"""Balls side by side: enough to hide what each waits for, few enough to stay in the nearest cache,
+and 13 of its lines: an odd number, or the columns' beginnings would drive each other out."""
 
 SLOTS = 8
 """Members of a cell that are looked at for all balls together, at most; the others, one by one."""
@@ -50,16 +47,16 @@ BEYOND = 2 << SLOTS
 PATIENCE = 10_000
 """Windows in one flight after which a ball is left to others: it has missed the board."""
 
-# Where the lanes' values begin in the row's numbers `w`, shape (FLOAT_COLUMNS * LANES,): distances
+# Where the lanes' values begin in the numbers `w`, shape (FLOAT_COLUMNS * LANES,): distances
 # known when the loops are compiled, or they could not be vectorized. First the flight's start,
 T0 = 0 * LANES  # s
 X0 = 1 * LANES
 Y0 = 2 * LANES
 VX0 = 3 * LANES
 VY0 = 4 * LANES
-HELD_SIDE = 5 * LANES  # of the surface that the flight starts from
+ORIGIN_SIDE = 5 * LANES  # of the surface that the flight starts from
 START = 6 * LANES  # s of the flight at which the window starts
-# then the window: where it starts, its length, and what is met first in it.
+# then the window: where it starts, its length, and what is hit first in it.
 WX = 7 * LANES
 WY = 8 * LANES
 WVX = 9 * LANES
@@ -74,15 +71,15 @@ CY = 17 * LANES
 CD2 = 18 * LANES
 FLOAT_COLUMNS = 19
 
-# The same of the row's integers `m`, shape (INT_COLUMNS * LANES,).
+# The same of the integers `m`, shape (INT_COLUMNS * LANES,).
 DROP = 0 * LANES  # number of the drop
-HELD = 1 * LANES  # the surface that the flight starts from, in its first window; else -1
-ITEM = 2 * LANES  # what is met first, or a code of `flying`
+ORIGIN = 1 * LANES  # the surface that the flight starts from, in its first window; else -1
+ITEM = 2 * LANES  # what is hit first, or a code of `next_impact`
 IMPACT_COUNT = 3 * LANES
 ODD = 4 * LANES  # 1: left over, from its start: it touches two, or its cell has too many
 CELL = 5 * LANES  # of the window, and how long its list is, up to HEAD_MANY
 MORE = 6 * LANES
-MARK = 7 * LANES  # bit n: the ball may meet the n-th member of its cell in this window; LOW; BEYOND
+MARK = 7 * LANES  # bit n: the ball may hit the n-th member of its cell in this window; LOW; BEYOND
 MEMBER = 8 * LANES  # the candidate that is looked at
 DONE = 9 * LANES  # 1: the flight ends in this window
 WINDOWS = 10 * LANES  # searched in this flight
@@ -99,7 +96,7 @@ def begin(w: Floats, m: Ints, i: int, drop: int, x: float, y: float) -> None:
     w[VY0 + i] = 0.0
     w[START + i] = 0.0
     m[DROP + i] = drop
-    m[HELD + i] = -1
+    m[ORIGIN + i] = -1
     m[WINDOWS + i] = 0
     m[IMPACT_COUNT + i] = 0
     m[ODD + i] = 0
@@ -115,8 +112,13 @@ def empty_lane(w: Floats, m: Ints, i: int, last: int) -> None:
 
 
 @lean_kernel
-def open_windows(w: Floats, m: Ints, n: int, gravity: float, travel: float, rise: float) -> None:
-    """Bring n balls to their windows' starts, and find how long the windows are."""
+def open_windows(board: BoardArrays, w: Floats, m: Ints, n: int, rise: float) -> None:
+    """Bring n balls to their windows' starts, and find how long the windows are.
+
+    rise: at least sqrt(2 g travel), in m/s.
+    """
+    gravity = board.gravity
+    travel = board.travel
     for i in range(n):
         vx0 = w[VX0 + i]
         vy0 = w[VY0 + i]
@@ -141,11 +143,16 @@ def open_windows(w: Floats, m: Ints, n: int, gravity: float, travel: float, rise
 
 
 @lean_kernel
-def find_cells(
-    w: Floats, m: Ints, n: int, gravity: float, left: float, top: float, cells_per_metre: float,
-    columns: int, rows: int, heads: Indices, centres: Floats,
-) -> None:  # fmt: skip
+def find_cells(board: BoardArrays, w: Floats, m: Ints, n: int) -> None:
     """Each window's cell, the first candidate that it lists, and how many it lists."""
+    gravity = board.gravity
+    left = board.left
+    top = board.top
+    cells_per_metre = board.cells_per_metre
+    columns = board.columns
+    rows = board.rows
+    heads = board.heads
+    centres = board.centres
     width = float(columns)
     height = float(rows)
     for i in range(n):
@@ -173,30 +180,32 @@ def _look_at(w: Floats, m: Ints, i: int, member: int, centres: Floats) -> None:
 
 
 @lean_kernel
-def meet_again(w: Floats, m: Ints, i: int, items: Floats, gravity: float) -> None:
-    """Note if ball i meets the surface that it has just left within its first window."""
-    held = m[HELD + i]
-    side = w[HELD_SIDE + i]
+def hit_again(board: BoardArrays, w: Floats, m: Ints, i: int) -> None:
+    """Note if ball i hits the surface that it has just left within its first window."""
+    items = board.items
+    gravity = board.gravity
+    origin = m[ORIGIN + i]
+    side = w[ORIGIN_SIDE + i]
     x = w[WX + i]
     y = w[WY + i]
     vx = w[WVX + i]
     vy = w[WVY + i]
     horizon = w[HORIZON + i]
-    if items[held, DISTANCE] == 0.0:
-        s = held_line_hit(items, held, side, x, y, vx, vy, 0.0, gravity, 0.0, horizon)
+    if items[origin, surface.DISTANCE] == 0.0:
+        s = origin_line_hit(items, origin, side, x, y, vx, vy, 0.0, gravity, 0.0, horizon)
     else:
-        qx = x - items[held, X]
-        qy = y - items[held, Y]
+        qx = x - items[origin, surface.X]
+        qy = y - items[origin, surface.Y]
         s = circle_hit_again(qx, qy, vx, vy, 0.0, gravity, 0.0, horizon, horizon)
     if s != NO_HIT:
         w[BEST + i] = s
-        m[ITEM + i] = held
+        m[ITEM + i] = origin
         w[HIT_SIDE + i] = side
 
 
 @lean_kernel
 def is_far(w: Floats, i: int, x: float, y: float, d2: float, gravity: float) -> bool:
-    """Whether the chord test of `next_hit` turns down a circle at (x, y) for ball i."""
+    """Whether the chord test of `next_impact` turns down a circle at (x, y) for ball i."""
     qx = w[WX + i] - x
     qy = w[WY + i] - y
     f = qx * qx + qy * qy - d2
@@ -207,13 +216,13 @@ def is_far(w: Floats, i: int, x: float, y: float, d2: float, gravity: float) -> 
 
 @lean_kernel
 def _mark_slot(w: Floats, m: Ints, n: int, slot: int, gravity: float) -> None:
-    """Mark which balls may meet the candidate that is looked at, the slot-th of their cells."""
+    """Mark which balls may hit the candidate that is looked at, the slot-th of their cells."""
     bit = 1 << slot
     for i in range(n):
         d2 = w[CD2 + i]
-        is_met = (d2 == 0.0) | (not is_far(w, i, w[CX + i], w[CY + i], d2, gravity))
-        is_met &= (m[MORE + i] > slot) & (m[MEMBER + i] != m[HELD + i])
-        m[MARK + i] |= bit if is_met else 0
+        may_hit = (d2 == 0.0) | (not is_far(w, i, w[CX + i], w[CY + i], d2, gravity))
+        may_hit &= (m[MORE + i] > slot) & (m[MEMBER + i] != m[ORIGIN + i])
+        m[MARK + i] |= bit if may_hit else 0
 
 
 @lean_kernel
@@ -232,18 +241,20 @@ def _slots_of(m: Ints, n: int) -> int:
 
 @lean_kernel
 def mark(
-    w: Floats, m: Ints, n: int, starts: Indices, members: Indices, centres: Floats,
-    gravity: float, travel: float, bins_y: float, marked: Indices,
-) -> tuple[int, int]:  # fmt: skip
-    """Mark what the balls may meet in their windows; list the lanes with any mark.
+    board: BoardArrays, w: Floats, m: Ints, n: int, members: Indices, marked: Indices
+) -> tuple[int, int]:
+    """Mark what the balls may hit in their windows; list the lanes with any mark.
 
     members: SLOTS longer than the cells' lists. Returns how many members were looked at for all
     balls, and how many lanes are listed.
     """
+    starts = board.starts
+    centres = board.centres
+    gravity = board.gravity
     slots = _slots_of(m, n)
     for i in range(n):
         beyond = BEYOND if m[MORE + i] > slots else 0
-        m[MARK + i] = beyond | (LOW if w[WY + i] + travel >= bins_y else 0)
+        m[MARK + i] = beyond | (LOW if w[WY + i] + board.travel >= board.bins_y else 0)
     for slot in range(slots):
         if slot > 0:
             for i in range(n):
@@ -257,10 +268,10 @@ def mark(
 
 
 @lean_kernel
-def meet_bins(w: Floats, m: Ints, i: int, gravity: float, bins_y: float) -> None:
-    """Note if ball i lands before it meets anything else known."""
+def reach_bins(board: BoardArrays, w: Floats, m: Ints, i: int) -> None:
+    """Note if ball i lands before it hits anything else known."""
     best = w[BEST + i]
-    s = line_hit(bins_y - w[WY + i], -w[WVY + i], -gravity, 0.0, w[HORIZON + i], best)
+    s = line_hit(board.bins_y - w[WY + i], -w[WVY + i], -board.gravity, 0.0, w[HORIZON + i], best)
     if s != NO_HIT and (s < best or m[ITEM + i] == NOWHERE):
         w[BEST + i] = s
         m[ITEM + i] = BINS
@@ -268,7 +279,7 @@ def meet_bins(w: Floats, m: Ints, i: int, gravity: float, bins_y: float) -> None
 
 @lean_kernel
 def close_windows(w: Floats, m: Ints, n: int, max_time: float, ended: Indices) -> int:
-    """Send on the balls that met nothing; list the lanes whose flights end: their number.
+    """Send on the balls that hit nothing; list the lanes whose flights end: their number.
 
     START of such a lane is then the length of its flight.
     """
@@ -278,7 +289,7 @@ def close_windows(w: Floats, m: Ints, n: int, max_time: float, ended: Indices) -
         m[WINDOWS + i] += 1
         is_late = (start > max_time - w[T0 + i]) | (m[WINDOWS + i] > PATIENCE)
         m[DONE + i] = int((m[ITEM + i] != NOWHERE) | (m[ODD + i] != 0) | is_late)
-        m[HELD + i] = -1
+        m[ORIGIN + i] = -1
     count = 0
     for i in range(n):
         ended[np.uint32(count)] = i

@@ -1,39 +1,22 @@
-"""What the balls of a row meet first in their windows: the searches of `next_hit` side by side."""
+"""What the balls in the lanes hit first in their windows: many searches side by side."""
+
+from typing import NamedTuple
 
 import numpy as np
 
-from engine.exact.free_flight import BOUNCED, FREE, NOWHERE, wall_hit
-from engine.exact.lockstep.lanes import (
-    BEST,
-    CELL,
-    HELD,
-    HIT_SIDE,
-    HORIZON,
-    ITEM,
-    LANES,
-    MARK,
-    ODD,
-    WVX,
-    WVY,
-    WX,
-    WY,
-    Floats,
-    Indices,
-    Ints,
-    is_far,
-)
+from engine.exact.board_arrays import BoardArrays
+from engine.exact.lockstep import lanes
+from engine.exact.lockstep.lanes import Floats, Indices, Ints, is_far
+from engine.exact.next_impact import BOUNCED, FREE, NOWHERE, wall_hit
 from engine.jit.decorator import lean_kernel
-from engine.physics.time_of_impact import (
-    MAX_STEPS,
-    NEGLIGIBLE,
-    NO_HIT,
-    THIRD,
+from engine.physics.circle_impact import (
     circle_search,
     third_derivative_bound,
     third_derivative_size,
 )
+from engine.physics.time_of_impact import MAX_STEPS, NEGLIGIBLE, NO_HIT, THIRD
 
-ROOM = 2 * LANES
+ROOM = 2 * lanes.LANES
 """Searches in a list; one that is half full is searched before it goes on."""
 
 WIDTH = 4
@@ -63,57 +46,87 @@ RISES = 3.0  # moves away at first, which takes another formula
 INSIDE = 4.0  # touches another surface as it starts
 
 
+class Space(NamedTuple):
+    """Work space of the lanes and of their searches."""
+
+    w: Floats  # (FLOAT_COLUMNS * LANES,)
+    m: Ints  # (INT_COLUMNS * LANES,)
+    r: Floats  # (SEARCH_COLUMNS * ROOM,)
+    whose: Indices  # (ROOM,): the lane of each search
+    which: Indices  # (ROOM,): the surface that it looks for
+    marked: Indices  # (LANES + 1,): lanes with a mark
+    ended: Indices  # (LANES + 1,): lanes whose flights end in this window
+    members: Indices  # the board's, and SLOTS more
+
+
+def new_space(board: BoardArrays) -> Space:
+    """Work space for drops on `board`."""
+    return Space(
+        w=np.zeros(lanes.FLOAT_COLUMNS * lanes.LANES),
+        m=np.zeros(lanes.INT_COLUMNS * lanes.LANES, np.int64),
+        r=np.zeros(SEARCH_COLUMNS * ROOM),
+        whose=np.zeros(ROOM, np.uint32),
+        which=np.zeros(ROOM, np.uint32),
+        marked=np.zeros(lanes.LANES + 1, np.uint32),
+        ended=np.zeros(lanes.LANES + 1, np.uint32),
+        members=np.append(board.members, np.zeros(lanes.SLOTS, np.uint32)),
+    )
+
+
 @lean_kernel
 def _list_marked(
-    w: Floats, m: Ints, marked: Indices, at: int, count: int, starts: Indices, members: Indices,
-    centres: Floats, gravity: float, slots: int, whose: Indices, which: Indices,
-) -> tuple[int, int]:  # fmt: skip
+    board: BoardArrays, space: Space, at: int, count: int, slots: int
+) -> tuple[int, int]:
     """List the candidates of the lanes marked[at:count], until the list is half full.
 
     The first `slots` members of each cell have their marks; the others are looked at here. Returns
     the next lane's place in `marked`, and the number of candidates.
     """
+    w, m, _, whose, which, marked, _, members = space
+    starts = board.starts
+    centres = board.centres
+    gravity = board.gravity
     length = 0
     while at < count and length < ROOM // 2:
         i = int(marked[at])
         at += 1
-        cell = np.uint32(m[CELL + i])
+        cell = np.uint32(m[lanes.CELL + i])
         first = starts[cell]
         more = starts[cell + 1] - first
         for slot in range(slots):
             which[np.uint32(length)] = members[first + slot]
             whose[np.uint32(length)] = i
-            length += (m[MARK + i] >> slot) & 1
+            length += (m[lanes.MARK + i] >> slot) & 1
         for slot in range(slots, more):
             if length == ROOM - WIDTH:
-                m[ODD + i] = 1
+                m[lanes.ODD + i] = 1
                 break
             other = members[first + slot]
             d2 = centres[other, 2]
-            is_met = (d2 == 0.0) | (
+            may_hit = (d2 == 0.0) | (
                 not is_far(w, i, centres[other, 0], centres[other, 1], d2, gravity)
             )
             which[np.uint32(length)] = other
             whose[np.uint32(length)] = i
-            length += int(is_met & (other != m[HELD + i]))
+            length += int(may_hit & (other != m[lanes.ORIGIN + i]))
     return at, length
 
 
 @lean_kernel
-def _open_searches(
-    w: Floats, r: Floats, count: int, whose: Indices, which: Indices, centres: Floats,
-    gravity: float,
-) -> None:  # fmt: skip
+def _open_searches(board: BoardArrays, space: Space, count: int) -> None:
     """Fill in the list's searches."""
+    w, _, r, whose, which, _, _, _ = space
+    centres = board.centres
+    gravity = board.gravity
     for p in range(count):
         i = int(whose[p])
         other = which[p]
-        r[FROM_X + p] = w[WX + i] - centres[other, 0]
-        r[FROM_Y + p] = w[WY + i] - centres[other, 1]
+        r[FROM_X + p] = w[lanes.WX + i] - centres[other, 0]
+        r[FROM_Y + p] = w[lanes.WY + i] - centres[other, 1]
         r[SQUARE + p] = centres[other, 2]
-        r[SPEED_X + p] = w[WVX + i]
-        r[SPEED_Y + p] = w[WVY + i]
-        r[SEARCHED + p] = w[HORIZON + i]
+        r[SPEED_X + p] = w[lanes.WVX + i]
+        r[SPEED_Y + p] = w[lanes.WVY + i]
+        r[SEARCHED + p] = w[lanes.HORIZON + i]
     for p in range(count):
         qx = r[FROM_X + p]
         qy = r[FROM_Y + p]
@@ -204,54 +217,50 @@ def _search_alone(r: Floats, p: int, gravity: float, best: float) -> float:
 
 
 @lean_kernel
-def _keep_first(
-    w: Floats, m: Ints, r: Floats, count: int, whose: Indices, which: Indices, items: Floats,
-    radius: float, gravity: float,
-) -> None:  # fmt: skip
-    """Of all that the balls would meet, note what each meets first."""
+def _keep_first(board: BoardArrays, space: Space, count: int) -> None:
+    """Of all that the balls would hit, note what each hits first."""
+    w, m, r, whose, which, _, _, _ = space
+    items = board.items
+    radius = board.radius
+    gravity = board.gravity
     for p in range(count):
         i = int(whose[p])
         other = int(which[p])
         status = r[STATUS + p]
-        best = w[BEST + i]
+        best = w[lanes.BEST + i]
         s = r[S + p] if status == HIT else NO_HIT
         side = 0.0
         if r[SQUARE + p] == 0.0:
-            held = m[HELD + i]
+            origin = m[lanes.ORIGIN + i]
             s, side = wall_hit(
-                items, other, held, FREE if held < 0 else BOUNCED, radius,
-                w[WX + i], w[WY + i], w[WVX + i], w[WVY + i], 0.0, gravity, 0.0,
-                w[HORIZON + i], best,
+                items, other, origin, FREE if origin < 0 else BOUNCED, radius,
+                w[lanes.WX + i], w[lanes.WY + i], w[lanes.WVX + i], w[lanes.WVY + i],
+                0.0, gravity, 0.0, w[lanes.HORIZON + i], best,
             )  # fmt: skip
         elif status >= RISES:
             if status == INSIDE:
-                m[ODD + i] = 1
+                m[lanes.ODD + i] = 1
             else:
                 s = _search_alone(r, p, gravity, best)
-        item = m[ITEM + i]
+        item = m[lanes.ITEM + i]
         if s != NO_HIT and (s < best or item == NOWHERE or (s == best and other < item)):
-            w[BEST + i] = s
-            m[ITEM + i] = other
-            w[HIT_SIDE + i] = side
+            w[lanes.BEST + i] = s
+            m[lanes.ITEM + i] = other
+            w[lanes.HIT_SIDE + i] = side
 
 
 @lean_kernel
-def search_marked(
-    w: Floats, m: Ints, r: Floats, marked: Indices, count: int, starts: Indices, members: Indices,
-    centres: Floats, items: Floats, radius: float, gravity: float, slots: int, whose: Indices,
-    which: Indices,
-) -> None:  # fmt: skip
-    """Note what the balls in the lanes marked[:count] meet first of the surfaces of their cells."""
+def search_marked(board: BoardArrays, space: Space, count: int, slots: int) -> None:
+    """Note what the balls in the lanes marked[:count] hit first of the surfaces of their cells."""
+    r = space.r
     at = 0
     while at < count:
-        at, length = _list_marked(
-            w, m, marked, at, count, starts, members, centres, gravity, slots, whose, which
-        )
-        _open_searches(w, r, length, whose, which, centres, gravity)
+        at, length = _list_marked(board, space, at, count, slots)
+        _open_searches(board, space, length)
         full = (length + WIDTH - 1) // WIDTH * WIDTH
         for p in range(length, full):
             r[STATUS + p] = MISS
         for _ in range(MAX_STEPS):
-            if not _step_searches(r, full, gravity):
+            if not _step_searches(r, full, board.gravity):
                 break
-        _keep_first(w, m, r, length, whose, which, items, radius, gravity)
+        _keep_first(board, space, length)

@@ -4,85 +4,65 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.exact.free_flight import BINS, length_bound, rebound, stays_on
-from engine.exact.initial_state import ENTRY_SIZE, IMPACTS_BEFORE, MET, MET_SIDE, NONE
+from engine.exact import initial_state
+from engine.exact.board_arrays import BoardArrays, bin_of, restitution_of
+from engine.exact.free_flight import rebound, stays_on
+from engine.exact.lockstep import lanes
 from engine.exact.lockstep.lanes import (
-    DROP,
-    FLOAT_COLUMNS,
-    HELD,
-    HELD_SIDE,
-    HIT_SIDE,
-    IMPACT_COUNT,
-    INT_COLUMNS,
-    ITEM,
-    LANES,
-    LOW,
-    MARK,
-    ODD,
-    SLOTS,
-    START,
-    T0,
-    VX0,
-    VY0,
-    WINDOWS,
-    X0,
-    Y0,
     Floats,
-    Indices,
     Ints,
     begin,
     close_windows,
     empty_lane,
     find_cells,
+    hit_again,
     mark,
-    meet_again,
-    meet_bins,
     open_windows,
+    reach_bins,
 )
-from engine.exact.lockstep.search import ROOM, SEARCH_COLUMNS, search_marked
+from engine.exact.lockstep.search import Space, new_space, search_marked
+from engine.exact.next_impact import BINS, length_bound
 from engine.exact.outcome import LANDED, Results
 from engine.jit.decorator import kernel, lean_kernel
-from engine.physics.ball import PX, PY, STATE_SIZE, VX, VY, T
-from engine.physics.layout import Layout, bin_of
+from engine.physics import body
 
 
 @lean_kernel
 def _arrive(w: Floats, i: int, gravity: float) -> None:
     """Move ball i to the end of its flight."""
-    s = w[START + i]
+    s = w[lanes.START + i]
     psi = 0.5 * s * s
-    vx = w[VX0 + i]
-    vy = w[VY0 + i]
+    vx = w[lanes.VX0 + i]
+    vy = w[lanes.VY0 + i]
     ax = -0.0 * vx
-    w[T0 + i] += s
-    w[X0 + i] = w[X0 + i] + vx * s + ax * psi
-    w[Y0 + i] = w[Y0 + i] + vy * s + gravity * psi
-    w[VX0 + i] = vx + ax * s
-    w[VY0 + i] = vy + gravity * s
-    w[START + i] = 0.0
+    w[lanes.T0 + i] += s
+    w[lanes.X0 + i] = w[lanes.X0 + i] + vx * s + ax * psi
+    w[lanes.Y0 + i] = w[lanes.Y0 + i] + vy * s + gravity * psi
+    w[lanes.VX0 + i] = vx + ax * s
+    w[lanes.VY0 + i] = vy + gravity * s
+    w[lanes.START + i] = 0.0
 
 
 @lean_kernel
-def _bounces(
-    w: Floats, m: Ints, i: int, items: Floats, radius: float, gravity: float, restitution: float
-) -> bool:
-    """Impact of ball i on what it has met. False, and nothing done, if it would then stay on it."""
-    item = m[ITEM + i]
-    side = w[HIT_SIDE + i]
+def _bounces(board: BoardArrays, w: Floats, m: Ints, i: int) -> bool:
+    """Impact of ball i on what it has hit. False, and nothing done, if it would then stay on it."""
+    items = board.items
+    item = m[lanes.ITEM + i]
+    side = w[lanes.HIT_SIDE + i]
     x, y, vx, vy, _, nx, ny, _ = rebound(
-        items, item, side, w[X0 + i], w[Y0 + i], w[VX0 + i], w[VY0 + i], 0.0, radius,
-        restitution, 0.0,
+        items, item, side, w[lanes.X0 + i], w[lanes.Y0 + i], w[lanes.VX0 + i], w[lanes.VY0 + i],
+        0.0, board.radius, restitution_of(board, item), 0.0,
     )  # fmt: skip
-    if stays_on(items, item, vx, vy, nx, ny, gravity):
+    if stays_on(items, item, vx, vy, nx, ny, board.gravity):
         return False
-    w[X0 + i] = x
-    w[Y0 + i] = y
-    w[VX0 + i] = vx
-    w[VY0 + i] = vy
-    w[HELD_SIDE + i] = side
-    m[HELD + i] = item
-    m[IMPACT_COUNT + i] += 1
-    m[WINDOWS + i] = 0
+    w[lanes.X0 + i] = x
+    w[lanes.Y0 + i] = y
+    w[lanes.VX0 + i] = vx
+    w[lanes.VY0 + i] = vy
+    w[lanes.ORIGIN_SIDE + i] = side
+    m[lanes.ORIGIN + i] = item
+    m[lanes.IMPACT_COUNT + i] += 1
+    m[lanes.WINDOWS + i] = 0
     return True
 
 
@@ -91,145 +71,110 @@ class LeftOver(NamedTuple):
 
     drops: Ints  # (n,): their numbers
     states: Floats  # (n, STATE_SIZE)
-    entries: Ints  # (n, ENTRY_SIZE)
+    initial: Ints  # (n, initial_state.COLUMNS)
 
     def first(self, count: int) -> "LeftOver":
         """The first so many of them."""
-        return LeftOver(self.drops[:count], self.states[:count], self.entries[:count])
+        return LeftOver(self.drops[:count], self.states[:count], self.initial[:count])
 
 
 @lean_kernel
 def _leave(
-    w: Floats, m: Ints, i: int, x: float, y: float, stays: bool, row: int, numbers: Ints,
-    states: Floats, entries: Ints,
-) -> None:  # fmt: skip
+    w: Floats, m: Ints, i: int, x: float, y: float, stays: bool, row: int, left_over: LeftOver
+) -> None:
     """Ball i is left over: at the impact after which it stays, or at its start (x, y)."""
-    numbers[row] = m[DROP + i]
-    for column in range(STATE_SIZE):
+    numbers, states, initial = left_over
+    numbers[row] = m[lanes.DROP + i]
+    for column in range(body.SIZE):
         states[row, column] = 0.0
-    states[row, PX] = x
-    states[row, PY] = y
-    entries[row, MET] = NONE
-    entries[row, MET_SIDE] = 0
-    entries[row, IMPACTS_BEFORE] = 0
+    states[row, body.X] = x
+    states[row, body.Y] = y
+    initial[row, initial_state.HIT] = initial_state.NONE
+    initial[row, initial_state.HIT_SIDE] = 0
+    initial[row, initial_state.IMPACTS_BEFORE] = 0
     if stays:
-        states[row, T] = w[T0 + i]
-        states[row, PX] = w[X0 + i]
-        states[row, PY] = w[Y0 + i]
-        states[row, VX] = w[VX0 + i]
-        states[row, VY] = w[VY0 + i]
-        entries[row, MET] = m[ITEM + i]
-        entries[row, MET_SIDE] = int(w[HIT_SIDE + i])
-        entries[row, IMPACTS_BEFORE] = m[IMPACT_COUNT + i]
+        states[row, body.T] = w[lanes.T0 + i]
+        states[row, body.X] = w[lanes.X0 + i]
+        states[row, body.Y] = w[lanes.Y0 + i]
+        states[row, body.VX] = w[lanes.VX0 + i]
+        states[row, body.VY] = w[lanes.VY0 + i]
+        initial[row, initial_state.HIT] = m[lanes.ITEM + i]
+        initial[row, initial_state.HIT_SIDE] = int(w[lanes.HIT_SIDE + i])
+        initial[row, initial_state.IMPACTS_BEFORE] = m[lanes.IMPACT_COUNT + i]
 
 
-class _Space(NamedTuple):
-    """Work space of `_trace_row`."""
-
-    w: Floats  # (FLOAT_COLUMNS * LANES,)
-    m: Ints  # (INT_COLUMNS * LANES,)
-    r: Floats  # (SEARCH_COLUMNS * ROOM,)
-    whose: Indices  # (ROOM,): the lane of each search
-    which: Indices  # (ROOM,): the surface that it looks for
-    marked: Indices  # (LANES + 1,)
-    ended: Indices
-    members: Indices  # the layout's, and SLOTS more
-
-
-def has_only_bounces(board: Layout) -> bool:
+def has_only_bounces(board: BoardArrays) -> bool:
     """Whether `trace_bounces` can take the board's drops: neither drag nor friction is on it."""
     return board.drag == 0.0 and board.peg_friction == 0.0 and board.wall_friction == 0.0
 
 
-def _new_space(board: Layout) -> _Space:
-    """Work space for drops on `board`."""
-    return _Space(
-        w=np.zeros(FLOAT_COLUMNS * LANES),
-        m=np.zeros(INT_COLUMNS * LANES, np.int64),
-        r=np.zeros(SEARCH_COLUMNS * ROOM),
-        whose=np.zeros(ROOM, np.uint32),
-        which=np.zeros(ROOM, np.uint32),
-        marked=np.zeros(LANES + 1, np.uint32),
-        ended=np.zeros(LANES + 1, np.uint32),
-        members=np.append(board.members, np.zeros(SLOTS, np.uint32)),
-    )
+@lean_kernel
+def _search_windows(board: BoardArrays, space: Space, active: int, fresh: int, rise: float) -> None:
+    """Find what balls hit first in their windows; `fresh` of the lanes `ended` begin a flight."""
+    w, m, _, _, _, marked, ended, members = space
+    open_windows(board, w, m, active, rise)
+    find_cells(board, w, m, active)
+    for c in range(fresh):
+        i = int(ended[c])
+        if m[lanes.ORIGIN + i] >= 0 and i < active:
+            hit_again(board, w, m, i)
+    slots, count = mark(board, w, m, active, members, marked)
+    search_marked(board, space, count, slots)
+    for c in range(count):
+        i = int(marked[c])
+        if m[lanes.MARK + i] & lanes.LOW:
+            reach_bins(board, w, m, i)
+
+
+@lean_kernel
+def _write_landing(board: BoardArrays, w: Floats, m: Ints, i: int, results: Results) -> None:
+    """Ball i has reached the bins."""
+    drop = m[lanes.DROP + i]
+    results.bins[drop] = bin_of(board, w[lanes.X0 + i])
+    results.outcomes[drop] = LANDED
+    results.durations[drop] = w[lanes.T0 + i]
+    results.x_ends[drop] = w[lanes.X0 + i]
+    results.impacts[drop] = m[lanes.IMPACT_COUNT + i]
 
 
 @kernel
-def _trace_row(
-    board: Layout,
+def _trace_lanes(
+    board: BoardArrays,
     xs: Floats,
     y: float,
     max_events: int,
     max_time: float,
-    space: _Space,
+    space: Space,
     results: Results,
     left_over: LeftOver,
 ) -> int:
     """`trace_bounces`, which puts the drops left over into `left_over`; how many they are."""
-    w, m, r, whose, which, marked, ended, members = space
-    bins, durations, x_ends, impacts, outcomes = results
-    numbers, states, entries = left_over
-    # Taken apart once: in a loop, the reference counting of a board's arrays would cost most.
-    items = board.items
-    starts = board.starts
-    heads = board.heads
-    centres = board.centres
-    gravity = board.gravity
-    travel = board.travel
-    radius = board.radius
-    peg_count = board.peg_count
-    rise = travel / board.fall + 0.5 * board.fall * length_bound(0.0, gravity)
+    w, m, _, _, _, _, ended, _ = space
+    rise = board.travel / board.fall + 0.5 * board.fall * length_bound(0.0, board.gravity)
     begun = 0
     active = 0
     left = 0
     fresh = 0
-    while begun < len(xs) and active < LANES:
+    while begun < len(xs) and active < lanes.LANES:
         begin(w, m, active, begun, xs[begun], y)
         begun += 1
         active += 1
     while active > 0:
-        open_windows(w, m, active, gravity, travel, rise)
-        find_cells(
-            w, m, active, gravity, board.left, board.top, board.cells_per_metre, board.columns,
-            board.rows, heads, centres,
-        )  # fmt: skip
-        for c in range(fresh):
-            i = int(ended[c])
-            if m[HELD + i] >= 0 and i < active:
-                meet_again(w, m, i, items, gravity)
-        slots, count = mark(
-            w, m, active, starts, members, centres, gravity, travel, board.bins_y, marked
-        )
-        search_marked(
-            w, m, r, marked, count, starts, members, centres, items, radius, gravity, slots,
-            whose, which,
-        )  # fmt: skip
-        for c in range(count):
-            i = int(marked[c])
-            if m[MARK + i] & LOW:
-                meet_bins(w, m, i, gravity, board.bins_y)
+        _search_windows(board, space, active, fresh, rise)
         fresh = close_windows(w, m, active, max_time, ended)
         for c in range(fresh - 1, -1, -1):
             i = int(ended[c])
-            item = m[ITEM + i]
-            _arrive(w, i, gravity)
+            item = m[lanes.ITEM + i]
+            _arrive(w, i, board.gravity)
             stays = False
-            if item >= 0 and m[ODD + i] == 0:
-                is_peg = item < peg_count
-                restitution = board.peg_restitution if is_peg else board.wall_restitution
-                stays = not _bounces(w, m, i, items, radius, gravity, restitution)
-                if not stays and m[IMPACT_COUNT + i] < max_events:
+            if item >= 0 and m[lanes.ODD + i] == 0:
+                stays = not _bounces(board, w, m, i)
+                if not stays and m[lanes.IMPACT_COUNT + i] < max_events:
                     continue
-            drop = m[DROP + i]
-            if item == BINS and m[ODD + i] == 0:
-                bins[drop] = bin_of(board, w[X0 + i])
-                outcomes[drop] = LANDED
-                durations[drop] = w[T0 + i]
-                x_ends[drop] = w[X0 + i]
-                impacts[drop] = m[IMPACT_COUNT + i]
+            if item == BINS and m[lanes.ODD + i] == 0:
+                _write_landing(board, w, m, i, results)
             else:
-                _leave(w, m, i, xs[drop], y, stays, left, numbers, states, entries)
+                _leave(w, m, i, xs[m[lanes.DROP + i]], y, stays, left, left_over)
                 left += 1
             if begun < len(xs):
                 begin(w, m, i, begun, xs[begun], y)
@@ -241,7 +186,7 @@ def _trace_row(
 
 
 def trace_bounces(
-    board: Layout,
+    board: BoardArrays,
     xs: Floats,
     y: float,
     max_events: int,
@@ -255,10 +200,12 @@ def trace_bounces(
     """
     count = len(xs)
     left_over = LeftOver(
-        np.empty(count, np.int64), np.empty((count, STATE_SIZE)),
-        np.empty((count, ENTRY_SIZE), np.int64),
+        np.empty(count, np.int64), np.empty((count, body.SIZE)),
+        np.empty((count, initial_state.COLUMNS), np.int64),
     )  # fmt: skip
     # Searches that have ended are computed on with the others: without the JIT, numpy would tell.
     with np.errstate(all="ignore"):
-        left = _trace_row(board, xs, y, max_events, max_time, _new_space(board), results, left_over)
+        left = _trace_lanes(
+            board, xs, y, max_events, max_time, new_space(board), results, left_over
+        )
     return left_over.first(left)

@@ -9,7 +9,7 @@ import pytest
 
 from engine import Board, ParameterError, SeedError, drop, drop_many, occupancy
 from engine.drops.occupancy import LONGEST_STEP, SHORTEST_STEP
-from engine.physics.ball import T
+from engine.physics import body
 
 BOARD = Board.preset("triangle-8")
 GRID: dict[str, Any] = {"left": -4.0, "top": -0.5, "cells_per_metre": 20.0, "shape": (140, 160)}
@@ -71,7 +71,7 @@ def test_balls_that_roll_are_counted_too() -> None:
     found = occupancy(board, range(8), step=0.001, **GRID)
     wanted = by_hand(board, range(8), 0.001)
     assert abs(found.counts - wanted).sum() <= 1e-3 * wanted.sum()
-    assert path.end[T] > 0.5
+    assert path.end[body.T] > 0.5
 
 
 def test_the_counts_do_not_depend_on_how_the_work_is_split() -> None:

@@ -3,15 +3,15 @@
 import numpy as np
 import numpy.typing as npt
 
+from engine.exact.board_arrays import BoardArrays
 from engine.exact.event_log import Log
 from engine.exact.initial_state import in_flight
 from engine.exact.trace import trace_many
 from engine.physics.contact import new_series
-from engine.physics.layout import Layout
 
 
 def trace(
-    layout: Layout, state: npt.NDArray[np.float64], max_events: int, max_time: float, log: Log
+    layout: BoardArrays, state: npt.NDArray[np.float64], max_events: int, max_time: float, log: Log
 ) -> tuple[int, int]:
     """The outcome and the bin, -1 if it did not land; `state`, shape (7,), becomes the last one."""
     outcome, where, impacts = np.zeros(1, np.int8), np.zeros(1, np.int32), np.zeros(1, np.int32)

@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from engine import Board
 from engine.drops.trajectory import at_start
-from engine.exact.board_arrays import layout_of
-from engine.exact.event_log import EVENTS, new_log
+from engine.exact import event_log
+from engine.exact.board_arrays import BoardArrays, arrays_of, bin_of, cell_of
+from engine.exact.event_log import new_log
 from engine.exact.grid import MAX_CELLS, Cells, cells_of, heads_of
 from engine.exact.outcome import MAX_EVENTS, MAX_TIME
-from engine.physics.layout import DISTANCE, DISTANCE2, ITEM_COLUMNS, Layout, X, Y, bin_of, cell_of
+from engine.physics import surface
 from engine.seeding import start_x
 from engine.stepped.step import trace_stepped_many
 from engine.stepped.sweep import sweep
@@ -32,17 +33,17 @@ def board_of(name: str) -> Board:
     return Board.preset(name) if name in BOARDS else scene(name).board
 
 
-def gridless(board: Board) -> Layout:
+def gridless(board: Board) -> BoardArrays:
     """The board's layout with one cell that lists every surface."""
 
     def one_cell(items: Floats, *_: float) -> Cells:
-        copies = (items[:, DISTANCE] > 0.0) & (items[:, DISTANCE2] < 0.0)
+        copies = (items[:, surface.DISTANCE] > 0.0) & (items[:, surface.DISTANCE2] < 0.0)
         members = np.flatnonzero(~copies).astype(np.uint32)
         starts = np.array([0, len(members)], np.uint32)
         return Cells(0.0, 0.0, 1.0, 0, 0, starts, members, heads_of(starts, members))
 
     with mock.patch("engine.exact.board_arrays.cells_of", one_cell):
-        return layout_of.__wrapped__(board)
+        return arrays_of.__wrapped__(board)
 
 
 @pytest.mark.parametrize(
@@ -50,19 +51,22 @@ def gridless(board: Board) -> Layout:
     [(1e300, 0.0), (0.0, -1e300), (math.inf, 0.0), (0.0, -math.inf), (math.nan, 0.0), (1e12, 1.0)],
 )
 def test_a_place_too_far_out_has_no_cell(x: float, y: float) -> None:
-    assert cell_of(layout_of(Board.preset("triangle-8")), x, y) == -1
+    assert cell_of(arrays_of(Board.preset("triangle-8")), x, y) == -1
 
 
 def test_a_place_on_the_board_or_somewhat_off_it_has_a_cell() -> None:
-    layout = layout_of(Board.preset("triangle-8"))
+    layout = arrays_of(Board.preset("triangle-8"))
     count = len(layout.starts) - 1
     for x in np.linspace(-1000.0, 1000.0, 21):
         assert 0 <= cell_of(layout, float(x), -0.37 * float(x)) < count
 
 
 def test_surfaces_far_apart_have_coarser_cells_instead_of_more() -> None:
-    items = np.zeros((2, ITEM_COLUMNS))
-    items[:, [X, Y, DISTANCE, DISTANCE2]] = [[-1e6, 0.0, 0.1, 0.01], [1e6, 5.0, 0.1, 0.01]]
+    items = np.zeros((2, surface.COLUMNS))
+    items[:, [surface.X, surface.Y, surface.DISTANCE, surface.DISTANCE2]] = [
+        [-1e6, 0.0, 0.1, 0.01],
+        [1e6, 5.0, 0.1, 0.01],
+    ]
     cells = cells_of(items, 0.05, 0.2, 10.0)
     assert cells.columns * cells.rows <= MAX_CELLS
     assert cells.cells_per_metre < 1.0
@@ -74,13 +78,13 @@ def test_a_bin_is_closed_on_its_left_and_the_outer_ones_are_open(x: float) -> No
     board = Board.preset("triangle-8")
     edges = board.bins.edges
     inner = sum(1 for edge in edges[1:-1] if edge <= x)
-    assert bin_of(layout_of(board), x) == inner
+    assert bin_of(arrays_of(board), x) == inner
 
 
 def test_each_edge_belongs_to_the_bin_on_its_right() -> None:
     board = Board.preset("classic")
     for i, edge in enumerate(board.bins.edges[:-1]):
-        assert bin_of(layout_of(board), edge) == i
+        assert bin_of(arrays_of(board), edge) == i
 
 
 @pytest.mark.parametrize("name", [*BOARDS, *scene_names()])
@@ -103,14 +107,14 @@ def test_the_grid_changes_no_bit_of_a_stepped_drop(name: str) -> None:
     for seed in range(2):
         x = start_x(seed, board.drop.x, board.drop.jitter)
         results = []
-        for layout in (layout_of(board), gridless(board)):
+        for layout in (arrays_of(board), gridless(board)):
             state, log = at_start(board, x), new_log(500, 0)
             ends = np.zeros(1, np.int8), np.zeros(1, np.int32), np.zeros(1, np.int32)
             trace_stepped_many(
                 layout, state.reshape(1, -1), 1.0 / 240.0, 0.6, MAX_EVENTS, log, *ends
             )
             outcome, where, _ = (int(end[0]) for end in ends)
-            count = int(log.counts[EVENTS])
+            count = int(log.counts[event_log.EVENTS])
             told = log.events[:count].tobytes(), log.marks[:count].tobytes()
             results.append((outcome, where, *told))
         assert results[0] == results[1]
@@ -119,10 +123,10 @@ def test_the_grid_changes_no_bit_of_a_stepped_drop(name: str) -> None:
 def grid_changes_nothing(board: Board, x: float) -> bool:
     """Whether an exact drop is the same, in its first 2000 events, with one cell for all."""
     results = []
-    for layout in (layout_of(board), gridless(board)):
+    for layout in (arrays_of(board), gridless(board)):
         state, log = at_start(board, x), new_log(2000, 0)
         outcome = trace(layout, state, MAX_EVENTS, MAX_TIME, log)
-        count = min(int(log.counts[EVENTS]), 2000)
+        count = min(int(log.counts[event_log.EVENTS]), 2000)
         results.append((outcome, log.events[:count].tobytes(), log.marks[:count].tobytes()))
     return results[0] == results[1]
 

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from engine import Board, drop
-from engine.exact.board_arrays import layout_of
-from engine.exact.event_log import COUNTS, EVENTS, IMPACTS, SEGMENTS, Log, new_log
+from engine.exact import event_log
+from engine.exact.board_arrays import arrays_of
+from engine.exact.event_log import Log, new_log
 from engine.exact.initial_state import at_rest, in_flight
 from engine.exact.outcome import MAX_EVENTS, MAX_TIME
 from engine.exact.trace import trace_many
 from engine.parameters import Stepped
-from engine.physics.ball import STATE_SIZE
+from engine.physics import body
 from engine.physics.contact import new_series
 from engine.stepped.step import step_many, trace_stepped_many
 
@@ -26,13 +27,13 @@ def exact(states: Any, log: Log, results: Any) -> None:
 
 
 def trace_exact(states: Any, max_events: int, log: Log, results: Any) -> None:
-    entries = in_flight(len(states))
-    trace_many(layout_of(BOARD), states, entries, max_events, MAX_TIME, new_series(), log, *results)
+    initial = in_flight(len(states))
+    trace_many(arrays_of(BOARD), states, initial, max_events, MAX_TIME, new_series(), log, *results)
 
 
 def stepped(states: Any, log: Log, results: Any) -> None:
     h, correction = Stepped().h, Stepped().correction
-    trace_stepped_many(layout_of(BOARD), states, h, correction, MAX_EVENTS, log, *results)
+    trace_stepped_many(arrays_of(BOARD), states, h, correction, MAX_EVENTS, log, *results)
 
 
 def started() -> Any:
@@ -48,16 +49,16 @@ def test_balls_of_one_log_are_told_apart(solver: str, trace: Callable[..., None]
     states, results = started(), results_of(len(SEEDS))
     log = new_log(2000, 20_000, len(SEEDS))
     trace(states, log, results)
-    begun = np.zeros(COUNTS, np.int64)
+    begun = np.zeros(event_log.COUNTS, np.int64)
     for i, seed in enumerate(SEEDS):
         alone = drop(BOARD, seed, solver=solver).trajectory
-        events = slice(begun[EVENTS], log.ends[i, EVENTS])
-        segments = slice(begun[SEGMENTS], log.ends[i, SEGMENTS])
+        events = slice(begun[event_log.EVENTS], log.ends[i, event_log.EVENTS])
+        segments = slice(begun[event_log.SEGMENTS], log.ends[i, event_log.SEGMENTS])
         assert np.array_equal(log.events[events], alone.events)
         assert np.array_equal(log.marks[events], alone.marks)
         assert np.array_equal(log.segments[segments], alone.segments)
         assert np.array_equal(states[i], alone.end)
-        impacts = log.ends[i, IMPACTS] - begun[IMPACTS]
+        impacts = log.ends[i, event_log.IMPACTS] - begun[event_log.IMPACTS]
         assert [each[i] for each in results] == [alone.outcome, alone.bin, impacts]
         begun = log.ends[i]
     assert np.array_equal(log.counts, log.ends[-1])
@@ -68,7 +69,7 @@ def test_each_ball_of_a_log_has_all_the_events_it_may_have() -> None:
     states, results = started(), results_of(len(SEEDS))
     log = new_log(0, 0, len(SEEDS))
     trace_exact(states, 4, log, results)
-    assert np.diff(log.ends[:, EVENTS], prepend=0).tolist() == [4] * len(SEEDS)
+    assert np.diff(log.ends[:, event_log.EVENTS], prepend=0).tolist() == [4] * len(SEEDS)
 
 
 def test_steps_taken_a_few_at_a_time_are_those_of_the_whole_drop() -> None:
@@ -78,9 +79,9 @@ def test_steps_taken_a_few_at_a_time_are_those_of_the_whole_drop() -> None:
     h, correction = Stepped().h, Stepped().correction
     for few in (1, 7, 100, 1 << 40):
         step_many(
-            layout_of(BOARD), states, steps, few, h, correction, MAX_EVENTS,
-            np.empty(STATE_SIZE), log, *results,
+            arrays_of(BOARD), states, steps, few, h, correction, MAX_EVENTS,
+            np.empty(body.SIZE), log, *results,
         )  # fmt: skip
     assert np.array_equal(states[0], whole.end)
-    assert np.array_equal(log.events[: log.counts[EVENTS]], whole.events)
+    assert np.array_equal(log.events[: log.counts[event_log.EVENTS]], whole.events)
     assert (results[0][0], results[1][0]) == (whole.outcome, whole.bin)

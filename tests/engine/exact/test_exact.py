@@ -19,8 +19,9 @@ from engine.constants import (
     KIND_WALL,
 )
 from engine.drops.trajectory import Trajectory, at_start, follow
-from engine.exact.board_arrays import layout_of
-from engine.exact.event_log import EVENTS, new_log
+from engine.exact import event_log
+from engine.exact.board_arrays import arrays_of
+from engine.exact.event_log import new_log
 from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, MAX_EVENTS, TIME_LIMIT, WEDGED
 from engine.parameters import Exact
 from tests.engine.exact.one_ball import trace
@@ -64,7 +65,7 @@ def test_energy_is_kept_over_a_hundred_thousand_elastic_impacts() -> None:
     state = np.array([0.0, 0.1, 0.06, 2.0, 1.0, 0.0, 0.0])
     start = 0.5 * (2.0**2 + 1.0**2) + G * (1.1 - 0.06)
     log = new_log(100_000, 0)
-    outcome, _ = trace(layout_of(board), state, 100_000, 1e9, log)
+    outcome, _ = trace(arrays_of(board), state, 100_000, 1e9, log)
     assert outcome == EVENT_LIMIT
     x, y, vx, vy = log.events[:, 1:5].T
     energy = 0.5 * (vx * vx + vy * vy) + G * (1.1 - y)
@@ -280,7 +281,7 @@ def test_logs_that_are_too_small_count_what_did_not_fit() -> None:
     board = Board.preset("triangle-16")
     full = drop(board, 42).trajectory
     state, log = full.start.copy(), new_log(3, 2)
-    trace(layout_of(board), state, MAX_EVENTS, 1000.0, log)
-    assert int(log.counts[EVENTS]) == len(full.events)
+    trace(arrays_of(board), state, MAX_EVENTS, 1000.0, log)
+    assert int(log.counts[event_log.EVENTS]) == len(full.events)
     assert np.array_equal(log.events, full.events[:3])
     assert np.array_equal(state, full.end)

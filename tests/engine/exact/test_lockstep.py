@@ -14,17 +14,17 @@ from benchmarks.scenes.random_boards import random_board
 from benchmarks.speed import throughput
 from engine import Board, drop_many
 from engine.board.parts import Peg
-from engine.exact.board_arrays import layout_of
+from engine.exact import initial_state
+from engine.exact.board_arrays import BoardArrays, arrays_of
 from engine.exact.event_log import new_log
 from engine.exact.grid import cells_of
-from engine.exact.initial_state import IMPACTS_BEFORE, MET, NONE, at_rest, in_flight
-from engine.exact.lockstep.lanes import FIRST_ITEM, LANES, PATIENCE, SLOTS
+from engine.exact.initial_state import at_rest, in_flight
+from engine.exact.lockstep import lanes
 from engine.exact.lockstep.trace import LeftOver, has_only_bounces, trace_bounces
 from engine.exact.outcome import ESCAPED, MAX_EVENTS, MAX_TIME, TIME_LIMIT, Results
 from engine.exact.trace import trace_many
-from engine.physics.ball import PX, T
+from engine.physics import body
 from engine.physics.contact import new_series
-from engine.physics.layout import Layout
 from tests.engine.test_determinism import run_python
 
 Array = npt.NDArray[Any]
@@ -55,24 +55,24 @@ def columns(n: int) -> Results:
 
 
 def alone(
-    layout: Layout, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
+    layout: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
 ) -> list[Array]:
     """bins, durations, x_ends, impacts and outcomes of drops traced one by one."""
     return followed(layout, at_rest(xs, y), in_flight(len(xs)), events, time)
 
 
 def followed(
-    layout: Layout, states: Array, entries: Array, events: int, time: float
+    layout: BoardArrays, states: Array, initial: Array, events: int, time: float
 ) -> list[Array]:
-    """The same of drops taken up where `entries` says."""
+    """The same of drops taken up where `initial` says."""
     bins, _, _, impacts, outcomes = columns(len(states))
     log = new_log(0, 0)
-    trace_many(layout, states, entries, events, time, new_series(), log, outcomes, bins, impacts)
-    return [bins, states[:, T], states[:, PX], impacts, outcomes]
+    trace_many(layout, states, initial, events, time, new_series(), log, outcomes, bins, impacts)
+    return [bins, states[:, body.T], states[:, body.X], impacts, outcomes]
 
 
 def side_by_side(
-    layout: Layout, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
+    layout: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
 ) -> tuple[list[Array], LeftOver]:
     """The same of drops in a row, and those left over."""
     results = columns(len(xs))
@@ -80,7 +80,7 @@ def side_by_side(
 
 
 def agree(
-    layout: Layout, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
+    layout: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
 ) -> LeftOver:
     """Asserts that all drops have the bits they have alone; those that are left over, when they are
     taken up from there."""
@@ -88,7 +88,7 @@ def agree(
     found, left = side_by_side(layout, xs, y, events, time)
     assert len(set(left.drops.tolist())) == len(left.drops)
     done = np.setdiff1d(np.arange(len(xs)), left.drops)
-    late = followed(layout, left.states.copy(), left.entries, events, time)
+    late = followed(layout, left.states.copy(), left.initial, events, time)
     for one, row, rest in zip(expected, found, late, strict=True):
         assert row[done].tobytes() == one[done].tobytes()
         assert (row[left.drops] == -9).all()
@@ -102,27 +102,29 @@ def plain(board: Board) -> Board:
 
 
 @pytest.mark.parametrize("name", BOARDS)
-@pytest.mark.parametrize("count", [1, LANES - 1, LANES, LANES + 1, 5 * LANES + 3])
+@pytest.mark.parametrize(
+    "count", [1, lanes.LANES - 1, lanes.LANES, lanes.LANES + 1, 5 * lanes.LANES + 3]
+)
 def test_drops_side_by_side_are_those_one_by_one(name: str, count: int) -> None:
     board = BOARDS[name]
-    agree(layout_of(board), starts(board, count), board.drop.y)
+    agree(arrays_of(board), starts(board, count), board.drop.y)
 
 
 @given(st.integers(0, 2**32 - 1))
 def test_they_are_on_any_board(seed: int) -> None:
     board = plain(random_board(seed))
-    layout = layout_of(board)
+    layout = arrays_of(board)
     assert has_only_bounces(layout)
-    agree(layout, starts(board, 2 * LANES), board.drop.y)
+    agree(layout, starts(board, 2 * lanes.LANES), board.drop.y)
 
 
 def test_only_few_drops_are_left_over_and_they_are_those_that_touch_for_a_while() -> None:
     board = BOARDS["thin pegs"]
-    left = agree(layout_of(board), starts(board, 2000), board.drop.y)
+    left = agree(arrays_of(board), starts(board, 2000), board.drop.y)
     assert 0 < len(left.drops) < 0.05 * 2000
-    assert (left.entries[:, MET] != NONE).all()
-    assert left.entries[:, IMPACTS_BEFORE].min() > 20  # bounces that die are many
-    none = agree(layout_of(BOARDS["elastic"]), starts(board, 500), board.drop.y)
+    assert (left.initial[:, initial_state.HIT] != initial_state.NONE).all()
+    assert left.initial[:, initial_state.IMPACTS_BEFORE].min() > 20  # bounces that die are many
+    none = agree(arrays_of(BOARDS["elastic"]), starts(board, 500), board.drop.y)
     assert len(none.drops) == 0
 
 
@@ -130,12 +132,12 @@ def test_only_few_drops_are_left_over_and_they_are_those_that_touch_for_a_while(
 def test_how_many_surfaces_a_cell_lists_changes_no_bit(cells_per_metre: float) -> None:
     """All of the board's in one cell, too: the searches' list runs over, and is taken in parts."""
     board = BOARDS["thin pegs"]
-    fine = layout_of(board)
+    fine = arrays_of(board)
     cells = cells_of(fine.items, board.ball.radius, fine.travel, cells_per_metre)
     layout = fine._replace(**cells._asdict())
     if cells_per_metre < 1.0:
-        assert np.diff(cells.starts.astype(np.int64)).max() > 4 * SLOTS
-    xs = starts(board, 3 * LANES)
+        assert np.diff(cells.starts.astype(np.int64)).max() > 4 * lanes.SLOTS
+    xs = starts(board, 3 * lanes.LANES)
     for one, other in zip(
         alone(fine, xs, board.drop.y), alone(layout, xs, board.drop.y), strict=True
     ):
@@ -145,15 +147,15 @@ def test_how_many_surfaces_a_cell_lists_changes_no_bit(cells_per_metre: float) -
 
 def test_on_a_board_without_any_surface_balls_fall_into_the_bins() -> None:
     bare = boards.unchecked(restitution=0.5, start=(0.0, 0.0), jitter=0.5, floor=3.0)
-    layout = layout_of(bare)
-    left = agree(layout, starts(bare, 3 * LANES), bare.drop.y)
+    layout = arrays_of(bare)
+    left = agree(layout, starts(bare, 3 * lanes.LANES), bare.drop.y)
     assert len(left.drops) == 0
-    assert (layout.heads & FIRST_ITEM).max() < len(layout.centres)  # it is read all the same
+    assert (layout.heads & lanes.FIRST_ITEM).max() < len(layout.centres)  # it is read all the same
 
 
 def test_a_drop_that_comes_to_a_limit_is_left_over() -> None:
     board = BOARDS["thin pegs"]
-    layout = layout_of(board)
+    layout = arrays_of(board)
     xs = starts(board, 500)
     impacts, durations = alone(layout, xs, board.drop.y)[3], alone(layout, xs, board.drop.y)[1]
     left = agree(layout, xs, board.drop.y, events=12)
@@ -167,17 +169,17 @@ def test_a_ball_that_misses_the_board_holds_nobody_up() -> None:
     board = boards.unchecked(
         pegs=(Peg(0.0, 1.0, 0.1),), restitution=0.5, start=(0.0, 0.0), jitter=0.5
     )
-    layout = layout_of(board)._replace(bins_y=1e12)
+    layout = arrays_of(board)._replace(bins_y=1e12)
     xs = starts(board, 4)  # none in the middle: it would come to rest on the peg
     left = agree(layout, xs, board.drop.y, time=1e9)
     assert len(left.drops) == 4
     assert set(alone(layout, xs, board.drop.y, time=1e9)[4]) <= {ESCAPED, TIME_LIMIT}
-    assert PATIENCE * layout.travel < 1e12
+    assert lanes.PATIENCE * layout.travel < 1e12
 
 
 @pytest.mark.parametrize("change", [{"drag": 1e-9}, {"peg_friction": 0.1}, {"wall_friction": 0.1}])
 def test_with_drag_or_friction_drops_go_one_by_one(change: dict[str, Any]) -> None:
-    layout = layout_of(BOARDS["thin pegs"])
+    layout = arrays_of(BOARDS["thin pegs"])
     assert has_only_bounces(layout)
     assert not has_only_bounces(layout._replace(**change))
 

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.physics.ball import STATE_SIZE
+from engine.physics import body
 from engine.physics.flight import (
     HALF_WAY,
     SERIES_LIMIT,
@@ -100,7 +100,7 @@ def test_all_of_a_short_flight_is_near_the_middle_of_its_chord(
 )
 def test_a_flight_satisfies_its_differential_equation(v: list[float], k: float, s: float) -> None:
     """dv/dt = g - k v, by the integral: v(s) - v(0) = g s - k (r(s) - r(0))."""
-    state = np.zeros(STATE_SIZE)
+    state = np.zeros(body.SIZE)
     state[1:5] = v
     state[6] = 3.0
     before = state.copy()

@@ -28,7 +28,7 @@ def test_an_impact_obeys_newton_coulomb_and_never_gains_energy(
 ) -> None:
     nx, ny = math.cos(angle), math.sin(angle)
     vx, vy = -into * nx - along * ny, -into * ny + along * nx
-    ux, uy, spin, grips = bounce(vx, vy, omega, nx, ny, RADIUS, e, mu)
+    ux, uy, spin, sticks = bounce(vx, vy, omega, nx, ny, RADIUS, e, mu)
 
     assert ux * nx + uy * ny == pytest.approx(e * into, abs=1e-12 * (into + abs(along)))
     pushed = (uy * nx - ux * ny) - along  # tangential impulse per mass
@@ -39,7 +39,7 @@ def test_an_impact_obeys_newton_coulomb_and_never_gains_energy(
     assert abs(pushed) <= limit + rounding
     assert pushed * slip_before <= rounding
     assert spin - omega == pytest.approx(-2.0 * pushed / RADIUS, abs=20.0 * rounding)
-    if grips:
+    if sticks:
         assert abs(slip_after) <= rounding  # it sticks
         assert abs(slip_before) / 3.0 <= limit + rounding
     elif mu > 0.0:
@@ -54,22 +54,22 @@ def test_without_friction_neither_spin_nor_tangential_velocity_changes(
 ) -> None:
     nx, ny = math.cos(angle), math.sin(angle)
     vx, vy = -into * nx - along * ny, -into * ny + along * nx
-    ux, uy, spin, grips = bounce(vx, vy, omega, nx, ny, RADIUS, e, 0.0)
+    ux, uy, spin, sticks = bounce(vx, vy, omega, nx, ny, RADIUS, e, 0.0)
     assert spin == omega
-    assert not grips
+    assert not sticks
     assert uy * nx - ux * ny == pytest.approx(along, abs=1e-13 * (into + abs(along)))
 
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 1.0])
 def test_a_vertical_bounce_on_a_level_floor_has_the_closed_form(e: float) -> None:
-    vx, vy, omega, grips = bounce(0.0, 4.0, 0.0, 0.0, -1.0, RADIUS, e, 0.5)
-    assert (vx, omega, grips) == (0.0, 0.0, True)
+    vx, vy, omega, sticks = bounce(0.0, 4.0, 0.0, 0.0, -1.0, RADIUS, e, 0.5)
+    assert (vx, omega, sticks) == (0.0, 0.0, True)
     assert vy == pytest.approx(-4.0 * e, rel=1e-15, abs=1e-15)
 
 
 def test_sticking_shares_the_slip_between_velocity_and_spin() -> None:
     """Slip 3 m/s over a disc: a third of it goes into the velocity, two thirds into the spin."""
-    vx, vy, omega, grips = bounce(3.0, 1.0, 0.0, 0.0, -1.0, RADIUS, 0.0, 10.0)
-    assert grips
+    vx, vy, omega, sticks = bounce(3.0, 1.0, 0.0, 0.0, -1.0, RADIUS, 0.0, 10.0)
+    assert sticks
     assert (vx, vy) == pytest.approx((2.0, 0.0))
     assert omega == pytest.approx(20.0)  # clockwise on the screen: it rolls to the right

@@ -9,20 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from engine.physics import contact
-from engine.physics.contact import (
-    FREE,
-    NORMAL_X,
-    NORMAL_Y,
-    ORDER,
-    ROLLING,
-    SLIDING,
-    SPEED,
-    SPIN,
-    choose_mode,
-    expand,
-    new_series,
-    step_length,
-)
+from engine.physics.contact import choose_mode, expand, new_series, step_length
 from engine.physics.series import first_zero, sum_of_magnitudes, value
 from engine.physics.time_of_impact import NO_HIT
 
@@ -76,10 +63,10 @@ def test_what_does_not_start_positive_is_zero_at_once(c: tuple[float, ...]) -> N
 def start(angle: float, u: float, spin: float) -> Floats:
     """Series with the state of a ball at `angle` from the top of a circle, not yet expanded."""
     series = new_series()
-    series[NORMAL_X, 0] = math.sin(angle)
-    series[NORMAL_Y, 0] = -math.cos(angle)
-    series[SPEED, 0] = u
-    series[SPIN, 0] = spin
+    series[contact.NORMAL_X, 0] = math.sin(angle)
+    series[contact.NORMAL_Y, 0] = -math.cos(angle)
+    series[contact.SPEED, 0] = u
+    series[contact.SPIN, 0] = spin
     return series
 
 
@@ -89,7 +76,11 @@ def rates(y: Floats, mode: int, sign: float, kappa: float, k: float, mu: float) 
     nx, ny, u, _ = y
     normal = -9.81 * ny - kappa * u * u
     drive = 9.81 * nx - k * u
-    force = {ROLLING: -drive / 3.0, SLIDING: -mu * normal * sign, FREE: 0.0}[mode]
+    force = {
+        contact.ROLLING: -drive / 3.0,
+        contact.SLIDING: -mu * normal * sign,
+        contact.FRICTIONLESS: 0.0,
+    }[mode]
     return np.array([-kappa * u * ny, kappa * u * nx, drive + force, -2.0 * force / 0.1])
 
 
@@ -106,19 +97,22 @@ def runge_kutta(y: Floats, h: float, steps: int, *laws: float) -> Floats:
     return y
 
 
-@pytest.mark.parametrize("mode", [ROLLING, SLIDING, FREE])
+@pytest.mark.parametrize("mode", [contact.ROLLING, contact.SLIDING, contact.FRICTIONLESS])
 @pytest.mark.parametrize("kappa", [0.0, 4.0])
 @pytest.mark.parametrize("k", [0.0, 2.0])
 def test_the_series_solves_the_equations_of_motion(mode: int, kappa: float, k: float) -> None:
     u, mu = 0.4, 0.3
-    spin = u / 0.1 if mode == ROLLING else 1.0
+    spin = u / 0.1 if mode == contact.ROLLING else 1.0
     series = start(0.3, u, spin)
     expand(series, mode, 1.0, kappa, 9.81, k, mu, 0.1)
     h = step_length(series, 0.1, 1.0)
     assert 0.001 < h <= contact.LONGEST_STEP
     first = np.array([math.sin(0.3), -math.cos(0.3), u, spin])
     truth = runge_kutta(first, h, 400, mode, 1.0, kappa, k, mu)
-    got = [value(series[row], h) for row in (NORMAL_X, NORMAL_Y, SPEED, SPIN)]
+    got = [
+        value(series[row], h)
+        for row in (contact.NORMAL_X, contact.NORMAL_Y, contact.SPEED, contact.SPIN)
+    ]
     assert got == pytest.approx(truth.tolist(), abs=2e-12)
     assert got[0] ** 2 + got[1] ** 2 == pytest.approx(1.0, abs=1e-15)
 
@@ -128,18 +122,21 @@ def test_a_step_is_as_short_as_its_truncation_asks(
     angle: float, u: float, spin: float, kappa: float
 ) -> None:
     series = start(angle, u, spin)
-    expand(series, SLIDING, 1.0, kappa, 9.81, 1.0, 0.4, 0.1)
+    expand(series, contact.SLIDING, 1.0, kappa, 9.81, 1.0, 0.4, 0.1)
     h = step_length(series, 0.1, 0.05)
-    tails = [abs(series[row, ORDER]) * h**ORDER for row in (NORMAL_X, NORMAL_Y, SPEED)]
+    tails = [
+        abs(series[row, contact.ORDER]) * h**contact.ORDER
+        for row in (contact.NORMAL_X, contact.NORMAL_Y, contact.SPEED)
+    ]
     assert max(tails) <= contact.TRUNCATION * (1.0 + 1e-12)
-    assert h * sum_of_magnitudes(series[SPEED], 0, h) <= 0.05
+    assert h * sum_of_magnitudes(series[contact.SPEED], 0, h) <= 0.05
 
 
 def test_a_ball_rolls_slides_or_is_free_as_coulomb_says() -> None:
-    assert choose_mode(1.0, 0.0, 9.81, 5.0, 0.1, 0.0, False) == (FREE, 0.0)
-    assert choose_mode(1.0, 0.0, 9.81, 5.0, 0.1, 0.5, False) == (SLIDING, 1.0)
-    assert choose_mode(1.0, 20.0, 9.81, 5.0, 0.1, 0.5, False) == (SLIDING, -1.0)
-    assert choose_mode(1.0, 10.0, 9.81, 5.0, 0.1, 0.5, True) == (ROLLING, 0.0)
+    assert choose_mode(1.0, 0.0, 9.81, 5.0, 0.1, 0.0, False) == (contact.FRICTIONLESS, 0.0)
+    assert choose_mode(1.0, 0.0, 9.81, 5.0, 0.1, 0.5, False) == (contact.SLIDING, 1.0)
+    assert choose_mode(1.0, 20.0, 9.81, 5.0, 0.1, 0.5, False) == (contact.SLIDING, -1.0)
+    assert choose_mode(1.0, 10.0, 9.81, 5.0, 0.1, 0.5, True) == (contact.ROLLING, 0.0)
     # rolling takes a third of the drive in friction: 5/3 > 0.1 * 9.81
-    assert choose_mode(1.0, 10.0, 9.81, 5.0, 0.1, 0.1, True) == (SLIDING, 1.0)
-    assert choose_mode(1.0, 10.0, 9.81, -5.0, 0.1, 0.1, True) == (SLIDING, -1.0)
+    assert choose_mode(1.0, 10.0, 9.81, 5.0, 0.1, 0.1, True) == (contact.SLIDING, 1.0)
+    assert choose_mode(1.0, 10.0, 9.81, -5.0, 0.1, 0.1, True) == (contact.SLIDING, -1.0)

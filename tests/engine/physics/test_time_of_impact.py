@@ -9,17 +9,10 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
+from engine.physics.circle_impact import circle_hit, circle_hit_after_leaving, circle_hit_again
 from engine.physics.flight import SERIES_LIMIT, basis
-from engine.physics.time_of_impact import (
-    NO_HIT,
-    circle_hit,
-    circle_hit_after_leaving,
-    circle_hit_again,
-    halley_step,
-    line_hit,
-    line_hit_again,
-    minorant_root,
-)
+from engine.physics.line_impact import line_hit, line_hit_again
+from engine.physics.time_of_impact import NO_HIT, halley_step, minorant_root
 
 mp = mpmath.MPContext()
 mp.dps = 40

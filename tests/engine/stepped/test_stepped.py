@@ -14,10 +14,10 @@ from engine import Board, ParameterError, World, drop, drop_many
 from engine.board.parts import DropZone, Peg, Wall
 from engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
 from engine.drops.trajectory import Trajectory, at_start, follow
-from engine.exact.board_arrays import layout_of
+from engine.exact.board_arrays import arrays_of
 from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, TIME_LIMIT
 from engine.parameters import Exact, Stepped
-from engine.physics.ball import STATE_SIZE
+from engine.physics import body
 from engine.stepped.step import push_out
 from tests.engine.exact.test_exact import overlap
 from tests.engine.multibody.static_scenes import box, mirrored, place
@@ -106,8 +106,8 @@ def test_what_overlaps_is_pushed_out_by_the_fraction_asked_for(
     correction: float, depth: float
 ) -> None:
     for parts in ({"pegs": (Peg(0.0, 0.0, 0.1),)}, {"walls": (Wall(-1.0, 0.1, 1.0, 0.1),)}):
-        layout = layout_of(place(**parts))
-        state = np.zeros(STATE_SIZE)
+        layout = arrays_of(place(**parts))
+        state = np.zeros(body.SIZE)
         state[2] = -(0.2 - depth) if "pegs" in parts else 0.1 - (0.1 - depth)
         before = state[2]
         push_out(layout, state, correction)

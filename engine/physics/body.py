@@ -1,10 +1,10 @@
 """The state of a ball in flight or in contact: a row of numbers, and what each column is."""
 
 T = 0  # s since the start
-PX = 1  # centre, m
-PY = 2
+X = 1  # centre, m
+Y = 2
 VX = 3  # m/s
 VY = 4
 THETA = 5  # rad, positive from +x towards +y
 OMEGA = 6  # rad/s
-STATE_SIZE = 7
+SIZE = 7  # columns

@@ -1,0 +1,282 @@
+"""The next impact of a ball in free flight: which surface it hits first, and when."""
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.exact.board_arrays import BoardArrays, cell_of
+from engine.jit.decorator import lean_kernel
+from engine.physics import surface
+from engine.physics.circle_impact import (
+    circle_hit,
+    circle_hit_after_leaving,
+    circle_hit_again,
+    circle_search,
+    third_derivative_bound,
+)
+from engine.physics.flight import SERIES_LIMIT, basis, half_chord, short_basis
+from engine.physics.line_impact import line_hit, line_hit_again
+from engine.physics.time_of_impact import NO_HIT, SIXTH, stays_positive
+
+Array = npt.NDArray[np.float64]
+
+MAX_WINDOWS = 1_000_000
+"""Search windows in one flight, each at least the board's travel long or 0.25 / k."""
+
+SQRT2_LESS_1 = 0.41421356237309515  # rounded up
+
+# What a flight ends at, besides the number of a surface.
+BINS = -1
+NOWHERE = -2
+
+# How the surface that a flight starts from was left.
+FREE = 0
+BOUNCED = 1
+ROLLED_OFF = 2
+
+
+@lean_kernel
+def origin_line_hit(
+    items: Array, origin: int, side: float, x: float, y: float, vx: float, vy: float,
+    ax: float, ay: float, k: float, horizon: float,
+) -> float:  # fmt: skip
+    """When a ball that has just left `side` of the line `origin` hits it again."""
+    nx = items[origin, surface.NX]
+    ny = items[origin, surface.NY]
+    hd = side * (nx * vx + ny * vy)
+    hdd = side * (nx * ax + ny * ay)
+    s = line_hit_again(hd, hdd, k, horizon, horizon)
+    if s != NO_HIT:
+        dx = x - items[origin, surface.X]
+        dy = y - items[origin, surface.Y]
+        if not _foot_inside(dx, dy, vx, vy, ax, ay, ny, -nx, items[origin, surface.LENGTH], k, s):
+            s = NO_HIT
+    return s
+
+
+@lean_kernel
+def _foot_inside(
+    dx: float,
+    dy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    tx: float,
+    ty: float,
+    length: float,
+    k: float,
+    s: float,
+) -> bool:
+    """Whether the foot of a ball on a line lies between its ends after a flight of s.
+
+    (dx, dy) is where the flight begins, seen from the line's first end.
+    """
+    _, _, psi = short_basis(k, s)
+    foot = (dx + vx * s + ax * psi) * tx + (dy + vy * s + ay * psi) * ty
+    return 0.0 <= foot <= length
+
+
+@lean_kernel
+def _line_hit_between_ends(
+    items: Array,
+    wall: int,
+    radius: float,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    horizon: float,
+    best: float,
+) -> tuple[float, float]:
+    """When the ball hits a wall between its ends, or NO_HIT; and on which side."""
+    nx = items[wall, surface.NX]
+    ny = items[wall, surface.NY]
+    length = items[wall, surface.LENGTH]
+    dx = x - items[wall, surface.X]
+    dy = y - items[wall, surface.Y]
+    d = nx * dx + ny * dy
+    dv = nx * vx + ny * vy
+    da = nx * ax + ny * ay
+    found = NO_HIT
+    found_side = 0.0
+    for way in range(2):
+        side = 1.0 - 2.0 * way
+        h = side * d - radius
+        hd = side * dv
+        hdd = side * da
+        if h > 0.0:
+            if h + hd * horizon > 0.0 and hdd >= 0.0:
+                continue  # out of reach
+        elif side * d <= 0.0 and h + hd * horizon <= 0.0:
+            continue  # behind the line, and not out on this side within the window
+        s = line_hit(h, hd, hdd, k, horizon, best)
+        if s == NO_HIT or (found != NO_HIT and s >= found):
+            continue
+        if _foot_inside(dx, dy, vx, vy, ax, ay, ny, -nx, length, k, s):
+            found = s
+            found_side = side
+    return found, found_side
+
+
+@lean_kernel
+def _leaves_by(
+    first: float, last: float, end: int, tx: float, ty: float, u: float, v: float
+) -> bool:
+    """Whether `end` is the first or last end of a line, and (u, v) leads out past it.
+
+    At the joint of a line and its end a ball touches both, within rounding. From there on it is
+    past the line, whatever side of the joint rounding puts it on, until it moves back.
+    """
+    along = u * tx + v * ty
+    return (end == int(first) and along < 0.0) or (end == int(last) and along > 0.0)
+
+
+@lean_kernel
+def wall_hit(
+    items: Array, wall: int, origin: int, how: int, radius: float, x: float, y: float,
+    vx: float, vy: float, ax: float, ay: float, k: float, horizon: float, best: float,
+) -> tuple[float, float]:  # fmt: skip
+    """When the ball hits the line `wall` between its ends, or NO_HIT; and on which side.
+
+    `origin` is the surface that it has just left, unless `how` is FREE.
+    """
+    s, side = _line_hit_between_ends(items, wall, radius, x, y, vx, vy, ax, ay, k, horizon, best)
+    if s != NO_HIT and how != FREE:
+        first = items[wall, surface.FIRST_END]
+        last = items[wall, surface.LAST_END]
+        tx = items[wall, surface.TX]
+        ty = items[wall, surface.TY]
+        if _leaves_by(first, last, origin, tx, ty, vx, vy):
+            _, phi, _ = short_basis(k, s)
+            if _leaves_by(first, last, origin, tx, ty, vx + ax * phi, vy + ay * phi):
+                s = NO_HIT
+    return s, side
+
+
+@lean_kernel
+def length_bound(x: float, y: float) -> float:
+    """At least the length of (x, y), and at most 1.083 of it: no square root is waited for."""
+    x = abs(x)
+    y = abs(y)
+    return max(x, y) + SQRT2_LESS_1 * min(x, y)
+
+
+@lean_kernel
+def next_impact(
+    board: BoardArrays,
+    x0: float,
+    y0: float,
+    vx0: float,
+    vy0: float,
+    origin: int,
+    origin_side: float,
+    how: int,
+    time_left: float,
+) -> tuple[float, int, float]:
+    """Flight from a state to whatever it hits first: duration, surface (or code) and side.
+
+    The flight is searched window by window; in
+    each the ball moves at most `travel`, so that the cell midway between its ends lists all it can
+    touch. At equal times the lower surface number counts, and a surface before the bins.
+    """
+    items = board.items
+    starts = board.starts
+    members = board.members
+    centres = board.centres
+    travel = board.travel
+    fall = board.fall
+    k = board.drag
+    radius = board.radius
+    bins_y = board.bins_y
+    ax0 = -k * vx0
+    ay0 = board.gravity - k * vy0
+    x, y, vx, vy, ax, ay = x0, y0, vx0, vy0, ax0, ay0
+    # At least sqrt(2 |a| travel), the mean of whose factors this is; equal where a is gravity.
+    rise = travel / fall + 0.5 * fall * length_bound(ax0, ay0)
+    start = 0.0
+    for _ in range(MAX_WINDOWS):
+        vv = vx * vx + vy * vy
+        va = vx * ax + vy * ay
+        aa = ax * ax + ay * ay
+        # In s the ball moves |v| s + |a| s^2 / 2 at most, which is no more than the travel here.
+        speed = length_bound(vx, vy)
+        horizon = 2.0 * travel / (speed + length_bound(speed, rise))
+        if k * horizon > SERIES_LIMIT:
+            horizon = SERIES_LIMIT / k
+        phi, psi = half_chord(k, horizon)
+        cell = cell_of(board, x + vx * phi + ax * psi, y + vy * phi + ay * psi)
+        if cell < 0:
+            return start, NOWHERE, 0.0
+        best = horizon
+        item = NOWHERE
+        side = 0.0
+        skipped = -1
+        if how != FREE:
+            skipped = origin
+            d2 = items[origin, surface.DISTANCE2]
+            qx = x - items[origin, surface.X]
+            qy = y - items[origin, surface.Y]
+            if items[origin, surface.DISTANCE] == 0.0:
+                s = origin_line_hit(items, origin, origin_side, x, y, vx, vy, ax, ay, k, horizon)
+            elif how == BOUNCED:
+                s = circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, horizon)
+            else:
+                s = circle_hit_after_leaving(qx, qy, vx, vy, ax, ay, k, d2, horizon, horizon)
+            if s != NO_HIT:
+                best = s
+                item = origin
+                side = origin_side
+        for j in range(starts[cell], starts[cell + 1]):
+            other = int(members[j])
+            if other == skipped:
+                continue
+            d2 = centres[other, 2]
+            if d2 == 0.0:
+                s, other_side = wall_hit(
+                    items, other, origin, how, radius, x, y, vx, vy, ax, ay, k, horizon, best
+                )
+            else:
+                # Most candidates are turned down here, with neither a call nor a square root.
+                qx = x - centres[other, 0]
+                qy = y - centres[other, 1]
+                f = qx * qx + qy * qy - d2
+                b = qx * vx + qy * vy
+                qa = qx * ax + qy * ay
+                c = vv + qa
+                low3 = third_derivative_bound(va, aa, qa, k, horizon)
+                if stays_positive(f, b, c + low3 * horizon * SIXTH, horizon):
+                    continue
+                other_side = 0.0
+                if f > 0.0:
+                    s = circle_search(
+                        qx, qy, vx, vy, ax, ay, k, d2, horizon, best,
+                        0.0, f, 2.0 * b, 2.0 * c, low3,
+                    )  # fmt: skip
+                else:
+                    s = circle_hit(qx, qy, vx, vy, ax, ay, k, d2, horizon, best)
+            if s != NO_HIT and (s < best or item == NOWHERE or (s == best and other < item)):
+                best = s
+                item = other
+                side = other_side
+        if y + travel >= bins_y:  # else no window from here comes as far
+            s = line_hit(bins_y - y, -vy, -ay, k, horizon, best)
+            if s != NO_HIT and (s < best or item == NOWHERE):
+                best = s
+                item = BINS
+        if item != NOWHERE:
+            return start + best, item, side
+        start = start + horizon
+        if start > time_left:
+            return start, NOWHERE, 0.0
+        how = FREE
+        decay, phi, psi = basis(k, start)
+        x = x0 + vx0 * start + ax0 * psi
+        y = y0 + vy0 * start + ay0 * psi
+        vx = vx0 + ax0 * phi
+        vy = vy0 + ay0 * phi
+        ax = ax0 * decay
+        ay = ay0 * decay
+    return start, NOWHERE, 0.0

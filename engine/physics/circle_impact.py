@@ -1,0 +1,270 @@
+"""The time of impact of a ball in free flight on a circle.
+
+With q(s) from the circle's centre to the ball's, D the contact distance and a = q'', the distance
+function is f(s) = |q(s)|^2 - D^2. All here rests on the minorant of time_of_impact.py.
+"""
+
+from math import sqrt
+
+from engine.jit.decorator import kernel, lean_kernel
+from engine.physics.flight import phi2, short_basis
+from engine.physics.time_of_impact import (
+    MAX_STEPS,
+    NEGLIGIBLE,
+    NO_HIT,
+    SIXTH,
+    THIRD,
+    halley_step,
+    stays_positive,
+)
+
+
+@lean_kernel
+def third_derivative_bound(va: float, aa: float, qa: float, k: float, horizon: float) -> float:
+    """Lower bound, at most 0, of f''' on [0, horizon] for f = |q(s)|^2 - D^2.
+
+    va = v.a, aa = a.a, qa = q.a at s = 0. With a(s) = a e^(-ks): f''' = 6 v.a - 2 k q.a.
+    """
+    bound = 0.0
+    if va < 0.0:
+        bound = 6.0 * va
+    if k > 0.0:
+        rise = qa + 0.5 * aa * horizon * horizon
+        if va > 0.0:
+            rise += va * horizon
+        if rise > 0.0:
+            bound -= 2.0 * k * rise
+    return bound
+
+
+@lean_kernel
+def third_derivative_size(va: float, aa: float, qa: float, k: float, horizon: float) -> float:
+    """Upper bound of |f'''| on [0, horizon], with the arguments of `third_derivative_bound`."""
+    size = 6.0 * (abs(va) + aa * horizon)
+    if k > 0.0:
+        size += 2.0 * k * (abs(qa) + (abs(va) + 0.5 * aa * horizon) * horizon)
+    return size
+
+
+@kernel
+def circle_hit(
+    qx: float,
+    qy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    d2: float,
+    horizon: float,
+    best: float,
+) -> float:
+    """First s in [0, min(horizon, best)] at which |q(s)|^2 = d2 is entered, or NO_HIT.
+
+    (qx, qy) is the ball's centre from the circle's, d2 the square of the contact distance; k times
+    horizon must not exceed SERIES_LIMIT. `best` only ends the search early: the root found does
+    not depend on it.
+    """
+    f = qx * qx + qy * qy - d2
+    b = qx * vx + qy * vy
+    if f <= 0.0:
+        if b < 0.0:
+            return 0.0
+        return circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, best)
+    qa = qx * ax + qy * ay
+    c = vx * vx + vy * vy + qa
+    low3 = third_derivative_bound(vx * ax + vy * ay, ax * ax + ay * ay, qa, k, horizon)
+    reach = min(horizon, best)
+    if stays_positive(f, b, c + low3 * reach * SIXTH, reach):
+        return NO_HIT
+    return circle_search(
+        qx, qy, vx, vy, ax, ay, k, d2, horizon, best, 0.0, f, 2.0 * b, 2.0 * c, low3
+    )
+
+
+@lean_kernel
+def circle_search(
+    qx: float,
+    qy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    d2: float,
+    horizon: float,
+    best: float,
+    s: float,
+    f: float,
+    fd: float,
+    fdd: float,
+    low3: float,
+) -> float:
+    """First time in [s, min(horizon, best)] at which |q|^2 = d2 is entered, or NO_HIT.
+
+    The arguments are those of `circle_hit`; f > 0 and its derivatives are those at s, and low3
+    bounds f''' from below on [0, horizon].
+    """
+    size3 = third_derivative_size(
+        vx * ax + vy * ay, ax * ax + ay * ay, qx * ax + qy * ay, k, horizon
+    )
+    enough = NEGLIGIBLE * d2
+    h = horizon - s
+    for _ in range(MAX_STEPS):
+        m = fdd + low3 * h * THIRD
+        step = halley_step(f, fd, m)
+        if step == NO_HIT or step > h:
+            if s + h >= horizon:
+                return NO_HIT
+            step = h  # no root within the trusted part: go to its end and trust more
+            h = h + h
+        elif _comes_near(f, fd, m, step, size3 * step - low3 * h, enough):
+            s = s + step  # |f| there is below its own rounding
+            return s if s <= best else NO_HIT
+        else:
+            h = step
+        before = s
+        s = s + step
+        if s > best:
+            return NO_HIT
+        if s == before:
+            return s
+        decay, phi, psi = short_basis(k, s)
+        px = qx + vx * s + ax * psi
+        py = qy + vy * s + ay * psi
+        ux = vx + ax * phi
+        uy = vy + ay * phi
+        f = px * px + py * py - d2
+        if f <= 0.0:
+            return s
+        fd = 2.0 * (px * ux + py * uy)
+        fdd = 2.0 * (ux * ux + uy * uy + decay * (px * ax + py * ay))
+        if h > horizon - s:
+            h = horizon - s
+            if h <= 0.0:
+                return NO_HIT
+    return s
+
+
+@lean_kernel
+def _comes_near(f: float, fd: float, m: float, step: float, change: float, enough: float) -> bool:
+    """Whether |f| <= enough after a `halley_step`; `change` bounds that of f'' from what m says.
+
+    The two parts of |f|, each at most half of `enough`: change step^2 / 6, and for a minorant with
+    a root, where x <= 1/2, f x^2 / (2 - x)^2 <= f x^2 / 2.
+    """
+    square = fd * fd
+    fm = f * m
+    if change * step * step > 3.0 * enough:
+        return False
+    return f * fm * fm <= enough * square * square
+
+
+@kernel
+def circle_hit_again(
+    qx: float,
+    qy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    horizon: float,
+    best: float,
+) -> float:
+    """First s in (0, min(horizon, best)] at which a circle touched at s = 0 is hit again.
+
+    Searches g(s) = f(s) / s, in which the root at 0 is divided out. g'' >= min(f''') / 3. A ball
+    that does not leave (g(0) <= 0 and g'(0) <= 0) hits at once: 0.
+    """
+    va = vx * ax + vy * ay
+    aa = ax * ax + ay * ay
+    qa = qx * ax + qy * ay
+    m = third_derivative_bound(va, aa, qa, k, horizon) * THIRD
+    g0 = 2.0 * (qx * vx + qy * vy)
+    g = g0
+    gd = vx * vx + vy * vy + qa
+    s = 0.0
+    step = NO_HIT
+    if g > 0.0:
+        if stays_positive(g, 0.5 * gd, 0.5 * m, min(horizon, best)):
+            return NO_HIT
+        step = halley_step(g, gd, m)
+    elif gd <= 0.0:
+        return 0.0
+    elif m < 0.0:
+        step = -2.0 * gd / m
+    enough = NEGLIGIBLE * g0
+    size = third_derivative_size(va, aa, qa, k, horizon) * THIRD
+    for _ in range(MAX_STEPS):
+        if step == NO_HIT:
+            return NO_HIT
+        before = s
+        s = s + step
+        if s > horizon or s > best:
+            return NO_HIT
+        # The step's end is off by what m leaves of g'' and by what Halley's step leaves of that:
+        # size step^2 (1 + |x| / 4) at most.
+        if s == before or (2.0 * size * step * step <= enough and -m * g <= 4.0 * gd * gd):
+            return s
+        c = 0.5
+        if k > 0.0:
+            c = phi2(k * s)
+        c1 = s * c
+        c1d = 1.0 - k * c1 - c
+        wx = vx + ax * c1
+        wy = vy + ay * c1
+        ww = wx * wx + wy * wy
+        g = g0 + 2.0 * qa * c1 + s * ww
+        if g <= 0.0:
+            return s
+        gd = 2.0 * qa * c1d + ww + 2.0 * s * c1d * (wx * ax + wy * ay)
+        step = halley_step(g, gd, m)
+    return s
+
+
+@kernel
+def circle_hit_after_leaving(
+    qx: float,
+    qy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    d2: float,
+    horizon: float,
+    best: float,
+) -> float:
+    """First s in (0, min(horizon, best)] at which a circle that the ball rolled off is hit again.
+
+    Where the normal force vanishes f = f' = f'' = 0, so f(s) = s^3 h(s) with
+    h(s) >= h(0) + s min(f'''') / 24: the search starts beyond the root-free stretch this gives.
+    """
+    va = vx * ax + vy * ay
+    vv = vx * vx + vy * vy
+    h0 = va + k * vv / 3.0
+    if h0 <= 0.0:
+        return 0.0
+    if k == 0.0:
+        return NO_HIT  # f'''' = 6 a.a >= 0 for ever
+    aa = ax * ax + ay * ay
+    a = sqrt(aa)
+    speed = sqrt(vv) + a * horizon
+    low4 = -8.0 * k * speed * a - 2.0 * k * k * a * (sqrt(d2) + speed * horizon)
+    s = -24.0 * h0 / low4
+    if s >= horizon or s > best:
+        return NO_HIT
+    decay, phi, psi = short_basis(k, s)
+    px = qx + vx * s + ax * psi
+    py = qy + vy * s + ay * psi
+    ux = vx + ax * phi
+    uy = vy + ay * phi
+    f = px * px + py * py - d2
+    if f <= 0.0:
+        return s
+    fd = 2.0 * (px * ux + py * uy)
+    fdd = 2.0 * (ux * ux + uy * uy + decay * (px * ax + py * ay))
+    qa = qx * ax + qy * ay
+    low3 = third_derivative_bound(va, aa, qa, k, horizon)
+    return circle_search(qx, qy, vx, vy, ax, ay, k, d2, horizon, best, s, f, fd, fdd, low3)

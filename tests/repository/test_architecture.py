@@ -1,0 +1,58 @@
+"""docs/architecture.md cannot lie: its drawing is the contract's, and what it names is there."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.repository.architecture import PICTURE, ROOT, draw, stacks
+
+PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+NAMED = sorted(
+    set(re.findall(r"`((?:app|engine|static|tests|benchmarks|docs|tools)/[^`\s]*)`", PAGE))
+)
+
+
+def test_the_drawing_is_made_of_the_import_contract_as_it_stands() -> None:
+    assert draw() == PICTURE.read_text(encoding="utf-8"), "make architecture draws it anew"
+    assert f"(images/{PICTURE.name})" in PAGE
+
+
+def test_every_package_of_the_engine_and_the_server_is_in_the_drawing() -> None:
+    for stack in stacks():
+        folder = ROOT / stack.package
+        parts = {path.stem for path in folder.iterdir() if path.suffix == ".py" or path.is_dir()}
+        assert parts - {"__init__", "__pycache__"} == {part for row in stack.layers for part in row}
+
+
+def definitions(path: Path) -> set[str]:
+    """Names that a Python file defines, those in classes as Class.name; of others, all words."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix != ".py":
+        return set(re.findall(r"\w+", text))
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ClassDef):
+            inside = [
+                each
+                for each in node.body
+                if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)
+            ]
+            found |= {node.name, *(f"{node.name}.{each.name}" for each in inside)}
+        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            found.add(node.name)
+    return found
+
+
+@pytest.mark.parametrize("named", NAMED)
+def test_what_the_page_names_is_there(named: str) -> None:
+    file, _, name = named.partition(":")
+    path = ROOT / file
+    assert path.exists(), file
+    if name:
+        assert name in definitions(path), f"{file} defines no {name}"
+
+
+def test_the_page_names_enough_to_find_one_s_way() -> None:
+    assert len(NAMED) > 60
