@@ -151,7 +151,7 @@ def _unused(times: dict[str, Sample], same: dict[str, bool]) -> Table:
         [
             "The same worlds without the feature, against a copy of the engine with it cut out: "
             "worlds that know of no arena and no impact of ball on ball, and an arena that cannot "
-            "be asked for diagnostics and counts no contacts for them. Same bits: the digest of "
-            f"the whole world at the end. Aim: a median ratio of at most {UNUSED}."
+            "be asked for diagnostics. Same bits: the digest of the whole world at the end. "
+            f"Aim: a median ratio of at most {UNUSED}."
         ],
     )

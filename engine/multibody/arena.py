@@ -354,7 +354,7 @@ class Arena:
         )
 
     def restore(self, snapshot: bytes) -> None:
-        """Become the arena that made `snapshot`, its place and settings included; RecordError."""
+        """Become the arena that made `snapshot`, with its geometry and settings; RecordError."""
         saved = _decoded(snapshot)
         try:
             self.place = StaticGeometry.from_dict(saved["place"])

@@ -204,8 +204,8 @@ def _grid(
                 along = min(max(dx * tx + dy * ty, 0.0), length)
                 dx -= along * tx
                 dy -= along * ty
-                reach = thickness + 0.7072 * size * (1.0 + 1e-6)
-                if dx * dx + dy * dy <= reach * reach:
+                near = thickness + 0.7072 * size * (1.0 + 1e-6)
+                if dx * dx + dy * dy <= near * near:
                     lists[row * columns + column].append(item)
     starts = np.cumsum([0, *(len(members) for members in lists)]).astype(np.int32)
     return starts, np.array([i for members in lists for i in members], np.int32)

@@ -1,4 +1,4 @@
-"""What a step tells as arrays: impacts, landings and how many there were."""
+"""The log of a step as arrays: impacts, landings and how many there were."""
 
 from typing import NamedTuple
 
