@@ -20,7 +20,7 @@ from app.render.raster.canvas import Canvas
 from app.render.room import Layer, Pixels
 from app.render.still import DEFAULT_WIDTH
 from app.render.theme import Theme, named
-from engine.multibody.arena import ARENA_BODY
+from engine.multibody.bodies import ARENA_BODY
 from engine.multibody.static_geometry import Place
 
 _SAMPLE: Final = 12  # balls side by side in the picture that the palette is made from

@@ -18,7 +18,7 @@ DT = 1.0 / 60.0
 
 @dataclass(frozen=True)
 class Heap:
-    """A place and n equal balls at rest in it; all of one material, Earth's gravity."""
+    """Static geometry and n equal balls at rest in it; all of one material, Earth's gravity."""
 
     name: str
     place: Place
@@ -37,7 +37,7 @@ class Heap:
 
 
 def _rows(n: int, left: float, right: float, top: float, radius: float, up: bool) -> list[Floats]:
-    """Places in rows that do not touch, each moved a little so that they are no crystal."""
+    """Centres in rows that do not touch, each moved a little so that they are no crystal."""
     step = 2.4 * radius
     columns = int((right - left) / step)
     k = np.arange(n)
@@ -51,9 +51,9 @@ def _rows(n: int, left: float, right: float, top: float, radius: float, up: bool
 def box(n: int = 500, radius: float = 0.08) -> Heap:
     """n balls in a closed box that they fill to a half; larger boxes for more, equal density."""
     side = float(np.sqrt(n / 500.0)) * 5.0
-    place = Place.box(side, side, restitution=MATERIAL.restitution, friction=MATERIAL.friction)
+    geometry = Place.box(side, side, restitution=MATERIAL.restitution, friction=MATERIAL.friction)
     x, y = _rows(n, -0.5 * side, 0.5 * side, 0.0, radius, up=False)
-    return Heap(f"{n} in the box", place, x, y, radius)
+    return Heap(f"{n} in the box", geometry, x, y, radius)
 
 
 def board(n: int = 500, radius: float = 0.06) -> Heap:
@@ -68,7 +68,7 @@ def board(n: int = 500, radius: float = 0.06) -> Heap:
         Wall(-mouth.x1, mouth.y1, -mouth.x1, rise),
         Wall(-foot.x2, foot.y2, foot.x2, foot.y2),
     )
-    place = replace(
+    geometry = replace(
         Place.of_board(preset),
         walls=walls,
         bins=None,
@@ -76,7 +76,7 @@ def board(n: int = 500, radius: float = 0.06) -> Heap:
         wall_material=MATERIAL,
     )
     x, y = _rows(n, -mouth.x1, mouth.x1, mouth.y1, radius, up=True)
-    return Heap(f"{n} on the 12-row board", place, x, y, radius)
+    return Heap(f"{n} on the 12-row board", geometry, x, y, radius)
 
 
 def overlap(heap: Heap, x: Floats, y: Floats) -> float:

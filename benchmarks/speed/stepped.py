@@ -18,7 +18,7 @@ from benchmarks.harness.settings import Settings
 from benchmarks.scenes import touching as scenes
 from benchmarks.scenes.contact_scenes import scene
 from engine.drops.trajectory import at_start, follow
-from engine.multibody.scenes import sandbox
+from engine.multibody.scenes import GRAVITY_PRESETS, sandbox
 from engine.parameters import Exact, Stepped
 from engine.seeding import start_x
 
@@ -268,7 +268,7 @@ def _elastic(section: Section, settings: Settings) -> None:
     seconds = settings.size(60, 2)
     for gravity in ("none", "Earth"):
         arena = sandbox(
-            settings.size(200, 40), gravity=gravity, restitution=1.0, friction=0.0,
+            settings.size(200, 40), gravity=GRAVITY_PRESETS[gravity], restitution=1.0, friction=0.0,
             radii=(0.08, 0.08), width=6.0, height=6.0, speed=3.0,
         )  # fmt: skip
         half = 0.5 * arena.settings.dt / arena.settings.substeps * arena.settings.gravity

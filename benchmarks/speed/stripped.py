@@ -126,14 +126,10 @@ class _NoLog(_Cut):
 
 
 class _NoDiagnostics(_Cut):
-    """Arenas that cannot be asked for energies and contacts, and that count none."""
+    """Arenas that cannot be asked for energies and contacts."""
 
-    places = (
-        "multibody/arena.py",
-        "multibody/solver/step.py",
-        "multibody/solver/time_of_impact_loop.py",
-    )
-    least = 7
+    places = ("multibody/arena.py",)
+    least = 2
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef | None:
         """Arena.diagnostics."""
@@ -148,20 +144,6 @@ class _NoDiagnostics(_Cut):
         if (node.module or "").endswith("multibody.diagnostics"):
             self.done += 1
             return None
-        return node
-
-    def visit_Assign(self, node: ast.Assign) -> ast.stmt:
-        """log.counts[CONTACTS] = count."""
-        return self._uncounted(node, node.targets[0])
-
-    def visit_AugAssign(self, node: ast.AugAssign) -> ast.stmt:
-        """log.counts[REBUILDS] += 1."""
-        return self._uncounted(node, node.target)
-
-    def _uncounted(self, node: ast.stmt, target: ast.expr) -> ast.stmt:
-        if ast.unparse(target).endswith(("counts[CONTACTS]", "counts[REBUILDS]")):
-            self.done += 1
-            return ast.copy_location(ast.Pass(), node)
         return node
 
 

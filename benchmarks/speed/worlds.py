@@ -168,7 +168,7 @@ def _unused(times: dict[str, Sample], same: dict[str, bool]) -> Table:
         rows,
         [
             "The same box without the feature, against a copy of the engine with it cut out: an "
-            "arena that cannot be asked for diagnostics and counts no contacts for them. Same "
+            "arena that cannot be asked for diagnostics. Same "
             "bits: the digest of the whole arena at the end. A world whose balls do not touch has "
             "no code of those that do, so there is nothing to cut. Aim: a median ratio of at most "
             f"{UNUSED}."

@@ -1,6 +1,6 @@
 """Balls that touch each other in scenes made to break a solver: what must never happen is counted.
 
-Nothing of the solver's own geometry is used but the deepest overlap, which is computed from places.
+Nothing of the solver's own geometry is used but the deepest overlap, computed from the centres.
 """
 
 import math
@@ -25,12 +25,12 @@ out on the other side."""
 
 GAIN = 5e-3
 """Energy from nowhere that is tolerated, as a part of all there is: what pushing balls out of an
-overlap lifts them by, and what a frame of a tenth of a second is off by."""
+overlap lifts them by, and what a step of a tenth of a second is off by."""
 
 
 @dataclass
 class Scene:
-    """An arena to watch for `frames`; `settled`: the frame from which overlap and energy count."""
+    """An arena to watch for `frames` steps; `settled`: that from which overlap and energy count."""
 
     name: str
     arena: Arena
@@ -40,7 +40,7 @@ class Scene:
 
 @dataclass
 class Seen:
-    """What was counted in a scene, and the deepest overlap in radii after any frame."""
+    """What was counted in a scene, and the deepest overlap in radii after any step."""
 
     frames: int = 0
     deepest: float = 0.0
@@ -122,7 +122,7 @@ def funnel(n: int) -> Arena:
 
 
 def watch(scene: Scene) -> Seen:
-    """Play a scene and look at every frame."""
+    """Play a scene and look at it after every step."""
     arena = scene.arena
     left, right, top, bottom = arena.place.extent
     first = arena.diagnostics()

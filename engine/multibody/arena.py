@@ -1,7 +1,8 @@
 """Balls that touch each other, on any board or in a box: what a sandbox or a live room ticks.
 
-An arena is a place, settings, and balls that are added, removed, kicked and edited while it runs.
-These are its inputs: the same ones at the same ticks give the same bits, on every run and machine.
+An arena is static geometry, settings, and balls that are added, removed, kicked and edited while it
+runs. These are its inputs: the same ones at the same ticks give the same bits, on every run and
+machine.
 """
 
 import hashlib
@@ -15,64 +16,14 @@ import numpy.typing as npt
 
 from engine.constants import PHYSICS_VERSION
 from engine.errors import ParameterError, RecordError
-from engine.multibody.bodies import RANGES, BallTable, checked
+from engine.multibody.bodies import DEFAULTS, RANGES, BallTable, check_names, checked
 from engine.multibody.diagnostics import Diagnostics, diagnose
-from engine.multibody.events import (
-    KEPT_FRAMES,
-    ArenaEvent,
-    Landed,
-    Left,
-    Told,
-    Touch,
-    new_log,
-    told_of,
-    touches_of,
-)
+from engine.multibody.events import ArenaEvent, EventQueue, Landed, Left, new_log
 from engine.multibody.settings import ArenaSettings
-from engine.multibody.solver.layout import (
-    ARC,
-    ASLEEP,
-    AWAKE_THEN,
-    BOUNCED,
-    DEPARTURES,
-    FLAGS,
-    FRICTION,
-    GONE,
-    ID,
-    INVERSE_MASS,
-    LANDED,
-    LANDINGS,
-    LEFT,
-    RADIUS,
-    RESTITUTION,
-    ROLL,
-    TOUCHES,
-    VX,
-    VY,
-    X,
-    Y,
-)
-from engine.multibody.solver.step import frame
-from engine.multibody.static_geometry import Place, statics_of
+from engine.multibody.solver.layout import body, step_log
+from engine.multibody.solver.step import step_balls
+from engine.multibody.static_geometry import StaticGeometry, static_shapes
 from engine.parameters import number
-
-ARENA_BODY = np.dtype(
-    [("id", "<i4")]
-    + [(name, "<f8") for name in ("x", "y", "theta", "vx", "vy", "omega", "radius")]
-    + [("asleep", "u1"), ("bounced", "u1")]
-)
-"""A ball: id, m, rad, m/s, rad/s, m; whether it sleeps, and had an impact in the last frame."""
-
-DEFAULTS: Mapping[str, float] = {
-    "theta": 0.0,
-    "vx": 0.0,
-    "vy": 0.0,
-    "omega": 0.0,
-    "radius": 0.08,
-    "density": 80.0,
-    "restitution": 0.6,
-    "friction": 0.2,
-}
 
 INPUTS = (
     "add", "add_many", "remove", "remove_many", "clear",
@@ -82,35 +33,33 @@ INPUTS = (
 
 
 class Arena:
-    """Balls that touch each other, advanced in frames of settings.dt seconds.
+    """Balls that touch each other, advanced in steps of settings.dt seconds.
 
-    `record`: set to a list, it collects all inputs as JSON values; `replay` does them again.
+    `place`: the static geometry. `record`: set to a list, it collects all inputs as JSON values,
+    which `apply` does again.
     """
 
-    def __init__(self, place: Place, settings: ArenaSettings | None = None) -> None:
+    def __init__(self, place: StaticGeometry, settings: ArenaSettings | None = None) -> None:
         self.place = place
         self.settings = settings or ArenaSettings()
         self.tick = 0
         self.time = 0.0
-        """Seconds of the arena: the sum of its frames."""
-        self.events_lost = 0
-        """Impacts that were not told: too many in a frame, or not asked for in time."""
+        """Seconds of the arena: the sum of its steps."""
         self.record: list[dict[str, Any]] | None = None
-        self._statics = statics_of(place)
-        self._compiled = self.settings.compiled()
+        self._statics = static_shapes(place)
+        self._solver_settings = self.settings.for_solver()
         self._table = BallTable()
         self._next_id = 0
         self._accumulator = 0.0
         self._previous = np.zeros((0, 3))
         self._rests = False
-        """Whether a frame has found all asleep; true as long as the table is listed."""
+        """Whether a step has found all asleep; true as long as the table is listed."""
         self._log = new_log(0)
-        self._told: list[tuple[int, float, Told]] = []
-        self._ends: list[Landed | Left] = []
+        self._events = EventQueue()
 
     # Inputs
 
-    def _noted(self, op: str, **arguments: Any) -> None:
+    def _record_input(self, op: str, **arguments: Any) -> None:
         if self.record is not None:
             self.record.append({"op": op, "tick": self.tick, **arguments})
 
@@ -146,9 +95,7 @@ class Arena:
         ids: by default the next numbers. What happens depends on the ids and not on the order in
         which balls are added.
         """
-        unknown = set(values) - set(DEFAULTS)
-        if unknown:
-            raise ParameterError(f"a ball has no {sorted(unknown)[0]!r}", field=min(unknown))
+        check_names(values, DEFAULTS)
         found = {name: checked(name, value) for name, value in values.items()}
         found |= {"x": checked("x", x), "y": checked("y", y)}
         count = max(len(array) for array in found.values())
@@ -166,7 +113,7 @@ class Arena:
         self._next_id = max(self._next_id, int(chosen.max()) + 1)
         if self.record is not None:
             lists = {name: array.tolist() for name, array in found.items()}
-            self._noted("add_many", ids=chosen.tolist(), **lists)
+            self._record_input("add_many", ids=chosen.tolist(), **lists)
         return [int(i) for i in chosen]
 
     def _new_ids(self, count: int, ids: Iterable[int] | None) -> npt.NDArray[np.int32]:
@@ -195,13 +142,13 @@ class Arena:
         for row in rows:
             self._table.wake_with(row)
         self._drop(rows)
-        self._noted("remove_many", balls=chosen)
+        self._record_input("remove_many", balls=chosen)
 
     def clear(self) -> None:
         """Take all balls out."""
         self._table.wake_all()
         self._drop(list(range(self.count)))
-        self._noted("clear")
+        self._record_input("clear")
 
     def _drop(self, rows: list[int]) -> None:
         kept = np.delete(np.arange(self.count), rows)
@@ -211,70 +158,46 @@ class Arena:
     def kick(self, ball: int, dvx: float, dvy: float, domega: float = 0.0) -> None:
         """Change a ball's velocity, m/s, and its spin, rad/s."""
         row = self._table.row(ball)
-        vel, radius = self._table.bodies.vel, self._table.bodies.pos[row, RADIUS]
+        vel, radius = self._table.bodies.vel, self._table.bodies.pos[row, body.RADIUS]
         for name, value in (("vx", dvx), ("vy", dvy), ("omega", domega)):
             checked(name, value)
         self._table.wake_with(row)
-        vel[row, VX] += dvx
-        vel[row, VY] += dvy
-        vel[row, ROLL] += domega * radius
-        self._noted("kick", ball=int(ball), dvx=dvx, dvy=dvy, domega=domega)
+        vel[row, body.VX] += dvx
+        vel[row, body.VY] += dvy
+        vel[row, body.RIM_SPEED] += domega * radius
+        self._record_input("kick", ball=int(ball), dvx=dvx, dvy=dvy, domega=domega)
 
     def impulse(self, ball: int, jx: float, jy: float) -> None:
         """Give a ball an impulse in N s."""
         row = self._table.row(ball)
-        over = float(self._table.bodies.vel[row, INVERSE_MASS])
+        over = float(self._table.bodies.vel[row, body.INVERSE_MASS])
         checked("vx", jx * over)
         checked("vy", jy * over)
         self._table.wake_with(row)
-        self._table.bodies.vel[row, VX] += jx * over
-        self._table.bodies.vel[row, VY] += jy * over
-        self._noted("impulse", ball=int(ball), jx=jx, jy=jy)
+        self._table.bodies.vel[row, body.VX] += jx * over
+        self._table.bodies.vel[row, body.VY] += jy * over
+        self._record_input("impulse", ball=int(ball), jx=jx, jy=jy)
 
     def edit(self, ball: int, **values: float) -> None:
         """Set some of a ball's values, those of RANGES; at another radius it keeps its density."""
         row = self._table.row(ball)
         self._set(np.array([row]), values)
-        self._noted("edit", ball=int(ball), **values)
+        self._record_input("edit", ball=int(ball), **values)
 
     def edit_all(self, **values: float) -> None:
         """Set some values of all balls."""
         self._set(np.arange(self.count), values)
-        self._noted("edit_all", **values)
+        self._record_input("edit_all", **values)
 
     def _set(self, rows: npt.NDArray[np.intp], values: Mapping[str, float]) -> None:
-        unknown = set(values) - set(RANGES)
-        if unknown:
-            raise ParameterError(f"a ball has no {sorted(unknown)[0]!r}", field=min(unknown))
+        check_names(values, RANGES)
         new = {name: float(checked(name, value)[0]) for name, value in values.items()}
-        for row in rows.tolist():
-            self._table.wake_with(row)
-        pos, vel, surface, _, _ = self._table.bodies
-        if "radius" in new:
-            ratio = new["radius"] / pos[rows, RADIUS]
-            pos[rows, ARC] *= ratio  # the angle and the spin stay
-            vel[rows, ROLL] *= ratio
-            vel[rows, INVERSE_MASS] /= ratio * ratio
-            pos[rows, RADIUS] = new["radius"]
-        radius = pos[rows, RADIUS]
-        if "density" in new:
-            vel[rows, INVERSE_MASS] = 1.0 / (new["density"] * (np.pi * radius * radius))
-        for name, array, column in (
-            ("x", pos, X), ("y", pos, Y), ("vx", vel, VX), ("vy", vel, VY),
-            ("restitution", surface, RESTITUTION), ("friction", surface, FRICTION),
-        ):  # fmt: skip
-            if name in new:
-                array[rows, column] = new[name]
-        if "theta" in new:
-            pos[rows, ARC] = new["theta"] * radius
-        if "omega" in new:
-            vel[rows, ROLL] = new["omega"] * radius
-        self._table.is_listed = False
+        self._table.edit(rows, new)
 
     def wake_all(self) -> None:
         """Wake all balls."""
         self._table.wake_all()
-        self._noted("wake_all")
+        self._record_input("wake_all")
 
     def configure(self, **values: Any) -> None:
         """Change settings while it runs, those of ArenaSettings; all balls wake."""
@@ -282,9 +205,9 @@ class Arena:
             changed = ArenaSettings(**(self.settings.to_dict() | values))
         except TypeError as error:
             raise ParameterError(f"settings: {error}", field="settings") from error
-        self.settings, self._compiled = changed, changed.compiled()
+        self.settings, self._solver_settings = changed, changed.for_solver()
         self._table.wake_all()
-        self._noted("configure", **values)
+        self._record_input("configure", **values)
 
     # Time
 
@@ -296,11 +219,11 @@ class Arena:
     @property
     def awake(self) -> bool:
         """Whether anything moves; if not, a step changes nothing but the tick."""
-        marks = self._table.bodies.marks[: self.count, FLAGS]
-        return bool((marks & ASLEEP == 0).any())
+        marks = self._table.bodies.marks[: self.count, body.FLAGS]
+        return bool((marks & body.ASLEEP == 0).any())
 
     def step(self) -> None:
-        """Advance by one frame."""
+        """Advance by one step."""
         start = self.time
         self.tick += 1
         self.time = start + self.settings.dt
@@ -310,41 +233,37 @@ class Arena:
         self._previous = table.bodies.pos[: table.n].copy()
         if len(self._log.landed) <= table.n:
             self._log = new_log(table.n)
-        table.pairs = frame(
-            table.bodies, table.n, table.pairs, self._statics, self._compiled, self._log,
+        table.pairs = step_balls(
+            table.bodies, table.n, table.pairs, self._statics, self._solver_settings, self._log,
             table.is_listed,
         )  # fmt: skip
         counts = self._log.counts.tolist()
-        self._rests = counts[AWAKE_THEN] == 0
+        self._rests = counts[step_log.AWAKE_BEFORE] == 0
         if not self._rests:
             table.is_listed = True
             self._collect(start, counts)
 
     def _collect(self, start: float, counts: list[int]) -> None:
-        """Keep what the log tells, and take out the balls that landed or left."""
+        """Keep the events of a step, and take out the balls that landed or left."""
         log, table = self._log, self._table
-        if counts[TOUCHES]:
-            told = told_of(log, counts[TOUCHES])
-            self.events_lost += counts[TOUCHES] - len(told.floats)
-            self._told.append((self.tick, start, told))
-            if len(self._told) > KEPT_FRAMES:
-                self.events_lost += len(self._told.pop(0)[2].floats)
-        landings = counts[LANDINGS]
-        if not (landings or counts[DEPARTURES]):
+        if counts[step_log.TOUCHES]:
+            self._events.add_touches(log, self.tick, start)
+        landings = counts[step_log.LANDINGS]
+        if not (landings or counts[step_log.DEPARTURES]):
             return
-        flags = table.bodies.marks[: table.n, FLAGS]
-        gone = np.flatnonzero(flags & GONE)
+        flags = table.bodies.marks[: table.n, body.FLAGS]
+        gone = np.flatnonzero(flags & body.GONE)
         times = {
             int(ball): (float(t), float(x))
             for ball, (t, x) in zip(log.landed[:landings], log.landings[:landings], strict=True)
         }
         for row in gone.tolist():
-            ball = int(table.bodies.marks[row, ID])
-            if flags[row] & LEFT or not flags[row] & LANDED:
-                self._ends.append(Left(self.tick, self.time, ball))
+            ball = int(table.bodies.marks[row, body.ID])
+            if flags[row] & body.LEFT or not flags[row] & body.LANDED:
+                self._events.add_end(Left(self.tick, self.time, ball))
             else:
                 t, x = times[ball]
-                self._ends.append(Landed(self.tick, start + t, ball, self._bin_of(x), x))
+                self._events.add_end(Landed(self.tick, start + t, ball, self._bin_of(x), x))
         self._drop(gone.tolist())
 
     def _bin_of(self, x: float) -> int:
@@ -353,7 +272,7 @@ class Arena:
         return int(np.searchsorted(inner, x, side="right"))
 
     def advance(self, frame_time: float) -> float:
-        """Advance by `frame_time` seconds in whole frames; return the part left, in [0, 1)."""
+        """Advance by `frame_time` seconds in whole steps; return the part left, in [0, 1)."""
         if not (isfinite(frame_time) and frame_time >= 0.0):
             raise ParameterError(
                 f"frame_time {frame_time!r} is not a finite number of seconds >= 0",
@@ -370,7 +289,7 @@ class Arena:
     @property
     def bodies(self) -> npt.NDArray[np.void]:
         """All balls by ascending id, shape (count,), dtype ARENA_BODY; a copy."""
-        return self._as_bodies(self._table.bodies.pos[: self.count])
+        return self._table.records(self._table.bodies.pos[: self.count])
 
     def interpolated(self, alpha: float) -> npt.NDArray[np.void]:
         """The balls between the previous tick (alpha 0) and this one (1), linearly."""
@@ -378,64 +297,33 @@ class Arena:
         now = self._table.bodies.pos[: self.count]
         between = now.copy()
         between[:, :3] = self._previous[:, :3] * (1.0 - alpha) + now[:, :3] * alpha
-        return self._as_bodies(between)
-
-    def _as_bodies(self, pos: npt.NDArray[np.float64]) -> npt.NDArray[np.void]:
-        n = self.count
-        vel, marks = self._table.bodies.vel[:n], self._table.bodies.marks[:n]
-        rows = np.empty(n, ARENA_BODY)
-        rows["id"] = marks[:, ID]
-        rows["x"], rows["y"], rows["radius"] = pos[:, X], pos[:, Y], pos[:, RADIUS]
-        rows["theta"] = pos[:, ARC] / pos[:, RADIUS]
-        rows["vx"], rows["vy"] = vel[:, VX], vel[:, VY]
-        rows["omega"] = vel[:, ROLL] / pos[:, RADIUS]
-        rows["asleep"] = marks[:, FLAGS] & ASLEEP != 0
-        rows["bounced"] = marks[:, FLAGS] & BOUNCED != 0
-        return rows
+        return self._table.records(between)
 
     def ball(self, ball: int) -> dict[str, float]:
         """All values of one ball, those of RANGES, and its mass in kg."""
-        row = self._table.row(ball)
-        pos, vel, surface, _, _ = self._table.bodies
-        radius = float(pos[row, RADIUS])
-        mass = 1.0 / float(vel[row, INVERSE_MASS])
-        return {
-            "x": float(pos[row, X]),
-            "y": float(pos[row, Y]),
-            "theta": float(pos[row, ARC]) / radius,
-            "vx": float(vel[row, VX]),
-            "vy": float(vel[row, VY]),
-            "omega": float(vel[row, ROLL]) / radius,
-            "radius": radius,
-            "density": mass / (np.pi * radius * radius),
-            "restitution": float(surface[row, RESTITUTION]),
-            "friction": float(surface[row, FRICTION]),
-            "mass": mass,
-        }
+        return self._table.values(self._table.row(ball))
 
     def find(self, x: float, y: float) -> int | None:
         """Id of the ball under the point (x, y) in m, the nearest centre first; None if none is."""
         pos = self._table.bodies.pos[: self.count]
-        squares = (pos[:, X] - x) ** 2 + (pos[:, Y] - y) ** 2
-        under = np.flatnonzero(squares <= pos[:, RADIUS] ** 2)
+        squares = (pos[:, body.X] - x) ** 2 + (pos[:, body.Y] - y) ** 2
+        under = np.flatnonzero(squares <= pos[:, body.RADIUS] ** 2)
         if len(under) == 0:
             return None
         return int(self._table.ids[under[np.argmin(squares[under])]])
 
     def take_events(self) -> list[ArenaEvent]:
         """Impacts, landings and balls that left since the last call, in order of time."""
-        found: list[ArenaEvent] = []
-        for tick, start, told in self._told:
-            found += touches_of(told, tick, start, self._statics.peg_count)
-        self._told = []
-        found += self.take_landings()
-        found.sort(key=lambda event: (event.t, not isinstance(event, Touch)))
-        return found
+        return self._events.take(self._statics.peg_count)
 
     def take_landings(self) -> list[Landed | Left]:
         """The landings, and balls that left, since the last call; impacts stay to be taken."""
-        ends, self._ends = self._ends, []
-        return sorted(ends, key=lambda event: (event.t, event.ball))
+        return self._events.take_ends()
+
+    @property
+    def events_lost(self) -> int:
+        """Impacts that `take_events` left out: too many in a step, or not asked for in time."""
+        return self._events.lost
 
     def diagnostics(self) -> Diagnostics:
         """Energies, momenta, contacts, overlap; costs nothing unless called."""
@@ -443,7 +331,7 @@ class Arena:
 
     @property
     def nbytes(self) -> int:
-        """Memory of the balls and of who may touch whom, room not in use included."""
+        """Memory of the balls and of their neighbour list, room not in use included."""
         return self._table.nbytes
 
     # Saving
@@ -466,10 +354,10 @@ class Arena:
         )
 
     def restore(self, snapshot: bytes) -> None:
-        """Become the arena that made `snapshot`, its place and settings included; RecordError."""
+        """Become the arena that made `snapshot`, with its geometry and settings; RecordError."""
         saved = _decoded(snapshot)
         try:
-            self.place = Place.from_dict(saved["place"])
+            self.place = StaticGeometry.from_dict(saved["place"])
             self.settings = ArenaSettings(**saved["settings"])
             self.tick, self.time = saved["tick"], saved["time"]
             self._accumulator, self._next_id = saved["accumulator"], saved["next_id"]
@@ -477,14 +365,15 @@ class Arena:
             self._previous = np.frombuffer(saved["previous"]).reshape(-1, 3).copy()
         except (KeyError, TypeError, ValueError) as error:
             raise RecordError(f"the snapshot lacks {error}", field="snapshot") from error
-        self._statics = statics_of(self.place)
-        self._compiled = self.settings.compiled()
-        self._told, self._ends, self._rests = [], [], False
+        self._statics = static_shapes(self.place)
+        self._solver_settings = self.settings.for_solver()
+        self._rests = False
+        self._events.drop()
 
     @classmethod
     def from_snapshot(cls, snapshot: bytes) -> "Arena":
         """A new arena that goes on where `snapshot` was made."""
-        arena = cls(Place())
+        arena = cls(StaticGeometry())
         arena.restore(snapshot)
         return arena
 
@@ -501,17 +390,3 @@ def _decoded(snapshot: bytes) -> dict[str, Any]:
     if saved.get("arena") != 1 or saved.get("physics_version") != PHYSICS_VERSION:
         raise RecordError("the snapshot is of no arena of this version", field="physics_version")
     return saved
-
-
-def replay(
-    place: Place, settings: ArenaSettings, inputs: Iterable[Mapping[str, Any]], ticks: int
-) -> Arena:
-    """A new arena with recorded inputs done at their ticks, advanced to the tick `ticks`."""
-    arena = Arena(place, settings)
-    for entry in inputs:
-        while arena.tick < entry["tick"]:
-            arena.step()
-        arena.apply(entry)
-    while arena.tick < ticks:
-        arena.step()
-    return arena

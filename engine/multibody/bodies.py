@@ -1,4 +1,4 @@
-"""The arrays behind an arena: balls in rows by ascending id, and the list of who may touch whom."""
+"""The arrays behind an arena: balls in rows by ascending id, and their neighbour list."""
 
 import math
 from collections.abc import Mapping
@@ -8,28 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.errors import ParameterError
-from engine.multibody.solver.layout import (
-    ARC,
-    ASLEEP,
-    FLAGS,
-    FRICTION,
-    ID,
-    INVERSE_MASS,
-    RADIUS,
-    RESTITUTION,
-    RING,
-    ROLL,
-    STILL,
-    VX,
-    VY,
-    Bodies,
-    Pairs,
-    X,
-    Y,
-)
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int32]
+from engine.multibody.solver.layout import body
+from engine.multibody.solver.layout.array_types import Floats, Ints
+from engine.multibody.solver.layout.body import Bodies
+from engine.multibody.solver.layout.pair import NeighbourList
 
 MAX_BALLS = 1_000_000
 _FIRST_ROOM = 16
@@ -48,6 +30,32 @@ RANGES: Mapping[str, tuple[float, float]] = {
 }
 """What a ball's values may be; m, rad, m/s, rad/s, kg/m^2."""
 
+DEFAULTS: Mapping[str, float] = {
+    "theta": 0.0,
+    "vx": 0.0,
+    "vy": 0.0,
+    "omega": 0.0,
+    "radius": 0.08,
+    "density": 80.0,
+    "restitution": 0.6,
+    "friction": 0.2,
+}
+"""A ball's values unless they are given."""
+
+ARENA_BODY = np.dtype(
+    [("id", "<i4")]
+    + [(name, "<f8") for name in ("x", "y", "theta", "vx", "vy", "omega", "radius")]
+    + [("asleep", "u1"), ("bounced", "u1")]
+)
+"""A ball: id, m, rad, m/s, rad/s, m; whether it sleeps, and had an impact in the last step."""
+
+_SAVED_NAMES: Mapping[str, str] = {
+    "anchor": "home",
+    "neighbour_starts": "near_starts",
+    "neighbours": "near",
+}
+"""Arrays that have another name in snapshots, which stay readable and the same to the last bit."""
+
 
 def checked(name: str, value: object) -> Floats:
     """`value` as an array of floats in the range of `name`; ParameterError naming a bad one."""
@@ -63,11 +71,18 @@ def checked(name: str, value: object) -> Floats:
     return found
 
 
-def no_pairs(n: int) -> Pairs:
+def check_names(values: Mapping[str, Any], known: Mapping[str, Any]) -> None:
+    """Raise ParameterError if a ball has no value of one of the names."""
+    unknown = set(values) - set(known)
+    if unknown:
+        raise ParameterError(f"a ball has no {sorted(unknown)[0]!r}", field=min(unknown))
+
+
+def no_pairs(n: int) -> NeighbourList:
     """A list of nothing for n balls."""
     zeros = np.zeros(n + 1, np.int32)
     none = np.zeros(0, np.int32)
-    return Pairs(zeros, none, np.zeros((0, 2)), zeros.copy(), none.copy())
+    return NeighbourList(zeros, none, np.zeros((0, 2)), zeros.copy(), none.copy())
 
 
 class BallTable:
@@ -83,7 +98,7 @@ class BallTable:
     @property
     def ids(self) -> Ints:
         """Ids of the rows in use, ascending; a view."""
-        return self.bodies.marks[: self.n, ID]
+        return self.bodies.marks[: self.n, body.ID]
 
     def row(self, ball: object) -> int:
         """Row of the ball with this id; ParameterError if there is none."""
@@ -100,16 +115,16 @@ class BallTable:
         rows = slice(first, first + count)
         radius = values["radius"]
         pos, vel, surface, _, marks = self.bodies
-        pos[rows, X], pos[rows, Y] = values["x"], values["y"]
-        pos[rows, ARC], pos[rows, RADIUS] = values["theta"] * radius, radius
-        vel[rows, VX], vel[rows, VY] = values["vx"], values["vy"]
-        vel[rows, ROLL] = values["omega"] * radius
-        vel[rows, INVERSE_MASS] = 1.0 / (values["density"] * (math.pi * radius * radius))
-        surface[rows, RESTITUTION] = values["restitution"]
-        surface[rows, FRICTION] = values["friction"]
+        pos[rows, body.X], pos[rows, body.Y] = values["x"], values["y"]
+        pos[rows, body.RIM_ARC], pos[rows, body.RADIUS] = values["theta"] * radius, radius
+        vel[rows, body.VX], vel[rows, body.VY] = values["vx"], values["vy"]
+        vel[rows, body.RIM_SPEED] = values["omega"] * radius
+        vel[rows, body.INVERSE_MASS] = 1.0 / (values["density"] * (math.pi * radius * radius))
+        surface[rows, body.RESTITUTION] = values["restitution"]
+        surface[rows, body.FRICTION] = values["friction"]
         marks[rows] = 0
-        marks[rows, ID] = ids
-        marks[rows, RING] = np.arange(first, first + count)
+        marks[rows, body.ID] = ids
+        marks[rows, body.NEXT_IN_ISLAND] = np.arange(first, first + count)
         self.n += count
         old = self.pairs
         more = np.full(count, old.starts[-1], np.int32)
@@ -131,8 +146,8 @@ class BallTable:
         self.bodies = new
 
     def keep(self, rows: npt.NDArray[np.intp]) -> None:
-        """Keep these rows, in this order, with the impulses between them; no sleeping ring may be
-        cut (`wake_with` wakes one)."""
+        """Keep these rows, in this order, with the impulses between them; no island that sleeps
+        may be cut (`wake_with` wakes one)."""
         target = np.full(self.n, -1, np.int32)
         target[rows] = np.arange(len(rows))
         for name in Bodies._fields:
@@ -140,7 +155,7 @@ class BallTable:
             array[: len(rows)] = array[rows]
         self.n = len(rows)
         marks = self.bodies.marks[: self.n]
-        marks[:, RING] = target[marks[:, RING]]
+        marks[:, body.NEXT_IN_ISLAND] = target[marks[:, body.NEXT_IN_ISLAND]]
         old = self.pairs
         owner = np.repeat(np.arange(len(target), dtype=np.int32), np.diff(old.starts))
         other = np.where(old.other < 0, old.other, target[np.maximum(old.other, 0)])
@@ -158,25 +173,85 @@ class BallTable:
     def wake_with(self, row: int) -> None:
         """Wake the ball of a row and all that fell asleep with it."""
         marks = self.bodies.marks
-        while marks[row, FLAGS] & ASLEEP:
-            marks[row, FLAGS] &= ~ASLEEP
-            marks[row, STILL] = 0
-            marks[row, RING], row = row, marks[row, RING]
+        while marks[row, body.FLAGS] & body.ASLEEP:
+            marks[row, body.FLAGS] &= ~body.ASLEEP
+            marks[row, body.STILL_STEPS] = 0
+            marks[row, body.NEXT_IN_ISLAND], row = row, marks[row, body.NEXT_IN_ISLAND]
             self.is_listed = False
 
     def wake_all(self) -> None:
         """Wake all balls."""
         marks = self.bodies.marks[: self.n]
-        if (marks[:, FLAGS] & ASLEEP).any():
+        if (marks[:, body.FLAGS] & body.ASLEEP).any():
             self.is_listed = False
-        marks[:, FLAGS] &= ~ASLEEP
-        marks[:, STILL] = 0
-        marks[:, RING] = np.arange(self.n)
+        marks[:, body.FLAGS] &= ~body.ASLEEP
+        marks[:, body.STILL_STEPS] = 0
+        marks[:, body.NEXT_IN_ISLAND] = np.arange(self.n)
+
+    def edit(self, rows: npt.NDArray[np.intp], values: Mapping[str, float]) -> None:
+        """Set checked values of RANGES for these rows; at another radius a ball keeps its density,
+        its angle and its spin."""
+        for row in rows.tolist():
+            self.wake_with(row)
+        pos, vel, surface, _, _ = self.bodies
+        if "radius" in values:
+            ratio = values["radius"] / pos[rows, body.RADIUS]
+            pos[rows, body.RIM_ARC] *= ratio
+            vel[rows, body.RIM_SPEED] *= ratio
+            vel[rows, body.INVERSE_MASS] /= ratio * ratio
+            pos[rows, body.RADIUS] = values["radius"]
+        radius = pos[rows, body.RADIUS]
+        if "density" in values:
+            vel[rows, body.INVERSE_MASS] = 1.0 / (values["density"] * (np.pi * radius * radius))
+        for name, array, column in (
+            ("x", pos, body.X), ("y", pos, body.Y), ("vx", vel, body.VX), ("vy", vel, body.VY),
+            ("restitution", surface, body.RESTITUTION), ("friction", surface, body.FRICTION),
+        ):  # fmt: skip
+            if name in values:
+                array[rows, column] = values[name]
+        if "theta" in values:
+            pos[rows, body.RIM_ARC] = values["theta"] * radius
+        if "omega" in values:
+            vel[rows, body.RIM_SPEED] = values["omega"] * radius
+        self.is_listed = False
+
+    def records(self, pos: Floats) -> npt.NDArray[np.void]:
+        """All balls, at the places `pos` (n, 4), as an array of ARENA_BODY; a copy."""
+        vel, marks = self.bodies.vel[: self.n], self.bodies.marks[: self.n]
+        rows = np.empty(self.n, ARENA_BODY)
+        rows["id"] = marks[:, body.ID]
+        rows["x"], rows["y"] = pos[:, body.X], pos[:, body.Y]
+        rows["radius"] = pos[:, body.RADIUS]
+        rows["theta"] = pos[:, body.RIM_ARC] / pos[:, body.RADIUS]
+        rows["vx"], rows["vy"] = vel[:, body.VX], vel[:, body.VY]
+        rows["omega"] = vel[:, body.RIM_SPEED] / pos[:, body.RADIUS]
+        rows["asleep"] = marks[:, body.FLAGS] & body.ASLEEP != 0
+        rows["bounced"] = marks[:, body.FLAGS] & body.BOUNCED != 0
+        return rows
+
+    def values(self, row: int) -> dict[str, float]:
+        """All values of the ball of a row, those of RANGES, and its mass in kg."""
+        pos, vel, surface, _, _ = self.bodies
+        radius = float(pos[row, body.RADIUS])
+        mass = 1.0 / float(vel[row, body.INVERSE_MASS])
+        return {
+            "x": float(pos[row, body.X]),
+            "y": float(pos[row, body.Y]),
+            "theta": float(pos[row, body.RIM_ARC]) / radius,
+            "vx": float(vel[row, body.VX]),
+            "vy": float(vel[row, body.VY]),
+            "omega": float(vel[row, body.RIM_SPEED]) / radius,
+            "radius": radius,
+            "density": mass / (np.pi * radius * radius),
+            "restitution": float(surface[row, body.RESTITUTION]),
+            "friction": float(surface[row, body.FRICTION]),
+            "mass": mass,
+        }
 
     @property
     def mass(self) -> Floats:
         """Masses in kg, shape (n,)."""
-        found: Floats = 1.0 / self.bodies.vel[: self.n, INVERSE_MASS]
+        found: Floats = 1.0 / self.bodies.vel[: self.n, body.INVERSE_MASS]
         return found
 
     @property
@@ -187,28 +262,29 @@ class BallTable:
     def saved(self) -> dict[str, Any]:
         """What `load` needs."""
         bodies = {
-            name: np.ascontiguousarray(getattr(self.bodies, name)[: self.n]).tobytes()
-            for name in Bodies._fields
+            _SAVED_NAMES.get(name, name): np.ascontiguousarray(array[: self.n]).tobytes()
+            for name, array in self.bodies._asdict().items()
         }
-        pairs = {name: array.tobytes() for name, array in self.pairs._asdict().items()}
+        pairs = {
+            _SAVED_NAMES.get(name, name): array.tobytes()
+            for name, array in self.pairs._asdict().items()
+        }
         return {"n": self.n, "bodies": bodies, "pairs": pairs, "is_listed": self.is_listed}
 
     def load(self, saved: Mapping[str, Any]) -> None:
         """Become the table that was saved."""
         n = self.n = saved["n"]
         self.bodies = _room_for(max(n, _FIRST_ROOM))
-        for name in Bodies._fields:
-            array = getattr(self.bodies, name)
-            array[:n] = np.frombuffer(saved["bodies"][name], array.dtype).reshape(n, -1)
-        parts = saved["pairs"]
-        self.pairs = Pairs(
-            **{
-                name: np.frombuffer(parts[name], np.int32).copy()
-                for name in Pairs._fields
-                if name != "impulse"
-            },
-            impulse=np.frombuffer(parts["impulse"], np.float64).reshape(-1, 2).copy(),
-        )
+        for name, array in self.bodies._asdict().items():
+            parts = saved["bodies"][_SAVED_NAMES.get(name, name)]
+            array[:n] = np.frombuffer(parts, array.dtype).reshape(n, -1)
+        lists = {
+            name: np.frombuffer(saved["pairs"][_SAVED_NAMES.get(name, name)], np.int32).copy()
+            for name in NeighbourList._fields
+            if name != "impulse"
+        }
+        impulse = np.frombuffer(saved["pairs"]["impulse"], np.float64).reshape(-1, 2).copy()
+        self.pairs = NeighbourList(**lists, impulse=impulse)
         self.is_listed = saved["is_listed"]
 
 
@@ -218,6 +294,6 @@ def _room_for(n: int) -> Bodies:
         pos=np.zeros((n + 1, 4)),
         vel=np.zeros((n + 1, 4)),
         surface=np.zeros((n, 2)),
-        home=np.zeros((n, 3)),
+        anchor=np.zeros((n, 3)),
         marks=np.zeros((n, 4), np.int32),
     )

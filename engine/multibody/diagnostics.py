@@ -5,20 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.multibody.bodies import BallTable, no_pairs
-from engine.multibody.solver.contact_solver import deepest
-from engine.multibody.solver.layout import (
-    ASLEEP,
-    FLAGS,
-    RADIUS,
-    ROLL,
-    VX,
-    VY,
-    Bodies,
-    Statics,
-    X,
-    Y,
-)
-from engine.multibody.solver.neighbour_list import renew
+from engine.multibody.solver.layout import body
+from engine.multibody.solver.layout.body import Bodies
+from engine.multibody.solver.layout.shape import StaticShapes
+from engine.multibody.solver.neighbour_list import rebuild
+from engine.multibody.solver.position_projection import deepest_overlap
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,41 +36,41 @@ class Diagnostics:
         return self.kinetic + self.potential + self.rotational
 
 
-def diagnose(table: BallTable, statics: Statics, gravity: float) -> Diagnostics:
+def diagnose(table: BallTable, statics: StaticShapes, gravity: float) -> Diagnostics:
     """Diagnostics of the balls of a table; changes nothing."""
     n = table.n
     pos, vel = table.bodies.pos[:n], table.bodies.vel[:n]
     mass = table.mass
     metres, radii, contacts = _contacts(table, statics)
-    turning = pos[:, X] * vel[:, VY] - pos[:, Y] * vel[:, VX]
-    spin = 0.5 * pos[:, RADIUS] * vel[:, ROLL]
+    turning = pos[:, body.X] * vel[:, body.VY] - pos[:, body.Y] * vel[:, body.VX]
+    spin = 0.5 * pos[:, body.RADIUS] * vel[:, body.RIM_SPEED]
     return Diagnostics(
-        kinetic=0.5 * float((mass * (vel[:, VX] ** 2 + vel[:, VY] ** 2)).sum()),
-        potential=-gravity * float((mass * pos[:, Y]).sum()),
-        rotational=0.25 * float((mass * vel[:, ROLL] ** 2).sum()),
-        px=float((mass * vel[:, VX]).sum()),
-        py=float((mass * vel[:, VY]).sum()),
+        kinetic=0.5 * float((mass * (vel[:, body.VX] ** 2 + vel[:, body.VY] ** 2)).sum()),
+        potential=-gravity * float((mass * pos[:, body.Y]).sum()),
+        rotational=0.25 * float((mass * vel[:, body.RIM_SPEED] ** 2).sum()),
+        px=float((mass * vel[:, body.VX]).sum()),
+        py=float((mass * vel[:, body.VY]).sum()),
         angular=float((mass * (turning + spin)).sum()),
         contacts=contacts,
         penetration=metres,
         penetration_radii=radii,
-        asleep=int(np.count_nonzero(table.bodies.marks[:n, FLAGS] & ASLEEP)),
+        asleep=int(np.count_nonzero(table.bodies.marks[:n, body.FLAGS] & body.ASLEEP)),
         count=n,
     )
 
 
-def _contacts(table: BallTable, statics: Statics) -> tuple[float, float, int]:
+def _contacts(table: BallTable, statics: StaticShapes) -> tuple[float, float, int]:
     """Deepest overlap in m and in radii, and the number of contacts, those of sleepers included.
 
-    On copies with all awake, since a list of pairs leaves out sleepers, and making one gives out
-    budgets anew.
+    On copies with all awake, since a neighbour list leaves out sleepers, and making one gives out
+    margins anew.
     """
     if table.n == 0:
         return 0.0, 0.0, 0
-    body = table.bodies
-    marks = body.marks.copy()
-    marks[:, FLAGS] &= ~ASLEEP
-    copy = Bodies(body.pos, np.zeros_like(body.vel), body.surface, body.home.copy(), marks)
-    pairs, _ = renew(copy, table.n, statics, no_pairs(table.n), 0.0, 0.0)
-    metres, radii, contacts = deepest(copy, table.n, pairs, statics)
+    balls = table.bodies
+    marks = balls.marks.copy()
+    marks[:, body.FLAGS] &= ~body.ASLEEP
+    copy = Bodies(balls.pos, np.zeros_like(balls.vel), balls.surface, balls.anchor.copy(), marks)
+    pairs, _ = rebuild(copy, table.n, statics, no_pairs(table.n), 0.0, 0.0)
+    metres, radii, contacts = deepest_overlap(copy, table.n, pairs, statics)
     return float(metres), float(radii), int(contacts)

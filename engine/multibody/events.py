@@ -1,35 +1,26 @@
-"""What an arena tells: impacts, landings and balls that left, from the log of its kernels."""
+"""Events of an arena: impacts, landings and balls that left, from the log of its kernels."""
 
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from engine.multibody.solver.layout import (
-    COUNTS,
-    LOG_A,
-    LOG_B,
-    LOG_SPEED,
-    LOG_T,
-    LOG_X,
-    LOG_Y,
-    Floats,
-    Ints,
-    Log,
-)
+from engine.multibody.solver.layout import step_log
+from engine.multibody.solver.layout.array_types import Floats, Ints
+from engine.multibody.solver.layout.step_log import StepLog
 
 ROOM_PER_BALL: Final = 4
-"""Impacts of a frame that are told, for each ball; a heap that collapses has some more."""
+"""Impacts of a step that are kept, for each ball; a heap that collapses has some more."""
 
-KEPT_FRAMES: Final = 600
-"""Frames whose events are kept for one who does not ask for them."""
+KEPT_STEPS: Final = 600
+"""Steps whose events are kept for one who does not ask for them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Touch:
     """An impact of ball `a` at (x, y), in m, with ball `b`, or with a peg or a wall (b is -1).
 
-    t in s of the arena, tick the frame's, index the peg's or wall's number (-1 for a ball), speed
+    t in s of the arena, tick the step's, index the peg's or wall's number (-1 for a ball), speed
     that of the approach along the normal in m/s.
     """
 
@@ -64,9 +55,11 @@ class Left:
     ball: int
 
 
-class Told(NamedTuple):
-    """Impacts of a frame; rows as in `Log`."""
+class _StepTouches(NamedTuple):
+    """Impacts of the step `tick`, which began at `start` s; rows as in `StepLog`."""
 
+    tick: int
+    start: float
     floats: Floats
     ints: Ints
 
@@ -74,22 +67,65 @@ class Told(NamedTuple):
 ArenaEvent = Touch | Landed | Left
 
 
-def new_log(balls: int) -> Log:
-    """A log for frames of so many balls."""
+def new_log(balls: int) -> StepLog:
+    """A log for steps of so many balls."""
     rows = ROOM_PER_BALL * balls + 16
-    return Log(
+    return StepLog(
         floats=np.empty((rows, 4)),
         ints=np.empty((rows, 2), np.int32),
         landings=np.empty((balls + 1, 2)),
         landed=np.empty(balls + 1, np.int32),
-        counts=np.zeros(COUNTS, np.int64),
+        counts=np.zeros(step_log.COUNTS, np.int64),
     )
 
 
-def touches_of(told: Told, tick: int, start: float, peg_count: int) -> list[Touch]:
-    """The impacts of the frame `tick`, which began at `start` s, in order of time."""
+class EventQueue:
+    """Events that nobody has taken yet."""
+
+    def __init__(self) -> None:
+        self.lost = 0
+        """Impacts that were not kept: too many in a step, or not asked for in time."""
+        self._touches: list[_StepTouches] = []
+        self._ends: list[Landed | Left] = []
+
+    def add_touches(self, log: StepLog, tick: int, start: float) -> None:
+        """Keep the impacts of a step, apart from the arrays that the next step writes to."""
+        count = int(log.counts[step_log.TOUCHES])
+        touches = _StepTouches(tick, start, log.floats[:count].copy(), log.ints[:count].copy())
+        self.lost += count - len(touches.floats)
+        self._touches.append(touches)
+        if len(self._touches) > KEPT_STEPS:
+            self.lost += len(self._touches.pop(0).floats)
+
+    def add_end(self, end: Landed | Left) -> None:
+        """Keep a landing, or that a ball left."""
+        self._ends.append(end)
+
+    def take(self, peg_count: int) -> list[ArenaEvent]:
+        """All events since the last call, in order of time; `peg_count` items are pegs."""
+        found: list[ArenaEvent] = []
+        for touches in self._touches:
+            found += _touch_events(touches, peg_count)
+        self._touches = []
+        found += self.take_ends()
+        found.sort(key=lambda event: (event.t, not isinstance(event, Touch)))
+        return found
+
+    def take_ends(self) -> list[Landed | Left]:
+        """The landings, and balls that left, since the last call; impacts stay to be taken."""
+        ends, self._ends = self._ends, []
+        return sorted(ends, key=lambda event: (event.t, event.ball))
+
+    def drop(self) -> None:
+        """Forget all events."""
+        self._touches, self._ends = [], []
+
+
+def _touch_events(touches: _StepTouches, peg_count: int) -> list[Touch]:
+    """The impacts of a step, in order of time."""
+    assert (step_log.A, step_log.B) == (0, 1)
     found = []
-    for row, (a, b) in zip(told.floats.tolist(), told.ints.tolist(), strict=True):
+    for row, (a, b) in zip(touches.floats.tolist(), touches.ints.tolist(), strict=True):
         kind: Literal["ball", "peg", "wall"] = "ball"
         index = -1
         if b < 0:
@@ -98,21 +134,15 @@ def touches_of(told: Told, tick: int, start: float, peg_count: int) -> list[Touc
             index = item if item < peg_count else item - peg_count
         found.append(
             Touch(
-                tick=tick,
-                t=start + row[LOG_T],
+                tick=touches.tick,
+                t=touches.start + row[step_log.T],
                 a=a,
                 b=max(b, -1),
                 kind=kind,
                 index=index,
-                x=row[LOG_X],
-                y=row[LOG_Y],
-                speed=row[LOG_SPEED],
+                x=row[step_log.X],
+                y=row[step_log.Y],
+                speed=row[step_log.SPEED],
             )
         )
-    assert (LOG_A, LOG_B) == (0, 1)
     return found
-
-
-def told_of(log: Log, touches: int) -> Told:
-    """The impacts in a log, apart from the arrays that the next frame writes to."""
-    return Told(log.floats[:touches].copy(), log.ints[:touches].copy())

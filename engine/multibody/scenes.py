@@ -17,7 +17,7 @@ from engine.board.parts import Wall
 from engine.errors import ParameterError
 from engine.multibody.arena import Arena
 from engine.multibody.settings import ArenaSettings
-from engine.multibody.static_geometry import Place
+from engine.multibody.static_geometry import StaticGeometry
 from engine.parameters import number
 from engine.seeding import parse_seed, splitmix64
 
@@ -27,7 +27,7 @@ GRAVITY_PRESETS: Final[Mapping[str, float]] = MappingProxyType({**GRAVITY, "none
 RESTITUTION_PRESETS: Final[Mapping[str, float]] = MappingProxyType(
     {row.name: 0.5 * (row.low + row.high) for row in RESTITUTION}
 )
-"""The middle of every row of the first reference document's table of restitution."""
+"""The middle of every row of the table of restitution, by the row's name."""
 
 MAX_SCENE_BALLS: Final = 20_000
 
@@ -42,17 +42,6 @@ def _uniform(seed: int, count: int, low: float, high: float) -> npt.NDArray[np.f
     return low + (high - low) * (np.array(draws, np.float64) * 2.0**-53)
 
 
-def preset_value(presets: Mapping[str, float], value: float | str, field: str) -> float:
-    """A number as it is, or what a preset of that name stands for; ParameterError."""
-    if isinstance(value, str):
-        if value not in presets:
-            raise ParameterError(
-                f"there is no {field} {value!r:.60}; there are {', '.join(presets)}", field=field
-            )
-        return presets[value]
-    return number(value, field, 0.0, 1e6)
-
-
 def _count(n: object) -> int:
     if isinstance(n, bool) or not isinstance(n, int) or not 0 <= n <= MAX_SCENE_BALLS:
         raise ParameterError(f"n {n!r:.40} is not from 0 to {MAX_SCENE_BALLS}", field="n")
@@ -62,8 +51,8 @@ def _count(n: object) -> int:
 def sandbox(
     n: int = 50,
     *,
-    gravity: float | str = "Earth",
-    restitution: float | str = "Rubber on concrete",
+    gravity: float = GRAVITY_PRESETS["Earth"],
+    restitution: float = RESTITUTION_PRESETS["Rubber on concrete"],
     seed: int | str = 0,
     width: float = 6.0,
     height: float = 4.0,
@@ -75,8 +64,8 @@ def sandbox(
 ) -> Arena:
     """A closed box with n balls of mixed radii, m, evenly between the two of `radii`.
 
-    gravity and restitution: a number or a preset's name. speed: velocities start evenly in a
-    square of that half side, m/s. The rest are ArenaSettings. Raises ParameterError, also if the
+    gravity in m/s^2; restitution and friction also of the walls; speed: velocities start evenly in
+    a square of that half side, m/s. The rest are ArenaSettings. Raises ParameterError, also if the
     balls do not fit.
     """
     n = _count(n)
@@ -84,12 +73,9 @@ def sandbox(
     low, high = (number(r, "radii", 1e-6, 1e4) for r in radii)
     if low > high:
         raise ParameterError(f"radii {radii!r} do not ascend", field="radii")
-    e = preset_value(RESTITUTION_PRESETS, restitution, "restitution")
-    number(e, "restitution", 0.0, 1.0)
-    place = Place.box(width, height, restitution=e, friction=friction)
-    arena = Arena(
-        place, ArenaSettings(gravity=preset_value(GRAVITY_PRESETS, gravity, "gravity"), **settings)
-    )
+    e = number(restitution, "restitution", 0.0, 1.0)
+    geometry = StaticGeometry.box(width, height, restitution=e, friction=friction)
+    arena = Arena(geometry, ArenaSettings(gravity=gravity, **settings))
     if n:
         x, y = _lattice(n, width, height, high, seed)
         arena.add_many(
@@ -108,7 +94,7 @@ def sandbox(
 def _lattice(
     n: int, width: float, height: float, radius: float, seed: int
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Places for n balls of up to `radius` in a box, none touching another, not quite in rows."""
+    """Where n balls of up to `radius` lie in a box: none touches another, not quite in rows."""
     cell = _CELL * radius
     if n * cell * cell < 0.5 * width * height:  # spread them over all of the box
         cell = sqrt(0.5 * width * height / n)
@@ -148,13 +134,13 @@ def galton(n: int = 400, *, seed: int | str = 0, **settings: Any) -> Arena:
         Wall(edges[-1], -rise, edges[-1], floor_y),
         Wall(edges[0], floor_y, edges[-1], floor_y),
     ]
-    place = Place(
+    geometry = StaticGeometry(
         pegs=board.pegs,
         walls=(*side, *walls),
         peg_material=board.peg_material,
         wall_material=board.wall_material,
     )
-    arena = Arena(place, ArenaSettings(gravity=board.gravity, drag=board.drag, **settings))
+    arena = Arena(geometry, ArenaSettings(gravity=board.gravity, drag=board.drag, **settings))
     number_of = np.arange(n)
     room = 0.5 * cell - ball.radius
     x = (number_of % columns - 0.5 * (columns - 1)) * cell + _uniform(seed, n, -room, room)
@@ -170,6 +156,6 @@ def galton(n: int = 400, *, seed: int | str = 0, **settings: Any) -> Arena:
 def on_board(board: Board, **settings: Any) -> Arena:
     """An empty arena on a board; a ball that crosses bins.y has landed and leaves."""
     return Arena(
-        Place.of_board(board),
+        StaticGeometry.of_board(board),
         ArenaSettings(**({"gravity": board.gravity, "drag": board.drag} | settings)),
     )

@@ -5,7 +5,7 @@ from math import inf
 from typing import Any
 
 from engine.errors import ParameterError
-from engine.multibody.solver.layout import Settings
+from engine.multibody.solver.layout.solver_settings import SolverSettings
 from engine.parameters import DEFAULT_CORRECTION, DEFAULT_DT, DEFAULT_SUBSTEPS, Stepped, number
 
 SLEEP_SECONDS = 0.5
@@ -14,9 +14,9 @@ SLEEP_SECONDS = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArenaSettings:
-    """gravity in m/s^2 downward; drag in 1/s; damping: the part of the velocity kept in a frame.
+    """gravity in m/s^2 downward; drag in 1/s; damping: the part of the velocity kept in a step.
 
-    correction: part of an overlap that is removed in a substep; dt: a frame, s; max_speed in m/s,
+    correction: part of an overlap that is removed in a substep; dt: a step, s; max_speed in m/s,
     None: no clamp; sleeping: whether what is at rest may sleep. Raises ParameterError.
     """
 
@@ -40,10 +40,10 @@ class ArenaSettings:
         if not isinstance(self.sleeping, bool):
             raise ParameterError(f"sleeping {self.sleeping!r} is not a bool", field="sleeping")
 
-    def compiled(self) -> Settings:
-        """The kernels' form."""
-        frames = max(2, round(SLEEP_SECONDS / self.dt))
-        return Settings(
+    def for_solver(self) -> SolverSettings:
+        """As the kernels take them."""
+        still_steps = max(2, round(SLEEP_SECONDS / self.dt))
+        return SolverSettings(
             gravity=self.gravity,
             drag=self.drag,
             damping=self.damping,
@@ -51,7 +51,7 @@ class ArenaSettings:
             h=self.dt / self.substeps,
             substeps=self.substeps,
             max_speed=inf if self.max_speed is None else float(self.max_speed),
-            sleep_frames=frames if self.sleeping else 0,
+            sleep_steps=still_steps if self.sleeping else 0,
         )
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What does not move where balls touch each other: pegs, walls and bins, of a board or of a box."""
+"""Static geometry: pegs, walls and bins that balls which touch each other move among."""
 
 import hashlib
 import math
@@ -16,7 +16,8 @@ from engine.board.model import Board
 from engine.board.parts import Bins, Peg, Wall
 from engine.canonical import float_bits
 from engine.errors import BoardError
-from engine.multibody.solver.layout import ITEM_COLUMNS, Statics
+from engine.multibody.solver.layout import shape
+from engine.multibody.solver.layout.shape import StaticShapes
 
 _CELLS = 64
 """Cells of the grid along its longer side, at most. Finer ones make longer lists of cells for a
@@ -25,11 +26,11 @@ board."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class StaticGeometry:
     """Pegs and walls, what they are made of, bins where balls land, if any; metres, y down.
 
     Raises BoardError that names a value that is wrong. Nothing is asked of how the parts stand to
-    each other: a place may be closed, or a trap.
+    each other: they may be a closed box, or a trap.
     """
 
     pegs: tuple[Peg, ...] = ()
@@ -55,7 +56,7 @@ class Place:
     @classmethod
     def box(
         cls, width: float, height: float, *, restitution: float = 0.6, friction: float = 0.2
-    ) -> "Place":
+    ) -> "StaticGeometry":
         """A closed box without pegs, x from -width/2 to width/2 and y from 0 to height."""
         for name, value in (("width", width), ("height", height)):
             if not 0.0 < value < inf:
@@ -68,7 +69,7 @@ class Place:
         )
 
     @classmethod
-    def of_board(cls, board: Board) -> "Place":
+    def of_board(cls, board: Board) -> "StaticGeometry":
         """The pegs, walls and bins of `board`."""
         return cls(
             pegs=board.pegs,
@@ -110,8 +111,8 @@ class Place:
         }
 
     @classmethod
-    def from_dict(cls, values: dict[str, Any]) -> "Place":
-        """The place of a JSON form made by `to_dict`."""
+    def from_dict(cls, values: dict[str, Any]) -> "StaticGeometry":
+        """The geometry of a JSON form made by `to_dict`."""
         bins = values["bins"]
         return cls(
             pegs=tuple(Peg(p["x"], p["y"], p["radius"]) for p in values["pegs"]),
@@ -122,37 +123,41 @@ class Place:
         )
 
 
+Place = StaticGeometry
+"""Its name in the Python API, `engine.Place`, by which `Arena.place` and snapshots call it too."""
+
+
 def _material_dict(material: Material) -> dict[str, float]:
     return {"restitution": material.restitution, "friction": material.friction}
 
 
-def _digest(place: Place) -> str:
-    rows: list[float] = [place.peg_material.restitution, place.peg_material.friction]
-    rows += [place.wall_material.restitution, place.wall_material.friction]
-    rows += [float(len(place.pegs)), float(len(place.walls))]
-    for peg in place.pegs:
+def _digest(geometry: StaticGeometry) -> str:
+    rows: list[float] = [geometry.peg_material.restitution, geometry.peg_material.friction]
+    rows += [geometry.wall_material.restitution, geometry.wall_material.friction]
+    rows += [float(len(geometry.pegs)), float(len(geometry.walls))]
+    for peg in geometry.pegs:
         rows += (peg.x, peg.y, peg.radius)
-    for wall in place.walls:
+    for wall in geometry.walls:
         rows += (wall.x1, wall.y1, wall.x2, wall.y2)
-    if place.bins:
-        rows += (place.bins.y, *place.bins.edges, *place.bins.multipliers)
+    if geometry.bins:
+        rows += (geometry.bins.y, *geometry.bins.edges, *geometry.bins.multipliers)
     return hashlib.sha256(b"plinko place" + float_bits(rows).tobytes()).hexdigest()
 
 
 @lru_cache(maxsize=64)
-def statics_of(place: Place) -> Statics:
-    """The kernels' form of `place`; kept for the places used last."""
-    items = _items(place)
-    x0, x1, y0, y1 = place.extent
+def static_shapes(geometry: StaticGeometry) -> StaticShapes:
+    """The kernels' form of `geometry`; kept for those used last."""
+    items = _items(geometry)
+    x0, x1, y0, y1 = geometry.extent
     side = max(x1 - x0, y1 - y0, 1e-9)
     count = min(_CELLS, max(1, math.isqrt(32 * len(items))))
     scale = count / side
     columns = int((x1 - x0) * scale) + 1
     rows = int((y1 - y0) * scale) + 1
     starts, members = _grid(items, x0, y0, scale, columns, rows)
-    return Statics(
+    return StaticShapes(
         items=items,
-        peg_count=len(place.pegs),
+        peg_count=len(geometry.pegs),
         x0=x0,
         y0=y0,
         cells_per_metre=scale,
@@ -160,17 +165,17 @@ def statics_of(place: Place) -> Statics:
         rows=rows,
         starts=starts,
         members=members,
-        bins_y=place.bins.y if place.bins else inf,
+        bins_y=geometry.bins.y if geometry.bins else inf,
     )
 
 
-def _items(place: Place) -> npt.NDArray[np.float64]:
-    items = np.zeros((len(place.pegs) + len(place.walls), ITEM_COLUMNS))
-    surface = place.peg_material
-    for row, peg in zip(items, place.pegs, strict=False):
+def _items(geometry: StaticGeometry) -> npt.NDArray[np.float64]:
+    items = np.zeros((len(geometry.pegs) + len(geometry.walls), shape.COLUMNS))
+    surface = geometry.peg_material
+    for row, peg in zip(items, geometry.pegs, strict=False):
         row[:] = peg.x, peg.y, 1.0, 0.0, 0.0, peg.radius, surface.restitution, surface.friction
-    surface = place.wall_material
-    for row, wall in zip(items[len(place.pegs) :], place.walls, strict=True):
+    surface = geometry.wall_material
+    for row, wall in zip(items[len(geometry.pegs) :], geometry.walls, strict=True):
         dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
         length = sqrt(dx * dx + dy * dy)
         row[:] = (
@@ -199,8 +204,8 @@ def _grid(
                 along = min(max(dx * tx + dy * ty, 0.0), length)
                 dx -= along * tx
                 dy -= along * ty
-                reach = thickness + 0.7072 * size * (1.0 + 1e-6)
-                if dx * dx + dy * dy <= reach * reach:
+                near = thickness + 0.7072 * size * (1.0 + 1e-6)
+                if dx * dx + dy * dy <= near * near:
                     lists[row * columns + column].append(item)
     starts = np.cumsum([0, *(len(members) for members in lists)]).astype(np.int32)
     return starts, np.array([i for members in lists for i in members], np.int32)

@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.stability.touching_torture import funnel
 from engine.multibody.arena import Arena
-from engine.multibody.scenes import sandbox
+from engine.multibody.scenes import GRAVITY_PRESETS, sandbox
 from engine.multibody.settings import ArenaSettings
 from engine.multibody.static_geometry import Place
 
@@ -57,8 +57,9 @@ def watch(
 @pytest.mark.parametrize("e", [0.0, 1.0])
 def test_dead_and_elastic_balls(e: float, gravity: str) -> None:
     arena = sandbox(
-        80, gravity=gravity, restitution=e, width=3.0, height=3.0, speed=3.0, seed=1, friction=0.3
-    )
+        80, gravity=GRAVITY_PRESETS[gravity], restitution=e, width=3.0, height=3.0, speed=3.0,
+        seed=1, friction=0.3,
+    )  # fmt: skip
     assert watch(arena, 300, 1.5, 3.0) < DEEPEST
 
 

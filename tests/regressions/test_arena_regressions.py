@@ -9,7 +9,7 @@ import pytest
 
 from engine.multibody.arena import Arena
 from engine.multibody.settings import ArenaSettings
-from engine.multibody.static_geometry import Place
+from engine.multibody.static_geometry import StaticGeometry
 
 STATES = sorted((Path(__file__).parent / "arena").glob("*.json"))
 
@@ -17,9 +17,9 @@ STATES = sorted((Path(__file__).parent / "arena").glob("*.json"))
 @pytest.mark.parametrize("path", STATES, ids=[path.stem for path in STATES])
 def test_an_arena_stays_sound(path: Path) -> None:
     saved = json.loads(path.read_text(encoding="utf-8"))
-    place = Place.from_dict(saved["place"])
-    arena = Arena(place, ArenaSettings(**saved["settings"]))
-    left, right, top, bottom = place.extent
+    geometry = StaticGeometry.from_dict(saved["place"])
+    arena = Arena(geometry, ArenaSettings(**saved["settings"]))
+    left, right, top, bottom = geometry.extent
     lag = arena.settings.gravity * arena.settings.dt / arena.settings.substeps
     inputs = list(saved["inputs"])
     highest = math.inf

@@ -1,4 +1,4 @@
-"""A frame of balls that touch: broad phase, contacts, times of impact, islands; kernels alone.
+"""A step of balls that touch each other, as kernels: broad phase to position projection.
 
-Imports physics. Start with step.py.
+Imports physics. Start with step.py; layout/ says what the arrays hold.
 """

@@ -1,10 +1,12 @@
-"""Which balls may touch each other: levels of hash grids over balls of all sizes.
+"""Broad phase: which balls may touch each other, by a hierarchical hash grid for all sizes.
 
-A ball reaches as far as its radius and its budget, the way it may go before the list is made anew.
-It lies in one cell of the level whose cells are at least as large as its reach. On its level it
-looks ahead only, so each pair is seen once; on another, in all cells that its reach and the longest
-of that level cover. The smaller ball looks for the larger, unless these are few, and owns the pair,
-so a ratio of sizes of a thousand costs a few levels more, not a search through all.
+A ball is a disc of its radius and its margin, the way it may go before neighbours are listed anew.
+It lies in one cell of the level whose cells are at least as large as that. On its level it looks
+ahead only, so each pair is seen once; on another, in all cells that its disc and the largest of
+that level cover. The smaller ball looks for the larger, unless these are few, and owns the pair, so
+a ratio of sizes of a thousand costs a few levels more, not a search through all.
+
+Ericson, Real-Time Collision Detection (2005), 7.2; the hash: Teschner et al., VMV 2003.
 """
 
 from math import sqrt
@@ -12,33 +14,20 @@ from math import sqrt
 import numpy as np
 
 from engine.jit.decorator import kernel, lean_kernel
-from engine.multibody.solver.layout import (
-    ASLEEP,
-    BUDGET,
-    FLAGS,
-    GONE,
-    HOME_X,
-    HOME_Y,
-    RADIUS,
-    VX,
-    VY,
-    Bodies,
-    Counts,
-    Floats,
-    Ints,
-    X,
-    Y,
-)
+from engine.multibody.solver.layout import body, hash_grid
+from engine.multibody.solver.layout.array_types import Counts, Floats
+from engine.multibody.solver.layout.body import Bodies
+from engine.multibody.solver.layout.hash_grid import HashGrid
 
 # Multipliers of the prime hash of Teschner et al., VMV 2003.
 PRIME_Y = 19349663
 PRIME_LEVEL = 83492791
 
-MARGIN = 0.25
-"""Budget of a ball at rest, in radii. Smaller lists are made more often, larger ones are longer."""
+REST_MARGIN = 0.25
+"""Margin of a ball at rest, in radii. Smaller lists are made more often, larger ones are longer."""
 
 CELL = 1.25
-"""Size of the least cells, in harmonic means of the balls' reaches. Half of it would mean more
+"""Size of the least cells, in harmonic means of the discs' radii. Half of it would mean more
 cells for each ball, twice more balls in each; at one most balls would be on two levels."""
 
 ROWS = 1 << 32
@@ -50,20 +39,20 @@ SLEEPERS = ROWS * LEVELS
 """The rank from which on balls sleep."""
 
 PAIRS_PER_BALL = 64
-"""A longer list is made anew with half of what speed adds to the budgets."""
+"""A longer list is made anew with half of what speed adds to the margins."""
 
 
 @lean_kernel
-def typical_speed(bodies: Bodies, n: int) -> float:
+def _typical_speed(bodies: Bodies, n: int) -> float:
     """Square of the mean root of the awake balls' speeds, m/s: few fast ones count little."""
     vel = bodies.vel
     marks = bodies.marks
     total = 0.0
     count = 0
     for i in range(n):
-        if marks[i, FLAGS] & (ASLEEP | GONE) == 0:
-            vx = vel[i, VX]
-            vy = vel[i, VY]
+        if marks[i, body.FLAGS] & (body.ASLEEP | body.GONE) == 0:
+            vx = vel[i, body.VX]
+            vy = vel[i, body.VY]
             total += sqrt(sqrt(vx * vx + vy * vy))
             count += 1
     if count == 0:
@@ -72,56 +61,89 @@ def typical_speed(bodies: Bodies, n: int) -> float:
 
 
 @lean_kernel
-def set_budgets(bodies: Bodies, n: int, horizon: float, gravity: float, scale: float) -> None:
-    """Give each awake ball its home and the way it is likely to go within `horizon` seconds."""
-    home = bodies.home
+def _set_margins(bodies: Bodies, n: int, horizon: float, gravity: float, scale: float) -> None:
+    """Give each awake ball its anchor, and as margin the way it is likely to go within `horizon`
+    seconds."""
+    anchor = bodies.anchor
     pos = bodies.pos
     vel = bodies.vel
     marks = bodies.marks
-    typical = 1.5 * typical_speed(bodies, n)
+    typical = 1.5 * _typical_speed(bodies, n)
     for i in range(n):
-        home[i, HOME_X] = pos[i, X]
-        home[i, HOME_Y] = pos[i, Y]
-        if marks[i, FLAGS] & ASLEEP:
-            home[i, BUDGET] = 0.0
+        anchor[i, body.ANCHOR_X] = pos[i, body.X]
+        anchor[i, body.ANCHOR_Y] = pos[i, body.Y]
+        if marks[i, body.FLAGS] & body.ASLEEP:
+            anchor[i, body.MARGIN] = 0.0
             continue
-        vx = vel[i, VX]
-        vy = vel[i, VY]
+        vx = vel[i, body.VX]
+        vy = vel[i, body.VY]
         speed = max(1.25 * sqrt(vx * vx + vy * vy), typical) + gravity * horizon
-        home[i, BUDGET] = MARGIN * pos[i, RADIUS] + scale * speed * horizon
+        anchor[i, body.MARGIN] = REST_MARGIN * pos[i, body.RADIUS] + scale * speed * horizon
 
 
 @lean_kernel
-def _levels(
-    bodies: Bodies, n: int, reach: Floats, level: Ints, per_level: Ints, farthest: Floats
-) -> tuple[float, int]:
-    """Each ball's reach and level, the number of balls and the longest reach on each level; the
-    size of the least cells, and how many levels there are.
-
-    That size suits the harmonic mean of the reaches: most balls are on one level then, and the
-    small among balls of all sizes do not crowd in the cells of the large.
-    """
-    home = bodies.home
+def beyond_margin(bodies: Bodies, n: int, remaining: float) -> bool:
+    """Whether a ball would leave the margin around its anchor, in `remaining` seconds."""
     pos = bodies.pos
+    vel = bodies.vel
+    anchor = bodies.anchor
+    for i in range(n):
+        if bodies.marks[i, body.FLAGS] & (body.ASLEEP | body.GONE):
+            continue
+        dx = pos[i, body.X] + vel[i, body.VX] * remaining - anchor[i, body.ANCHOR_X]
+        dy = pos[i, body.Y] + vel[i, body.VY] * remaining - anchor[i, body.ANCHOR_Y]
+        if not dx * dx + dy * dy <= anchor[i, body.MARGIN] * anchor[i, body.MARGIN]:
+            return True
+    return False
+
+
+@kernel
+def _new_grid(n: int) -> HashGrid:
+    """An empty grid with room for n balls, and two buckets or more for each."""
+    buckets = 16
+    while buckets < 2 * n:
+        buckets *= 2
+    return HashGrid(
+        np.empty(n, np.int32),
+        np.empty((n, hash_grid.CELL_COLUMNS), np.int32),
+        np.empty(LEVELS),
+        np.empty(LEVELS, np.int32),
+        np.empty(LEVELS),
+        np.empty(buckets + 2, np.int32),
+        np.empty((n, hash_grid.DISC_COLUMNS)),
+        np.empty(n, np.int64),
+    )
+
+
+@lean_kernel
+def _set_levels(bodies: Bodies, n: int, grid: HashGrid, disc_radius: Floats) -> int:
+    """Fill each disc's radius and level and what the grid knows of its levels; how many there are.
+
+    The size of the least cells suits the harmonic mean of the radii: most balls are on one level
+    then, and the small among balls of all sizes do not crowd in the cells of the large.
+    """
     total = 0.0
     for i in range(n):
-        reach[i] = pos[i, RADIUS] + home[i, BUDGET]
-        total += 1.0 / reach[i]
+        disc_radius[i] = bodies.pos[i, body.RADIUS] + bodies.anchor[i, body.MARGIN]
+        total += 1.0 / disc_radius[i]
     smallest = CELL * n / total
-    farthest[:] = 0.0
-    per_level[:] = 0
+    grid.cells_per_metre[0] = 1.0 / smallest
+    for k in range(1, LEVELS):
+        grid.cells_per_metre[k] = 0.5 * grid.cells_per_metre[k - 1]
+    grid.largest[:] = 0.0
+    grid.population[:] = 0
     levels = 1
     for i in range(n):
         size = smallest
         k = 0
-        while size < reach[i] and k < LEVELS - 1:
+        while size < disc_radius[i] and k < LEVELS - 1:
             size *= 2.0
             k += 1
-        level[i] = k
+        grid.level[i] = k
         levels = max(levels, k + 1)
-        per_level[k] += 1
-        farthest[k] = max(farthest[k], reach[i])
-    return smallest, levels
+        grid.population[k] += 1
+        grid.largest[k] = max(grid.largest[k], disc_radius[i])
+    return levels
 
 
 @lean_kernel
@@ -131,176 +153,169 @@ def _bucket(cx: int, cy: int, level: int, mask: int) -> int:
 
 
 @lean_kernel
-def _fill_buckets(
-    bodies: Bodies, n: int, reach: Floats, level: Ints, smallest: float, cells: Ints,
-    firsts: Ints, spots: Floats, ranks: Counts,
-) -> int:  # fmt: skip
-    """Where the balls of each bucket are, ascending, from firsts[bucket] to the next; how many.
+def _fill_buckets(bodies: Bodies, n: int, grid: HashGrid, disc_radius: Floats) -> int:
+    """Sort the discs of all balls that are not gone by their buckets; how many they are.
 
-    `cells` (n, 3) gets each ball's column, row and bucket, `spots` (n, 3) x, y and reach in m,
-    `ranks` (n,) a number that grows with level and row; of a sleeper, which all others own their
-    pairs with, one above all others.
+    A sleeper, which all others own their pairs with, has a rank above all others.
     """
     pos = bodies.pos
     marks = bodies.marks
-    mask = len(firsts) - 3
+    cells = grid.cells
+    level = grid.level
+    bucket_starts = grid.bucket_starts
+    discs = grid.discs
+    mask = len(bucket_starts) - 3
+    bucket_starts[:] = 0
     for i in range(n):
-        if marks[i, FLAGS] & GONE:
+        if marks[i, body.FLAGS] & body.GONE:
             continue
-        over = 1.0 / smallest
-        for _ in range(level[i]):
-            over *= 0.5
-        cx = int(np.floor(pos[i, X] * over))
-        cy = int(np.floor(pos[i, Y] * over))
+        per_metre = grid.cells_per_metre[level[i]]
+        cx = int(np.floor(pos[i, body.X] * per_metre))
+        cy = int(np.floor(pos[i, body.Y] * per_metre))
         bucket = _bucket(cx, cy, int(level[i]), mask)
-        cells[i, 0] = cx
-        cells[i, 1] = cy
-        cells[i, 2] = bucket
-        firsts[bucket + 2] += 1
+        cells[i, hash_grid.CELL_X] = cx
+        cells[i, hash_grid.CELL_Y] = cy
+        cells[i, hash_grid.BUCKET] = bucket
+        bucket_starts[bucket + 2] += 1
     for b in range(mask + 1):
-        firsts[b + 2] += firsts[b + 1]
+        bucket_starts[b + 2] += bucket_starts[b + 1]
     for i in range(n):
-        if marks[i, FLAGS] & GONE == 0:
-            bucket = cells[i, 2]
-            m = firsts[bucket + 1]
-            firsts[bucket + 1] = m + 1
-            spots[m, 0] = pos[i, X]
-            spots[m, 1] = pos[i, Y]
-            spots[m, 2] = reach[i]
-            ranks[m] = i + (SLEEPERS if marks[i, FLAGS] & ASLEEP else ROWS * int(level[i]))
-    return int(firsts[mask + 1])
+        if marks[i, body.FLAGS] & body.GONE == 0:
+            bucket = cells[i, hash_grid.BUCKET]
+            m = bucket_starts[bucket + 1]
+            bucket_starts[bucket + 1] = m + 1
+            discs[m, hash_grid.X] = pos[i, body.X]
+            discs[m, hash_grid.Y] = pos[i, body.Y]
+            discs[m, hash_grid.RADIUS] = disc_radius[i]
+            is_asleep = marks[i, body.FLAGS] & body.ASLEEP
+            grid.ranks[m] = i + (SLEEPERS if is_asleep else ROWS * int(level[i]))
+    return int(bucket_starts[mask + 1])
 
 
 @lean_kernel
-def _look_through(
-    x: float, y: float, reach: float, rank: int, low: int, high: int, spots: Floats,
-    ranks: Counts, found: Counts, count: int,
+def _test_range(
+    grid: HashGrid, x: float, y: float, radius: float, rank: int, low: int, high: int,
+    found: Counts, count: int,
 ) -> int:  # fmt: skip
-    """Append the pairs with the others of a stretch that are near, unless both sleep; the length.
+    """Append the pairs of a disc with those from `low` to `high` that it overlaps, unless both
+    sleep; the length.
 
     `found` (p, 2) gets the lower rank and the higher. What does not fit is counted only. No branch
     depends on where the balls are: half of such guesses of the processor would be wrong, which
     costs more than to write what is overwritten.
     """
+    discs = grid.discs
+    ranks = grid.ranks
     last = len(found) - 1
     for m in range(low, high):
-        dx = x - spots[m, 0]
-        dy = y - spots[m, 1]
-        most = reach + spots[m, 2]
-        foe = ranks[m]
-        owner = rank if rank < foe else foe
+        dx = x - discs[m, hash_grid.X]
+        dy = y - discs[m, hash_grid.Y]
+        most = radius + discs[m, hash_grid.RADIUS]
+        other_rank = ranks[m]
+        owner = rank if rank < other_rank else other_rank
         row = count if count < last else last
         found[row, 0] = owner
-        found[row, 1] = rank if rank > foe else foe
-        is_pair = (dx * dx + dy * dy <= most * most) & (owner < SLEEPERS) & (rank != foe)
+        found[row, 1] = rank if rank > other_rank else other_rank
+        is_near = dx * dx + dy * dy <= most * most
+        is_pair = is_near & (owner < SLEEPERS) & (rank != other_rank)
         count += int(is_pair)
     return count
 
 
 @lean_kernel
-def _look_along(
-    x: float, y: float, reach: float, rank: int, first: int, columns: int, firsts: Ints,
-    spots: Floats, ranks: Counts, found: Counts, count: int,
+def _query_cells(
+    grid: HashGrid, x: float, y: float, radius: float, rank: int, first: int, columns: int,
+    found: Counts, count: int,
 ) -> int:  # fmt: skip
-    """`_look_through` for so many cells of a row, which begins with the bucket `first`."""
-    room = len(firsts) - 2
+    """`_test_range` for so many cells of a row, which begins with the bucket `first`."""
+    starts = grid.bucket_starts
+    room = len(starts) - 2
     end = first + columns
-    count = _look_through(
-        x, y, reach, rank, firsts[first], firsts[min(end, room)], spots, ranks, found, count
+    count = _test_range(
+        grid, x, y, radius, rank, starts[first], starts[min(end, room)], found, count
     )
     if end > room:  # the row goes on at the first bucket
-        count = _look_through(
-            x, y, reach, rank, 0, firsts[min(end - room, first)], spots, ranks, found, count
+        count = _test_range(
+            grid, x, y, radius, rank, 0, starts[min(end - room, first)], found, count
         )
     return count
 
 
 @lean_kernel
-def _look_on_level(
-    x: float, y: float, reach: float, rank: int, level: int, over: float, farthest: float,
-    firsts: Ints, spots: Floats, ranks: Counts, found: Counts, count: int,
-) -> int:  # fmt: skip
-    """Append the pairs of a ball with all those near it on another level, some perhaps twice."""
-    room = len(firsts) - 2
-    rim = reach + farthest
-    cx = int(np.floor((x - rim) * over))
-    cy = int(np.floor((y - rim) * over))
-    columns = int(np.floor((x + rim) * over)) - cx + 1
-    rows = int(np.floor((y + rim) * over)) - cy + 1
-    if columns * rows > max(25, firsts[room]):  # there are fewer balls than cells
-        return _look_through(x, y, reach, rank, 0, int(firsts[room]), spots, ranks, found, count)
+def _query_level(grid: HashGrid, m: int, level: int, found: Counts, count: int) -> int:
+    """Append the pairs of disc m with all those near it on another level, some perhaps twice."""
+    x = grid.discs[m, hash_grid.X]
+    y = grid.discs[m, hash_grid.Y]
+    radius = grid.discs[m, hash_grid.RADIUS]
+    rank = grid.ranks[m]
+    per_metre = grid.cells_per_metre[level]
+    starts = grid.bucket_starts
+    room = len(starts) - 2
+    rim = radius + grid.largest[level]
+    cx = int(np.floor((x - rim) * per_metre))
+    cy = int(np.floor((y - rim) * per_metre))
+    columns = int(np.floor((x + rim) * per_metre)) - cx + 1
+    rows = int(np.floor((y + rim) * per_metre)) - cy + 1
+    if columns * rows > max(25, starts[room]):  # there are fewer balls than cells
+        return _test_range(grid, x, y, radius, rank, 0, int(starts[room]), found, count)
     for row in range(rows):
-        count = _look_along(
-            x, y, reach, rank, _bucket(cx, cy + row, level, room - 1), columns, firsts, spots,
-            ranks, found, count,
-        )  # fmt: skip
+        first = _bucket(cx, cy + row, level, room - 1)
+        count = _query_cells(grid, x, y, radius, rank, first, columns, found, count)
     return count
 
 
 @lean_kernel
-def _look_ahead(
-    m: int, level: int, over: float, farthest: float, cells: Ints, firsts: Ints, spots: Floats,
-    ranks: Counts, found: Counts, count: int,
-) -> int:  # fmt: skip
-    """Append the pairs of the ball at a spot with those near it on its level that are in its cell
-    after it, in its row's next cells or in the rows below: so each pair is found once."""
-    room = len(firsts) - 2
-    x = spots[m, 0]
-    y = spots[m, 1]
-    reach = spots[m, 2]
-    rank = ranks[m]
+def _query_own_level(grid: HashGrid, m: int, level: int, found: Counts, count: int) -> int:
+    """Append the pairs of disc m with those near it on its level that are in its cell after it, in
+    its row's next cells or in the rows below: so each pair is found once."""
+    x = grid.discs[m, hash_grid.X]
+    y = grid.discs[m, hash_grid.Y]
+    radius = grid.discs[m, hash_grid.RADIUS]
+    rank = grid.ranks[m]
+    per_metre = grid.cells_per_metre[level]
+    cells = grid.cells
+    starts = grid.bucket_starts
+    room = len(starts) - 2
     i = rank & (ROWS - 1)
-    rim = reach + farthest
-    right = int(np.floor((x + rim) * over))
-    left = int(np.floor((x - rim) * over))
-    rows = int(np.floor((y + rim) * over)) - cells[i, 1]
-    first = cells[i, 2]
-    end = first + right - cells[i, 0] + 1
-    count = _look_through(
-        x, y, reach, rank, m + 1, firsts[min(end, room)], spots, ranks, found, count
-    )
+    rim = radius + grid.largest[level]
+    right = int(np.floor((x + rim) * per_metre))
+    left = int(np.floor((x - rim) * per_metre))
+    cy = cells[i, hash_grid.CELL_Y]
+    rows = int(np.floor((y + rim) * per_metre)) - cy
+    first = cells[i, hash_grid.BUCKET]
+    end = first + right - cells[i, hash_grid.CELL_X] + 1
+    count = _test_range(grid, x, y, radius, rank, m + 1, starts[min(end, room)], found, count)
     if end > room:
-        count = _look_through(
-            x, y, reach, rank, 0, firsts[min(end - room, first)], spots, ranks, found, count
+        count = _test_range(
+            grid, x, y, radius, rank, 0, starts[min(end - room, first)], found, count
         )
     for row in range(1, rows + 1):
-        count = _look_along(
-            x, y, reach, rank, _bucket(left, cells[i, 1] + row, level, room - 1),
-            right - left + 1, firsts, spots, ranks, found, count,
-        )  # fmt: skip
+        first = _bucket(left, cy + row, level, room - 1)
+        count = _query_cells(grid, x, y, radius, rank, first, right - left + 1, found, count)
     return count
 
 
 @lean_kernel
-def _look_around(
-    total: int, level: Ints, per_level: Ints, farthest: Floats, smallest: float, cells: Ints,
-    firsts: Ints, spots: Floats, ranks: Counts, found: Counts,
-) -> int:  # fmt: skip
+def _query_all(grid: HashGrid, total: int, levels: int, found: Counts) -> int:
     """Fill `found` with all pairs of balls that may touch, some perhaps twice; how many.
 
     Of two levels the balls of one are looked for around those of the other: around the smaller
     ones, or around the larger if these are few and the cells around them not many.
     """
+    level = grid.level
+    population = grid.population
     count = 0
     for m in range(total):
-        i = ranks[m] & (ROWS - 1)
-        mine = level[i]
-        over = 1.0 / smallest
-        for k in range(len(farthest)):
-            if k == mine:
-                count = _look_ahead(
-                    m, k, over, farthest[k], cells, firsts, spots, ranks, found, count
-                )
-            elif farthest[k] > 0.0:
-                low = min(k, mine)
-                high = max(k, mine)
-                by_large = high - low <= 2 and 2 * per_level[high] < per_level[low]
-                if by_large == (mine > k):
-                    count = _look_on_level(
-                        spots[m, 0], spots[m, 1], spots[m, 2], ranks[m], k, over, farthest[k],
-                        firsts, spots, ranks, found, count,
-                    )  # fmt: skip
-            over *= 0.5
+        own = level[grid.ranks[m] & (ROWS - 1)]
+        for k in range(levels):
+            if k == own:
+                count = _query_own_level(grid, m, k, found, count)
+            elif grid.largest[k] > 0.0:
+                low = min(k, own)
+                high = max(k, own)
+                by_large = high - low <= 2 and 2 * population[high] < population[low]
+                if by_large == (own > k):
+                    count = _query_level(grid, m, k, found, count)
     return count
 
 
@@ -308,46 +323,21 @@ def _look_around(
 def find_pairs(
     bodies: Bodies, n: int, horizon: float, gravity: float
 ) -> tuple[Counts, int, Floats]:
-    """Give out budgets and find the pairs of balls that may touch: ranks of owner and other in the
-    rows of an array, some perhaps twice, in any order; how many rows; each ball's reach in m."""
-    buckets = 16
-    while buckets < 2 * n:
-        buckets *= 2
-    reach = np.empty(n)
-    level = np.empty(n, np.int32)
-    cells = np.empty((n, 3), np.int32)
-    spots = np.empty((n, 3))
-    ranks = np.empty(n, np.int64)
+    """Give out margins and find the pairs of balls that may touch: ranks of owner and other in the
+    rows of an array, some perhaps twice, in any order; how many rows; each disc's radius in m."""
+    grid = _new_grid(n)
+    disc_radius = np.empty(n)
     found = np.empty((4 * n + 64, 2), np.int64)
-    farthest = np.empty(LEVELS)
-    per_level = np.empty(LEVELS, np.int32)
-    firsts = np.empty(buckets + 2, np.int32)
     scale = 1.0
     while True:
-        set_budgets(bodies, n, horizon, gravity, scale)
-        firsts[:] = 0
-        smallest, levels = _levels(bodies, n, reach, level, per_level, farthest)
-        total = _fill_buckets(bodies, n, reach, level, smallest, cells, firsts, spots, ranks)
+        _set_margins(bodies, n, horizon, gravity, scale)
+        levels = _set_levels(bodies, n, grid, disc_radius)
+        total = _fill_buckets(bodies, n, grid, disc_radius)
         limit = PAIRS_PER_BALL * n + 4096 if scale > 1.0e-6 else 2147483647
-        count = _look_around(
-            total, level, per_level, farthest[:levels], smallest, cells, firsts, spots, ranks, found
-        )
+        count = _query_all(grid, total, levels, found)
         if count > limit:
             scale *= 0.5
             continue
         if count < len(found):  # the row after the last is written to
-            return found, count, reach
+            return found, count, disc_radius
         found = np.empty((count + 1, 2), np.int64)
-
-
-@lean_kernel
-def beyond_budget(pos: Floats, vel: Floats, home: Floats, marks: Ints, n: int, rest: float) -> bool:
-    """Whether a ball would go farther from its home than its pairs hold, in `rest` seconds."""
-    for i in range(n):
-        if marks[i, FLAGS] & (ASLEEP | GONE):
-            continue
-        dx = pos[i, X] + vel[i, VX] * rest - home[i, HOME_X]
-        dy = pos[i, Y] + vel[i, VY] * rest - home[i, HOME_Y]
-        if not dx * dx + dy * dy <= home[i, BUDGET] * home[i, BUDGET]:
-            return True
-    return False

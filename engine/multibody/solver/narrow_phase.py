@@ -1,58 +1,95 @@
-"""When a moving disc meets another, a peg or a wall, and how near it is; straight motion."""
+"""Distance and time of impact of a moving disc and another, a peg or a wall; straight motion.
+
+The time of impact of a disc with a disc is the root of a quadratic equation (Ericson, Real-Time
+Collision Detection, 2005, 5.5.5); a wall is a segment, and its ends are discs without a radius.
+"""
 
 from math import sqrt
 
 import numpy as np
 
 from engine.jit.decorator import lean_kernel
-from engine.multibody.solver.layout import LENGTH, TX, TY, X1, Y1, Floats
+from engine.multibody.solver.layout import body, shape
+from engine.multibody.solver.layout.array_types import Floats
 
 SLACK = 0.005
 """Overlap, in radii of the smaller disc, up to which a slow approach is left to the contact solver.
 Twice of it must stay below the one per cent that piles may show; at zero, every ball at rest would
 be an impact in each substep."""
 
+SPECULATIVE_GAP = 0.005
+"""Gap, in radii of the smaller disc, up to which two are in contact, so that a ball that hovers at
+the width of a hair keeps its impulse. Larger, it would hold back balls that pass each other; at
+zero, contacts flicker and piles never come to rest."""
+
 CREEP = 1.0e-3
 """An approach that covers less than this part of the allowed overlap is none: rounding."""
 
 
 @lean_kernel
-def nearest(items: Floats, item: int, x: float, y: float) -> tuple[float, float]:
-    """Vector in m from the nearest point of an item's axis to (x, y)."""
-    dx = x - items[item, X1]
-    dy = y - items[item, Y1]
-    length = items[item, LENGTH]
+def from_closest_point(items: Floats, item: int, x: float, y: float) -> tuple[float, float]:
+    """Vector in m to (x, y) from the closest point of an item's axis."""
+    dx = x - items[item, shape.X1]
+    dy = y - items[item, shape.Y1]
+    length = items[item, shape.LENGTH]
     if length > 0.0:
-        along = dx * items[item, TX] + dy * items[item, TY]
+        along = dx * items[item, shape.TX] + dy * items[item, shape.TY]
         if along > 0.0:
             along = min(along, length)
-            dx -= along * items[item, TX]
-            dy -= along * items[item, TY]
+            dx -= along * items[item, shape.TX]
+            dy -= along * items[item, shape.TY]
     return dx, dy
 
 
 @lean_kernel
-def meets(
+def separation(pos: Floats, items: Floats, a: int, b: int) -> tuple[float, float, float, float]:
+    """Vector in m from b (a ball, or -1 - item) to ball a, their contact distance, and the radius
+    of the smaller, by which tolerances are measured."""
+    if b >= 0:
+        dx = pos[a, body.X] - pos[b, body.X]
+        dy = pos[a, body.Y] - pos[b, body.Y]
+        ra = pos[a, body.RADIUS]
+        rb = pos[b, body.RADIUS]
+        return dx, dy, ra + rb, min(ra, rb)
+    item = -1 - b
+    dx, dy = from_closest_point(items, item, pos[a, body.X], pos[a, body.Y])
+    return dx, dy, pos[a, body.RADIUS] + items[item, shape.RADIUS], pos[a, body.RADIUS]
+
+
+@lean_kernel
+def fallback_normal(a: int, b: int) -> tuple[float, float]:
+    """A unit vector for discs with one centre: by their ids, so that it is always the same."""
+    mixed = (a * 40503 + b * 30011 + 7919) % 65521
+    u = mixed % 255 / 255.0  # tan of a quarter of the angle from -pi/2 to pi/2
+    u = 2.0 * u - 1.0
+    d = 1.0 + u * u
+    x = 2.0 * u / d
+    y = (1.0 - u * u) / d
+    return (x, y) if (mixed // 255) % 2 == 0 else (x, -y)
+
+
+@lean_kernel
+def time_of_impact(
     px: float,
     py: float,
     vx: float,
     vy: float,
-    reach: float,
+    distance: float,
     slack: float,
     threshold: float,
-    rest: float,
+    remaining: float,
 ) -> float:
-    """Seconds until a point at p with velocity v comes as near the origin as `reach`, or inf.
+    """Seconds until a point at p with velocity v comes as near the origin as `distance`, or inf.
 
-    Looked for in [0, rest]. Approaches slower than `threshold` (m/s along the normal) may come
-    nearer by `slack`, in m; those that are as near already meet at once.
+    Looked for in [0, remaining]. Approaches slower than `threshold` (m/s along the normal) may come
+    nearer by `slack`, in m; those that are as near already have their impact at once.
     """
     pv = px * vx + py * vy
     if pv >= 0.0:
         return np.inf
     pp = px * px + py * py
-    f = pp - reach * reach
-    if f + 2.0 * pv * rest > 0.0:
+    f = pp - distance * distance
+    if f + 2.0 * pv * remaining > 0.0:
         return np.inf
     vv = vx * vx + vy * vy
     if f > 0.0:
@@ -60,30 +97,30 @@ def meets(
         if discriminant <= 0.0:
             return np.inf
         root = sqrt(discriminant)
-        if root >= threshold * reach:
+        if root >= threshold * distance:
             s = f / (root - pv)
-            return s if s <= rest else np.inf
+            return s if s <= remaining else np.inf
     elif pp == 0.0 or -pv >= threshold * sqrt(pp):
         return 0.0
-    nearer = reach - slack
+    nearer = distance - slack
     f = pp - nearer * nearer
     if f <= 0.0:
-        return 0.0 if pp > 0.0 and -pv * rest > CREEP * slack * sqrt(pp) else np.inf
-    if f + 2.0 * pv * rest > 0.0:
+        return 0.0 if pp > 0.0 and -pv * remaining > CREEP * slack * sqrt(pp) else np.inf
+    if f + 2.0 * pv * remaining > 0.0:
         return np.inf
     discriminant = pv * pv - vv * f
     if discriminant <= 0.0:
         return np.inf
     s = f / (sqrt(discriminant) - pv)
-    return s if s <= rest else np.inf
+    return s if s <= remaining else np.inf
 
 
 @lean_kernel
-def _meets_side(
+def _time_of_impact_side(
     dx: float, dy: float, vx: float, vy: float, tx: float, ty: float, length: float,
-    reach: float, slack: float, threshold: float, rest: float,
+    distance: float, slack: float, threshold: float, remaining: float,
 ) -> float:  # fmt: skip
-    """`meets` for the inside of a wall; (dx, dy) is seen from its first end."""
+    """`time_of_impact` for the inside of a wall; (dx, dy) is seen from its first end."""
     d = tx * dy - ty * dx
     approach = -(tx * vy - ty * vx)
     if d < 0.0 or (d == 0.0 and approach < 0.0):
@@ -91,32 +128,34 @@ def _meets_side(
         approach = -approach
     if approach <= 0.0:
         return np.inf
-    gap = d - reach
+    gap = d - distance
     if approach < threshold:
         gap += slack
-        if gap <= 0.0 and approach * rest <= CREEP * slack:
+        if gap <= 0.0 and approach * remaining <= CREEP * slack:
             return np.inf
     s = gap / approach if gap > 0.0 else 0.0
-    if s > rest:
+    if s > remaining:
         return np.inf
     foot = (dx + vx * s) * tx + (dy + vy * s) * ty
     return s if 0.0 <= foot <= length else np.inf
 
 
 @lean_kernel
-def meets_wall(
+def time_of_impact_wall(
     dx: float, dy: float, vx: float, vy: float, tx: float, ty: float, length: float,
-    reach: float, slack: float, threshold: float, rest: float,
+    distance: float, slack: float, threshold: float, remaining: float,
 ) -> float:  # fmt: skip
-    """`meets` for a wall of that direction and length, its ends included; (dx, dy) is where the
-    disc is, seen from the wall's first end."""
-    best = _meets_side(dx, dy, vx, vy, tx, ty, length, reach, slack, threshold, rest)
-    s = meets(dx, dy, vx, vy, reach, slack, threshold, rest)
+    """`time_of_impact` for a wall of that direction and length, its ends included; (dx, dy) is
+    where the disc is, seen from the wall's first end."""
+    best = _time_of_impact_side(
+        dx, dy, vx, vy, tx, ty, length, distance, slack, threshold, remaining
+    )
+    s = time_of_impact(dx, dy, vx, vy, distance, slack, threshold, remaining)
     if s < best and (dx + vx * s) * tx + (dy + vy * s) * ty < 0.0:
         best = s
     dx -= length * tx
     dy -= length * ty
-    s = meets(dx, dy, vx, vy, reach, slack, threshold, rest)
+    s = time_of_impact(dx, dy, vx, vy, distance, slack, threshold, remaining)
     if s < best and (dx + vx * s) * tx + (dy + vy * s) * ty > 0.0:
         best = s
     return best

@@ -1,192 +1,24 @@
-"""The straight lines that balls are on in a substep, and what a ball meets first on its own."""
+"""Prediction: the first impact of every ball on the path it is on, by time-of-impact queries."""
 
 from math import inf, sqrt
 
-import numpy as np
-
-from engine.jit.decorator import kernel, lean_kernel
-from engine.multibody.solver.contact_solver import PUSH_LIMIT, resting_speed
-from engine.multibody.solver.layout import (
-    ARC,
-    ASLEEP,
-    BUDGET,
-    DEPARTURES,
-    FLAGS,
-    GONE,
-    HOME_X,
-    HOME_Y,
-    ID,
-    ITEM_RESTITUTION,
-    LANDED,
-    LANDINGS,
-    LEFT,
-    LENGTH,
-    RADIUS,
-    RESTITUTION,
-    ROLL,
-    THICKNESS,
-    TX,
-    TY,
-    VX,
-    VY,
-    X1,
-    Y1,
-    Bodies,
-    Counts,
-    Floats,
-    Ints,
-    Lines,
-    Log,
-    Statics,
-    X,
-    Y,
-)
-from engine.multibody.solver.narrow_phase import SLACK, meets, meets_wall
-
-FARTHEST = 1.0e9
-"""m from the origin beyond which a ball has left; nearer, its cell's number fits an integer."""
-
-# Columns of `Lines.at`.
-LINE_X = 0  # centre in m at the start of the substep, had the ball been on this line then
-LINE_Y = 1
-LINE_U = 2  # velocity along the line, m/s; zero for a ball that sleeps or waits
-LINE_V = 3
-LINE_RADIUS = 4
-LINE_BOUNCE = 5  # restitution of the ball
-LINE_KIND = 6
-SINCE = 7  # s: when the ball came to this line
-LINE_COLUMNS = 8
-
-# Values of LINE_KIND.
-AWAKE = 0.0
-SLEEPS = 1.0
-IS_GONE = 2.0
-
-# Columns of `Lines.state`.
-HITS = 0
-STAMP = 1  # changes with each of the ball's impacts: what was foreseen before no longer holds
-WAITING = 2
-
-# Columns of `Lines.seen`: what a ball meets first.
-PARTNER = 0  # a ball's row, -1 - item, END or NOTHING
-STAMP_THEN = 1  # the partner's stamp when this was foreseen
-
-NOTHING = -2147483648
-END = -2147483647  # the ball has gone as far as its pairs are listed
-
-
-@kernel
-def new_lines(n: int) -> Lines:
-    """Work space for n balls."""
-    leaves = 1
-    while leaves < n:
-        leaves *= 2
-    return Lines(
-        np.zeros((n, LINE_COLUMNS)),
-        np.zeros((n, 3), np.int32),
-        np.zeros((n, 2), np.int32),
-        np.full(2 * leaves, inf),
-    )
+from engine.jit.decorator import lean_kernel
+from engine.multibody.solver.contact_solver import restitution_threshold
+from engine.multibody.solver.layout import body, shape, sweep
+from engine.multibody.solver.layout.array_types import Floats, Ints
+from engine.multibody.solver.layout.pair import NeighbourList
+from engine.multibody.solver.layout.solver_settings import SolverSettings
+from engine.multibody.solver.layout.sweep import Sweeps
+from engine.multibody.solver.narrow_phase import SLACK, time_of_impact, time_of_impact_wall
 
 
 @lean_kernel
-def lay_lines(bodies: Bodies, n: int, lines: Lines, now: float) -> None:
-    """Put every ball on the line that it is on at `now`, where `pos` says it is."""
-    pos = bodies.pos
-    vel = bodies.vel
-    surface = bodies.surface
-    marks = bodies.marks
-    at = lines.at
-    state = lines.state
-    for i in range(n):
-        flags = marks[i, FLAGS]
-        vx = vel[i, VX]
-        vy = vel[i, VY]
-        if flags & (ASLEEP | GONE) or state[i, WAITING]:
-            vx = 0.0
-            vy = 0.0
-        at[i, LINE_X] = pos[i, X] - vx * now
-        at[i, LINE_Y] = pos[i, Y] - vy * now
-        at[i, LINE_U] = vx
-        at[i, LINE_V] = vy
-        at[i, LINE_RADIUS] = pos[i, RADIUS]
-        at[i, LINE_BOUNCE] = surface[i, RESTITUTION]
-        at[i, LINE_KIND] = IS_GONE if flags & GONE else (SLEEPS if flags & ASLEEP else AWAKE)
-        at[i, SINCE] = now
-
-
-@lean_kernel
-def _land(
-    pos: Floats, at: Floats, marks: Ints, bins_y: float, i: int, now: float, start: float,
-    turn: float, landings: Floats, landed: Ints, counts: Counts,
-) -> None:  # fmt: skip
-    """Let ball i land if it crossed the bins' line downward on its line, on which it is at `now`.
-
-    `turn` is the speed of its rim. One that was pushed across the line by another lands as well.
-    """
-    v = at[i, LINE_V]
-    y = at[i, LINE_Y] + v * at[i, SINCE]
-    if v > 0.0 and y < bins_y + PUSH_LIMIT * pos[i, RADIUS]:
-        late = min((pos[i, Y] - bins_y) / v, now - at[i, SINCE])
-        pos[i, X] -= at[i, LINE_U] * late
-        pos[i, Y] = bins_y
-        pos[i, ARC] -= turn * late
-        marks[i, FLAGS] |= LANDED
-        at[i, LINE_KIND] = IS_GONE
-        row = counts[LANDINGS]
-        counts[LANDINGS] = row + 1
-        if row < len(landed):
-            landings[row, 0] = start + now - late
-            landings[row, 1] = pos[i, X]
-            landed[row] = marks[i, ID]
-
-
-@lean_kernel
-def bring(
-    pos: Floats, vel: Floats, at: Floats, marks: Ints, state: Ints, bins_y: float, i: int,
-    now: float, start: float, landings: Floats, landed: Ints, counts: Counts,
-) -> None:  # fmt: skip
-    """Write to `pos` where ball i is at `now`; where it crosses the bins' line, it lands."""
-    if at[i, LINE_KIND] == AWAKE and state[i, WAITING] == 0:
-        turn = vel[i, ROLL]
-        y = at[i, LINE_Y] + at[i, LINE_V] * now
-        pos[i, X] = at[i, LINE_X] + at[i, LINE_U] * now
-        pos[i, Y] = y
-        pos[i, ARC] += turn * (now - at[i, SINCE])
-        if y >= bins_y:
-            _land(pos, at, marks, bins_y, i, now, start, turn, landings, landed, counts)
-        at[i, SINCE] = now
-
-
-@lean_kernel
-def bring_all(
-    bodies: Bodies, n: int, lines: Lines, statics: Statics, now: float, start: float, log: Log
-) -> None:
-    """`bring` for all balls, and those that are farther out than FARTHEST, or nowhere, leave."""
-    pos = bodies.pos
-    vel = bodies.vel
-    marks = bodies.marks
-    at = lines.at
-    state = lines.state
-    bins_y = statics.bins_y
-    landings = log.landings
-    landed = log.landed
-    counts = log.counts
-    for i in range(n):
-        bring(pos, vel, at, marks, state, bins_y, i, now, start, landings, landed, counts)
-        if not (abs(pos[i, X]) < FARTHEST and abs(pos[i, Y]) < FARTHEST):
-            marks[i, FLAGS] |= LEFT
-            counts[DEPARTURES] += 1
-            at[i, LINE_KIND] = IS_GONE
-
-
-@lean_kernel
-def budget_time(home: Floats, i: int, x: float, y: float, vx: float, vy: float) -> float:
-    """Seconds until ball i, now at (x, y), has used up its budget; inf if it does not move."""
+def _time_in_margin(anchor: Floats, i: int, x: float, y: float, vx: float, vy: float) -> float:
+    """Seconds until ball i, now at (x, y), leaves its margin; inf if it does not move."""
     vv = vx * vx + vy * vy
-    dx = x - home[i, HOME_X]
-    dy = y - home[i, HOME_Y]
-    left = home[i, BUDGET] * home[i, BUDGET] - dx * dx - dy * dy
+    dx = x - anchor[i, body.ANCHOR_X]
+    dy = y - anchor[i, body.ANCHOR_Y]
+    left = anchor[i, body.MARGIN] * anchor[i, body.MARGIN] - dx * dx - dy * dy
     dv = dx * vx + dy * vy
     s = 0.0
     if vv == 0.0:
@@ -197,133 +29,146 @@ def budget_time(home: Floats, i: int, x: float, y: float, vx: float, vy: float) 
 
 
 @lean_kernel
-def _meets_item(
-    at: Floats, items: Floats, i: int, item: int, x: float, y: float, gravity: float, h: float,
-    rest: float,
-) -> float:  # fmt: skip
-    """Seconds until ball i, now at (x, y), meets a peg or a wall, within `rest`, or inf."""
-    u = at[i, LINE_U]
-    v = at[i, LINE_V]
-    radius = at[i, LINE_RADIUS]
-    dx = x - items[item, X1]
-    dy = y - items[item, Y1]
-    length = items[item, LENGTH]
-    reach = radius + items[item, THICKNESS]
-    bounce = max(at[i, LINE_BOUNCE], items[item, ITEM_RESTITUTION])
-    threshold = resting_speed(bounce, gravity, h, radius)
-    tx = items[item, TX]
-    ty = items[item, TY]
-    s = inf
-    if length == 0.0:
-        s = meets(dx, dy, u, v, reach, SLACK * radius, threshold, rest)
-    elif abs(tx * dy - ty * dx) - abs(tx * v - ty * u) * rest <= reach:
-        s = meets_wall(dx, dy, u, v, tx, ty, length, reach, SLACK * radius, threshold, rest)
-    return s
-
-
-@lean_kernel
-def _meets_ball(
-    at: Floats, a: int, b: int, px: float, py: float, gravity: float, h: float, rest: float
-) -> float:
-    """Seconds until ball a, seen from ball b at (px, py), meets it within `rest`, or inf.
-
-    One that sleeps is woken by the least touch.
-    """
-    ra = at[a, LINE_RADIUS]
-    rb = at[b, LINE_RADIUS]
-    small = ra if ra < rb else rb
-    threshold = 0.0
-    slack = 0.0
-    if at[b, LINE_KIND] == AWAKE:
-        bounce = max(at[a, LINE_BOUNCE], at[b, LINE_BOUNCE])
-        threshold = resting_speed(bounce, gravity, h, small)
-        slack = SLACK * small
-    vx = at[a, LINE_U] - at[b, LINE_U]
-    vy = at[a, LINE_V] - at[b, LINE_V]
-    return meets(px, py, vx, vy, ra + rb, slack, threshold, rest)
-
-
-@lean_kernel
-def may_meet(at: Floats, a: int, b: int, px: float, py: float, least: float, rest: float) -> bool:
-    """Whether ball a, seen from ball b at (px, py), can meet it within `rest`.
-
-    Most pairs cannot: those that part, that are too far from each other, or that touch and approach
-    slower than `least`, the resting speed of any pair. No branches: they would be guessed badly.
-    """
-    vx = at[a, LINE_U] - at[b, LINE_U]
-    vy = at[a, LINE_V] - at[b, LINE_V]
-    ra = at[a, LINE_RADIUS]
-    rb = at[b, LINE_RADIUS]
-    small = ra if ra < rb else rb
-    pv = px * vx + py * vy
-    pp = px * px + py * py
-    reach = ra + rb
-    inner = reach - SLACK * small
-    nearest = pp + 2.0 * pv * rest
-    is_lively = (pv * pv >= least * least * pp) | (at[b, LINE_KIND] != AWAKE)
-    return bool((pv < 0.0) & (nearest <= reach * reach) & (is_lively | (nearest <= inner * inner)))
-
-
-@lean_kernel
-def end_time(at: Floats, home: Floats, i: int, now: float, h: float) -> float:
-    """When, in s of the substep, ball i will have gone as far as its pairs hold, or inf."""
-    u = at[i, LINE_U]
-    v = at[i, LINE_V]
-    dx = at[i, LINE_X] + u * h - home[i, HOME_X]
-    dy = at[i, LINE_Y] + v * h - home[i, HOME_Y]
+def _expiry(path: Floats, anchor: Floats, i: int, now: float, h: float) -> float:
+    """When, in s of the substep, ball i leaves the margin in which its list holds, or inf."""
+    vx = path[i, sweep.VX]
+    vy = path[i, sweep.VY]
+    dx = path[i, sweep.X0] + vx * h - anchor[i, body.ANCHOR_X]
+    dy = path[i, sweep.Y0] + vy * h - anchor[i, body.ANCHOR_Y]
     t = inf
-    if not dx * dx + dy * dy <= home[i, BUDGET] * home[i, BUDGET]:
-        t = now + budget_time(home, i, at[i, LINE_X] + u * now, at[i, LINE_Y] + v * now, u, v)
+    if not dx * dx + dy * dy <= anchor[i, body.MARGIN] * anchor[i, body.MARGIN]:
+        x = path[i, sweep.X0] + vx * now
+        y = path[i, sweep.Y0] + vy * now
+        t = now + _time_in_margin(anchor, i, x, y, vx, vy)
     return t
 
 
 @lean_kernel
-def _near_that_may(
-    at: Floats, near: Ints, first: int, last: int, i: int, x: float, y: float, now: float,
-    rest: float, least: float, found: Ints,
+def _static_impact(
+    path: Floats, items: Floats, i: int, item: int, x: float, y: float, remaining: float,
+    settings: SolverSettings,
+) -> float:  # fmt: skip
+    """Seconds until ball i, now at (x, y), hits a peg or a wall, within `remaining`, or inf."""
+    vx = path[i, sweep.VX]
+    vy = path[i, sweep.VY]
+    radius = path[i, sweep.RADIUS]
+    dx = x - items[item, shape.X1]
+    dy = y - items[item, shape.Y1]
+    length = items[item, shape.LENGTH]
+    distance = radius + items[item, shape.RADIUS]
+    restitution = max(path[i, sweep.RESTITUTION], items[item, shape.RESTITUTION])
+    threshold = restitution_threshold(restitution, settings.gravity, settings.h, radius)
+    tx = items[item, shape.TX]
+    ty = items[item, shape.TY]
+    slack = SLACK * radius
+    s = inf
+    if length == 0.0:
+        s = time_of_impact(dx, dy, vx, vy, distance, slack, threshold, remaining)
+    elif abs(tx * dy - ty * dx) - abs(tx * vy - ty * vx) * remaining <= distance:
+        s = time_of_impact_wall(
+            dx, dy, vx, vy, tx, ty, length, distance, slack, threshold, remaining
+        )
+    return s
+
+
+@lean_kernel
+def _ball_impact(
+    path: Floats, a: int, b: int, px: float, py: float, remaining: float, settings: SolverSettings
+) -> float:
+    """Seconds until ball a, seen from ball b at (px, py), hits it within `remaining`, or inf.
+
+    One that sleeps is woken by the least touch.
+    """
+    ra = path[a, sweep.RADIUS]
+    rb = path[b, sweep.RADIUS]
+    small = ra if ra < rb else rb
+    threshold = 0.0
+    slack = 0.0
+    if path[b, sweep.STATUS] == sweep.AWAKE:
+        restitution = max(path[a, sweep.RESTITUTION], path[b, sweep.RESTITUTION])
+        threshold = restitution_threshold(restitution, settings.gravity, settings.h, small)
+        slack = SLACK * small
+    vx = path[a, sweep.VX] - path[b, sweep.VX]
+    vy = path[a, sweep.VY] - path[b, sweep.VY]
+    return time_of_impact(px, py, vx, vy, ra + rb, slack, threshold, remaining)
+
+
+@lean_kernel
+def _may_hit(
+    path: Floats, a: int, b: int, px: float, py: float, remaining: float, least_threshold: float
+) -> bool:
+    """Whether ball a, seen from ball b at (px, py), can hit it within `remaining`.
+
+    Most pairs cannot: those that part, that are too far from each other, or that touch and approach
+    slower than any pair rebounds. No branches: the processor would guess them badly.
+    """
+    vx = path[a, sweep.VX] - path[b, sweep.VX]
+    vy = path[a, sweep.VY] - path[b, sweep.VY]
+    ra = path[a, sweep.RADIUS]
+    rb = path[b, sweep.RADIUS]
+    small = ra if ra < rb else rb
+    pv = px * vx + py * vy
+    pp = px * px + py * py
+    distance = ra + rb
+    inner = distance - SLACK * small
+    closest = pp + 2.0 * pv * remaining
+    is_fast = pv * pv >= least_threshold * least_threshold * pp
+    is_lively = is_fast | (path[b, sweep.STATUS] != sweep.AWAKE)
+    is_near = (closest <= distance * distance) & (is_lively | (closest <= inner * inner))
+    return bool((pv < 0.0) & is_near)
+
+
+@lean_kernel
+def _candidate_neighbours(
+    path: Floats, pairs: NeighbourList, i: int, x: float, y: float, now: float, remaining: float,
+    least_threshold: float, candidates: Ints,
 ) -> int:  # fmt: skip
-    """List who of a stretch of `near` ball i, now at (x, y), can meet, and all that is fixed; how
-    many there are."""
+    """List the neighbours that ball i, now at (x, y), can hit, and all that is fixed; how many."""
+    neighbours = pairs.neighbours
     count = 0
-    for k in range(first, last):
-        b = near[k]
-        found[count] = b
+    for k in range(pairs.neighbour_starts[i], pairs.neighbour_starts[i + 1]):
+        b = neighbours[k]
+        candidates[count] = b
         ball = b if b >= 0 else i
-        px = x - (at[ball, LINE_X] + at[ball, LINE_U] * now)
-        py = y - (at[ball, LINE_Y] + at[ball, LINE_V] * now)
-        count += int((b < 0) | may_meet(at, i, ball, px, py, least, rest))
+        px = x - (path[ball, sweep.X0] + path[ball, sweep.VX] * now)
+        py = y - (path[ball, sweep.Y0] + path[ball, sweep.VY] * now)
+        count += int((b < 0) | _may_hit(path, i, ball, px, py, remaining, least_threshold))
     return count
 
 
 @lean_kernel
-def foresee(
-    at: Floats, home: Floats, items: Floats, near_starts: Ints, near: Ints, i: int, now: float,
-    h: float, gravity: float, least: float, found: Ints,
+def predict(
+    sweeps: Sweeps, anchor: Floats, items: Floats, pairs: NeighbourList, i: int, now: float,
+    settings: SolverSettings, least_threshold: float, candidates: Ints,
 ) -> tuple[float, int]:  # fmt: skip
-    """When, in s of the substep, ball i meets what next: a ball, -1 - item, END or NOTHING.
+    """When, in s of the substep, ball i hits what next: a ball, -1 - item, EXPIRY or NOTHING.
 
-    One event for each ball is enough: who changes foresees all its pairs anew, and who finds that
-    its partner changed does so too. Of meetings at one time the first in the list counts.
+    One event for each ball is enough: whose velocity changes is predicted anew with all its pairs,
+    and so is who finds that its partner changed. Of impacts at one time the first in the list
+    counts.
     """
+    path = sweeps.path
+    h = settings.h
     best = h
-    partner = NOTHING
-    x = at[i, LINE_X] + at[i, LINE_U] * now
-    y = at[i, LINE_Y] + at[i, LINE_V] * now
-    t = end_time(at, home, i, now, h)
+    partner = sweep.NOTHING
+    x = path[i, sweep.X0] + path[i, sweep.VX] * now
+    y = path[i, sweep.Y0] + path[i, sweep.VY] * now
+    t = _expiry(path, anchor, i, now, h)
     if t < best:
         best = t
-        partner = END
-    first = near_starts[i]
-    last = near_starts[i + 1]
-    for m in range(_near_that_may(at, near, first, last, i, x, y, now, best - now, least, found)):
-        b = found[m]
+        partner = sweep.EXPIRY
+    count = _candidate_neighbours(
+        path, pairs, i, x, y, now, best - now, least_threshold, candidates
+    )
+    for m in range(count):
+        b = candidates[m]
         s = inf
         if b < 0:
-            s = _meets_item(at, items, i, -1 - b, x, y, gravity, h, best - now)
-        elif at[b, LINE_KIND] != IS_GONE:
-            px = x - (at[b, LINE_X] + at[b, LINE_U] * now)
-            py = y - (at[b, LINE_Y] + at[b, LINE_V] * now)
-            s = _meets_ball(at, i, b, px, py, gravity, h, best - now)
+            s = _static_impact(path, items, i, -1 - b, x, y, best - now, settings)
+        elif path[b, sweep.STATUS] != sweep.GONE:
+            px = x - (path[b, sweep.X0] + path[b, sweep.VX] * now)
+            py = y - (path[b, sweep.Y0] + path[b, sweep.VY] * now)
+            s = _ball_impact(path, i, b, px, py, best - now, settings)
         if now + s < best:
             best = now + s
             partner = b
@@ -331,66 +176,71 @@ def foresee(
 
 
 @lean_kernel
-def _candidates(
-    at: Floats, owner: Ints, other: Ints, now: float, rest: float, least: float, found: Ints
-) -> int:
-    """List the pairs of balls that can meet, and all with what is fixed; how many there are."""
+def _candidate_pairs(
+    path: Floats, owner: Ints, other: Ints, now: float, remaining: float, least_threshold: float,
+    candidates: Ints,
+) -> int:  # fmt: skip
+    """List the pairs of balls that can hit each other, and all with what is fixed; how many."""
     count = 0
     for k in range(len(other)):
         a = owner[k]
         b = other[k]
-        found[count] = k
+        candidates[count] = k
         if b >= 0:
-            px = at[a, LINE_X] - at[b, LINE_X] + (at[a, LINE_U] - at[b, LINE_U]) * now
-            py = at[a, LINE_Y] - at[b, LINE_Y] + (at[a, LINE_V] - at[b, LINE_V]) * now
-            count += int(may_meet(at, a, b, px, py, least, rest))
+            vx = path[a, sweep.VX] - path[b, sweep.VX]
+            vy = path[a, sweep.VY] - path[b, sweep.VY]
+            px = path[a, sweep.X0] - path[b, sweep.X0] + vx * now
+            py = path[a, sweep.Y0] - path[b, sweep.Y0] + vy * now
+            count += int(_may_hit(path, a, b, px, py, remaining, least_threshold))
         else:
             count += 1
     return count
 
 
 @lean_kernel
-def first_events(
-    lines: Lines, home: Floats, n: int, owner: Ints, other: Ints, items: Floats, found: Ints,
-    now: float, h: float, gravity: float, least: float, may_end: bool,
+def predict_all(
+    sweeps: Sweeps, anchor: Floats, n: int, owner: Ints, other: Ints, items: Floats, now: float,
+    settings: SolverSettings, least_threshold: float, may_expire: bool, candidates: Ints,
 ) -> bool:  # fmt: skip
-    """Note for every ball what it meets first of all that it owns a pair with; whether anything is.
+    """Predict for every ball its first impact of the pairs that it owns; whether there is any.
 
-    The same as `foresee` of each ball, but every pair is looked at once. `may_end`: whether balls
-    may go farther than their pairs hold.
+    The same as `predict` for each ball, but every pair is looked at once. `may_expire`: whether
+    balls may leave the margin in which the list of pairs holds.
     """
-    at = lines.at
-    state = lines.state
-    seen = lines.seen
-    tree = lines.tree
+    path = sweeps.path
+    state = sweeps.state
+    predicted = sweeps.predicted
+    tree = sweeps.tree
+    h = settings.h
     leaves = len(tree) // 2
     for i in range(n):
         tree[leaves + i] = inf
-        if may_end and at[i, LINE_KIND] == AWAKE:
-            t = end_time(at, home, i, now, h)
+        if may_expire and path[i, sweep.STATUS] == sweep.AWAKE:
+            t = _expiry(path, anchor, i, now, h)
             if t < h:
                 tree[leaves + i] = t
-                seen[i, PARTNER] = END
-    for m in range(_candidates(at, owner, other, now, h - now, least, found)):
-        k = found[m]
+                predicted[i, sweep.PARTNER] = sweep.EXPIRY
+    count = _candidate_pairs(path, owner, other, now, h - now, least_threshold, candidates)
+    for m in range(count):
+        k = candidates[m]
         a = owner[k]
         b = other[k]
-        if at[a, LINE_KIND] != AWAKE:
+        if path[a, sweep.STATUS] != sweep.AWAKE:
             continue
-        x = at[a, LINE_X] + at[a, LINE_U] * now
-        y = at[a, LINE_Y] + at[a, LINE_V] * now
+        x = path[a, sweep.X0] + path[a, sweep.VX] * now
+        y = path[a, sweep.Y0] + path[a, sweep.VY] * now
         s = inf
         if b < 0:
-            s = _meets_item(at, items, a, -1 - b, x, y, gravity, h, h - now)
-        elif at[b, LINE_KIND] != IS_GONE:
-            px = x - (at[b, LINE_X] + at[b, LINE_U] * now)
-            py = y - (at[b, LINE_Y] + at[b, LINE_V] * now)
-            s = _meets_ball(at, a, b, px, py, gravity, h, h - now)
+            s = _static_impact(path, items, a, -1 - b, x, y, h - now, settings)
+        elif path[b, sweep.STATUS] != sweep.GONE:
+            px = x - (path[b, sweep.X0] + path[b, sweep.VX] * now)
+            py = y - (path[b, sweep.Y0] + path[b, sweep.VY] * now)
+            s = _ball_impact(path, a, b, px, py, h - now, settings)
         if now + s < min(h, tree[leaves + a]):
             tree[leaves + a] = now + s
-            seen[a, PARTNER] = b
+            predicted[a, sweep.PARTNER] = b
             if b >= 0:
-                seen[a, STAMP_THEN] = state[b, STAMP]
+                predicted[a, sweep.PARTNER_VERSION] = state[b, sweep.VERSION]
     for p in range(leaves - 1, 0, -1):
         left = tree[2 * p]
         right = tree[2 * p + 1]

@@ -1,8 +1,10 @@
-"""The swept move of balls that touch each other: impacts in the order of time, within a substep.
+"""The time-of-impact loop: impacts in the order of time, within a substep.
 
-Every ball moves along a straight line at its new velocity. Pairs that meet do so at the time and
-place where they meet, with restitution and friction, and go on from there: nothing is passed
-through, at any speed. Each ball knows what it meets first; a tree of times knows who is next.
+Every ball sweeps along a straight path at its new velocity. A pair that collides does so at the
+time and place where it does, with restitution and friction, and goes on from there: nothing is
+passed through, at any speed. Each ball has the first impact predicted for it, and a winner tree of
+their times tells whose is next: event-driven simulation as of hard discs (Alder and Wainwright,
+J. Chem. Phys. 1959; one event a ball: Lubachevsky, J. Comput. Phys. 1991).
 """
 
 from math import inf
@@ -10,51 +12,25 @@ from math import inf
 import numpy as np
 
 from engine.jit.decorator import kernel, lean_kernel
-from engine.multibody.solver.broad_phase import beyond_budget
-from engine.multibody.solver.impact import hold, impact, wake
-from engine.multibody.solver.layout import (
-    ASLEEP,
-    EVENTS,
-    FLAGS,
-    REBUILDS,
-    VX,
-    VY,
-    Bodies,
-    Floats,
-    Ints,
-    Lines,
-    Log,
-    Pairs,
-    Settings,
-    Statics,
-    X,
-    Y,
-)
-from engine.multibody.solver.neighbour_list import renew
-from engine.multibody.solver.prediction import (
-    END,
-    IS_GONE,
-    LINE_KIND,
-    LINE_U,
-    LINE_V,
-    LINE_X,
-    LINE_Y,
-    NOTHING,
-    PARTNER,
-    STAMP,
-    STAMP_THEN,
-    WAITING,
-    bring,
-    bring_all,
-    first_events,
-    foresee,
-    lay_lines,
-)
+from engine.multibody.solver.broad_phase import beyond_margin
+from engine.multibody.solver.impact import freeze, impact
+from engine.multibody.solver.islands import wake_island
+from engine.multibody.solver.layout import body, pair, sweep
+from engine.multibody.solver.layout.array_types import Floats, Ints
+from engine.multibody.solver.layout.body import Bodies
+from engine.multibody.solver.layout.pair import NeighbourList
+from engine.multibody.solver.layout.shape import StaticShapes
+from engine.multibody.solver.layout.solver_settings import SolverSettings
+from engine.multibody.solver.layout.step_log import StepLog
+from engine.multibody.solver.layout.sweep import Sweeps
+from engine.multibody.solver.neighbour_list import rebuild
+from engine.multibody.solver.prediction import predict, predict_all
+from engine.multibody.solver.sweeps import advance, advance_all, restart_sweep, start_sweeps
 
-MAX_WINDOWS = 32
-"""Lists of pairs made in one substep; a ball that outruns the last one waits for the next."""
+MAX_REBUILDS = 32
+"""Neighbour lists made in one substep; a ball that leaves the last one's margin is frozen."""
 
-# Why a window of events ended.
+# Why the loop stopped.
 DONE = 0
 STALE = 1
 
@@ -78,7 +54,7 @@ def _set_time(tree: Floats, i: int, t: float) -> None:
 
 
 @lean_kernel
-def _first(tree: Floats) -> int:
+def _next_ball(tree: Floats) -> int:
     """Whose event is next; of several at one time the first row."""
     t = tree[1]
     leaves = len(tree) // 2
@@ -90,118 +66,101 @@ def _first(tree: Floats) -> int:
 
 
 @lean_kernel
-def _turn(pos: Floats, vel: Floats, at: Floats, state: Ints, i: int, now: float) -> None:
-    """Put ball i, now at its place in `pos`, on the line of its new velocity."""
-    vx = vel[i, VX]
-    vy = vel[i, VY]
-    if state[i, WAITING]:
-        vx = 0.0
-        vy = 0.0
-    at[i, LINE_X] = pos[i, X] - vx * now
-    at[i, LINE_Y] = pos[i, Y] - vy * now
-    at[i, LINE_U] = vx
-    at[i, LINE_V] = vy
-
-
-@lean_kernel
-def _keep_impulse(
-    starts: Ints, other: Ints, impulse: Floats, a: int, b: int, normal: float, tangent: float
-) -> None:
+def _add_impulse(pairs: NeighbourList, a: int, b: int, normal: float, tangent: float) -> None:
     """Add to the impulse of a pair, which is in the list of one of its balls."""
+    starts = pairs.starts
+    other = pairs.other
+    impulse = pairs.impulse
     for k in range(starts[a], starts[a + 1]):
         if other[k] == b:
-            impulse[k, 0] += normal
-            impulse[k, 1] += tangent
+            impulse[k, pair.NORMAL] += normal
+            impulse[k, pair.TANGENT] += tangent
     if b >= 0:
         for k in range(starts[b], starts[b + 1]):
             if other[k] == a:
-                impulse[k, 0] += normal
-                impulse[k, 1] += tangent
+                impulse[k, pair.NORMAL] += normal
+                impulse[k, pair.TANGENT] += tangent
 
 
 @lean_kernel
-def _play(
-    bodies: Bodies, lines: Lines, pairs: Pairs, statics: Statics, settings: Settings,
-    start: float, least: float, may_renew: bool, found: Ints, log: Log,
-) -> tuple[int, float]:  # fmt: skip
-    """Take the events in their order until there are no more, or the list of pairs has to be made
-    anew: which it was, and when."""
-    pos = bodies.pos
-    vel = bodies.vel
-    surface = bodies.surface
+def _collide(
+    bodies: Bodies, sweeps: Sweeps, pairs: NeighbourList, items: Floats, i: int, j: int,
+    settings: SolverSettings, now: float, start: float, log: StepLog,
+) -> bool:  # fmt: skip
+    """The impact of ball i with j (a ball, or -1 - item), both at their places at `now`, and their
+    new paths; whether it woke an island."""
     marks = bodies.marks
-    home = bodies.home
+    a = i
+    b = j
+    woke = False
+    if j >= 0:
+        a = min(i, j)
+        b = max(i, j)
+        if (marks[i, body.FLAGS] | marks[j, body.FLAGS]) & body.ASLEEP:
+            woke = True
+            wake_island(marks, i)
+            wake_island(marks, j)
+    normal, tangent = impact(bodies, items, sweeps.state, a, b, settings, now, start, log)
+    if normal > 0.0:
+        _add_impulse(pairs, a, b, normal, tangent)
+    restart_sweep(bodies, sweeps, i, now)
+    if j >= 0:
+        restart_sweep(bodies, sweeps, j, now)
+    return woke
+
+
+@lean_kernel
+def _take_from_tree(
+    bodies: Bodies, sweeps: Sweeps, pairs: NeighbourList, statics: StaticShapes,
+    settings: SolverSettings, start: float, least_threshold: float, may_rebuild: bool,
+    candidates: Ints, log: StepLog,
+) -> tuple[int, float]:  # fmt: skip
+    """Take the events in their order until there are no more, or the neighbour list has to be made
+    anew: which it was, and when."""
     items = statics.items
     bins_y = statics.bins_y
-    floats = log.floats
-    ints = log.ints
-    landings = log.landings
-    landed = log.landed
-    counts = log.counts
-    at = lines.at
-    state = lines.state
-    seen = lines.seen
-    tree = lines.tree
-    near_starts = pairs.near_starts
-    near = pairs.near
-    gravity = settings.gravity
+    path = sweeps.path
+    state = sweeps.state
+    predicted = sweeps.predicted
+    tree = sweeps.tree
     h = settings.h
     while tree[1] < h:
         now = tree[1]
-        i = _first(tree)
-        j = int(seen[i, PARTNER])
-        if j == END:
-            if may_renew:
+        i = _next_ball(tree)
+        j = int(predicted[i, sweep.PARTNER])
+        if j == sweep.EXPIRY:
+            if may_rebuild:
                 return STALE, now
-            bring(pos, vel, at, marks, state, bins_y, i, now, start, landings, landed, counts)
-            hold(vel, state, i, False, gravity, h - now, counts)
-            state[i, STAMP] += 1
-            _turn(pos, vel, at, state, i, now)
-        elif j < 0 or state[j, STAMP] == seen[i, STAMP_THEN]:
-            bring(pos, vel, at, marks, state, bins_y, i, now, start, landings, landed, counts)
-            is_met = at[i, LINE_KIND] != IS_GONE
+            advance(bodies, sweeps, bins_y, i, now, start, log)
+            freeze(bodies.vel, state, i, False, settings.gravity, h - now)
+            state[i, sweep.VERSION] += 1
+            restart_sweep(bodies, sweeps, i, now)
+        elif j < 0 or state[j, sweep.VERSION] == predicted[i, sweep.PARTNER_VERSION]:
+            advance(bodies, sweeps, bins_y, i, now, start, log)
+            is_impact = path[i, sweep.STATUS] != sweep.GONE
             if j >= 0:
-                bring(pos, vel, at, marks, state, bins_y, j, now, start, landings, landed, counts)
-                is_met = is_met and at[j, LINE_KIND] != IS_GONE
-            if is_met:
-                counts[EVENTS] += 1
-                a = i
-                b = j
-                if j >= 0:
-                    a = min(i, j)
-                    b = max(i, j)
-                woke = False
-                if j >= 0 and (marks[i, FLAGS] | marks[j, FLAGS]) & ASLEEP:
-                    woke = True
-                    wake(marks, i)
-                    wake(marks, j)
-                normal, tangent = impact(
-                    pos, vel, surface, marks, items, state, a, b, gravity, h, now, start,
-                    floats, ints, counts,
-                )  # fmt: skip
-                if normal > 0.0:
-                    _keep_impulse(pairs.starts, pairs.other, pairs.impulse, a, b, normal, tangent)
-                _turn(pos, vel, at, state, i, now)
-                if j >= 0:
-                    _turn(pos, vel, at, state, j, now)
-                if woke:
+                advance(bodies, sweeps, bins_y, j, now, start, log)
+                is_impact = is_impact and path[j, sweep.STATUS] != sweep.GONE
+            if is_impact:
+                if _collide(bodies, sweeps, pairs, items, i, j, settings, now, start, log):
                     return STALE, now
             else:
-                state[i, STAMP] += 1
+                state[i, sweep.VERSION] += 1
         else:
-            j = NOTHING  # the partner changed, and foresaw on its own account
+            j = sweep.NOTHING  # the partner changed, and has a prediction of its own
         ball = i
         while True:
             t = inf
-            if at[ball, LINE_KIND] != IS_GONE:
-                s, partner = foresee(
-                    at, home, items, near_starts, near, ball, now, h, gravity, least, found
-                )
-                if partner != NOTHING:
+            if path[ball, sweep.STATUS] != sweep.GONE:
+                s, partner = predict(
+                    sweeps, bodies.anchor, items, pairs, ball, now, settings, least_threshold,
+                    candidates,
+                )  # fmt: skip
+                if partner != sweep.NOTHING:
                     t = s
-                    seen[ball, PARTNER] = partner
+                    predicted[ball, sweep.PARTNER] = partner
                     if partner >= 0:
-                        seen[ball, STAMP_THEN] = state[partner, STAMP]
+                        predicted[ball, sweep.PARTNER_VERSION] = state[partner, sweep.VERSION]
             _set_time(tree, ball, t)
             if ball == j or j < 0:
                 break
@@ -210,44 +169,42 @@ def _play(
 
 
 @kernel
-def drift(
-    bodies: Bodies, n: int, pairs: Pairs, owner: Ints, statics: Statics, settings: Settings,
-    start: float, least: float, lines: Lines, log: Log,
-) -> tuple[Pairs, Ints]:  # fmt: skip
-    """Move all balls by one substep, which begins `start` seconds into the frame.
+def take_impacts(
+    bodies: Bodies, n: int, pairs: NeighbourList, owner: Ints, statics: StaticShapes,
+    settings: SolverSettings, start: float, least_threshold: float, sweeps: Sweeps, log: StepLog,
+) -> tuple[NeighbourList, Ints]:  # fmt: skip
+    """Move all balls by one substep, which begins `start` seconds into the step.
 
-    `owner` (p,) is who owns each pair, `least` the least resting speed of all pairs. Returns both
-    of the list, renewed if balls went farther than it holds.
+    `owner` (p,) is who owns each pair, `least_threshold` the least restitution threshold of all
+    pairs. Returns both of the list, made anew if balls left the margin in which it holds.
     """
     gravity = settings.gravity
     h = settings.h
     horizon = h * settings.substeps
-    may_end = beyond_budget(bodies.pos, bodies.vel, bodies.home, bodies.marks, n, h)
-    if may_end:
-        pairs, owner = renew(bodies, n, statics, pairs, horizon, gravity)
-        log.counts[REBUILDS] += 1
-    lines.state[:] = 0
+    may_expire = beyond_margin(bodies, n, h)
+    if may_expire:
+        pairs, owner = rebuild(bodies, n, statics, pairs, horizon, gravity)
+    sweeps.state[:] = 0
     now = 0.0
-    windows = 0
-    found = np.empty(len(owner) + 1, np.int32)
+    rebuilds = 0
+    candidates = np.empty(len(owner) + 1, np.int32)
     while True:
-        lay_lines(bodies, n, lines, now)
+        start_sweeps(bodies, n, sweeps, now)
         why = DONE
-        if first_events(
-            lines, bodies.home, n, owner, pairs.other, statics.items, found, now, h, gravity, least,
-            may_end,
+        if predict_all(
+            sweeps, bodies.anchor, n, owner, pairs.other, statics.items, now, settings,
+            least_threshold, may_expire, candidates,
         ):  # fmt: skip
-            why, now = _play(
-                bodies, lines, pairs, statics, settings, start, least, windows < MAX_WINDOWS, found,
-                log,
+            why, now = _take_from_tree(
+                bodies, sweeps, pairs, statics, settings, start, least_threshold,
+                rebuilds < MAX_REBUILDS, candidates, log,
             )  # fmt: skip
         if why == DONE:
             break
-        bring_all(bodies, n, lines, statics, now, start, log)
-        pairs, owner = renew(bodies, n, statics, pairs, horizon, gravity)
-        found = np.empty(len(owner) + 1, np.int32)
-        log.counts[REBUILDS] += 1
-        may_end = True
-        windows += 1
-    bring_all(bodies, n, lines, statics, h, start, log)
+        advance_all(bodies, n, sweeps, statics.bins_y, now, start, log)
+        pairs, owner = rebuild(bodies, n, statics, pairs, horizon, gravity)
+        candidates = np.empty(len(owner) + 1, np.int32)
+        may_expire = True
+        rebuilds += 1
+    advance_all(bodies, n, sweeps, statics.bins_y, h, start, log)
     return pairs, owner

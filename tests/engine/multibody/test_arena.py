@@ -1,4 +1,4 @@
-"""Balls that touch each other: laws of impacts, piles at rest, sleep, inputs, what is told."""
+"""Balls that touch each other: laws of impacts, piles at rest, sleep, inputs, events."""
 
 import math
 from typing import Any
@@ -12,16 +12,16 @@ from engine.board.materials import Material
 from engine.board.model import Board
 from engine.board.parts import Peg, Wall
 from engine.errors import ParameterError, RecordError
-from engine.multibody.arena import Arena, replay
+from engine.multibody.arena import Arena
 from engine.multibody.events import Landed, Touch
 from engine.multibody.scenes import GRAVITY_PRESETS, RESTITUTION_PRESETS, galton, on_board, sandbox
 from engine.multibody.settings import ArenaSettings
-from engine.multibody.solver.step import frame
-from engine.multibody.static_geometry import Place
+from engine.multibody.solver.step import step_balls
+from engine.multibody.static_geometry import StaticGeometry
 
 G = 9.81
 H = 1.0 / 240.0
-SPACE = Place()
+SPACE = StaticGeometry()
 
 
 def free(**settings: object) -> Arena:
@@ -50,7 +50,7 @@ def test_a_head_on_impact_has_its_restitution_and_keeps_the_momentum(e: float) -
     assert before.total - after.total == pytest.approx((1.0 - e * e) * lost, rel=1e-9, abs=1e-12)
 
 
-def test_where_two_balls_meet_does_not_depend_on_the_substeps() -> None:
+def test_where_two_balls_collide_does_not_depend_on_the_substeps() -> None:
     """The impact is at the time and place where they touch, not at the end of a substep."""
     places = []
     for substeps in (1, 4, 64):
@@ -164,12 +164,12 @@ def test_nothing_tunnels_at_any_speed_or_size(
     angle: float, exponent: float, size: float, e: float
 ) -> None:
     """A small ball of up to 100 km/s among large ones and pegs, in a box 4 m wide."""
-    place = Place(
-        walls=Place.box(4.0, 4.0).walls,
+    geometry = StaticGeometry(
+        walls=StaticGeometry.box(4.0, 4.0).walls,
         wall_material=Material(e, 0.1),
         pegs=(Peg(0.0, 2.0, 0.3),),
     )
-    arena = Arena(place, ArenaSettings(gravity=G))
+    arena = Arena(geometry, ArenaSettings(gravity=G))
     radius, speed = 10.0**size, 10.0**exponent
     arena.add(-1.0, 1.0, vx=speed * math.cos(angle), vy=speed * math.sin(angle),
               radius=min(radius, 0.3), restitution=e)  # fmt: skip
@@ -218,7 +218,7 @@ def test_a_pile_stands_still_sleeps_and_wakes_when_touched() -> None:
 
 
 def test_a_removed_support_wakes_what_lay_on_it() -> None:
-    arena = Arena(Place.box(2.0, 2.0))
+    arena = Arena(StaticGeometry.box(2.0, 2.0))
     lower = arena.add(0.0, 1.9, radius=0.1)
     arena.add(0.0, 1.7, radius=0.1)
     arena.add(0.8, 1.9, radius=0.1)
@@ -232,19 +232,19 @@ def test_a_removed_support_wakes_what_lay_on_it() -> None:
 
 @pytest.fixture
 def computed(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Gets the number of balls of each frame that is computed."""
+    """Gets the number of balls of each step that is computed."""
     found: list[int] = []
 
     def noting(*arguments: Any) -> Any:
         found.append(arguments[1])
-        return frame(*arguments)
+        return step_balls(*arguments)
 
-    monkeypatch.setattr("engine.multibody.arena.frame", noting)
+    monkeypatch.setattr("engine.multibody.arena.step_balls", noting)
     return found
 
 
-def test_a_frame_is_computed_only_where_something_moves(computed: list[int]) -> None:
-    arena = Arena(Place.box(2.0, 2.0))
+def test_a_step_is_computed_only_where_something_moves(computed: list[int]) -> None:
+    arena = Arena(StaticGeometry.box(2.0, 2.0))
     steps(arena, 10)
     assert computed == []
     arena.add(0.0, 1.9, radius=0.1)
@@ -265,7 +265,7 @@ def test_a_frame_is_computed_only_where_something_moves(computed: list[int]) -> 
 
 @pytest.mark.parametrize("change", ["kick", "impulse", "edit", "edit_all", "configure"])
 def test_whatever_changes_a_sleeping_ball_wakes_it(change: str, computed: list[int]) -> None:
-    arena = Arena(Place.box(2.0, 2.0))
+    arena = Arena(StaticGeometry.box(2.0, 2.0))
     ball = arena.add(0.0, 1.9, radius=0.1)
     steps(arena, 120)
     assert not arena.awake
@@ -343,7 +343,7 @@ def test_a_ball_pushed_across_the_bins_line_lands() -> None:
 def test_coincident_balls_part_and_always_in_the_same_way() -> None:
     results = []
     for _ in range(2):
-        arena = Arena(Place.box(4.0, 4.0))
+        arena = Arena(StaticGeometry.box(4.0, 4.0))
         arena.add_many([0.5] * 40, [2.0] * 40, radius=0.05)
         steps(arena, 300)
         b = arena.bodies
@@ -356,7 +356,9 @@ def test_coincident_balls_part_and_always_in_the_same_way() -> None:
 @pytest.mark.parametrize("name", list(GRAVITY_PRESETS))
 @pytest.mark.parametrize("row", list(RESTITUTION_PRESETS))
 def test_every_preset_makes_a_sandbox(name: str, row: str) -> None:
-    arena = sandbox(20, gravity=name, restitution=row, seed="7")
+    arena = sandbox(
+        20, gravity=GRAVITY_PRESETS[name], restitution=RESTITUTION_PRESETS[row], seed="7"
+    )
     assert arena.settings.gravity == GRAVITY_PRESETS[name]
     steps(arena, 5)
     assert arena.count == 20
@@ -451,8 +453,8 @@ def test_find_and_interpolation_and_memory() -> None:
 
 
 def test_walls_hold_from_either_side_and_their_ends_are_round() -> None:
-    place = Place(walls=(Wall(-1.0, 0.0, 1.0, 0.0),), wall_material=Material(1.0, 0.0))
-    arena = Arena(place, ArenaSettings(gravity=0.0))
+    geometry = StaticGeometry(walls=(Wall(-1.0, 0.0, 1.0, 0.0),), wall_material=Material(1.0, 0.0))
+    arena = Arena(geometry, ArenaSettings(gravity=0.0))
     arena.add(0.0, 1.0, vy=-2.0, restitution=1.0, friction=0.0)
     arena.add(0.0, -1.0, vy=2.0, restitution=1.0, friction=0.0)
     arena.add(2.0, 0.0, vx=-2.0, restitution=1.0, friction=0.0)
@@ -461,7 +463,7 @@ def test_walls_hold_from_either_side_and_their_ends_are_round() -> None:
     assert arena.bodies["vx"][2] == pytest.approx(2.0)
 
 
-def test_a_replay_of_the_inputs_gives_the_same_digest() -> None:
+def test_recorded_inputs_applied_anew_give_the_same_digest() -> None:
     arena = sandbox(40, seed=9)
     again = Arena(arena.place, arena.settings)
     for row in arena.bodies:
@@ -481,6 +483,10 @@ def test_a_replay_of_the_inputs_gives_the_same_digest() -> None:
     live.edit_all(restitution=0.2)
     live.wake_all()
     steps(live, 20)
-    copy = replay(arena.place, arena.settings, live.record, live.tick)
+    copy = Arena(arena.place, arena.settings)
+    for entry in live.record:
+        steps(copy, entry["tick"] - copy.tick)
+        copy.apply(entry)
+    steps(copy, live.tick - copy.tick)
     assert copy.digest() == live.digest()
     assert len(live.record) == 9

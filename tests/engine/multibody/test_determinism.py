@@ -12,7 +12,7 @@ from engine.board.model import Board
 from engine.multibody.arena import Arena
 from engine.multibody.scenes import galton, sandbox
 from engine.multibody.settings import ArenaSettings
-from engine.multibody.static_geometry import Place
+from engine.multibody.static_geometry import StaticGeometry
 
 ROOT = Path(__file__).parents[3]
 
@@ -45,9 +45,10 @@ def run(code: str, **environment: str) -> str:
 
 
 def test_plain_python_gives_the_bits_of_compiled_code() -> None:
-    """Impacts, contacts, a renewed list of pairs, a removed and a fast ball, without the JIT."""
+    """Impacts, contacts, a neighbour list made anew, a removed and a fast ball, without the JIT."""
     check = (
-        "from engine.multibody.solver.step import frame\nassert not hasattr(frame, 'signatures')\n"
+        "from engine.multibody.solver.step import step_balls\n"
+        "assert not hasattr(step_balls, 'signatures')\n"
     )
     assert run(check + SCENE, NUMBA_DISABLE_JIT="1") == run(SCENE)
 
@@ -93,7 +94,7 @@ def test_the_order_in_which_balls_are_added_does_not_matter() -> None:
     vx, radius = rng.normal(0, 2, n), rng.uniform(0.05, 0.12, n)
     digests = set()
     for order in (np.arange(n), np.arange(n)[::-1], rng.permutation(n)):
-        arena = Arena(Place.box(3.0, 3.0), ArenaSettings())
+        arena = Arena(StaticGeometry.box(3.0, 3.0), ArenaSettings())
         for part in np.array_split(order, 3):
             arena.add_many(x[part], y[part], vx=vx[part], radius=radius[part], ids=part.tolist())
         assert arena.bodies["id"].tolist() == list(range(n))
@@ -115,9 +116,9 @@ def test_the_frame_rate_does_not_matter() -> None:
     assert len(digests) == 1
 
 
-def test_a_place_of_a_board_survives_its_json_form() -> None:
-    place = Place.of_board(Board.preset("triangle-12"))
-    again = Place.from_dict(place.to_dict())
-    assert again == place
-    assert again.digest == place.digest
-    assert place.digest != Place.of_board(Board.preset("triangle-11")).digest
+def test_the_geometry_of_a_board_survives_its_json_form() -> None:
+    geometry = StaticGeometry.of_board(Board.preset("triangle-12"))
+    again = StaticGeometry.from_dict(geometry.to_dict())
+    assert again == geometry
+    assert again.digest == geometry.digest
+    assert geometry.digest != StaticGeometry.of_board(Board.preset("triangle-11")).digest

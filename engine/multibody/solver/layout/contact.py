@@ -1,0 +1,28 @@
+"""Contacts of a substep as arrays: the work space of the contact solver."""
+
+from typing import NamedTuple
+
+from engine.multibody.solver.layout.array_types import Floats, Ints
+
+# Columns of `Contacts.ends`.
+A = 0  # row of a ball
+B = 1  # row of the other, or the last row of all for what is fixed
+PAIR = 2  # row in the neighbour list
+END_COLUMNS = 3
+
+# Columns of `Contacts.rows`.
+NORMAL_X = 0
+NORMAL_Y = 1
+MASS = 2  # effective mass of the pair along the normal, kg; across it, a third
+BIAS = 3  # gap over substep, m/s
+FRICTION = 4  # friction coefficient of the pair
+NORMAL_IMPULSE = 5  # accumulated, N s
+TANGENT_IMPULSE = 6
+COLUMNS = 7
+
+
+class Contacts(NamedTuple):
+    """Room for as many contacts as there are pairs; how many there are is passed along."""
+
+    ends: Ints  # (p, 3): A, B, PAIR
+    rows: Floats  # (p, 7)
