@@ -25,15 +25,15 @@ from app.live.registry import Rooms
 from app.ops import logs
 from app.ops.metrics import Metrics
 from app.persistence.database import Database
-from app.persistence.service import Keeper
+from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
 from app.pictures.film import Cameras
 from app.pictures.workers import Workers
 from app.rooms.boards import Boards
-from app.rooms.independent import DropCommand
 from app.rooms.kinds import BallLimits
-from app.rooms.touching.room import ArenaRoom
+from app.rooms.pending import DropCommand
+from app.rooms.touching.room import TouchingRoom
 from app.settings import Settings, static_directory
 from app.web import problems
 from app.web.limits import KeyedBuckets, Quota
@@ -136,14 +136,14 @@ def _services(settings: Settings) -> Services:
         patience=settings.ledger_patience,
     )
     limits = BallLimits(settings.max_balls, settings.max_touching)
-    keeper = Keeper(ledger, tick_rate=settings.tick_rate, limits=limits)
+    persistence = PersistenceService(ledger, tick_rate=settings.tick_rate, limits=limits)
     held = Rooms(
         settings,
         known,
         hub,
         _main_board(settings.board),
         watchers=(metrics, cameras),
-        keeper=keeper,
+        persistence=persistence,
     )
     server = Services(
         settings=settings,
@@ -161,7 +161,7 @@ def _services(settings: Settings) -> Services:
         creators=Quota(settings.creator_rooms, "rooms of this address", held.is_open),
         metrics=metrics,
     )
-    server.rooms.in_use = cameras.films
+    server.rooms.filmed = cameras.films
     metrics.read_from(functools.partial(readings, server))
     ledger.on_commit = metrics.ledger_commit.observe
     return server
@@ -216,8 +216,8 @@ def _warm_up() -> None:
     world = World(board, solver="exact")
     world.add(seed=0)
     world.step()
-    touching = ArenaRoom("warm-up", board, tick_rate=60, max_balls=2)
-    touching.take(DropCommand(0))
+    touching = TouchingRoom("warm-up", board, tick_rate=60, max_balls=2)
+    touching.drop(DropCommand(0))
     touching.step(watched=True)
     touching.diagnostics()
 

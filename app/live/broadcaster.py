@@ -1,8 +1,6 @@
-"""What those who watch a room are told: the state to start from, events, pictures, diagnostics."""
+"""What those who watch a room are sent: the state to start from, events, snapshots, diagnostics."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
 
 import msgspec
 
@@ -10,24 +8,15 @@ from app.live.hub import Client, Hub
 from app.live.replay_buffer import Recent
 from app.protocol import messages
 from app.protocol.wire import Frame
-from app.rooms.independent import Room
-from app.rooms.kinds import AnyRoom, ArenaRoom
+from app.rooms.pending import Requester
+from app.rooms.room import Room
 from app.settings import Settings
 
 _DIAGNOSED = 5  # times a second, for those who watch a room's diagnostics
 
 
-@dataclass(frozen=True, slots=True)
-class Giver:
-    """Who asked for a drop or a change, and is told of it with the note it came with."""
-
-    client: int | None
-    key: str
-    ref: Any
-
-
-class Teller:
-    """Sends by the hub what comes out of rooms, and remembers it for clients whose line broke."""
+class Broadcaster:
+    """Sends by the hub what comes out of rooms; remembers it for who lost their connection."""
 
     def __init__(self, hub: Hub, settings: Settings, clock: Callable[[], float]) -> None:
         self._hub = hub
@@ -35,9 +24,9 @@ class Teller:
         self._every = max(1, settings.tick_rate // _DIAGNOSED)  # ticks
         self._limits = messages.Limits(settings.max_balls, settings.drop_rate, settings.max_message)
         self._recent: dict[str, Recent] = {}
-        self._curious: dict[str, set[int]] = {}  # clients that watch a room's diagnostics
+        self._diagnosed: dict[str, set[int]] = {}  # clients that watch a room's diagnostics
 
-    def begin(self, room: AnyRoom, run: str) -> None:
+    def begin(self, room: Room, run: str) -> None:
         """Begin to remember what is announced in this life of a room, whose name is `run`."""
         self._recent[room.id] = Recent(run)
         self._recent[room.id].begin(room.seq)
@@ -46,11 +35,11 @@ class Teller:
         """A room is not in memory any more."""
         self._recent.pop(room_id, None)
 
-    def missed(self, room: AnyRoom, run: str, since: int, key: str) -> messages.Missed:
+    def missed(self, room: Room, run: str, since: int, key: str) -> messages.Missed:
         """What a client with this key has missed after event number `since` of `run`."""
         return messages.Missed(since=since, events=self._recent[room.id].since(run, since, key))
 
-    def greet(self, room: AnyRoom, client: Client) -> None:
+    def greet(self, room: Room, client: Client) -> None:
         """Give a client the full state to start from."""
         hello = msgspec.structs.replace(
             room.hello(self._clock(), self._limits, client.stream),
@@ -58,78 +47,85 @@ class Teller:
             key=client.key,
         )
         client.post(Frame.event(messages.encode_event(hello)))
-        if isinstance(room, ArenaRoom):
-            # Balls at rest are there too, and nothing moves that would have them shown.
-            client.show(Frame.picture(room.frame(first=True)))
-        elif client.stream == messages.SEGMENTS:
-            room.watch_segments(True)
-            client.show(Frame.picture(room.all_segments()))
+        first = room.first_message(client.stream)
+        if first is not None:
+            client.show(Frame.picture(first))
+
+    def greet_all(self, room: Room) -> None:
+        """Everyone who watches a room starts over."""
+        for client in self._hub.clients(room.id):
+            self.greet(room, client)
 
     def announce(
-        self, room: AnyRoom, seq: int, giver: Giver, event: messages.Event
+        self, room: Room, seq: int, requester: Requester, event: messages.Event
     ) -> messages.Event:
-        """Tell everyone what came of an input; its note goes to who gave it alone."""
+        """Send everyone what came of an input; its note goes to the requester alone."""
         own = event
         noted = isinstance(event, messages.Accepted | messages.Placed)
-        self._recent[room.id].add(seq, event, giver.key if noted else "", giver.ref)
+        self._recent[room.id].add(seq, event, requester.key if noted else "", requester.ref)
         if isinstance(event, messages.Accepted | messages.Placed):
-            own = msgspec.structs.replace(event, ref=giver.ref)
-        if giver.client is not None:
-            self._hub.tell(room.id, giver.client, messages.encode_event(own))
-        if self._hub.count(room.id) > (giver.client is not None):
-            self._hub.announce(room.id, messages.encode_event(event), skip=giver.client)
+            own = msgspec.structs.replace(event, ref=requester.ref)
+        if requester.client is not None:
+            self._hub.notify(room.id, requester.client, messages.encode_event(own))
+        if self._hub.count(room.id) > (requester.client is not None):
+            self._hub.announce(room.id, messages.encode_event(event), skip=requester.client)
         return own
 
-    def tell(
-        self, room: AnyRoom, events: list[messages.Event], *, with_picture: bool = False
+    def broadcast(
+        self, room: Room, events: list[messages.Event], *, with_snapshot: bool = False
     ) -> None:
-        """Send events, and the picture of this moment, to all who watch."""
+        """Send events, and the snapshot of this moment, to all who watch."""
         for seq, event in enumerate(events, room.seq - len(events) + 1):
             self._recent[room.id].add(seq, event)
-        if self._hub.count(room.id, messages.SNAPSHOTS) and (events or with_picture):
-            told = messages.encode_events(events) if events else None
-            picture = room.frame() if with_picture else None
-            self._hub.publish(room.id, messages.SNAPSHOTS, told, picture)
-        if not isinstance(room, ArenaRoom):
-            self._tell_segments(room, events, with_picture)
+        if self._hub.count(room.id, messages.SNAPSHOTS) and (events or with_snapshot):
+            text = messages.encode_events(events) if events else None
+            snapshot = room.snapshot() if with_snapshot else None
+            self._hub.publish(room.id, messages.SNAPSHOTS, text, snapshot)
+        self._broadcast_segments(room, events, with_snapshot)
 
-    def _tell_segments(self, room: Room, events: list[messages.Event], with_pieces: bool) -> None:
-        """Send what clients that draw the paths themselves need: no contacts, and new pieces."""
+    def _broadcast_segments(
+        self, room: Room, events: list[messages.Event], with_segments: bool
+    ) -> None:
+        """Send what clients that draw the paths themselves need: no contacts, and new segments."""
         watched = self._hub.count(room.id, messages.SEGMENTS) > 0
         room.watch_segments(watched)
         if not watched:
             return
-        pieces = room.segments() if with_pieces else None
-        told = [event for event in events if not isinstance(event, messages.Contact)]
-        if told or pieces is not None:
-            text = messages.encode_events(told) if told else None
-            self._hub.publish(room.id, messages.SEGMENTS, text, pieces)
+        segments = room.segments() if with_segments else None
+        heard = [event for event in events if not isinstance(event, messages.Contact)]
+        if heard or segments is not None:
+            text = messages.encode_events(heard) if heard else None
+            self._hub.publish(room.id, messages.SEGMENTS, text, segments)
 
-    def watch(self, room: ArenaRoom, client: int, wanted: bool) -> None:
-        """Send a client the room's diagnostics from now on, or no more."""
+    def watch_diagnostics(self, room: Room, client: int, wanted: bool) -> None:
+        """Send a client the room's diagnostics from now on, or no more.
+
+        Raises InvalidValueError for a room that has none.
+        """
+        room.check_changeable()
         if not wanted:
             self.unwatch(room.id, client)
             return
-        self._curious.setdefault(room.id, set()).add(client)
-        self._hub.tell(room.id, client, messages.encode_event(room.diagnostics()))
+        self._diagnosed.setdefault(room.id, set()).add(client)
+        self._hub.notify(room.id, client, messages.encode_event(room.diagnostics()))
 
     def unwatch(self, room_id: str, client: int) -> None:
         """Send a client no diagnostics any more, if it had them sent."""
-        watchers = self._curious.get(room_id, set())
+        watchers = self._diagnosed.get(room_id, set())
         watchers.discard(client)
         if not watchers:
-            self._curious.pop(room_id, None)
+            self._diagnosed.pop(room_id, None)
 
-    def diagnose(self, room: AnyRoom, before: int) -> None:
-        """Tell the diagnostics to those who watch them: a few times a second, and at the end.
+    def diagnose(self, room: Room, before: int) -> None:
+        """Send the diagnostics to those who watch them: a few times a second, and at the end.
 
         before: the tick that the room was at when this was last called.
         """
-        watchers = self._curious.get(room.id)
-        if not watchers or not isinstance(room, ArenaRoom):
+        watchers = self._diagnosed.get(room.id)
+        if not watchers:
             return
         if room.world.tick // self._every == before // self._every and room.awake:
             return
-        told = messages.encode_event(room.diagnostics())
+        event = messages.encode_event(room.diagnostics())
         for client in watchers:
-            self._hub.tell(room.id, client, told)
+            self._hub.notify(room.id, client, event)

@@ -1,10 +1,10 @@
 """Who watches which room, and how what happens there reaches each client.
 
-Two lanes a client. Events are reliable: in order, up to a bound. Pictures are lossy: one slot, and
-a newer one takes the place of the older. A client whose connection has room is written to at once,
-the same bytes for all. One that does not read falls back on its own mailbox and writer, so that it
-stops only itself. When a write takes longer than the grace period, or the mailbox overflows, the
-client is too slow and is closed with that reason.
+Two ways to a client. Events are reliable: in order, up to a bound. Snapshots are lossy: one slot,
+and a newer one takes the place of the older. A client whose connection has room is written to at
+once, the same bytes for all. One that does not read falls back on its own mailbox and writer, so
+that it stops only itself. When a write takes longer than the grace period, or the mailbox
+overflows, the client is too slow and is closed with that reason.
 """
 
 import asyncio
@@ -17,7 +17,7 @@ from app.errors import AppError, RoomFullError, SlowClientError
 from app.protocol.wire import Frame
 
 
-class Line(Protocol):
+class Connection(Protocol):
     """A client's connection, as the hub needs it."""
 
     def write(self, wire: bytes) -> bool:
@@ -33,28 +33,28 @@ class Traffic:
 
     frames: int = 0
     bytes: int = 0  # payload
-    skipped: int = 0  # pictures that a newer one overtook
+    skipped: int = 0  # snapshots that a newer one overtook
     too_slow: int = 0  # clients closed for not reading
 
 
 class Mailbox:
-    """What waits for one client, pure: bounded events in order, and the latest picture.
+    """What waits for one client, pure: bounded events in order, and the latest snapshot.
 
-    `renew`, where given, makes the picture that stands for several that waited: those of a stream
-    in which each picture adds to the one before.
+    In a stream in which each snapshot adds to the one before, `keyframe` makes one that stands for
+    all that waited.
     """
 
     def __init__(
-        self, max_events: int, max_bytes: int, renew: Callable[[], Frame] | None = None
+        self, max_events: int, max_bytes: int, keyframe: Callable[[], Frame] | None = None
     ) -> None:
         self.max_events = max_events
         self.max_bytes = max_bytes
-        self.replaced = 0  # pictures that a newer one overtook
-        self._renew = renew
+        self.replaced = 0  # snapshots that a newer one overtook
+        self._keyframe = keyframe
         self._events: deque[Frame] = deque()
         self._size = 0
-        self._picture: Frame | None = None
-        self._torn = False
+        self._snapshot: Frame | None = None
+        self._needs_keyframe = False
 
     def post(self, event: Frame) -> None:
         """Queue an event; raises SlowClientError when the queue is full."""
@@ -65,33 +65,33 @@ class Mailbox:
         self._events.append(event)
         self._size += len(event.payload)
 
-    def show(self, picture: Frame) -> None:
-        """Put a picture in the slot; the one that was there is gone."""
-        if self._picture is not None:
+    def show(self, snapshot: Frame) -> None:
+        """Put a snapshot in the slot; the one that was there is gone."""
+        if self._snapshot is not None:
             self.replaced += 1
-            self._torn = self._renew is not None
-        self._picture = picture
+            self._needs_keyframe = self._keyframe is not None
+        self._snapshot = snapshot
 
     def take(self) -> Frame | None:
-        """The next frame to send: events first, so that a picture never runs ahead of them."""
+        """The next frame to send: events first, so that a snapshot never runs ahead of them."""
         if self._events:
             event = self._events.popleft()
             self._size -= len(event.payload)
             return event
-        picture, self._picture = self._picture, None
-        if self._torn and self._renew is not None:
-            self._torn = False
-            return self._renew()
-        return picture
+        snapshot, self._snapshot = self._snapshot, None
+        if self._needs_keyframe and self._keyframe is not None:
+            self._needs_keyframe = False
+            return self._keyframe()
+        return snapshot
 
 
 class Client:
-    """One connection: written to directly while it keeps up, through its mailbox while not."""
+    """One who watches: written to directly while it keeps up, through its mailbox while not."""
 
     def __init__(
         self,
         client_id: int,
-        line: Line,
+        connection: Connection,
         mailbox: Mailbox,
         grace: float,
         *,
@@ -104,7 +104,7 @@ class Client:
         self.key = key  # by which it is known when it comes back
         self.mailbox = mailbox
         self.sent = 0  # frames
-        self._line = line
+        self._connection = connection
         self._grace = grace
         self._traffic = traffic or Traffic()
         self._keeps_up = True  # nothing waits in the mailbox and nothing is being sent from it
@@ -114,7 +114,7 @@ class Client:
 
     def post(self, event: Frame) -> None:
         """Send an event, or queue it; a client whose queue is full is on its way out."""
-        if self._keeps_up and self._line.write(event.wire):
+        if self._keeps_up and self._connection.write(event.wire):
             self._count(event)
             return
         try:
@@ -124,20 +124,20 @@ class Client:
         self._keeps_up = False
         self._wake.set()
 
-    def show(self, picture: Frame) -> None:
-        """Send a picture, or offer it for when there is room."""
-        if self._keeps_up and self._line.write(picture.wire):
-            self._count(picture)
+    def show(self, snapshot: Frame) -> None:
+        """Send a snapshot, or offer it for when there is room."""
+        if self._keeps_up and self._connection.write(snapshot.wire):
+            self._count(snapshot)
             return
         replaced = self.mailbox.replaced
-        self.mailbox.show(picture)
+        self.mailbox.show(snapshot)
         self._traffic.skipped += self.mailbox.replaced - replaced
         self._keeps_up = False
         self._wake.set()
 
     def write(self, wire: bytes, frames: int) -> bool:
         """Send several frames in one go, if the client keeps up; else False and nothing is done."""
-        if self._keeps_up and self._line.write(wire):
+        if self._keeps_up and self._connection.write(wire):
             self.sent += frames
             return True
         return False
@@ -165,7 +165,7 @@ class Client:
     async def _write_one(self, frame: Frame) -> None:
         try:
             async with asyncio.timeout(self._grace) as self._writing:
-                await self._line.send(frame)
+                await self._connection.send(frame)
         except TimeoutError:
             self._failure = self._failure or SlowClientError(
                 f"nothing was read for {self._grace:g} seconds"
@@ -229,19 +229,19 @@ class Hub:
             if client.id != skip:
                 client.post(frame)
 
-    def tell(self, room_id: str, client_id: int, event: bytes) -> None:
+    def notify(self, room_id: str, client_id: int, event: bytes) -> None:
         """Send an event frame to one client, if it is still there."""
         for clients in self._rooms.get(room_id, {}).values():
             if client_id in clients:
                 clients[client_id].post(Frame.event(event))
 
     def publish(
-        self, room_id: str, stream: str, events: bytes | None, picture: bytes | None
+        self, room_id: str, stream: str, events: bytes | None, snapshot: bytes | None
     ) -> None:
-        """Send a tick's events and picture to all who watch this stream: the same bytes to all."""
+        """Send a tick's events and snapshot to all who watch this stream: the same bytes to all."""
         frames = [Frame.event(events)] if events is not None else []
-        if picture is not None:
-            frames.append(Frame.picture(picture))
+        if snapshot is not None:
+            frames.append(Frame.picture(snapshot))
         wire = b"".join(frame.wire for frame in frames)
         size = sum(len(frame.payload) for frame in frames)
         written = 0

@@ -1,4 +1,4 @@
-"""What was last announced in a room, for clients whose line broke: bounded, pure."""
+"""What was last announced in a room, for clients who lost their connection: bounded, pure."""
 
 from collections import deque
 from typing import Any, Final

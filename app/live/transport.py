@@ -2,9 +2,9 @@
 
 Two things ASGI cannot do: write bytes that are framed already, once for all clients, and find out
 whether a client has read what it was sent; and get a close frame past the full write buffer of one
-that has not. Under `Connection` a WebSocket's scope carries an extension that can do both. `choose`
-tries it out at start-up: where uvicorn has changed, and under another server, all is sent through
-ASGI's own calls, a little slower and otherwise the same.
+that has not. Under `DirectProtocol` a WebSocket's scope carries an extension that can do both.
+`choose` tries it out at start-up: where uvicorn has changed, and under another server, all is sent
+through ASGI's own calls, a little slower and otherwise the same.
 """
 
 import asyncio
@@ -19,10 +19,10 @@ from uvicorn.server import ServerState
 from websockets.protocol import State
 
 from app.errors import SettingError
-from app.live.hub import Line
+from app.live.hub import Connection
 from app.protocol.wire import Frame
 
-EXTENSION = "plinko.line"
+EXTENSION = "plinko.connection"
 
 DIRECT: Literal["direct"] = "direct"
 PUBLIC: Literal["public"] = "public"
@@ -32,10 +32,10 @@ _GONE = 1006  # RFC 6455: the connection ended without a close frame
 _log = logging.getLogger("plinko")
 
 
-class DirectLine:
+class DirectConnection:
     """A connection written to without ASGI."""
 
-    def __init__(self, connection: "Connection") -> None:
+    def __init__(self, connection: "DirectProtocol") -> None:
         self._connection = connection
 
     def write(self, wire: bytes) -> bool:
@@ -67,17 +67,17 @@ class DirectLine:
         asyncio.get_running_loop().call_later(linger, self._connection.transport.abort)
 
 
-class Connection(WebSocketsSansIOProtocol):
+class DirectProtocol(WebSocketsSansIOProtocol):
     """uvicorn's connection, which lets the application write to it directly."""
 
     async def run_asgi(self) -> None:
-        """Run the application with the line among the scope's extensions."""
+        """Run the application with the connection among the scope's extensions."""
         extensions: Any = self.scope["extensions"]
-        extensions[EXTENSION] = DirectLine(self)
+        extensions[EXTENSION] = DirectConnection(self)
         await super().run_asgi()
 
 
-class PublicLine:
+class PublicConnection:
     """A connection written to through ASGI's own calls."""
 
     def __init__(self, socket: WebSocket) -> None:
@@ -95,10 +95,10 @@ class PublicLine:
             await self._socket.send_bytes(frame.payload)
 
 
-def line_of(socket: WebSocket) -> Line:
+def connection_of(socket: WebSocket) -> Connection:
     """How to send to this client."""
-    direct: DirectLine | None = socket.scope.get("extensions", {}).get(EXTENSION)
-    return direct or PublicLine(socket)
+    direct: DirectConnection | None = socket.scope.get("extensions", {}).get(EXTENSION)
+    return direct or PublicConnection(socket)
 
 
 def sever(scope: MutableMapping[str, Any], linger: float) -> None:
@@ -106,13 +106,13 @@ def sever(scope: MutableMapping[str, Any], linger: float) -> None:
 
     Where it is not, the close waits for the client, bounded by the caller's timeout.
     """
-    direct: DirectLine | None = scope.get("extensions", {}).get(EXTENSION)
+    direct: DirectConnection | None = scope.get("extensions", {}).get(EXTENSION)
     if direct is not None:
         direct.sever(linger)
 
 
 def choose(wanted: str) -> Literal["direct", "public"]:
-    """The kind of line to serve with: `auto` takes the direct one if it works.
+    """The kind of connection to serve with: `auto` takes the direct one if it works.
 
     Raises SettingError when `direct` is demanded and does not.
     """
@@ -129,7 +129,7 @@ def choose(wanted: str) -> Literal["direct", "public"]:
 
 def protocol_class(kind: str) -> Any:
     """What uvicorn is to speak WebSocket with."""
-    return Connection if kind == DIRECT else WebSocketsSansIOProtocol
+    return DirectProtocol if kind == DIRECT else WebSocketsSansIOProtocol
 
 
 class _Sink:
@@ -172,7 +172,7 @@ def _both_ways(frame: Frame) -> tuple[bytes, bytes]:
     )
     config.loaded, config.loaded_app = True, None  # it is not going to run anything
     loop = cast(asyncio.AbstractEventLoop, object())
-    connection = Connection(config, ServerState(), {}, _loop=loop)
+    connection = DirectProtocol(config, ServerState(), {}, _loop=loop)
     sink = _Sink()
     connection.connection_made(cast(asyncio.Transport, sink))
     connection.handshake_complete = True
@@ -185,6 +185,6 @@ def _both_ways(frame: Frame) -> tuple[bytes, bytes]:
         raise RuntimeError("an open connection made the sender wait")
     except StopIteration:
         public, sink.written = sink.written, b""
-    if not (DirectLine(connection).write(frame.wire) and connection.writable.is_set()):
+    if not (DirectConnection(connection).write(frame.wire) and connection.writable.is_set()):
         raise RuntimeError("an open connection took no frame")
     return public, sink.written

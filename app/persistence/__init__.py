@@ -1,9 +1,15 @@
 """The ledger: what must outlive the server. Every accepted drop is here before anyone is told.
 
+service     what is told of the rooms in memory, and when
+sessions    what the ledger has heard of each room's session
+recovery    how rooms come back from it; rebuild replays one, pure
+room_log    a room's log as it is sent
 tables      what is kept, as SQLAlchemy Core tables
-records     the same as frozen values, which is what the rest of the server sees
 store       statements: values in and out over a connection
 database    opening SQLite or PostgreSQL, one server at a time, and bringing its tables up to date
 migrations  how the tables came to be, step by step, for Alembic
 writer      one thread, one commit for all that waits, failures and recovery
+null_ledger the same side of it for a server that keeps nothing
+
+Imports rooms (whose records are the rows) and the protocol. Start with service.py.
 """

@@ -19,6 +19,7 @@ from app.rooms.records import (
     Pruned,
     ResultRow,
     RoomRow,
+    TakenRow,
     Undo,
     Write,
 )
@@ -39,7 +40,7 @@ def probe(connection: Connection) -> None:
 
 
 def prune(connection: Connection, before: float, *, keep: bool = False) -> Pruned:
-    """Delete the sittings that were closed before this Unix time, in s, and all that was in them.
+    """Delete the sessions that were closed before this Unix time, in s, and all that was in them.
 
     With `keep` nothing is deleted, only counted.
     """
@@ -57,12 +58,12 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
         counts.append(int(found or 0))
         if not keep:
             connection.execute(delete(table).where(column.in_(over)))
-    _, drops, inputs, sittings = counts
-    return Pruned(sittings, drops, inputs)
+    _, drops, inputs, sessions = counts
+    return Pruned(sessions, drops, inputs)
 
 
 def awake_rooms(connection: Connection) -> list[RoomRow]:
-    """The sittings in which something moved when the ledger last heard of them."""
+    """The sessions in which something moved when the ledger last heard of them."""
     chosen = select(tables.rooms).where(
         tables.rooms.c.awake.is_(True), tables.rooms.c.closed.is_(None)
     )
@@ -70,7 +71,7 @@ def awake_rooms(connection: Connection) -> list[RoomRow]:
 
 
 def public_rooms(connection: Connection) -> list[RoomRow]:
-    """The open sittings of rooms that belong to nobody."""
+    """The open sessions of rooms that belong to nobody."""
     chosen = select(tables.rooms).where(
         tables.rooms.c.owned.is_(False), tables.rooms.c.closed.is_(None)
     )
@@ -78,7 +79,7 @@ def public_rooms(connection: Connection) -> list[RoomRow]:
 
 
 def open_room(connection: Connection, room_id: str) -> RoomRow | None:
-    """The sitting that goes on in the room `room_id`, if it was not closed."""
+    """The session that goes on in the room `room_id`, if it was not closed."""
     found = _rooms(
         connection,
         select(tables.rooms).where(tables.rooms.c.id == room_id, tables.rooms.c.closed.is_(None)),
@@ -87,7 +88,7 @@ def open_room(connection: Connection, room_id: str) -> RoomRow | None:
 
 
 def parked_rooms(connection: Connection) -> list[Parked]:
-    """The open, sleeping sittings of rooms with owners, the longest unused first, a line each."""
+    """The open, sleeping sessions of rooms with owners, the longest unused first."""
     room = tables.rooms.c
     chosen = (
         select(
@@ -108,7 +109,7 @@ def parked_rooms(connection: Connection) -> list[Parked]:
 
 
 def last_number(connection: Connection) -> int:
-    """The highest number that a sitting ever got, or 0."""
+    """The highest number that a session ever got, or 0."""
     highest = select(tables.rooms.c.number).order_by(tables.rooms.c.number.desc()).limit(1)
     found: int | None = connection.execute(highest).scalar()
     return found or 0
@@ -124,7 +125,7 @@ def board(connection: Connection, digest: str) -> str | None:
 def drops(
     connection: Connection, room: int, first: int, limit: int | None = None
 ) -> list[tuple[DropRow, ResultRow | None]]:
-    """Drops of a sitting from ball number `first` on, in order, each with its result if it ended.
+    """Drops of a session from ball number `first` on, in order, each with its result if it ended.
 
     Raises ValueError when a number is missing: then this is no whole ledger.
     """
@@ -142,14 +143,14 @@ def drops(
     found = [(_drop(row), _result(row)) for row in connection.execute(chosen)]
     for number, (row, _) in enumerate(found, first):
         if row.ball != number:
-            raise ValueError(f"sitting {room} of the ledger lacks drop {number}")
+            raise ValueError(f"session {room} of the ledger lacks drop {number}")
     return found
 
 
 def inputs(
     connection: Connection, room: int, first: int, limit: int | None = None
 ) -> list[InputRow]:
-    """Inputs of a sitting from `first` on, in order; raises ValueError when one is missing."""
+    """Inputs of a session from `first` on, in order; raises ValueError when one is missing."""
     row = tables.inputs.c
     chosen = (
         select(tables.inputs)
@@ -160,17 +161,17 @@ def inputs(
     found = [InputRow(**each) for each in connection.execute(chosen).mappings()]
     for number, each in enumerate(found, first):
         if each.number != number:
-            raise ValueError(f"sitting {room} of the ledger lacks input {number}")
+            raise ValueError(f"session {room} of the ledger lacks input {number}")
     return found
 
 
-def drop_count(connection: Connection, room: int) -> int:
-    """How many drops a sitting has taken."""
-    highest = select(tables.drops.c.ball).where(tables.drops.c.room == room)
-    found: int | None = connection.execute(
-        highest.order_by(tables.drops.c.ball.desc()).limit(1)
-    ).scalar()
-    return 0 if found is None else found + 1
+def taken(
+    connection: Connection, name: str, room: int, first: int, limit: int | None = None
+) -> list[tuple[TakenRow, ResultRow | None]]:
+    """The `drops` or `inputs` of a session, whichever `name` says, each with its result if any."""
+    if name == tables.drops.name:
+        return [*drops(connection, room, first, limit)]
+    return [(row, None) for row in inputs(connection, room, first, limit)]
 
 
 def _rooms(connection: Connection, chosen: Select[Any]) -> list[RoomRow]:

@@ -67,6 +67,8 @@ class Ledger:
     that takes longer than `patience` seconds counts as failed.
     """
 
+    keeps = True
+
     def __init__(self, database: Database, *, period: float, patience: float) -> None:
         self.database = database
         self.period = period

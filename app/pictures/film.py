@@ -18,7 +18,8 @@ import numpy.typing as npt
 
 from app.errors import BusyError, RoomFullError
 from app.pictures.workers import Workers
-from app.rooms.kinds import AnyRoom, ArenaRoom, Ground, Scene
+from app.rooms.room import Room
+from engine import Board
 
 if TYPE_CHECKING:
     from app.render import BoxStage, Stage
@@ -52,10 +53,10 @@ class Still:
     lit: tuple[int, ...] = ()
 
 
-def still_of(room: AnyRoom) -> Still:
+def still_of(room: Room) -> Still:
     """A room as it is."""
-    bodies, ground = room.world.bodies, ground_of(room)
-    if isinstance(ground, Scene):
+    bodies, ground = room.world.bodies, room.ground
+    if room.box is not None:
         asleep = int((bodies["asleep"] != 0).sum())
         return Still(bodies, (f"{len(bodies):,} balls", f"{asleep:,} asleep"), ground.digest)
     stats = room.stats()
@@ -63,28 +64,21 @@ def still_of(room: AnyRoom) -> Still:
     return Still(bodies, (f"{len(bodies)} in flight", f"{landed:,} landed"), ground.digest)
 
 
-def ground_of(room: AnyRoom) -> Ground:
-    """What stands in a room now: another scene may have been begun in it."""
-    return room.ground if isinstance(room, ArenaRoom) else room.board
-
-
-def moment_of(room: AnyRoom) -> str:
+def moment_of(room: Room) -> str:
     """What is another whenever the room looks otherwise."""
-    inputs = room.taken if isinstance(room, ArenaRoom) else room.drops
-    return f"{room.id}.{room.world.tick}.{inputs}"
+    return f"{room.id}.{room.world.tick}.{room.taken}"
 
 
-def stage_of(room: AnyRoom, width: int, theme: str) -> "Stage | BoxStage":
+def stage_of(room: Room, width: int, theme: str) -> "Stage | BoxStage":
     """Where a room's frames are painted; raises InvalidValueError. For a worker's thread."""
     from app.render import BoxStage, Stage  # noqa: PLC0415 - loaded when a picture is asked for
 
-    ground = ground_of(room)
+    ground, box = room.ground, room.box
     title = room.id if room.id == ground.name else f"{room.id}   {ground.name}"
-    if not isinstance(ground, Scene):
-        return Stage(ground, width, theme=theme, title=title)
-    assert isinstance(room, ArenaRoom)
-    place = room.world.arena.place
-    return BoxStage(place, width, theme=theme, title=title, radius=ground.radius)
+    if box is not None:
+        return BoxStage(box.place, width, theme=theme, title=title, radius=box.radius)
+    assert isinstance(ground, Board)
+    return Stage(ground, width, theme=theme, title=title)
 
 
 class Stages:
@@ -97,7 +91,7 @@ class Stages:
         ] = OrderedDict()
         self._lock = threading.Lock()
 
-    def draw(self, room: AnyRoom, still: Still, fmt: str, width: int, theme: str) -> bytes:
+    def draw(self, room: Room, still: Still, fmt: str, width: int, theme: str) -> bytes:
         """A frame of `room` as `png` or `jpg`; raises InvalidValueError."""
         stage, lock = self._stage(room, still.ground, width, theme)
         with lock:
@@ -105,7 +99,7 @@ class Stages:
             return stage.png(pixels) if fmt == "png" else stage.jpg(pixels)
 
     def _stage(
-        self, room: AnyRoom, ground: str, width: int, theme: str
+        self, room: Room, ground: str, width: int, theme: str
     ) -> "tuple[Stage | BoxStage, threading.Lock]":
         key = (room.id, ground, width, theme)
         with self._lock:
@@ -120,7 +114,7 @@ class Stages:
 class Camera:
     """Films one shot for all its viewers."""
 
-    def __init__(self, room: AnyRoom, shot: Shot, workers: Workers, clock: Callable[[], float]):
+    def __init__(self, room: Room, shot: Shot, workers: Workers, clock: Callable[[], float]):
         self.room = room
         self.shot = shot
         self.viewers = 0
@@ -232,7 +226,7 @@ class Camera:
                 self._hits[number] = now
         self._histogram = counts
         self._hits = {n: at for n, at in self._hits.items() if at > now - LIT_SECONDS}
-        if isinstance(ground_of(self.room), Scene):
+        if self.room.box is not None:
             return still  # where balls lie in heaps, trails would hide them
         return replace(still, trails=_trails(self._past), lit=tuple(self._hits))
 
@@ -296,7 +290,7 @@ class Cameras:
         """Whether somebody watches pictures of this room."""
         return any(shot.room == room_id for shot in self._cameras)
 
-    async def open(self, room: AnyRoom, shot: Shot) -> tuple[Camera, int, bytes]:
+    async def open(self, room: Room, shot: Shot) -> tuple[Camera, int, bytes]:
         """A camera for one more viewer, with its newest frame; `leave` it at the end.
 
         Raises BusyError when too many cameras film already, RoomFullError when too many watch, and
@@ -309,7 +303,7 @@ class Cameras:
             self.leave(camera)
             raise
 
-    def _join(self, room: AnyRoom, shot: Shot) -> Camera:
+    def _join(self, room: Room, shot: Shot) -> Camera:
         if self.viewers >= self.max_viewers:
             raise RoomFullError(f"{self.max_viewers} watch live pictures already")
         if shot not in self._cameras:

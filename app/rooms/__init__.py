@@ -1,4 +1,5 @@
-"""Rooms as pure values: balls go in, events and frames come out; what a room logs and keeps.
+"""Rooms as pure values: inputs go in, events and binary messages come out; logs, records, checks.
 
-Imports the protocol and the engine; no I/O, no clock. Start with independent.py.
+room.py is what every room is; independent.py and touching/ are the two kinds, kinds.py makes one.
+Imports the protocol and the engine; no I/O, no clock. Start with room.py.
 """

@@ -1,19 +1,19 @@
 """The kinds of rooms there are, and how one of a kind is made."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 
-from app.rooms.independent import MODE, Room
-from app.rooms.touching.room import INTERACTING, SCENE, ArenaRoom
+from app.rooms.independent import INDEPENDENT, IndependentRoom
+from app.rooms.input_format import InputFormat
+from app.rooms.room import Ground, Room
+from app.rooms.touching.room import INTERACTING, SCENE, TouchingRoom
 from app.rooms.touching.scene import Scene
 from engine import Board
 
-AnyRoom = Room | ArenaRoom
-Ground = Board | Scene
-
-MODES = (MODE, INTERACTING)  # of rooms with boards
+MODES: Final = (INDEPENDENT, INTERACTING)  # of rooms with boards
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,23 +24,55 @@ class BallLimits:
     touching: int
 
 
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """What is to be known of rooms of one mode before there is one."""
+
+    room: Callable[..., Room]
+    format: InputFormat[Any, Any]
+    ground: Callable[[Any], Ground]  # from JSON
+    most_balls: Callable[[BallLimits], int]
+
+
+def _alone(limits: BallLimits) -> int:
+    return limits.alone
+
+
+def _together(limits: BallLimits) -> int:
+    return limits.touching
+
+
+_KINDS: Final = {
+    INDEPENDENT: _Kind(IndependentRoom, IndependentRoom.format, Board.from_json, _alone),
+    INTERACTING: _Kind(TouchingRoom, TouchingRoom.format, Board.from_json, _together),
+    SCENE: _Kind(TouchingRoom, TouchingRoom.format, Scene, _together),
+}
+
+
 def make_room(
     room_id: str, ground: Ground, mode: str, *, tick_rate: int, limits: BallLimits
-) -> AnyRoom:
+) -> Room:
     """A room as it begins; `mode` is one of MODES, or SCENE for a ground without a board."""
-    if mode == MODE:
-        assert isinstance(ground, Board)
-        return Room(room_id, ground, tick_rate=tick_rate, max_balls=limits.alone)
-    return ArenaRoom(room_id, ground, tick_rate=tick_rate, max_balls=limits.touching)
+    kind = _KINDS[mode]
+    return kind.room(room_id, ground, tick_rate=tick_rate, max_balls=kind.most_balls(limits))
+
+
+def most_balls(mode: str, limits: BallLimits) -> int:
+    """How many balls a room of this mode may hold."""
+    return _KINDS[mode].most_balls(limits)
+
+
+def format_of(mode: str) -> InputFormat[Any, Any]:
+    """How the inputs of rooms of this mode are kept and logged."""
+    return _KINDS[mode].format
 
 
 def ground_of(mode: str, text: str) -> Ground:
     """The ground that the ledger keeps as JSON."""
-    values: Any = msgspec.json.decode(text)
-    return Scene(values) if mode == SCENE else Board.from_json(values)
+    return _KINDS[mode].ground(msgspec.json.decode(text))
 
 
 __all__ = [
-    "INTERACTING", "MODE", "MODES", "SCENE", "AnyRoom", "ArenaRoom", "BallLimits", "Ground", "Room",
-    "Scene", "ground_of", "make_room",
+    "INDEPENDENT", "INTERACTING", "MODES", "SCENE", "BallLimits", "format_of", "ground_of",
+    "make_room", "most_balls",
 ]  # fmt: skip

@@ -1,47 +1,39 @@
 """A room's log: its inputs and what came of them, enough to replay all of it. Pure.
 
-`plinko verify` and whoever else reads one replays the drops at their ticks and compares every
-result, and at the end the whole world, to the last bit.
+`plinko verify` and whoever else reads one replays the inputs at their ticks, compares every result
+that a log of its kind has, and at the end the whole world, to the last bit.
 """
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
-import msgspec
-
 from app.errors import AppError
 from app.protocol.messages import Landed
-from app.rooms.independent import MODE, SOLVER, DropCommand, Room
-from app.rooms.records import DropRow, ResultRow
-from app.rooms.stakes import parse_stake
-from app.rooms.touching import log as arena_log
+from app.rooms.input_format import InputFormat
+from app.rooms.kinds import INDEPENDENT, INTERACTING, SCENE, BallLimits, format_of, make_room
+from app.rooms.room import Ground, Room
+from app.rooms.touching.scene import Scene
 from engine import PHYSICS_VERSION
 from engine.drops.verify import Verification, board_of
 from engine.errors import EngineError, RecordError
-from engine.seeding import parse_seed
 
 KIND: Final = "plinko-room"
 VERSION: Final = 1
 
-_RESULT: Final = ("tick", "bin", "score", "t", "x_end", "digest", "unsettled")
-_NEEDED: Final = (
-    "version", "board", "board_digest", "mode", "solver", "tick_rate", "physics_version",
-    "tick", "drops", "world_digest", "digest",
-)  # fmt: skip
 _NO_LIMIT: Final = 1 << 62  # balls; what the room once took, its replay takes
 
 
 def head(room: Room) -> dict[str, Any]:
-    """What comes before the drops in the log of a room as it is now."""
+    """What comes before the inputs in the log of a room as it is now."""
     return {
         "kind": KIND,
         "version": VERSION,
         "room": room.id,
-        "board": room.board.preset_name or room.board.to_dict(),
-        "board_digest": room.board.digest,
-        "mode": MODE,
-        "solver": SOLVER,
+        **room.ground_fields(),
+        "board_digest": room.origin.digest,
+        "mode": room.mode,
+        "solver": room.solver,
         "tick_rate": room.tick_rate,
         "physics_version": PHYSICS_VERSION,
         "tick": room.world.tick,
@@ -49,33 +41,17 @@ def head(room: Room) -> dict[str, Any]:
     }
 
 
-def entry(drop: DropRow, result: ResultRow | None, tick: int) -> dict[str, Any]:
-    """One drop of a log that ends at `tick`: what landed later has no result yet."""
-    ended = None
-    if result is not None and result.tick <= tick:
-        ended = {name: getattr(result, name) for name in _RESULT} | {"payout": result.payout}
-    return {
-        "ball": drop.ball,
-        "tick": drop.tick,
-        "seed": str(drop.seed),
-        "x": drop.x,
-        "stake": drop.stake,
-        "who": drop.who,
-        "result": ended,
-    }
-
-
 class LogDigest:
-    """SHA-256 over a log's world and, in order, each drop's result."""
+    """SHA-256 over a log's world and, in order, what counts of each entry."""
 
-    def __init__(self, world_digest: str) -> None:
+    def __init__(self, inputs: InputFormat[Any, Any], world_digest: str) -> None:
+        self._inputs = inputs
         self._hash = hashlib.sha256(world_digest.encode())
 
     def add(self, entries: Iterable[Mapping[str, Any]]) -> None:
-        """Take in the next drops."""
+        """Take in the next entries."""
         for each in entries:
-            result = each["result"]
-            self._hash.update((result["digest"] if result else "-").encode() + b"\n")
+            self._hash.update(self._inputs.line(each) + b"\n")
 
     def hex(self) -> str:
         """64 hexadecimal digits."""
@@ -93,52 +69,53 @@ def verify_log(log: Mapping[str, Any]) -> Verification:
     `expected` is what the log says, `actual` what comes out, `field` the first place where they
     differ. Raises RecordError, naming the field, for a log that lacks one or cannot be replayed.
     """
-    if log.get("mode", MODE) != MODE:
-        return arena_log.verify(log)
-    for name in _NEEDED:
+    independent = log.get("mode", INDEPENDENT) == INDEPENDENT
+    inputs = format_of(INDEPENDENT if independent else INTERACTING)
+    for name in inputs.needed:
         if name not in log:
             raise RecordError(f"the log lacks {name!r}", field=name)
-    board = board_of(log)
+    room = _room_of(log, independent)
     mine = {
         "version": VERSION,
-        "board_digest": board.digest,
-        "mode": MODE,
-        "solver": SOLVER,
+        "board_digest": room.origin.digest,
+        "mode": room.mode,
+        "solver": room.solver,
         "physics_version": PHYSICS_VERSION,
     }
     for name, value in mine.items():
         if log[name] != value:
             return Verification(False, name, log[name], value)
-    drops = _drops(log["drops"])
-    tick_rate, last = _whole(log, "tick_rate", 1), _whole(log, "tick", 0)
-    room = Room(str(log.get("room", "")), board, tick_rate=tick_rate, max_balls=_NO_LIMIT)
-    results = _replay(room, drops, last)
-    return _compare(log, drops, room, results)
+    entries = _entries(inputs, log[inputs.name])
+    landings = _replay(room, entries, _whole(log, "tick", 0))
+    return _compare(log, entries, room, landings)
 
 
-def _drops(value: object) -> list[Mapping[str, Any]]:
+def _room_of(log: Mapping[str, Any], independent: bool) -> Room:
+    """The room at its beginning."""
+    tick_rate = _whole(log, "tick_rate", 1)
+    ground: Ground
+    if independent or log.get("scene") is None:
+        if "board" not in log:
+            raise RecordError("the log lacks 'board'", field="board")
+        ground, mode = board_of(log), INDEPENDENT if independent else INTERACTING
+    else:
+        ground, mode = _scene_of(log["scene"], tick_rate), SCENE
+    limits = BallLimits(_NO_LIMIT, _NO_LIMIT)
+    return make_room(str(log.get("room", "")), ground, mode, tick_rate=tick_rate, limits=limits)
+
+
+def _scene_of(values: object, tick_rate: int) -> Scene:
+    try:
+        return Scene.of(values, tick_rate=tick_rate, max_balls=_NO_LIMIT)
+    except (AppError, EngineError) as error:
+        raise RecordError(f"scene: {error}", field="scene") from error
+
+
+def _entries(inputs: InputFormat[Any, Any], value: object) -> list[Mapping[str, Any]]:
     if not isinstance(value, Sequence) or isinstance(value, str):
-        raise RecordError("drops is not a list", field="drops")
-    for number, drop in enumerate(value):
-        where = f"drops[{number}]"
-        if not isinstance(drop, Mapping):
-            raise RecordError(f"{where} is not an object", field=where)
-        for name in ("ball", "tick", "seed", "result"):
-            if name not in drop:
-                raise RecordError(f"{where} lacks {name!r}", field=f"{where}.{name}")
-        if drop["ball"] != number:
-            raise RecordError(
-                f"{where}.ball is {drop['ball']!r}: balls are numbered from 0, none left out",
-                field=f"{where}.ball",
-            )
-        result = drop["result"]
-        if result is not None and not (
-            isinstance(result, Mapping) and all(name in result for name in (*_RESULT, "payout"))
-        ):
-            raise RecordError(
-                f"{where}.result is neither null nor an object with {', '.join(_RESULT)}",
-                field=f"{where}.result",
-            )
+        raise RecordError(f"{inputs.name} is not a list", field=inputs.name)
+    for number, entry in enumerate(value):
+        inputs.check(f"{inputs.name}[{number}]", number, entry)
     return list(value)
 
 
@@ -151,54 +128,48 @@ def _whole(values: Mapping[str, Any], name: str, least: int, where: str = "") ->
     return value
 
 
-def _replay(room: Room, drops: Sequence[Mapping[str, Any]], last: int) -> dict[int, Landed]:
-    """Put the drops in at their ticks, go on to tick `last`; returns the landings by ball."""
-    results: dict[int, Landed] = {}
-    for number, drop in enumerate(drops):
-        where = f"drops[{number}]."
-        tick = _whole(drop, "tick", room.world.tick, where)
+def _replay(room: Room, entries: Sequence[Mapping[str, Any]], last: int) -> dict[int, Landed]:
+    """Carry the inputs out at their ticks, go on to tick `last`; returns the landings by ball."""
+    landings: dict[int, Landed] = {}
+    for number, entry in enumerate(entries):
+        where = f"{room.format.name}[{number}]"
+        tick = _whole(entry, "tick", room.world.tick, f"{where}.")
         if tick > last:
-            raise RecordError(f"{where}tick {tick} is after the log's tick {last}", field="tick")
-        _advance(room, tick, results)
+            raise RecordError(f"{where}.tick {tick} is after the log's tick {last}", field="tick")
+        _advance(room, tick, landings)
         try:
-            stake = parse_stake(drop.get("stake"))
-            room.drop(DropCommand(parse_seed(drop["seed"]), drop.get("x"), stake))
+            room.replay(entry)
         except (EngineError, AppError, TypeError) as error:
-            raise RecordError(f"drops[{number}]: {error}", field=f"drops[{number}]") from error
-    _advance(room, last, results)
-    return results
+            where += room.format.replayed
+            raise RecordError(f"{where}: {error}", field=where) from error
+    _advance(room, last, landings)
+    return landings
 
 
-def _advance(room: Room, tick: int, results: dict[int, Landed]) -> None:
+def _advance(room: Room, tick: int, landings: dict[int, Landed]) -> None:
     while room.world.tick < tick:
         for event in room.step(watched=False):
             if isinstance(event, Landed):
-                results[event.ball] = event
+                landings[event.ball] = event
 
 
 def _compare(
     log: Mapping[str, Any],
-    drops: Sequence[Mapping[str, Any]],
+    entries: Sequence[Mapping[str, Any]],
     room: Room,
-    results: Mapping[int, Landed],
+    landings: Mapping[int, Landed],
 ) -> Verification:
-    for number, drop in enumerate(drops):
-        said, landed = drop["result"], results.get(number)
-        where = f"drops[{number}].result"
-        if said is None or landed is None:
-            if said is not None or landed is not None:
-                actual = None if landed is None else msgspec.to_builtins(landed)
-                return Verification(False, where, said, actual)
-            continue
-        actual = {name: getattr(landed, name) for name in _RESULT} | {"payout": landed.paid}
-        for name, value in actual.items():
-            if said[name] != value:
-                return Verification(False, f"{where}.{name}", said[name], value)
+    inputs = room.format
+    for number, entry in enumerate(entries):
+        where = f"{inputs.name}[{number}]"
+        difference = inputs.compare(where, entry, landings.get(number))
+        if difference is not None:
+            return difference
     world = room.world.digest()
     if log["world_digest"] != world:
         return Verification(False, "world_digest", log["world_digest"], world)
-    digest = LogDigest(world)
-    digest.add(drops)
+    digest = LogDigest(inputs, world)
+    digest.add(entries)
     if log["digest"] != digest.hex():
         return Verification(False, "digest", log["digest"], digest.hex())
     return Verification(True)

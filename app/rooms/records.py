@@ -1,4 +1,4 @@
-"""What the ledger keeps, as frozen values: a board, a sitting of a room, a drop, a result."""
+"""What the ledger keeps, as frozen values: a board, a session of a room, a drop, a result."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -17,7 +17,7 @@ class BoardRow:
 
 @dataclass(frozen=True, slots=True)
 class RoomRow:
-    """A sitting of the room `id`: one world from tick 0 on; `number` is its own, for ever.
+    """A session of the room `id`: one world from tick 0 on; `number` is its own, for ever.
 
     `tick` is one that nobody was shown a later one than. `checkpoint` is a world to start a replay
     from, after `checkpoint_drops` drops (or inputs); None means the world at tick 0. Times are
@@ -42,7 +42,7 @@ class RoomRow:
 
 @dataclass(frozen=True, slots=True)
 class Parked:
-    """A sleeping room in a line: what a list shows of it."""
+    """A sleeping room that is not in memory: what a list shows of it."""
 
     number: int
     id: str
@@ -55,7 +55,7 @@ class Parked:
 
     @classmethod
     def of(cls, row: RoomRow, board_name: str) -> "Parked":
-        """The line about a sitting that sleeps."""
+        """What is remembered of a session that sleeps."""
         drops = row.checkpoint_drops
         return cls(row.number, row.id, board_name, row.board, row.mode, row.tick, drops, row.used)
 
@@ -71,6 +71,11 @@ class DropRow:
     x: float | None = None
     stake: int = 0
     who: str | None = None
+
+    @property
+    def number(self) -> int:
+        """Of the drop among the inputs of its room."""
+        return self.ball
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +105,13 @@ class ResultRow:
     payout: int = 0
 
 
+TakenRow = DropRow | InputRow
+"""What the ledger keeps of an input: a drop, or what was done where balls touch each other."""
+
+
 @dataclass(frozen=True, slots=True)
 class Pruned:
-    """How much was deleted: sittings of rooms, their drops and inputs."""
+    """How much was deleted: sessions of rooms, their drops and inputs."""
 
     rooms: int
     drops: int
@@ -131,7 +140,7 @@ class Undo:
 
 @dataclass(frozen=True, slots=True)
 class Close:
-    """A sitting is over, at `tick`."""
+    """A session is over, at `tick`."""
 
     room: int
     tick: int

@@ -37,10 +37,10 @@ def _clock(server: Services) -> Iterator[tuple[str, str, float]]:
 def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
     rooms = server.rooms
     yield "rooms", "Open rooms.", len(rooms.all()) + len(rooms.parked())
-    yield "rooms_awake", "Rooms in which something moves.", len(rooms.awake)
-    yield "balls", "Balls in flight.", sum(room.world.count for room in rooms.awake)
-    yield "drops_total", "Drops accepted in rooms.", rooms.accepted
-    yield "landings_total", "Balls in rooms whose drop has ended.", rooms.landed
+    yield "rooms_awake", "Rooms in which something moves.", len(rooms.runner.awake)
+    yield "balls", "Balls in flight.", sum(room.world.count for room in rooms.runner.awake)
+    yield "drops_total", "Drops accepted in rooms.", rooms.runner.accepted
+    yield "landings_total", "Balls in rooms whose drop has ended.", rooms.runner.landed
     yield "jobs", "Drops, pictures and checks computed or waiting.", server.workers.jobs
 
 
@@ -49,7 +49,8 @@ def _ledger(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "ledger_up", "1 while the ledger takes writes.", ledger.up
     yield "ledger_commits_total", "Groups of writes made durable.", ledger.commits
     yield "ledger_failures_total", "Groups of writes refused or given up.", ledger.failures
-    yield "rooms_rebuilt", "Rooms that went on at the start.", server.rooms.keeper.rebuilt
+    rebuilt = server.rooms.persistence.recovery.rebuilt
+    yield "rooms_rebuilt", "Rooms that went on at the start.", rebuilt
 
 
 def _traffic(server: Services) -> Iterator[tuple[str, str, float]]:

@@ -6,9 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import msgspec
-
-from app.errors import AppError, InvalidValueError, TokenError
+from app.errors import AppError, TokenError
 from app.protocol import messages
 from app.protocol.touching_messages import (
     Change,
@@ -17,8 +15,7 @@ from app.protocol.touching_messages import (
     ReleaseMessage,
     WatchMessage,
 )
-from app.rooms.kinds import AnyRoom
-from app.rooms.touching.room import ArenaRoom
+from app.rooms.room import Room
 from app.web.limits import TokenBucket, spend
 from app.web.services import Services
 
@@ -47,26 +44,25 @@ class Changes:
         self._claimed = True
         return messages.Claimed(ref=message.ref)
 
-    def watch(self, room: AnyRoom, message: WatchMessage) -> None:
+    def watch(self, room: Room, message: WatchMessage) -> None:
         """Subscribe to diagnostics, or end that."""
-        self._server.rooms.teller.watch(self._touching(room), self._client, message.diagnostics)
+        wanted = message.diagnostics
+        self._server.rooms.broadcaster.watch_diagnostics(room, self._client, wanted)
 
-    def take(self, room: AnyRoom, message: Change) -> "asyncio.Future[messages.Event | None]":
+    def take(self, room: Room, message: Change) -> "asyncio.Future[messages.Event | None]":
         """Give the room an input.
 
         Raises TokenError, RateLimitError, InvalidValueError, MissingBallError, BallLimitError,
         LedgerError.
         """
-        arena = self._touching(room)
-        if self._server.rooms.owned(arena) and not self._claimed:
+        room.check_changeable()
+        if self._server.rooms.owned(room) and not self._claimed:
             raise TokenError(
-                f"room {arena.id!r} is changed by its creator: send `claim` with its token",
+                f"room {room.id!r} is changed by its creator: send `claim` with its token",
                 field="type",
             )
         spend(self._bucket, time.monotonic(), "changes")
-        data = msgspec.to_builtins(message)
-        ref = data.pop("ref")
-        asked = self._server.rooms.change(arena, data, client=self._client, ref=ref)
+        asked = self._server.rooms.change(room, message, client=self._client, ref=message.ref)
         if isinstance(message, DragMessage):
             self._holding.add(message.ball)
         elif isinstance(message, ReleaseMessage):
@@ -78,15 +74,6 @@ class Changes:
         for ball in sorted(self._holding):
             # A room that has gone too, or a ledger that is lost: the hand lapses by itself.
             with contextlib.suppress(AppError):
-                room = self._touching(self._server.rooms.find(self._room_id))
-                self._server.rooms.change(room, {"type": "release", "ball": ball})
+                room = self._server.rooms.find(self._room_id)
+                self._server.rooms.change(room, ReleaseMessage(ball=ball))
         self._holding.clear()
-
-    def _touching(self, room: AnyRoom) -> ArenaRoom:
-        if not isinstance(room, ArenaRoom):
-            raise InvalidValueError(
-                f"room {room.id!r} is one of independent balls, which cannot be changed; open one "
-                "with mode `interacting`, or a scene",
-                field="type",
-            )
-        return room

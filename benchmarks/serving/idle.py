@@ -58,9 +58,10 @@ def _engine_tick() -> float:
 
 def _room_tick(*, watched: bool, cameras_there: bool = False) -> float:
     from app.pictures.film import Cameras
-    from app.rooms.independent import DropCommand, Room
+    from app.rooms.independent import IndependentRoom
+    from app.rooms.pending import DropCommand
 
-    room = Room("bench", Board.preset("triangle-16"), tick_rate=60, max_balls=BALLS)
+    room = IndependentRoom("bench", Board.preset("triangle-16"), tick_rate=60, max_balls=BALLS)
     for seed in range(BALLS):
         room.drop(DropCommand(seed))
     cameras = Cameras(1, 1)
@@ -69,7 +70,7 @@ def _room_tick(*, watched: bool, cameras_there: bool = False) -> float:
         for _ in range(TICKS):
             room.step(watched=watched)
             if watched:
-                room.frame()
+                room.snapshot()
             if cameras_there:
                 cameras.ticked(0.0, 0.0)
 

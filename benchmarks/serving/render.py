@@ -321,9 +321,10 @@ def _film_job(viewers: int, ticks: int) -> Job:
 async def _filmed(viewers: int, ticks: int) -> dict[str, Any]:
     """Processor time a tick and frames drawn."""
     from app.pictures.film import Cameras, Shot
-    from app.rooms.independent import DropCommand, Room
+    from app.rooms.independent import IndependentRoom
+    from app.rooms.pending import DropCommand
 
-    room = Room("bench", Board.preset(BOARD), tick_rate=60, max_balls=BALLS)
+    room = IndependentRoom("bench", Board.preset(BOARD), tick_rate=60, max_balls=BALLS)
     for seed in range(BALLS):
         room.drop(DropCommand(seed))
     cameras = Cameras(1, max(VIEWERS))

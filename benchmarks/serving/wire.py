@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 from app.protocol import messages
 from app.protocol.wire import Frame
-from app.rooms.independent import DropCommand, Room
+from app.rooms.independent import IndependentRoom
+from app.rooms.pending import DropCommand
 from benchmarks.harness.report import Section, Table
 from benchmarks.harness.settings import Settings
 from engine import Board
@@ -46,7 +47,7 @@ def compare(section: Section, settings: Settings) -> None:
 
 
 def _both(board: Board, balls: int) -> dict[str, float]:
-    room = Room("bench", board, tick_rate=60, max_balls=balls)
+    room = IndependentRoom("bench", board, tick_rate=60, max_balls=balls)
     room.watch_segments(True)
     size = dict.fromkeys(("snapshots", "segments", "all_snapshots", "all_segments"), 0.0)
     flight = 0.0
@@ -57,7 +58,7 @@ def _both(board: Board, balls: int) -> dict[str, float]:
         events = room.step(watched=True)
         told = [event for event in events if not isinstance(event, messages.Contact)]
         pieces = room.segments()
-        size["snapshots"] += len(Frame.picture(room.frame()).wire)
+        size["snapshots"] += len(Frame.picture(room.snapshot()).wire)
         size["segments"] += len(Frame.picture(pieces).wire) if pieces is not None else 0
         size["all_snapshots"] += _events(events)
         size["all_segments"] += _events(told)

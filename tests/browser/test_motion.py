@@ -12,7 +12,8 @@ import pytest
 from playwright.sync_api import expect
 
 from app.protocol.messages import Landed, Limits
-from app.rooms.independent import DropCommand, Room
+from app.rooms.independent import IndependentRoom
+from app.rooms.pending import DropCommand
 from engine import Board, drop
 from tests.browser.conftest import Open, Quick, Run, ServerProcess
 from tests.browser.test_segments import page_scale
@@ -94,7 +95,7 @@ def told(board: Board, seed: int, jitter: float) -> tuple[dict[str, Any], Any]:
 def told_in_pieces(board: Board, seed: int, jitter: float) -> tuple[dict[str, Any], Any]:
     """The same as the stream of segments carries it."""
     chance = random.Random(seed)
-    room = Room("r", board, tick_rate=60, max_balls=1)
+    room = IndependentRoom("r", board, tick_rate=60, max_balls=1)
     hello = room.hello(0.0, Limits(1, 1.0, 4096), "segments")
     room.watch_segments(True)
     accepted = room.drop(DropCommand(seed))

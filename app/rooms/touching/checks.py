@@ -1,14 +1,23 @@
-"""What an input to a room whose balls touch must be before it is written down. Pure."""
+"""What an input to a room whose balls touch must be before it is written down. Pure.
+
+Here, and nowhere else, what a client sent becomes an input: its values are made numbers.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+import msgspec
+
 from app.errors import BallLimitError, InvalidValueError, MissingBallError, shorten
-from app.rooms.touching import values as arena_values
+from app.protocol import touching_messages as wire
+from app.rooms.pending import DropCommand
+from app.rooms.touching import inputs, values
 from app.rooms.touching.scene import Scene
-from app.rooms.touching.world import ArenaWorld
+from app.rooms.touching.world import TouchingWorld
 from engine import Board
+from engine.drops.drop import start_of
+from engine.seeding import parse_seed
 
 BALL_NAMES: Final = ("density", "restitution", "friction")
 
@@ -22,50 +31,64 @@ class InputCheck:
 
     room_id: str
     ground: Board | Scene
-    world: ArenaWorld
+    world: TouchingWorld
     tick_rate: int
     max_balls: int
     coming: int
     made_of: Mapping[str, float]
 
-    def checked(self, data: dict[str, Any]) -> dict[str, Any]:
-        """The input with its values made numbers.
+    def change(self, message: wire.Change) -> inputs.TouchingInput:
+        """The input that a client asks for.
 
         Raises InvalidValueError, MissingBallError, and BallLimitError when the room is full.
         """
-        kind = data["type"]
-        rest = {key: value for key, value in data.items() if key != "type" and value is not None}
-        if kind in ("add", "drop"):
-            self._check_place()
-        if kind == "drop":
-            return data
-        if "ball" in rest and kind != "release":
-            self._check_ball(rest["ball"])
-        return {"type": kind, **_CHECKS[kind](self, rest)}
+        asked = msgspec.structs.asdict(message)
+        given = {k: v for k, v in asked.items() if k != "ref" and v is not None}
+        return _CHECKS[type(message)](self, given)
+
+    def drop(self, command: DropCommand) -> inputs.Drop:
+        """The input that a drop is here; also raises the engine's errors for a bad start."""
+        if not isinstance(self.ground, Board):
+            raise InvalidValueError(
+                f"room {self.room_id!r} has no board to drop on: send `add` with x and y",
+                field="type",
+            )
+        if command.stake:
+            raise InvalidValueError(
+                f"stake {command.stake}: nothing is staked where others may knock the ball",
+                field="stake",
+            )
+        start_of(self.ground, parse_seed(command.seed), command.x)
+        self._check_place()
+        return inputs.Drop(seed=str(command.seed), x=command.x)
 
     def _check_place(self) -> None:
         if self.world.count + self.coming >= self.max_balls:
             raise BallLimitError(f"room {self.room_id!r} already holds {self.max_balls} balls")
         settings = self.world.arena.settings
-        arena_values.check_work(
+        values.check_work(
             self.world.count + self.coming + 1, settings.dt, settings.substeps, self.tick_rate
         )
 
-    def _check_ball(self, ball: int) -> None:
+    def _ball(self, given: dict[str, Any]) -> int:
+        """Take the ball out of what is given; raises MissingBallError."""
+        ball: int = given.pop("ball")
         if not self.world.has(ball):
             raise MissingBallError(f"there is no ball {ball} in the room", field="ball")
+        return ball
 
-    def _check_add(self, rest: dict[str, Any]) -> dict[str, Any]:
-        values = arena_values.checked(rest, arena_values.BALL, arena_values.MOTION)
-        self._check_given(values, "x", "y")
+    def _add(self, given: dict[str, Any]) -> inputs.Add:
+        self._check_place()
+        found = values.checked(given, values.BALL, values.MOTION)
+        self._check_given(found, "x", "y")
         usual = self.ground.radius if isinstance(self.ground, Scene) else self.ground.ball.radius
-        radius = values.setdefault("radius", usual)
-        self._check_within(values["x"], values["y"], radius)
-        return {**self.made_of, **values}
+        radius = found.setdefault("radius", usual)
+        self._check_within(found["x"], found["y"], radius)
+        return inputs.Add(**{**self.made_of, **found})
 
-    def _check_given(self, values: dict[str, float], *names: str) -> None:
+    def _check_given(self, found: dict[str, float], *names: str) -> None:
         for name in names:
-            if name not in values:
+            if name not in found:
                 raise InvalidValueError(f"{name} is missing", field=name)
 
     def _check_within(self, x: float, y: float, margin: float) -> None:
@@ -81,61 +104,74 @@ class InputCheck:
                 f"y {y!r} is not from {top:g} to {box.y_max - margin:g} m", field="y"
             )
 
-    def _check_kick(self, rest: dict[str, Any]) -> dict[str, Any]:
-        ball = rest.pop("ball")
-        return {"ball": ball, **arena_values.checked(rest, arena_values.MOTION)}
+    def _kick(self, given: dict[str, Any]) -> inputs.Kick:
+        return inputs.Kick(ball=self._ball(given), **values.checked(given, values.MOTION))
 
-    def _check_drag(self, rest: dict[str, Any]) -> dict[str, Any]:
-        values = self._check_kick(rest)
-        self._check_given(values, "x", "y")
+    def _drag(self, given: dict[str, Any]) -> inputs.Drag:
+        ball = self._ball(given)
+        found = values.checked(given, values.MOTION)
+        self._check_given(found, "x", "y")
         # A pointer may leave the box; the hand stays inside.
         box = self.world.extent
-        values["x"] = min(max(values["x"], box.x_min), box.x_max)
-        values["y"] = min(max(values["y"], box.y_min - 2.0), box.y_max)
-        return values
+        x = min(max(found["x"], box.x_min), box.x_max)
+        y = min(max(found["y"], box.y_min - 2.0), box.y_max)
+        return inputs.Drag(ball=ball, x=x, y=y)
 
-    def _check_edit(self, rest: dict[str, Any]) -> dict[str, Any]:
-        ball = rest.pop("ball")
-        values = arena_values.checked(rest, arena_values.BALL)
-        if not values:
-            known = ", ".join(arena_values.BALL)
+    def _release(self, given: dict[str, Any]) -> inputs.Release:
+        return inputs.Release(**given)  # one that has landed meanwhile is let go of all the same
+
+    def _remove(self, given: dict[str, Any]) -> inputs.Remove:
+        return inputs.Remove(ball=self._ball(given))
+
+    def _clear(self, given: dict[str, Any]) -> inputs.Clear:
+        return inputs.Clear()
+
+    def _edit(self, given: dict[str, Any]) -> inputs.Edit:
+        ball = self._ball(given)
+        found = values.checked(given, values.BALL)
+        if not found:
+            known = ", ".join(values.BALL)
             raise InvalidValueError(f"an edit of ball {ball} sets none of: {known}", field="type")
-        return {"ball": ball, **values}
+        return inputs.Edit(ball=ball, **found)
 
-    def _check_settings(self, rest: dict[str, Any]) -> dict[str, Any]:
-        ranges = {name: arena_values.BALL[name] for name in BALL_NAMES}
-        values = arena_values.checked(rest, arena_values.SETTINGS, ranges)
+    def _configure(self, given: dict[str, Any]) -> inputs.Configure:
+        ranges = {name: values.BALL[name] for name in BALL_NAMES}
+        found: dict[str, Any] = values.checked(given, values.SETTINGS, ranges)
         now = self.world.arena.settings
-        dt, substeps = values.get("dt", now.dt), values.get("substeps", now.substeps)
-        arena_values.check_work(self.world.count, dt, substeps, self.tick_rate)
-        return values
+        dt, substeps = found.get("dt", now.dt), found.get("substeps", now.substeps)
+        values.check_work(self.world.count, dt, substeps, self.tick_rate)
+        return inputs.Configure(**found)
 
-    def _check_reset(self, rest: dict[str, Any]) -> dict[str, Any]:
-        wanted = rest.get("scene")
+    def _pause(self, given: dict[str, Any]) -> inputs.Pause:
+        return inputs.Pause(**given)
+
+    def _step(self, given: dict[str, Any]) -> inputs.Step:
+        return inputs.Step()
+
+    def _reset(self, given: dict[str, Any]) -> inputs.Reset:
+        wanted = given.get("scene")
         if wanted is None:
-            return {}
+            return inputs.Reset()
         if not isinstance(self.ground, Scene):
             raise InvalidValueError(
                 f"scene {shorten(wanted)}: this room has a board, which stays", field="scene"
             )
         scene = Scene.of(wanted, tick_rate=self.tick_rate, max_balls=self.max_balls)
-        return {"scene": scene.to_dict()}
+        return inputs.Reset(scene=scene.to_dict())
 
 
-def _as_is(check: InputCheck, rest: dict[str, Any]) -> dict[str, Any]:
-    return rest
-
-
-_CHECKS: Final[dict[str, Callable[[InputCheck, dict[str, Any]], dict[str, Any]]]] = {
-    "add": InputCheck._check_add,
-    "kick": InputCheck._check_kick,
-    "drag": InputCheck._check_drag,
-    "edit": InputCheck._check_edit,
-    "settings": InputCheck._check_settings,
-    "reset": InputCheck._check_reset,
-    "release": _as_is,
-    "remove": _as_is,
-    "clear": _as_is,
-    "pause": _as_is,
-    "step": _as_is,
+_CHECKS: Final[
+    dict[type[wire.Change], Callable[[InputCheck, dict[str, Any]], inputs.TouchingInput]]
+] = {
+    wire.AddMessage: InputCheck._add,
+    wire.KickMessage: InputCheck._kick,
+    wire.DragMessage: InputCheck._drag,
+    wire.ReleaseMessage: InputCheck._release,
+    wire.RemoveMessage: InputCheck._remove,
+    wire.ClearMessage: InputCheck._clear,
+    wire.EditMessage: InputCheck._edit,
+    wire.SettingsMessage: InputCheck._configure,
+    wire.PauseMessage: InputCheck._pause,
+    wire.StepMessage: InputCheck._step,
+    wire.ResetMessage: InputCheck._reset,
 }

@@ -5,6 +5,7 @@ dt says. All of it goes into `snapshot`, so that a restored world goes on bit fo
 """
 
 import hashlib
+from dataclasses import dataclass
 from typing import Any, Final
 
 import msgspec
@@ -17,22 +18,31 @@ from engine import Board
 from engine.errors import RecordError
 from engine.multibody.arena import Arena
 from engine.multibody.scenes import on_board
+from engine.multibody.static_geometry import Place
 
-GRIP_RATE: Final = 12.0
+HOLD_RATE: Final = 12.0
 """1/s; a held ball closes the gap to the hand at this rate: firm, and no faster than a hand is."""
 
-GRIP_SPEED: Final = 15.0  # m/s; the fastest a hand draws a ball, so also the fastest such throw
+HOLD_SPEED: Final = 15.0  # m/s; the fastest a hand draws a ball, so also the fastest such throw
 
-GRIP_LAPSE: Final = 5.0  # s; a hand of which nothing is heard any more lets go
+HOLD_LAPSE: Final = 5.0  # s; a hand of which nothing is heard any more lets go
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """What does not move in a scene, and the radius of a usual ball in it, m."""
+
+    place: Place
+    radius: float
 
 
 class _Saved(msgspec.Struct, frozen=True):
     tick: int
     arena: bytes
-    grips: list[tuple[int, float, float, int]]
+    holds: list[tuple[int, float, float, int]] = msgspec.field(name="grips")
 
 
-class ArenaWorld:
+class TouchingWorld:
     """An arena under a clock of `tick_rate` ticks a second, begun as `ground` says."""
 
     def __init__(self, ground: Board | Scene, tick_rate: int) -> None:
@@ -40,12 +50,12 @@ class ArenaWorld:
         self.tick = 0
         self.arena: Arena = ground.build() if isinstance(ground, Scene) else on_board(ground)
         # Ball to the place of the hand, m, and the tick at which it lets go.
-        self.grips: dict[int, tuple[float, float, int]] = {}
+        self.holds: dict[int, tuple[float, float, int]] = {}
 
     @property
     def awake(self) -> bool:
         """Whether anything moves, or is held and so may have to."""
-        return bool(self.grips) or self.arena.awake
+        return bool(self.holds) or self.arena.awake
 
     @property
     def count(self) -> int:
@@ -55,7 +65,12 @@ class ArenaWorld:
     @property
     def extent(self) -> Extent:
         """The box that holds all that does not move."""
-        return Extent(*self.arena.place.extent)
+        return Extent(*self.place.extent)
+
+    @property
+    def place(self) -> Place:
+        """What does not move."""
+        return self.arena.place
 
     @property
     def bodies(self) -> npt.NDArray[np.void]:
@@ -66,38 +81,38 @@ class ArenaWorld:
         """Whether there is a ball of this id."""
         return bool((self.arena.bodies["id"] == ball).any())
 
-    def grip(self, ball: int, x: float, y: float) -> None:
+    def hold(self, ball: int, x: float, y: float) -> None:
         """Hold a ball, or move the hand that holds it."""
-        self.grips[ball] = (x, y, self.tick + round(GRIP_LAPSE * self.tick_rate))
+        self.holds[ball] = (x, y, self.tick + round(HOLD_LAPSE * self.tick_rate))
 
     def release(self, ball: int) -> None:
         """Let go of a ball, if it is held."""
-        self.grips.pop(ball, None)
+        self.holds.pop(ball, None)
 
     def step(self) -> None:
         """One tick on."""
-        if self.grips:
+        if self.holds:
             self._pull()
         self.arena.advance(1.0 / self.tick_rate)
         self.tick += 1
 
     def _pull(self) -> None:
         rows = {int(row["id"]): row for row in self.arena.bodies}
-        for ball, (x, y, lapse) in sorted(self.grips.items()):
+        for ball, (x, y, lapse) in sorted(self.holds.items()):
             row = rows.get(ball)
             if row is None or self.tick >= lapse:
-                del self.grips[ball]
+                del self.holds[ball]
                 continue
-            vx, vy = GRIP_RATE * (x - float(row["x"])), GRIP_RATE * (y - float(row["y"]))
+            vx, vy = HOLD_RATE * (x - float(row["x"])), HOLD_RATE * (y - float(row["y"]))
             speed = float(np.sqrt(vx * vx + vy * vy))
-            if speed > GRIP_SPEED:
-                vx, vy = vx * (GRIP_SPEED / speed), vy * (GRIP_SPEED / speed)
+            if speed > HOLD_SPEED:
+                vx, vy = vx * (HOLD_SPEED / speed), vy * (HOLD_SPEED / speed)
             self.arena.kick(ball, vx - float(row["vx"]), vy - float(row["vy"]))
 
     def snapshot(self) -> bytes:
         """All that `restore` needs."""
-        grips = [(ball, x, y, lapse) for ball, (x, y, lapse) in sorted(self.grips.items())]
-        return msgspec.msgpack.encode(_Saved(self.tick, self.arena.snapshot(), grips))
+        holds = [(ball, x, y, lapse) for ball, (x, y, lapse) in sorted(self.holds.items())]
+        return msgspec.msgpack.encode(_Saved(self.tick, self.arena.snapshot(), holds))
 
     def restore(self, snapshot: bytes) -> None:
         """Become the world that made `snapshot`; raises RecordError when it is no such thing."""
@@ -107,10 +122,10 @@ class ArenaWorld:
             raise RecordError(f"the snapshot is not one: {error}", field="snapshot") from error
         self.arena = Arena.from_snapshot(saved.arena)
         self.tick = saved.tick
-        self.grips = {ball: (x, y, lapse) for ball, x, y, lapse in saved.grips}
+        self.holds = {ball: (x, y, lapse) for ball, x, y, lapse in saved.holds}
 
     def digest(self) -> str:
         """SHA-256 of the world, 64 hex digits: equal worlds have equal digests."""
-        rest: list[Any] = [self.tick, sorted(self.grips.items())]
+        rest: list[Any] = [self.tick, sorted(self.holds.items())]
         packed = msgspec.msgpack.encode(rest)
         return hashlib.sha256(self.arena.digest().encode() + packed).hexdigest()

@@ -8,10 +8,13 @@ from fastapi.responses import StreamingResponse
 from fastapi.security import HTTPBearer
 
 from app.errors import InvalidValueError, TokenError
+from app.persistence.room_log import read_log
 from app.protocol.client_messages import parse_x
-from app.rooms.kinds import SCENE, AnyRoom, Ground, Scene
+from app.rooms.kinds import SCENE
 from app.rooms.records import Parked
+from app.rooms.room import Ground, Room
 from app.rooms.stakes import parse_stake, parse_who
+from app.rooms.touching.scene import Scene
 from app.web.routes.common import (
     Server,
     address_of,
@@ -138,7 +141,7 @@ async def get_log(room: str, server: Server) -> Response:
     `plinko verify` replays it and compares every digest.
     """
     found = await server.rooms.seek(room)
-    body = await server.rooms.keeper.log(found)
+    body = await read_log(server.rooms.persistence.sessions, found)
     return StreamingResponse(body, media_type="application/json")
 
 
@@ -174,7 +177,7 @@ async def post_room_drop(
     )
     landed = None
     if wait:
-        landed = await server.rooms.landing(found, accepted.ball, server.settings.wait_limit)
+        landed = await server.rooms.landings.wait(found, accepted.ball, server.settings.wait_limit)
     drop = RoomDrop(found.id, accepted.ball, accepted.seed, accepted.x, accepted.tick, landed)
     return reply(drop, 202 if landed is None else 200)
 
@@ -194,7 +197,7 @@ async def _ground(server: Services, body: RoomRequest) -> tuple[Ground, str]:
     return server.rooms.scene({"scene": body.scene, **values}), SCENE
 
 
-async def _own_room(room_id: str, request: Request, server: Services) -> AnyRoom:
+async def _own_room(room_id: str, request: Request, server: Services) -> Room:
     """The room, if the request bears its token; raises what stands in the way."""
     room = await server.rooms.seek(room_id)
     if not server.rooms.owned(room):
@@ -203,11 +206,11 @@ async def _own_room(room_id: str, request: Request, server: Services) -> AnyRoom
     return room
 
 
-def _summary(server: Services, room: AnyRoom) -> RoomSummary:
+def _summary(server: Services, room: Room) -> RoomSummary:
     return RoomSummary(
         id=room.id,
-        board_name=room.board.name,
-        board_digest=room.board.digest,
+        board_name=room.origin.name,
+        board_digest=room.origin.digest,
         mode=room.mode,
         tick=room.world.tick,
         awake=room.awake,
@@ -231,11 +234,11 @@ def _parked(room: Parked) -> RoomSummary:
     )
 
 
-def _view(server: Services, room: AnyRoom) -> RoomView:
+def _view(server: Services, room: Room) -> RoomView:
     return RoomView(
         id=room.id,
-        board_name=room.board.name,
-        board_digest=room.board.digest,
+        board_name=room.origin.name,
+        board_digest=room.origin.digest,
         mode=room.mode,
         solver=room.solver,
         tick=room.world.tick,
@@ -246,5 +249,5 @@ def _view(server: Services, room: AnyRoom) -> RoomView:
         extent=room.extent,
         balls=room.balls,
         stats=room.stats(),
-        scene=room.board.to_dict() if isinstance(room.board, Scene) else None,
+        scene=room.origin.to_dict() if isinstance(room.origin, Scene) else None,
     )

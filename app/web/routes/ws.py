@@ -24,11 +24,11 @@ from app.errors import (
     shorten,
 )
 from app.live.hub import Client, Mailbox
-from app.live.transport import line_of, sever
+from app.live.transport import connection_of, sever
 from app.protocol import client_messages, messages
 from app.protocol.touching_messages import ClaimMessage, WatchMessage
 from app.protocol.wire import Frame
-from app.rooms.kinds import AnyRoom, ArenaRoom
+from app.rooms.room import Room
 from app.rooms.stakes import parse_stake, parse_who
 from app.web.limits import TokenBucket, spend
 from app.web.room_changes import Changes
@@ -56,7 +56,7 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
     try:
         stream = client_messages.parse_stream(socket.query_params.get("stream"))
         room = await server.rooms.seek(room_id)
-        error = await Session(socket, server, room, stream).run()
+        error = await RoomClient(socket, server, room, stream).run()
     except AppError as refused:
         error = refused
         with contextlib.suppress(WebSocketDisconnect):
@@ -82,10 +82,10 @@ def _event(error: BaseException, ref: object = None) -> messages.Error:
     return messages.Error(code=answer(error).code, detail=str(error), ref=ref)
 
 
-class Session:
+class RoomClient:
     """One client in one room."""
 
-    def __init__(self, socket: WebSocket, server: Services, room: AnyRoom, stream: str) -> None:
+    def __init__(self, socket: WebSocket, server: Services, room: Room, stream: str) -> None:
         settings = server.settings
         now = time.monotonic()
         self.socket = socket
@@ -93,8 +93,8 @@ class Session:
         self.room_id = room.id
         self.client = Client(
             next(server.client_ids),
-            line_of(socket),
-            Mailbox(settings.max_queue, settings.max_queue_bytes, self._renewal(stream)),
+            connection_of(socket),
+            Mailbox(settings.max_queue, settings.max_queue_bytes, self._keyframe(stream)),
             settings.client_grace,
             stream=room.stream_of(stream),
             traffic=server.hub.traffic,
@@ -106,7 +106,7 @@ class Session:
         self._strikes = TokenBucket(_STRIKES_FORGIVEN, _STRIKES, now)
 
     @property
-    def room(self) -> AnyRoom:
+    def room(self) -> Room:
         """The room as it is now: its creator may have begun it anew."""
         return self.server.rooms.find(self.room_id)
 
@@ -142,17 +142,11 @@ class Session:
             except (AppError, EngineError) as error:
                 self._answer(error, client_messages.peek(data, "ref") if data else None)
 
-    def _renewal(self, stream: str) -> Callable[[], Frame] | None:
-        """Pieces of paths add up: several that could not be sent are made good by a full frame."""
-        room = self.room
-        if isinstance(room, ArenaRoom) or room.stream_of(stream) == messages.SNAPSHOTS:
+    def _keyframe(self, stream: str) -> Callable[[], Frame] | None:
+        """Pieces of paths add up: one message makes good those that could not be sent."""
+        if self.room.stream_of(stream) == messages.SNAPSHOTS:
             return None
-        return self._all_segments
-
-    def _all_segments(self) -> Frame:
-        room = self.room
-        assert not isinstance(room, ArenaRoom)
-        return Frame.picture(room.all_segments())
+        return lambda: Frame.picture(self.room.keyframe())
 
     def _limit_messages(self) -> None:
         """Raise MessageFloodError when messages come too fast."""
@@ -169,7 +163,7 @@ class Session:
             case client_messages.PingMessage():
                 self._tell(self._pong(message))
             case client_messages.ResumeMessage(run=run, since=since, key=key):
-                self._tell(self.server.rooms.teller.missed(self.room, run, since, key))
+                self._tell(self.server.rooms.broadcaster.missed(self.room, run, since, key))
             case client_messages.DropMessage():
                 self._drop(message)
             case ClaimMessage():
@@ -204,7 +198,7 @@ class Session:
         error = None if asked.cancelled() else asked.exception()
         if error is not None:
             event = messages.encode_event(_event(error, ref))
-            self.server.hub.tell(self.room_id, self.client.id, event)
+            self.server.hub.notify(self.room_id, self.client.id, event)
 
     def _pong(self, ping: client_messages.PingMessage) -> messages.Pong:
         tick, at = self.room.world.tick, self.room.tick_time

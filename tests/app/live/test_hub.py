@@ -15,37 +15,37 @@ def event(text: str) -> Frame:
     return Frame.event(text.encode())
 
 
-def picture(tick: int) -> Frame:
+def snapshot(tick: int) -> Frame:
     return Frame.picture(b"%d" % tick)
 
 
 def test_a_newer_snapshot_takes_the_place_of_the_older() -> None:
     mailbox = Mailbox(8, 1000)
-    mailbox.show(picture(1))
-    mailbox.show(picture(2))
-    assert mailbox.take() == picture(2)
+    mailbox.show(snapshot(1))
+    mailbox.show(snapshot(2))
+    assert mailbox.take() == snapshot(2)
     assert mailbox.take() is None
     assert mailbox.replaced == 1
 
 
 def test_events_go_first_and_in_order() -> None:
     mailbox = Mailbox(8, 1000)
-    mailbox.show(picture(1))
+    mailbox.show(snapshot(1))
     mailbox.post(event("a"))
     mailbox.post(event("b"))
-    assert [mailbox.take() for _ in range(4)] == [event("a"), event("b"), picture(1), None]
+    assert [mailbox.take() for _ in range(4)] == [event("a"), event("b"), snapshot(1), None]
 
 
-def test_a_picture_that_stands_for_several_is_made_when_it_is_taken() -> None:
-    mailbox = Mailbox(8, 1000, lambda: picture(99))
-    mailbox.show(picture(1))
-    assert mailbox.take() == picture(1), "a single one goes as it came"
-    mailbox.show(picture(2))
-    mailbox.show(picture(3))
-    assert mailbox.take() == picture(99)
+def test_a_keyframe_that_stands_for_several_is_made_when_it_is_taken() -> None:
+    mailbox = Mailbox(8, 1000, lambda: snapshot(99))
+    mailbox.show(snapshot(1))
+    assert mailbox.take() == snapshot(1), "a single one goes as it came"
+    mailbox.show(snapshot(2))
+    mailbox.show(snapshot(3))
+    assert mailbox.take() == snapshot(99)
     assert mailbox.take() is None
-    mailbox.show(picture(4))
-    assert mailbox.take() == picture(4)
+    mailbox.show(snapshot(4))
+    assert mailbox.take() == snapshot(4)
 
 
 @given(st.lists(st.sampled_from(["post", "show", "take"])), st.integers(1, 5), st.integers(1, 50))
@@ -54,7 +54,7 @@ def test_a_mailbox_never_holds_more_than_its_bounds(
 ) -> None:
     mailbox = Mailbox(most, most_bytes)
     waiting: list[Frame] = []
-    snapshot: Frame | None = None
+    latest: Frame | None = None
     for count, act in enumerate(acts):
         if act == "post":
             new = event(f"event {count}")
@@ -66,16 +66,16 @@ def test_a_mailbox_never_holds_more_than_its_bounds(
                 with pytest.raises(SlowClientError):
                     mailbox.post(new)
         elif act == "show":
-            snapshot = picture(count)
-            mailbox.show(snapshot)
+            latest = snapshot(count)
+            mailbox.show(latest)
         else:
-            expected = waiting.pop(0) if waiting else snapshot
+            expected = waiting.pop(0) if waiting else latest
             if expected is None or not expected.text:
-                snapshot = None
+                latest = None
             assert mailbox.take() == expected
 
 
-class Line:
+class Wire:
     """What a client's connection does: takes frames, or blocks until let go."""
 
     def __init__(self, *, direct: bool, blocked: bool = False) -> None:
@@ -108,8 +108,8 @@ def unframed(wire: bytes) -> list[Frame]:
     return frames
 
 
-def client(line: Line, number: int = 0, grace: float = 60.0, most: int = 8) -> Client:
-    return Client(number, line, Mailbox(most, 10_000), grace)
+def client(connection: Wire, number: int = 0, grace: float = 60.0, most: int = 8) -> Client:
+    return Client(number, connection, Mailbox(most, 10_000), grace)
 
 
 async def turns(count: int = 20) -> None:
@@ -126,7 +126,7 @@ async def stop(task: "asyncio.Task[None]") -> None:
 @pytest.mark.parametrize("direct", [True, False])
 async def test_a_stalled_client_delays_nobody_and_misses_only_old_snapshots(direct: bool) -> None:
     hub = Hub(10)
-    stuck, free = Line(direct=direct, blocked=True), Line(direct=direct)
+    stuck, free = Wire(direct=direct, blocked=True), Wire(direct=direct)
     one, two = client(stuck, 1), client(free, 2)
     hub.join("r", one)
     hub.join("r", two)
@@ -136,24 +136,24 @@ async def test_a_stalled_client_delays_nobody_and_misses_only_old_snapshots(dire
         await turns()
     hub.announce("r", b"event")
     await turns()
-    assert free.frames == [*(picture(tick) for tick in range(100)), event("event")]
+    assert free.frames == [*(snapshot(tick) for tick in range(100)), event("event")]
     assert stuck.frames == []
     stuck.open.set()
     await turns()
-    assert stuck.frames == [picture(0), event("event"), picture(99)]
+    assert stuck.frames == [snapshot(0), event("event"), snapshot(99)]
     for writer in writers:
         await stop(writer)
 
 
 async def test_a_client_that_reads_nothing_for_the_grace_period_is_too_slow() -> None:
-    slow = client(Line(direct=True, blocked=True), grace=0.01)
-    slow.show(picture(1))
+    slow = client(Wire(direct=True, blocked=True), grace=0.01)
+    slow.show(snapshot(1))
     with pytest.raises(SlowClientError, match=r"0\.01 seconds"):
         await slow.run()
 
 
 async def test_a_client_whose_events_pile_up_is_too_slow_at_once() -> None:
-    slow = client(Line(direct=True, blocked=True), grace=3600.0, most=8)
+    slow = client(Wire(direct=True, blocked=True), grace=3600.0, most=8)
     writer = asyncio.create_task(slow.run())
     await turns()
     for number in range(20):
@@ -164,7 +164,7 @@ async def test_a_client_whose_events_pile_up_is_too_slow_at_once() -> None:
 
 
 async def test_a_failed_client_ends_with_that_reason_even_when_idle() -> None:
-    idle = client(Line(direct=True))
+    idle = client(Wire(direct=True))
     writer = asyncio.create_task(idle.run())
     await turns()
     idle.fail(AppError("the room is gone"))
@@ -175,17 +175,17 @@ async def test_a_failed_client_ends_with_that_reason_even_when_idle() -> None:
 @pytest.mark.parametrize("direct", [True, False])
 async def test_everyone_but_the_one_skipped_is_told(direct: bool) -> None:
     hub = Hub(10)
-    lines = [Line(direct=direct) for _ in range(3)]
-    clients = [client(line, number) for number, line in enumerate(lines)]
+    connections = [Wire(direct=direct) for _ in range(3)]
+    clients = [client(each, number) for number, each in enumerate(connections)]
     writers = [asyncio.create_task(each.run()) for each in clients]
     for each in clients:
         hub.join("r", each)
     hub.announce("r", b"all but 1", skip=1)
-    hub.tell("r", 1, b"only 1")
-    hub.tell("r", 99, b"nobody")
+    hub.notify("r", 1, b"only 1")
+    hub.notify("r", 99, b"nobody")
     hub.announce("elsewhere", b"nobody")
     await turns()
-    assert [line.frames for line in lines] == [
+    assert [each.frames for each in connections] == [
         [event("all but 1")],
         [event("only 1")],
         [event("all but 1")],
@@ -195,12 +195,12 @@ async def test_everyone_but_the_one_skipped_is_told(direct: bool) -> None:
 
 
 @pytest.mark.parametrize("direct", [True, False])
-async def test_a_ticks_events_and_picture_go_together_and_are_counted(direct: bool) -> None:
+async def test_a_ticks_events_and_snapshot_go_together_and_are_counted(direct: bool) -> None:
     hub = Hub(10)
-    lines = [Line(direct=direct) for _ in range(3)]
+    connections = [Wire(direct=direct) for _ in range(3)]
     clients = [
-        Client(n, line, Mailbox(8, 1000), 60.0, stream=stream, traffic=hub.traffic)
-        for n, (line, stream) in enumerate(zip(lines, ("a", "a", "b"), strict=True))
+        Client(n, each, Mailbox(8, 1000), 60.0, stream=stream, traffic=hub.traffic)
+        for n, (each, stream) in enumerate(zip(connections, ("a", "a", "b"), strict=True))
     ]
     writers = [asyncio.create_task(each.run()) for each in clients]
     for each in clients:
@@ -210,7 +210,7 @@ async def test_a_ticks_events_and_picture_go_together_and_are_counted(direct: bo
     hub.publish("r", "b", b"other", None)
     await turns()
     both = [event("told"), Frame.picture(b"shown")]
-    assert [line.frames for line in lines] == [both, both, [event("other")]]
+    assert [each.frames for each in connections] == [both, both, [event("other")]]
     assert hub.traffic == Traffic(frames=5, bytes=2 * 9 + 5)
     assert [each.sent for each in clients] == [2, 2, 1]
     assert (hub.count("r"), hub.count("r", "a"), hub.count("r", "b"), hub.total) == (3, 2, 1, 3)
@@ -218,9 +218,9 @@ async def test_a_ticks_events_and_picture_go_together_and_are_counted(direct: bo
         await stop(writer)
 
 
-async def test_skipped_pictures_and_clients_given_up_are_counted() -> None:
+async def test_skipped_snapshots_and_clients_given_up_are_counted() -> None:
     hub = Hub(10)
-    slow = Client(1, Line(direct=True, blocked=True), Mailbox(8, 1000), 0.01, traffic=hub.traffic)
+    slow = Client(1, Wire(direct=True, blocked=True), Mailbox(8, 1000), 0.01, traffic=hub.traffic)
     hub.join("r", slow)
     for tick in range(5):
         hub.publish("r", "snapshots", None, b"%d" % tick)
@@ -231,7 +231,7 @@ async def test_skipped_pictures_and_clients_given_up_are_counted() -> None:
 
 async def test_a_full_room_takes_nobody_and_an_empty_one_is_forgotten() -> None:
     hub = Hub(2)
-    clients = [client(Line(direct=True), number) for number in range(3)]
+    clients = [client(Wire(direct=True), number) for number in range(3)]
     hub.join("r", clients[0])
     hub.join("r", clients[1])
     with pytest.raises(RoomFullError, match="already has 2 clients"):

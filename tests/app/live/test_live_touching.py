@@ -7,7 +7,7 @@ import httpx
 import pytest
 
 from app.rooms import log as roomlog
-from app.rooms.touching.room import ArenaRoom
+from app.rooms.touching.room import TouchingRoom
 from tests.app.conftest import Player, Running, eventually, playing, serving
 
 
@@ -129,7 +129,7 @@ async def test_diagnostics_come_a_few_times_a_second_to_those_who_asked(
 ) -> None:
     room = await opened(server, scene="sandbox", balls=10, restitution=0.9)
     computed: list[int] = []
-    monkeypatch.setattr(ArenaRoom, "diagnostics", _counted(ArenaRoom.diagnostics, computed))
+    monkeypatch.setattr(TouchingRoom, "diagnostics", _counted(TouchingRoom.diagnostics, computed))
     async with playing(server.socket(room["id"])) as one, playing(server.socket(room["id"])) as two:
         for player in (one, two):
             await mine(player, room)
@@ -182,7 +182,9 @@ async def test_a_stopped_clock_shows_what_is_changed_and_sends_nothing_else(
         while len(balls) < 5:
             balls = await picture(player)
         assert placed["tick"] == told["tick"], "the clock stands"
-        await eventually(lambda: room["id"] not in [r.id for r in server.services.rooms.awake])
+        await eventually(
+            lambda: room["id"] not in [r.id for r in server.services.rooms.runner.awake]
+        )
         sent = len(player.binaries)
         await player.send(type="ping", t=1)
         await player.until("pong")
@@ -198,8 +200,8 @@ async def test_a_hand_that_goes_away_lets_go(server: Running) -> None:
     async with playing(server.socket(room["id"])) as player:
         await mine(player, room)
         await player.send(type="drag", ball=0, x=0.0, y=1.0)
-        await eventually(lambda: live.world.grips)
-    await eventually(lambda: not live.world.grips)
+        await eventually(lambda: live.world.holds)
+    await eventually(lambda: not live.world.holds)
 
 
 async def test_the_log_of_a_played_room_verifies(server: Running) -> None:

@@ -23,7 +23,7 @@ def rooms(**settings: Any) -> Rooms:
 
 async def finish(held: Rooms) -> None:
     """Tick as fast as the machine can, with no clock, until nothing moves."""
-    while held._tick(1):
+    while held.runner.tick(1):
         await asyncio.sleep(0)
 
 
@@ -51,21 +51,21 @@ async def test_waiting_for_a_landing_gives_the_drops_own_end() -> None:
     held = rooms()
     room = held.find("main")
     accepted = await held.drop(room, 42, None)
-    waits = [asyncio.create_task(held.landing(room, accepted.ball, 60.0)) for _ in range(2)]
+    waits = [asyncio.create_task(held.landings.wait(room, accepted.ball, 60.0)) for _ in range(2)]
     await asyncio.sleep(0)
     await finish(held)
     for landed in await asyncio.gather(*waits):
         assert landed is not None
         assert landed.digest == drop(BOARD, 42).digest
-    assert not held._waiting
+    assert held.landings.waiting == 0
 
 
 async def test_a_wait_that_takes_too_long_gives_up_and_leaves_nothing_behind() -> None:
     held = rooms()
     room = held.find("main")
     accepted = await held.drop(room, 42, None)
-    assert await held.landing(room, accepted.ball, 0.01) is None
-    assert not held._waiting
+    assert await held.landings.wait(room, accepted.ball, 0.01) is None
+    assert held.landings.waiting == 0
     await finish(held)
 
 
@@ -94,7 +94,7 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
     lost = await held.drop(broken, 42, None)
     kept = await held.drop(sound, 42, None)
     waits = [
-        asyncio.create_task(held.landing(room, ball.ball, 60.0))
+        asyncio.create_task(held.landings.wait(room, ball.ball, 60.0))
         for room, ball in ((broken, lost), (sound, kept))
     ]
     await asyncio.sleep(0)
@@ -118,6 +118,6 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
         await waits[0]
     landed = await waits[1]
     assert landed is not None
-    assert isinstance(sound.board, Board)
-    assert landed.digest == drop(sound.board, 42).digest
+    assert isinstance(sound.origin, Board)
+    assert landed.digest == drop(sound.origin, 42).digest
     assert held.find("triangle-8") is not broken, "asked for again, it opens afresh"

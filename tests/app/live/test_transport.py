@@ -35,13 +35,13 @@ def test_writing_directly_works_with_the_installed_uvicorn() -> None:
 def test_a_uvicorn_that_changed_inside_is_served_through_public_calls(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, missing: str
 ) -> None:
-    made = transport.Connection.connection_made
+    made = transport.DirectProtocol.connection_made
 
-    def renamed(connection: transport.Connection, sink: object) -> None:
+    def renamed(connection: transport.DirectProtocol, sink: object) -> None:
         made(connection, sink)  # type: ignore[arg-type]
         connection.__dict__.pop(missing)
 
-    monkeypatch.setattr(transport.Connection, "connection_made", renamed)
+    monkeypatch.setattr(transport.DirectProtocol, "connection_made", renamed)
     fault = transport.self_test()
     assert fault is not None
     assert missing in fault
@@ -74,4 +74,4 @@ async def test_a_game_is_the_same_over_either_kind(kind: str) -> None:
 @pytest.mark.parametrize("kind", ["direct", "public"])
 def test_the_kind_is_what_uvicorn_speaks_with(kind: str) -> None:
     assert issubclass(transport.protocol_class(kind), WebSocketsSansIOProtocol)
-    assert (transport.protocol_class(kind) is transport.Connection) == (kind == "direct")
+    assert (transport.protocol_class(kind) is transport.DirectProtocol) == (kind == "direct")

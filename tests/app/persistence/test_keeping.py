@@ -10,22 +10,24 @@ from hypothesis import strategies as st
 from app.errors import LedgerError
 from app.live.hub import Hub
 from app.live.registry import Rooms
-from app.persistence.recovery import Kept, rebuild, result_of
-from app.persistence.service import Keeper
-from app.persistence.unkept import Unkept
+from app.persistence.null_ledger import NullLedger
+from app.persistence.rebuild import Taken, rebuild
+from app.persistence.service import PersistenceService
 from app.persistence.writer import Done
 from app.protocol.messages import Landed
 from app.rooms.boards import Boards
-from app.rooms.independent import DropCommand, Room
+from app.rooms.independent import IndependentRoom
 from app.rooms.kinds import BallLimits
+from app.rooms.pending import DropCommand
 from app.rooms.records import DropRow, Mark, ResultRow, RoomRow, Write
 from app.settings import Settings
 from engine import PHYSICS_VERSION, Board, drop
 
 BOARD = Board.preset("triangle-8")
+LIMITS = BallLimits(200, 200)
 
 
-class Patient(Unkept):
+class Patient(NullLedger):
     """Keeps what is submitted until the test lets it through or refuses it."""
 
     def __init__(self) -> None:
@@ -52,13 +54,13 @@ class Table:
 
     def __init__(self) -> None:
         self.ledger = Patient()
-        keeper = Keeper(self.ledger, tick_rate=60, limits=BallLimits(200, 200))
-        self.rooms = Rooms(Settings(), Boards(8), Hub(8), BOARD, keeper=keeper)
+        persistence = PersistenceService(self.ledger, tick_rate=60, limits=LIMITS)
+        self.rooms = Rooms(Settings(), Boards(8), Hub(8), BOARD, persistence=persistence)
         self.room = self.rooms.find("main")
 
     def tick(self, times: int = 1) -> None:
         for _ in range(times):
-            self.rooms._tick(1)
+            self.rooms.runner.tick(1)
 
     def ask(self, seed: int) -> Any:
         return self.rooms.drop(self.room, seed, None)
@@ -140,7 +142,7 @@ async def test_a_room_that_falls_asleep_leaves_all_that_its_next_life_needs() ->
     mark = table.ledger.written[-1]
     assert isinstance(mark, Mark)
     assert (mark.awake, mark.tick, mark.checkpoint_drops) == (False, table.room.world.tick, 3)
-    again = Room("main", BOARD, tick_rate=60, max_balls=200)
+    again = IndependentRoom("main", BOARD, tick_rate=60, max_balls=200)
     assert mark.checkpoint is not None
     again.restore(mark.checkpoint)
     assert again.stats() == table.room.stats()
@@ -151,7 +153,7 @@ async def test_a_room_that_falls_asleep_leaves_all_that_its_next_life_needs() ->
     ]
 
 
-def row_of(room: Room, tick: int, checkpoint: bytes | None, drops: int) -> RoomRow:
+def row_of(room: IndependentRoom, tick: int, checkpoint: bytes | None, drops: int) -> RoomRow:
     return RoomRow(
         number=1,
         id=room.id,
@@ -185,16 +187,16 @@ def test_wherever_it_is_cut_a_rebuilt_room_is_the_one_that_was(
 
     The room that was not cut short is stepped as far as the rebuilt one went.
     """
-    room = Room("r", BOARD, tick_rate=60, max_balls=200)
+    room = IndependentRoom("r", BOARD, tick_rate=60, max_balls=200)
     kept: list[tuple[DropRow, ResultRow | None]] = []
     landed: list[Landed] = []
     checkpoint: tuple[bytes | None, int] = (None, 0)
     end = sum(pause for _, pause in plays)
     for seed, pause in plays:
-        plan = room.plan(DropCommand(seed))
-        plan.durable = True
+        pending = room.plan_drop(DropCommand(seed))
+        pending.durable = True
         room.enter()
-        kept.append((DropRow(1, plan.ball, plan.tick, seed), None))
+        kept.append((room.format.row(1, pending), None))
         for _ in range(pause):
             if not room.awake or room.world.tick >= crash * end:
                 break
@@ -203,7 +205,7 @@ def test_wherever_it_is_cut_a_rebuilt_room_is_the_one_that_was(
             landed += [each for each in room.step(watched=True) if isinstance(each, Landed)]
     told = room.world.tick
     row = row_of(room, told + ahead, *checkpoint)
-    rebuilt = rebuild(row, BOARD, kept, max_balls=200)
+    rebuilt = rebuild(row, BOARD, kept, limits=LIMITS)
     assert rebuilt.room.world.tick >= told, "no tick that was shown is taken back"
     while room.world.tick < rebuilt.room.world.tick:
         landed += [each for each in room.step(watched=False) if isinstance(each, Landed)]
@@ -211,20 +213,20 @@ def test_wherever_it_is_cut_a_rebuilt_room_is_the_one_that_was(
     assert rebuilt.room.world.digest() == room.world.digest()
     assert rebuilt.room.stats() == room.stats()
     assert rebuilt.differences == []
-    wanted = {each.ball: result_of(1, each) for each in landed}
+    wanted = {each.ball: room.format.result(1, each) for each in landed}
     assert {each.ball: each for each in rebuilt.results}.items() <= wanted.items()
 
 
 def test_a_result_that_is_not_reproduced_is_reported() -> None:
-    room = Room("r", BOARD, tick_rate=60, max_balls=200)
+    room = IndependentRoom("r", BOARD, tick_rate=60, max_balls=200)
     room.drop(DropCommand(1))
     landed = []
     while room.awake:
         landed += [each for each in room.step(watched=False) if isinstance(each, Landed)]
-    true = result_of(1, landed[0])
+    true = room.format.result(1, landed[0])
     lie = ResultRow(**{name: getattr(true, name) for name in true.__slots__} | {"bin": 99})
     for result, wanted in ((true, 0), (lie, 1)):
-        kept: Kept = [(DropRow(1, 0, 0, 1), result)]
-        rebuilt = rebuild(row_of(room, 10_000, None, 0), BOARD, kept, max_balls=200)
+        kept: Taken = [(DropRow(1, 0, 0, 1), result)]
+        rebuilt = rebuild(row_of(room, 10_000, None, 0), BOARD, kept, limits=LIMITS)
         assert len(rebuilt.differences) == wanted
         assert rebuilt.results == []

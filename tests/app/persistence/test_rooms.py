@@ -189,8 +189,8 @@ def test_a_room_that_nobody_uses_is_closed(url: str) -> None:
     with serving(database_url=url, room_idle=1.0) as server, client_of(server) as http:
         room, _ = opened(http)
         assert http.get(f"/rooms/{room}").status_code == 200
-        later = server.services.rooms.keeper.now() + 2.0
-        server.services.rooms.keeper.now = lambda: later
+        later = server.services.rooms.persistence.now() + 2.0
+        server.services.rooms.persistence.sessions.now = lambda: later
         assert http.get(f"/rooms/{room}").status_code == 404
         assert http.get("/rooms/main").status_code == 200
 
@@ -280,8 +280,8 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
         first = land(http, room, 1, 2)
         in_flight = http.post("/rooms/triangle-8/drops", json={"seed": 5}).json()
     with serving(**settings) as server:
-        keeper = server.services.rooms.keeper
-        assert keeper.rebuilt == 1, "what sleeps is not rebuilt"
+        recovery = server.services.rooms.persistence.recovery
+        assert recovery.rebuilt == 1, "what sleeps is not rebuilt"
         assert {room, asleep} <= {each.id for each in server.services.rooms.parked()}
         with client_of(server) as http:
             listed = {each["id"]: each for each in http.get("/rooms").json()["rooms"]}
@@ -311,7 +311,7 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
         assert room not in {each.id for each in server.services.rooms.parked()}
 
 
-# A line that broke.
+# A connection that broke.
 
 
 async def test_a_client_that_comes_back_hears_what_it_missed(

@@ -16,7 +16,8 @@ from app.pictures.film import BOUNDARY, LIT_SECONDS, PART_HEAD, Cameras, Shot, s
 from app.render import Stage
 from app.render.raster.palette import Palette
 from app.render.theme import THEMES
-from app.rooms.independent import DropCommand, Room
+from app.rooms.independent import IndependentRoom
+from app.rooms.pending import DropCommand
 from engine import Board, World
 from tests.app.conftest import TINY, Running, eventually, serving
 
@@ -126,11 +127,11 @@ async def filming(max_cameras: int = 2, max_viewers: int = 60) -> AsyncIterator[
         await asyncio.sleep(0)
 
 
-def room_of(board: dict[str, Any] = TINY) -> Room:
-    return Room("r", Board.from_json(board), tick_rate=60, max_balls=100)
+def room_of(board: dict[str, Any] = TINY) -> IndependentRoom:
+    return IndependentRoom("r", Board.from_json(board), tick_rate=60, max_balls=100)
 
 
-def advance(room: Room, cameras: Cameras, ticks: int = 1) -> None:
+def advance(room: IndependentRoom, cameras: Cameras, ticks: int = 1) -> None:
     for _ in range(ticks):
         room.step(watched=False)
         cameras.ticked(0.0, 0.0)
@@ -392,9 +393,9 @@ def test_too_many_streams_are_told_when_to_come_back(server: Running, http: http
 def test_a_room_that_is_filmed_stays_open(server: Running, http: httpx.Client) -> None:
     rooms = server.services.rooms
     room = rooms.find("triangle-9-low")
-    assert rooms.in_use is not None
-    before, rooms.in_use = rooms.in_use, lambda room_id: room_id == room.id
+    assert rooms.filmed is not None
+    before, rooms.filmed = rooms.filmed, lambda room_id: room_id == room.id
     try:
-        assert rooms._unneeded(lambda other: other is room) is None
+        assert rooms._open._unneeded(lambda other: other is room) is None
     finally:
-        rooms.in_use = before
+        rooms.filmed = before

@@ -9,10 +9,11 @@ import pytest
 
 from app.errors import InvalidValueError
 from app.pictures.film import Shot, stage_of, still_of
+from app.protocol.touching_messages import AddMessage, Change, ResetMessage
 from app.render import BoxStage
 from app.render.theme import THEMES
-from app.rooms.independent import DropCommand
-from app.rooms.touching.room import ArenaCommand, ArenaRoom
+from app.rooms.pending import DropCommand
+from app.rooms.touching.room import TouchingRoom
 from app.rooms.touching.scene import Scene
 from engine import Board
 from engine.multibody.scenes import sandbox
@@ -23,16 +24,21 @@ from tests.app.pictures.test_film import decode, filming, picture_in, redness
 WIDTH = 500
 
 
-def box_room(**scene: Any) -> ArenaRoom:
+def box_room(**scene: Any) -> TouchingRoom:
     found = Scene.of({"scene": "sandbox", **scene}, tick_rate=60, max_balls=300)
-    return ArenaRoom("r", found, tick_rate=60, max_balls=300)
+    return TouchingRoom("r", found, tick_rate=60, max_balls=300)
 
 
-def add(room: ArenaRoom, x: float, y: float, radius: float) -> None:
-    room.take(ArenaCommand({"type": "add", "x": x, "y": y, "radius": radius}))
+def add(room: TouchingRoom, x: float, y: float, radius: float) -> None:
+    change(room, AddMessage(x=x, y=y, radius=radius))
 
 
-def frame_of(room: ArenaRoom) -> tuple[Any, Any]:
+def change(room: TouchingRoom, message: Change) -> None:
+    room.plan_change(message).durable = True
+    room.enter()
+
+
+def frame_of(room: TouchingRoom) -> tuple[Any, Any]:
     """The stage of a room, and the room's frame on it."""
     stage, still = stage_of(room, WIDTH, "light"), still_of(room)
     return stage, stage.frame(still.bodies, facts=still.facts).astype(int)
@@ -113,8 +119,8 @@ def test_a_png_of_a_box_shows_what_the_pixels_are() -> None:
 
 def test_balls_that_knock_each_other_are_drawn_on_their_board() -> None:
     board = Board.from_json(TINY)
-    room = ArenaRoom("r", board, tick_rate=60, max_balls=9)
-    room.take(DropCommand(1))
+    room = TouchingRoom("r", board, tick_rate=60, max_balls=9)
+    room.drop(DropCommand(1))
     for _ in range(10):
         room.step(watched=False)
     stage, pixels = frame_of(room)
@@ -132,7 +138,7 @@ async def test_a_camera_goes_on_when_another_scene_is_begun() -> None:
         first = picture_in(part).shape
         waiting = asyncio.create_task(camera.newest(seen))
         await asyncio.sleep(0)
-        room.take(ArenaCommand({"type": "reset", "scene": {"scene": "galton", "balls": 20}}))
+        change(room, ResetMessage(scene={"scene": "galton", "balls": 20}))
         room.step(watched=False)
         cameras.ticked(0.0, 0.0)
         _, part = await waiting

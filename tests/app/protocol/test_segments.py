@@ -22,7 +22,8 @@ from app.protocol.path import (
     UNDER_WAY,
     Segment,
 )
-from app.rooms.independent import DropCommand, Room
+from app.rooms.independent import IndependentRoom
+from app.rooms.pending import DropCommand
 from engine import Board, ParameterError, World, drop
 from engine.constants import KIND_PEG, KIND_WALL
 from tests.app.conftest import Running, playing
@@ -151,7 +152,7 @@ class Played(NamedTuple):
 
 
 def drawn_room(board: Board, seeds: range) -> Played:
-    room = Room("r", board, tick_rate=60, max_balls=len(seeds))
+    room = IndependentRoom("r", board, tick_rate=60, max_balls=len(seeds))
     room.watch_segments(True)
     drawing = Drawing(room.scale)
     balls = {}
@@ -160,7 +161,7 @@ def drawn_room(board: Board, seeds: range) -> Played:
         balls[seed] = room.drop(DropCommand(seed)).ball
     while room.awake:
         room.step(watched=True)
-        whole += len(room.frame())
+        whole += len(room.snapshot())
         message = room.segments()
         if message is not None:
             cut += len(message)
@@ -223,15 +224,15 @@ def test_a_flight_says_what_it_bounced_off() -> None:
 
 def test_one_who_comes_late_gets_the_segments_in_use_and_then_the_rest() -> None:
     board = Board.preset("triangle-12")
-    room = Room("r", board, tick_rate=60, max_balls=10)
+    room = IndependentRoom("r", board, tick_rate=60, max_balls=10)
     balls = [room.drop(DropCommand(seed)).ball for seed in range(3)]
     for _ in range(90):
         room.step(watched=True)
     drawing = Drawing(room.scale)
-    full = segments.decode_segments(room.all_segments(), room.scale)
+    full = segments.decode_segments(room.keyframe(), room.scale)
     assert full.full
     assert sorted(segment.ball for segment in (*full.flights, *full.curves)) == balls
-    drawing.take(room.all_segments())
+    drawing.take(room.keyframe())
     while room.awake:
         room.step(watched=True)
         message = room.segments()
@@ -240,11 +241,11 @@ def test_one_who_comes_late_gets_the_segments_in_use_and_then_the_rest() -> None
             drawing.take(message)
     for seed, ball in enumerate(balls):
         assert_drawn_true(drawing, ball, drop(board, seed), 0, since=90 / 60)
-    assert len(segments.decode_segments(room.all_segments(), room.scale).flights) == 0
+    assert len(segments.decode_segments(room.keyframe(), room.scale).flights) == 0
 
 
 def test_a_segment_told_again_in_a_full_frame_is_the_same_segment() -> None:
-    room = Room("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
+    room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
     room.watch_segments(True)
     room.drop(DropCommand(5))
     known: set[Segment] = set()
@@ -255,7 +256,7 @@ def test_a_segment_told_again_in_a_full_frame_is_the_same_segment() -> None:
         if data is not None:
             message = segments.decode_segments(data, room.scale)
             known.update((*message.flights, *message.curves))
-        again = segments.decode_segments(room.all_segments(), room.scale)
+        again = segments.decode_segments(room.keyframe(), room.scale)
         for segment in (*again.flights, *again.curves):
             assert segment in known
             compared += 1
@@ -265,13 +266,13 @@ def test_a_segment_told_again_in_a_full_frame_is_the_same_segment() -> None:
 def test_a_long_flight_is_told_from_where_the_ball_was_a_second_ago() -> None:
     form = {**Board.preset("triangle-8").to_dict(), "gravity": 0.05, "drag": 0.2}
     board = Board.from_json(form)
-    room = Room("r", board, tick_rate=60, max_balls=1)
+    room = IndependentRoom("r", board, tick_rate=60, max_balls=1)
     ball = room.drop(DropCommand(5)).ball
     first = drop(board, 5).impacts[0]["t"]
     while room.world.tick / 60 < first - 1 / 60:
         room.step(watched=True)
     drawing = Drawing(room.scale)
-    drawing.take(room.all_segments())
+    drawing.take(room.keyframe())
     (segment,) = drawing.segments[ball]
     assert segment.kind == UNDER_WAY
     assert room.world.tick / 60 - segment.t == 63 / 60
@@ -295,7 +296,7 @@ def test_a_ball_beside_the_board_is_told_as_far_as_half_a_board_from_it(
 
 
 def test_segments_come_with_the_tick_in_which_they_begin() -> None:
-    room = Room("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
+    room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
     room.watch_segments(True)
     start = room.drop(DropCommand(5)).tick
     while room.awake:

@@ -10,17 +10,18 @@ from hypothesis import strategies as st
 
 from app.errors import BallLimitError
 from app.protocol import messages, segments, snapshots
-from app.rooms.independent import DropCommand, Room
+from app.rooms.independent import IndependentRoom
+from app.rooms.pending import DropCommand
 from engine import Board, ParameterError, SeedError, drop
 
 BOARD = Board.preset("triangle-8")
 
 
-def room(**options: Any) -> Room:
-    return Room("r", BOARD, **{"tick_rate": 60, "max_balls": 200, **options})
+def room(**options: Any) -> IndependentRoom:
+    return IndependentRoom("r", BOARD, **{"tick_rate": 60, "max_balls": 200, **options})
 
 
-def play(table: Room, *, watched: bool = True) -> list[messages.Event]:
+def play(table: IndependentRoom, *, watched: bool = True) -> list[messages.Event]:
     """Tick until nothing moves."""
     events: list[messages.Event] = []
     while table.awake:
@@ -104,7 +105,7 @@ def test_frames_show_where_the_drop_is_at_that_tick() -> None:
     step_y = (table.extent.y_max - table.extent.y_min) / 65535
     while True:
         table.step(watched=True)
-        frame = snapshots.decode_snapshot(table.frame(), table.extent, table.velocity_scale)
+        frame = snapshots.decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)
         if not table.awake:
             break
         (ball,) = frame.balls
@@ -120,11 +121,11 @@ def test_a_bounce_is_flagged_in_the_next_frame_however_many_ticks_later_and_only
     table = room()
     table.drop(DropCommand(42))
     while not any(isinstance(event, messages.Contact) for event in table.step(watched=True)):
-        table.frame()
+        table.snapshot()
     table.step(watched=True)
 
     def flags() -> list[bool]:
-        frame = snapshots.decode_snapshot(table.frame(), table.extent, table.velocity_scale)
+        frame = snapshots.decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)
         flagged: list[bool] = frame.balls["bounced"].tolist()
         return flagged
 
@@ -133,7 +134,7 @@ def test_a_bounce_is_flagged_in_the_next_frame_however_many_ticks_later_and_only
 
 
 def test_balls_that_have_landed_leave_nothing_behind_where_no_snapshot_is_taken() -> None:
-    room = Room("r", Board.preset("triangle-8"), tick_rate=60, max_balls=20)
+    room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=20)
     room.watch_segments(True)
     for seed in range(20):
         room.drop(DropCommand(seed))
@@ -141,7 +142,7 @@ def test_balls_that_have_landed_leave_nothing_behind_where_no_snapshot_is_taken(
         room.step(watched=True)
         room.segments()
     assert not room._bounced
-    assert len(room.all_segments()) == segments.HEADER.size
+    assert len(room.keyframe()) == segments.HEADER.size
 
 
 def test_frames_count_the_events_announced_before_them() -> None:
@@ -152,7 +153,7 @@ def test_frames_count_the_events_announced_before_them() -> None:
         announced += 1
     while table.awake:
         announced += len(table.step(watched=True))
-        frame = snapshots.decode_snapshot(table.frame(), table.extent, table.velocity_scale)
+        frame = snapshots.decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)
         assert frame.seq == announced
     assert table.hello(0.0, messages.Limits(1, 1.0, 1)).seq == announced
 
@@ -231,7 +232,7 @@ def test_the_same_commands_at_the_same_ticks_do_the_same_again() -> None:
             out.append(messages.encode_event(table.drop(DropCommand(seed))))
             for _ in range(pause):
                 out += [messages.encode_event(e) for e in table.step(watched=True)]
-                out.append(table.frame())
+                out.append(table.snapshot())
         return [*out, *map(messages.encode_event, play(table))]
 
     assert run() == run()

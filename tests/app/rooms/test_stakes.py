@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.errors import InvalidValueError
-from app.rooms.independent import DropCommand, Room
+from app.rooms.independent import IndependentRoom
+from app.rooms.pending import DropCommand
 from app.rooms.stakes import MAX_STAKE, parse_stake, parse_who, payout_of
 from engine import Board
 from tests.app.conftest import TINY, Running, playing
@@ -45,10 +46,10 @@ def test_what_is_no_mark_is_named(who: Any) -> None:
 
 
 def test_a_stake_survives_a_checkpoint_in_mid_flight() -> None:
-    room = Room("r", Board.from_json(TINY), tick_rate=60, max_balls=5)
+    room = IndependentRoom("r", Board.from_json(TINY), tick_rate=60, max_balls=5)
     room.drop(DropCommand(1, stake=250))
     room.step(watched=False)
-    again = Room("r", room.board, tick_rate=60, max_balls=5)
+    again = IndependentRoom("r", room.board, tick_rate=60, max_balls=5)
     again.restore(room.checkpoint())
     events = [
         event for table in (room, again) for _ in range(200) for event in table.step(watched=False)

@@ -3,15 +3,16 @@
 import random
 from typing import Any
 
+import msgspec
 import pytest
 
 from app.errors import AppError, BallLimitError, InvalidValueError, MissingBallError
 from app.protocol import client_messages, messages, snapshots
+from app.protocol.touching_messages import Change
 from app.rooms import log as roomlog
-from app.rooms.independent import DropCommand
+from app.rooms.pending import DropCommand, PendingInput
 from app.rooms.records import InputRow
-from app.rooms.touching import log as arena_log
-from app.rooms.touching.room import ArenaCommand, ArenaRoom
+from app.rooms.touching.room import TouchingRoom
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.values import BALL, MOST_WORK, SETTINGS
 from engine import Board, RecordError
@@ -25,26 +26,32 @@ def scene(**values: Any) -> Scene:
     return Scene.of({"scene": "sandbox", "balls": 0, **values}, tick_rate=TICKS, max_balls=500)
 
 
-def box(most: int = 500, **values: Any) -> ArenaRoom:
-    return ArenaRoom("box", scene(**values), tick_rate=TICKS, max_balls=most)
+def box(most: int = 500, **values: Any) -> TouchingRoom:
+    return TouchingRoom("box", scene(**values), tick_rate=TICKS, max_balls=most)
 
 
-def table() -> ArenaRoom:
-    return ArenaRoom("table", BOARD, tick_rate=TICKS, max_balls=100)
+def table() -> TouchingRoom:
+    return TouchingRoom("table", BOARD, tick_rate=TICKS, max_balls=100)
 
 
-def tell(room: ArenaRoom, kind: str, **values: Any) -> list[messages.Event]:
-    return room.take(ArenaCommand({"type": kind, **values}))
+def tell(room: TouchingRoom, kind: str, **values: Any) -> list[messages.Event]:
+    room.plan_change(change(kind, **values)).durable = True
+    return room.enter()[-1].events
 
 
-def run(room: ArenaRoom, ticks: int) -> list[messages.Event]:
+def change(kind: str, **values: Any) -> Change:
+    message: Change = msgspec.convert({"type": kind, **values}, Change)
+    return message
+
+
+def run(room: TouchingRoom, ticks: int) -> list[messages.Event]:
     events: list[messages.Event] = []
     for _ in range(ticks):
         events += room.step(watched=True)
     return events
 
 
-def places(room: ArenaRoom) -> dict[int, tuple[float, float]]:
+def places(room: TouchingRoom) -> dict[int, tuple[float, float]]:
     return {int(b["id"]): (float(b["x"]), float(b["y"])) for b in room.world.bodies}
 
 
@@ -64,7 +71,7 @@ def test_a_thrown_ball_flies_falls_and_stays_in_the_box_asleep() -> None:
     assert not room.awake, "a ball on the floor falls asleep, and the room with it"
     ((x, y),) = places(room).values()
     assert y == pytest.approx(4.0 - 0.2, abs=0.01)
-    asleep = snapshots.decode_snapshot(room.frame(), room.extent, room.velocity_scale).balls
+    asleep = snapshots.decode_snapshot(room.snapshot(), room.extent, room.velocity_scale).balls
     assert asleep["asleep"].all()
 
 
@@ -146,8 +153,7 @@ def test_a_reset_begins_another_scene_and_the_clock_goes_on() -> None:
 def test_drops_on_a_board_knock_each_other_and_land_in_bins() -> None:
     room = table()
     for seed in range(12):
-        accepted = room.take(DropCommand(seed))[0]
-        assert isinstance(accepted, messages.Accepted)
+        room.drop(DropCommand(seed))
         run(room, 3)
     events: list[messages.Event] = []
     while room.awake:
@@ -163,18 +169,19 @@ def test_drops_on_a_board_knock_each_other_and_land_in_bins() -> None:
 
 
 def play(  # noqa: PLR0912 - one branch for each thing that people do
-    room: ArenaRoom, seed: int, ticks: int = 240
+    room: TouchingRoom, seed: int, ticks: int = 240
 ) -> list[InputRow]:
     """Everything that people do, at random; returns the inputs as a ledger keeps them."""
     chance = random.Random(seed)
     kept = []
 
-    def put(kind: str, **values: Any) -> None:
-        plan = room.plan(ArenaCommand({"type": kind, **values}))
-        plan.durable = True
+    def keep(pending: PendingInput[Any]) -> None:
+        pending.durable = True
         room.enter()
-        data = messages._encoder.encode(plan.command.data).decode()
-        kept.append(InputRow(1, plan.number, plan.tick, data))
+        kept.append(room.format.row(1, pending))
+
+    def put(kind: str, **values: Any) -> None:
+        keep(room.plan_change(change(kind, **values)))
 
     on_board = room.mode == "interacting"
     for _ in range(ticks):
@@ -182,7 +189,7 @@ def play(  # noqa: PLR0912 - one branch for each thing that people do
         roll = chance.random()
         x, y = chance.uniform(-0.5, 0.5), chance.uniform(0.5, 1.5)
         if on_board and roll < 0.1:
-            put("drop", seed=str(chance.randrange(1000)), x=None)
+            keep(room.plan_drop(DropCommand(chance.randrange(1000))))
         elif roll < 0.15:
             put("add", x=x, y=y, vx=chance.uniform(-9, 9), omega=3.0, radius=0.06)
         elif balls and roll < 0.25:
@@ -219,10 +226,10 @@ def test_the_log_of_a_room_replays_to_the_same_world(kind: str) -> None:
     assert verdict.ok, verdict
 
 
-def whole_log(room: ArenaRoom, rows: list[InputRow]) -> dict[str, Any]:
-    log = arena_log.head(room, roomlog.KIND)
-    log["inputs"] = [arena_log.entry(row) for row in rows]
-    digest = arena_log.LogDigest(log["world_digest"])
+def whole_log(room: TouchingRoom, rows: list[InputRow]) -> dict[str, Any]:
+    log = roomlog.head(room)
+    log["inputs"] = [room.format.entry(row, None, room.world.tick) for row in rows]
+    digest = roomlog.LogDigest(room.format, log["world_digest"])
     digest.add(log["inputs"])
     return {**log, "digest": digest.hex()}
 
@@ -252,7 +259,7 @@ def test_a_room_restored_from_a_checkpoint_goes_on_bit_for_bit(kind: str) -> Non
     room = box(balls=8, dt=0.013) if kind == "box" else table()
     if kind == "table":
         for seed in range(9):
-            room.take(DropCommand(seed))
+            room.drop(DropCommand(seed))
     tell(room, "add", x=0.1, y=0.5, vx=3.0)
     tell(room, "drag", ball=0, x=0.0, y=1.0)
     run(room, 50)
@@ -270,7 +277,7 @@ def test_frames_and_watching_do_not_change_what_happens() -> None:
     seen, unseen = box(balls=30), box(balls=30)
     for _ in range(120):
         seen.step(watched=True)
-        seen.frame()
+        seen.snapshot()
         seen.diagnostics()
         unseen.step(watched=False)
     assert seen.world.digest() == unseen.world.digest()
@@ -281,7 +288,7 @@ def test_frames_and_watching_do_not_change_what_happens() -> None:
     [
         ("add", {"x": 9.0, "y": 1.0}, "x 9.0 is not from"),
         ("add", {"x": 0.0, "y": -1.0}, "y -1.0 is not from"),
-        ("add", {"x": 0.0}, "y is missing"),
+        ("add", {"x": 0.0, "y": None}, "y is missing"),
         ("add", {"x": "left", "y": 1.0}, "x 'left' is not a number"),
         ("add", {"x": 0.0, "y": 1.0, "radius": 0.001}, "radius 0.001 is not from 0.01 to 0.5 m"),
         ("add", {"x": 0.0, "y": 1.0, "vx": 1e9}, "vx 1000000000.0 is not from -100 to 100 m/s"),
@@ -325,23 +332,23 @@ def test_a_full_room_takes_no_ball_and_too_much_work_is_refused() -> None:
     with pytest.raises(InvalidValueError, match=f"more than {MOST_WORK}"):
         tell(large, "settings", dt=0.001, substeps=32)
     with pytest.raises(InvalidValueError, match="no board to drop on"):
-        room.take(DropCommand(1))
+        room.drop(DropCommand(1))
     with pytest.raises(MissingBallError, match="no ball 77"):
         tell(room, "kick", ball=77, vx=1.0)
 
 
 def test_an_input_for_a_ball_that_has_gone_meanwhile_does_nothing() -> None:
     room = box(balls=1)
-    kick = room.plan(ArenaCommand({"type": "kick", "ball": 0, "vx": 1.0}), lead=2)
-    take = room.plan(ArenaCommand({"type": "remove", "ball": 0}))
+    kick = room.plan_change(change("kick", ball=0, vx=1.0), lead=2)
+    take = room.plan_change(change("remove", ball=0))
     assert take.tick == kick.tick == 2, "inputs keep their order"
     take.durable = kick.durable = True
     room.refuse(kick)
-    kick = room.plan(ArenaCommand({"type": "kick", "ball": 0, "vx": 1.0}))
+    kick = room.plan_change(change("kick", ball=0, vx=1.0))
     kick.durable = True
     run(room, 2)
     entered = room.enter()
-    assert [[type(event).__name__ for event in events] for _, events in entered] == [
+    assert [[type(event).__name__ for event in each.events] for each in entered] == [
         ["Removed"],
         [],
     ]

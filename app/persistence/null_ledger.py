@@ -12,9 +12,10 @@ from app.rooms.records import Write
 T = TypeVar("T")
 
 
-class Unkept:
+class NullLedger:
     """The side of `Ledger` that rooms use."""
 
+    keeps = False
     lag = 0.0
     up = True
 

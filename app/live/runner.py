@@ -1,0 +1,124 @@
+"""The rooms that are awake: ticks them, carries out what is due, and passes on what comes of it."""
+
+import itertools
+import logging
+from collections.abc import Callable, Sequence
+
+from app.live.broadcaster import Broadcaster
+from app.live.hub import Hub
+from app.live.landings import Landings
+from app.live.ticker import Schedule, Ticker, Watcher
+from app.persistence.service import PersistenceService
+from app.protocol import messages
+from app.rooms.room import Room
+from app.settings import Settings
+
+_log = logging.getLogger("plinko")
+
+
+class Runner:
+    """Runs every room in which something moves, and none that sleeps.
+
+    `failed` hears of a room whose step raised: it does not run any more.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        hub: Hub,
+        broadcaster: Broadcaster,
+        persistence: PersistenceService,
+        landings: Landings,
+        *,
+        clock: Callable[[], float],
+        watchers: Sequence[Watcher],
+        failed: Callable[[Room], None],
+    ) -> None:
+        self.accepted = 0  # drops, in all rooms there ever were
+        self.landed = 0
+        schedule = Schedule(1.0 / settings.tick_rate, settings.max_catch_up)
+        self.ticker = Ticker(schedule, self.tick, clock=clock, watchers=watchers)
+        self._awake: dict[str, Room] = {}
+        self._hub = hub
+        self._broadcaster = broadcaster
+        self._persistence = persistence
+        self._landings = landings
+        self._clock = clock
+        self._failed = failed
+
+    @property
+    def awake(self) -> list[Room]:
+        """The rooms in which something moves."""
+        return list(self._awake.values())
+
+    def wake(self, room: Room) -> None:
+        """See to it that a room ticks in which something moves."""
+        if room.awake:
+            self._awake[room.id] = room
+            self.ticker.wake()
+
+    def drop_out(self, room: Room) -> None:
+        """Run a room no more."""
+        self._awake.pop(room.id, None)
+
+    def admit(self, room: Room) -> None:
+        """Carry out what is planned for this tick and durable, and tell everyone."""
+        numbers = itertools.count(room.seq + 1)
+        for entered in room.enter():
+            requester = entered.pending.requester
+            first = None
+            for event in entered.events:
+                own = self._broadcaster.announce(room, next(numbers), requester, event)
+                self.accepted += isinstance(event, messages.Accepted)
+                first = first or own
+            if entered.begins_anew:
+                self._broadcaster.greet_all(room)
+            requester.carried_out(first)
+            self._awake[room.id] = room
+            self.ticker.wake()
+
+    def tick(self, due: int) -> bool:
+        """Run `due` ticks of every room that is awake; True while one still is."""
+        for room in self.awake:
+            try:
+                self._advance(room, due)
+            except Exception:  # noqa: BLE001 - one room's fault must not stop the others' clock
+                where = {"room": room.id, "tick": room.world.tick}
+                _log.exception("room failed and is closed", extra=where)
+                self._failed(room)
+        self._persistence.ticked(due, self._awake.values())
+        return bool(self._awake)
+
+    def _advance(self, room: Room, due: int) -> None:
+        watched = self._hub.count(room.id) > 0
+        events: list[messages.Event] = []
+        before = room.world.tick
+        for _ in range(due):
+            if room.held:
+                self._pass_on(room, events)
+                events = []
+                self.admit(room)
+            if room.held or not room.awake or not self._persistence.may_step(room):
+                break
+            events += room.step(watched=watched)
+        stepped = room.world.tick > before
+        if stepped:
+            room.tick_time = self._clock()
+        self._pass_on(room, events, with_snapshot=stepped or room.touched)
+        self._broadcaster.diagnose(room, before)
+        if not room.awake:
+            del self._awake[room.id]
+            self._persistence.slept(room)
+        elif room.held:
+            self.admit(room)
+
+    def _pass_on(
+        self, room: Room, events: list[messages.Event], *, with_snapshot: bool = False
+    ) -> None:
+        """Send events, and the snapshot of this moment; and settle who has landed."""
+        self._broadcaster.broadcast(room, events, with_snapshot=with_snapshot)
+        for event in events:
+            if isinstance(event, messages.Landed):
+                self.landed += 1
+                self._persistence.landed(room, event)
+                self._landings.landed(room, event)

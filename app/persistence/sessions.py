@@ -1,0 +1,131 @@
+"""The sessions of the rooms in memory: what the ledger has heard of each, and what it is told next.
+
+A session is one world of a room from tick 0 on; a room that is reset gets another. What has landed
+waits here until there are other news.
+"""
+
+import functools
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import msgspec
+
+from app.errors import LedgerError
+from app.persistence.null_ledger import NullLedger
+from app.persistence.writer import Done, Ledger
+from app.rooms.records import BoardRow, Close, Mark, ResultRow, RoomRow, Write
+from app.rooms.room import Room
+from engine import PHYSICS_VERSION
+
+
+@dataclass(slots=True)
+class SessionRecord:
+    """What is known of a room's session in the ledger. Times are Unix times."""
+
+    number: int
+    owned: bool
+    opened: float
+    used: float
+    known: bool = False  # its row was handed to the ledger
+    marked: int = 0  # ticks up to here were handed to the ledger
+    horizon: int = 0  # ticks up to here are in it
+    checkpoint_tick: int = 0
+    clean: bool = True  # asleep, and the ledger has heard of it
+    version: int = 0  # counts submissions
+
+
+class Sessions:
+    """The records by room; for the event loop's thread. `now` gives Unix time in seconds."""
+
+    def __init__(self, ledger: Ledger | NullLedger, now: Callable[[], float] = time.time) -> None:
+        self.ledger = ledger
+        self.now = now
+        self.next_number = 1
+        self._records: dict[str, SessionRecord] = {}
+        self._results: list[Write] = []
+
+    def of(self, room: Room) -> SessionRecord:
+        """The record of a room's session, a new one where there is none."""
+        found = self._records.get(room.id)
+        if found is None:
+            now = self.now()
+            found = self._records[room.id] = SessionRecord(self.number(), False, now, now)
+        return found
+
+    def find(self, room: Room, number: int) -> SessionRecord | None:
+        """The record of this room if its session is still the one of this number."""
+        found = self._records.get(room.id)
+        return found if found is not None and found.number == number else None
+
+    def begin(self, room_id: str, record: SessionRecord) -> None:
+        """The room goes on in this session."""
+        self._records[room_id] = record
+
+    def forget(self, room: Room) -> None:
+        """The room left the memory; what is in the ledger stays."""
+        self._records.pop(room.id, None)
+
+    def number(self) -> int:
+        """A number that no session has had."""
+        number, self.next_number = self.next_number, self.next_number + 1
+        return number
+
+    def add_results(self, results: list[ResultRow]) -> None:
+        """The ledger hears of these with the next news."""
+        self._results += results
+
+    def take_results(self) -> list[Write]:
+        """What has landed since the last news."""
+        results, self._results = self._results, []
+        return results
+
+    def report(self, writes: list[Write], done: Done | None = None) -> None:
+        """Hand what has landed, and `writes`, to the ledger."""
+        self.ledger.defer([*self.take_results(), *writes], done)
+
+    def slept(self, room: Room) -> None:
+        """Nothing moves in the room any more."""
+        record = self.of(room)
+        record.version += 1
+        record.checkpoint_tick = record.marked = room.world.tick
+        record.horizon = min(record.horizon, room.world.tick)
+        mark = self.mark(room, record, room.world.tick, awake=False)
+        done = functools.partial(self._asleep, room, record.number, record.version)
+        self.report([mark], done)
+
+    def _asleep(self, room: Room, number: int, version: int, error: LedgerError | None) -> None:
+        record = self.find(room, number)
+        if record is not None and record.version == version:
+            record.clean = error is None
+
+    def mark(self, room: Room, record: SessionRecord, tick: int, *, awake: bool) -> Mark:
+        """How far a room has come, with a checkpoint to go on from."""
+        return Mark(record.number, tick, awake, self.now(), room.checkpoint(), room.taken)
+
+    def closing(self, room: Room) -> Close:
+        """The end of a room's session."""
+        return Close(self.of(room).number, room.world.tick, self.now())
+
+    def board_row(self, room: Room) -> BoardRow:
+        """What the room was opened over."""
+        origin = room.origin
+        return BoardRow(origin.digest, origin.name, msgspec.json.encode(origin.to_dict()).decode())
+
+    def room_row(self, room: Room, record: SessionRecord) -> RoomRow:
+        """A session at its beginning."""
+        return RoomRow(
+            number=record.number,
+            id=room.id,
+            board=room.origin.digest,
+            mode=room.mode,
+            owned=record.owned,
+            tick_rate=room.tick_rate,
+            physics_version=PHYSICS_VERSION,
+            opened=record.opened,
+            used=record.used,
+        )
+
+    def rows(self, room: Room, record: SessionRecord) -> list[Write]:
+        """All that the ledger needs to know of a session before its first input."""
+        return [self.board_row(room), self.room_row(room, record)]

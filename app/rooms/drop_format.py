@@ -1,0 +1,121 @@
+"""Drops of independent balls as the ledger keeps them and as a log tells them."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import msgspec
+
+from app.protocol import messages
+from app.rooms.input_format import InputFormat
+from app.rooms.pending import DropCommand, PendingInput
+from app.rooms.records import DropRow, ResultRow
+from app.rooms.stakes import parse_stake
+from engine.drops.verify import Verification
+from engine.errors import RecordError
+from engine.seeding import parse_seed
+
+_RESULT: Final = ("tick", "bin", "score", "t", "x_end", "digest", "unsettled")
+
+
+class DropFormat(InputFormat[DropCommand, DropRow]):
+    """Each drop has a result of its own, which follows from its seed and start alone."""
+
+    name = "drops"
+    needed = (
+        "version", "board", "board_digest", "mode", "solver", "tick_rate", "physics_version",
+        "tick", "drops", "world_digest", "digest",
+    )  # fmt: skip
+    has_results = True
+
+    def row(self, session: int, pending: PendingInput[DropCommand]) -> DropRow:
+        """What the ledger keeps of a drop."""
+        drop = pending.command
+        return DropRow(
+            session, pending.number, pending.tick, drop.seed, drop.x, drop.stake, drop.who
+        )
+
+    def entry(self, row: DropRow, result: ResultRow | None, tick: int) -> dict[str, Any]:
+        """One drop of a log that ends at `tick`: what landed later has no result yet."""
+        ended = None
+        if result is not None and result.tick <= tick:
+            ended = {name: getattr(result, name) for name in _RESULT} | {"payout": result.payout}
+        return {
+            "ball": row.ball,
+            "tick": row.tick,
+            "seed": str(row.seed),
+            "x": row.x,
+            "stake": row.stake,
+            "who": row.who,
+            "result": ended,
+        }
+
+    def check(self, where: str, number: int, entry: object) -> None:
+        """Raise RecordError unless the entry has all that a drop needs."""
+        if not isinstance(entry, Mapping):
+            raise RecordError(f"{where} is not an object", field=where)
+        for name in ("ball", "tick", "seed", "result"):
+            if name not in entry:
+                raise RecordError(f"{where} lacks {name!r}", field=f"{where}.{name}")
+        if entry["ball"] != number:
+            raise RecordError(
+                f"{where}.ball is {entry['ball']!r}: balls are numbered from 0, none left out",
+                field=f"{where}.ball",
+            )
+        result = entry["result"]
+        if result is not None and not (
+            isinstance(result, Mapping) and all(name in result for name in (*_RESULT, "payout"))
+        ):
+            raise RecordError(
+                f"{where}.result is neither null nor an object with {', '.join(_RESULT)}",
+                field=f"{where}.result",
+            )
+
+    def line(self, entry: Mapping[str, Any]) -> bytes:
+        """The digest of the drop's result."""
+        result = entry["result"]
+        digest: str = result["digest"] if result else "-"
+        return digest.encode()
+
+    def command(self, entry: Mapping[str, Any]) -> DropCommand:
+        """The drop that an entry tells of; raises SeedError, InvalidValueError."""
+        stake = parse_stake(entry.get("stake"))
+        return DropCommand(parse_seed(entry["seed"]), entry.get("x"), stake, entry.get("who"))
+
+    def result(self, session: int, landed: messages.Landed) -> ResultRow:
+        """What the ledger keeps of a landing."""
+        return ResultRow(
+            room=session,
+            ball=landed.ball,
+            tick=landed.tick,
+            bin=landed.bin,
+            score=landed.score,
+            t=landed.t,
+            x_end=landed.x_end,
+            digest=landed.digest or "",
+            unsettled=landed.unsettled,
+            payout=landed.paid,
+        )
+
+    def void(self, row: DropRow, tick: int, why: str) -> ResultRow:
+        """The end of a drop that can no longer be computed as it was promised: stake back."""
+        return ResultRow(row.room, row.ball, tick, None, 1.0, 0.0, 0.0, "", why)
+
+    def compare(
+        self, where: str, entry: Mapping[str, Any], landed: messages.Landed | None
+    ) -> Verification | None:
+        """How a drop's landing differs from the result that its log tells."""
+        said, where = entry["result"], f"{where}.result"
+        if said is None or landed is None:
+            if said is None and landed is None:
+                return None
+            actual = None if landed is None else msgspec.to_builtins(landed)
+            return Verification(False, where, said, actual)
+        found = {name: getattr(landed, name) for name in _RESULT} | {"payout": landed.paid}
+        for name, value in found.items():
+            if said[name] != value:
+                return Verification(False, f"{where}.{name}", said[name], value)
+        return None
+
+    def first_needed(self, taken: int, most_balls: int) -> int:
+        """Those in flight at the checkpoint too: their results are compared with the replay's."""
+        return max(0, taken - most_balls)

@@ -1,0 +1,63 @@
+"""What differs between kinds of rooms in how their inputs are kept in the ledger and logged."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, Generic, TypeVar
+
+from app.protocol import messages
+from app.rooms.pending import PendingInput
+from app.rooms.records import ResultRow
+from engine.drops.verify import Verification
+
+Command = TypeVar("Command")
+Row = TypeVar("Row")
+
+
+class InputFormat(ABC, Generic[Command, Row]):
+    """The inputs of one kind of room as rows of the ledger and as entries of a log."""
+
+    name: ClassVar[str]
+    """Of the list of entries in a log, and of the ledger's table."""
+
+    needed: ClassVar[tuple[str, ...]]
+    """What a log must have, in the order in which it is missed."""
+
+    replayed: ClassVar[str] = ""
+    """The part of an entry that is named when it cannot be replayed."""
+
+    has_results: ClassVar[bool] = False
+    """Whether each input has a result of its own, which the ledger keeps and a log tells."""
+
+    @abstractmethod
+    def row(self, session: int, pending: PendingInput[Command]) -> Row:
+        """What the ledger keeps of an input in the session of this number."""
+
+    @abstractmethod
+    def entry(self, row: Row, result: ResultRow | None, tick: int) -> dict[str, Any]:
+        """One entry of a log that ends at `tick`."""
+
+    @abstractmethod
+    def check(self, where: str, number: int, entry: object) -> None:
+        """Raise RecordError naming what is wrong with entry `number` of a log, found at `where`."""
+
+    @abstractmethod
+    def line(self, entry: Mapping[str, Any]) -> bytes:
+        """What of an entry goes into the log's digest."""
+
+    def result(self, session: int, landed: messages.Landed) -> ResultRow | None:
+        """What the ledger keeps of a landing in the session of this number, if anything."""
+        return None
+
+    def void(self, row: Row, tick: int, why: str) -> ResultRow | None:
+        """The result of an input that can no longer be computed as it was promised, if any."""
+        return None
+
+    def compare(
+        self, where: str, entry: Mapping[str, Any], landed: messages.Landed | None
+    ) -> Verification | None:
+        """How what came of an entry differs from what its log says; None where it does not."""
+        return None
+
+    def first_needed(self, taken: int, most_balls: int) -> int:
+        """The first input to read for a room whose checkpoint has taken so many."""
+        return taken

@@ -1,0 +1,66 @@
+"""What a room was asked for and has not carried out yet, and who asked."""
+
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from app.protocol import messages
+
+Command = TypeVar("Command")
+
+
+@dataclass(frozen=True, slots=True)
+class DropCommand:
+    """Put a ball in: 0 <= seed < 2^64, and `x` in metres where the player chose the start.
+
+    `stake` is in minor units, `who` a mark of the player's own.
+    """
+
+    seed: int
+    x: float | None = None
+    stake: int = 0
+    who: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Requester:
+    """Who asked for an input, and by what note `ref` they know it; this one waits for nothing.
+
+    client: the connection that alone is told the note; key: by which it is known should it come
+    back.
+    """
+
+    client: int | None = None
+    key: str = ""
+    ref: Any = None  # JSON, as it came
+
+    def carried_out(self, event: messages.Event | None) -> None:
+        """Hear the first event that came of the input, if any did."""
+
+    def refused(self, error: Exception) -> None:
+        """Hear why the input will not be carried out."""
+
+
+NOBODY = Requester()
+
+
+@dataclass(slots=True, eq=False)
+class PendingInput(Generic[Command]):
+    """A drop or a change that will be number `number` of its room, carried out at `tick`."""
+
+    number: int
+    tick: int
+    command: Command
+    durable: bool = False
+    requester: Requester = NOBODY
+
+
+@dataclass(frozen=True, slots=True)
+class Entered:
+    """An input that was carried out just now, and what to tell of it.
+
+    begins_anew: it put another scene in the place of what was there, so that everyone starts over.
+    """
+
+    pending: PendingInput[Any]
+    events: list[messages.Event]
+    begins_anew: bool = False

@@ -1,0 +1,326 @@
+"""What every room is, whether its balls touch each other or not. No I/O, no clock, no asyncio.
+
+Commands go in, events and binary messages come out; whoever holds the room sends them. Given the
+same commands at the same ticks, a room does the same again: chance and time come in as arguments.
+
+An input is planned for a tick, confirmed once it is durable, and carried out at that very tick. A
+room whose next input is neither confirmed nor refused when its tick has come is held: the tick at
+which a ball starts never depends on how long the ledger took.
+"""
+
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal, Protocol, TypeVar
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from app.errors import InvalidValueError
+from app.protocol import messages, snapshots
+from app.protocol.touching_messages import Change
+from app.rooms.input_format import InputFormat
+from app.rooms.pending import NOBODY, Command, DropCommand, Entered, PendingInput, Requester
+from app.rooms.touching.scene import Scene
+from app.rooms.touching.world import Box
+from engine import PHYSICS_VERSION, Board
+from engine.errors import RecordError
+
+Ground = Board | Scene
+"""What stands in a room."""
+
+QUIET = 0.05  # m/s; slower impacts are not told: a ball settling on a peg makes hundreds, unheard
+
+Saved = TypeVar("Saved")
+
+
+class RoomWorld(Protocol):
+    """What moves in a room, as far as every room has it."""
+
+    tick: int
+
+    @property
+    def awake(self) -> bool:
+        """Whether anything moves."""
+
+    @property
+    def count(self) -> int:
+        """Number of balls."""
+
+    @property
+    def bodies(self) -> npt.NDArray[np.void]:
+        """The balls, by id."""
+
+    def digest(self) -> str:
+        """SHA-256 of the world, 64 hex digits: equal worlds have equal digests."""
+
+
+class Room(ABC):
+    """One board or scene, the balls in it, and the count of what came of the others."""
+
+    kind: ClassVar[str]
+    """How its balls fall, as clients are told: `independent` or `interacting`."""
+
+    solver: ClassVar[Literal["exact", "stepped"]]
+    """The solver that computes the paths."""
+
+    format: ClassVar[InputFormat[Any, Any]]
+    """How its inputs are kept and logged."""
+
+    world: RoomWorld
+    extent: messages.Extent
+    velocity_scale: float  # m/s of one step on the wire
+    spin_scale: float  # rad/s of one step on the wire
+
+    def __init__(
+        self, room_id: str, origin: Ground, mode: str, *, tick_rate: int, max_balls: int
+    ) -> None:
+        self.id = room_id
+        self.origin = origin  # what it was opened over
+        self.mode = mode  # as the ledger calls its kind
+        self.tick_rate = tick_rate
+        self.max_balls = max_balls
+        self.tick_time = 0.0  # server time of the last tick, for whoever holds the room to set
+        self.owned = False  # for whoever holds the room to set
+        self.seq = 0
+        self.touched = False  # changed since the last snapshot, and not by a tick
+        self.planned: deque[PendingInput[Any]] = deque()
+        self._bounced: set[int] = set()
+        self._begin_on(origin)
+
+    def _begin_on(self, ground: Ground) -> None:
+        """Count from zero what comes of drops on this ground."""
+        board = ground if isinstance(ground, Board) else None
+        self.ground = ground  # what stands there now
+        self.drops = 0
+        self.unsettled = 0
+        self.histogram = [0] * (board.bins.count if board else 0)
+        self._board_json = msgspec.Raw(msgspec.json.encode(board.to_dict() if board else None))
+
+    @property
+    @abstractmethod
+    def taken(self) -> int:
+        """Inputs carried out so far, as the ledger counts them."""
+
+    @property
+    @abstractmethod
+    def balls(self) -> list[messages.BallStart]:
+        """The drops in flight, by age."""
+
+    @property
+    def awake(self) -> bool:
+        """Whether anything moves, or is about to."""
+        return bool(self.planned) or self.world.awake
+
+    @property
+    def held(self) -> bool:
+        """Whether the next tick has to wait until it is known what becomes of a planned input."""
+        return bool(self.planned) and self.planned[0].tick <= self.world.tick
+
+    @property
+    def box(self) -> Box | None:
+        """What stands where there is no board."""
+        return None
+
+    def ground_after_reset(self, board: Board | None) -> Ground:
+        """What the room is begun anew over; raises InvalidValueError where `board` cannot be."""
+        return board or self.origin
+
+    # Inputs.
+
+    @abstractmethod
+    def plan_drop(
+        self, command: DropCommand, lead: int = 0, requester: Requester = NOBODY
+    ) -> PendingInput[Any]:
+        """Plan a drop `lead` ticks from now, or for this very tick where nothing moves.
+
+        Raises BallLimitError when the room is full, InvalidValueError where nothing can be
+        dropped, the engine's errors for a bad start; the room is then as it was.
+        """
+
+    def plan_change(
+        self, change: Change, lead: int = 0, requester: Requester = NOBODY
+    ) -> PendingInput[Any]:
+        """Plan a change as `plan_drop` plans a drop; raises InvalidValueError where none can be."""
+        raise self._unchangeable()
+
+    def check_changeable(self) -> None:
+        """Raise InvalidValueError unless the balls touch each other, so that they can be moved."""
+        raise self._unchangeable()
+
+    def _unchangeable(self) -> InvalidValueError:
+        return InvalidValueError(
+            f"room {self.id!r} is one of independent balls, which cannot be changed; open one "
+            "with mode `interacting`, or a scene",
+            field="type",
+        )
+
+    def _plan(self, command: Command, lead: int, requester: Requester) -> PendingInput[Command]:
+        tick = self.world.tick + lead if self._runs else self.world.tick
+        if self.planned:
+            tick = max(tick, self.planned[-1].tick)
+        number = self.taken + len(self.planned)
+        pending = PendingInput(number, tick, command, requester=requester)
+        self.planned.append(pending)
+        return pending
+
+    @property
+    def _runs(self) -> bool:
+        """Whether ticks pass by themselves."""
+        return self.world.awake
+
+    def refuse(self, pending: PendingInput[Any]) -> None:
+        """Take a planned input back, as if it had never been asked for."""
+        self.planned.remove(pending)
+
+    def enter(self) -> list[Entered]:
+        """Carry out the confirmed inputs whose tick it is; returns what to tell of each."""
+        entered: list[Entered] = []
+        while self.planned and self.planned[0].durable and self.held:
+            entered.append(self._carry_out(self.planned.popleft()))
+        return entered
+
+    def drop(self, command: DropCommand) -> messages.Accepted:
+        """Take a drop now, at once; raises what `plan_drop` raises."""
+        self.plan_drop(command).durable = True
+        (accepted,) = self.enter()[-1].events
+        assert isinstance(accepted, messages.Accepted)
+        return accepted
+
+    @abstractmethod
+    def replay(self, entry: Mapping[str, Any]) -> None:
+        """Take an input that a room has taken before, an entry of its log; its tick is now.
+
+        Raises RecordError, InvalidValueError and the engine's errors for what was never taken.
+        """
+
+    @abstractmethod
+    def _carry_out(self, pending: PendingInput[Any]) -> Entered:
+        """Do what was planned."""
+
+    def _check_turn(self, pending: PendingInput[Any]) -> None:
+        if (pending.number, pending.tick) != (self.taken, self.world.tick):
+            raise RuntimeError(f"{pending} came as input {self.taken} at tick {self.world.tick}")
+
+    # Time.
+
+    @abstractmethod
+    def step(self, *, watched: bool) -> list[messages.Event]:
+        """One tick on; returns the events to announce, in order.
+
+        With nobody watching only landings are turned into events: contacts have no listener.
+        """
+
+    def _note_bounces(self) -> None:
+        bodies = self.world.bodies
+        self._bounced.update(bodies["id"][bodies["bounced"] != 0].tolist())
+
+    # What is told.
+
+    def snapshot(self, *, first: bool = False) -> bytes:
+        """Where the balls are at this moment; bounces are flagged since the snapshot before.
+
+        The `first` one that a client gets is no news to the others.
+        """
+        bodies = self.world.bodies
+        bounced = np.isin(bodies["id"], list(self._bounced))
+        if not first:
+            self.touched = False
+            self._bounced.clear()
+        return snapshots.encode_snapshot(
+            self.world.tick,
+            self.seq,
+            bodies,
+            bounced,
+            self.extent,
+            self.velocity_scale,
+            self._asleep(bodies),
+        )
+
+    def _asleep(self, bodies: npt.NDArray[np.void]) -> npt.NDArray[np.bool_] | None:
+        """Which of the balls sleep; None where none ever does."""
+        return None
+
+    @abstractmethod
+    def stream_of(self, wanted: str) -> str:
+        """The stream a client gets that asks for `wanted`: a path has to be known to be sent."""
+
+    @abstractmethod
+    def watch_segments(self, watched: bool) -> None:
+        """Cut paths into pieces from here on, while somebody watches them."""
+
+    def segments(self) -> bytes | None:
+        """The pieces that began since the last call, as a message; None if none did."""
+        return None
+
+    def keyframe(self) -> bytes:
+        """The message from which a client goes on that has not got all before."""
+        return self.snapshot(first=True)
+
+    def first_message(self, stream: str) -> bytes | None:
+        """The binary message that a client of this stream needs beside the hello, if any."""
+        return None
+
+    def diagnostics(self) -> messages.Diagnostics:
+        """Energies, momenta, contacts of this moment; raises what `check_changeable` raises."""
+        raise self._unchangeable()
+
+    def stats(self) -> messages.Stats:
+        """What has come of the drops so far."""
+        return messages.Stats(self.drops, list(self.histogram), self.unsettled)
+
+    def hello(
+        self, server_time: float, limits: messages.Limits, stream: str = messages.SNAPSHOTS
+    ) -> messages.Hello:
+        """The full state, from which a client that comes or comes back starts."""
+        board = self.ground if isinstance(self.ground, Board) else None
+        return messages.Hello(
+            protocol=messages.PROTOCOL_VERSION,
+            physics_version=PHYSICS_VERSION,
+            room=self.id,
+            board_name=self.ground.name,
+            board_digest=self.ground.digest,
+            board=self._board_json,
+            slots=list(board.slots) if board else [],
+            solver=self.solver,
+            mode=self.kind,
+            tick_rate=self.tick_rate,
+            tick=self.world.tick,
+            seq=self.seq,
+            server_time=server_time,
+            extent=self.extent,
+            velocity_scale=self.velocity_scale,
+            spin_scale=self.spin_scale,
+            stream=self.stream_of(stream),
+            limits=msgspec.structs.replace(limits, balls=self.max_balls),
+            balls=self.balls,
+            stats=self.stats(),
+            arena=self._arena_state(),
+        )
+
+    def _arena_state(self) -> messages.ArenaState | msgspec.UnsetType:
+        """What only a room has whose balls touch each other."""
+        return msgspec.UNSET
+
+    # Saving.
+
+    @abstractmethod
+    def checkpoint(self) -> bytes:
+        """All that `restore` needs but the planned inputs; small where nothing moves."""
+
+    @abstractmethod
+    def restore(self, checkpoint: bytes) -> None:
+        """Become the room that made `checkpoint`; raises RecordError when it is another's."""
+
+    def ground_fields(self) -> dict[str, Any]:
+        """What stood there at tick 0, as a log tells it."""
+        return {"board": self.origin.preset_name or self.origin.to_dict()}
+
+
+def decode_checkpoint(checkpoint: bytes, kind: type[Saved]) -> Saved:
+    """The values of a checkpoint; raises RecordError when it is none of this kind."""
+    try:
+        return msgspec.msgpack.decode(checkpoint, type=kind)
+    except msgspec.MsgspecError as error:
+        raise RecordError(f"the checkpoint is none: {error}", field="checkpoint") from error
