@@ -105,7 +105,7 @@ constraints:
 
 clean:
 	rm -rf $(VENV) .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
-	rm -rf artifacts build dist
+	rm -rf artifacts build dist benchmarks/node/node_modules
 	find . -name __pycache__ -not -path './.git/*' -prune -exec rm -rf {} +
 
 $(VENV)/.stamp-play: $(PINS) | $(VENV)/.stamp-venv
@@ -127,4 +127,11 @@ $(VENV)/.stamp-bench: $(PINS) | $(VENV)/.stamp-venv
 
 $(VENV)/.stamp-venv: tools/make-venv
 	tools/make-venv $(PYTHON) $(VENV)
+	touch $@
+
+# Engines for Node.js that the benchmarks compare with, and the tests see play.
+test bench: benchmarks/node/node_modules/.stamp
+
+benchmarks/node/node_modules/.stamp: benchmarks/node/package.json
+	cd $(dir $<) && npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 	touch $@

@@ -1,4 +1,7 @@
-"""The `plinko` command: one file per subcommand, each imported only when it is asked for."""
+"""The `plinko` command: one file per subcommand, each imported only when it is asked for.
+
+Imports everything. Start with drop.py; common.py has the options that several subcommands share.
+"""
 
 import atexit
 import gc

@@ -2,8 +2,8 @@
 
 `connect` joins a room and hands every message to a listener as it comes. The library `websockets`
 knows the protocol (its part that does no I/O); its own tasks and queues, one for each connection,
-are left out: with them a message costs up to twice as much. What binary messages hold is decoded
-by app.protocol.snapshots and app.protocol.segments.
+are left out: with them a message costs up to twice as much. What binary messages hold is not
+decoded here.
 """
 
 import asyncio

@@ -1,4 +1,4 @@
-"""The wire protocol of a room, pure: bytes in, values out, and back.
+"""The wire protocol of a room, pure: what clients say and what they are told, as bytes.
 
-Imports the engine. Start with messages.py.
+Imports errors and the engine. Start with messages.py.
 """

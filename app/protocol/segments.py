@@ -1,4 +1,4 @@
-"""Binary messages of `?stream=segments`: which segments are sent when, as bytes and back. Pure.
+"""Binary messages of `?stream=segments`: which segments are sent when, and as which bytes. Pure.
 
 docs/protocol.md describes every byte. Times on the wire are in steps of a tick; a segment is told
 from where the ball is at such a step, so that rounding its time moves nothing.
@@ -8,13 +8,9 @@ import math
 import struct
 from dataclasses import dataclass
 
-import msgspec
-
-from app.errors import MalformedError
 from app.protocol.messages import Extent
 from app.protocol.path import UNDER_WAY, Segment, later, segments_of
 from engine.drops.trajectory import Trajectory
-from engine.physics.flight import basis
 
 MAGIC = 0x53
 VERSION = 2
@@ -135,70 +131,3 @@ def _record(tick: int, row: _Due, scale: Scale) -> bytes:
 
 def _clamp(value: float, low: int, high: int) -> int:
     return round(min(max(value, low), high))
-
-
-class Segments(msgspec.Struct, frozen=True):
-    """A decoded message: its tick, the room's events so far, whether it is full, and its segments.
-
-    Times count from the room's start; balls are known by their number modulo 65536.
-    """
-
-    tick: int
-    seq: int
-    full: bool
-    flights: list[Segment]
-    curves: list[Segment]
-
-
-def decode_segments(data: bytes, scale: Scale) -> Segments:
-    """A message's bytes as segments.
-
-    Raises MalformedError naming the byte count, magic or version that is wrong.
-    """
-    if len(data) < HEADER.size:
-        raise MalformedError(f"segments of {len(data)} bytes have no whole header")
-    magic, version, flights, tick, seq, curves, flags, _ = HEADER.unpack_from(data)
-    if magic != MAGIC or version != VERSION:
-        raise MalformedError(f"magic {magic:#x}, version {version} is no message of segments 2")
-    middle = HEADER.size + flights * FLIGHT.size
-    if len(data) != middle + curves * CURVE.size:
-        raise MalformedError(f"{len(data)} bytes do not hold {flights} flights, {curves} curves")
-    return Segments(
-        tick,
-        seq,
-        bool(flags & FULL),
-        [_segment(tick, row, scale) for row in FLIGHT.iter_unpack(data[HEADER.size : middle])],
-        [_segment(tick, row, scale) for row in CURVE.iter_unpack(data[middle:])],
-    )
-
-
-def _segment(tick: int, row: tuple[float, ...], scale: Scale) -> Segment:
-    ball, kind, angle, age, x, y, vx, vy, spin, index, *bend = row
-    box = scale.extent
-    return Segment(
-        ball=int(ball),
-        kind=int(kind),
-        index=int(index),
-        t=(tick - age / _STEPS) / scale.tick_rate,
-        x=(2.0 * x / _GRID - 0.5) * (box.x_max - box.x_min) + box.x_min,
-        y=y / _GRID * (box.y_max - box.y_min) + box.y_min,
-        vx=vx * 0.5 * scale.velocity_scale,
-        vy=vy * 0.5 * scale.velocity_scale,
-        angle=angle * (2.0 * math.pi / _TURN),
-        spin=spin * scale.spin_scale,
-        bend=(bend[0], bend[1]) if bend else None,
-    )
-
-
-def pose_at(
-    segment: Segment, t: float, *, gravity: float, drag: float
-) -> tuple[float, float, float]:
-    """x, y (m) and angle (rad) on a segment at t, counted as its own start is."""
-    s = t - segment.t
-    psi = 0.5 * s * s if segment.bend else basis(drag, s)[2]
-    ax, ay = segment.bend or (-drag * segment.vx, gravity - drag * segment.vy)
-    return (
-        segment.x + segment.vx * s + ax * psi,
-        segment.y + segment.vy * s + ay * psi,
-        segment.angle + segment.spin * s,
-    )

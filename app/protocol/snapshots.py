@@ -1,4 +1,4 @@
-"""Binary messages of `?stream=snapshots`: where the balls are, as bytes and back. Pure.
+"""Binary messages of `?stream=snapshots`: where the balls are, as bytes. Pure.
 
 docs/protocol.md describes every byte; tests/golden/snapshots.json holds examples.
 """
@@ -6,11 +6,9 @@ docs/protocol.md describes every byte; tests/golden/snapshots.json holds example
 import math
 import struct
 
-import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from app.errors import MalformedError
 from app.protocol.messages import PROTOCOL_VERSION, Extent
 from engine import Board
 
@@ -84,50 +82,3 @@ def encode_snapshot(
 def _grid(values: npt.NDArray[np.float64], low: float, high: float) -> npt.NDArray[np.float64]:
     scaled: npt.NDArray[np.float64] = np.rint((values - low) * (_GRID / (high - low)))
     return np.clip(scaled, 0, _GRID)
-
-
-class Snapshot(msgspec.Struct, frozen=True):
-    """A decoded snapshot: `balls` has fields id x y theta vx vy (SI units), bounced, asleep."""
-
-    tick: int
-    seq: int
-    balls: npt.NDArray[np.void]
-
-
-DECODED = np.dtype(
-    [
-        ("id", "u2"),
-        ("x", "f8"),
-        ("y", "f8"),
-        ("theta", "f8"),
-        ("vx", "f8"),
-        ("vy", "f8"),
-        ("bounced", "?"),
-        ("asleep", "?"),
-    ]
-)
-
-
-def decode_snapshot(data: bytes, extent: Extent, velocity_scale: float) -> Snapshot:
-    """A snapshot's bytes as values in SI units.
-
-    Raises MalformedError naming the byte count, magic or version that is wrong.
-    """
-    if len(data) < HEADER.size:
-        raise MalformedError(f"a snapshot of {len(data)} bytes has no whole header")
-    magic, version, count, tick, seq = HEADER.unpack_from(data)
-    if magic != MAGIC or version != PROTOCOL_VERSION:
-        raise MalformedError(f"magic {magic:#x}, version {version} is not a snapshot of version 1")
-    if len(data) != HEADER.size + count * BALL.itemsize:
-        raise MalformedError(f"{len(data)} bytes do not hold {count} balls")
-    raw = np.frombuffer(data, BALL, count, HEADER.size)
-    balls = np.empty(count, DECODED)
-    balls["id"] = raw["id"]
-    balls["x"] = raw["x"] / _GRID * (extent.x_max - extent.x_min) + extent.x_min
-    balls["y"] = raw["y"] / _GRID * (extent.y_max - extent.y_min) + extent.y_min
-    balls["theta"] = raw["angle"] * (2.0 * math.pi / _TURN)
-    balls["vx"] = raw["vx"] * velocity_scale
-    balls["vy"] = raw["vy"] * velocity_scale
-    balls["bounced"] = (raw["flags"] & FLAG_BOUNCED) != 0
-    balls["asleep"] = (raw["flags"] & FLAG_ASLEEP) != 0
-    return Snapshot(tick, seq, balls)

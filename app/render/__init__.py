@@ -1,4 +1,7 @@
-"""Pictures with no browser: drops and rooms go in, the bytes of image files come out. No I/O."""
+"""Pictures with no browser: drops and rooms go in, the bytes of image files come out. No I/O.
+
+Imports the engine. Start with still.py: it uses parts/, which uses raster/.
+"""
 
 from app.render.animation import ANIMATIONS, drop_animation
 from app.render.box import BoxStage

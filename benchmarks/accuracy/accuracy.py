@@ -85,7 +85,7 @@ def contestants(section: Section, settings: Settings) -> Iterator[list[Contestan
     if settings.node:
         try:
             # A quick run does not reach for the network.
-            node.prepare(install=not settings.quick)
+            node.check()
             helpers = [node.NodeEngine(module) for module in node.ENGINES]
         except AbsentError as error:
             section.absent.append(str(error))

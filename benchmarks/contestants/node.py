@@ -32,27 +32,15 @@ ENGINES = {
 """Module in the folder, and the name to print."""
 
 
-def prepare(*, install: bool) -> None:
-    """See to it that Node.js and the packages are there; AbsentError says what is missing."""
+def check() -> None:
+    """Raise AbsentError naming what is missing: Node.js, or the packages."""
     if shutil.which("node") is None:
         raise AbsentError("matter-js, planck, Rapier, Box2D wasm: Node.js is not installed")
-    if (FOLDER / "node_modules").is_dir():
-        return
-    if not install or shutil.which("npm") is None:
+    if not (FOLDER / "node_modules").is_dir():
         raise AbsentError(
             "matter-js, planck, Rapier, Box2D wasm: not installed; "
             "`npm install` in benchmarks/node installs them"
         )
-    done = subprocess.run(
-        ["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", "--no-package-lock"],
-        cwd=FOLDER,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode != 0:
-        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        raise AbsentError(f"matter-js, planck, Rapier, Box2D wasm: npm install failed: {last}")
 
 
 class NodeEngine(Contestant):

@@ -7,7 +7,6 @@ FAINT = "#9aa1ad"
 GRID = "#e7e9ee"
 OURS = "#c8352b"
 STEPPED = "#e08a1e"
-PEERS = ("#2f6db5", "#3f9a6b", "#7a5bb5", "#4aa3b8", "#8a7a4b", "#5b6472")
 FLOOR = "#22262e"
 
 

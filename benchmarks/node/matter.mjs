@@ -28,7 +28,7 @@ function create(board, xs, dt) {
   engine.gravity.scale = board.gravity * SCALE * 1e-6; // pixels / ms^2
   const ground = (body, [restitution, friction]) => {
     Object.assign(body, { restitution, friction, frictionStatic: 0 });
-    Composite.add(engine.world.world, body);
+    Composite.add(engine.world, body);
   };
   for (const [x, y, r] of board.pegs) {
     const peg = Bodies.polygon(SCALE * x, SCALE * y, SIDES, SCALE * r, { isStatic: true });
@@ -56,7 +56,7 @@ function create(board, xs, dt) {
     slop: 0.01,
     collisionFilter: { group: -1 }, // balls pass through each other
   }));
-  Composite.add(engine.world.world, balls);
+  Composite.add(engine.world, balls);
   return {
     step() {
       Engine.update(engine, 1000 * dt);

@@ -1,1 +1,4 @@
-"""The boards and scenes that benchmarks and tests share. Start with boards.py."""
+"""The boards and scenes that benchmarks and tests share.
+
+Imports the engine. Start with boards.py.
+"""

@@ -1,1 +1,4 @@
-"""What the server and its pages cost: streams, pictures, idle rooms. Start with stream.py."""
+"""What the server and its pages cost: streams, pictures, idle rooms.
+
+Imports the harness, the server and the engine. Start with stream.py.
+"""

@@ -1,7 +1,6 @@
 """What pictures cost: frames of a live room, drops as stills and animations, a stream's viewers."""
 
 import asyncio
-import gc
 import io
 import time
 from collections.abc import Callable
@@ -11,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from benchmarks.harness.clock import Job, in_turns
+from benchmarks.harness.clock import Job, in_turns, seconds_of
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.harness.settings import Settings
 from benchmarks.serving import drawing
@@ -42,19 +41,6 @@ def run(settings: Settings) -> Section:
     return section
 
 
-def _cpu(work: Callable[[], object]) -> float:
-    """Seconds of processor time of one call, all threads of it, without a garbage collection."""
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        start = time.process_time()
-        work()
-        return time.process_time() - start
-    finally:
-        if was_on:
-            gc.enable()
-
-
 def _repeated(work: Callable[[], object], times: int) -> Job:
     """A job that returns the seconds of one of several calls in a row."""
 
@@ -62,7 +48,7 @@ def _repeated(work: Callable[[], object], times: int) -> Job:
         for _ in range(times):  # results are dropped at once, as a server does with a frame
             work()
 
-    return lambda: _cpu(repeat) / times
+    return lambda: seconds_of(repeat, time.process_time) / times
 
 
 def _crowd() -> World:

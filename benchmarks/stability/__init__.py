@@ -1,1 +1,4 @@
-"""Scenes made to break a solver; what must never happen is counted. Start with stability.py."""
+"""Scenes made to break a solver; what must never happen is counted.
+
+Imports scenes, the harness and the engine. Start with stability.py.
+"""

@@ -14,9 +14,9 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from app.main import Server, create_app, listen, server_config
 from app.protocol.messages import Extent
-from app.protocol.snapshots import Snapshot, decode_snapshot
 from app.settings import Settings
 from app.web.services import Services
+from tests.app.protocol.decoders import Snapshot, decode_snapshot
 from tests.waiting import LIMIT
 
 # A board whose balls land in two thirds of a second: live tests wait for real falls.

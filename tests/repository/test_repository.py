@@ -106,11 +106,6 @@ def test_a_script_can_be_run_and_is_sound_shell(script: str) -> None:
     subprocess.run([shutil.which("bash") or "bash", "-n", str(path)], check=True)
 
 
-def test_continuous_integration_runs_every_check_and_every_test() -> None:
-    text = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    assert re.findall(r"^make (\w+)$", text, re.MULTILINE) == ["lint", "test"]
-
-
 def test_an_old_python_is_refused_with_both_versions_named(tmp_path: Path) -> None:
     old = tmp_path / "python-old"
     old.write_text('#!/bin/sh\ncase "$2" in *exit*) exit 1;; *) echo 3.9;; esac\n')

@@ -11,7 +11,7 @@ from starlette.types import Receive, Scope, Send
 from app.pictures.cache import look
 from app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot, moment_of, still_of
 from app.web.routes.common import Server, documented, is_current
-from app.web.routes.pictures import STILLS, ThemeName, Width
+from app.web.routes.pictures import STILLS, ThemeName, Width, add_routes
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 
@@ -38,17 +38,7 @@ def _frame(fmt: str) -> Callable[..., object]:
     return get_frame
 
 
-for _fmt, _media_type in STILLS.items():
-    router.add_api_route(
-        f"/{{room}}/frame.{_fmt}",
-        _frame(_fmt),
-        summary=f"A room as {_fmt.upper()}",
-        response_class=Response,
-        name=f"A room {_fmt}",
-        responses=documented(
-            None, 304, 404, 422, 429, 503, description="The frame", media_type=_media_type
-        ),
-    )
+add_routes(router, "/{room}/frame", STILLS, _frame, "A room", 429, description="The frame")
 
 
 @router.get(

@@ -51,18 +51,31 @@ async def picture_reply(
 
 
 def add_routes(
-    path: str, formats: dict[str, str], endpoint: Callable[[str], Callable[..., object]], title: str
+    routes: APIRouter,
+    path: str,
+    formats: dict[str, str],
+    endpoint: Callable[[str], Callable[..., object]],
+    title: str,
+    *failures: int,
+    description: str = "The picture",
 ) -> None:
-    """One GET route for each format, `path` followed by its name."""
+    """One GET route for each format, `path` followed by its name; and how each may fail besides."""
     for fmt, media_type in formats.items():
-        router.add_api_route(
+        routes.add_api_route(
             f"{path}.{fmt}",
             endpoint(fmt),
             summary=f"{title} as {fmt.upper()}",
             response_class=Response,
             name=f"{title} {fmt}",
             responses=documented(
-                None, 304, 404, 422, 503, description="The picture", media_type=media_type
+                None,
+                304,
+                404,
+                422,
+                503,
+                *failures,
+                description=description,
+                media_type=media_type,
             ),
         )
 
@@ -252,8 +265,8 @@ histogram = _of_many(
     "histogram", _draw_histogram, "How many balls land in each bin, beside what is expected."
 )
 
-add_routes("/drops/{board}/{seed}", STILLS, _still, "A drop")
-add_routes("/drops/{board}/{seed}", ANIMATIONS, _animation, "A drop's fall")
-add_routes("/boards/{board}/density", MANY, density, "The density of many drops")
-add_routes("/boards/{board}/histogram", MANY, histogram, "The histogram of many drops")
-add_routes("/boards/{board}/sheet", MANY, _sheet, "Many drops")
+add_routes(router, "/drops/{board}/{seed}", STILLS, _still, "A drop")
+add_routes(router, "/drops/{board}/{seed}", ANIMATIONS, _animation, "A drop's fall")
+add_routes(router, "/boards/{board}/density", MANY, density, "The density of many drops")
+add_routes(router, "/boards/{board}/histogram", MANY, histogram, "The histogram of many drops")
+add_routes(router, "/boards/{board}/sheet", MANY, _sheet, "Many drops")

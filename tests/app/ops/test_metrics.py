@@ -55,7 +55,7 @@ async def test_a_game_shows_in_every_count() -> None:
             after["plinko_tick_lateness_seconds_count"]
             == after["plinko_tick_duration_seconds_count"]
         )
-        assert after["plinko_ledger_commit_seconds_count"] >= 0
+        assert after["plinko_ledger_commit_seconds_count"] >= 1
         assert after["process_resident_memory_bytes"] > 1e7
 
 

@@ -188,7 +188,7 @@ async def test_those_who_ask_at_once_share_one_drawing() -> None:
     pictures = Pictures(workers, 100)
     draw, go, started = held()
     asking = [asyncio.create_task(pictures.get("a", draw)) for _ in range(20)]
-    await asyncio.sleep(0.01)
+    await asyncio.sleep(0)  # they all begin
     asking[0].cancel()
     go.set()
     assert await asyncio.gather(*asking[1:]) == [b"picture"] * 19
@@ -221,7 +221,7 @@ async def test_a_full_queue_refuses_and_a_failed_drawing_is_tried_again() -> Non
     pictures = Pictures(workers, 100)
     draw, go, _ = held()
     asking = [asyncio.create_task(pictures.get(name, draw)) for name in "ab"]
-    await asyncio.sleep(0.01)
+    await asyncio.sleep(0)  # they all begin
     with pytest.raises(BusyError):
         await pictures.get("c", draw)
     go.set()

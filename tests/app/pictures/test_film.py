@@ -2,6 +2,7 @@
 
 import asyncio
 import io
+import itertools
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
@@ -168,28 +169,42 @@ async def test_a_frame_shows_the_balls_where_they_are_with_their_trails() -> Non
         assert redness(pixels, x, y, int(radius)) > 0.3
 
 
+def never_pausing(cameras: Cameras) -> None:
+    """A clock on which every frame is long due: cameras film whenever there is something to."""
+    cameras._clock = itertools.count(0.0, 1.0).__next__
+
+
+async def settled(cameras: Cameras) -> None:
+    """Wait until every camera waits for something to happen: it begins nothing by itself."""
+    for _ in range(2):
+        for _ in range(20):
+            await asyncio.sleep(0)
+        await eventually(lambda: cameras._workers.jobs == 0)
+
+
 async def test_nothing_is_drawn_for_nobody_or_of_a_room_that_sleeps() -> None:
     async with filming() as cameras:
         room = room_of()
         room.drop(DropCommand(1))
         advance(room, cameras, 10)
         assert (cameras.drawn, cameras.running) == (0, 0)
+        never_pausing(cameras)
         camera, seen, _ = await cameras.open(room, SHOT)
         assert cameras.films("r")
         more = asyncio.create_task(camera.newest(seen))
-        await asyncio.sleep(0.1)
+        await settled(cameras)
         assert cameras.drawn == 1  # time passed, but the room did not move
         advance(room, cameras)
         await more
         for _ in range(5):  # moves, but nobody waits for a frame
             advance(room, cameras)
-            await asyncio.sleep(0.02)
+            await settled(cameras)
         assert cameras.drawn == 2
         cameras.leave(camera)
         assert (cameras.running, cameras.viewers, cameras.drawn) == (0, 0, 2)
         assert not cameras.films("r")
         advance(room, cameras, 3)
-        await asyncio.sleep(0.05)
+        await settled(cameras)
         assert cameras.drawn == 2
 
 

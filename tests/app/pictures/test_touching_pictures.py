@@ -19,7 +19,14 @@ from engine import Board
 from engine.multibody.scenes import sandbox
 from engine.multibody.static_geometry import Place
 from tests.app.conftest import TINY
-from tests.app.pictures.test_film import decode, filming, picture_in, redness
+from tests.app.pictures.test_film import (
+    decode,
+    filming,
+    never_pausing,
+    picture_in,
+    redness,
+    settled,
+)
 
 WIDTH = 500
 
@@ -148,10 +155,11 @@ async def test_a_camera_goes_on_when_another_scene_is_begun() -> None:
 async def test_a_box_at_rest_is_not_drawn_again_until_something_is_put_in() -> None:
     async with filming() as cameras:
         room = box_room(balls=0)
+        never_pausing(cameras)
         camera, seen, _ = await cameras.open(room, Shot("r", 240, "light", 60))
         waiting = asyncio.create_task(camera.newest(seen))
         cameras.ticked(0.0, 0.0)
-        await asyncio.sleep(0.1)
+        await settled(cameras)
         assert cameras.drawn == 1
         add(room, 0.0, 1.0, 0.3)
         cameras.ticked(0.0, 0.0)

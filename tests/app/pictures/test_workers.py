@@ -7,6 +7,7 @@ import pytest
 
 from app.errors import BusyError, answer
 from app.pictures.workers import Workers
+from tests.app.conftest import eventually
 
 
 async def test_work_runs_in_another_thread_and_its_errors_come_back() -> None:
@@ -46,6 +47,5 @@ async def test_a_client_gone_early_frees_its_place_only_when_the_work_ends() -> 
         await task
     assert workers.full
     gate.set()
-    while workers.full:
-        await asyncio.sleep(0.001)
+    await eventually(lambda: not workers.full)
     workers.close()

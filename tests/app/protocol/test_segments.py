@@ -27,6 +27,7 @@ from app.rooms.pending import DropCommand
 from engine import Board, ParameterError, World, drop
 from engine.constants import KIND_PEG, KIND_WALL
 from tests.app.conftest import Running, playing
+from tests.app.protocol.decoders import decode_segments, pose_at
 
 GOLDEN = json.loads((Path(__file__).parents[2] / "golden" / "segments.json").read_text())
 BOARDS = ("triangle-8", "triangle-12", "triangle-16", "classic", "galton")
@@ -50,7 +51,7 @@ def as_golden(segment: Segment) -> dict[str, Any]:
 
 @pytest.mark.parametrize("golden", GOLDEN["frames"], ids=lambda golden: golden["name"])
 def test_golden_bytes_decode_to_exactly_these_values(golden: dict[str, Any]) -> None:
-    message = segments.decode_segments(bytes.fromhex(golden["hex"]), golden_scale())
+    message = decode_segments(bytes.fromhex(golden["hex"]), golden_scale())
     assert (message.tick, message.seq) == (golden["tick"], golden["seq"])
     assert message.full == golden["full"]
     assert [as_golden(segment) for segment in message.flights] == golden["flights"]
@@ -60,18 +61,18 @@ def test_golden_bytes_decode_to_exactly_these_values(golden: dict[str, Any]) -> 
 @pytest.mark.parametrize("golden", GOLDEN["frames"], ids=lambda golden: golden["name"])
 def test_golden_segments_are_drawn_here(golden: dict[str, Any]) -> None:
     scale = golden_scale()
-    message = segments.decode_segments(bytes.fromhex(golden["hex"]), scale)
+    message = decode_segments(bytes.fromhex(golden["hex"]), scale)
     shown = [segment for segment in (*message.flights, *message.curves) for _ in range(2)]
     assert len(shown) == len(golden["drawn"])
     for segment, drawn in zip(shown, golden["drawn"], strict=True):
-        pose = segments.pose_at(segment, drawn["at"], **scale.law())
+        pose = pose_at(segment, drawn["at"], **scale.law())
         assert pose == pytest.approx(drawn["pose"], 1e-12)
 
 
 @given(st.binary(max_size=80))
 def test_bytes_that_are_no_segments_are_refused_and_nothing_else_is_raised(data: bytes) -> None:
     try:
-        message = segments.decode_segments(data, golden_scale())
+        message = decode_segments(data, golden_scale())
     except MalformedError:
         return
     shown = BYTES["flight"] * len(message.flights) + BYTES["curve"] * len(message.curves)
@@ -92,7 +93,7 @@ def test_bytes_that_are_no_segments_are_refused_and_nothing_else_is_raised(data:
 )
 def test_a_damaged_frame_is_refused(data: bytes) -> None:
     with pytest.raises(MalformedError):
-        segments.decode_segments(data, golden_scale())
+        decode_segments(data, golden_scale())
 
 
 class Drawing:
@@ -103,7 +104,7 @@ class Drawing:
         self.segments: dict[int, list[Segment]] = {}
 
     def take(self, data: bytes) -> None:
-        message = segments.decode_segments(data, self.scale)
+        message = decode_segments(data, self.scale)
         for segment in (*message.flights, *message.curves):
             self.segments.setdefault(segment.ball, []).append(segment)
 
@@ -113,7 +114,7 @@ class Drawing:
         starts = [segment.t for segment in shown]
         on = [shown[max(bisect.bisect(starts, t) - 1, 0)] for t in times]
         law = self.scale.law()
-        return np.array([segments.pose_at(p, t, **law) for p, t in zip(on, times, strict=True)]), on
+        return np.array([pose_at(p, t, **law) for p, t in zip(on, times, strict=True)]), on
 
 
 def assert_drawn_true(
@@ -229,7 +230,7 @@ def test_one_who_comes_late_gets_the_segments_in_use_and_then_the_rest() -> None
     for _ in range(90):
         room.step(watched=True)
     drawing = Drawing(room.scale)
-    full = segments.decode_segments(room.keyframe(), room.scale)
+    full = decode_segments(room.keyframe(), room.scale)
     assert full.full
     assert sorted(segment.ball for segment in (*full.flights, *full.curves)) == balls
     drawing.take(room.keyframe())
@@ -237,11 +238,11 @@ def test_one_who_comes_late_gets_the_segments_in_use_and_then_the_rest() -> None
         room.step(watched=True)
         message = room.segments()
         if message is not None:
-            assert not segments.decode_segments(message, room.scale).full
+            assert not decode_segments(message, room.scale).full
             drawing.take(message)
     for seed, ball in enumerate(balls):
         assert_drawn_true(drawing, ball, drop(board, seed), 0, since=90 / 60)
-    assert len(segments.decode_segments(room.keyframe(), room.scale).flights) == 0
+    assert len(decode_segments(room.keyframe(), room.scale).flights) == 0
 
 
 def test_a_segment_told_again_in_a_full_frame_is_the_same_segment() -> None:
@@ -254,9 +255,9 @@ def test_a_segment_told_again_in_a_full_frame_is_the_same_segment() -> None:
         room.step(watched=True)
         data = room.segments()
         if data is not None:
-            message = segments.decode_segments(data, room.scale)
+            message = decode_segments(data, room.scale)
             known.update((*message.flights, *message.curves))
-        again = segments.decode_segments(room.keyframe(), room.scale)
+        again = decode_segments(room.keyframe(), room.scale)
         for segment in (*again.flights, *again.curves):
             assert segment in known
             compared += 1
@@ -292,7 +293,7 @@ def test_a_ball_beside_the_board_is_told_as_far_as_half_a_board_from_it(
     stream = segments.SegmentStream(scale, 0)
     data = segments._message(31, 0, [segments._Due(30, 30.0, segment)], 0, scale)
     assert stream.take(1, 0) is None
-    assert segments.decode_segments(data, scale).flights[0].x == pytest.approx(kept, abs=2e-4)
+    assert decode_segments(data, scale).flights[0].x == pytest.approx(kept, abs=2e-4)
 
 
 def test_segments_come_with_the_tick_in_which_they_begin() -> None:
@@ -304,7 +305,7 @@ def test_segments_come_with_the_tick_in_which_they_begin() -> None:
         data = room.segments()
         if data is None:
             continue
-        message = segments.decode_segments(data, room.scale)
+        message = decode_segments(data, room.scale)
         for segment in (*message.flights, *message.curves):
             age = message.tick - segment.t * 60
             assert 0.0 <= age + 1e-9 < 1.0 + 1e-9 or segment.t * 60 == start
@@ -349,7 +350,7 @@ async def test_a_live_client_draws_the_drop(server: Running) -> None:
     alone = drop(Board.preset("triangle-8"), 42)
     assert_drawn_true(drawing, accepted["ball"] & 0xFFFF, alone, accepted["tick"])
     assert "contact" not in player.kinds()
-    assert segments.decode_segments(player.binaries[0], drawing.scale).full
+    assert decode_segments(player.binaries[0], drawing.scale).full
 
 
 async def test_both_streams_of_a_room_tell_of_the_same_landing(server: Running) -> None:
@@ -368,7 +369,7 @@ async def test_segments_are_stamped_with_the_events_so_far(server: Running) -> N
         scale = scale_of(player.hello)
         await player.send(type="drop", seed=3)
         landed = await player.until("landed", seed="3")
-        seen = [segments.decode_segments(data, scale).seq for data in player.binaries]
+        seen = [decode_segments(data, scale).seq for data in player.binaries]
         assert seen == sorted(seen)
         assert seen[0] == player.hello["seq"]
         # More than the one event it was told, since contacts count though they are not sent.

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from app.errors import MalformedError
 from app.protocol import messages, snapshots
 from engine import Board
+from tests.app.protocol.decoders import decode_snapshot
 
 GOLDEN = Path(__file__).parents[2] / "golden"
 SNAPSHOTS = json.loads((GOLDEN / "snapshots.json").read_text())["snapshots"]
@@ -30,9 +31,7 @@ def bodies(rows: list[tuple[Any, ...]]) -> np.ndarray:
 @pytest.mark.parametrize("golden", SNAPSHOTS, ids=lambda golden: golden["name"])
 def test_golden_bytes_decode_to_exactly_these_values(golden: dict[str, Any]) -> None:
     extent = msgspec.convert(golden["extent"], messages.Extent)
-    snapshot = snapshots.decode_snapshot(
-        bytes.fromhex(golden["hex"]), extent, golden["velocity_scale"]
-    )
+    snapshot = decode_snapshot(bytes.fromhex(golden["hex"]), extent, golden["velocity_scale"])
     assert (snapshot.tick, snapshot.seq) == (golden["tick"], golden["seq"])
     names = snapshot.balls.dtype.names or ()
     decoded = [dict(zip(names, row, strict=True)) for row in snapshot.balls.tolist()]
@@ -81,7 +80,7 @@ def test_a_decoded_snapshot_is_the_encoded_one_to_within_half_a_step(
     flags = np.array([ball[6] for ball in balls], bool)
     data = snapshots.encode_snapshot(tick, seq, rows, flags, EXTENT, SCALE)
     assert len(data) == 12 + 12 * len(balls)
-    decoded = snapshots.decode_snapshot(data, EXTENT, SCALE)
+    decoded = decode_snapshot(data, EXTENT, SCALE)
     assert decoded.tick == tick % 2**32
     assert decoded.seq == seq % 2**32
     assert (decoded.balls["id"] == rows["id"] % 65536).all()
@@ -102,7 +101,7 @@ def test_what_lies_outside_the_ranges_is_clamped_to_their_edge(
     x, y, vx, vy = values
     rows = bodies([(1, x, y, 0.0, vx, vy)])
     data = snapshots.encode_snapshot(0, 0, rows, np.zeros(1, bool), EXTENT, SCALE)
-    ball = snapshots.decode_snapshot(data, EXTENT, SCALE).balls[0]
+    ball = decode_snapshot(data, EXTENT, SCALE).balls[0]
     assert ball["x"] == pytest.approx(min(max(x, -4.0), 4.0), abs=1e-4)
     assert ball["y"] == pytest.approx(min(max(y, -1.0), 6.5), abs=1e-4)
     top = 32767 * SCALE
@@ -113,7 +112,7 @@ def test_what_lies_outside_the_ranges_is_clamped_to_their_edge(
 @given(st.binary(max_size=64))
 def test_bytes_that_are_no_snapshot_are_refused_and_nothing_else_is_raised(data: bytes) -> None:
     try:
-        snapshot = snapshots.decode_snapshot(data, EXTENT, SCALE)
+        snapshot = decode_snapshot(data, EXTENT, SCALE)
     except MalformedError:
         return
     assert len(data) == 12 + 12 * len(snapshot.balls)
@@ -133,7 +132,7 @@ def test_bytes_that_are_no_snapshot_are_refused_and_nothing_else_is_raised(data:
 )
 def test_a_damaged_snapshot_is_refused(data: bytes) -> None:
     with pytest.raises(MalformedError):
-        snapshots.decode_snapshot(data, EXTENT, SCALE)
+        decode_snapshot(data, EXTENT, SCALE)
 
 
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "classic", "galton"])

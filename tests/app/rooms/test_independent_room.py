@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.errors import BallLimitError
-from app.protocol import messages, segments, snapshots
+from app.protocol import messages, segments
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
 from engine import Board, ParameterError, SeedError, drop
+from tests.app.protocol.decoders import decode_snapshot
 
 BOARD = Board.preset("triangle-8")
 
@@ -105,7 +106,7 @@ def test_frames_show_where_the_drop_is_at_that_tick() -> None:
     step_y = (table.extent.y_max - table.extent.y_min) / 65535
     while True:
         table.step(watched=True)
-        frame = snapshots.decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)
+        frame = decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)
         if not table.awake:
             break
         (ball,) = frame.balls
@@ -125,7 +126,7 @@ def test_a_bounce_is_flagged_in_the_next_frame_however_many_ticks_later_and_only
     table.step(watched=True)
 
     def flags() -> list[bool]:
-        frame = snapshots.decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)
+        frame = decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)
         flagged: list[bool] = frame.balls["bounced"].tolist()
         return flagged
 
@@ -153,7 +154,7 @@ def test_frames_count_the_events_announced_before_them() -> None:
         announced += 1
     while table.awake:
         announced += len(table.step(watched=True))
-        frame = snapshots.decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)
+        frame = decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)
         assert frame.seq == announced
     assert table.hello(0.0, messages.Limits(1, 1.0, 1)).seq == announced
 

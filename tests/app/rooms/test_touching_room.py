@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from app.errors import AppError, BallLimitError, InvalidValueError, MissingBallError
-from app.protocol import client_messages, messages, snapshots
+from app.protocol import client_messages, messages
 from app.protocol.touching_messages import Change
 from app.rooms import log as roomlog
 from app.rooms.pending import DropCommand, PendingInput
@@ -17,6 +17,7 @@ from app.rooms.touching.scene import Scene
 from app.rooms.touching.values import BALL, MOST_WORK, SETTINGS
 from engine import Board, RecordError
 from engine.errors import EngineError
+from tests.app.protocol.decoders import decode_snapshot
 
 TICKS = 60
 BOARD = Board.preset("triangle-8")
@@ -71,7 +72,7 @@ def test_a_thrown_ball_flies_falls_and_stays_in_the_box_asleep() -> None:
     assert not room.awake, "a ball on the floor falls asleep, and the room with it"
     ((x, y),) = places(room).values()
     assert y == pytest.approx(4.0 - 0.2, abs=0.01)
-    asleep = snapshots.decode_snapshot(room.snapshot(), room.extent, room.velocity_scale).balls
+    asleep = decode_snapshot(room.snapshot(), room.extent, room.velocity_scale).balls
     assert asleep["asleep"].all()
 
 
