@@ -30,7 +30,10 @@ TRIED = ((0, 68),)
 _njit: Any = njit  # its types leave out an option that is used below
 _plain: Any = types.unliteral  # and this has none
 
-_RULES = RULES | {"no_cfunc_wrapper": True, "no_rewrites": True}  # neither callers in C, nor arrays
+_RULES = RULES | {
+    "no_cfunc_wrapper": True,  # for callers in C, of which there are none
+    "no_rewrites": True,  # of expressions of whole arrays
+}
 _INNER_RULES = _RULES | {"_nrt": False, "no_cpython_wrapper": True}
 
 _OPERATORS = (bool, int, *{each for each in vars(operator).values() if callable(each)})
