@@ -32,9 +32,8 @@ def kernel(function: Callable[P, T]) -> Callable[P, T]:
     """Compile `function` so that its bits do not depend on where it runs.
 
     No fastmath (it reorders sums and contracts a*b+c, which differs between processors), the GIL
-    released (batches use threads), machine code cached on disk beside the source, IEEE division,
-    no wrapper for callers in C, as there are none, and no search for expressions of whole arrays to
-    rewrite. With NUMBA_DISABLE_JIT=1 the function itself is returned: the same bits, slower.
+    released (batches use threads), machine code cached on disk beside the source, IEEE division.
+    With NUMBA_DISABLE_JIT=1 the function itself is returned: the same bits, slower.
     """
     return function if IS_OFF else cast("Callable[P, T]", _way.outer(function, _stamp))
 
@@ -46,7 +45,7 @@ def inner_kernel(function: Callable[P, T]) -> Callable[P, T]:
     operations that cost more than the call. To make an array in one is an error when it is
     compiled. Nor is there machine code of its own (callers contain theirs), and so nothing to keep
     on disk and no wrapper for callers in Python: there it runs as Python runs it, with the same
-    bits. That is a fifth of all compile time.
+    bits. That is a fifth of all compile time. Plain numba (kernel_compiler.py) does none of this.
     """
     return _inner(function, forceinline=False)
 

@@ -24,13 +24,16 @@ from numba.core.typing.context import Context
 
 from engine.jit.kernel_compiler import RULES
 
-TRIED = ((0, 68),)
+TRIED = ((0, 61), (0, 62), (0, 63), (0, 64), (0, 68))
 """Minor versions of numba that gave the golden digests this way."""
 
 _njit: Any = njit  # its types leave out an option that is used below
 _plain: Any = types.unliteral  # and this has none
 
-_RULES = RULES | {"no_cfunc_wrapper": True, "no_rewrites": True}  # neither callers in C, nor arrays
+_RULES = RULES | {
+    "no_cfunc_wrapper": True,  # for callers in C, of which there are none
+    "no_rewrites": True,  # of expressions of whole arrays
+}
 _INNER_RULES = _RULES | {"_nrt": False, "no_cpython_wrapper": True}
 
 _OPERATORS = (bool, int, *{each for each in vars(operator).values() if callable(each)})

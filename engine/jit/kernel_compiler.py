@@ -1,9 +1,10 @@
 """Which way kernels are compiled: fast where numba's insides are known, else by public names alone.
 
-Both ways give the same bits. Plain numba takes three to four times as long to compile, and its code
-runs a tenth slower, as it counts the references to arrays. Exact solver's first drop, then
-`drop_many` of 20,000 on triangle-16 with one thread, on one core; seconds of processor time and
-drops a second, lowest to highest of the repeats: FIGURES.
+Both ways give the same bits. Plain numba takes three times as long to compile: for a first drop on
+triangle-16 26.4 s of processor time (once), the fast way 6.8 to 9.0 s (five times). Its code runs
+about as fast, a twentieth slower at the median: `drop_many` of 20,000 on triangle-16 by one thread
+gave 50,600 to 59,100 drops a second, the fast way's 56,200 to 61,700 (eight times each, in turns,
+by processor time on a busy machine).
 """
 
 import hashlib
