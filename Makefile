@@ -13,7 +13,8 @@ PYTHON ?= python3
 VENV ?= .venv
 HOST ?= 127.0.0.1
 PORT ?= 8000
-PYTEST_WORKERS ?= 2
+# One more than cores: many tests wait for balls that fall.
+PYTEST_WORKERS ?= 3
 PYTEST_ARGS ?=
 BENCH_ARGS ?=
 KILLS ?= 50
@@ -46,7 +47,7 @@ play: $(VENV)/.stamp-play
 test: $(VENV)/.stamp-test
 	tools/postgresql
 	chromium="$$(tools/chromium)" && \
-	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) $(PYTEST_ARGS)
+	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
 
 # The server is killed KILLS times under load, once over SQLite and once over PostgreSQL.
 test-crash: $(VENV)/.stamp-test

@@ -163,18 +163,19 @@ def _drops(section: Section, settings: Settings) -> None:
     """A drop of four seconds in every format."""
     from app.render import drop_animation, drop_picture
 
-    d = four_seconds()
+    d, fps = four_seconds(), settings.size(GIF_FPS, 10)
     drawings: dict[str, Callable[[], bytes]] = {
         "PNG": lambda: drop_picture(d),
         "JPEG": lambda: drop_picture(d, "jpg"),
-        "GIF": lambda: drop_animation(d, "gif", fps=GIF_FPS),
-        "APNG": lambda: drop_animation(d, "apng", fps=GIF_FPS),
-        "WebP": lambda: drop_animation(d, "webp", fps=GIF_FPS),
+        "GIF": lambda: drop_animation(d, "gif", fps=fps),
+        "APNG": lambda: drop_animation(d, "apng", fps=fps),
+        "WebP": lambda: drop_animation(d, "webp", fps=fps),
     }
     jobs = {name: _repeated(draw, 1) for name, draw in drawings.items()}
     found = in_turns(jobs, settings.rounds, lambda: settings.step("drops"))
-    sizes = {name: len(draw()) for name, draw in drawings.items()}
-    off = {name: bands(d, drawings[name](), GIF_FPS) for name in ("GIF", "APNG", "WebP")}
+    made = {name: draw() for name, draw in drawings.items()}
+    sizes = {name: len(data) for name, data in made.items()}
+    off = {name: bands(d, made[name], fps) for name in ("GIF", "APNG", "WebP")}
     good = found["GIF"].median <= GIF_SECONDS and sizes["GIF"] <= GIF_BYTES and off["GIF"] <= BAND
     section.data["drops"] = {name: sample.to_dict() for name, sample in found.items()}
     section.data["drop_bytes"] = sizes
@@ -195,7 +196,7 @@ def _drops(section: Section, settings: Settings) -> None:
             ],
             [
                 f"{d.board.name}, seed {d.seed}; processor time of one call, animations at "
-                f"{GIF_FPS} frames/s. The fourth column says how visible bands are: over all "
+                f"{fps} frames/s. The fourth column says how visible bands are: over all "
                 "squares of 8 x 8 pixels of every tenth frame, 99 % have a mean that is off by "
                 "no more than that many levels of 255 from the frame before encoding. Aims of "
                 f"the GIF: {GIF_SECONDS:g} s, {GIF_BYTES:,} bytes, {BAND:g} levels."

@@ -4,7 +4,10 @@ import asyncio
 import io
 import json
 import math
+import os
 import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +35,7 @@ from benchmarks.serving import process as serving
 from benchmarks.speed import arithmetic, operations, stripped, worlds
 from benchmarks.stability import invariants, torture
 from engine import drop, drop_many
+from tests.long import tries
 
 ROOT = Path(__file__).parents[2]
 QUICK = Settings(quick=True, rounds=1, node=False)
@@ -258,12 +262,29 @@ def test_bands_are_seen() -> None:
     assert render.bands(d, buffer.getvalue(), 10) > 2.0 * render.BAND
 
 
+STRIPPED = """
+from benchmarks.scenes import boards as scenes
+from benchmarks.speed import stripped
+with stripped.without("friction") as other:
+    board = scenes.twin(other, scenes.triangle(8, scenes.PLAIN))
+    print(other.drop_many(board, range({count})).x_end.tobytes().hex())
+"""
+
+
+@pytest.mark.long
 def test_an_engine_without_a_feature_gives_the_same_bits() -> None:
-    board = scenes.triangle(8, scenes.PLAIN)
-    with stripped.without("friction") as other:
-        theirs = other.drop_many(scenes.twin(other, board), range(64))
-    ours = drop_many(board, range(64))
-    assert ours.x_end.tobytes() == theirs.x_end.tobytes()
+    """Its kernels are as Python: to compile them all takes longer, and is left to test-long."""
+    count = tries(8, 64)
+    done = subprocess.run(
+        [sys.executable, "-c", STRIPPED.format(count=count)],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": tries("1", "0")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    ours = drop_many(scenes.triangle(8, scenes.PLAIN), range(count))
+    assert done.stdout.strip() == ours.x_end.tobytes().hex()
 
 
 @pytest.mark.parametrize("feature", stripped.CUTS)

@@ -192,23 +192,28 @@ class Profile:
     """
 
     context: BrowserContext
-    keeper: Page
+    keeper: Page | None = None
 
-    def clear(self) -> None:
-        """Forget cookies and all that pages stored, but not the files they are made of."""
+    def new_page(self, url: str) -> Page:
+        """A page for the server at `url`."""
+        if self.keeper is None:  # of any server: a port is no other site
+            self.keeper = self.context.new_page()
+            self.keeper.goto(f"{url}/theme.json")
+        return self.context.new_page()
+
+    def clear(self, url: str) -> None:
+        """Forget cookies and all that pages of `url` stored, but not the files they are made of."""
+        assert self.keeper is not None
         self.context.clear_cookies()
         session = self.context.new_cdp_session(self.keeper)
-        origin = self.keeper.evaluate("location.origin")
-        session.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
+        session.send("Storage.clearDataForOrigin", {"origin": url, "storageTypes": "all"})
         session.detach()
 
 
 @pytest.fixture(scope="package")
-def profile(browser: Browser, server: ServerProcess) -> Iterator[Profile]:
+def profile(browser: Browser) -> Iterator[Profile]:
     context = browser.new_context()
-    keeper = context.new_page()
-    keeper.goto(f"{server.url}/theme.json")
-    yield Profile(context, keeper)
+    yield Profile(context)
     context.close()
 
 
@@ -225,7 +230,7 @@ def opened(
 
     def new_page(options: dict[str, Any]) -> Page:
         if not options and not shared:
-            shared.append(profile.context.new_page())
+            shared.append(profile.new_page(server.url))
             return shared[0]
         contexts.append(browser.new_context(**options))
         return contexts[-1].new_page()
@@ -244,4 +249,4 @@ def opened(
         context.close()
     for page in shared:
         page.close()
-        profile.clear()
+        profile.clear(server.url)

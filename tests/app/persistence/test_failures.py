@@ -6,6 +6,7 @@ import shutil
 import signal
 import sqlite3
 import subprocess
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
@@ -20,6 +21,7 @@ import sqlalchemy as sa
 from app.rooms.log import verify_log
 from tests.app.conftest import TINY, Running, eventually, playing, serving
 from tests.app.persistence import postgres
+from tests.waiting import LIMIT
 
 Break = Callable[[], AbstractContextManager[None]]
 ROOM = "triangle-8"
@@ -188,15 +190,17 @@ def test_a_commit_that_came_through_after_it_was_given_up_is_undone(url: str) ->
     ):
         ledger = server.services.ledger
         commit, patience = ledger._commit, ledger.patience
+        refusal = threading.Event()
 
         def slow(jobs: Any) -> None:
-            time.sleep(0.5)
+            assert refusal.wait(LIMIT)
             commit(jobs)
 
         ledger._commit = slow  # type: ignore[method-assign]
         ledger.patience = 0.1
         refused = http.post(f"/rooms/{ROOM}/drops", json={"seed": 1})
         assert (refused.status_code, refused.json()["code"]) == (503, "ledger-unavailable")
+        refusal.set()
         ledger._commit = commit  # type: ignore[method-assign]
         ledger.patience = patience
         while http.post(f"/rooms/{ROOM}/drops?wait=1", json={"seed": 2}).status_code != 200:
