@@ -104,7 +104,7 @@ def count(board_json: str, drops: int) -> dict[str, float]:
     from engine.seeding import start_xs
 
     board = Board.from_json(board_json)
-    layout = counting(arrays_of(board))
+    arrays = counting(arrays_of(board))
     seeds = np.arange(drops, dtype=np.uint64)
     states = initial_state.at_rest(start_xs(seeds, board.drop.x, board.drop.jitter), board.drop.y)
     for name, module in list(sys.modules.items()):
@@ -115,7 +115,7 @@ def count(board_json: str, drops: int) -> dict[str, float]:
     COUNTS.clear()
     impacts = np.zeros(drops, np.int32)
     trace.trace_many(
-        layout, counting(states), initial_state.in_flight(drops), outcome.MAX_EVENTS,
+        arrays, counting(states), initial_state.in_flight(drops), outcome.MAX_EVENTS,
         outcome.MAX_TIME, contact.new_series(), event_log.new_log(0, 0),
         np.zeros(drops, np.int8), np.zeros(drops, np.int32), impacts,
     )  # fmt: skip

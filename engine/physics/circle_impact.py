@@ -5,6 +5,7 @@ function is f(s) = |q(s)|^2 - D^2. All here rests on the minorant of time_of_imp
 """
 
 from math import sqrt
+from typing import NamedTuple
 
 from engine.jit.decorator import kernel, lean_kernel
 from engine.physics.flight import phi2, short_basis
@@ -17,6 +18,18 @@ from engine.physics.time_of_impact import (
     halley_step,
     stays_positive,
 )
+
+
+class Motion(NamedTuple):
+    """The start of a free flight, or of a window of one; SI units."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    ax: float
+    ay: float
+    k: float  # drag
 
 
 @lean_kernel
@@ -78,19 +91,13 @@ def circle_hit(
     if stays_positive(f, b, c + low3 * reach * SIXTH, reach):
         return NO_HIT
     return circle_search(
-        qx, qy, vx, vy, ax, ay, k, d2, horizon, best, 0.0, f, 2.0 * b, 2.0 * c, low3
+        Motion(qx, qy, vx, vy, ax, ay, k), d2, horizon, best, 0.0, f, 2.0 * b, 2.0 * c, low3
     )
 
 
 @lean_kernel
 def circle_search(
-    qx: float,
-    qy: float,
-    vx: float,
-    vy: float,
-    ax: float,
-    ay: float,
-    k: float,
+    motion: Motion,
     d2: float,
     horizon: float,
     best: float,
@@ -102,9 +109,10 @@ def circle_search(
 ) -> float:
     """First time in [s, min(horizon, best)] at which |q|^2 = d2 is entered, or NO_HIT.
 
-    The arguments are those of `circle_hit`; f > 0 and its derivatives are those at s, and low3
-    bounds f''' from below on [0, horizon].
+    `motion` is seen from the circle's centre, and the arguments are those of `circle_hit`; f > 0
+    and its derivatives are those at s, and low3 bounds f''' from below on [0, horizon].
     """
+    qx, qy, vx, vy, ax, ay, k = motion
     size3 = third_derivative_size(
         vx * ax + vy * ay, ax * ax + ay * ay, qx * ax + qy * ay, k, horizon
     )
@@ -267,4 +275,5 @@ def circle_hit_after_leaving(
     fdd = 2.0 * (ux * ux + uy * uy + decay * (px * ax + py * ay))
     qa = qx * ax + qy * ay
     low3 = third_derivative_bound(va, aa, qa, k, horizon)
-    return circle_search(qx, qy, vx, vy, ax, ay, k, d2, horizon, best, s, f, fd, fdd, low3)
+    motion = Motion(qx, qy, vx, vy, ax, ay, k)
+    return circle_search(motion, d2, horizon, best, s, f, fd, fdd, low3)

@@ -21,7 +21,8 @@ def bounce(
 ) -> tuple[float, float, float, bool]:
     """Velocity (m/s) and spin (rad/s) of a ball after it hits a fixed surface of normal (nx, ny).
 
-    The last value says whether friction stopped the slip.
+    The arguments are those before; radius in m, restitution e and coefficient of friction mu are
+    numbers. The last value says whether friction stopped the slip.
 
     j_n = -(1 + e) v.n; the tangential impulse that stops the slip, -slip / (1 + m R^2 / I) =
     -slip / 3, is limited by Coulomb's |j_t| <= mu j_n.

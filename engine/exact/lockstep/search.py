@@ -10,6 +10,7 @@ from engine.exact.lockstep.lanes import Floats, Indices, Ints, is_far
 from engine.exact.next_impact import BOUNCED, FREE, NOWHERE, wall_hit
 from engine.jit.decorator import lean_kernel
 from engine.physics.circle_impact import (
+    Motion,
     circle_search,
     third_derivative_bound,
     third_derivative_size,
@@ -211,9 +212,8 @@ def _search_alone(r: Floats, p: int, gravity: float, best: float) -> float:
     f = qx * qx + qy * qy - d2
     fd = 2.0 * (qx * vx + qy * vy)
     fdd = 2.0 * (vx * vx + vy * vy + qy * gravity)
-    return circle_search(
-        qx, qy, vx, vy, 0.0, gravity, 0.0, d2, r[SEARCHED + p], best, 0.0, f, fd, fdd, r[LOW3 + p]
-    )
+    motion = Motion(qx, qy, vx, vy, 0.0, gravity, 0.0)
+    return circle_search(motion, d2, r[SEARCHED + p], best, 0.0, f, fd, fdd, r[LOW3 + p])
 
 
 @lean_kernel
@@ -234,8 +234,11 @@ def _keep_first(board: BoardArrays, space: Space, count: int) -> None:
             origin = m[lanes.ORIGIN + i]
             s, side = wall_hit(
                 items, other, origin, FREE if origin < 0 else BOUNCED, radius,
-                w[lanes.WX + i], w[lanes.WY + i], w[lanes.WVX + i], w[lanes.WVY + i],
-                0.0, gravity, 0.0, w[lanes.HORIZON + i], best,
+                Motion(
+                    w[lanes.WX + i], w[lanes.WY + i], w[lanes.WVX + i], w[lanes.WVY + i],
+                    0.0, gravity, 0.0,
+                ),
+                w[lanes.HORIZON + i], best,
             )  # fmt: skip
         elif status >= RISES:
             if status == INSIDE:

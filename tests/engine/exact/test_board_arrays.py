@@ -34,7 +34,7 @@ def board_of(name: str) -> Board:
 
 
 def gridless(board: Board) -> BoardArrays:
-    """The board's layout with one cell that lists every surface."""
+    """The board's arrays with one cell that lists every surface."""
 
     def one_cell(items: Floats, *_: float) -> Cells:
         copies = (items[:, surface.DISTANCE] > 0.0) & (items[:, surface.DISTANCE2] < 0.0)
@@ -55,10 +55,10 @@ def test_a_place_too_far_out_has_no_cell(x: float, y: float) -> None:
 
 
 def test_a_place_on_the_board_or_somewhat_off_it_has_a_cell() -> None:
-    layout = arrays_of(Board.preset("triangle-8"))
-    count = len(layout.starts) - 1
+    arrays = arrays_of(Board.preset("triangle-8"))
+    count = len(arrays.starts) - 1
     for x in np.linspace(-1000.0, 1000.0, 21):
-        assert 0 <= cell_of(layout, float(x), -0.37 * float(x)) < count
+        assert 0 <= cell_of(arrays, float(x), -0.37 * float(x)) < count
 
 
 def test_surfaces_far_apart_have_coarser_cells_instead_of_more() -> None:
@@ -107,11 +107,11 @@ def test_the_grid_changes_no_bit_of_a_stepped_drop(name: str) -> None:
     for seed in range(2):
         x = start_x(seed, board.drop.x, board.drop.jitter)
         results = []
-        for layout in (arrays_of(board), gridless(board)):
+        for arrays in (arrays_of(board), gridless(board)):
             state, log = at_start(board, x), new_log(500, 0)
             ends = np.zeros(1, np.int8), np.zeros(1, np.int32), np.zeros(1, np.int32)
             trace_stepped_many(
-                layout, state.reshape(1, -1), 1.0 / 240.0, 0.6, MAX_EVENTS, log, *ends
+                arrays, state.reshape(1, -1), 1.0 / 240.0, 0.6, MAX_EVENTS, log, *ends
             )
             outcome, where, _ = (int(end[0]) for end in ends)
             count = int(log.counts[event_log.EVENTS])
@@ -123,9 +123,9 @@ def test_the_grid_changes_no_bit_of_a_stepped_drop(name: str) -> None:
 def grid_changes_nothing(board: Board, x: float) -> bool:
     """Whether an exact drop is the same, in its first 2000 events, with one cell for all."""
     results = []
-    for layout in (arrays_of(board), gridless(board)):
+    for arrays in (arrays_of(board), gridless(board)):
         state, log = at_start(board, x), new_log(2000, 0)
-        outcome = trace(layout, state, MAX_EVENTS, MAX_TIME, log)
+        outcome = trace(arrays, state, MAX_EVENTS, MAX_TIME, log)
         count = min(int(log.counts[event_log.EVENTS]), 2000)
         results.append((outcome, log.events[:count].tobytes(), log.marks[:count].tobytes()))
     return results[0] == results[1]
@@ -137,13 +137,13 @@ def test_a_sweep_finds_the_first_surface_on_a_straight_line(
 ) -> None:
     """Against a walk along the line: nothing is touched before, and something is at the end."""
     board = Board.preset("triangle-8")
-    layout = gridless(board)
+    arrays = gridless(board)
     horizon = 0.5 / (math.hypot(vx, vy) + 1e-9)
     gap = gaps(board, np.array([x]), np.array([y]))
     if gap.min() < 0.0:
         return
     with np.errstate(over="ignore"):  # a time beyond all numbers is one that does not come
-        s, item, _ = sweep(layout, 0, x, y, vx, vy, horizon, -1)
+        s, item, _ = sweep(arrays, 0, x, y, vx, vy, horizon, -1)
     t = np.linspace(0.0, s, 400)
     path = gaps(board, x + vx * t, y + vy * t)
     assert path.min() > -1e-12

@@ -55,40 +55,40 @@ def columns(n: int) -> Results:
 
 
 def alone(
-    layout: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
+    arrays: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
 ) -> list[Array]:
     """bins, durations, x_ends, impacts and outcomes of drops traced one by one."""
-    return followed(layout, at_rest(xs, y), in_flight(len(xs)), events, time)
+    return followed(arrays, at_rest(xs, y), in_flight(len(xs)), events, time)
 
 
 def followed(
-    layout: BoardArrays, states: Array, initial: Array, events: int, time: float
+    arrays: BoardArrays, states: Array, initial: Array, events: int, time: float
 ) -> list[Array]:
     """The same of drops taken up where `initial` says."""
     bins, _, _, impacts, outcomes = columns(len(states))
     log = new_log(0, 0)
-    trace_many(layout, states, initial, events, time, new_series(), log, outcomes, bins, impacts)
+    trace_many(arrays, states, initial, events, time, new_series(), log, outcomes, bins, impacts)
     return [bins, states[:, body.T], states[:, body.X], impacts, outcomes]
 
 
 def side_by_side(
-    layout: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
+    arrays: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
 ) -> tuple[list[Array], LeftOver]:
     """The same of drops in a row, and those left over."""
     results = columns(len(xs))
-    return list(results), trace_bounces(layout, xs, y, events, time, results)
+    return list(results), trace_bounces(arrays, xs, y, events, time, results)
 
 
 def agree(
-    layout: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
+    arrays: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
 ) -> LeftOver:
     """Asserts that all drops have the bits they have alone; those that are left over, when they are
     taken up from there."""
-    expected = alone(layout, xs, y, events, time)
-    found, left = side_by_side(layout, xs, y, events, time)
+    expected = alone(arrays, xs, y, events, time)
+    found, left = side_by_side(arrays, xs, y, events, time)
     assert len(set(left.drops.tolist())) == len(left.drops)
     done = np.setdiff1d(np.arange(len(xs)), left.drops)
-    late = followed(layout, left.states.copy(), left.initial, events, time)
+    late = followed(arrays, left.states.copy(), left.initial, events, time)
     for one, row, rest in zip(expected, found, late, strict=True):
         assert row[done].tobytes() == one[done].tobytes()
         assert (row[left.drops] == -9).all()
@@ -113,9 +113,9 @@ def test_drops_side_by_side_are_those_one_by_one(name: str, count: int) -> None:
 @given(st.integers(0, 2**32 - 1))
 def test_they_are_on_any_board(seed: int) -> None:
     board = plain(random_board(seed))
-    layout = arrays_of(board)
-    assert has_only_bounces(layout)
-    agree(layout, starts(board, 2 * lanes.LANES), board.drop.y)
+    arrays = arrays_of(board)
+    assert has_only_bounces(arrays)
+    agree(arrays, starts(board, 2 * lanes.LANES), board.drop.y)
 
 
 def test_only_few_drops_are_left_over_and_they_are_those_that_touch_for_a_while() -> None:
@@ -134,33 +134,33 @@ def test_how_many_surfaces_a_cell_lists_changes_no_bit(cells_per_metre: float) -
     board = BOARDS["thin pegs"]
     fine = arrays_of(board)
     cells = cells_of(fine.items, board.ball.radius, fine.travel, cells_per_metre)
-    layout = fine._replace(**cells._asdict())
+    arrays = fine._replace(**cells._asdict())
     if cells_per_metre < 1.0:
         assert np.diff(cells.starts.astype(np.int64)).max() > 4 * lanes.SLOTS
     xs = starts(board, 3 * lanes.LANES)
     for one, other in zip(
-        alone(fine, xs, board.drop.y), alone(layout, xs, board.drop.y), strict=True
+        alone(fine, xs, board.drop.y), alone(arrays, xs, board.drop.y), strict=True
     ):
         assert one.tobytes() == other.tobytes()
-    assert len(agree(layout, xs, board.drop.y).drops) < 0.1 * len(xs)
+    assert len(agree(arrays, xs, board.drop.y).drops) < 0.1 * len(xs)
 
 
 def test_on_a_board_without_any_surface_balls_fall_into_the_bins() -> None:
     bare = boards.unchecked(restitution=0.5, start=(0.0, 0.0), jitter=0.5, floor=3.0)
-    layout = arrays_of(bare)
-    left = agree(layout, starts(bare, 3 * lanes.LANES), bare.drop.y)
+    arrays = arrays_of(bare)
+    left = agree(arrays, starts(bare, 3 * lanes.LANES), bare.drop.y)
     assert len(left.drops) == 0
-    assert (layout.heads & lanes.FIRST_ITEM).max() < len(layout.centres)  # it is read all the same
+    assert (arrays.heads & lanes.FIRST_ITEM).max() < len(arrays.centres)  # it is read all the same
 
 
 def test_a_drop_that_comes_to_a_limit_is_left_over() -> None:
     board = BOARDS["thin pegs"]
-    layout = arrays_of(board)
+    arrays = arrays_of(board)
     xs = starts(board, 500)
-    impacts, durations = alone(layout, xs, board.drop.y)[3], alone(layout, xs, board.drop.y)[1]
-    left = agree(layout, xs, board.drop.y, events=12)
+    impacts, durations = alone(arrays, xs, board.drop.y)[3], alone(arrays, xs, board.drop.y)[1]
+    left = agree(arrays, xs, board.drop.y, events=12)
     assert set(np.flatnonzero(impacts >= 12)) <= set(left.drops)
-    left = agree(layout, xs, board.drop.y, time=2.5)
+    left = agree(arrays, xs, board.drop.y, time=2.5)
     assert set(np.flatnonzero(durations > 2.5)) <= set(left.drops)
     assert 0 < len(left.drops) < 500
 
@@ -169,19 +169,19 @@ def test_a_ball_that_misses_the_board_holds_nobody_up() -> None:
     board = boards.unchecked(
         pegs=(Peg(0.0, 1.0, 0.1),), restitution=0.5, start=(0.0, 0.0), jitter=0.5
     )
-    layout = arrays_of(board)._replace(bins_y=1e12)
+    arrays = arrays_of(board)._replace(bins_y=1e12)
     xs = starts(board, 4)  # none in the middle: it would come to rest on the peg
-    left = agree(layout, xs, board.drop.y, time=1e9)
+    left = agree(arrays, xs, board.drop.y, time=1e9)
     assert len(left.drops) == 4
-    assert set(alone(layout, xs, board.drop.y, time=1e9)[4]) <= {ESCAPED, TIME_LIMIT}
-    assert lanes.PATIENCE * layout.travel < 1e12
+    assert set(alone(arrays, xs, board.drop.y, time=1e9)[4]) <= {ESCAPED, TIME_LIMIT}
+    assert lanes.PATIENCE * arrays.travel < 1e12
 
 
 @pytest.mark.parametrize("change", [{"drag": 1e-9}, {"peg_friction": 0.1}, {"wall_friction": 0.1}])
 def test_with_drag_or_friction_drops_go_one_by_one(change: dict[str, Any]) -> None:
-    layout = arrays_of(BOARDS["thin pegs"])
-    assert has_only_bounces(layout)
-    assert not has_only_bounces(layout._replace(**change))
+    arrays = arrays_of(BOARDS["thin pegs"])
+    assert has_only_bounces(arrays)
+    assert not has_only_bounces(arrays._replace(**change))
 
 
 def test_plain_python_gives_the_same_bits() -> None:

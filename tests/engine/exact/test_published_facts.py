@@ -136,7 +136,7 @@ def test_friction_up_to_a_third_of_the_slopes_tangent_lets_a_disc_slip() -> None
             assert np.diff(slip) / np.diff(times) == pytest.approx(grows, rel=1e-9)
 
 
-def test_a_glancing_ball_that_grips_keeps_two_thirds_of_its_speed_along_the_surface() -> None:
+def test_a_glancing_ball_that_sticks_keeps_two_thirds_of_its_speed_along_the_surface() -> None:
     """No spin before, no slip after: u' = 2/3 u, and R omega' = u' (Cross 1999, for a disc)."""
     slope = Wall(-1.0, -0.5, 1.0, 0.5)
     hit = drop(scene(walls=(slope,), friction=1.0, restitution=0.5), x=0.0).impacts[0]

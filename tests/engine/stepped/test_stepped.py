@@ -32,7 +32,7 @@ def thrown(x: float, y: float, vx: float, vy: float, omega: float = 0.0) -> Floa
     return np.array([0.0, x, y, vx, vy, 0.0, omega])
 
 
-# More impacts in a substep than are played: the ball waits, and was shown flying on meanwhile.
+# More impacts in a substep than are played: the ball is frozen, and was shown in flight meanwhile.
 @example(0.0, 1.0, 0.0, 5.0, 1.0)
 @given(
     st.floats(-2.0, 2.0),
