@@ -103,7 +103,6 @@ class Client:
         self.stream = stream
         self.key = key  # by which it is known when it comes back
         self.mailbox = mailbox
-        self.sent = 0  # frames
         self._connection = connection
         self._grace = grace
         self._traffic = traffic or Traffic()
@@ -135,12 +134,9 @@ class Client:
         self._keeps_up = False
         self._wake.set()
 
-    def write(self, wire: bytes, frames: int) -> bool:
+    def write(self, wire: bytes) -> bool:
         """Send several frames in one go, if the client keeps up; else False and nothing is done."""
-        if self._keeps_up and self._connection.write(wire):
-            self.sent += frames
-            return True
-        return False
+        return self._keeps_up and self._connection.write(wire)
 
     def fail(self, error: AppError) -> None:
         """End the connection with this reason: `run` raises it, even out of a blocked send."""
@@ -176,7 +172,6 @@ class Client:
             self._writing = None
 
     def _count(self, frame: Frame) -> None:
-        self.sent += 1
         self._traffic.frames += 1
         self._traffic.bytes += len(frame.payload)
 
@@ -246,7 +241,7 @@ class Hub:
         size = sum(len(frame.payload) for frame in frames)
         written = 0
         for client in self._rooms.get(room_id, {}).get(stream, {}).values():
-            if client.write(wire, len(frames)):
+            if client.write(wire):
                 written += 1
                 continue
             for frame in frames:

@@ -1,9 +1,6 @@
 """What the ledger keeps, as frozen values: a board, a session of a room, a drop, a result."""
 
 from dataclasses import dataclass
-from typing import Final
-
-MAX_WHO: Final = 64  # characters of a player's own mark
 
 
 @dataclass(frozen=True, slots=True)

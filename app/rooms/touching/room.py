@@ -5,7 +5,6 @@ for whoever reads its log.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 import msgspec
@@ -19,14 +18,13 @@ from app.rooms.pending import NOBODY, DropCommand, Entered, PendingInput, Reques
 from app.rooms.room import QUIET, Ground, Room, decode_checkpoint
 from app.rooms.touching import inputs, values
 from app.rooms.touching.checks import BALL_NAMES, InputCheck
-from app.rooms.touching.inputs import ChangeFormat, TouchingCommand, given
+from app.rooms.touching.inputs import ChangeFormat, TouchingCommand
 from app.rooms.touching.scene import Scene
+from app.rooms.touching.table import Fall, Table
 from app.rooms.touching.world import Box, TouchingWorld
 from engine import Board
 from engine.constants import KIND_BALL, KIND_PEG, KIND_WALL
-from engine.drops.drop import start_of
 from engine.multibody.events import ArenaEvent, Landed, Left, Touch
-from engine.seeding import parse_seed
 
 INTERACTING: Final = "interacting"
 SCENE: Final = "scene"  # how the ledger calls a room without a board
@@ -35,14 +33,6 @@ _KINDS: Final = {"peg": KIND_PEG, "wall": KIND_WALL, "ball": KIND_BALL}
 
 _MOST_CONTACTS: Final = 24  # told in one tick, the hardest: more is noise, and costs every client
 _VELOCITY_SCALE: Final = 1.0 / 256.0  # m/s; reaches to 128 m/s
-
-
-@dataclass(slots=True)
-class _Fall:
-    """A drop on its way down."""
-
-    start: messages.BallStart
-    time: float  # s of the arena
 
 
 class _Checkpoint(msgspec.Struct, frozen=True):
@@ -80,12 +70,9 @@ class TouchingRoom(Room):
 
     def _begin_on(self, ground: Ground, tick: int = 0) -> None:
         super()._begin_on(ground)
-        self.world = TouchingWorld(ground, self.tick_rate)
-        self.world.tick = tick
+        self.table = Table(ground, self.tick_rate, tick)
+        self.world = self.table.world
         self.extent = self.world.extent
-        self._falls: dict[int, _Fall] = {}
-        # What the next ball is made of unless told; sliders set it for all.
-        self._made_of = _made_of(ground)
 
     @property
     def taken(self) -> int:
@@ -104,7 +91,7 @@ class TouchingRoom(Room):
     @property
     def balls(self) -> list[messages.BallStart]:
         """The drops in flight, by age."""
-        return [fall.start for fall in self._falls.values()]
+        return [fall.start for fall in self.table.falls.values()]
 
     @property
     def box(self) -> Box | None:
@@ -154,7 +141,7 @@ class TouchingRoom(Room):
             tick_rate=self.tick_rate,
             max_balls=self.max_balls,
             coming=coming,
-            made_of=self._made_of,
+            made_of=self.table.made_of,
         )
 
     def refuse(self, pending: PendingInput[Any]) -> None:
@@ -176,70 +163,14 @@ class TouchingRoom(Room):
         ball = getattr(asked, "ball", None)
         if ball is not None and not self.world.has(ball):
             return Entered(pending, [])  # it has landed or was taken out since it was asked for
-        events = _ACTS[type(asked)](self, asked)
+        own = _OWN_ACTS.get(type(asked))
+        events = self.table.carry_out(asked) if own is None else own(self, asked)
+        self.drops += sum(isinstance(event, messages.Accepted) for event in events)
         self.seq += len(events)
         return Entered(pending, events, asked.begins_anew)
 
-    def _drop(self, asked: inputs.Drop) -> list[messages.Event]:
-        board, tick = self.ground, self.world.tick
-        assert isinstance(board, Board)
-        start = start_of(board, parse_seed(asked.seed), asked.x)
-        made = {name: getattr(board.ball, name) for name in ("radius", *BALL_NAMES)}
-        ball = self.world.arena.add(start, board.drop.y, **made)
-        begun = messages.BallStart(ball, asked.seed, start, tick)
-        self._falls[ball] = _Fall(begun, self.world.arena.time)
-        self.drops += 1
-        accepted = messages.Accepted(
-            ball=ball, seed=asked.seed, x=start, explicit_x=asked.x is not None, tick=tick
-        )
-        return [accepted]
-
-    def _add(self, asked: inputs.Add) -> list[messages.Event]:
-        ball = self.world.arena.add(**given(asked))
-        made_of = given(asked, "vx", "vy", "omega")
-        return [messages.Placed(tick=self.world.tick, ball=ball, **made_of)]
-
-    def _kick(self, asked: inputs.Kick) -> list[messages.Event]:
-        motion = {"vx": 0.0, "vy": 0.0, "omega": 0.0} | given(asked, "ball")
-        self.world.arena.kick(asked.ball, motion["vx"], motion["vy"], motion["omega"])
-        return []
-
-    def _drag(self, asked: inputs.Drag) -> list[messages.Event]:
-        self.world.hold(asked.ball, asked.x, asked.y)
-        return []
-
-    def _release(self, asked: inputs.Release) -> list[messages.Event]:
-        self.world.release(asked.ball)
-        return []
-
-    def _remove(self, asked: inputs.Remove) -> list[messages.Event]:
-        self.world.release(asked.ball)
-        self.world.arena.remove(asked.ball)
-        self._falls.pop(asked.ball, None)
-        return [messages.Removed(tick=self.world.tick, balls=[asked.ball])]
-
-    def _clear(self, asked: inputs.Clear) -> list[messages.Event]:
-        gone: list[int] = self.world.bodies["id"].tolist()
-        self.world.arena.clear()
-        self.world.holds.clear()
-        self._falls.clear()
-        return [messages.Removed(tick=self.world.tick, balls=gone)]
-
-    def _edit(self, asked: inputs.Edit) -> list[messages.Event]:
-        changes = given(asked, "ball")
-        self.world.arena.edit(asked.ball, **changes)
-        return [messages.Edited(tick=self.world.tick, ball=asked.ball, **changes)]
-
     def _configure(self, asked: inputs.Configure) -> list[messages.Event]:
-        of_balls, of_room = given(asked, *values.SETTINGS), given(asked, *BALL_NAMES)
-        events: list[messages.Event] = []
-        if of_balls:
-            self._made_of.update(of_balls)
-            self.world.arena.edit_all(**of_balls)
-            events.append(messages.Edited(tick=self.world.tick, ball=None, **of_balls))
-        if of_room:
-            self.world.arena.configure(**of_room)
-        return [*events, self._settings_event()]
+        return [*self.table.configure(asked), self._settings_event()]
 
     def _pause(self, asked: inputs.Pause) -> list[messages.Event]:
         self.paused = asked.paused
@@ -258,12 +189,8 @@ class TouchingRoom(Room):
 
     def _settings_event(self) -> messages.RoomSettings:
         return messages.RoomSettings(
-            tick=self.world.tick, settings=self._settings(), paused=self.paused
+            tick=self.world.tick, settings=self.table.settings(), paused=self.paused
         )
-
-    def _settings(self) -> dict[str, float]:
-        now = self.world.arena.settings
-        return {name: getattr(now, name) for name in values.SETTINGS} | self._made_of
 
     # Time.
 
@@ -292,7 +219,7 @@ class TouchingRoom(Room):
             if isinstance(one, Landed):
                 events += self._land(one)
             elif isinstance(one, Left):
-                self._falls.pop(one.ball, None)
+                self.table.falls.pop(one.ball, None)
                 events.append(messages.Removed(tick=self.world.tick, balls=[one.ball]))
             elif one.speed >= QUIET:
                 hits.append(self._contact(one))
@@ -300,7 +227,7 @@ class TouchingRoom(Room):
         return [*sorted(hits[:_MOST_CONTACTS], key=lambda hit: (hit.t, hit.ball)), *events]
 
     def _contact(self, touch: Touch) -> messages.Contact:
-        fall = self._falls.get(touch.a)
+        fall = self.table.falls.get(touch.a)
         return messages.Contact(
             ball=touch.a,
             tick=self.world.tick,
@@ -313,19 +240,19 @@ class TouchingRoom(Room):
         )
 
     def _land(self, landed: Landed) -> list[messages.Event]:
-        fall = self._falls.pop(landed.ball, None)
+        fall = self.table.falls.pop(landed.ball, None)
         if fall is None:  # one that was thrown in: nobody's drop
             return [messages.Removed(tick=self.world.tick, balls=[landed.ball])]
         return [self._ended(fall, landed.bin, landed.x, landed.t, None)]
 
     def _settle(self) -> list[messages.Event]:
         """Drops that came to rest on the board have ended; they are taken off it."""
-        if not self._falls:
+        if not self.table.falls:
             return []
         bodies = self.world.bodies
         events: list[messages.Event] = []
         for row in bodies[bodies["asleep"] != 0]:
-            fall = self._falls.pop(int(row["id"]), None)
+            fall = self.table.falls.pop(int(row["id"]), None)
             if fall is not None:
                 x, time = float(row["x"]), self.world.arena.time
                 self.world.arena.remove(fall.start.ball)
@@ -333,7 +260,7 @@ class TouchingRoom(Room):
         return events
 
     def _ended(
-        self, fall: _Fall, bin_: int | None, x: float, time: float, unsettled: str | None
+        self, fall: Fall, bin_: int | None, x: float, time: float, unsettled: str | None
     ) -> messages.Landed:
         score = 1.0
         if bin_ is None:
@@ -390,7 +317,7 @@ class TouchingRoom(Room):
         return messages.ArenaState(
             scene=_scene_fields(self.ground),
             place=self.world.place.to_dict(),
-            settings=self._settings(),
+            settings=self.table.settings(),
             paused=self.paused,
             owned=self.owned,
             balls=columns | {name: [row[name] for row in rows] for name in names},
@@ -417,10 +344,10 @@ class TouchingRoom(Room):
                 drops=self.drops,
                 unsettled=self.unsettled,
                 histogram=self.histogram,
-                flights=[(fall.start, fall.time) for fall in self._falls.values()],
+                flights=[(fall.start, fall.time) for fall in self.table.falls.values()],
                 paused=self.paused,
                 steps=self._steps,
-                settings=self._made_of,
+                settings=self.table.made_of,
             )
         )
 
@@ -434,32 +361,17 @@ class TouchingRoom(Room):
         self.seq, self._taken = saved.seq, saved.taken
         self.drops, self.unsettled = saved.drops, saved.unsettled
         self.histogram = list(saved.histogram)
-        self._falls = {start.ball: _Fall(start, time) for start, time in saved.flights}
+        self.table.falls = {start.ball: Fall(start, time) for start, time in saved.flights}
         self.paused, self._steps = saved.paused, saved.steps
-        self._made_of = dict(saved.settings)
-
-
-def _made_of(ground: Ground) -> dict[str, float]:
-    """What a ball is made of that is put in on this ground without a word about it."""
-    if isinstance(ground, Board):
-        return {name: getattr(ground.ball, name) for name in BALL_NAMES}
-    usual = {name: float(values.BALL[name].default or 0.0) for name in BALL_NAMES}
-    return {name: ground.values.get(name, usual[name]) for name in BALL_NAMES}
+        self.table.made_of = dict(saved.settings)
 
 
 def _scene_fields(ground: Ground) -> dict[str, Any] | None:
     return ground.to_dict() if isinstance(ground, Scene) else None
 
 
-_ACTS: Final[dict[type[inputs.TouchingInput], Callable[..., list[messages.Event]]]] = {
-    inputs.Drop: TouchingRoom._drop,
-    inputs.Add: TouchingRoom._add,
-    inputs.Kick: TouchingRoom._kick,
-    inputs.Drag: TouchingRoom._drag,
-    inputs.Release: TouchingRoom._release,
-    inputs.Remove: TouchingRoom._remove,
-    inputs.Clear: TouchingRoom._clear,
-    inputs.Edit: TouchingRoom._edit,
+# The others are done to what stands on the table.
+_OWN_ACTS: Final[dict[type[inputs.TouchingInput], Callable[..., list[messages.Event]]]] = {
     inputs.Configure: TouchingRoom._configure,
     inputs.Pause: TouchingRoom._pause,
     inputs.Step: TouchingRoom._step_once,

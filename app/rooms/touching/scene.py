@@ -9,7 +9,7 @@ from typing import Any, Final
 import msgspec
 
 from app.errors import InvalidValueError, shorten
-from app.rooms.touching.values import BALL, MOTION, SETTINGS, Range, check_work, checked
+from app.rooms.touching.values import BALL, SETTINGS, Range, check_work, checked
 from engine import Board
 from engine.multibody.arena import Arena
 from engine.multibody.scenes import galton, sandbox
@@ -164,6 +164,3 @@ def _check_room(values: Mapping[str, Any]) -> None:
             f"{values['width']:g} m by {values['height']:g} m: at most {columns * rows} do",
             field="balls",
         )
-
-
-__all__ = ["BALLS", "GALTON", "MOTION", "SANDBOX", "SIDE", "SPEED", "Scene"]

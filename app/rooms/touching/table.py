@@ -1,0 +1,128 @@
+"""A board or a scene with the balls on it, and what inputs do to them. Pure."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from app.protocol import messages
+from app.rooms.touching import inputs, values
+from app.rooms.touching.checks import BALL_NAMES
+from app.rooms.touching.inputs import given
+from app.rooms.touching.scene import Scene
+from app.rooms.touching.world import TouchingWorld
+from engine import Board
+from engine.drops.drop import start_of
+from engine.seeding import parse_seed
+
+
+@dataclass(slots=True)
+class Fall:
+    """A drop on its way down."""
+
+    start: messages.BallStart
+    time: float  # s of the arena
+
+
+class Table:
+    """What stands and moves, from when it was begun at `tick` until another is begun.
+
+    falls: the drops on their way down, by ball; made_of: what the next ball is made of unless
+    told, which sliders set for all.
+    """
+
+    def __init__(self, ground: Board | Scene, tick_rate: int, tick: int) -> None:
+        self.ground = ground
+        self.world = TouchingWorld(ground, tick_rate)
+        self.world.tick = tick
+        self.falls: dict[int, Fall] = {}
+        self.made_of = _made_of(ground)
+
+    def carry_out(self, asked: inputs.TouchingInput) -> list[messages.Event]:
+        """Do to the balls what was asked; returns what to tell of it."""
+        return _ACTS[type(asked)](self, asked)
+
+    def settings(self) -> dict[str, float]:
+        """What holds for the balls now, and what the next one is made of."""
+        now = self.world.arena.settings
+        return {name: getattr(now, name) for name in values.SETTINGS} | self.made_of
+
+    def configure(self, asked: inputs.Configure) -> list[messages.Event]:
+        """Set what holds for all; returns what to tell of the balls that are there."""
+        of_balls, of_room = given(asked, *values.SETTINGS), given(asked, *BALL_NAMES)
+        events: list[messages.Event] = []
+        if of_balls:
+            self.made_of.update(of_balls)
+            self.world.arena.edit_all(**of_balls)
+            events.append(messages.Edited(tick=self.world.tick, ball=None, **of_balls))
+        if of_room:
+            self.world.arena.configure(**of_room)
+        return events
+
+    def _drop(self, asked: inputs.Drop) -> list[messages.Event]:
+        board, tick = self.ground, self.world.tick
+        assert isinstance(board, Board)
+        start = start_of(board, parse_seed(asked.seed), asked.x)
+        made = {name: getattr(board.ball, name) for name in ("radius", *BALL_NAMES)}
+        ball = self.world.arena.add(start, board.drop.y, **made)
+        begun = messages.BallStart(ball, asked.seed, start, tick)
+        self.falls[ball] = Fall(begun, self.world.arena.time)
+        accepted = messages.Accepted(
+            ball=ball, seed=asked.seed, x=start, explicit_x=asked.x is not None, tick=tick
+        )
+        return [accepted]
+
+    def _add(self, asked: inputs.Add) -> list[messages.Event]:
+        ball = self.world.arena.add(**given(asked))
+        made_of = given(asked, "vx", "vy", "omega")
+        return [messages.Placed(tick=self.world.tick, ball=ball, **made_of)]
+
+    def _kick(self, asked: inputs.Kick) -> list[messages.Event]:
+        motion = {"vx": 0.0, "vy": 0.0, "omega": 0.0} | given(asked, "ball")
+        self.world.arena.kick(asked.ball, motion["vx"], motion["vy"], motion["omega"])
+        return []
+
+    def _drag(self, asked: inputs.Drag) -> list[messages.Event]:
+        self.world.hold(asked.ball, asked.x, asked.y)
+        return []
+
+    def _release(self, asked: inputs.Release) -> list[messages.Event]:
+        self.world.release(asked.ball)
+        return []
+
+    def _remove(self, asked: inputs.Remove) -> list[messages.Event]:
+        self.world.release(asked.ball)
+        self.world.arena.remove(asked.ball)
+        self.falls.pop(asked.ball, None)
+        return [messages.Removed(tick=self.world.tick, balls=[asked.ball])]
+
+    def _clear(self, asked: inputs.Clear) -> list[messages.Event]:
+        gone: list[int] = self.world.bodies["id"].tolist()
+        self.world.arena.clear()
+        self.world.holds.clear()
+        self.falls.clear()
+        return [messages.Removed(tick=self.world.tick, balls=gone)]
+
+    def _edit(self, asked: inputs.Edit) -> list[messages.Event]:
+        changes = given(asked, "ball")
+        self.world.arena.edit(asked.ball, **changes)
+        return [messages.Edited(tick=self.world.tick, ball=asked.ball, **changes)]
+
+
+def _made_of(ground: Board | Scene) -> dict[str, float]:
+    """What a ball is made of that is put in on this ground without a word about it."""
+    if isinstance(ground, Board):
+        return {name: getattr(ground.ball, name) for name in BALL_NAMES}
+    usual = {name: float(values.BALL[name].default or 0.0) for name in BALL_NAMES}
+    return {name: ground.values.get(name, usual[name]) for name in BALL_NAMES}
+
+
+_ACTS: Final[dict[type[inputs.TouchingInput], Callable[..., list[messages.Event]]]] = {
+    inputs.Drop: Table._drop,
+    inputs.Add: Table._add,
+    inputs.Kick: Table._kick,
+    inputs.Drag: Table._drag,
+    inputs.Release: Table._release,
+    inputs.Remove: Table._remove,
+    inputs.Clear: Table._clear,
+    inputs.Edit: Table._edit,
+}
