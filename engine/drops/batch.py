@@ -214,7 +214,7 @@ def _run_part(batch: DropBatch, layout: Layout, part: slice, results: Results) -
     return len(xs)
 
 
-def _trace(layout: Layout, solver: Solver, states: Floats, entries: Ints, results: Results) -> None:
+def _trace(layout: Layout, solver: Solver, states: Floats, initial: Ints, results: Results) -> None:
     """Follow the balls one after the other to their ends; the stepped solver's from their start."""
     bins, durations, x_ends, impacts, outcomes = results
     log = new_log(0, 0)
@@ -224,7 +224,7 @@ def _trace(layout: Layout, solver: Solver, states: Floats, entries: Ints, result
         )
     else:
         trace_many(
-            layout, states, entries, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins,
+            layout, states, initial, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins,
             impacts,
         )  # fmt: skip
     durations[:] = states[:, T]
