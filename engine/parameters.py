@@ -39,7 +39,7 @@ class Exact:
 
 @dataclass(frozen=True, slots=True)
 class Stepped:
-    """The fixed-step solver: frame dt in s, substeps per frame, positional correction factor."""
+    """The fixed-step solver: step dt in s, substeps a step, positional correction factor."""
 
     dt: float = DEFAULT_DT
     substeps: int = DEFAULT_SUBSTEPS

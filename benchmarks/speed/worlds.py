@@ -13,7 +13,8 @@ from benchmarks.harness.report import Section, Table, spread
 from benchmarks.harness.settings import Settings
 from benchmarks.scenes import boards
 from benchmarks.speed import stripped
-from engine import Arena, ArenaSettings, Board, Place, World
+from engine import Arena, Board, World
+from engine.multibody.scenes import on_board
 from engine.seeding import start_x
 
 UNUSED = 1.05
@@ -83,7 +84,7 @@ def _passing(ticks: int) -> Done:
 def _knocking(ticks: int) -> Done:
     """The same balls, which touch each other."""
     board = boards.triangle(12, boards.FULL)
-    arena = Arena(Place.of_board(board), ArenaSettings(gravity=board.gravity, drag=board.drag))
+    arena = on_board(board)
     done = 0
     for tick in range(ticks):
         if tick % EVERY == 0:

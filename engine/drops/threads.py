@@ -52,7 +52,7 @@ def share(
             ended.release()
 
     helpers: list[LockType] = []
-    told = 0
+    reported = 0
     try:
         for worker in range(1, min(threads, len(parts))):
             ended = allocate_lock()
@@ -62,15 +62,15 @@ def share(
         while (part := _take(todo)) is not None:
             done.append(work(part, 0))
             if progress:
-                told = sum(done)
-                progress(told)
+                reported = sum(done)
+                progress(reported)
     finally:
         todo.clear()
         for ended in helpers:
             ended.acquire()
     if failures:
         raise failures[0]
-    if progress and told != sum(done):
+    if progress and reported != sum(done):
         progress(sum(done))
 
 

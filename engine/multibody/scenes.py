@@ -19,7 +19,7 @@ from engine.multibody.arena import Arena
 from engine.multibody.settings import ArenaSettings
 from engine.multibody.static_geometry import StaticGeometry
 from engine.parameters import number
-from engine.seeding import parse_seed, splitmix64
+from engine.seeding import splitmix64
 
 GRAVITY_PRESETS: Final[Mapping[str, float]] = MappingProxyType({**GRAVITY, "none": 0.0})
 """Gravity by name, m/s^2."""
@@ -53,7 +53,7 @@ def sandbox(
     *,
     gravity: float = GRAVITY_PRESETS["Earth"],
     restitution: float = RESTITUTION_PRESETS["Rubber on concrete"],
-    seed: int | str = 0,
+    seed: int = 0,
     width: float = 6.0,
     height: float = 4.0,
     radii: tuple[float, float] = (0.05, 0.12),
@@ -69,7 +69,6 @@ def sandbox(
     balls do not fit.
     """
     n = _count(n)
-    seed = parse_seed(seed)
     low, high = (number(r, "radii", 1e-6, 1e4) for r in radii)
     if low > high:
         raise ParameterError(f"radii {radii!r} do not ascend", field="radii")
@@ -112,11 +111,10 @@ def _lattice(
     return x + _uniform(seed, n, -room, room), y + _uniform(seed + 1, n, -room, room)
 
 
-def galton(n: int = 400, *, seed: int | str = 0, **settings: Any) -> Arena:
+def galton(n: int = 400, *, seed: int = 0, **settings: Any) -> Arena:
     """Small balls over the preset `galton`'s pegs, with walls between its bins and a floor: they
     pile up. n at most 1,500; the rest are ArenaSettings."""
     n = _count(n)
-    seed = parse_seed(seed)
     board = Board.preset("galton")
     ball = board.ball
     bins, edges = board.bins, board.bins.edges

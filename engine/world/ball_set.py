@@ -43,7 +43,7 @@ class BallSet(Protocol):
         """Append a ball at rest at (x, drop.y), m."""
 
     def step(self) -> list[Progress]:
-        """Advance all balls by one frame; the progress of those that have any, by rising row."""
+        """Advance all balls by one step of the world; what became of some, by rising row."""
 
     def remove(self, rows: list[int]) -> None:
         """Take out balls whose drop has ended."""

@@ -27,7 +27,7 @@ class ExactBalls:
         self._layout = arrays_of(board)
         self._dt = dt
         self._paths: list[Trajectory] = []
-        self._frames = np.zeros(0, np.int64)
+        self._ticks = np.zeros(0, np.int64)
         self._first = np.zeros(0, np.int64)
         self._last = np.zeros(0, np.int64)
         self._next_event = np.zeros(0, np.int64)
@@ -43,7 +43,7 @@ class ExactBalls:
     def _followed(self, x: float) -> Trajectory:
         return follow(self._board, at_start(self._board, x), Exact())
 
-    def _append(self, path: Trajectory, frames: int) -> None:
+    def _append(self, path: Trajectory, ticks: int) -> None:
         used = int(self._last[-1]) if len(self._last) else 0
         needed = used + len(path.segments)
         if needed > len(self._pool):
@@ -51,13 +51,13 @@ class ExactBalls:
             needed = used + len(path.segments)
         self._pool[used:needed] = path.segments
         self._paths.append(path)
-        self._frames = np.append(self._frames, frames)
+        self._ticks = np.append(self._ticks, ticks)
         self._first = np.append(self._first, used)
         self._last = np.append(self._last, needed)
-        seen = int(np.searchsorted(path.events[:, 0], frames * self._dt, side="right"))
-        self._next_event = np.append(self._next_event, seen if frames else 0)
+        seen = int(np.searchsorted(path.events[:, 0], ticks * self._dt, side="right"))
+        self._next_event = np.append(self._next_event, seen if ticks else 0)
         self._next_time = np.append(self._next_time, _time_of(path, int(self._next_event[-1])))
-        self.states = np.vstack([self.states, path.states_at(np.array([frames * self._dt]))])
+        self.states = np.vstack([self.states, path.states_at(np.array([ticks * self._dt]))])
 
     def _repack(self, more: int) -> int:
         """Move the segments still needed to the front of a pool with room for `more`."""
@@ -77,9 +77,9 @@ class ExactBalls:
         return self._paths[row]
 
     def step(self) -> list[Progress]:
-        """Advance all balls by one frame."""
-        self._frames += 1
-        times = np.multiply(self._frames, self._dt, dtype=np.float64)
+        """Advance all balls by one step of the world."""
+        self._ticks += 1
+        times = np.multiply(self._ticks, self._dt, dtype=np.float64)
         sample(
             self._layout, self._pool, self._first, self._last, times, False, self._series,
             self.states,
@@ -88,7 +88,7 @@ class ExactBalls:
 
     def _progress(self, row: int) -> Progress:
         path = self._paths[row]
-        time = float(self._frames[row] * self._dt)
+        time = float(self._ticks[row] * self._dt)
         first = int(self._next_event[row])
         last = int(np.searchsorted(path.events[:, 0], time, side="right"))
         self._next_event[row] = last
@@ -108,14 +108,14 @@ class ExactBalls:
     def remove(self, rows: list[int]) -> None:
         """Take out balls whose drop has ended."""
         self._paths = [path for row, path in enumerate(self._paths) if row not in rows]
-        for name in ("_frames", "_first", "_last", "_next_event", "_next_time", "states"):
+        for name in ("_ticks", "_first", "_last", "_next_event", "_next_time", "states"):
             setattr(self, name, np.delete(getattr(self, name), rows, axis=0))
 
     def saved(self) -> list[dict[str, Any]]:
         """What `load` needs of each ball: all else follows from it."""
         return [
-            {"x": float(path.start[body.X]), "frames": int(frames)}
-            for path, frames in zip(self._paths, self._frames, strict=True)
+            {"x": float(path.start[body.X]), "frames": int(ticks)}
+            for path, ticks in zip(self._paths, self._ticks, strict=True)
         ]
 
     def load(self, balls: list[dict[str, Any]]) -> None:

@@ -45,7 +45,7 @@ class SteppedBalls:
         self._marks.append([])
 
     def step(self) -> list[Progress]:
-        """Advance all balls by one frame."""
+        """Advance all balls by one step of the world."""
         count = len(self.states)
         solver = self._solver
         log = new_log(count * (solver.substeps * MAX_HITS + 1), 0, count)

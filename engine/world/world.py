@@ -1,4 +1,4 @@
-"""A board with balls on it that moves in fixed frames: what a live room ticks."""
+"""A board with balls on it that moves in fixed steps: what a live room ticks."""
 
 import hashlib
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ BODY = np.dtype(
     + [(name, "<f8") for name in ("x", "y", "theta", "vx", "vy", "omega")]
     + [("bounced", "u1")]
 )
-"""A live ball: id, m, rad, m/s, rad/s, and whether it hit something in the last frame."""
+"""A live ball: id, m, rad, m/s, rad/s, and whether it hit something in the last step."""
 
 _COLUMNS = {
     "x": body.X,
@@ -49,7 +49,7 @@ _COLUMNS = {
 
 @dataclass(frozen=True, slots=True)
 class Ball:
-    """What a world was told of a ball: its seed, its start in m, and the tick it started at."""
+    """How a ball began: its seed, its start in m, and the tick it started at."""
 
     id: int
     seed: int | None
@@ -81,7 +81,7 @@ class Momentum:
 
 
 class World:
-    """Balls on a board, advanced in frames of dt seconds by one of the two solvers.
+    """Balls on a board, advanced in steps of dt seconds by one of the two solvers.
 
     A ball starts at the tick at which it is added and leaves the world when its drop ends. With
     the exact solver dt only says when the world is looked at: each ball's path is that of `drop`.
@@ -161,7 +161,7 @@ class World:
         raise ParameterError(f"ball {ball} is not in flight", field="ball")
 
     def step(self) -> None:
-        """Advance by one frame."""
+        """Advance by one step."""
         self.tick += 1
         if not self._balls:
             return
@@ -220,9 +220,9 @@ class World:
         self._previous = np.delete(self._previous, rows, axis=0)
 
     def advance(self, frame_time: float) -> float:
-        """Advance by `frame_time` seconds in whole frames; return alpha in [0, 1), the part left.
+        """Advance by `frame_time` seconds in whole steps; return alpha in [0, 1), the part left.
 
-        The accumulator of a fixed time step: what does not fill a frame is kept for the next call.
+        The accumulator of a fixed time step: what does not fill a step is kept for the next call.
         """
         if not (isfinite(frame_time) and frame_time >= 0.0):
             raise ParameterError(
@@ -300,7 +300,7 @@ class World:
         )
 
     def restore(self, snapshot: bytes) -> None:
-        """Become the world that made `snapshot`: same board, solver and frame, or RecordError."""
+        """Become the world that made `snapshot`: same board, solver and step, or RecordError."""
         saved = self._checked(snapshot)
         self.tick = saved["tick"]
         self._accumulator = saved["accumulator"]

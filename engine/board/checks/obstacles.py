@@ -99,7 +99,7 @@ def close_discs(obs: Obstacles) -> tuple[Ints, Ints, Floats]:
     along_x, along_y = _Sweep(obs.x, obs.reach), _Sweep(obs.y, obs.reach)
     sweep = along_x if along_x.total <= along_y.total else along_y
     if sweep.total > MAX_SWEEP:
-        raise _crowded()
+        raise _too_dense()
     found: list[tuple[Ints, Ints, Floats]] = []
     count = 0
     for i, j in sweep.candidates():
@@ -108,7 +108,7 @@ def close_discs(obs: Obstacles) -> tuple[Ints, Ints, Floats]:
         found.append((np.minimum(i, j)[close], np.maximum(i, j)[close], apart[close]))
         count += int(np.count_nonzero(close))
         if count > MAX_CLOSE:
-            raise _crowded()
+            raise _too_dense()
     if not found:
         none = np.empty(0, dtype=np.intp)
         return none, none, np.empty(0)
@@ -116,7 +116,7 @@ def close_discs(obs: Obstacles) -> tuple[Ints, Ints, Floats]:
     return first, second, distances
 
 
-def _crowded() -> BoardError:
+def _too_dense() -> BoardError:
     return BoardError(
         f"pegs stand too densely for the ball: more than {MAX_CLOSE} pairs of them are nearer than "
         "the ball is wide",

@@ -30,14 +30,14 @@ def side_limits(obs: Obstacles, starts: Floats, top: float, bottom: float) -> tu
     left = np.full(SAMPLES, float(np.min(starts)))
     lowest = np.clip(y + low, top, bottom)
     u_lowest = np.sqrt(lowest - top)
-    waiting: npt.NDArray[np.bool_] = y + low > top
-    waiting &= y - low < bottom
+    untouched: npt.NDArray[np.bool_] = y + low > top
+    untouched &= y - low < bottom
     while True:
-        touched = waiting & (x - half <= np.interp(u_lowest, u, right))
+        touched = untouched & (x - half <= np.interp(u_lowest, u, right))
         touched &= x + half >= np.interp(u_lowest, u, left)
         if not touched.any():
             return float(left[-1]), float(right[-1])
-        waiting &= ~touched
+        untouched &= ~touched
         for i in np.flatnonzero(touched):
             throw = 2.0 * u_lowest[i] * u
             right = np.maximum(right, x[i] + half[i] + throw)

@@ -356,9 +356,7 @@ def test_coincident_balls_part_and_always_in_the_same_way() -> None:
 @pytest.mark.parametrize("name", list(GRAVITY_PRESETS))
 @pytest.mark.parametrize("row", list(RESTITUTION_PRESETS))
 def test_every_preset_makes_a_sandbox(name: str, row: str) -> None:
-    arena = sandbox(
-        20, gravity=GRAVITY_PRESETS[name], restitution=RESTITUTION_PRESETS[row], seed="7"
-    )
+    arena = sandbox(20, gravity=GRAVITY_PRESETS[name], restitution=RESTITUTION_PRESETS[row], seed=7)
     assert arena.settings.gravity == GRAVITY_PRESETS[name]
     steps(arena, 5)
     assert arena.count == 20

@@ -1,4 +1,4 @@
-"""A world in frames: each ball is its own drop, whatever the frame, the company, or the pauses."""
+"""A world in steps: each ball is its own drop, whatever the step, the company, or the pauses."""
 
 import math
 from collections.abc import Callable
@@ -18,10 +18,10 @@ TRIANGLE = Board.preset("triangle-12")
 SOLVERS = ["exact", "stepped"]
 
 
-def run(world: World, frames: int = 5000) -> list[Any]:
+def run(world: World, steps: int = 5000) -> list[Any]:
     """Step until nothing moves; all events on the way."""
     events: list[Any] = []
-    for _ in range(frames):
+    for _ in range(steps):
         if not world.awake:
             return events
         world.step()
@@ -90,8 +90,8 @@ def at_random(world: World) -> None:
 
 
 @pytest.mark.parametrize("name", ["triangle-16", "classic"])
-def test_an_exact_world_gives_the_same_bits_whatever_its_frame(name: str) -> None:
-    """Worlds of frames of 1/30, 1/60, 1/144 s, and an odd one, advanced by equal and by random
+def test_an_exact_world_gives_the_same_bits_whatever_its_step(name: str) -> None:
+    """Worlds of steps of 1/30, 1/60, 1/144 s, and an odd one, advanced by equal and by random
     times."""
     board = Board.preset(name)
     results = []
@@ -117,8 +117,8 @@ def contacts_of(events: list[Any], ball: int) -> list[Contact]:
     return [event for event in events if isinstance(event, Contact) and event.ball == ball]
 
 
-def test_a_stepped_world_depends_on_its_own_frame_alone() -> None:
-    """Not on the times by which it is advanced: the accumulator cuts them into its frames."""
+def test_a_stepped_world_depends_on_its_own_step_alone() -> None:
+    """Not on the times by which it is advanced: the accumulator cuts them into its steps."""
     digests = set()
     for play in (frames_of(30.0), frames_of(60.0), frames_of(144.0), at_random):
         world = World(TRIANGLE, solver="stepped")
@@ -128,7 +128,7 @@ def test_a_stepped_world_depends_on_its_own_frame_alone() -> None:
     assert digests == {drop(TRIANGLE, 11, solver="stepped").digest}
 
 
-def test_what_is_seen_of_a_ball_does_not_depend_on_the_frame() -> None:
+def test_what_is_seen_of_a_ball_does_not_depend_on_the_step() -> None:
     """At times that are ticks of both worlds the states are the same to the bit."""
     slow, fast = World(TRIANGLE, dt=1.0 / 32.0), World(TRIANGLE, dt=1.0 / 128.0)
     slow.add(3)
@@ -145,21 +145,21 @@ def test_what_is_seen_of_a_ball_does_not_depend_on_the_frame() -> None:
 def test_adding_balls_changes_nothing_for_the_others(solver: str) -> None:
     alone = World(TRIANGLE, solver=solver)
     alone.add(42)
-    crowded = World(TRIANGLE, solver=solver)
-    crowded.add(42)
+    shared = World(TRIANGLE, solver=solver)
+    shared.add(42)
     rng = np.random.default_rng(2)
     added = 0
     for _ in range(2000):
         if rng.random() < 0.2 and added < 60:
-            crowded.add(int(rng.integers(2**63)))
+            shared.add(int(rng.integers(2**63)))
             added += 1
         alone.step()
-        crowded.step()
+        shared.step()
         if not alone.awake:
             break
-        assert crowded.bodies[0].tobytes() == alone.bodies[0].tobytes()
+        assert shared.bodies[0].tobytes() == alone.bodies[0].tobytes()
     assert added > 30
-    one, other = landings(alone.take_events())[0], landings(crowded.take_events())[0]
+    one, other = landings(alone.take_events())[0], landings(shared.take_events())[0]
     assert one == other
 
 
@@ -195,7 +195,7 @@ def test_bodies_are_the_states_of_the_drops(solver: str) -> None:
 @pytest.mark.parametrize("solver", SOLVERS)
 @given(ticks=st.lists(st.integers(0, 120), min_size=1, max_size=4), first=st.integers(0, 2**32))
 def test_a_restored_world_goes_on_to_the_bit(solver: str, ticks: list[int], first: int) -> None:
-    """Saved and restored at random ticks, with balls of different ages and half a frame left."""
+    """Saved and restored at random ticks, with balls of different ages and half a step left."""
     world = World(TRIANGLE, solver=solver)
     events: list[Any] = []
     twin = World(TRIANGLE, solver=solver)
@@ -236,7 +236,7 @@ def test_a_snapshot_of_another_world_is_refused_by_what_differs() -> None:
 
 @pytest.mark.parametrize("solver", SOLVERS)
 @given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=20))
-def test_alpha_is_the_part_of_a_frame_left_over(solver: str, times: list[float]) -> None:
+def test_alpha_is_the_part_of_a_step_left_over(solver: str, times: list[float]) -> None:
     world = World(Board.preset("triangle-8"), solver=solver)
     world.add(0)
     total = 0.0
@@ -312,7 +312,7 @@ def test_a_ball_that_cannot_land_leaves_the_world_with_a_reason(solver: str) -> 
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_bounced_marks_the_frames_with_a_hit(solver: str) -> None:
+def test_bounced_marks_the_steps_with_a_hit(solver: str) -> None:
     world = World(TRIANGLE, solver=solver)
     world.add(6)
     while world.awake:
