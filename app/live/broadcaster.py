@@ -7,7 +7,7 @@ import msgspec
 from app.live.hub import Client, Hub
 from app.live.replay_buffer import Recent
 from app.protocol import messages
-from app.protocol.wire import Frame
+from app.protocol.wire import WireMessage
 from app.rooms.pending import Requester
 from app.rooms.room import Room
 from app.settings import Settings
@@ -46,10 +46,10 @@ class Broadcaster:
             run=self._recent[room.id].run,
             key=client.key,
         )
-        client.post(Frame.event(messages.encode_event(hello)))
+        client.post(WireMessage.of_text(messages.encode_event(hello)))
         first = room.first_message(client.stream)
         if first is not None:
-            client.show(Frame.picture(first))
+            client.show(WireMessage.of_bytes(first))
 
     def greet_all(self, room: Room) -> None:
         """Everyone who watches a room starts over."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from app.errors import AppError, RoomFullError, SlowClientError
-from app.protocol.wire import Frame
+from app.protocol.wire import WireMessage
 
 
 class Connection(Protocol):
@@ -23,8 +23,8 @@ class Connection(Protocol):
     def write(self, wire: bytes) -> bool:
         """Send these bytes now, or return False when that would only pile them up."""
 
-    async def send(self, frame: Frame) -> None:
-        """Send a frame as soon as there is room for it."""
+    async def send(self, message: WireMessage) -> None:
+        """Send a message as soon as there is room for it."""
 
 
 @dataclass(slots=True)
@@ -45,18 +45,18 @@ class Mailbox:
     """
 
     def __init__(
-        self, max_events: int, max_bytes: int, keyframe: Callable[[], Frame] | None = None
+        self, max_events: int, max_bytes: int, keyframe: Callable[[], WireMessage] | None = None
     ) -> None:
         self.max_events = max_events
         self.max_bytes = max_bytes
         self.replaced = 0  # snapshots that a newer one overtook
         self._keyframe = keyframe
-        self._events: deque[Frame] = deque()
+        self._events: deque[WireMessage] = deque()
         self._size = 0
-        self._snapshot: Frame | None = None
+        self._snapshot: WireMessage | None = None
         self._needs_keyframe = False
 
-    def post(self, event: Frame) -> None:
+    def post(self, event: WireMessage) -> None:
         """Queue an event; raises SlowClientError when the queue is full."""
         if len(self._events) >= self.max_events or self._size + len(event.payload) > self.max_bytes:
             raise SlowClientError(
@@ -65,15 +65,15 @@ class Mailbox:
         self._events.append(event)
         self._size += len(event.payload)
 
-    def show(self, snapshot: Frame) -> None:
+    def show(self, snapshot: WireMessage) -> None:
         """Put a snapshot in the slot; the one that was there is gone."""
         if self._snapshot is not None:
             self.replaced += 1
             self._needs_keyframe = self._keyframe is not None
         self._snapshot = snapshot
 
-    def take(self) -> Frame | None:
-        """The next frame to send: events first, so that a snapshot never runs ahead of them."""
+    def take(self) -> WireMessage | None:
+        """The next message to send: events first, so that a snapshot never runs ahead of them."""
         if self._events:
             event = self._events.popleft()
             self._size -= len(event.payload)
@@ -111,7 +111,7 @@ class Client:
         self._writing: asyncio.Timeout | None = None
         self._failure: AppError | None = None
 
-    def post(self, event: Frame) -> None:
+    def post(self, event: WireMessage) -> None:
         """Send an event, or queue it; a client whose queue is full is on its way out."""
         if self._keeps_up and self._connection.write(event.wire):
             self._count(event)
@@ -123,7 +123,7 @@ class Client:
         self._keeps_up = False
         self._wake.set()
 
-    def show(self, snapshot: Frame) -> None:
+    def show(self, snapshot: WireMessage) -> None:
         """Send a snapshot, or offer it for when there is room."""
         if self._keeps_up and self._connection.write(snapshot.wire):
             self._count(snapshot)
@@ -135,7 +135,7 @@ class Client:
         self._wake.set()
 
     def write(self, wire: bytes) -> bool:
-        """Send several frames in one go, if the client keeps up; else False and nothing is done."""
+        """Send several messages at once if the client keeps up; else False, and nothing is done."""
         return self._keeps_up and self._connection.write(wire)
 
     def fail(self, error: AppError) -> None:
@@ -149,8 +149,8 @@ class Client:
     async def run(self) -> None:
         """Send what waits, for ever; raises SlowClientError when the client does not read."""
         while True:
-            while self._failure is None and (frame := self.mailbox.take()) is not None:
-                await self._write_one(frame)
+            while self._failure is None and (message := self.mailbox.take()) is not None:
+                await self._write_one(message)
             if self._failure is not None:
                 self._traffic.too_slow += isinstance(self._failure, SlowClientError)
                 raise self._failure
@@ -158,22 +158,22 @@ class Client:
             self._wake.clear()
             await self._wake.wait()
 
-    async def _write_one(self, frame: Frame) -> None:
+    async def _write_one(self, message: WireMessage) -> None:
         try:
             async with asyncio.timeout(self._grace) as self._writing:
-                await self._connection.send(frame)
+                await self._connection.send(message)
         except TimeoutError:
             self._failure = self._failure or SlowClientError(
                 f"nothing was read for {self._grace:g} seconds"
             )
         else:
-            self._count(frame)
+            self._count(message)
         finally:
             self._writing = None
 
-    def _count(self, frame: Frame) -> None:
+    def _count(self, message: WireMessage) -> None:
         self._traffic.frames += 1
-        self._traffic.bytes += len(frame.payload)
+        self._traffic.bytes += len(message.payload)
 
 
 class Hub:
@@ -218,38 +218,38 @@ class Hub:
         return list(self._everyone(room_id))
 
     def announce(self, room_id: str, event: bytes, skip: int | None = None) -> None:
-        """Send the same event frame to everyone in the room, all but client `skip`."""
-        frame = Frame.event(event)
+        """Send the same event to everyone in the room, all but client `skip`."""
+        message = WireMessage.of_text(event)
         for client in self._everyone(room_id):
             if client.id != skip:
-                client.post(frame)
+                client.post(message)
 
     def notify(self, room_id: str, client_id: int, event: bytes) -> None:
-        """Send an event frame to one client, if it is still there."""
+        """Send an event to one client, if it is still there."""
         for clients in self._rooms.get(room_id, {}).values():
             if client_id in clients:
-                clients[client_id].post(Frame.event(event))
+                clients[client_id].post(WireMessage.of_text(event))
 
     def publish(
         self, room_id: str, stream: str, events: bytes | None, snapshot: bytes | None
     ) -> None:
         """Send a tick's events and snapshot to all who watch this stream: the same bytes to all."""
-        frames = [Frame.event(events)] if events is not None else []
+        messages = [WireMessage.of_text(events)] if events is not None else []
         if snapshot is not None:
-            frames.append(Frame.picture(snapshot))
-        wire = b"".join(frame.wire for frame in frames)
-        size = sum(len(frame.payload) for frame in frames)
+            messages.append(WireMessage.of_bytes(snapshot))
+        wire = b"".join(message.wire for message in messages)
+        size = sum(len(message.payload) for message in messages)
         written = 0
         for client in self._rooms.get(room_id, {}).get(stream, {}).values():
             if client.write(wire):
                 written += 1
                 continue
-            for frame in frames:
-                if frame.text:
-                    client.post(frame)
+            for message in messages:
+                if message.text:
+                    client.post(message)
                 else:
-                    client.show(frame)
-        self.traffic.frames += written * len(frames)
+                    client.show(message)
+        self.traffic.frames += written * len(messages)
         self.traffic.bytes += written * size
 
     def close(self, room_id: str, error: AppError) -> None:

@@ -20,7 +20,7 @@ from websockets.protocol import State
 
 from app.errors import SettingError
 from app.live.hub import Connection
-from app.protocol.wire import Frame
+from app.protocol.wire import WireMessage
 
 EXTENSION = "plinko.connection"
 
@@ -47,9 +47,9 @@ class DirectConnection:
         transport.write(wire)
         return True
 
-    async def send(self, frame: Frame) -> None:
+    async def send(self, message: WireMessage) -> None:
         """Write the frame once all earlier bytes have left; raises WebSocketDisconnect."""
-        while not self.write(frame.wire):
+        while not self.write(message.wire):
             self._check()
             # With no room at all the transport says at once that it is full, and when it is empty.
             self._connection.transport.set_write_buffer_limits(high=0)
@@ -87,12 +87,12 @@ class PublicConnection:
         """Nothing can be sent without waiting."""
         return False
 
-    async def send(self, frame: Frame) -> None:
+    async def send(self, message: WireMessage) -> None:
         """Send the frame when the server's buffer has room; raises WebSocketDisconnect."""
-        if frame.text:
-            await self._socket.send_text(frame.payload.decode())
+        if message.text:
+            await self._socket.send_text(message.payload.decode())
         else:
-            await self._socket.send_bytes(frame.payload)
+            await self._socket.send_bytes(message.payload)
 
 
 def connection_of(socket: WebSocket) -> Connection:
@@ -155,18 +155,18 @@ def self_test() -> str | None:
     """Whether a frame written directly is what uvicorn would have sent: None, or what is amiss."""
     try:
         for size in (0, 125, 126, 65535, 65536):
-            for frame in (Frame.event(b"x" * size), Frame.picture(b"\0" * size)):
-                public, direct = _both_ways(frame)
+            for whole in (WireMessage.of_text(b"x" * size), WireMessage.of_bytes(b"\0" * size)):
+                public, direct = _both_ways(whole)
                 if public != direct:
-                    kind = "text" if frame.text else "binary"
+                    kind = "text" if whole.text else "binary"
                     return f"a {kind} frame of {size} bytes comes out differently"
     except Exception as error:  # noqa: BLE001 - whatever has changed inside uvicorn
         return f"{type(error).__name__}: {error}"
     return None
 
 
-def _both_ways(frame: Frame) -> tuple[bytes, bytes]:
-    """The bytes of a frame sent through ASGI, and written directly, over one open connection."""
+def _both_ways(message: WireMessage) -> tuple[bytes, bytes]:
+    """The bytes of a message sent through ASGI, and written directly, over one open connection."""
     config = uvicorn.Config(
         lambda: None, interface="asgi3", log_config=None, ws_per_message_deflate=False
     )
@@ -177,14 +177,14 @@ def _both_ways(frame: Frame) -> tuple[bytes, bytes]:
     connection.connection_made(cast(asyncio.Transport, sink))
     connection.handshake_complete = True
     connection.conn.state = State.OPEN
-    message: Any = {"type": "websocket.send"}
-    message |= {"text": frame.payload.decode()} if frame.text else {"bytes": frame.payload}
-    sending = connection.send(message)
+    asked: Any = {"type": "websocket.send"}
+    asked |= {"text": message.payload.decode()} if message.text else {"bytes": message.payload}
+    sending = connection.send(asked)
     try:
         sending.send(None)
         raise RuntimeError("an open connection made the sender wait")
     except StopIteration:
         public, sink.written = sink.written, b""
-    if not (DirectConnection(connection).write(frame.wire) and connection.writable.is_set()):
+    if not (DirectConnection(connection).write(message.wire) and connection.writable.is_set()):
         raise RuntimeError("an open connection took no frame")
     return public, sink.written

@@ -10,7 +10,7 @@ _MEDIUM = 0xFFFF
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class WireMessage:
     """A whole message: its payload, whether it is text, and both as one unmasked frame."""
 
     payload: bytes
@@ -18,12 +18,12 @@ class Frame:
     wire: bytes = field(compare=False, repr=False)
 
     @classmethod
-    def event(cls, payload: bytes) -> "Frame":
+    def of_text(cls, payload: bytes) -> "WireMessage":
         """A text message; `payload` is UTF-8."""
         return cls(payload, True, _header(_TEXT, len(payload)) + payload)
 
     @classmethod
-    def picture(cls, payload: bytes) -> "Frame":
+    def of_bytes(cls, payload: bytes) -> "WireMessage":
         """A binary message."""
         return cls(payload, False, _header(_BINARY, len(payload)) + payload)
 

@@ -4,6 +4,7 @@ The state is the engine's World and what is counted beside it.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 import msgspec
@@ -17,7 +18,6 @@ from app.rooms.room import QUIET, Room, decode_checkpoint
 from app.rooms.stakes import payout_of
 from engine import Board, World
 from engine.drops.drop import start_of
-from engine.seeding import parse_seed
 from engine.world.events import Contact, Landing
 from engine.world.world import Ball
 
@@ -87,18 +87,21 @@ class IndependentRoom(Room):
         """
         if self.world.count + len(self.planned) >= self.max_balls:
             raise BallLimitError(f"room {self.id!r} already holds {self.max_balls} balls")
-        start_of(self.board, parse_seed(command.seed), command.x)
-        return self._plan(command, lead, requester)
+        return self._plan(self._placed(command), lead, requester)
+
+    def _placed(self, command: DropCommand) -> DropCommand:
+        return replace(command, start=start_of(self.board, command.seed, command.x))
 
     def replay(self, entry: Mapping[str, Any]) -> None:
         """Take a drop that a room has taken before; its tick is now."""
-        command = self.format.command(entry)
+        command = self._placed(self.format.command(entry))
         self._carry_out(PendingInput(self.taken, self.world.tick, command))
 
     def _carry_out(self, pending: PendingInput[DropCommand]) -> Entered:
         self._check_turn(pending)
         command = pending.command
-        number = self.world.add(command.seed, x=command.x)
+        assert command.start is not None
+        number = self.world.add_at(command.start, command.seed)
         if number != pending.number:
             raise RuntimeError(f"{pending} entered as ball {number}")
         ball = self.world.balls[-1]

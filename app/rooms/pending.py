@@ -12,13 +12,15 @@ Command = TypeVar("Command")
 class DropCommand:
     """Put a ball in: 0 <= seed < 2^64, and `x` in metres where the player chose the start.
 
-    `stake` is in minor units, `who` a mark of the player's own.
+    `stake` is in minor units, `who` a mark of the player's own. `start`: where that is, in metres,
+    once a room has found seed and x valid.
     """
 
     seed: int
     x: float | None = None
     stake: int = 0
     who: str | None = None
+    start: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from app.protocol import messages
-from app.protocol.wire import Frame
+from app.protocol.wire import WireMessage
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
 from benchmarks.harness.report import Section, Table
@@ -58,8 +58,8 @@ def _both(board: Board, balls: int) -> dict[str, float]:
         events = room.step(watched=True)
         told = [event for event in events if not isinstance(event, messages.Contact)]
         pieces = room.segments()
-        size["snapshots"] += len(Frame.picture(room.snapshot()).wire)
-        size["segments"] += len(Frame.picture(pieces).wire) if pieces is not None else 0
+        size["snapshots"] += len(WireMessage.of_bytes(room.snapshot()).wire)
+        size["segments"] += len(WireMessage.of_bytes(pieces).wire) if pieces is not None else 0
         size["all_snapshots"] += _events(events)
         size["all_segments"] += _events(told)
     size["all_snapshots"] += size["snapshots"]
@@ -68,4 +68,4 @@ def _both(board: Board, balls: int) -> dict[str, float]:
 
 
 def _events(events: "Sequence[messages.Event]") -> int:
-    return len(Frame.event(messages.encode_events(list(events))).wire) if events else 0
+    return len(WireMessage.of_text(messages.encode_events(list(events))).wire) if events else 0

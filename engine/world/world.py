@@ -139,7 +139,11 @@ class World:
         if seed is None and x is None:
             raise ParameterError("a ball needs a seed or an explicit x", field="seed")
         chosen = None if seed is None else parse_seed(seed)
-        ball = Ball(self._next_id, chosen, start_of(self.board, chosen, x), self.tick)
+        return self.add_at(start_of(self.board, chosen, x), chosen)
+
+    def add_at(self, start: float, seed: int | None) -> int:
+        """`add` of a parsed `seed` with its `start` in m, which `drop.start_of` has found valid."""
+        ball = Ball(self._next_id, seed, start, self.tick)
         self._ball_set.add(ball.x)
         self._next_id += 1
         self._balls.append(ball)

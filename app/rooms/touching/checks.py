@@ -17,7 +17,6 @@ from app.rooms.touching.scene import Scene
 from app.rooms.touching.world import TouchingWorld
 from engine import Board
 from engine.drops.drop import start_of
-from engine.seeding import parse_seed
 
 BALL_NAMES: Final = ("density", "restitution", "friction")
 
@@ -58,7 +57,7 @@ class InputCheck:
                 f"stake {command.stake}: nothing is staked where others may knock the ball",
                 field="stake",
             )
-        start_of(self.ground, parse_seed(command.seed), command.x)
+        start_of(self.ground, command.seed, command.x)
         self._check_place()
         return inputs.Drop(seed=str(command.seed), x=command.x)
 

@@ -6,8 +6,9 @@ from typing import Annotated
 from fastapi import Depends, Query
 
 from app.web.routes.common import Server, check_step
-from engine import Board, Drop, drop
-from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
+from engine import Board, Drop
+from engine.drops.drop import make_drop
+from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
 from engine.seeding import parse_seed
 
 X = Annotated[float | None, Query(description="Explicit start in metres; else the seed decides.")]
@@ -23,15 +24,11 @@ class Ask:
     board: Board
     seed: int
     x: float | None
-    solver: str
-    dt: float
-    substeps: int
+    solver: Solver
 
     def drop(self) -> Drop:
-        """Compute it; raises the engine's errors."""
-        return drop(
-            self.board, self.seed, x=self.x, solver=self.solver, dt=self.dt, substeps=self.substeps
-        )
+        """Compute it; raises ParameterError for a start outside of the drop zone."""
+        return make_drop(self.board, self.seed, self.x, self.solver)
 
 
 async def asked(
@@ -45,7 +42,8 @@ async def asked(
 ) -> Ask:
     """The drop of a request; raises the errors of what cannot be found or computed."""
     check_step(server, solver, dt, substeps)
-    return Ask(server.boards.find(board), parse_seed(seed), x, solver, dt, substeps)
+    found, number = server.boards.find(board), parse_seed(seed)
+    return Ask(found, number, x, make_solver(solver, dt, substeps))
 
 
 Asked = Annotated[Ask, Depends(asked)]

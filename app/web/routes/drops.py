@@ -26,7 +26,7 @@ from app.web.routes.common import (
 )
 from app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
 from engine import Drop, verify
-from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
+from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, make_solver
 
 router = APIRouter(prefix="/api/v1", tags=["drops"])
 
@@ -54,9 +54,7 @@ async def post_drop(request: Request, server: Server) -> Response:
         await resolve_board(server, body.board),
         secrets.randbits(64) if seed is None else seed,
         parse_x(body.x),
-        body.solver,
-        body.dt,
-        body.substeps,
+        make_solver(body.solver, body.dt, body.substeps),
     )
     record = await server.workers.run(lambda: ask.drop().record(certainty=body.certainty))
     return reply(record, headers={"etag": f'"{record["digest"]}"'})

@@ -31,6 +31,7 @@ MAX_SECONDS = 10.0
 @router.post(
     "/simulate",
     summary="Compute many drops",
+    operation_id="posttally_of_api_v1_simulate_post",  # as generated clients know it
     responses=documented(Simulation, 400, 404, 413, 422, 503),
     openapi_extra=body_of(SimulationRequest, {"board": "triangle-16", "drops": 100, "seed": "0"}),
 )

@@ -27,7 +27,7 @@ from app.live.hub import Client, Mailbox
 from app.live.transport import connection_of, sever
 from app.protocol import client_messages, messages
 from app.protocol.touching_messages import ClaimMessage, WatchMessage
-from app.protocol.wire import Frame
+from app.protocol.wire import WireMessage
 from app.rooms.room import Room
 from app.rooms.stakes import parse_stake, parse_who
 from app.web.limits import TokenBucket, spend
@@ -142,11 +142,11 @@ class RoomClient:
             except (AppError, EngineError) as error:
                 self._answer(error, client_messages.peek(data, "ref") if data else None)
 
-    def _keyframe(self, stream: str) -> Callable[[], Frame] | None:
+    def _keyframe(self, stream: str) -> Callable[[], WireMessage] | None:
         """Pieces of paths add up: one message makes good those that could not be sent."""
         if self.room.stream_of(stream) == messages.SNAPSHOTS:
             return None
-        return lambda: Frame.picture(self.room.keyframe())
+        return lambda: WireMessage.of_bytes(self.room.keyframe())
 
     def _limit_messages(self) -> None:
         """Raise MessageFloodError when messages come too fast."""
@@ -214,4 +214,4 @@ class RoomClient:
         self._tell(_event(error, ref))
 
     def _tell(self, event: messages.Event) -> None:
-        self.client.post(Frame.event(messages.encode_event(event)))
+        self.client.post(WireMessage.of_text(messages.encode_event(event)))

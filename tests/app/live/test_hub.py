@@ -8,15 +8,15 @@ from hypothesis import strategies as st
 
 from app.errors import AppError, RoomFullError, SlowClientError
 from app.live.hub import Client, Hub, Mailbox, Traffic
-from app.protocol.wire import Frame
+from app.protocol.wire import WireMessage
 
 
-def event(text: str) -> Frame:
-    return Frame.event(text.encode())
+def event(text: str) -> WireMessage:
+    return WireMessage.of_text(text.encode())
 
 
-def snapshot(tick: int) -> Frame:
-    return Frame.picture(b"%d" % tick)
+def snapshot(tick: int) -> WireMessage:
+    return WireMessage.of_bytes(b"%d" % tick)
 
 
 def test_a_newer_snapshot_takes_the_place_of_the_older() -> None:
@@ -53,8 +53,8 @@ def test_a_mailbox_never_holds_more_than_its_bounds(
     acts: list[str], most: int, most_bytes: int
 ) -> None:
     mailbox = Mailbox(most, most_bytes)
-    waiting: list[Frame] = []
-    latest: Frame | None = None
+    waiting: list[WireMessage] = []
+    latest: WireMessage | None = None
     for count, act in enumerate(acts):
         if act == "post":
             new = event(f"event {count}")
@@ -80,7 +80,7 @@ class Wire:
 
     def __init__(self, *, direct: bool, blocked: bool = False) -> None:
         self.direct = direct
-        self.frames: list[Frame] = []
+        self.frames: list[WireMessage] = []
         self.open = asyncio.Event()
         if not blocked:
             self.open.set()
@@ -91,19 +91,19 @@ class Wire:
         self.frames += unframed(wire)
         return True
 
-    async def send(self, frame: Frame) -> None:
+    async def send(self, frame: WireMessage) -> None:
         await self.open.wait()
         self.frames.append(frame)
 
 
-def unframed(wire: bytes) -> list[Frame]:
+def unframed(wire: bytes) -> list[WireMessage]:
     """Short frames on a wire, one by one."""
     frames = []
     while wire:
         size = wire[1]
         assert size <= 125
         payload, text = wire[2 : 2 + size], wire[0] == 0x81
-        frames.append(Frame.event(payload) if text else Frame.picture(payload))
+        frames.append(WireMessage.of_text(payload) if text else WireMessage.of_bytes(payload))
         wire = wire[2 + size :]
     return frames
 
@@ -209,7 +209,7 @@ async def test_a_ticks_events_and_snapshot_go_together_and_are_counted(direct: b
     hub.publish("r", "a", b"told", b"shown")
     hub.publish("r", "b", b"other", None)
     await turns()
-    both = [event("told"), Frame.picture(b"shown")]
+    both = [event("told"), WireMessage.of_bytes(b"shown")]
     assert [each.frames for each in connections] == [both, both, [event("other")]]
     assert hub.traffic == Traffic(frames=5, bytes=2 * 9 + 5)
     assert (hub.count("r"), hub.count("r", "a"), hub.count("r", "b"), hub.total) == (3, 2, 1, 3)

@@ -9,7 +9,7 @@ import pytest
 from app.errors import AppError
 from app.live.hub import Client, Hub, Mailbox
 from app.live.registry import Rooms
-from app.protocol.wire import Frame
+from app.protocol.wire import WireMessage
 from app.rooms.boards import Boards
 from app.settings import Settings
 from engine import Board, World, drop
@@ -31,13 +31,13 @@ class Watcher:
     """A client that keeps what it is sent."""
 
     def __init__(self) -> None:
-        self.frames: list[Frame] = []
+        self.frames: list[WireMessage] = []
         self.client = Client(0, self, Mailbox(256, 1 << 20), 60.0)
 
     def write(self, wire: bytes) -> bool:
         return False
 
-    async def send(self, frame: Frame) -> None:
+    async def send(self, frame: WireMessage) -> None:
         self.frames.append(frame)
 
 

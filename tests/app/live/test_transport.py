@@ -11,7 +11,7 @@ from websockets.frames import Opcode
 
 from app.errors import SettingError
 from app.live import transport
-from app.protocol.wire import Frame
+from app.protocol.wire import WireMessage
 from engine import Board, drop
 from tests.app.conftest import playing, serving
 
@@ -19,8 +19,8 @@ from tests.app.conftest import playing, serving
 @given(st.binary(max_size=300) | st.sampled_from([bytes(65535), bytes(65536)]))
 def test_a_frame_is_what_the_websockets_library_makes_of_it(payload: bytes) -> None:
     for frame, opcode in (
-        (Frame.event(payload), Opcode.TEXT),
-        (Frame.picture(payload), Opcode.BINARY),
+        (WireMessage.of_text(payload), Opcode.TEXT),
+        (WireMessage.of_bytes(payload), Opcode.BINARY),
     ):
         assert frame.wire == ReferenceFrame(opcode, payload).serialize(mask=False)
 
