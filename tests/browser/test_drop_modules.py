@@ -75,7 +75,7 @@ def test_the_page_flies_to_the_last_bit_as_the_engine_does(run: Run) -> None:
             kinds = done.impacts["kind"].tolist()
             events = [0.0, *done.impacts["t"].tolist()]
             times = sorted(rng.uniform(0, done.duration) for _ in range(200))
-            seen = run("motion.js", _STATES, given(done, 240.0, times))
+            seen = run("model/motion/drop.js", _STATES, given(done, 240.0, times))
             for time, mine, true in zip(times, seen, done.states(times).tolist(), strict=True):
                 piece = sum(t <= time for t in events) - 1
                 rides = piece > 0 and kinds[piece - 1] in (2, 3)
@@ -93,7 +93,7 @@ def test_the_page_flies_to_the_last_bit_as_the_engine_does(run: Run) -> None:
 def test_the_stepped_solver_is_shown_as_it_steps(run: Run) -> None:
     done = drop(Board.preset("triangle-12"), 5, solver="stepped", dt=1 / 60, substeps=4)
     times = [k * done.duration / 300 for k in range(300)]
-    seen = run("motion.js", _STATES, given(done, 240.0, times))
+    seen = run("model/motion/drop.js", _STATES, given(done, 240.0, times))
     for mine, true in zip(seen, done.states(times).tolist(), strict=True):
         assert math.dist(mine[1:3], true[1:3]) < 1e-9
 
@@ -104,13 +104,13 @@ def test_drops_are_sampled_only_where_the_page_cannot_compute(
 ) -> None:
     drops = (drop(Board.preset("triangle-8"), seed, solver=solver) for seed in range(100))
     record = next(d for d in drops if KIND_CONTACT_BEGIN not in d.impacts["kind"]).record()
-    needed = run("motion.js", "({ framesNeeded }, record) => framesNeeded(record)", record)
+    needed = run("model/motion/drop.js", "({ framesNeeded }, record) => framesNeeded(record)", record)
     assert needed == pytest.approx(fps)
 
 
 _IMPACTS = """
 async ({ impactOf, energyOf }, { board, record, sampled }) => {
-  const { Motion } = await import("/js/motion.js");
+  const { Motion } = await import("/js/model/motion/drop.js");
   const { events } = new Motion(board, record, sampled);
   return events.map((event) => ({ ...impactOf(board, event), ...event,
     kinetic: energyOf(board, event.before).total - energyOf(board, event.after).total }));
@@ -124,7 +124,7 @@ def test_impulses_obey_the_laws_of_impact(run: Run) -> None:
     for board in boards():
         for seed in range(3):
             ball = board.ball
-            for impact in run("impact.js", _IMPACTS, given(drop(board, seed), 240.0, [])):
+            for impact in run("model/impact.js", _IMPACTS, given(drop(board, seed), 240.0, [])):
                 if impact["kind"] > 1:
                     continue
                 other = board.peg_material if impact["kind"] == 0 else board.wall_material
@@ -151,7 +151,7 @@ def test_impulses_obey_the_laws_of_impact(run: Run) -> None:
 
 def test_events_are_told_in_words(run: Run) -> None:
     told = run(
-        "impact.js",
+        "model/impact.js",
         "({ describe }, list) => list.map(([kind, index]) => describe(kind, index))",
         [[0, 12], [1, 3], [2, 4], [2, -1], [4, -3], [5, 6]],
     )
@@ -161,15 +161,15 @@ def test_events_are_told_in_words(run: Run) -> None:
 
 def test_the_next_double_is_the_next_double(run: Run) -> None:
     values = [0.0, 0.1, -0.1, 1.0, -1.0, 5e-324, -5e-324, 1 - 2**-53, 123456.789, -(2.0**40)]
-    ups = run("doubles.js", "({ nextUp }, list) => list.map(nextUp)", values)
-    downs = run("doubles.js", "({ nextDown }, list) => list.map(nextDown)", values)
+    ups = run("util/doubles.js", "({ nextUp }, list) => list.map(nextUp)", values)
+    downs = run("util/doubles.js", "({ nextDown }, list) => list.map(nextDown)", values)
     assert ups == [math.nextafter(value, math.inf) for value in values]
     assert downs == [math.nextafter(value, -math.inf) for value in values]
 
 
 _PARTING = """
 async ({ parting, distancesAtHits, growthPerHit, distances }, { one, two, limit }) => {
-  const { Motion } = await import("/js/motion.js");
+  const { Motion } = await import("/js/model/motion/drop.js");
   const [a, b] = [one, two].map(({ board, record, sampled }) => new Motion(board, record, sampled));
   return { parted: parting(a, b, limit), hits: distancesAtHits(a, b),
     growth: growthPerHit(a, b, limit), rows: distances(a, b) };
@@ -183,7 +183,7 @@ def test_two_drops_part_when_the_engine_says_so(run: Run) -> None:
     two = drop(board, x=0.1 + 1e-9)
     limit = board.ball.radius
     asked = {"one": given(one, 240, []), "two": given(two, 240, []), "limit": limit}
-    said = run("divergence.js", _PARTING, asked)
+    said = run("compare/divergence.js", _PARTING, asked)
 
     def apart(t: float) -> float:
         (a,), (b,) = one.states([t]), two.states([t])
@@ -205,7 +205,7 @@ def test_two_drops_part_when_the_engine_says_so(run: Run) -> None:
 
 def test_the_same_drop_never_parts(run: Run) -> None:
     same = given(drop(Board.preset("triangle-8"), 3), 240, [])
-    said = run("divergence.js", _PARTING, {"one": same, "two": same, "limit": 0.01})
+    said = run("compare/divergence.js", _PARTING, {"one": same, "two": same, "limit": 0.01})
     assert said["parted"] is None
     assert said["growth"] is None
     assert {row["distance"] for row in said["rows"]} == {0}
@@ -215,7 +215,7 @@ def test_a_board_survives_a_link(run: Run) -> None:
     for board in boards():
         sent = {**board.to_dict(), "name": "Brett “ß” 木"}
         packed, back = run(
-            "board-link.js",
+            "net/board-link.js",
             """async ({ packBoard, unpackBoard, boardInHash }, board) => {
               const packed = await packBoard(board);
               return [packed, await unpackBoard(boardInHash(`#board=${packed}`))];
@@ -230,13 +230,13 @@ def test_a_board_survives_a_link(run: Run) -> None:
 @pytest.mark.parametrize("text", ["", "!!", "AAAA", "7cExAQ", "x" * 5000])
 def test_a_broken_link_says_so(run: Run, text: str) -> None:
     with pytest.raises(Error, match="cannot be read"):
-        run("board-link.js", "({ unpackBoard }, text) => unpackBoard(text)", text)
+        run("net/board-link.js", "({ unpackBoard }, text) => unpackBoard(text)", text)
 
 
 def test_a_link_that_unpacks_to_gigabytes_is_given_up(run: Run) -> None:
     with pytest.raises(Error, match="cannot be read"):
         run(
-            "board-link.js",
+            "net/board-link.js",
             """async ({ packBoard, unpackBoard }) =>
               unpackBoard(await packBoard({ name: "0".repeat(5_000_000) }))""",
         )
@@ -245,7 +245,7 @@ def test_a_link_that_unpacks_to_gigabytes_is_given_up(run: Run) -> None:
 def test_an_address_keeps_every_digit(run: Run) -> None:
     query = "board=triangle-8&seed=18446744073709551615&x=0.1000000000000000055&solver=stepped"
     links = run(
-        "drop-link.js",
+        "net/drop-address.js",
         """({ readDrop, dropPath, replayLink }, query) => {
           const drop = readDrop(new URLSearchParams(query));
           return [dropPath(drop, "/frames", { fps: "5" }), replayLink(drop)];
@@ -260,7 +260,7 @@ def test_an_address_keeps_every_digit(run: Run) -> None:
 
 def test_axes_have_round_marks(run: Run) -> None:
     said = run(
-        "scale.js",
+        "util/scale.js",
         """({ ticks, powerTicks, powerText, figure, prefixed }) => [
           ticks(0, 5.64, 6), ticks(0, 0.004, 3), powerTicks(1e-18, 5, 8).map(powerText),
           [0, 1.23456, -0.0000123, 123456, -42].map(figure), prefixed(0.0032, "J"),

@@ -14,7 +14,7 @@ from tests.browser.conftest import Run
 @pytest.fixture
 def draft(run: Run) -> Run:
     """Calls a JavaScript function with the module draft.js and an argument."""
-    return partial(run, "draft.js")
+    return partial(run, "editor/draft.js")
 
 
 BOARD = Board.preset("triangle-8").to_dict()
@@ -182,7 +182,7 @@ def test_a_refusal_names_what_it_is_about(
 
 def test_undo_and_redo_go_back_and_forth_and_a_change_ends_the_future(run: Run) -> None:
     seen = run(
-        "edit-history.js",
+        "editor/history.js",
         """({ EditHistory }) => {
           const history = new EditHistory("a");
           const seen = [history.undo(), history.redo()];

@@ -26,7 +26,7 @@ def golden(name: str) -> Any:
 def test_golden_snapshots_decode_to_the_last_bit(run: Run) -> None:
     for example in golden("snapshots.json")["snapshots"]:
         decoded = run(
-            "protocol.js",
+            "net/protocol.js",
             """({ decodeSnapshot }, { hex, extent, velocity_scale }) => {
               const bytes = Uint8Array.from(hex.match(/../g), (pair) => parseInt(pair, 16));
               const scale = { extent, velocityScale: velocity_scale };
@@ -65,7 +65,7 @@ def test_golden_snapshots_decode_to_the_last_bit(run: Run) -> None:
 )
 def test_bytes_that_are_no_snapshot_are_refused_by_name(run: Run, hex_: str, named: str) -> None:
     message = run(
-        "protocol.js",
+        "net/protocol.js",
         """({ decodeSnapshot, ProtocolError }, hex) => {
           const bytes = Uint8Array.from(hex.match(/../g), (pair) => parseInt(pair, 16));
           const extent = { x_min: 0, x_max: 1, y_min: 0, y_max: 1 };
@@ -82,14 +82,14 @@ def test_golden_events_decode_one_at_a_time_and_as_the_array_of_a_tick(run: Run)
     texts = [example["text"] for example in examples]
     whole = f"[{','.join(texts)}]"
     read = "({ decodeEvents }, text) => decodeEvents(text)"
-    assert [run("protocol.js", read, text)[0] for text in texts] == [e["value"] for e in examples]
-    assert run("protocol.js", read, whole) == [e["value"] for e in examples]
+    assert [run("net/protocol.js", read, text)[0] for text in texts] == [e["value"] for e in examples]
+    assert run("net/protocol.js", read, whole) == [e["value"] for e in examples]
 
 
 @pytest.mark.parametrize("text", ["", "{", "3", "null", "[null]", '{"type":"hello","protocol":2}'])
 def test_text_that_is_no_event_is_refused(run: Run, text: str) -> None:
     with pytest.raises(Error, match=r"event|protocol 2"):
-        run("protocol.js", "({ decodeEvents }, text) => decodeEvents(text)", text)
+        run("net/protocol.js", "({ decodeEvents }, text) => decodeEvents(text)", text)
 
 
 # Motion between snapshots.
@@ -109,7 +109,7 @@ def flight(state: dict[str, Any], t: float) -> tuple[float, float, float, float]
 
 def drawn(run: Run, cases: list[Any], drag: float = 0.0) -> list[list[list[float]]]:
     result: list[list[list[float]]] = run(
-        "interpolate.js",
+        "model/motion/interpolate.js",
         """({ poseBetween }, { cases, law }) => cases.map(([a, b, times]) =>
           times.map((t) => { const { x, y } = poseBetween(a, b, t, law); return [x, y]; }))""",
         {"cases": cases, "law": {"gravity": G, "drag": drag}},
@@ -207,8 +207,8 @@ def test_a_contact_told_late_bends_the_path_as_one_told_in_time(run: Run) -> Non
     contact = knot(corner_t, x, y, 0.0, 0.0, vIn=False, vOut=False)
     law = {"gravity": G, "drag": 0.0}
     times = [1.0 + TICK * step / 20 for step in range(21)]
-    in_time = run("path.js", _PATH, {"knots": [a, contact, b], "times": times, "law": law})
-    late = run("path.js", _PATH, {"knots": [a, b, contact], "times": times, "law": law})
+    in_time = run("model/motion/path.js", _PATH, {"knots": [a, contact, b], "times": times, "law": law})
+    late = run("model/motion/path.js", _PATH, {"knots": [a, b, contact], "times": times, "law": law})
     assert in_time == late
     for (px, py, angle), t in zip(in_time, times, strict=True):
         assert (px, py) == pytest.approx(flight(a if t <= corner_t else after, t)[:2], abs=1e-9)
@@ -219,7 +219,7 @@ def test_a_contact_told_late_bends_the_path_as_one_told_in_time(run: Run) -> Non
 def test_without_news_a_ball_flies_on_a_little_and_then_waits(run: Run) -> None:
     a = knot(1.0, 0.0, 0.0, 1.0, 1.0)
     law = {"gravity": G, "drag": 0.0}
-    places = run("path.js", _PATH, {"knots": [a], "times": [1.03, 2.0, 3.0], "law": law})
+    places = run("model/motion/path.js", _PATH, {"knots": [a], "times": [1.03, 2.0, 3.0], "law": law})
     assert places[0][:2] == pytest.approx(flight(a, 1.03)[:2])
     assert places[1] == places[2]
 
@@ -243,7 +243,7 @@ _CLOCK = """({ TickClock }, { stamps, frames, restarts }) => {
 
 def shown_ticks(run: Run, stamps: Any, frames: Any, restarts: Any = ()) -> list[float]:
     argument = {"stamps": stamps, "frames": frames, "restarts": list(restarts)}
-    ticks: list[float] = run("clock.js", _CLOCK, argument)
+    ticks: list[float] = run("net/tick-clock.js", _CLOCK, argument)
     return ticks
 
 
@@ -285,10 +285,10 @@ def test_a_room_that_slept_is_shown_at_its_own_tick_again(run: Run) -> None:
 
 def test_the_expected_histogram_is_the_binomial(run: Run) -> None:
     for rows in (8, 16):
-        chances = run("expected.js", "({ binomial }, rows) => binomial(rows)", rows)
+        chances = run("instruments/binomial.js", "({ binomial }, rows) => binomial(rows)", rows)
         assert chances == [math.comb(rows, k) / 2**rows for k in range(rows + 1)]
-    assert run("expected.js", "({ expectedOf }) => expectedOf('classic', 9)") is None
-    named = run("expected.js", "({ expectedOf }) => expectedOf('triangle-8-high', 9)")
+    assert run("instruments/binomial.js", "({ expectedOf }) => expectedOf('classic', 9)") is None
+    named = run("instruments/binomial.js", "({ expectedOf }) => expectedOf('triangle-8-high', 9)")
     assert "binomial" in named["label"]
 
 
@@ -296,18 +296,18 @@ def test_a_start_is_kept_inside_what_the_board_allows(run: Run) -> None:
     board = {"drop": {"x": 0.0, "jitter": 0.30870588235294116}}
     allowed = "({ allowedStart }, [board, slots, x]) => allowedStart(board, slots, x)"
     for x in (-5.0, -0.3087059, 0.30870588235294116, 0.31, 5.0):
-        assert abs(run("geometry.js", allowed, [board, [], x])) <= board["drop"]["jitter"]
-    assert run("geometry.js", allowed, [board, [], 0.12345]) == 0.1234
+        assert abs(run("paint/geometry.js", allowed, [board, [], x])) <= board["drop"]["jitter"]
+    assert run("paint/geometry.js", allowed, [board, [], 0.12345]) == 0.1234
     board = {"drop": {"x": 0.0, "jitter": 0.1, "reach": 0.5}}
-    assert run("geometry.js", allowed, [board, [], 5.0]) == 0.5
-    assert run("geometry.js", allowed, [board, [-1.5, 0.25, 1.5], 0.8]) == 0.25
+    assert run("paint/geometry.js", allowed, [board, [], 5.0]) == 0.5
+    assert run("paint/geometry.js", allowed, [board, [-1.5, 0.25, 1.5], 0.8]) == 0.25
 
 
 def test_a_score_takes_the_colour_of_its_step(run: Run) -> None:
     theme = json.loads((ROOT / "static" / "theme.json").read_text())
     pick = "({ payoutColour }, [steps, score]) => payoutColour(steps, score).from"
     for score, step in [(0, 0), (0.3, 0), (0.5, 0.45), (1, 1), (1.4, 1), (110, 80), (1000, 80)]:
-        assert run("theme.js", pick, [theme["payout"], score]) == step
+        assert run("paint/theme.js", pick, [theme["payout"], score]) == step
     assert theme["light"].keys() == theme["dark"].keys()
 
 

@@ -24,8 +24,8 @@ TICK = 1.0 / 60.0  # s
 # One ball as a room tells of it: snapshots and contacts that arrive late and unevenly, frames of a
 # display in between. Gives the table time and the place of each frame, and what is kept at most.
 _PLAY = """async ({ Table }, { hello, accepted, stamps, frames, rate, scale }) => {
-  const { TickClock } = await import("/js/clock.js");
-  const { decodeSegments } = await import("/js/segments.js");
+  const { TickClock } = await import("/js/net/tick-clock.js");
+  const { decodeSegments } = await import("/js/net/segments.js");
   const table = new Table(hello);
   const clock = new TickClock({ rate });
   table.accept(accepted, true);
@@ -149,7 +149,7 @@ def test_every_display_shows_the_true_place_and_no_bounce_is_cut_short(
         given, fall = tell(board, seed, jitter=4.0)
         end = given["stamps"][-1]["at"] + 300
         frames = np.arange(200.0, end, 1000 / hertz).tolist()
-        played = run("table.js", _PLAY, {**given, "frames": frames})
+        played = run("model/table/table.js", _PLAY, {**given, "frames": frames})
         shown = [row for row in played["shown"] if 0.0 < row[0] < fall.duration]
         times = np.array([row[0] for row in shown])
         assert len(times) > 0.8 * hertz * fall.duration
@@ -169,7 +169,7 @@ def test_pieces_are_drawn_as_exact_curves(run: Run, name: str, seed: int) -> Non
     """Nothing is smoothed and no slow touch is left out, as in snapshots."""
     given, fall = told_in_pieces(Board.preset(name), seed, jitter=4.0)
     end = given["stamps"][-1]["at"] + 300
-    played = run("table.js", _PLAY, {**given, "frames": np.arange(200.0, end, 1000 / 97).tolist()})
+    played = run("model/table/table.js", _PLAY, {**given, "frames": np.arange(200.0, end, 1000 / 97).tolist()})
     shown = np.array([row for row in played["shown"] if 0.0 < row[0] < fall.duration])
     true = fall.states(shown[:, 0])
     off = np.hypot(shown[:, 1] - true["x"], shown[:, 2] - true["y"])
@@ -179,9 +179,9 @@ def test_pieces_are_drawn_as_exact_curves(run: Run, name: str, seed: int) -> Non
 def test_a_ball_that_lies_on_a_peg_is_drawn_at_rest_until_its_next_piece(run: Run) -> None:
     """No bounce is guessed where gravity moves nothing, nor a flight in the last part of a tick."""
     heights = run(
-        "piece-feed.js",
+        "model/table/segment-feed.js",
         """async ({ PieceFeed }, board) => {
-          const { Path } = await import("/js/path.js");
+          const { Path } = await import("/js/model/motion/path.js");
           const path = new Path(board);
           const feed = new PieceFeed(path, board, { stop: () => false }, 60);
           const piece = { kind: 2, index: 0, t: 0, x: 0, y: 1, vx: 0, vy: 0, angle: 0, spin: 0 };
@@ -204,7 +204,7 @@ def test_a_ball_whose_next_piece_is_late_waits_at_the_peg_and_then_goes_on(run: 
     for index in late:
         stamps[index]["at"] = resumed
     frames = np.arange(200.0, stamps[-1]["at"] + 300, 1000 / 60).tolist()
-    shown = np.array(run("table.js", _PLAY, {**given, "frames": frames})["shown"])
+    shown = np.array(run("model/table/table.js", _PLAY, {**given, "frames": frames})["shown"])
     pegs = np.array([(peg.x, peg.y) for peg in board.pegs])
     reach = board.pegs[0].radius + board.ball.radius
     apart = np.hypot(shown[:, None, 1] - pegs[:, 0], shown[:, None, 2] - pegs[:, 1]).min(axis=1)
@@ -225,7 +225,7 @@ def test_a_ball_waits_for_its_landing_at_the_bins(run: Run) -> None:
     assert "landed" in last
     last["at"] += 400
     frames = np.arange(200.0, last["at"], 1000 / 60).tolist()
-    shown = np.array(run("table.js", _PLAY, {**given, "frames": frames})["shown"])
+    shown = np.array(run("model/table/table.js", _PLAY, {**given, "frames": frames})["shown"])
     assert shown[-1, 0] > fall.duration + 0.2
     assert board.bins.y - 0.2 < shown[-1, 2] < board.bins.y
 
@@ -260,14 +260,14 @@ def test_a_ball_keeps_half_a_second_of_its_path_however_long_it_falls(run: Run) 
     moon.update(gravity=0.4, name="slow")
     given, fall = told(Board.from_json(moon), 5, jitter=4.0)
     frames = np.arange(200.0, given["stamps"][-1]["at"], 1000 / 60).tolist()
-    played = run("table.js", _PLAY, {**given, "frames": frames})
+    played = run("model/table/table.js", _PLAY, {**given, "frames": frames})
     assert fall.duration > 8
     assert played["kept"] < 90
 
 
 def test_a_table_that_nobody_draws_keeps_a_bounded_path(run: Run) -> None:
     kept = run(
-        "path.js",
+        "model/motion/path.js",
         """({ Path }) => {
           const path = new Path({ gravity: 9.81, drag: 0 }, 600);
           for (let i = 0; i < 5000; i += 1) {
@@ -295,7 +295,7 @@ def test_what_a_path_forgets_does_not_move_what_it_keeps(run: Run) -> None:
     ]
     times = [0.51 + step / 200 for step in range(90)]
     before, after, stretches = run(
-        "path.js",
+        "model/motion/path.js",
         """({ Path }, { knots, times }) => {
           const path = new Path({ gravity: 9.81, drag: 0.5 });
           for (const knot of knots) path.add(knot);
@@ -315,7 +315,7 @@ def test_what_a_path_forgets_does_not_move_what_it_keeps(run: Run) -> None:
 
 def test_a_whole_path_is_kept_in_bounded_memory_with_its_corners(run: Run) -> None:
     points = run(
-        "trace.js",
+        "model/motion/trace.js",
         """({ Trace }) => {
           const trace = new Trace();
           const law = { gravity: 0, drag: 0 };
@@ -333,7 +333,7 @@ def test_a_whole_path_is_kept_in_bounded_memory_with_its_corners(run: Run) -> No
 
 def test_ghost_trails_weigh_time_and_have_a_fixed_size(run: Run) -> None:
     found = run(
-        "density.js",
+        "play/density.js",
         """({ Density }) => {
           const field = { left: -4, right: 4, top: 0, bottom: 6 };
           const density = new Density(field);

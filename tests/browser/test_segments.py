@@ -25,7 +25,7 @@ DECODE = """({ decodeSegments }, { hex, scale }) => {
 @pytest.fixture
 def segments_js(run: Run) -> Run:
     """Calls a JavaScript function with the module segments.js and an argument."""
-    return partial(run, "segments.js")
+    return partial(run, "net/segments.js")
 
 
 def as_page(piece: dict[str, Any]) -> dict[str, Any]:

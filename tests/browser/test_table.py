@@ -68,7 +68,7 @@ def test_auto_drop_without_an_end_goes_on_until_it_is_stopped(opened: Open, quic
 
 def test_a_pause_is_not_made_up_for_by_a_burst(run: Run) -> None:
     given = run(
-        "pacer.js",
+        "play/input/pacer.js",
         """({ Pacer }) => {
           const pacer = new Pacer(10, 100, 0);
           const at = (from, to) => {
@@ -134,7 +134,7 @@ def test_arrow_keys_go_from_slot_to_slot(opened: Open) -> None:
 
 
 def test_gravities_and_materials_are_the_engines(run: Run) -> None:
-    worlds = run("worlds.js", "({ GRAVITY, RESTITUTION }) => ({ GRAVITY, RESTITUTION })")
+    worlds = run("model/worlds.js", "({ GRAVITY, RESTITUTION }) => ({ GRAVITY, RESTITUTION })")
     assert worlds["GRAVITY"] == dict(GRAVITY)
     ranges = {row.name: [row.low, row.high] for row in RESTITUTION[1:]}
     assert worlds["RESTITUTION"] == ranges
@@ -229,9 +229,9 @@ def test_sound_is_off_until_asked_for_and_has_a_limit(opened: Open, quick: Quick
 
 def test_the_harder_the_impact_the_louder_the_sound(run: Run) -> None:
     loud = run(
-        "sound.js",
+        "play/sound.js",
         """async ({ strike }) => {
-          const { toneOf } = await import("/js/tones.js");
+          const { toneOf } = await import("/js/play/tones.js");
           const heard = [];
           for (const speed of [0.3, 1, 3, 6]) {
             const context = new OfflineAudioContext(2, 9600, 48000);
@@ -287,7 +287,7 @@ def test_ghost_trails_stay_where_balls_have_been_and_can_be_turned_off(
 
 def test_a_bin_shines_the_more_the_more_it_pays(run: Run) -> None:
     pulses = run(
-        "paint-bin.js",
+        "paint/bin.js",
         """({ pulseOf, beamHeight }) => [0.2, 1, 10, 1000].map((score) => {
           const { strength } = pulseOf(score, 0);
           return [strength, beamHeight({ height: 40 }, { strength }), pulseOf(score, 1).glow];
