@@ -1,8 +1,9 @@
 # The chores, one obvious way each: make play | test | bench | lint | format.
 #
-# Needs make and Python >= 3.11 (with venv; on Debian, as root or with sudo, a missing one is
-# installed by apt). Everything else goes into .venv. Each environment step leaves a stamp file
-# there, so that it runs again only when what it was made from changed.
+# Needs make and Python >= 3.11 (with venv), for tests and lint Node.js >= 20.19 (with npm) too; on
+# Debian, as root or with sudo, missing ones are installed by apt. Everything else goes into .venv and
+# node_modules. Each environment step leaves a stamp file there, so that it runs again only when what
+# it was made from changed.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -21,6 +22,7 @@ KILLS ?= 50
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
+WITH_NODE := node="$$(tools/node)" && PATH="$$node:$$PATH"
 
 .PHONY: help play test test-long test-crash test-arm64 lint format bench readme pictures constraints clean
 
@@ -41,8 +43,10 @@ help:
 play: $(VENV)/.stamp-play
 	exec $(BIN)/plinko serve --host $(HOST) --port $(PORT)
 
-# The tests drive a real Chromium and a real PostgreSQL: the machine's own, or else Debian's.
+# The page's pure modules run in Node.js. Other tests drive a real Chromium and a real PostgreSQL: the
+# machine's own, or else Debian's.
 test: $(VENV)/.stamp-test
+	$(WITH_NODE) node --test $$(find tests/js -name '*.test.js' | sort)
 	tools/postgresql
 	chromium="$$(tools/chromium)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) $(PYTEST_ARGS)
@@ -60,11 +64,13 @@ test-long: $(VENV)/.stamp-test
 test-arm64: $(VENV)/.stamp-play
 	tests/arm64/check $(BIN)/python
 
-lint: $(VENV)/.stamp-lint
+lint: $(VENV)/.stamp-lint node_modules/.stamp
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(WITH_NODE) node_modules/.bin/eslint .
+	$(WITH_NODE) node_modules/.bin/tsc
 
 # Every table and plot of docs/benchmarks.md, anew; BENCH_ARGS=--quick for a trial.
 bench: $(VENV)/.stamp-bench
@@ -98,7 +104,7 @@ constraints:
 
 clean:
 	rm -rf $(VENV) .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
-	rm -rf artifacts build dist
+	rm -rf artifacts build dist node_modules
 	find . -name __pycache__ -not -path './.git/*' -prune -exec rm -rf {} +
 
 $(VENV)/.stamp-play: $(PINS) | $(VENV)/.stamp-venv
@@ -120,4 +126,9 @@ $(VENV)/.stamp-bench: $(PINS) | $(VENV)/.stamp-venv
 
 $(VENV)/.stamp-venv: tools/make-venv
 	tools/make-venv $(PYTHON) $(VENV)
+	touch $@
+
+# What checks the page's scripts; the page itself is served as it lies in static/.
+node_modules/.stamp: package.json
+	$(WITH_NODE) npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 	touch $@

@@ -1,8 +1,10 @@
-// The board in words, for those who do not see the picture. Pure.
+// The alternative text of a board, for those who do not see the picture. Pure.
 
 import { multiplier } from "../util/format.js";
 
-/** @param {any} board @returns {string} */
+/** @import { Board } from "../model/board.js" */
+
+/** @param {Board} board @returns {string} */
 export function describeBoard(board) {
   const { multipliers } = board.bins;
   const rows = new Set(board.pegs.map((peg) => peg.y.toFixed(6))).size;

@@ -1,13 +1,15 @@
 // How far apart two drops are, and when they part. Pure.
 
+/** @import { Motion } from "../model/motion/drop.js" */
+
 const SAMPLES = 240; // a second; the parting is then found by halving
 
 /** Smallest distance shown, m: the square of a rounding error of metres. */
 export const FLOOR = 1e-18;
 
 /**
- * @param {import("../model/motion/drop.js").Motion} one
- * @param {import("../model/motion/drop.js").Motion} two
+ * @param {Motion} one
+ * @param {Motion} two
  * @param {number} t seconds
  * @returns {number} metres between the centres
  */
@@ -17,13 +19,19 @@ export function distanceAt(one, two, t) {
   return Math.hypot(a.x - b.x, a.y - b.y);
 }
 
-/** @returns {number} seconds for which both balls are on the board */
+/**
+ * @param {Motion} one
+ * @param {Motion} two
+ * @returns {number} seconds for which both balls are on the board
+ */
 export function together(one, two) {
   return Math.min(one.duration, two.duration);
 }
 
 /**
  * The distance against time, both balls' events included.
+ * @param {Motion} one
+ * @param {Motion} two
  * @returns {{t: number, distance: number}[]}
  */
 export function distances(one, two) {
@@ -38,6 +46,8 @@ export function distances(one, two) {
 
 /**
  * The distance when the first ball makes its nth hit; the 0th is the start.
+ * @param {Motion} one
+ * @param {Motion} two
  * @returns {{hit: number, distance: number}[]}
  */
 export function distancesAtHits(one, two) {
@@ -52,6 +62,8 @@ export function distancesAtHits(one, two) {
 /**
  * When the balls first are further apart than a limit.
  * @param {number} limit metres
+ * @param {Motion} one
+ * @param {Motion} two
  * @returns {{t: number, hits: number} | null} hits: how often the first ball had hit by then
  */
 export function parting(one, two, limit) {
@@ -70,6 +82,9 @@ export function parting(one, two, limit) {
 
 /**
  * By how much each hit multiplied the distance until they parted: the geometric mean.
+ * @param {Motion} one
+ * @param {Motion} two
+ * @param {number} limit
  * @returns {number | null} null without a hit, or when they started more than a limit apart
  */
 export function growthPerHit(one, two, limit) {

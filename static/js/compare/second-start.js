@@ -1,15 +1,17 @@
 // The second ball of a comparison: the same drop with a start that differs by a little. Pure.
 
+import { startSpan } from "../model/board.js";
 import { nextDown, nextUp } from "../util/doubles.js";
-import { startSpan } from "../paint/geometry.js";
 
-export const LAST_BIT = "bit";
+/** @import { Board } from "../model/board.js" */
+
+const LAST_BIT = "bit";
 
 /** Metres by which the second start may differ, by the names in links. */
-export const SHIFTS = [LAST_BIT, "1e-12", "1e-9", "1e-6", "1e-3"];
+const SHIFTS = [LAST_BIT, "1e-12", "1e-9", "1e-6", "1e-3"];
 
 /**
- * @param {any} board
+ * @param {Board} board
  * @param {number} x the first ball's start, m
  * @param {string} shift one of SHIFTS
  * @returns {number} m; to the left where the right is beyond the drop zone
@@ -23,5 +25,5 @@ export function secondStart({ drop }, x, shift) {
 
 /** @param {string | null} text of a link @returns {string} one of SHIFTS */
 export function readShift(text) {
-  return SHIFTS.includes(text) ? text : LAST_BIT;
+  return SHIFTS.find((shift) => shift === text) ?? LAST_BIT;
 }

@@ -2,40 +2,46 @@
 
 import { ApiError, postJson } from "../net/api.js";
 
+/** @import { Board } from "../model/board.js" */
+/** @import { BoardReply } from "../net/replies.js" */
+
 const PAUSE = 250; // ms without a change before the server is asked
 
 /**
- * @typedef {{ok: true, digest: string, board: any}
+ * @typedef {{ok: true, digest: string, board: Board}
  *   | {ok: false, message: string, field: string | null}} Verdict
  */
 
 /** Checks the newest board only; `onVerdict(verdict, board)` comes for no older one. */
-export class EditorCheck {
+export class BoardCheck {
   #timer = 0;
+  /** @type {Board | null} */
   #asked = null;
 
-  /** @param {(verdict: Verdict, board: any) => void} onVerdict */
+  /** @param {(verdict: Verdict, board: Board) => void} onVerdict */
   constructor(onVerdict) {
     this.onVerdict = onVerdict;
   }
 
-  /** @param {any} board */
+  /** @param {Board} board */
   ask(board) {
     clearTimeout(this.#timer);
     this.#asked = board;
     this.#timer = setTimeout(() => this.#run(board), PAUSE);
   }
 
+  /** @param {Board} board */
   async #run(board) {
     const verdict = await judge(board);
     if (this.#asked === board) this.onVerdict(verdict, board);
   }
 }
 
-/** @returns {Promise<Verdict>} */
+/** @param {Board} board @returns {Promise<Verdict>} */
 async function judge(board) {
   try {
-    const { digest, board: whole } = await postJson("boards/check", board);
+    const reply = await postJson("boards/check", board);
+    const { digest, board: whole } = /** @type {BoardReply} */ (reply);
     return { ok: true, digest, board: whole };
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;

@@ -1,14 +1,16 @@
 // Labelled fields for the numbers of a board, each at its path; what is no number is said beside it.
 
-import { read } from "./draft.js";
-import { make } from "../util/dom.js";
+import { make, parentOf } from "../util/dom.js";
+import { read } from "./draft/draft.js";
 
-/** @typedef {{path: string, label: string, step?: number}} Row step: of the arrow keys */
+/** @import { Board } from "../model/board.js" */
+/** @import { Row } from "./rows.js" */
 
 /** Fields in a box; `onChange(path, value)` tells of a new number. */
 export class NumberFields {
   /** @type {Map<string, HTMLInputElement>} */
   #inputs = new Map();
+  /** @type {Map<string, HTMLElement>} */
   #notes = new Map();
 
   /** @param {HTMLElement} box @param {(path: string, value: number) => void} onChange */
@@ -17,7 +19,7 @@ export class NumberFields {
     this.onChange = onChange;
   }
 
-  /** @param {Row[]} rows @param {any} board */
+  /** @param {Row[]} rows @param {Board} board */
   show(rows, board) {
     const paths = rows.map(({ path }) => path);
     const same = paths.length === this.#inputs.size && paths.every((path) => this.#inputs.has(path));
@@ -30,17 +32,15 @@ export class NumberFields {
   }
 
   /**
-   * Marks the field that a refusal is about.
+   * Marks the field that a refusal is about, if it is one of these.
    * @param {string | null} path
-   * @returns {boolean} whether it is one of these
    */
   mark(path) {
     for (const [each, input] of this.#inputs) {
       const bad = each === path;
-      input.parentElement.dataset.bad = String(bad);
+      parentOf(input).dataset.bad = String(bad);
       input.setAttribute("aria-invalid", String(bad));
     }
-    return this.#inputs.has(path);
   }
 
   /** @param {string} path */
@@ -48,12 +48,14 @@ export class NumberFields {
     this.#inputs.get(path)?.focus();
   }
 
+  /** @param {Row[]} rows */
   #build(rows) {
     this.#inputs.clear();
     this.#notes.clear();
     this.box.replaceChildren(...rows.map((row) => this.#field(row)));
   }
 
+  /** @param {Row} row */
   #field({ path, label, step = 0.01 }) {
     const id = `at-${path.replace(/[^a-z0-9]+/gi, "-")}`;
     const note = make("span", { class: "note note-bad", id: `${id}-note` });
@@ -63,7 +65,7 @@ export class NumberFields {
     });
     input.addEventListener("change", () => this.#take(path, input.value));
     input.addEventListener("keydown", (event) => {
-      const way = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+      const way = event.key === "ArrowUp" ? 1 : event.key === "ArrowDown" ? -1 : 0;
       if (!way) return;
       event.preventDefault();
       const value = Number(input.value) + way * step * (event.shiftKey ? 10 : 1);
@@ -74,6 +76,7 @@ export class NumberFields {
     return make("div", { class: "field" }, make("label", { for: id }, label), input, note);
   }
 
+  /** @param {string} path @param {string} text */
   #take(path, text) {
     const value = Number(text.trim().replace("−", "-").replace(",", "."));
     if (text.trim() === "" || !Number.isFinite(value)) {
@@ -84,8 +87,10 @@ export class NumberFields {
     this.onChange(path, value);
   }
 
+  /** @param {string} path @param {string} text */
   #say(path, text) {
-    this.#notes.get(path).textContent = text;
-    this.#inputs.get(path).setAttribute("aria-invalid", String(text !== ""));
+    const [note, input] = [this.#notes.get(path), this.#inputs.get(path)];
+    if (note) note.textContent = text;
+    input?.setAttribute("aria-invalid", String(text !== ""));
   }
 }

@@ -1,51 +1,66 @@
-// Hands on the board: pointer and keys become changes of the board. Knows no panel and no server.
+// The pointer controller: pointer and keys on the board become changes of it. Knows no panel, no server.
 
-import { hit, moved, placeOf, snap, withPeg, withSplit, withWall } from "./draft.js";
-import { contains, groupOf, inside, membersOf, toggled } from "./group.js";
-import { zoom } from "./view.js";
+import { zoom } from "../util/canvas.js";
+import { hit, moved, placeOf, snap, withPeg, withSplit, withWall } from "./draft/draft.js";
+import { contains, groupOf, inside, membersOf, toggled } from "./draft/group.js";
+
+/** @import { Board, Point, Wall } from "../model/board.js" */
+/** @import { ElementRef, Made, Ref } from "./draft/element.js" */
+/** @import { EditorView } from "./view.js" */
 
 const REACH = 14; // CSS pixels by which a finger may miss
 const FREE_STEP = 0.01; // m that an arrow key moves when nothing is snapped to
 const LEAST_WALL = 0.02; // m; a shorter one was a slip of the hand
 
 /**
- * @typedef {object} Bench what the hands work on
- * @property {any} board
- * @property {import("./element.js").Ref | null} selected
+ * @typedef {object} Bench what is worked on
+ * @property {Board} board
+ * @property {Ref | null} selected
  * @property {"move" | "peg" | "wall" | "edge"} tool
  * @property {number} step m, 0 for none
  * @property {number} pegRadius of new pegs, m
  */
 
 /**
- * What the hands ask for.
- * @typedef {object} HandsListener
- * @property {(ref: import("./element.js").Ref | null) => void} onSelect
- * @property {(board: any) => void} onPreview while something is dragged
- * @property {(board: any, ref: import("./element.js").Ref | null) => void} onChange it is done
- * @property {(words: string) => void} onSay
+ * What pointer and keys ask for.
+ * @typedef {object} PointerListener
+ * @property {(ref: Ref | null) => void} onSelect
+ * @property {(board: Board, ref: Ref) => void} onPreview while something is dragged
+ * @property {(board: Board, ref: Ref | null) => void} onChange it is done
+ * @property {(text: string) => void} onSay
  * @property {() => void} onMark the cross has moved
- * @property {(way: "next" | "last" | "and-next" | "and-last" | "all" | "delete" | "undo" | "redo" |
- *   "duplicate") => void} onCommand
+ * @property {(command: Command) => void} onCommand
+ *
+ * @typedef {"next" | "last" | "and-next" | "and-last" | "all" | "delete" | "undo" | "redo" |
+ *   "duplicate"} Command
  */
 
-/** A rectangle drawn around elements, metres. @typedef {{x0: number, y0: number, x1: number, y1: number}} Band */
+/**
+ * @typedef {{x0: number, y0: number, x1: number, y1: number}} Band a rectangle drawn around
+ *   elements, metres
+ * @typedef {{ref: Ref, board: Board, from: Board, started: boolean, dx: number, dy: number}} Drag
+ *   dx, dy: from the pointer to the element, metres
+ */
 
 /** Follows pointer and keys on the field. */
-export class EditorHands {
+export class PointerController {
   /** The cross that keys move when nothing is selected, m. */
   cursor = { x: 0, y: 0 };
   /** @type {Band | null} */
   band = null;
-  #kept = null; // what was selected before the band
+  /** What was selected before the band. @type {Ref | null} */
+  #kept = null;
+  /** @type {Drag | null} */
   #drag = null;
-  #tap = null; // where a finger is on an empty place: a tap, unless the page scrolls
+  /** Where a finger is on an empty place: a tap, unless the page scrolls. @type {Point | null} */
+  #tap = null;
+  /** @type {Point | null} */
   #wallFrom = null;
 
   /**
-   * @param {import("./view.js").EditorView} view
+   * @param {EditorView} view
    * @param {() => Bench} bench
-   * @param {HandsListener} listener
+   * @param {PointerListener} listener
    */
   constructor(view, bench, listener) {
     this.view = view;
@@ -67,22 +82,23 @@ export class EditorHands {
     return this.#drag !== null;
   }
 
+  /** @param {PointerEvent} event */
   #down(event) {
-    if (!this.view.geometry || event.button !== 0 || !event.isPrimary) return;
+    const place = event.button === 0 && event.isPrimary ? this.view.placeOf(event) : null;
+    if (!place) return;
     const { board, tool, selected } = this.bench();
-    const place = this.view.placeOf(event);
-    const reach = (REACH * zoom()) / this.view.geometry.scale;
-    const found = hit(board, place.x, place.y, reach);
+    const found = hit(board, place.x, place.y, this.#reach);
     this.view.field.setPointerCapture(event.pointerId);
-    const taken = found && (tool === "move" || (tool === "peg" && found.kind === "peg"));
-    if (taken && tool === "move" && event.shiftKey) this.#toggle(found);
-    else if (taken) this.#take(board, contains(selected, found) ? selected : found, place);
-    else if (tool === "wall") this.#take(...this.#made("wall", place), place);
+    const taken = tool === "move" || (tool === "peg" && found?.kind === "peg") ? found : null;
+    if (taken && tool === "move" && event.shiftKey) this.#toggle(taken);
+    else if (taken) this.#take(board, (contains(selected, taken) && selected) || taken, place);
+    else if (tool === "wall") this.#takeNew("wall", place);
     else if (event.pointerType === "touch") this.#tap = place;
     else if (tool === "move") this.#stretch(place, event.shiftKey ? selected : null);
     else this.#hitEmpty(place);
   }
 
+  /** @param {ElementRef} ref */
   #toggle(ref) {
     const { selected } = this.bench();
     const now = toggled(selected, ref);
@@ -90,66 +106,80 @@ export class EditorHands {
     else this.listener.onSelect(now);
   }
 
-  /** What a click or a tap on an empty place does. */
+  /** What a click or a tap on an empty place does. @param {Point} place */
   #hitEmpty(place) {
     const { tool } = this.bench();
-    if (tool === "peg") this.#take(...this.#made("peg", place), place);
+    if (tool === "peg") this.#takeNew("peg", place);
     else if (tool === "edge") this.#split(place.x);
     else this.listener.onSelect(null);
   }
 
-  /** A finger that has moved on is no tap. */
-  #tremble(event) {
-    const { x, y } = this.view.placeOf(event);
-    if (Math.hypot(x - this.#tap.x, y - this.#tap.y) * this.view.geometry.scale > REACH) this.#tap = null;
+  /** A finger that has moved on is no tap. @param {Point} place */
+  #tremble({ x, y }) {
+    const tap = this.#tap;
+    if (tap && Math.hypot(x - tap.x, y - tap.y) * this.view.scale > REACH) this.#tap = null;
   }
 
+  /** By how much a pointer may miss, metres. */
+  get #reach() {
+    return (REACH * zoom()) / this.view.scale;
+  }
+
+  /** @param {Point} point @param {Ref | null} kept */
   #stretch({ x, y }, kept) {
     this.band = { x0: x, y0: y, x1: x, y1: y };
     this.#kept = kept;
   }
 
-  /** A new element under the pointer, which is then dragged. */
-  #made(kind, place) {
+  /**
+   * A new element under the pointer, which is then dragged.
+   * @param {"peg" | "wall"} kind
+   * @param {Point} place
+   */
+  #takeNew(kind, place) {
     const { board, pegRadius } = this.bench();
     const { x, y } = this.#snapped(place);
     const made = kind === "peg" ? withPeg(board, x, y, pegRadius) : withWall(board, x, y, x, y);
-    return [made.board, kind === "wall" ? { ...made.ref, end: 2 } : made.ref];
+    this.#take(made.board, kind === "wall" ? { ...made.ref, end: 2 } : made.ref, place);
   }
 
+  /** @param {Board} board @param {Ref} ref @param {Point} place */
   #take(board, ref, place) {
     const at = placeOf(board, ref);
+    const started = board !== this.bench().board;
     this.#drag = {
-      ref, board, from: board, started: board !== this.bench().board,
+      ref, board, from: board, started,
       dx: at.x - place.x, dy: at.y - place.y,
     };
     this.view.hold();
     this.listener.onSelect(ref.index < this.#count(ref) ? ref : null);
-    if (this.#drag.started) this.listener.onPreview(board, ref);
+    if (started) this.listener.onPreview(board, ref);
   }
 
-  /** Elements of this kind that the panels know of already. */
+  /** Elements of this kind that the panels know of already. @param {Ref} ref */
   #count({ kind }) {
     const { pegs, walls } = this.bench().board;
-    return { peg: pegs.length, wall: walls.length }[kind] ?? Number.POSITIVE_INFINITY;
+    if (kind === "peg") return pegs.length;
+    return kind === "wall" ? walls.length : Number.POSITIVE_INFINITY;
   }
 
+  /** @param {PointerEvent} event */
   #move(event) {
     const drag = this.#drag;
-    if (this.#tap) this.#tremble(event);
+    const place = this.view.placeOf(event);
+    if (!place) return;
+    this.#tremble(place);
     if (this.band) {
-      const { x, y } = this.view.placeOf(event);
-      Object.assign(this.band, { x1: x, y1: y });
+      Object.assign(this.band, { x1: place.x, y1: place.y });
       this.listener.onMark();
       return;
     }
     if (!drag) return;
-    const place = this.view.placeOf(event);
     const { x, y } = this.#snapped({ x: place.x + drag.dx, y: place.y + drag.dy });
     const now = placeOf(drag.board, drag.ref);
     if (now.x === x && now.y === y) return;
     // A click that trembles is no move.
-    if (!drag.started && Math.hypot(x - now.x, y - now.y) * this.view.geometry.scale < 3) return;
+    if (!drag.started && Math.hypot(x - now.x, y - now.y) * this.view.scale < 3) return;
     drag.started = true;
     drag.board = moved(drag.from, drag.ref, x, y);
     this.listener.onPreview(drag.board, drag.ref);
@@ -157,7 +187,7 @@ export class EditorHands {
 
   #up() {
     if (this.band) {
-      this.#enclose();
+      this.#enclose(this.band);
       return;
     }
     const tap = this.#tap;
@@ -168,19 +198,18 @@ export class EditorHands {
     this.#drag = null;
     this.view.release();
     if (!drag.started) return;
-    const { kind, end, index } = drag.ref;
-    const isNew = index >= this.#count(drag.ref);
-    if (kind === "wall" && isNew && end && lengthOf(drag.board.walls[index]) < LEAST_WALL) {
+    const { ref } = drag;
+    const isNew = ref.index >= this.#count(ref);
+    if (ref.kind === "wall" && isNew && ref.end && lengthOf(drag.board.walls[ref.index]) < LEAST_WALL) {
       this.listener.onChange(this.bench().board, null);
       this.listener.onSay("A wall needs two ends: drag from one to the other.");
       return;
     }
-    this.listener.onChange(drag.board, isNew ? { kind, index } : drag.ref);
+    this.listener.onChange(drag.board, isNew && !ref.refs ? { kind: ref.kind, index: ref.index } : ref);
   }
 
-  /** Selects what the band is around. */
-  #enclose() {
-    const { band } = this;
+  /** Selects what the band is around. @param {Band} band */
+  #enclose(band) {
     this.band = null;
     const refs = [...membersOf(this.#kept), ...inside(this.bench().board, band)];
     this.listener.onSelect(groupOf(refs));
@@ -198,6 +227,7 @@ export class EditorHands {
     this.listener.onChange(this.bench().board, this.bench().selected);
   }
 
+  /** @param {number} x */
   #split(x) {
     const { board, step } = this.bench();
     const made = withSplit(board, snap(x, step));
@@ -205,11 +235,13 @@ export class EditorHands {
     else this.listener.onSay("There is an edge already.");
   }
 
+  /** @param {Point} point */
   #snapped({ x, y }) {
     const { step } = this.bench();
     return { x: snap(x, step), y: snap(y, step) };
   }
 
+  /** @param {KeyboardEvent} event */
   #key(event) {
     const { key, ctrlKey, metaKey, altKey, shiftKey } = event;
     if (altKey) return;
@@ -223,6 +255,7 @@ export class EditorHands {
     event.preventDefault();
   }
 
+  /** @param {[number, number]} given @param {boolean} far */
   #nudge([right, down], far) {
     const { board, selected, step } = this.bench();
     const by = (step || FREE_STEP) * (far ? 10 : 1);
@@ -236,12 +269,12 @@ export class EditorHands {
     this.listener.onChange(moved(board, selected, tidy(x + right * by), tidy(y + down * by)), selected);
   }
 
-  /** What Enter does at the cross. */
+  /** What Enter does at the cross. @param {boolean} also */
   #put(also) {
     const { board, tool, pegRadius } = this.bench();
     const { x, y } = this.cursor;
     if (tool === "move") {
-      const found = hit(board, x, y, (REACH * zoom()) / this.view.geometry.scale);
+      const found = hit(board, x, y, this.#reach);
       if (also && found) this.#toggle(found);
       else this.listener.onSelect(found);
       if (!found) this.listener.onSay("Nothing lies there.");
@@ -261,7 +294,10 @@ export class EditorHands {
     }
   }
 
-  /** What keys add stays unselected, so that the cross can go on to the next place. */
+  /**
+   * What keys add stays unselected, so that the cross can go on to the next place.
+   * @param {Made} made
+   */
   #add({ board }) {
     this.listener.onChange(board, null);
   }
@@ -276,23 +312,29 @@ export class EditorHands {
   }
 }
 
+/** @type {Record<string, [number, number]>} */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
+/** @param {string} key @param {boolean} shift @returns {Command | undefined} */
 function plainCommand(key, shift) {
-  const way = { PageDown: "next", PageUp: "last" }[key];
-  if (way) return shift ? `and-${way}` : way;
-  return { Delete: "delete", Backspace: "delete" }[key];
+  if (key === "PageDown") return shift ? "and-next" : "next";
+  if (key === "PageUp") return shift ? "and-last" : "last";
+  return key === "Delete" || key === "Backspace" ? "delete" : undefined;
 }
 
+/** @param {string} key held with Ctrl @param {boolean} shift @returns {Command | undefined} */
 function commandOf(key, shift) {
-  return { z: shift ? "redo" : "undo", y: "redo", d: "duplicate", a: "all" }[key];
+  /** @type {Record<string, Command>} */
+  const commands = { z: shift ? "redo" : "undo", y: "redo", d: "duplicate", a: "all" };
+  return commands[key];
 }
 
+/** @param {Wall} wall */
 function lengthOf({ x1, y1, x2, y2 }) {
   return Math.hypot(x2 - x1, y2 - y1);
 }
 
-/** Sums of decimal steps written in decimal. */
+/** Sums of decimal steps written in decimal. @param {number} value */
 function tidy(value) {
   return Number(value.toPrecision(12));
 }

@@ -1,11 +1,15 @@
 // Test drops of the board being edited: the server computes many, the histogram counts them.
 
+import { Histogram } from "../instruments/histogram.js";
 import { ApiError, postJson } from "../net/api.js";
 import { byId } from "../util/dom.js";
 import { counted, seconds } from "../util/format.js";
-import { Histogram } from "../instruments/histogram.js";
 
-/** The histogram, with words for a test instead of a table. */
+/** @import { Board } from "../model/board.js" */
+/** @import { Simulation } from "../net/replies.js" */
+/** @import { Theme } from "../paint/theme.js" */
+
+/** The histogram, which speaks of a test instead of a table. */
 class TestHistogram extends Histogram {
   /** @param {number} total @returns {string} */
   describe(total) {
@@ -15,17 +19,21 @@ class TestHistogram extends Histogram {
   }
 }
 
+/** @typedef {{drops: number, histogram: number[], unsettled: number, time: number}} Tally */
+
 /** The button, the tray and its numbers; each press takes the next seeds. */
-export class EditorTest {
+export class TestDrops {
+  /** @type {Tally | null} */
   #tally = null;
 
-  /** @param {import("../paint/theme.js").Theme} theme @param {() => any} board @param {(words: string) => void} say */
+  /** @param {Theme} theme @param {() => Board} board @param {(text: string) => void} say */
   constructor(theme, board, say) {
-    this.histogram = new TestHistogram(byId("histogram"), theme);
+    this.histogram = new TestHistogram(byId("histogram", HTMLCanvasElement), theme);
     this.board = board;
     this.say = say;
     theme.onChange(() => this.histogram.draw());
-    byId("test").addEventListener("click", () => this.#run());
+    this.button = byId("test", HTMLButtonElement);
+    this.button.addEventListener("click", () => this.#run());
   }
 
   /** The board has changed: what was counted is no longer true of it. */
@@ -37,15 +45,14 @@ export class EditorTest {
   }
 
   async #run() {
-    const button = byId("test");
     const board = this.board();
-    button.disabled = true;
+    this.button.disabled = true;
     try {
-      const drops = Number(byId("test-count").value);
+      const drops = Number(byId("test-count", HTMLSelectElement).value);
       const first = this.#tally?.drops ?? 0;
-      const more = await postJson("simulate", { board, drops, seed: String(first) });
+      const reply = await postJson("simulate", { board, drops, seed: String(first) });
       if (board !== this.board()) return;
-      this.#add(more);
+      this.#tally = added(this.#tally, /** @type {Simulation} */ (reply));
       this.histogram.setBoard(board, this.#tally.histogram, null);
       this.#show();
       this.say(`${byId("tray-count").textContent}: ${byId("tray-numbers").textContent}.`);
@@ -53,18 +60,8 @@ export class EditorTest {
       if (!(error instanceof ApiError)) throw error;
       this.say(`No test: ${error.message}`);
     } finally {
-      button.disabled = false;
+      this.button.disabled = false;
     }
-  }
-
-  #add({ drops, histogram, unsettled, mean_duration: duration }) {
-    const had = this.#tally ?? { drops: 0, histogram: histogram.map(() => 0), unsettled: 0, time: 0 };
-    this.#tally = {
-      drops: had.drops + drops,
-      histogram: had.histogram.map((count, bin) => count + histogram[bin]),
-      unsettled: had.unsettled + unsettled,
-      time: had.time + duration * drops,
-    };
   }
 
   #show() {
@@ -84,4 +81,15 @@ export class EditorTest {
     ];
     byId("tray-numbers").textContent = parts.join(", ");
   }
+}
+
+/** @param {Tally | null} tally @param {Simulation} more @returns {Tally} */
+function added(tally, { drops, histogram, unsettled, mean_duration: duration }) {
+  const had = tally ?? { drops: 0, histogram: histogram.map(() => 0), unsettled: 0, time: 0 };
+  return {
+    drops: had.drops + drops,
+    histogram: had.histogram.map((count, bin) => count + histogram[bin]),
+    unsettled: had.unsettled + unsettled,
+    time: had.time + duration * drops,
+  };
 }

@@ -1,48 +1,55 @@
 // The board being edited on its canvases: the board itself, and over it grid, selection, problems.
 
-import { byId } from "../util/dom.js";
-import { placeOf } from "./draft.js";
-import { membersOf } from "./group.js";
-import { announceShape, layOut } from "../paint/geometry.js";
-import { binBox, paintBoard } from "../paint/board.js";
-import { paintRing } from "../paint/marks.js";
-import { fitted } from "../board/stage.js";
+import { announceShape } from "../board/shape.js";
+import { paintBoard } from "../paint/board.js";
+import { layOut, ratioOf } from "../paint/geometry.js";
+import { fitted } from "../util/canvas.js";
+import { byId, parentOf } from "../util/dom.js";
+import { placeOf } from "./draft/draft.js";
+import { paintAround, paintBand, paintCursor, paintGrid, paintHandles } from "./marks.js";
 
-const LEAST_GRID = 9; // CSS pixels between the grid's dots; closer, they would be a wash
+/** @import { Board, Point } from "../model/board.js" */
+/** @import { Geometry } from "../paint/geometry.js" */
+/** @import { Theme } from "../paint/theme.js" */
+/** @import { ElementRef, Ref } from "./draft/element.js" */
+/** @import { Band } from "./pointer.js" */
+
 const HEADROOM = 16; // CSS pixels above the highest part
 const BUBBLE_GAP = 18; // CSS pixels between a message and what it is about
 
 /**
  * What lies over the board.
  * @typedef {object} Marks
- * @property {import("./element.js").Ref | null} selected
- * @property {import("./element.js").Ref[]} problems
- * @property {{x: number, y: number} | null} cursor metres
+ * @property {Ref | null} selected
+ * @property {ElementRef[]} problems
+ * @property {Point | null} cursor metres
  * @property {number} step of the grid, m; 0 for none
- * @property {import("./pointer.js").Band | null} band that is drawn around elements
+ * @property {Band | null} band that is drawn around elements
  */
 
 /** Draws a board and marks; turns pointer places into metres. */
 export class EditorView {
-  /** @type {import("../paint/geometry.js").Geometry | null} */
+  /** @type {Geometry | null} */
   geometry = null;
+  /** @type {Board | null} */
   #board = null;
   #held = false;
 
-  /** @param {import("../paint/theme.js").Theme} theme @param {() => void} onLayout */
+  /** @param {Theme} theme @param {(geometry: Geometry) => void} onLayout */
   constructor(theme, onLayout) {
     this.theme = theme;
-    this.still = byId("board-still");
-    this.field = byId("field");
+    this.still = byId("board-still", HTMLCanvasElement);
+    this.field = byId("field", HTMLCanvasElement);
+    this.box = parentOf(this.still);
     this.onLayout = onLayout;
-    new ResizeObserver(() => this.#layOut()).observe(this.still.parentElement);
+    new ResizeObserver(() => this.#layOut()).observe(this.box);
     theme.onChange(() => this.#layOut());
   }
 
-  /** @param {any} board */
+  /** @param {Board} board */
   setBoard(board) {
     this.#board = board;
-    if (this.#held) this.#paint();
+    if (this.#held && this.geometry) this.#paint(board, this.geometry);
     else this.#layOut();
   }
 
@@ -56,8 +63,14 @@ export class EditorView {
     this.#layOut();
   }
 
-  /** @param {PointerEvent} event @returns {{x: number, y: number}} metres */
+  /** CSS pixels a metre. */
+  get scale() {
+    return this.geometry?.scale ?? 1;
+  }
+
+  /** @param {PointerEvent} event @returns {Point | null} metres */
   placeOf(event) {
+    if (!this.geometry) return null;
     const box = this.field.getBoundingClientRect();
     const { x, py, scale } = this.geometry;
     return { x: x(event.clientX - box.left), y: (event.clientY - box.top - py(0)) / scale };
@@ -65,39 +78,27 @@ export class EditorView {
 
   /** @param {Marks} marks */
   draw(marks) {
-    if (!this.geometry) return;
+    if (!this.geometry || !this.#board) return;
     const ctx = fitted(this.field, this.geometry);
     const { palette } = this.theme;
-    if (marks.step > 0) this.#paintGrid(ctx, marks.step, palette.rail);
-    this.#paintHandles(ctx, palette);
+    const sheet = { ctx, board: this.#board, geometry: this.geometry };
+    if (marks.step > 0) paintGrid(sheet, marks.step, palette.rail);
+    paintHandles(sheet, palette);
     for (const ref of marks.problems) {
-      this.#paintAround(ctx, ref, { colour: palette.flash, width: 6 });
-      this.#paintAround(ctx, ref, { colour: palette.accent, width: 3.5 });
+      paintAround(sheet, ref, { colour: palette.flash, width: 6 });
+      paintAround(sheet, ref, { colour: palette.accent, width: 3.5 });
     }
     if (marks.selected) {
-      this.#paintAround(ctx, marks.selected, { colour: palette.railShade, width: 5 });
-      this.#paintAround(ctx, marks.selected, { colour: palette.trayMark, width: 2.5 });
+      paintAround(sheet, marks.selected, { colour: palette.railShade, width: 5 });
+      paintAround(sheet, marks.selected, { colour: palette.trayMark, width: 2.5 });
     }
-    if (marks.band) this.#paintBand(ctx, marks.band, palette);
-    if (marks.cursor) this.#paintCursor(ctx, marks.cursor, palette);
+    if (marks.band) paintBand(sheet, marks.band, palette);
+    if (marks.cursor) paintCursor(sheet, marks.cursor, palette);
   }
 
-  #paintBand(ctx, { x0, y0, x1, y1 }, { flash }) {
-    const { px, py } = this.geometry;
-    const box = [px(x0), py(y0), px(x1) - px(x0), py(y1) - py(y0)];
-    ctx.fillStyle = flash;
-    ctx.globalAlpha = 0.12;
-    ctx.fillRect(...box);
-    ctx.globalAlpha = 1;
-    ctx.strokeStyle = flash;
-    ctx.lineWidth = 1.5 * zoom();
-    ctx.setLineDash([6 * zoom(), 4 * zoom()]);
-    ctx.strokeRect(...box);
-    ctx.setLineDash([]);
-  }
-
-  /** Puts a message beside an element, within the board. */
+  /** Puts a message beside an element, within the board. @param {HTMLElement} bubble @param {Ref} ref */
   placeBubble(bubble, ref) {
+    if (!this.geometry || !this.#board) return;
     const { px, py, width, height } = this.geometry;
     const { x, y } = placeOf(this.#board, ref);
     const wide = Math.min(bubble.offsetWidth, width);
@@ -110,110 +111,27 @@ export class EditorView {
   }
 
   #layOut() {
-    const width = this.still.parentElement.clientWidth;
-    if (!this.#board || width === 0) return;
-    announceShape(this.#board);
-    this.geometry = withHeadroom(layOut(this.#board, width), this.#board);
-    this.#paint();
-    this.onLayout();
+    const width = this.box.clientWidth;
+    const board = this.#board;
+    if (!board || width === 0) return;
+    announceShape(ratioOf(board));
+    this.geometry = withHeadroom(layOut(board, width), board);
+    this.#paint(board, this.geometry);
+    this.onLayout(this.geometry);
   }
 
-  #paint() {
-    for (const canvas of [this.still, this.field]) {
-      canvas.style.height = `${this.geometry.height}px`;
-    }
-    const ctx = fitted(this.still, this.geometry);
-    paintBoard(ctx, this.geometry, this.#board, this.#board.drop.slots ?? [], this.theme);
-  }
-
-  #paintGrid(ctx, step, colour) {
-    const { px, py, x, scale, width, height } = this.geometry;
-    let wide = step;
-    while (wide * scale < LEAST_GRID) wide *= 2;
-    ctx.fillStyle = colour;
-    ctx.globalAlpha = 0.22;
-    const top = -py(0) / scale;
-    for (let i = Math.ceil(x(0) / wide); i * wide < x(width); i += 1) {
-      for (let j = Math.ceil(top / wide); py(j * wide) < height; j += 1) {
-        ctx.fillRect(px(i * wide) - 0.75, py(j * wide) - 0.75, 1.5, 1.5);
-      }
-    }
-    ctx.globalAlpha = 1;
-  }
-
-  /** What can be taken hold of: wall ends, edges between bins, the start. */
-  #paintHandles(ctx, palette) {
-    const { px, py, scale } = this.geometry;
-    const { walls, bins, drop, ball } = this.#board;
-    ctx.fillStyle = palette.flash;
-    ctx.strokeStyle = palette.railShade;
-    ctx.lineWidth = 1.5;
-    const size = 5 * zoom();
-    const knob = (x, y) => {
-      ctx.beginPath();
-      ctx.arc(x, y, size, 0, 2 * Math.PI);
-      ctx.fill();
-      ctx.stroke();
-    };
-    for (const { x1, y1, x2, y2 } of walls) {
-      knob(px(x1), py(y1));
-      knob(px(x2), py(y2));
-    }
-    const middle = this.geometry.binTop + this.geometry.binHeight / 2;
-    for (const edge of bins.edges) knob(px(edge), middle);
-    const ring = { colour: palette.flash, width: 2 * zoom(), dash: [4 * zoom(), 3 * zoom()] };
-    paintRing(ctx, px(drop.x), py(drop.y), Math.max(5, ball.radius * scale), ring);
-  }
-
-  #paintAround(ctx, ref, look) {
-    for (const one of membersOf(ref)) this.#paintAroundOne(ctx, one, look);
-  }
-
-  #paintAroundOne(ctx, ref, { colour, width }) {
-    const { px, py, scale } = this.geometry;
-    const { x, y } = placeOf(this.#board, ref);
-    ctx.strokeStyle = colour;
-    ctx.lineWidth = width * zoom();
-    ctx.lineCap = "round";
-    ctx.beginPath();
-    if (ref.kind === "wall" && !ref.end) {
-      const { x1, y1, x2, y2 } = this.#board.walls[ref.index];
-      ctx.moveTo(px(x1), py(y1));
-      ctx.lineTo(px(x2), py(y2));
-    } else if (ref.kind === "bin") {
-      const box = binBox(this.geometry, this.#board, ref.index);
-      ctx.rect(box.x, box.y, box.width, box.height);
-    } else {
-      const { binTop, binHeight } = this.geometry;
-      const { pegs, ball } = this.#board;
-      const size = { peg: pegs[ref.index]?.radius, drop: ball.radius }[ref.kind] ?? 0;
-      const atY = ref.kind === "edge" ? binTop + binHeight / 2 : py(y);
-      ctx.arc(px(x), atY, Math.max(8 * zoom(), size * scale + 5 * zoom()), 0, 2 * Math.PI);
-    }
-    ctx.stroke();
-  }
-
-  #paintCursor(ctx, { x, y }, { flash, railShade }) {
-    const { px, py } = this.geometry;
-    for (const [colour, width] of [[railShade, 4], [flash, 2]]) {
-      ctx.strokeStyle = colour;
-      ctx.lineWidth = width;
-      ctx.beginPath();
-      ctx.moveTo(px(x) - 12, py(y));
-      ctx.lineTo(px(x) + 12, py(y));
-      ctx.moveTo(px(x), py(y) - 12);
-      ctx.lineTo(px(x), py(y) + 12);
-      ctx.stroke();
-    }
+  /** @param {Board} board @param {Geometry} geometry */
+  #paint(board, geometry) {
+    for (const canvas of [this.still, this.field]) canvas.style.height = `${geometry.height}px`;
+    paintBoard(fitted(this.still, geometry), geometry, board, board.drop.slots ?? [], this.theme);
   }
 }
 
-/** How much larger than on a desk things are to be: the page's own text size, over 16 px. */
-export function zoom() {
-  return parseFloat(getComputedStyle(document.documentElement).fontSize) / 16;
-}
-
-/** The geometry moved down until what lies above the start is on the canvas too. */
+/**
+ * The geometry moved down until what lies above the start is on the canvas too.
+ * @param {Geometry} geometry
+ * @param {Board} board
+ */
 function withHeadroom(geometry, { walls, pegs }) {
   const tops = [...walls.flatMap(({ y1, y2 }) => [y1, y2]), ...pegs.map(({ y, radius }) => y - radius)];
   const more = Math.max(0, HEADROOM - geometry.py(Math.min(Number.POSITIVE_INFINITY, ...tops)));
@@ -223,6 +141,7 @@ function withHeadroom(geometry, { walls, pegs }) {
     binTop: geometry.binTop + more,
     dropY: geometry.dropY + more,
     aimBottom: geometry.aimBottom + more,
+    /** @param {number} y */
     py: (y) => geometry.py(y) + more,
   };
 }

@@ -1,11 +1,16 @@
 // Follows one ball: its speed and energy against time, from the moments known of its path.
 
-import { byId } from "../util/dom.js";
-import { Chart } from "./chart.js";
 import { energyOf } from "../model/impact.js";
 import { shortestTurn } from "../model/motion/interpolate.js";
+import { byId } from "../util/dom.js";
 import { figure, prefixed } from "../util/scale.js";
 import { Series } from "../util/series.js";
+import { Chart } from "./chart.js";
+
+/** @import { Ball, Table } from "../model/table/table.js" */
+/** @import { Theme } from "../paint/theme.js" */
+/** @import { Keyframe } from "../model/motion/interpolate.js" */
+/** @import { Board } from "../model/board.js" */
 
 const REDRAW_MS = 200;
 const NEAR = 3; // of the ball's radius: how far a click may miss it
@@ -14,51 +19,56 @@ const NEAR = 3; // of the ball's radius: how far a click may miss it
 export class BallMeter {
   /** @type {number | null} id of the ball that is followed */
   chosen = null;
+  /** @type {Table | null} */
+  #table = null;
+  /** When the followed ball started, table time. */
+  #start = 0;
   #series = new Series(["t", "speed", "height", "moving", "turning"]);
+  /** @type {{t: number, angle: number} | null} */
   #before = null;
   #shownMs = 0;
   #shownCount = -1;
 
-  /** @param {import("../paint/theme.js").Theme} theme */
+  /** @param {Theme} theme */
   constructor(theme) {
-    this.speed = new Chart(byId("speed-plot"), theme);
-    this.energy = new Chart(byId("energy-plot"), theme);
+    this.speed = new Chart(byId("speed-plot", HTMLCanvasElement), theme);
+    this.energy = new Chart(byId("energy-plot", HTMLCanvasElement), theme);
     this.note = byId("ball-note");
   }
 
-  /** @param {import("../model/table/table.js").Table} table another one: what was followed is gone */
+  /** @param {Table} table another one: what was followed is gone */
   setTable(table) {
-    this.table = table;
+    this.#table = table;
     this.#release();
   }
 
   /** @returns {boolean} whether nothing that still flies is followed */
   get free() {
-    return this.chosen === null || !this.table?.balls.has(this.chosen);
+    return this.chosen === null || !this.#table?.balls.has(this.chosen);
   }
 
-  /** @param {import("../model/table/table.js").Ball} ball */
+  /** @param {Ball} ball */
   follow(ball) {
     this.#release();
     this.chosen = ball.id;
-    this.seed = ball.seed;
-    this.start = ball.start;
+    this.#start = ball.start;
     this.note.textContent = `Seed ${ball.seed} is followed.`;
   }
 
   /** The ball that started after the followed one, or the oldest. */
   next() {
-    const ids = [...(this.table?.balls.keys() ?? [])];
-    const id = ids.find((one) => one > (this.chosen ?? -1)) ?? ids[0];
-    if (id === undefined) this.note.textContent = "No ball is in flight.";
-    else this.follow(this.table.balls.get(id));
+    const balls = [...(this.#table?.balls.values() ?? [])];
+    const ball = balls.find(({ id }) => id > (this.chosen ?? -1)) ?? balls[0];
+    if (ball) this.follow(ball);
+    else this.note.textContent = "No ball is in flight.";
   }
 
   /** @param {number} x metres @param {number} y metres @returns {boolean} whether a ball is there */
   pick(x, y) {
-    let best = NEAR * this.table.board.ball.radius;
+    if (!this.#table) return false;
+    let best = NEAR * this.#table.board.ball.radius;
     let found = null;
-    for (const ball of this.table.balls.values()) {
+    for (const ball of this.#table.balls.values()) {
       const off = Math.hypot(ball.pose.x - x, ball.pose.y - y);
       if (off < best) [best, found] = [off, ball];
     }
@@ -68,21 +78,29 @@ export class BallMeter {
 
   /** The followed ball's path has grown: its new moments are measured. */
   measure() {
-    const knots = this.table?.balls.get(this.chosen)?.path.knots ?? [];
+    const ball = this.chosen === null ? undefined : this.#table?.balls.get(this.chosen);
+    if (!this.#table || !ball) return;
     const since = this.#before?.t ?? -1;
-    for (const knot of knots) if (knot.vIn && knot.t > since) this.#add(knot);
+    for (const keyframe of ball.path.keyframes) {
+      if (keyframe.vIn && keyframe.t > since) this.#add(this.#table.board, keyframe);
+    }
   }
 
-  #add({ t, y, vx, vy, angle }) {
+  /** @param {Board} board @param {Keyframe} keyframe */
+  #add(board, { t, y, vx, vy, angle }) {
     const before = this.#before;
     // The wire has no spin; the angle's change since the last snapshot has it.
     const omega = before ? shortestTurn(before.angle, angle) / (t - before.t) : 0;
     this.#before = { t, angle };
-    const { moving, turning, height } = energyOf(this.table.board, { y, vx, vy, omega });
-    this.#series.add({ t: t - this.start, speed: Math.hypot(vx, vy), height, moving, turning });
+    const { moving, turning, height } = energyOf(board, { y, vx, vy, omega });
+    this.#series.add({ t: t - this.#start, speed: Math.hypot(vx, vy), height, moving, turning });
   }
 
-  /** Redraws the plots now and then. @returns {boolean} whether there is more to redraw */
+  /**
+   * Redraws the plots now and then.
+   * @param {number} nowMs
+   * @returns {boolean} whether there is more to redraw
+   */
   show(nowMs) {
     if (this.#series.count === this.#shownCount) return false;
     if (nowMs - this.#shownMs < REDRAW_MS) return true;
@@ -120,6 +138,7 @@ export class BallMeter {
     const total = t.map(({ y }, i) => y + moving[i].y + turning[i].y);
     const most = Math.max(1e-9, ...total);
     const { unit, per } = prefixed(most, "J");
+    /** @param {(i: number) => number} value */
     const at = (value) => t.map(({ x }, i) => ({ x, y: per * value(i) }));
     const ground = at(() => 0);
     const height = at((i) => t[i].y);
@@ -136,7 +155,7 @@ export class BallMeter {
       ],
     });
     this.energy.canvas.setAttribute("aria-label", total.length
-      ? `Energy of the ball against time: ${figure(per * total[0])} ${unit} at first, now ${figure(per * total.at(-1))}.`
+      ? `Energy of the ball against time: ${figure(per * total[0])} ${unit} at first, now ${figure(per * total[total.length - 1])}.`
       : "Energy of the ball against time: nothing yet");
   }
 }

@@ -1,10 +1,12 @@
 // How often each bin should be hit, where theory has an answer. Pure.
 
+/** @import { Expectation } from "./histogram.js" */
+
 /**
  * @param {number} rows
  * @returns {number[]} probabilities of 0 … rows successes in `rows` fair trials
  */
-export function binomial(rows) {
+function binomial(rows) {
   const chances = [0.5 ** rows];
   for (let k = 1; k <= rows; k += 1) chances.push((chances[k - 1] * (rows - k + 1)) / k);
   return chances;
@@ -13,7 +15,7 @@ export function binomial(rows) {
 /**
  * @param {string} name of the board
  * @param {number} bins
- * @returns {{label: string, chances: number[]} | null} null where no simple law is claimed
+ * @returns {Expectation | null} null where no simple law is claimed
  */
 export function expectedOf(name, bins) {
   if (!/^triangle-\d+/.test(name)) return null;

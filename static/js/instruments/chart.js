@@ -1,7 +1,10 @@
 // A plot against time or count: areas and lines, marks of events, one place marked. Redrawn on change.
 
 import { figure, powerText, powerTicks, ticks } from "../util/scale.js";
-import { fitted } from "../board/stage.js";
+import { fitted } from "../util/canvas.js";
+
+/** @import { Palette, Theme } from "../paint/theme.js" */
+/** @import { Point } from "../model/board.js" */
 
 const FAMILY = '"Segoe UI", "Helvetica Neue", "Liberation Sans", Arial, sans-serif';
 const MARGIN = { left: 3.7, right: 1, top: 1.6, bottom: 1.9 }; // in font sizes
@@ -10,24 +13,37 @@ const MARGIN = { left: 3.7, right: 1, top: 1.6, bottom: 1.9 }; // in font sizes
  * @typedef {object} Plot
  * @property {{from: number, to: number, unit: string}} x
  * @property {{from: number, to: number, unit: string, log?: boolean}} y
- * @property {{points: {x: number, y: number}[], colour: string, width?: number, alpha?: number,
- *   base?: {x: number, y: number}[], dots?: boolean}[]} series colours are names in theme.json; with
- *   `base` the area down to it is filled
+ * @property {Curve[]} series
  * @property {number[]} [events] places on x
- * @property {{y: number, text: string}} [limit]
+ * @property {Limit} [limit]
+ *
+ * @typedef {{y: number, text: string}} Limit
+ *
+ * @typedef {object} Curve
+ * @property {Point[]} points
+ * @property {string} colour its name in theme.json
+ * @property {number} [width] CSS pixels
+ * @property {number} [alpha]
+ * @property {Point[]} [base] the area down to it is filled
+ * @property {boolean} [dots]
+ *
+ * @typedef {{width: number, height: number, font: number,
+ *   margin: {left: number, right: number, top: number, bottom: number}}} Size CSS pixels
+ * @typedef {{px: (x: number) => number, py: (y: number) => number, x: (px: number) => number}} Scales
  */
 
 /** Draws a plot on a canvas; `onPick(x)` tells where it was clicked or dragged over. */
 export class Chart {
   /** @type {Plot | null} */
   #plot = null;
+  /** @type {number | null} */
   #mark = null;
   #picture = document.createElement("canvas");
   #stale = true;
 
   /**
    * @param {HTMLCanvasElement} canvas
-   * @param {import("../paint/theme.js").Theme} theme
+   * @param {Theme} theme
    * @param {(x: number) => void} [onPick]
    */
   constructor(canvas, theme, onPick) {
@@ -56,10 +72,12 @@ export class Chart {
     this.#draw();
   }
 
+  /** @returns {Size} */
   #size() {
     // Text grows with the page's own, from a phone to a wall.
     const font = 0.75 * parseFloat(getComputedStyle(document.documentElement).fontSize);
-    const margin = Object.fromEntries(Object.entries(MARGIN).map(([side, em]) => [side, em * font]));
+    const { left, right, top, bottom } = MARGIN;
+    const margin = { left: left * font, right: right * font, top: top * font, bottom: bottom * font };
     return { width: this.canvas.clientWidth, height: this.canvas.clientHeight, font, margin };
   }
 
@@ -80,7 +98,9 @@ export class Chart {
     ctx.fillRect(x - 1, top, 2, size.height - top - bottom);
   }
 
+  /** @param {(x: number) => void} onPick */
   #followPointer(onPick) {
+    /** @param {PointerEvent} event */
     const pick = (event) => {
       if (!this.#plot) return;
       const box = this.canvas.getBoundingClientRect();
@@ -98,13 +118,15 @@ export class Chart {
   }
 }
 
-/** Ways between values and CSS pixels. */
+/** @param {Size} size @param {Plot} plot @returns {Scales} ways between values and CSS pixels */
 function scales({ width, height, margin }, { x, y }) {
   const [left, right] = [margin.left, width - margin.right];
   const [top, bottom] = [margin.top, height - margin.bottom];
-  const raw = y.log ? Math.log10 : (value) => value;
+  /** @param {number} value */
+  const raw = (value) => (y.log ? Math.log10(value) : value);
   const rise = raw(y.to) - raw(y.from) || 1;
   const run = x.to - x.from || 1;
+  /** @param {number} value */
   const within = (value) => Math.min(1.02, Math.max(0, value));
   return {
     px: (value) => left + ((value - x.from) / run) * (right - left),
@@ -114,6 +136,12 @@ function scales({ width, height, margin }, { x, y }) {
   };
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Size} size
+ * @param {Plot} plot
+ * @param {Palette} palette
+ */
 function paintPlot(ctx, size, plot, palette) {
   const scale = scales(size, plot);
   paintAxes(ctx, size, plot, scale, palette);
@@ -122,6 +150,13 @@ function paintPlot(ctx, size, plot, palette) {
   if (plot.limit) paintLimit(ctx, size, plot.limit, scale, palette);
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Size} size
+ * @param {Plot} plot
+ * @param {Scales} scales
+ * @param {Palette} palette
+ */
 function paintAxes(ctx, { width, height, font, margin }, { x, y }, { px, py }, { trayInk }) {
   ctx.font = `500 ${font}px ${FAMILY}`;
   ctx.fillStyle = trayInk;
@@ -150,6 +185,12 @@ function paintAxes(ctx, { width, height, font, margin }, { x, y }, { px, py }, {
   ctx.fillText(y.unit, margin.left - 0.5 * font, margin.top - 0.7 * font);
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Curve} curve
+ * @param {Scales} scales
+ * @param {Palette} palette
+ */
 function paintSeries(ctx, { points, base, colour, width = 2, alpha = 1, dots }, { px, py }, palette) {
   ctx.globalAlpha = alpha;
   ctx.beginPath();
@@ -175,7 +216,14 @@ function paintSeries(ctx, { points, base, colour, width = 2, alpha = 1, dots }, 
   ctx.globalAlpha = 1;
 }
 
-/** A tooth on the axis for each event. */
+/**
+ * A tooth on the axis for each event.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Size} size
+ * @param {Plot} plot
+ * @param {Scales} scales
+ * @param {Palette} palette
+ */
 function paintEvents(ctx, { height, margin }, { events = [] }, { px }, { flash }) {
   ctx.fillStyle = flash;
   for (const place of events) {
@@ -183,6 +231,13 @@ function paintEvents(ctx, { height, margin }, { events = [] }, { px }, { flash }
   }
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Size} size
+ * @param {Limit} limit
+ * @param {Scales} scales
+ * @param {Palette} palette
+ */
 function paintLimit(ctx, { width, font, margin }, { y, text }, { py }, { ballLight, trayInk }) {
   ctx.save();
   ctx.strokeStyle = ballLight;

@@ -1,17 +1,23 @@
 // Judges the table's histogram and the returns: what chance allows, in numbers.
 
-import { getJson } from "../net/api.js";
-import { byId, make } from "../util/dom.js";
-import { expectedOf } from "./binomial.js";
-import { counted } from "../util/format.js";
 import { fitTest, Mean, sameTest } from "../model/statistics.js";
+import { messageOf, postJson } from "../net/api.js";
+import { byId, make, parentOf, radiosOf } from "../util/dom.js";
+import { counted } from "../util/format.js";
+import { expectedOf } from "./binomial.js";
+
+
+/** @import { Hello } from "../model/messages.js" */
+/** @import { Simulation } from "../net/replies.js" */
+/** @import { Board } from "../model/board.js" */
+/** @import { Expectation } from "./histogram.js" */
 
 const CONFIDENCE = 0.95;
 const SAMPLE = 10_000; // drops that the server computes for the measured expectation
 const TELL_MS = 500;
 const UNLIKELY = 0.01;
 
-/** @typedef {{label: string, chances: number[], counts?: number[]}} Expected */
+/** @typedef {Expectation & {counts?: number[]}} Expected counts: of the sample it was measured in */
 
 /** The fit and the returns; `onExpected(expected)` gives what the histogram is compared with. */
 export class FitMeter {
@@ -20,60 +26,72 @@ export class FitMeter {
   #told = "";
   #toldMs = 0;
   #waiting = "";
+  /** @type {Map<string, Expected>} by the board's digest */
   #measured = new Map();
+  #digest = "";
+  /** @type {Board | null} */
+  #board = null;
+  /** @type {Expected | null} */
+  #binomial = null;
 
   /** @param {(expected: Expected | null) => void} onExpected @param {(text: string) => void} say */
   constructor(onExpected, say) {
     this.onExpected = onExpected;
     this.say = say;
-    this.choices = [...document.querySelectorAll("input[name=against]")];
+    this.choices = radiosOf("against");
     for (const choice of this.choices) choice.addEventListener("change", () => this.#choose());
   }
 
-  /** @param {any} hello of the table @param {boolean} seen whether anyone looks at the panel */
+  /**
+   * @param {Pick<Hello, "board" | "board_digest" | "board_name">} hello
+   * @param {boolean} seen whether anyone looks at the panel
+   */
   setTable({ board, board_digest: digest, board_name: name }, seen) {
     // A line that came back finds the choice as it was made.
-    if (digest === this.digest) return;
-    this.board = board;
-    this.digest = digest;
-    this.binomial = expectedOf(name, board.bins.multipliers.length);
+    if (digest === this.#digest) return;
+    this.#board = board;
+    this.#digest = digest;
+    this.#binomial = expectedOf(name, board.bins.multipliers.length);
     const [fair, measured] = this.choices;
-    fair.disabled = this.binomial === null;
-    if (this.binomial === null) measured.checked = true;
+    fair.disabled = this.#binomial === null;
+    if (this.#binomial === null) measured.checked = true;
     else fair.checked = true;
     this.#choose(seen);
   }
 
   /** @param {boolean} asked only then is the server made to work for it */
   async #choose(asked = true) {
-    const measured = this.choices.find(({ checked }) => checked).value === "measured";
-    const { digest } = this;
-    if (!measured) this.#take(this.binomial);
-    else if (this.#measured.has(digest)) this.#take(this.#measured.get(digest));
+    const measured = this.choices.some(({ checked, value }) => checked && value === "measured");
+    const digest = this.#digest;
+    const known = this.#measured.get(digest);
+    if (!measured) this.#take(this.#binomial);
+    else if (known) this.#take(known);
     else if (!asked) this.#take(null);
     else await this.#measure(digest);
   }
 
+  /** @param {string} digest */
   async #measure(digest) {
     this.#waiting = `The server drops ${counted(SAMPLE, "ball")}…`;
     this.#take(null);
     try {
-      const headers = { "content-type": "application/json" };
-      const body = JSON.stringify({ board: this.board, drops: SAMPLE });
-      const { histogram } = await getJson("simulate", { method: "POST", headers, body });
+      const asked = { board: this.#board, drops: SAMPLE };
+      const { histogram } = /** @type {Simulation} */ (await postJson("simulate", asked));
       const total = histogram.reduce((sum, count) => sum + count, 0);
       const label = `measured, ${counted(total, "drop")}`;
       const chances = histogram.map((count) => count / total);
       // One board is kept: a new one is measured anew in a moment.
-      this.#measured = new Map([[digest, { label, chances, counts: histogram }]]);
-      if (digest === this.digest) this.#take(this.#measured.get(digest));
+      const expected = { label, chances, counts: histogram };
+      this.#measured = new Map([[digest, expected]]);
+      if (digest === this.#digest) this.#take(expected);
     } catch (error) {
-      this.#waiting = `The expected histogram could not be measured: ${error.message}`;
+      this.#waiting = `The expected histogram could not be measured: ${messageOf(error)}`;
       this.say(this.#waiting);
       this.#take(null);
     }
   }
 
+  /** @param {Expected | null} expected */
   #take(expected) {
     this.expected = expected;
     this.#told = "";
@@ -88,6 +106,7 @@ export class FitMeter {
   /**
    * @param {number[]} counts of the table
    * @param {Mean} own of this visitor's scores
+   * @param {number} nowMs
    * @returns {boolean} whether there is more to tell
    */
   show(counts, own, nowMs) {
@@ -101,13 +120,14 @@ export class FitMeter {
     return false;
   }
 
+  /** @param {number[]} counts */
   #showFit(counts) {
     const total = counts.reduce((sum, count) => sum + count, 0);
     const { expected } = this;
     const fit = expected && judge(counts, expected);
     const reading = byId("fit-p");
     reading.textContent = fit ? `p = ${probability(fit.p)}` : "–";
-    reading.parentElement.dataset.tone = fit && fit.p < UNLIKELY ? "bad" : "";
+    parentOf(reading).dataset.tone = fit && fit.p < UNLIKELY ? "bad" : "";
     if (!expected) {
       byId("fit-note").textContent = this.#waiting;
     } else if (!fit) {
@@ -120,13 +140,15 @@ export class FitMeter {
     }
   }
 
+  /** @param {number[]} counts @param {Mean} own */
   #showReturns(counts, own) {
-    const { multipliers } = this.board.bins;
+    if (!this.#board) return;
+    const { multipliers } = this.#board.bins;
     const table = new Mean();
     counts.forEach((count, bin) => table.add(multipliers[bin], count));
     byId("returns").replaceChildren(row("Yours", own), row("The table's", table));
     const due = this.expected?.chances.reduce((sum, chance, bin) => sum + chance * multipliers[bin], 0);
-    byId("returns-note").textContent = due === undefined
+    byId("returns-note").textContent = due === undefined || !this.expected
       ? ""
       : `Expected (${this.expected.label}): ${percent(due)}. Rare bins pay most, so it takes ` +
         "many drops to come near.";
@@ -134,25 +156,28 @@ export class FitMeter {
 }
 
 /** @param {number[]} counts @param {Expected} expected */
-export function judge(counts, { chances, counts: sample }) {
+function judge(counts, { chances, counts: sample }) {
   return sample ? sameTest(counts, sample) : fitTest(counts, chances);
 }
 
+/** @param {number} p */
 function verdict(p) {
   if (p < UNLIKELY) return "Chance alone would hardly differ so much.";
   return "Chance alone differs as much as that.";
 }
 
 /** @param {number} p @returns {string} two digits that tell; tiny ones as a bound */
-export function probability(p) {
+function probability(p) {
   if (p < 0.0001) return "< 0.0001";
   return p < 0.01 ? p.toFixed(4) : p.toFixed(2);
 }
 
+/** @param {number} value */
 function percent(value) {
   return `${(100 * value).toFixed(1)} %`;
 }
 
+/** @param {string} name @param {Mean} mean */
 function row(name, mean) {
   const doubt = mean.doubt(CONFIDENCE);
   const known = Number.isFinite(doubt);
@@ -169,8 +194,13 @@ function none() {
   return make("small", {}, "no drops yet");
 }
 
-/** From nothing on the left to twice the stake on the right. */
+/**
+ * From nothing on the left to twice the stake on the right.
+ * @param {number} mean
+ * @param {number} doubt
+ */
 function ruler(mean, doubt) {
+  /** @param {number} value */
   const place = (value) => `${Math.max(0, Math.min(100, 50 * value)).toFixed(2)}%`;
   const bar = make("span", { class: "ruler-bar" });
   bar.style.left = place(mean - doubt);

@@ -1,38 +1,52 @@
 // The tray under the bins: how many balls lie in each, beside how many theory expects.
 
+import { fitted } from "../util/canvas.js";
+import { parentOf } from "../util/dom.js";
 import { counted } from "../util/format.js";
 
+/** @import { Bins, Board } from "../model/board.js" */
+/** @import { Geometry } from "../paint/geometry.js" */
+/** @import { Theme } from "../paint/theme.js" */
+
 const TOP = 12; // CSS pixels kept free above the highest column
-const WORDS_MS = 700;
+const TOLD_MS = 700; // between two descriptions
 const BEAD = 4; // CSS pixels: from this size on, single balls are told apart
+
+/** @typedef {{label: string, chances: number[]}} Expectation how often each bin should be hit */
 
 /** Draws counts on a canvas whose columns stand under the board's bins. */
 export class Histogram {
+  /** @type {number[]} */
   #counts = [];
+  /** @type {Expectation | null} */
   #expected = null;
+  /** @type {Geometry | null} */
   #geometry = null;
+  /** @type {Bins} */
+  #bins = { y: 0, edges: [], multipliers: [] };
   #height = 0;
   #stale = true;
   #told = 0;
+  #toldMs = 0;
 
-  /** @param {HTMLCanvasElement} canvas @param {import("../paint/theme.js").Theme} theme */
+  /** @param {HTMLCanvasElement} canvas @param {Theme} theme */
   constructor(canvas, theme) {
     this.canvas = canvas;
     this.theme = theme;
   }
 
   /**
-   * @param {any} board
+   * @param {Board} board
    * @param {number[]} counts per bin
-   * @param {{label: string, chances: number[]} | null} expected
+   * @param {Expectation | null} expected
    */
   setBoard(board, counts, expected) {
-    this.board = board;
+    this.#bins = board.bins;
     this.#counts = [...counts];
     this.setExpected(expected);
   }
 
-  /** @param {{label: string, chances: number[]} | null} expected */
+  /** @param {Expectation | null} expected */
   setExpected(expected) {
     this.#expected = expected;
     this.#told = 0;
@@ -49,12 +63,12 @@ export class Histogram {
     this.#stale = true;
   }
 
-  /** Draws what was added since; many balls of one frame are drawn once. */
+  /** Draws what was added since; many balls of one picture are drawn once. @param {number} nowMs */
   refresh(nowMs) {
     if (!this.#stale && this.#told === this.total) return;
     if (this.#stale) this.#paint();
-    // Words are for those who listen: they are not told sixty times a second.
-    if (nowMs - this.#toldMs >= WORDS_MS) this.#tell(nowMs);
+    // The description is for those who listen: it is not told sixty times a second.
+    if (nowMs - this.#toldMs >= TOLD_MS) this.#tell(nowMs);
   }
 
   /** Something is left to draw or to say. */
@@ -68,57 +82,42 @@ export class Histogram {
     return total;
   }
 
-  /** @param {import("../paint/geometry.js").Geometry} geometry the board's, whose columns are shared */
+  /** @param {Geometry} geometry the board's, whose columns are shared */
   layOut(geometry) {
     this.#geometry = geometry;
-    this.#height = this.canvas.parentElement.clientHeight;
+    this.#height = parentOf(this.canvas).clientHeight;
     this.draw();
   }
 
   /** Draws and says it all at once. */
   draw() {
-    if (!this.board || !this.#geometry) return;
+    if (!this.#geometry) return;
     this.#paint();
     this.#tell(performance.now());
   }
 
   #paint() {
     this.#stale = false;
-    if (!this.board || !this.#geometry) return;
+    const geometry = this.#geometry;
+    if (!geometry) return;
     const height = this.#height;
-    const ctx = this.#fit(this.#geometry.width, height);
+    const ctx = fitted(this.canvas, { width: geometry.width, height });
     const { total } = this;
     const expected = this.#expected?.chances.map((chance) => chance * Math.max(total, 1));
     const most = Math.max(1, ...this.#counts, ...(expected ?? []));
     const unit = (height - TOP) / Math.max(most, total ? 4 : 0.5);
-    this.#paintBars(ctx, height, unit);
-    if (expected) this.#paintExpected(ctx, height, unit, expected);
+    this.#paintBars(ctx, geometry, height, unit);
+    if (expected) this.#paintExpected(ctx, geometry, height, unit, expected);
   }
 
-  /** A canvas is made anew only when its size has changed: that is dear. */
-  #fit(width, height) {
-    const density = window.devicePixelRatio || 1;
-    const across = Math.round(width * density);
-    const down = Math.round(height * density);
-    const ctx = this.canvas.getContext("2d");
-    if (this.canvas.width !== across || this.canvas.height !== down) {
-      this.canvas.width = across;
-      this.canvas.height = down;
-    }
-    ctx.setTransform(density, 0, 0, density, 0, 0);
-    ctx.clearRect(0, 0, width, height);
-    return ctx;
-  }
-
+  /** @param {number} nowMs */
   #tell(nowMs) {
     this.#told = this.total;
     this.#toldMs = nowMs;
     this.canvas.setAttribute("aria-label", this.describe(this.#told));
   }
 
-  #toldMs = 0;
-
-  /** @param {number} total @returns {string} the picture in words */
+  /** @param {number} total @returns {string} the alternative text */
   describe(total) {
     if (total === 0) return "Histogram: nothing has landed at this table yet.";
     const bins = this.#counts.map((count, bin) => ({ count, bin })).filter(({ count }) => count);
@@ -126,19 +125,25 @@ export class Histogram {
     return `Histogram of ${counted(total, "drop")} at this table. ${parts.join(", ")}.`;
   }
 
-  #column(bin) {
-    const { px } = this.#geometry;
-    const { edges } = this.board.bins;
+  /** @param {number} bin @param {Geometry} geometry @returns {{x: number, width: number}} CSS pixels */
+  #column(bin, { px }) {
+    const { edges } = this.#bins;
     const from = px(edges[bin]);
     const width = px(edges[bin + 1]) - from;
     const gap = Math.max(1, Math.min(3, 0.06 * width));
     return { x: from + gap, width: width - 2 * gap };
   }
 
-  #paintBars(ctx, height, unit) {
+  /**
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {Geometry} geometry
+   * @param {number} height
+   * @param {number} unit
+   */
+  #paintBars(ctx, geometry, height, unit) {
     this.#counts.forEach((count, bin) => {
-      const { x, width } = this.#column(bin);
-      ctx.fillStyle = this.theme.payout(this.board.bins.multipliers[bin]).fill;
+      const { x, width } = this.#column(bin, geometry);
+      ctx.fillStyle = this.theme.payout(this.#bins.multipliers[bin]).fill;
       if (unit < BEAD) {
         ctx.fillRect(x, height - count * unit, width, count * unit);
         return;
@@ -149,13 +154,20 @@ export class Histogram {
     });
   }
 
-  #paintExpected(ctx, height, unit, expected) {
+  /**
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {Geometry} geometry
+   * @param {number} height
+   * @param {number} unit
+   * @param {number[]} expected
+   */
+  #paintExpected(ctx, geometry, height, unit, expected) {
     ctx.strokeStyle = this.theme.palette.trayMark;
     ctx.lineWidth = 2;
     ctx.lineCap = "round";
     ctx.beginPath();
     expected.forEach((count, bin) => {
-      const { x, width } = this.#column(bin);
+      const { x, width } = this.#column(bin, geometry);
       const y = Math.min(height - 1, height - count * unit);
       ctx.moveTo(x + 1, y);
       ctx.lineTo(x + width - 1, y);

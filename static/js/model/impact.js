@@ -6,6 +6,10 @@
 
 import { CONTACT_BEGIN, CONTACT_CHANGE, CONTACT_END, LANDING, PEG, WALL } from "./motion/drop.js";
 
+/** @import { Board, Point, Wall } from "./board.js" */
+/** @import { DropEvent } from "./motion/drop.js" */
+/** @import { State } from "./motion/flight.js" */
+
 /**
  * @typedef {object} Impact
  * @property {number} t seconds
@@ -20,14 +24,14 @@ import { CONTACT_BEGIN, CONTACT_CHANGE, CONTACT_END, LANDING, PEG, WALL } from "
  * @property {number} share of the ball's kinetic energy that was lost, 0 … 1
  */
 
-/** @param {any} board @returns {number} mass of the ball, kg */
-export function massOf({ ball }) {
+/** @param {Pick<Board, "ball">} board @returns {number} mass of the ball, kg */
+function massOf({ ball }) {
   return ball.density * Math.PI * ball.radius * ball.radius;
 }
 
 /**
- * @param {any} board
- * @param {import("./motion/flight.js").State} state
+ * @param {Board} board
+ * @param {Pick<State, "y" | "vx" | "vy" | "omega">} state
  * @returns {{moving: number, turning: number, height: number, total: number}} joules; height is
  *   counted from the line of the bins
  */
@@ -40,7 +44,7 @@ export function energyOf(board, { y, vx, vy, omega }) {
   return { moving, turning, height, total: moving + turning + height };
 }
 
-/** @param {any} board @param {import("./motion/drop.js").Event} event @returns {Impact} */
+/** @param {Board} board @param {DropEvent} event @returns {Impact} */
 export function impactOf(board, event) {
   const { kind, index, before, after, t } = event;
   const mass = massOf(board);
@@ -66,12 +70,20 @@ export function impactOf(board, event) {
   };
 }
 
+/** @param {Board} board @param {State} state */
 function kineticOf(board, state) {
   const { moving, turning } = energyOf(board, state);
   return moving + turning;
 }
 
-/** Unit normal of what was touched towards the ball. Contacts name wall w as -1 - w. */
+/**
+ * Unit normal of what was touched towards the ball. Contacts name wall w as -1 - w.
+ * @param {Pick<Board, "pegs" | "walls">} board
+ * @param {number} kind of event
+ * @param {number} index
+ * @param {Point} centre of the ball, metres
+ * @returns {Point}
+ */
 export function normalAt(board, kind, index, { x, y }) {
   const isWall = kind === WALL || (kind !== PEG && index < 0);
   const wall = kind === WALL ? index : -1 - index;
@@ -82,8 +94,13 @@ export function normalAt(board, kind, index, { x, y }) {
   return { x: dx / length, y: dy / length };
 }
 
-/** @returns {{x: number, y: number}} the point of a wall nearest to (x, y), metres */
-export function nearestOn({ x1, y1, x2, y2 }, x, y) {
+/**
+ * @param {Wall} wall
+ * @param {number} x
+ * @param {number} y
+ * @returns {Point} the point of a wall nearest to (x, y), metres
+ */
+function nearestOn({ x1, y1, x2, y2 }, x, y) {
   const dx = x2 - x1;
   const dy = y2 - y1;
   const along = ((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy);

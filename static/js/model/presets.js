@@ -18,11 +18,11 @@ export function boardName({ kind, rows, risk }) {
 
 /** @param {string} name @returns {Choice | null} null when it is no preset offered here */
 export function readBoardName(name) {
-  const plain = { rows: 16, risk: "medium" };
-  if (name === "classic" || name === "galton") return { kind: name, ...plain };
+  if (name === "classic" || name === "galton") return { kind: name, rows: 16, risk: "medium" };
   const match = /^triangle-(\d+)(?:-(low|high))?$/.exec(name);
   if (!match) return null;
-  return { kind: "triangle", rows: Number(match[1]), risk: match[2] ?? "medium" };
+  const risk = match[2] === "low" || match[2] === "high" ? match[2] : "medium";
+  return { kind: "triangle", rows: Number(match[1]), risk };
 }
 
 /**

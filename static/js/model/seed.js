@@ -22,6 +22,11 @@ export function readSeed(text) {
   return { ok: true, seed: digits };
 }
 
+/** @param {SeedReading} reading @param {string} empty what to say of an empty field @returns {string} */
+export function complaintOf(reading, empty) {
+  return reading.ok ? empty : reading.message;
+}
+
 /** @param {string} seed decimal @returns {string} the next one; 0 comes after the last */
 export function seedAfter(seed) {
   return String((BigInt(seed) + 1n) & MAX_SEED);
@@ -29,6 +34,7 @@ export function seedAfter(seed) {
 
 const RULE = `Use a whole number from 0 to ${MAX_SEED}.`;
 
+/** @param {string} text */
 function clip(text) {
   return text.length > 24 ? `${text.slice(0, 24)}…` : text;
 }

@@ -56,12 +56,13 @@ export function chiSquareTail(statistic, freedom) {
  * @param {number} b > 0
  * @returns {number} 0 … 1
  */
-export function betaI(x, a, b) {
+function betaI(x, a, b) {
   if (x <= 0) return 0;
   if (x >= 1) return 1;
   // The fraction converges fast on one side of the mean; the other is its mirror image.
   if (x > (a + 1) / (a + b + 2)) return 1 - betaI(1 - x, b, a);
   const log = a * Math.log(x) + b * Math.log1p(-x) + logGamma(a + b) - logGamma(a) - logGamma(b);
+  /** @param {number} n */
   const numerator = (n) => {
     if (n === 0) return 1;
     const m = Math.floor(n / 2);
@@ -71,7 +72,11 @@ export function betaI(x, a, b) {
   return (Math.exp(log) / a) * fraction(numerator, () => 1);
 }
 
-/** The continued fraction a0 / (b0 + a1 / (b1 + …)), by Lentz's method. */
+/**
+ * The continued fraction a0 / (b0 + a1 / (b1 + …)), by Lentz's method.
+ * @param {(n: number) => number} numerator
+ * @param {(n: number) => number} denominator
+ */
 function fraction(numerator, denominator) {
   let value = TINY;
   let c = value;
@@ -96,6 +101,7 @@ function fraction(numerator, denominator) {
  * @param {number} freedom >= 1
  */
 export function studentBound(confidence, freedom) {
+  /** @param {number} t */
   const outside = (t) => betaI(freedom / (freedom + t * t), freedom / 2, 0.5);
   let low = 0;
   let high = 2;
@@ -155,14 +161,20 @@ export function sameTest(one, two) {
   return judged(g, groups.length);
 }
 
+/** @param {number} statistic @param {number} groups */
 function judged(statistic, groups) {
   const freedom = groups - 1;
   return { statistic, freedom, p: chiSquareTail(statistic, freedom), groups };
 }
 
-/** Neighbouring bins put together, from the left, until each group may expect enough. */
+/**
+ * Neighbouring bins put together, from the left, until each group may expect enough.
+ * @param {number[]} expected
+ */
 function grouped(expected) {
+  /** @type {number[][]} */
   const groups = [];
+  /** @type {number[]} */
   let open = [];
   expected.forEach((_, bin) => {
     open.push(bin);
@@ -175,14 +187,17 @@ function grouped(expected) {
   return groups;
 }
 
+/** @param {number} count @param {number} due */
 function surprise(count, due) {
   return count === 0 ? 0 : count * Math.log(count / due);
 }
 
+/** @param {number[]} values */
 function sum(values) {
   return values.reduce((total, value) => total + value, 0);
 }
 
+/** @param {number[]} values @param {number[]} places */
 function sumOver(values, places) {
   return places.reduce((total, place) => total + values[place], 0);
 }
@@ -191,7 +206,9 @@ function sumOver(values, places) {
 export class Mean {
   /** @param {{count?: number, mean?: number, square?: number}} [saved] */
   constructor({ count = 0, mean = 0, square = 0 } = {}) {
-    Object.assign(this, { count, mean, square });
+    this.count = count;
+    this.mean = mean;
+    this.square = square;
   }
 
   /** @param {number} value @param {number} [times] */

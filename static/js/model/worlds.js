@@ -1,9 +1,17 @@
 // A preset board under another gravity or of another material. Pure.
 
-/** m/s^2 at the surface; for Jupiter, where its clouds begin. The engine's own presets. */
+/** @import { Board } from "./board.js" */
+
+/**
+ * m/s^2 at the surface; for Jupiter, where its clouds begin. The engine's own presets.
+ * @type {Record<string, number>}
+ */
 export const GRAVITY = { Earth: 9.81, Moon: 1.62, Mars: 3.72, Jupiter: 24.79 };
 
-/** Lowest and highest restitution measured of a pair of bodies. The engine's own table. */
+/**
+ * Lowest and highest restitution measured of a pair of bodies. The engine's own table.
+ * @type {Record<string, [number, number]>}
+ */
 export const RESTITUTION = {
   "Steel on steel": [0.8, 0.95],
   "Glass on glass": [0.93, 0.97],
@@ -33,7 +41,7 @@ export function restitutionOf(name) {
 
 /**
  * The board in that world, with a name that tells.
- * @param {any} board the JSON form of a preset
+ * @param {Board} board the JSON form of a preset
  * @param {World} world
  */
 export function transported(board, { gravity, material }) {
@@ -50,7 +58,7 @@ export function transported(board, { gravity, material }) {
 }
 
 /** @param {string} preset @param {World} world @returns {string} "triangle-16 · Moon · Clay (putty)" */
-export function worldName(preset, { gravity, material }) {
+function worldName(preset, { gravity, material }) {
   return [preset, gravity, material].filter((part) => part !== OWN).join(BETWEEN);
 }
 

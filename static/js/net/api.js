@@ -1,5 +1,8 @@
 // The REST side: where things are, and errors that say what was wrong.
 
+/** @import { BoardList } from "./replies.js" */
+/** @import { Hello } from "../model/messages.js" */
+
 /** A reply that is not what was asked for; the message is fit to be shown. */
 export class ApiError extends Error {
   /**
@@ -14,10 +17,15 @@ export class ApiError extends Error {
   }
 }
 
+/** @param {unknown} error that was caught @returns {string} what it says */
+export function messageOf(error) {
+  return error instanceof Error ? error.message : String(error);
+}
+
 /**
  * @param {string} path below /api/v1, with its query
  * @param {RequestInit} [options]
- * @returns {Promise<any>}
+ * @returns {Promise<unknown>} the reply, of a type that net/replies.js has for the path
  */
 export async function getJson(path, options) {
   return (await request(path, options)).json();
@@ -25,8 +33,8 @@ export async function getJson(path, options) {
 
 /**
  * @param {string} path below /api/v1
- * @param {any} body sent as JSON; a string is sent as it is, to the last bit of its numbers
- * @returns {Promise<any>}
+ * @param {unknown} body sent as JSON; a string is sent as it is, to the last bit of its numbers
+ * @returns {Promise<unknown>} the reply, of a type that net/replies.js has for the path
  */
 export function postJson(path, body) {
   const headers = { "content-type": "application/json", accept: "application/json" };
@@ -63,11 +71,11 @@ async function refusal(response) {
 
 /**
  * What REST calls the board of a room: a preset's name, else its digest, registered for replays.
- * @param {{board: object, board_digest: string}} hello
+ * @param {Pick<Hello, "board" | "board_digest">} hello
  * @returns {Promise<string>}
  */
 export async function boardAddress({ board, board_digest: digest }) {
-  const { boards } = await getJson("boards");
+  const { boards } = /** @type {BoardList} */ (await getJson("boards"));
   const known = boards.find((one) => one.digest === digest);
   if (known) return known.preset ? known.name : digest;
   await postJson("boards", board);
@@ -76,7 +84,7 @@ export async function boardAddress({ board, board_digest: digest }) {
 
 /**
  * @param {string} room
- * @param {string} [stream] what its binary frames are to be; the server's default without it
+ * @param {string} [stream] what its binary messages are to be; the server's default without it
  * @returns {string} address of its socket
  */
 export function socketUrl(room, stream = "") {

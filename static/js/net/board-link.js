@@ -1,9 +1,11 @@
 // A board in a link's fragment: JSON, deflated, in base64url. Nothing of it reaches a server log.
 
-export const FRAGMENT = "board";
+/** @import { Board } from "../model/board.js" */
+
+const FRAGMENT = "board";
 const MAX_TEXT = 4_000_000; // characters of JSON; a link that unpacks to more is no board
 
-/** @param {any} board @returns {Promise<string>} letters, digits, - and _ */
+/** @param {Board} board @returns {Promise<string>} letters, digits, - and _ */
 export async function packBoard(board) {
   const text = new TextEncoder().encode(JSON.stringify(board));
   const packed = await through(text, new CompressionStream("deflate-raw"));
@@ -14,7 +16,7 @@ export async function packBoard(board) {
 
 /**
  * @param {string} packed
- * @returns {Promise<any>} the board, not yet checked; rejects with what a visitor can understand
+ * @returns {Promise<unknown>} the board, not yet checked; rejects with what a visitor can understand
  */
 export async function unpackBoard(packed) {
   try {
@@ -35,11 +37,17 @@ export function boardInHash(hash) {
   return new URLSearchParams(hash.replace(/^#/, "")).get(FRAGMENT);
 }
 
+/**
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @param {CompressionStream | DecompressionStream} transform
+ * @param {number} [limit]
+ */
 async function through(bytes, transform, limit = Number.POSITIVE_INFINITY) {
   const writer = transform.writable.getWriter();
   // A broken stream is told by the reading side; here it would be told a second time.
   writer.write(bytes).catch(() => {});
   writer.close().catch(() => {});
+  /** @type {Uint8Array[]} */
   const chunks = [];
   let size = 0;
   for await (const chunk of streamOf(transform.readable)) {
@@ -56,7 +64,7 @@ async function through(bytes, transform, limit = Number.POSITIVE_INFINITY) {
   return whole;
 }
 
-/** Not every browser iterates streams by itself. */
+/** Not every browser iterates streams by itself. @param {ReadableStream<Uint8Array>} readable */
 async function* streamOf(readable) {
   const reader = readable.getReader();
   try {

@@ -24,6 +24,8 @@ export class Connection {
   #retryTimer = 0;
   #watchTimer = 0;
   #closed = false;
+  /** Whether the line must not stay silent now. */
+  expecting = false;
   /** Bytes of all messages so far, over all sockets. */
   received = 0;
 
@@ -49,7 +51,10 @@ export class Connection {
     this.#wait = FIRST_WAIT_MS;
   }
 
-  /** While true, a silent line is dropped and made anew. An idle room may stay silent for hours. */
+  /**
+   * While true, a silent line is dropped and made anew. An idle room may stay silent for hours.
+   * @param {boolean} expected
+   */
   expectNews(expected) {
     clearTimeout(this.#watchTimer);
     this.#watchTimer = 0;
@@ -82,6 +87,7 @@ export class Connection {
     this.#socket = socket;
   }
 
+  /** @param {string | ArrayBuffer} data */
   #receive(data) {
     this.received += sizeOf(data);
     if (this.expecting) this.expectNews(true);
@@ -99,6 +105,7 @@ export class Connection {
     this.#lost();
   }
 
+  /** @param {CloseEvent} closeEvent */
   #ended({ code, reason }) {
     if (code !== DO_NOT_RETURN) {
       this.#lost();

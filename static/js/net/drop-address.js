@@ -11,32 +11,30 @@
  * @property {string | null} [substeps]
  */
 
-const OPTIONAL = ["x", "solver", "dt", "substeps"];
+const OPTIONAL = /** @type {const} */ (["x", "solver", "dt", "substeps"]);
 
 /** @param {URLSearchParams} search @returns {DropAddress} */
 export function readDrop(search) {
-  const optional = OPTIONAL.map((name) => [name, search.get(name) || null]);
-  return {
-    board: search.get("board") ?? "",
-    seed: search.get("seed") ?? "",
-    ...Object.fromEntries(optional),
-  };
+  const [x, solver, dt, substeps] = OPTIONAL.map((name) => search.get(name) || null);
+  const [board, seed] = [search.get("board") ?? "", search.get("seed") ?? ""];
+  return { board, seed, x, solver, dt, substeps };
 }
 
 /** @param {DropAddress} drop @returns {URLSearchParams} what of it is set */
 export function dropSearch(drop) {
   const search = new URLSearchParams();
-  for (const name of ["board", "seed"]) if (drop[name]) search.set(name, drop[name]);
+  if (drop.board) search.set("board", drop.board);
+  if (drop.seed) search.set("seed", drop.seed);
   return withOptional(search, drop);
 }
 
 /**
  * @param {DropAddress} drop
  * @param {string} [part] "" for the record, "/frames" for its states
- * @param {Record<string, string>} [query]
+ * @param {URLSearchParams} [query]
  * @returns {string} below /api/v1
  */
-export function dropPath(drop, part = "", query = {}) {
+export function dropPath(drop, part = "", query = new URLSearchParams()) {
   const search = withOptional(new URLSearchParams(query), drop);
   const tail = search.size ? `?${search}` : "";
   return `drops/${encodeURIComponent(drop.board)}/${encodeURIComponent(drop.seed)}${part}${tail}`;
@@ -47,6 +45,7 @@ export function replayLink(drop) {
   return `replay.html?${dropSearch(drop)}`;
 }
 
+/** @param {URLSearchParams} search @param {DropAddress} drop */
 function withOptional(search, drop) {
   for (const name of OPTIONAL) {
     const value = drop[name];

@@ -1,6 +1,8 @@
 // The wire: snapshot bytes and event text in, plain values out. Pure; knows no socket.
 
-export const PROTOCOL = 1;
+/** @import { Extent, Snapshot } from "../model/messages.js" */
+
+const PROTOCOL = 1;
 const MAGIC = 0x50;
 const VERSION = 1;
 const HEADER_BYTES = 12;
@@ -14,30 +16,14 @@ export class ProtocolError extends Error {}
 
 /**
  * How quantised numbers become SI units; both come with the hello.
- * @typedef {object} Scale
- * @property {{x_min: number, x_max: number, y_min: number, y_max: number}} extent metres
+ * @typedef {object} SnapshotScale
+ * @property {Extent} extent metres
  * @property {number} velocityScale m/s of one velocity step
  */
 
 /**
- * One tick of a room, as columns: ball i is ids[i], x[i], …
- * @typedef {object} Snapshot
- * @property {number} tick
- * @property {number} seq events the room had sent when this was encoded
- * @property {number} count balls; columns that are used again may be longer
- * @property {Uint16Array} ids ball id mod 65536
- * @property {Float64Array} x metres
- * @property {Float64Array} y metres, down
- * @property {Float64Array} angle radians, clockwise, within one turn
- * @property {Float64Array} vx m/s
- * @property {Float64Array} vy m/s
- * @property {Uint8Array} bounced 1 when it hit something since the snapshot before
- * @property {Uint8Array} asleep 1 when it is at rest, in a room whose balls touch each other
- */
-
-/**
  * @param {ArrayBuffer} buffer
- * @param {Scale} scale
+ * @param {SnapshotScale} scale
  * @param {Snapshot} [into] filled and returned if it is large enough; its columns may be longer
  * @returns {Snapshot}
  */
@@ -103,16 +89,20 @@ function checkHeader(view) {
 }
 
 /**
- * @param {string} text one event, or the array of a tick's events
- * @returns {({type: string} & Record<string, any>)[]} in the order they happened
+ * What the server says is believed to have the shape that its type promises.
+ * @template {{type: string}} Message
+ * @param {string} text one message, or the array of a tick's messages
+ * @returns {Message[]} in the order they happened
  */
 export function decodeEvents(text) {
+  /** @type {unknown} */
   let data;
   try {
     data = JSON.parse(text);
   } catch (cause) {
     throw new ProtocolError(`event is not JSON: ${text.slice(0, 80)}`, { cause });
   }
+  /** @type {({type?: unknown, protocol?: unknown} | null)[]} */
   const events = Array.isArray(data) ? data : [data];
   for (const event of events) {
     if (typeof event?.type !== "string") {
@@ -122,5 +112,5 @@ export function decodeEvents(text) {
       throw new ProtocolError(`the server speaks protocol ${event.protocol}, not ${PROTOCOL}`);
     }
   }
-  return events;
+  return /** @type {Message[]} */ (events);
 }

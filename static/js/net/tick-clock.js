@@ -64,6 +64,7 @@ export class TickClock {
     return this.#shown;
   }
 
+  /** @param {number} nowMs */
   #coast(nowMs) {
     this.#shown += ((nowMs - this.#shownAt) * this.rate) / 1000;
     this.#shownAt = nowMs;

@@ -1,11 +1,16 @@
 // Paints what moves: balls with their trails, flashes on pegs, what a bin has just paid.
 
+import { contextOf, disc } from "../util/canvas.js";
 import { multiplier } from "../util/format.js";
 import { LABEL_FONT } from "./board.js";
+
+/** @import { BallShape, PayoutColour } from "./theme.js" */
 
 const MARGIN = 0.6; // of the radius, around the ball in its stamp: the shadow's room
 const HALF_TURN_STEPS = 40; // the band looks the same after half a turn
 const FLASH_STEPS = 16;
+
+/** @typedef {{body: string, dark: string, light: string, band: string, shadow: string}} BallColours */
 
 /**
  * A ball drawn once per size, colour and angle, then only copied.
@@ -18,8 +23,8 @@ const FLASH_STEPS = 16;
 /**
  * @param {number} radius CSS pixels
  * @param {number} density device pixels per CSS pixel
- * @param {{body: string, dark: string, light: string, band: string, shadow: string}} colours
- * @param {any} shape of a ball, as in theme.json
+ * @param {BallColours} colours
+ * @param {BallShape} shape
  * @returns {Sprite}
  */
 export function makeSprite(radius, density, colours, shape) {
@@ -41,14 +46,21 @@ export function makeSprite(radius, density, colours, shape) {
   return { sheet: ctx.canvas, half, side };
 }
 
+/** @param {number} side @param {number} count */
 function sheetOf(side, count) {
   const canvas = document.createElement("canvas");
   canvas.width = side * count;
   canvas.height = side;
-  return canvas.getContext("2d");
+  return contextOf(canvas);
 }
 
-/** The body turns under its light, so the gloss is the same at every angle. */
+/**
+ * The body turns under its light, so the gloss is the same at every angle.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} radius
+ * @param {BallColours} colours
+ * @param {BallShape} ballShape
+ */
 function glossOf(ctx, radius, colours, { highlight, gloss: stops }) {
   const gloss = ctx.createRadialGradient(
     highlight.x * radius, highlight.y * radius, highlight.radius * radius, 0, 0, radius,
@@ -59,11 +71,18 @@ function glossOf(ctx, radius, colours, { highlight, gloss: stops }) {
   return gloss;
 }
 
-/** 0 … 1 as the last two digits of #rrggbbaa. */
+/** 0 … 1 as the last two digits of #rrggbbaa. @param {number} part */
 function hexByte(part) {
   return Math.round(255 * part).toString(16).padStart(2, "0");
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} radius
+ * @param {number} angle
+ * @param {BallColours} ballColours
+ * @param {number} half
+ */
 function paintBody(ctx, radius, angle, { body, band }, half) {
   ctx.fillStyle = body;
   disc(ctx, 0, 0, radius);
@@ -104,7 +123,15 @@ export function traceTrail(ctx, points, count, width) {
   ctx.closePath();
 }
 
-/** One point of the ribbon's outline: aside of point i by what is left of the width there. */
+/**
+ * One point of the ribbon's outline: aside of point i by what is left of the width there.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Float64Array} points
+ * @param {number} count
+ * @param {number} i
+ * @param {number} width
+ * @param {boolean} first
+ */
 function edge(ctx, points, count, i, width, first) {
   const before = Math.max(0, i - 1);
   const after = Math.min(count - 1, i + 1);
@@ -162,7 +189,12 @@ export function paintFlash(ctx, { sheet, half, side, radius: drawn }, x, y, radi
   return reach;
 }
 
-/** @returns {number} CSS pixels: how far a flash reaches */
+/**
+ * @param {number} radius
+ * @param {number} age
+ * @param {number} strength
+ * @returns {number} CSS pixels: how far a flash reaches
+ */
 function flashRadius(radius, age, strength) {
   return radius * (1.3 + (1 + 1.4 * strength) * Math.sqrt(age)) + 1.5;
 }
@@ -175,7 +207,7 @@ function flashRadius(radius, age, strength) {
  * @param {number} size of the figures, CSS pixels
  * @param {number} score
  * @param {number} age 0 … 1
- * @param {import("./theme.js").PayoutColour} colour
+ * @param {PayoutColour} colour
  * @param {string} shadow
  */
 export function paintPaid(ctx, x, y, size, score, age, colour, shadow) {
@@ -197,14 +229,15 @@ export function paintPaid(ctx, x, y, size, score, age, colour, shadow) {
   ctx.globalAlpha = 1;
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} x
+ * @param {number} y
+ * @param {number} width
+ * @param {number} height
+ */
 function ticket(ctx, x, y, width, height) {
   ctx.beginPath();
   ctx.roundRect(x - width / 2, y - height / 2, width, height, 0.3 * height);
-  ctx.fill();
-}
-
-function disc(ctx, x, y, radius) {
-  ctx.beginPath();
-  ctx.arc(x, y, radius, 0, 2 * Math.PI);
   ctx.fill();
 }

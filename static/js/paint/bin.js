@@ -1,5 +1,8 @@
 // Paints how a bin answers a ball: the more it pays, the longer, brighter and further it shines.
 
+/** @import { Theme } from "./theme.js" */
+/** @import { Box } from "./board.js" */
+
 /** @typedef {{strength: number, glow: number}} Pulse both 0 … 1 */
 
 /**
@@ -14,7 +17,7 @@ export function pulseOf(score, age) {
   return { strength, glow: fade * (0.6 + 0.4 * Math.cos(2 * Math.PI * beats * age)) };
 }
 
-/** @param {{height: number}} box @param {Pulse} pulse @returns {number} CSS pixels */
+/** @param {Pick<Box, "height">} box @param {Pulse} pulse @returns {number} CSS pixels */
 export function beamHeight({ height }, { strength }) {
   return strength < 0.2 ? 0 : 5 * strength * height;
 }
@@ -22,9 +25,9 @@ export function beamHeight({ height }, { strength }) {
 /**
  * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels
  * @param {HTMLCanvasElement} still where the bin lies at rest
- * @param {{x: number, y: number, width: number, height: number}} box
+ * @param {Box} box
  * @param {Pulse} pulse
- * @param {import("./theme.js").Theme} theme
+ * @param {Theme} theme
  * @param {number} density of `still`
  * @param {number} score
  */
@@ -48,6 +51,12 @@ export function paintPulse(ctx, still, box, pulse, theme, density, score) {
   ctx.globalAlpha = 1;
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Box} box
+ * @param {Pulse} pulse
+ * @param {string} colour
+ */
 function paintBeam(ctx, box, pulse, colour) {
   const reach = beamHeight(box, pulse);
   if (reach === 0) return;

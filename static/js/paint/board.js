@@ -1,17 +1,19 @@
 // Paints what never moves: plate, rays, rails, pegs, bins. Called on resize and theme change only.
 
+import { startSpan } from "../model/board.js";
+import { disc } from "../util/canvas.js";
 import { tight } from "../util/format.js";
-import { startSpan } from "./geometry.js";
+
+/** @import { Board, Wall } from "../model/board.js" */
+/** @import { Geometry } from "./geometry.js" */
+/** @import { Palette, PayoutColour, PegShape, RailShape, Shapes, Theme } from "./theme.js" */
 
 export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow", "Arial Narrow", sans-serif';
-
-/** @typedef {import("./geometry.js").Geometry} Geometry */
-/** @typedef {import("./theme.js").Theme} Theme */
 
 /**
  * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels
  * @param {Geometry} geometry
- * @param {any} board
+ * @param {Board} board
  * @param {number[]} slots
  * @param {Theme} theme
  */
@@ -26,6 +28,13 @@ export function paintBoard(ctx, geometry, board, slots, theme) {
   paintRails(ctx, geometry, board, colours, theme.shapes.rail);
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {Palette} colours
+ * @param {Pick<Shapes, "rays">} given
+ */
 function paintPlate(ctx, geometry, board, colours, { rays }) {
   const { width, height } = geometry;
   ctx.fillStyle = colours.shoulder;
@@ -43,7 +52,14 @@ function paintPlate(ctx, geometry, board, colours, { rays }) {
   ctx.restore();
 }
 
-/** The part between the chains of walls on the left and on the right; all of it without walls. */
+/** @typedef {{x: number, y: number, width: number, height: number}} Box */
+
+/**
+ * The part between the chains of walls on the left and on the right; all of it without walls.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ */
 function clipToField(ctx, { px, py, width, height }, board) {
   const middle = 2 * board.drop.x;
   const left = chain(board.walls.filter((wall) => wall.x1 + wall.x2 < middle));
@@ -63,13 +79,20 @@ function clipToField(ctx, { px, py, width, height }, board) {
   ctx.clip();
 }
 
-/** The ends of some walls from top to bottom. */
+/** The ends of some walls from top to bottom. @param {Wall[]} walls */
 function chain(walls) {
   const ends = walls.flatMap(({ x1, y1, x2, y2 }) => [{ x: x1, y: y1 }, { x: x2, y: y2 }]);
   return ends.sort((one, two) => one.y - two.y);
 }
 
-/** The printed sunburst: every other wedge, out of the place where balls start. */
+/**
+ * The printed sunburst: every other wedge, out of the place where balls start.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {number} rays
+ * @param {string} colour
+ */
 function paintRays(ctx, { px, dropY, width, height }, board, rays, colour) {
   const x = px(board.drop.x);
   const reach = width + height;
@@ -85,7 +108,14 @@ function paintRays(ctx, { px, dropY, width, height }, board, rays, colour) {
   }
 }
 
-/** The slide along which a ball may start, or the numbered slots. */
+/**
+ * The slide along which a ball may start, or the numbered slots.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {number[]} slots
+ * @param {Palette} colours
+ */
 function paintHopper(ctx, { px, dropY, scale }, board, slots, colours) {
   const radius = Math.max(board.ball.radius * scale, 5);
   ctx.lineCap = "round";
@@ -95,7 +125,7 @@ function paintHopper(ctx, { px, dropY, scale }, board, slots, colours) {
     ctx.textBaseline = "middle";
     slots.forEach((slot, index) => {
       ctx.fillStyle = colours.railShade;
-      circle(ctx, px(slot), dropY, radius + 3);
+      disc(ctx, px(slot), dropY, radius + 3);
       ctx.fillStyle = colours.rail;
       ctx.fillText(String(index + 1), px(slot), dropY - radius - 16);
     });
@@ -106,13 +136,20 @@ function paintHopper(ctx, { px, dropY, scale }, board, slots, colours) {
   stroke(ctx, px(x - span), dropY, px(x + span), dropY, 2 * radius + 6, colours.railShade);
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {Palette} colours
+ * @param {PegShape} shape
+ */
 function paintPegs(ctx, { px, py, scale }, board, colours, shape) {
   const { across, down, alpha } = shape.shadow;
   ctx.globalAlpha = alpha;
   ctx.fillStyle = colours.shadow;
   for (const peg of board.pegs) {
     const r = peg.radius * scale;
-    circle(ctx, px(peg.x) + across * r, py(peg.y) + down * r, r);
+    disc(ctx, px(peg.x) + across * r, py(peg.y) + down * r, r);
   }
   ctx.globalAlpha = 1;
   for (const peg of board.pegs) {
@@ -120,15 +157,30 @@ function paintPegs(ctx, { px, py, scale }, board, colours, shape) {
   }
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} x
+ * @param {number} y
+ * @param {number} r
+ * @param {Palette} colours
+ * @param {PegShape} pegShape
+ */
 function paintPeg(ctx, x, y, r, colours, { highlight, shade }) {
   const brass = ctx.createRadialGradient(
     x + highlight.x * r, y + highlight.y * r, highlight.radius * r, x, y, r,
   );
   for (const { at, colour } of shade) brass.addColorStop(at, colours[colour]);
   ctx.fillStyle = brass;
-  circle(ctx, x, y, r);
+  disc(ctx, x, y, r);
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {Palette} colours
+ * @param {RailShape} railShape
+ */
 function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, shade }) {
   const width = Math.max(least, metres * scale);
   ctx.lineCap = "round";
@@ -149,9 +201,9 @@ function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, sha
  * One pocket with its multiplier.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
- * @param {any} board
+ * @param {Board} board
  * @param {number} bin
- * @param {import("./theme.js").PayoutColour} colour
+ * @param {PayoutColour} colour
  */
 function paintBin(ctx, geometry, board, bin, colour) {
   const { x, y, width, height } = binBox(geometry, board, bin);
@@ -160,7 +212,7 @@ function paintBin(ctx, geometry, board, bin, colour) {
   paintLabel(ctx, geometry, board, bin, colour.ink, { x, y, width, height });
 }
 
-/** @param {Geometry} geometry @param {any} board @param {number} bin CSS pixels */
+/** @param {Geometry} geometry @param {Board} board @param {number} bin @returns {Box} CSS pixels */
 export function binBox({ px, binTop, binHeight }, board, bin) {
   const from = px(board.bins.edges[bin]);
   const to = px(board.bins.edges[bin + 1]);
@@ -168,6 +220,14 @@ export function binBox({ px, binTop, binHeight }, board, bin) {
   return { x: from + gap, y: binTop + 2, width: to - from - 2 * gap, height: binHeight - 4 };
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {number} bin
+ * @param {string} ink
+ * @param {Box} box
+ */
 function paintLabel(ctx, geometry, board, bin, ink, { x, y, width, height }) {
   const texts = board.bins.multipliers.map(tight);
   const longest = Math.max(...texts.map((text) => text.length));
@@ -188,18 +248,29 @@ function paintLabel(ctx, geometry, board, bin, ink, { x, y, width, height }) {
   ctx.restore();
 }
 
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} x
+ * @param {number} y
+ * @param {number} width
+ * @param {number} height
+ * @param {number} radius
+ */
 function roundedBox(ctx, x, y, width, height, radius) {
   ctx.beginPath();
   ctx.roundRect(x, y, width, height, radius);
   ctx.fill();
 }
 
-function circle(ctx, x, y, r) {
-  ctx.beginPath();
-  ctx.arc(x, y, r, 0, 2 * Math.PI);
-  ctx.fill();
-}
-
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} x1
+ * @param {number} y1
+ * @param {number} x2
+ * @param {number} y2
+ * @param {number} width
+ * @param {string} colour
+ */
 function stroke(ctx, x1, y1, x2, y2, width, colour) {
   ctx.strokeStyle = colour;
   ctx.lineWidth = width;

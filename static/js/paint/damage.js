@@ -9,6 +9,7 @@ export class Damage {
   #count = 0;
   #area = 0;
 
+  /** @param {number} x @param {number} y @param {number} width @param {number} height */
   add(x, y, width, height) {
     this.#area += width * height;
     if (this.#count === MOST) {
@@ -40,7 +41,12 @@ export class Damage {
     this.add(left - margin, top - margin, width, bottom - top + 2 * margin);
   }
 
-  /** Wipes it all and starts anew. */
+  /**
+   * Wipes it all and starts anew.
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {number} width
+   * @param {number} height
+   */
   clear(ctx, width, height) {
     if (this.#area > SHARE * width * height) {
       ctx.clearRect(0, 0, width, height);

@@ -1,11 +1,12 @@
 // Paints what is drawn over a board to explain it: paths, arrows, rings. CSS pixels.
 
-/** @typedef {import("./geometry.js").Geometry} Geometry */
+/** @import { Geometry } from "./geometry.js" */
+/** @import { Point } from "../model/board.js" */
 
 /**
  * @param {CanvasRenderingContext2D} ctx
- * @param {Geometry} geometry
- * @param {{x: number, y: number}[]} points metres
+ * @param {Pick<Geometry, "px" | "py">} geometry
+ * @param {Point[]} points metres
  * @param {{colour: string, width: number, alpha?: number, dash?: number[]}} style
  */
 export function paintPath(ctx, { px, py }, points, { colour, width, alpha = 1, dash = [] }) {
@@ -25,8 +26,8 @@ export function paintPath(ctx, { px, py }, points, { colour, width, alpha = 1, d
 /**
  * An arrow with a dark rim, so that it is seen on any board.
  * @param {CanvasRenderingContext2D} ctx
- * @param {{x: number, y: number}} from
- * @param {{x: number, y: number}} by its length and direction, CSS pixels
+ * @param {Point} from
+ * @param {Point} by its length and direction, CSS pixels
  * @param {{colour: string, rim: string, width: number}} style
  */
 export function paintArrow(ctx, from, by, { colour, rim, width }) {
@@ -34,6 +35,7 @@ export function paintArrow(ctx, from, by, { colour, rim, width }) {
   if (length < 1) return;
   const [ux, uy] = [by.x / length, by.y / length];
   const head = Math.min(0.7 * length, 2.4 * width + 3);
+  /** @param {number} along @param {number} aside @returns {[number, number]} */
   const at = (along, aside) => [
     from.x + ux * along - uy * aside,
     from.y + uy * along + ux * aside,

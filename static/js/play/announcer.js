@@ -37,6 +37,7 @@ export class Announcer {
     this.#timer = 0;
     this.#lastMs = performance.now();
     const last = this.#last;
+    if (!last) return;
     this.say(this.#count === 1 ? sentence(last) : summary(this.#count, this.#staked, this.#paid, last),
       last.bin === null ? undefined : last.score);
     this.#count = 0;
@@ -46,12 +47,13 @@ export class Announcer {
 }
 
 /** @param {Result} result */
-export function sentence({ bin, score, seed, stake = 1 }) {
+function sentence({ bin, score, seed, stake = 1 }) {
   if (bin === null) return `Seed ${seed} came to rest in no bin. Its stake is back.`;
   const worth = stake === 1 ? "" : `, ${amount(stake * score)} for ${plain(stake)},`;
   return `Bin ${bin} pays ${multiplier(score)}${worth} for seed ${seed}.`;
 }
 
+/** @param {number} count @param {number} staked @param {number} paid @param {Result} last */
 function summary(count, staked, paid, last) {
   return `${counted(count, "ball")} landed: ${amount(paid)} back for ${plain(staked)}. ` +
     `The last: ${last.bin === null ? "no bin" : `bin ${last.bin}, ${multiplier(last.score)}`}.`;

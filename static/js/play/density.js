@@ -2,6 +2,8 @@
 
 import { poseBetween } from "../model/motion/interpolate.js";
 
+/** @import { Keyframe, Law } from "../model/motion/interpolate.js" */
+
 const CELLS = 240_000; // about a megabyte; half a centimetre to two on the usual boards
 const STEP = 1 / 300; // s between samples: closer than a cell at the speeds of a board
 const USUAL_SPEED = 2; // m/s: a ball this fast that crosses a cell adds one to it
@@ -28,10 +30,10 @@ export class Density {
   }
 
   /**
-   * Adds the stretch between two knots of a path, by the time it took.
-   * @param {import("../model/motion/interpolate.js").Knot} a
-   * @param {import("../model/motion/interpolate.js").Knot} b
-   * @param {import("../model/motion/interpolate.js").Law} law
+   * Adds the stretch between two keyframes of a path, by the time it took.
+   * @param {Keyframe} a
+   * @param {Keyframe} b
+   * @param {Law} law
    */
   follow(a, b, law) {
     const count = Math.max(1, Math.ceil((b.t - a.t) / STEP));
@@ -42,7 +44,12 @@ export class Density {
     }
   }
 
-  /** Spreads a weight over the four cells around a place, metres. */
+  /**
+   * Spreads a weight over the four cells around a place, metres.
+   * @param {number} x
+   * @param {number} y
+   * @param {number} weight
+   */
   add(x, y, weight) {
     const { field, cell, width, height } = this;
     const across = (x - field.left) / cell - 0.5;
@@ -61,7 +68,10 @@ export class Density {
     this.lastRow = Math.max(this.lastRow, row + 1);
   }
 
-  /** @returns {number} 0 … 1: a logarithm, so that the first ball is seen and the thousandth too */
+  /**
+   * @param {number} at
+   * @returns {number} 0 … 1: a logarithm, so that the first ball is seen and the thousandth too
+   */
   tone(at) {
     return Math.log1p(this.cells[at]) / Math.log1p(Math.max(FULL, this.most));
   }
@@ -73,6 +83,7 @@ export class Density {
     this.lastRow = this.height - 1;
   }
 
+  /** @param {number} at @param {number} weight */
   #put(at, weight) {
     this.cells[at] += weight;
     if (this.cells[at] > this.most) this.most = this.cells[at];

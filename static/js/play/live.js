@@ -1,19 +1,26 @@
 // A live table: joins connection, clock and balls, and says what to draw and what happened.
 
-import { boardAddress, getJson, socketUrl } from "../net/api.js";
-import { TickClock } from "../net/tick-clock.js";
+import { Table } from "../model/table/table.js";
+import { socketUrl } from "../net/api.js";
 import { Connection } from "../net/connection.js";
-import { dropPath } from "../net/drop-address.js";
 import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
 import { decodeSegments } from "../net/segments.js";
-import { Table } from "../model/table/table.js";
+import { TickClock } from "../net/tick-clock.js";
+import { OwnDrops } from "./own-drops.js";
+
+/** @import { Point } from "../model/board.js" */
+/** @import { Accepted, Hello, Landed, Refusal, Snapshot, TableMessage } from "../model/messages.js" */
+/** @import { Played } from "../model/session.js" */
+/** @import { Ball } from "../model/table/table.js" */
+/** @import { SegmentScale } from "../net/segments.js" */
+
+/** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "closed"} LiveState */
 
 /**
  * @typedef {object} LiveListener
- * @property {(hello: any, counts: number[]) => void} onTable a table is there, or there again
- * @property {(state: "connecting" | "live" | "asleep" | "reconnecting" | "closed", detail?: string)
- *   => void} onState
- * @property {(played: import("../model/session.js").Played) => void} onPlayed a drop of ours has settled
+ * @property {(hello: Hello, table: Table) => void} onTable a table is there, or there again
+ * @property {(state: LiveState, detail?: string) => void} onState
+ * @property {(played: Played) => void} onPlayed a drop of ours has settled
  * @property {(bin: number) => void} onHit a ball, whosever, lies in a bin
  * @property {(message: string, code?: string) => void} onError
  * @property {() => void} onChange there is something new to draw
@@ -21,48 +28,59 @@ import { Table } from "../model/table/table.js";
  * @property {(ms: number) => void} [onPong] how long a message took there and back
  */
 
-const MINOR_UNITS = 100; // the server counts stakes in hundredths
-const SEGMENTS = "segments"; // a piece of a path a bounce, from which the page draws the rest
-const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
+/**
+ * What holds from one hello to the next.
+ * @typedef {{hello: Hello, table: Table, clock: TickClock, scale: SegmentScale}} Visit
+ */
 
-/** What a drop needs to know of its ball, from an acceptance that came late. */
-function ballOf(event) {
-  if (!event) return null;
-  return { id: event.ball, seed: event.seed, x: event.x, explicit: event.explicit_x };
-}
+const MINOR_UNITS = 100; // the server counts stakes in hundredths
+const SEGMENTS = "segments"; // a segment of a path a bounce, from which the page draws the rest
+const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
 
 /** One room, through reconnections. */
 export class LiveTable {
-  /** @type {Table | null} */
-  table = null;
-  #refs = 0;
-  /** Drops asked for and not yet settled, by ref. */
-  #mine = new Map();
+  /** The room's newest tick. @type {number | null} */
+  tick = null;
+  /** @type {Visit | null} */
+  #visit = null;
+  /** @type {LiveState} */
   #state = "connecting";
   /** Room events heard of so far, and how the server knows us again. */
   #seq = 0;
+  /** @type {{run: string, key: string} | null} */
   #last = null;
-  /** Drops of ours that were under way when the line broke. */
-  #adrift = [];
+  /** @type {Snapshot | undefined} whose columns are used again */
+  #snapshot;
 
   /**
    * @param {string} room
    * @param {LiveListener} listener
-   * @param {string} [stream] "segments" for pieces of paths instead of snapshots
+   * @param {string} [stream] "segments" for segments of paths instead of snapshots
    */
   constructor(room, listener, stream = "") {
     this.room = room;
     this.listener = listener;
+    this.own = new OwnDrops(listener);
     this.connection = new Connection(socketUrl(room, stream), {
       onText: (text) => this.#read(() => {
-        for (const event of decodeEvents(text)) this.#take(event);
+        for (const event of /** @type {TableMessage[]} */ (decodeEvents(text))) this.#take(event);
       }),
-      onBytes: (bytes) => this.#read(() => this.#picture(bytes)),
+      onBytes: (bytes) => this.#read(() => this.#takeBytes(bytes)),
       onLost: (waitMs) => this.#lost(waitMs),
       onRefused: (reason) => this.#setState("closed", reason),
-      // A ball that flies for long sends no pieces meanwhile.
+      // A ball that flies for long sends no segments meanwhile.
       onQuiet: () => this.ping(),
     });
+  }
+
+  /** @returns {Table | null} null before the first hello */
+  get table() {
+    return this.#visit?.table ?? null;
+  }
+
+  /** @returns {Hello | null} */
+  get hello() {
+    return this.#visit?.hello ?? null;
   }
 
   /**
@@ -72,8 +90,7 @@ export class LiveTable {
   drop({ seed, x, stake: wanted = 1 }) {
     // Where others may knock the ball nothing is staked.
     const stake = this.hello?.mode === "interacting" ? 0 : wanted;
-    const ref = `d${this.#refs}`;
-    this.#refs += 1;
+    const ref = this.own.nextRef();
     const message = {
       type: "drop",
       ref,
@@ -81,34 +98,31 @@ export class LiveTable {
       ...(seed !== null && { seed }),
       ...(x !== null && { x }),
     };
-    if (!this.table || !this.connection.send(message)) return false;
-    this.#mine.set(ref, { ref, ball: null, stake });
+    if (!this.#visit || !this.connection.send(message)) return false;
+    this.own.add(ref, stake);
     this.connection.expectNews(true);
     return true;
   }
 
-  /** Drops of ours that the table has not answered yet. */
-  get unanswered() {
-    let count = 0;
-    for (const { ball } of this.#mine.values()) count += ball === null;
-    return count;
-  }
-
   /** @param {number} nowMs @returns {number} table time to draw, s */
   time(nowMs) {
-    return this.clock ? this.clock.renderTick(nowMs) / this.clock.rate : 0;
+    const clock = this.#visit?.clock;
+    return clock ? clock.renderTick(nowMs) / clock.rate : 0;
   }
 
   /**
    * Settles what is due: scores, histogram, messages.
    * @param {number} due table time up to which landings count, s
-   * @param {number} nowMs local time
+   * @param {number | null} nowMs local time; null lights nothing up
    */
   settle(due, nowMs) {
-    this.#settleUntil(due, nowMs / 1000);
+    const { table } = this;
+    if (!table) return;
+    for (const ball of table.settle(due, nowMs === null ? null : nowMs / 1000)) this.#settled(ball);
+    this.#rest(table);
   }
 
-  /** @returns {{x: number, y: number}[][]} the way our last ball took, as lines */
+  /** @returns {Point[][]} the way our last ball took, as lines */
   ownPaths() {
     return this.table?.lastTrace ? [this.table.lastTrace.points()] : [];
   }
@@ -122,7 +136,10 @@ export class LiveTable {
     this.connection.close();
   }
 
-  /** A server that speaks another protocol will go on doing so: no use in coming back. */
+  /**
+   * A server that speaks another protocol will go on doing so: no use in coming back.
+   * @param {() => void} message
+   */
   #read(message) {
     try {
       message();
@@ -133,197 +150,139 @@ export class LiveTable {
     }
   }
 
+  /** @param {TableMessage} event */
   #take(event) {
     if (COUNTED.has(event.type)) this.#seq += 1;
-    const handlers = {
-      hello: () => this.#hello(event),
-      missed: () => this.#reclaim(event.events ?? []),
-      accepted: () => this.#accepted(event),
-      contact: () => this.table?.applyContact(event),
-      landed: () => this.#landed(event),
-      error: () => this.#refused(event),
-      pong: () => this.listener.onPong?.(performance.now() - event.t),
-    };
     // A newer server may send more kinds; what this page does not know it can do without.
-    handlers[event.type]?.();
+    if (event.type === "hello") this.#greeted(event);
+    else if (event.type === "missed") this.own.reclaim(event.events ?? []);
+    else if (event.type === "accepted") this.#accepted(event);
+    else if (event.type === "contact") this.table?.applyContact(event);
+    else if (event.type === "landed") this.#landed(event);
+    else if (event.type === "error") this.#refused(event);
+    else if (event.type === "pong") this.listener.onPong?.(performance.now() - event.t);
     this.listener.onChange();
   }
 
-  #hello(hello) {
+  /** @param {Hello} hello */
+  #greeted(hello) {
     this.connection.settled();
-    this.hello = hello;
-    this.scale = {
+    const scale = {
       extent: hello.extent,
       velocityScale: hello.velocity_scale,
       spinScale: hello.spin_scale,
       rate: hello.tick_rate,
     };
-    this.clock = new TickClock({ rate: hello.tick_rate });
+    const table = new Table(hello);
+    this.#visit = { hello, table, clock: new TickClock({ rate: hello.tick_rate }), scale };
     this.tick = hello.tick;
-    this.table = new Table(hello);
-    this.#learnAddress(hello);
-    this.listener.onTable(hello, hello.stats.histogram);
-    this.#resume(hello);
-    this.#setState(this.table.flying ? "live" : "asleep");
-    this.connection.expectNews(this.table.flying);
+    const pending = this.own.enter(hello, table);
+    this.listener.onTable(hello, table);
+    this.#resume(hello, pending);
+    this.#setState(table.flying ? "live" : "asleep");
+    this.connection.expectNews(table.flying);
   }
 
-  async #learnAddress(hello) {
-    this.address = hello.board_digest;
-    try {
-      this.address = await boardAddress(hello);
-    } catch (error) {
-      this.listener.onError(`Replay links may not work: ${error.message}`);
-    }
-  }
-
-  /** After a lost line: asks what we have missed of what became of our drops. */
-  #resume(hello) {
+  /**
+   * After a lost line: asks what we have missed of what became of our drops.
+   * @param {Hello} hello
+   * @param {boolean} pending
+   */
+  #resume({ run, key, seq }, pending) {
     const last = this.#last;
     const since = this.#seq;
-    this.#last = { run: hello.run, key: hello.key };
-    this.#seq = hello.seq;
-    // What is dropped from here on is not lost, whatever the answer says.
-    this.#adrift = [...this.#mine.values()];
-    if (this.#adrift.length === 0) return;
+    this.#last = { run, key };
+    this.#seq = seq;
+    if (!pending) return;
     if (last?.run) this.connection.send({ type: "resume", since, ...last });
-    else this.#reclaim([]);
+    else this.own.reclaim([]);
   }
 
-  /** Our balls are still flying here, have landed meanwhile, or landed where their seed says. */
-  #reclaim(missed) {
-    const accepted = missed.filter(({ type }) => type === "accepted");
-    const landed = missed.filter(({ type }) => type === "landed");
-    for (const drop of this.#adrift) {
-      drop.ball ??= ballOf(accepted.find(({ ref }) => ref === drop.ref));
-      if (!drop.ball) {
-        this.#mine.delete(drop.ref);
-        this.listener.onError("The line broke before the table took a drop. Its stake is back.");
-        continue;
-      }
-      const { seed, x, explicit } = drop.ball;
-      const there = this.hello.balls.find((ball) => ball.seed === seed && ball.x === x);
-      const end = landed.find(({ ball }) => ball === drop.ball.id);
-      const flying = there && this.table.balls.get(there.ball);
-      if (flying) {
-        drop.ball = Object.assign(flying, { mine: true, explicit });
-      } else if (end) {
-        this.#mine.delete(drop.ref);
-        const { bin, score, unsettled } = end;
-        this.listener.onPlayed({
-          ...this.#playedOf(drop.ball), stake: drop.stake, bin, score, unsettled,
-        });
-      } else {
-        this.#recover(drop);
-      }
-    }
-  }
-
-  /** @param {{ref: string, ball: any}} drop landed while nobody told us */
-  async #recover({ ref, ball, stake }) {
-    this.#mine.delete(ref);
-    if (this.hello.mode === "interacting") {
-      this.listener.onError(`What became of seed ${ball.seed} is unknown: others knocked it.`);
-      return;
-    }
-    try {
-      const played = { ...this.#playedOf(ball), stake };
-      const record = await getJson(dropPath(played));
-      this.listener.onPlayed({ ...played, bin: record.bin, score: record.score });
-    } catch (error) {
-      this.listener.onError(`What became of seed ${ball.seed} is unknown: ${error.message}`);
-    }
-  }
-
+  /** @param {Accepted} event */
   #accepted(event) {
-    const drop = this.#mine.get(event.ref);
-    if (!this.table.awake) this.clock.restart();
-    this.clock.observe(event.tick, performance.now());
-    const ball = this.table.accept(event, drop !== undefined);
-    if (drop) drop.ball = ball;
+    if (!this.#visit) return;
+    const { table, clock } = this.#visit;
+    if (!table.awake) clock.restart();
+    clock.observe(event.tick, performance.now());
+    this.own.accepted(event.ref, table.accept(event, this.own.has(event.ref)));
     this.#setState("live");
     this.connection.expectNews(true);
   }
 
+  /** @param {Landed} event */
   #landed(event) {
     this.table?.applyLanded(event);
-    // Nobody looks at a hidden tab, and it gets no frames: what landed there counts at once.
+    // Nobody looks at a hidden tab, and it gets no pictures: what landed there counts at once.
     if (document.visibilityState === "hidden") {
       const now = performance.now();
-      this.#settleUntil(Number.POSITIVE_INFINITY, null);
+      this.settle(Number.POSITIVE_INFINITY, null);
       this.table?.forget(this.time(now), now / 1000);
     }
   }
 
-  /** @param {number} due s @param {number | null} wall s; null lights nothing up */
-  #settleUntil(due, wall) {
-    if (!this.table) return;
-    for (const ball of this.table.settle(due, wall)) this.#settled(ball);
-    this.#rest();
-  }
-
+  /** @param {Ball} ball */
   #settled(ball) {
-    const { bin, score, unsettled } = ball.landed;
-    if (bin !== null) this.listener.onHit(bin);
-    for (const [ref, drop] of this.#mine) {
-      if (drop.ball !== ball) continue;
-      this.#mine.delete(ref);
-      this.listener.onPlayed({
-        ...this.#playedOf(ball), stake: drop.stake, bin, score, unsettled,
-      });
-    }
+    if (!ball.landed) return;
+    if (ball.landed.bin !== null) this.listener.onHit(ball.landed.bin);
+    this.own.settled(ball, ball.landed);
   }
 
-  #playedOf({ seed, x, explicit }) {
-    const knocked = this.hello.mode === "interacting";
-    return { board: this.address, name: this.hello.board_name, seed, x: explicit ? x : null, knocked };
-  }
-
+  /** @param {Refusal} event */
   #refused(event) {
-    this.#mine.delete(event.ref);
+    this.own.refused(event.ref);
     this.listener.onError(event.detail, event.code);
-    if (this.table) this.#rest();
+    if (this.table) this.#rest(this.table);
   }
 
-  #picture(bytes) {
-    if (!this.table) return;
-    if (this.hello.stream === SEGMENTS) this.#pieces(bytes);
-    else this.#snapshot(bytes);
-    this.clock.observe(this.tick, performance.now());
+  /** @param {ArrayBuffer} bytes */
+  #takeBytes(bytes) {
+    if (!this.#visit) return;
+    const { hello, clock } = this.#visit;
+    this.tick = hello.stream === SEGMENTS
+      ? this.#takeSegments(this.#visit, bytes)
+      : this.#takeSnapshot(this.#visit, bytes);
+    clock.observe(this.tick, performance.now());
     this.listener.onChange();
   }
 
-  #pieces(bytes) {
-    const frame = decodeSegments(bytes, this.scale);
-    this.tick = frame.tick;
-    this.#seq = frame.seq; // contacts are among them, which this stream does not tell
-    this.table.applySegments(frame);
+  /** @param {Visit} visit @param {ArrayBuffer} bytes @returns {number} its tick */
+  #takeSegments({ table, scale }, bytes) {
+    const message = decodeSegments(bytes, scale);
+    this.#seq = message.seq; // contacts are among them, which this stream does not tell
+    table.applySegments(message);
+    return message.tick;
   }
 
-  #snapshot(bytes) {
-    this.snapshot = decodeSnapshot(bytes, this.scale, this.snapshot);
-    this.tick = this.snapshot.tick;
-    this.table.applySnapshot(this.snapshot);
+  /** @param {Visit} visit @param {ArrayBuffer} bytes @returns {number} its tick */
+  #takeSnapshot({ table, scale }, bytes) {
+    this.#snapshot = decodeSnapshot(bytes, scale, this.#snapshot);
+    table.applySnapshot(this.#snapshot);
     this.listener.onSnapshot?.();
+    return this.#snapshot.tick;
   }
 
+  /** @param {number} waitMs */
   #lost(waitMs) {
     this.#setState("reconnecting", `${Math.max(1, Math.round(waitMs / 1000))} s`);
   }
 
-  /** Nothing in flight and nothing asked for: the line may be silent as long as it likes. */
-  #rest() {
+  /**
+   * Nothing in flight and nothing asked for: the line may be silent as long as it likes.
+   * @param {Table} table
+   */
+  #rest(table) {
     let flying = false;
     let showing = false;
-    for (const ball of this.table.balls.values()) {
+    for (const ball of table.balls.values()) {
       flying ||= !ball.landed;
       showing ||= !ball.settled;
     }
-    if (flying || this.unanswered > 0 || this.#state === "reconnecting") return;
+    if (flying || this.own.unanswered > 0 || this.#state === "reconnecting") return;
     this.connection.expectNews(false);
     if (!showing) this.#setState("asleep");
   }
 
+  /** @param {LiveState} state @param {string} [detail] */
   #setState(state, detail) {
     if (state === this.#state && detail === undefined) return;
     this.#state = state;

@@ -4,11 +4,14 @@ import { byId, make } from "../util/dom.js";
 import { replayLink } from "../net/drop-address.js";
 import { amount, multiplier, plain, shortSeed, signed } from "../util/format.js";
 
+/** @import { Played, Session } from "../model/session.js" */
+/** @import { Theme } from "../paint/theme.js" */
+
 /** Draws a session; call `show` after it has changed. */
 export class Scoreboard {
   /**
-   * @param {import("../model/session.js").Session} session
-   * @param {import("../paint/theme.js").Theme} theme
+   * @param {Session} session
+   * @param {Theme} theme
    * @param {(seed: string) => void} onReuse a seed of the list is wanted again
    */
   constructor(session, theme, onReuse) {
@@ -33,7 +36,7 @@ export class Scoreboard {
     byId("drops").replaceChildren(...last.map((drop) => this.#row(drop)));
   }
 
-  /** @param {import("../model/session.js").Played} drop */
+  /** @param {Played} drop */
   #row(drop) {
     const paid = make("span", { class: "paid" }, multiplier(drop.score));
     const colour = this.theme.payout(drop.score);

@@ -3,18 +3,23 @@
 import { energyOf } from "../model/impact.js";
 import { figure, prefixed } from "../util/scale.js";
 
+/** @import { Plot } from "../instruments/chart.js" */
+/** @import { Motion } from "../model/motion/drop.js" */
+/** @import { State } from "../model/motion/flight.js" */
+
 const POINTS = 400;
 
 /**
- * @param {import("../model/motion/drop.js").Motion} motion
+ * @param {Motion} motion
  * @param {boolean} withHeight whether the energy of height counts
- * @returns {import("../instruments/chart.js").Plot} energy against seconds
+ * @returns {Plot} energy against seconds
  */
 export function energyPlot(motion, withHeight) {
   const rows = samples(motion);
   if (!withHeight) for (const row of rows) [row.total, row.height] = [row.total - row.height, 0];
   const most = Math.max(...rows.map((row) => row.total));
   const { unit, per } = prefixed(most, "J");
+  /** @param {(row: EnergyRow) => number} value */
   const level = (value) => rows.map((row) => ({ x: row.t, y: per * value(row) }));
   const ground = level(() => 0);
   const height = level((row) => row.height);
@@ -33,8 +38,14 @@ export function energyPlot(motion, withHeight) {
   };
 }
 
-/** Energies in time order; at each event right before and right after it, so that steps are steep. */
+/** @typedef {{t: number} & ReturnType<typeof energyOf>} EnergyRow */
+
+/**
+ * Energies in time order; at each event right before and right after it, so that steps are steep.
+ * @param {Motion} motion
+ */
 function samples(motion) {
+  /** @param {State} state @returns {EnergyRow} */
   const at = (state) => ({ t: state.t, ...energyOf(motion.board, state) });
   const rows = Array.from({ length: POINTS + 1 }, (_, i) =>
     at(motion.stateAt((i / POINTS) * motion.duration)));
@@ -43,7 +54,7 @@ function samples(motion) {
   return rows.sort((a, b) => a.t - b.t);
 }
 
-/** @param {import("../model/motion/drop.js").Motion} motion @returns {string} the plot in words */
+/** @param {Motion} motion @returns {string} the plot's alternative text */
 export function describeEnergy(motion) {
   const first = energyOf(motion.board, motion.start).total;
   const last = energyOf(motion.board, motion.end).total;

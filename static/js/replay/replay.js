@@ -1,10 +1,16 @@
 // One drop again: its record and states from the server, its motion, the scene at each moment.
 
+import { Motion, PEG, samplesNeeded } from "../model/motion/drop.js";
+import { emptyScene } from "../model/scene.js";
 import { getJson, postJson, request } from "../net/api.js";
-import { emptyScene } from "../board/view.js";
 import { boardInHash, unpackBoard } from "../net/board-link.js";
 import { dropPath } from "../net/drop-address.js";
-import { framesNeeded, Motion } from "../model/motion/drop.js";
+
+/** @import { Board } from "../model/board.js" */
+/** @import { Scene } from "../model/scene.js" */
+/** @import { DropAddress } from "../net/drop-address.js" */
+/** @import { DropRecord, Sampled } from "../model/motion/drop.js" */
+/** @import { BoardReply } from "../net/replies.js" */
 
 const FLASH_SECONDS = 0.35;
 const HIT_SECONDS = 1.4;
@@ -16,7 +22,12 @@ const LOUD = 3; // m/s
 export class Replay {
   #trail = new Float64Array(2 * TRAIL_POINTS);
 
-  /** @param {any} board @param {any} record @param {string} text the record as it came */
+  /**
+   * @param {Board} board
+   * @param {DropRecord} record
+   * @param {string} text the record as it came
+   * @param {Sampled} sampled
+   */
   constructor(board, record, text, sampled) {
     this.board = board;
     this.record = record;
@@ -26,18 +37,18 @@ export class Replay {
   }
 
   /**
-   * @param {any} board whole
-   * @param {import("../net/drop-address.js").DropAddress} drop
+   * @param {Board} board whole
+   * @param {DropAddress} drop
    * @returns {Promise<Replay>}
    */
   static async load(board, drop) {
     // How sure a bin is can be said of exact drops alone.
-    const certainty = drop.solver === "stepped" ? {} : { certainty: "true" };
-    const text = await (await request(dropPath(drop, "", certainty))).text();
-    const record = JSON.parse(text);
-    const fps = String(framesNeeded(record));
-    const sampled = await getJson(dropPath(drop, "/frames", { fps }));
-    return new Replay(board, record, text, sampled);
+    const query = new URLSearchParams(drop.solver === "stepped" ? {} : { certainty: "true" });
+    const text = await (await request(dropPath(drop, "", query))).text();
+    const record = /** @type {DropRecord} */ (JSON.parse(text));
+    const fps = String(samplesNeeded(record));
+    const sampled = await getJson(dropPath(drop, "/frames", new URLSearchParams({ fps })));
+    return new Replay(board, record, text, /** @type {Sampled} */ (sampled));
   }
 
   /** Time for the bin's light to fade after the landing, s. */
@@ -47,7 +58,7 @@ export class Replay {
 
   /**
    * Adds this drop's ball, flashes and lit bin to a scene.
-   * @param {import("../board/view.js").Scene} scene
+   * @param {Scene} scene
    * @param {number} t s
    * @param {boolean} [mine] which of the two kinds of ball it is drawn as
    */
@@ -55,7 +66,7 @@ export class Replay {
     // A landed ball is in its bin; one that came to rest elsewhere lies there.
     const stays = this.record.bin === null;
     if (t <= this.duration || stays) scene.balls.push(this.#ball(Math.min(t, this.duration), mine));
-    for (const { t: since, after, index } of this.motion.hits.filter(({ kind }) => kind === 0)) {
+    for (const { t: since, after, index } of this.motion.hits.filter(({ kind }) => kind === PEG)) {
       const age = (t - since) / FLASH_SECONDS;
       if (age < 0 || age >= 1) continue;
       const strength = Math.min(1, Math.hypot(after.vx, after.vy) / LOUD);
@@ -67,13 +78,14 @@ export class Replay {
     }
   }
 
-  /** @param {number} t s @returns {import("../board/view.js").Scene} */
+  /** @param {number} t s @returns {Scene} */
   sceneAt(t) {
     const scene = emptyScene();
     this.addTo(scene, t);
     return scene;
   }
 
+  /** @param {number} t @param {boolean} mine */
   #ball(t, mine) {
     const { x, y, theta } = this.motion.stateAt(t);
     const ball = { x, y, angle: theta, mine, trail: this.#trail, trailCount: 0 };
@@ -92,14 +104,16 @@ export class Replay {
  * that the server can be asked for its drops.
  * @param {string} name preset's name or digest; "" for the fragment's
  * @param {string} hash of the location
- * @returns {Promise<{board: any, address: string}>} address: what REST calls it
+ * @returns {Promise<{board: Board, address: string}>} address: what REST calls it
  */
 export async function boardOf(name, hash) {
   const packed = boardInHash(hash);
   if (packed === null) {
-    const { board } = await getJson(`boards/${encodeURIComponent(name)}`);
+    const reply = await getJson(`boards/${encodeURIComponent(name)}`);
+    const { board } = /** @type {BoardReply} */ (reply);
     return { board, address: name };
   }
-  const { board, digest } = await postJson("boards", await unpackBoard(packed));
+  const registered = await postJson("boards", await unpackBoard(packed));
+  const { board, digest } = /** @type {BoardReply} */ (registered);
   return { board, address: digest };
 }

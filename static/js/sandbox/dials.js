@@ -17,8 +17,14 @@ const TOLD_MS = 100; // while a slider is being drawn, its value is told this of
  * @property {(value: number) => string} [show]
  */
 
+/**
+ * @typedef {{dial: Dial, input: HTMLInputElement, output: HTMLOutputElement, held: boolean,
+ *   timer: number, release: number}} Slider
+ */
+
 /** A column of sliders. */
 export class Dials {
+  /** @type {Map<string, Slider>} */
   #rows = new Map();
 
   /**
@@ -33,16 +39,22 @@ export class Dials {
 
   /** @param {string} name @returns {number} */
   value(name) {
-    const { dial, input } = this.#rows.get(name);
+    const row = this.#rows.get(name);
+    if (!row) throw new Error(`there is no slider ${name}`);
+    const { dial, input } = row;
     return dial.log ? exactOf(10 ** Number(input.value)) : Number(input.value);
   }
 
-  /** Follows values that are known, but for a slider that is held. @param {Record<string, number>} values */
+  /**
+   * Follows values that are known, but for a slider that is held.
+   * @param {Partial<Record<string, number>>} values
+   */
   set(values) {
     for (const [name, row] of this.#rows) {
-      if (!(name in values) || row.held) continue;
-      row.input.value = String(row.dial.log ? Math.log10(values[name]) : values[name]);
-      this.#show(row, values[name]);
+      const value = values[name];
+      if (value === undefined || row.held) continue;
+      row.input.value = String(row.dial.log ? Math.log10(value) : value);
+      this.#show(row, value);
     }
   }
 
@@ -51,6 +63,7 @@ export class Dials {
     for (const { input } of this.#rows.values()) input.disabled = disabled;
   }
 
+  /** @param {string} group @param {Dial} dial */
   #row(group, dial) {
     const id = `${group}-${dial.name}`;
     const [low, high] = dial.log ? [Math.log10(dial.low), Math.log10(dial.high)] : [dial.low, dial.high];
@@ -65,23 +78,26 @@ export class Dials {
     return make("div", { class: "dial" }, make("label", { for: id }, dial.label), input, output);
   }
 
+  /** @param {Slider} row */
   #moved(row) {
     row.held = true;
     this.#show(row, this.value(row.dial.name));
     row.timer ||= setTimeout(() => this.#tell(row), TOLD_MS);
   }
 
+  /** @param {Slider} row */
   #tell(row) {
     clearTimeout(row.timer);
     row.timer = 0;
     this.onChange(row.dial.name, this.value(row.dial.name));
-    // What the room answers to this must not pull the slider back from under the hand.
+    // What the room answers to this must not pull the slider back from under the pointer.
     clearTimeout(row.release);
     row.release = setTimeout(() => {
       row.held = false;
     }, 500);
   }
 
+  /** @param {Slider} row @param {number} value */
   #show({ dial, input, output }, value) {
     const text = dial.show ? dial.show(value) : `${figure(value)} ${dial.unit}`.trim();
     output.textContent = text;
@@ -89,7 +105,7 @@ export class Dials {
   }
 }
 
-/** Three digits are all that a hand can mean. */
+/** Three digits are all that a slider can mean. @param {number} value */
 function exactOf(value) {
   return Number(value.toPrecision(3));
 }

@@ -1,15 +1,21 @@
-// What is measured in the box: the last half minute of energies as a plot, and the rest in words.
+// What is measured in the box: the last half minute of energies as a plot, and the rest as numbers.
 
-import { fillFacts } from "../board/page.js";
+import { fillFacts } from "../util/dom.js";
 import { figure, prefixed } from "../util/scale.js";
+
+/** @import { Plot } from "../instruments/chart.js" */
+/** @import { Diagnostics } from "../model/messages.js" */
 
 const SPAN = 30; // s on the plot
 
+/** @typedef {Record<"t" | "kinetic" | "rotational" | "potential" | "total", number>} Energies s and J */
+
 /**
  * Energies with the height counted from the floor. Pure.
- * @param {any} diagnostics the event, whose potential is zero at y = 0
+ * @param {Pick<Diagnostics, "time" | "kinetic" | "potential" | "rotational">} diagnostics
  * @param {number} weight of all balls, N
  * @param {number} floor y of the floor, m
+ * @returns {Energies}
  */
 export function energies({ time, kinetic, potential, rotational }, weight, floor) {
   const height = potential + weight * floor;
@@ -25,9 +31,10 @@ export function massOf(balls) {
 
 /** The energies of late. */
 export class EnergyHistory {
+  /** @type {Energies[]} */
   rows = [];
 
-  /** @param {ReturnType<typeof energies>} row */
+  /** @param {Energies} row */
   add(row) {
     const last = this.rows.at(-1);
     if (last && row.t < last.t) this.rows = [];
@@ -40,13 +47,14 @@ export class EnergyHistory {
     this.rows = [];
   }
 
-  /** @returns {import("../instruments/chart.js").Plot} */
+  /** @returns {Plot} */
   plot() {
     const last = this.rows.at(-1)?.t ?? 0;
     const from = Math.max(0, last - SPAN);
     const shown = this.rows.filter((row) => row.t >= from);
     const most = Math.max(1e-9, ...shown.map((row) => Math.max(row.total, row.kinetic)));
     const { unit, per } = prefixed(most, "J");
+    /** @param {keyof Energies} name */
     const line = (name) => shown.map((row) => ({ x: row.t, y: per * row[name] }));
     return {
       x: { from, to: Math.max(from + SPAN / 3, last), unit: "s" },
@@ -61,8 +69,9 @@ export class EnergyHistory {
   }
 }
 
-/** @param {HTMLElement} list @param {any} event diagnostics @param {any} row the energies */
+/** @param {HTMLElement} list @param {Diagnostics} event @param {Energies} row */
 export function showFacts(list, event, row) {
+  /** @param {number} value */
   const joule = (value) => {
     const { unit, per } = prefixed(Math.max(Math.abs(value), 1e-3), "J");
     return `${fixed(per * value)} ${unit}`;
@@ -83,6 +92,7 @@ export function showFacts(list, event, row) {
   ]);
 }
 
+/** @param {number} value */
 function fixed(value) {
   const size = Math.abs(value);
   const text = size >= 1e5 ? figure(value) : value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : 2);

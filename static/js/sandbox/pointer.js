@@ -1,4 +1,8 @@
-// The hand in the box: pointer and keys on the canvas become throws, drags and kicks.
+// The pointer controller: pointer and keys on the canvas become throws, drags and kicks.
+
+/** @import { SandboxView } from "./view.js" */
+/** @import { Point } from "../model/board.js" */
+/** @import { Extent } from "../model/messages.js" */
 
 const THROW_RATE = 5; // m/s for each metre that a sling is drawn
 const FASTEST = 30; // m/s
@@ -7,39 +11,51 @@ const REACH_PX = 14; // a finger may miss a small ball by this much
 const STEP = 0.1; // m that an arrow key moves the aim
 const LONG_STEP = 0.5;
 
+/** @type {Record<string, [number, number] | undefined>} */
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
 /**
- * @typedef {object} HandListener
- * @property {(ball: number, place: {x: number, y: number}) => void} onDrag
+ * @typedef {{x: number, y: number, toX: number, toY: number, radius: number}} Sling metres
+ *
+ * @typedef {object} PointerListener
+ * @property {(ball: number, place: Point) => void} onDrag
  * @property {() => void} onLetGo
  * @property {(ball: number) => void} onChoose
- * @property {(place: {x: number, y: number}, vx: number, vy: number) => void} onThrow
+ * @property {(place: Point, vx: number, vy: number) => void} onThrow
  * @property {() => void} onThrowAimed the keyboard's throw, as the sliders say
  * @property {() => void} onKick
  * @property {() => void} onRemove
- * @property {() => void} onPause
- * @property {() => void} onStep
  * @property {(text: string) => void} onSay
  * @property {() => void} onChange
  */
 
 /** Follows pointer and keys over one view. */
-export class SandboxHand {
+export class PointerController {
   cross = { x: 0, y: 0 };
   crossShown = false;
+  /** @type {Sling | null} */
   sling = null;
+  /** @type {number | null} a ball */
   chosen = null;
   locked = true;
+  /** @type {number | null} id of the pointer that is down */
   #pointer = null;
+  /** @type {number | null} the ball under it */
+  #held = null;
+  /** @type {number | null} the ball that the keyboard leads */
   #grabbed = null;
 
   /**
-   * @param {import("./view.js").SandboxView} view
-   * @param {(place: {x: number, y: number}, reach: number) => number | null} find the ball there
+   * @param {SandboxView} view
+   * @param {(place: Point, reach: number) => number | null} find the ball there
    * @param {() => number} radius of the next ball
-   * @param {HandListener} listener
+   * @param {PointerListener} listener
    */
   constructor(view, find, radius, listener) {
-    Object.assign(this, { view, find, radius, listener });
+    this.view = view;
+    this.find = find;
+    this.radius = radius;
+    this.listener = listener;
     const canvas = view.moving;
     canvas.addEventListener("pointerdown", (event) => this.#down(event));
     canvas.addEventListener("pointermove", (event) => this.#move(event));
@@ -50,7 +66,7 @@ export class SandboxHand {
     canvas.addEventListener("blur", () => this.#showCross(false));
   }
 
-  /** A new room: aim at its upper middle, hold nothing. */
+  /** A new room: aim at its upper middle, hold nothing. @param {Extent} extent */
   begin({ x_min: x0, x_max: x1, y_min: y0, y_max: y1 }) {
     this.cross = { x: (x0 + x1) / 2, y: y0 + 0.3 * (y1 - y0) };
     this.chosen = null;
@@ -59,22 +75,23 @@ export class SandboxHand {
     this.sling = null;
   }
 
-  /** The ball is no more. */
+  /** The ball is no more. @param {number} ball */
   forget(ball) {
     if (this.chosen === ball) this.chosen = null;
     if (this.#grabbed === ball) this.#grabbed = null;
   }
 
+  /** @param {PointerEvent} event */
   #down(event) {
     if (this.locked || this.#pointer !== null || event.button !== 0) return;
     this.#showCross(false);
     const place = this.view.placeOf(event);
     this.#pointer = event.pointerId;
     this.view.moving.setPointerCapture(event.pointerId);
-    this.ball = this.find(place, REACH_PX / this.view.scale);
-    if (this.ball !== null) {
-      this.#choose(this.ball);
-      this.listener.onDrag(this.ball, place);
+    this.#held = this.find(place, REACH_PX / this.view.scale);
+    if (this.#held !== null) {
+      this.#choose(this.#held);
+      this.listener.onDrag(this.#held, place);
     } else {
       const { x, y } = this.#within(place);
       this.sling = { x, y, toX: x, toY: y, radius: this.radius() };
@@ -82,17 +99,20 @@ export class SandboxHand {
     this.listener.onChange();
   }
 
+  /** @param {PointerEvent} event */
   #move(event) {
     if (event.pointerId !== this.#pointer) return;
     const place = this.view.placeOf(event);
-    if (this.ball !== null) this.listener.onDrag(this.ball, place);
-    else Object.assign(this.sling, { toX: place.x, toY: place.y });
+    if (this.#held !== null) this.listener.onDrag(this.#held, place);
+    else if (this.sling) Object.assign(this.sling, { toX: place.x, toY: place.y });
     this.listener.onChange();
   }
 
+  /** @param {PointerEvent} event */
   #up(event) {
     if (event.pointerId !== this.#pointer) return;
-    const { ball, sling } = this;
+    const { sling } = this;
+    const ball = this.#held;
     this.#cancel();
     if (ball !== null || !sling) return;
     const [dx, dy] = [sling.toX - sling.x, sling.toY - sling.y];
@@ -103,45 +123,51 @@ export class SandboxHand {
   }
 
   #cancel() {
-    if (this.ball !== null && this.#pointer !== null) this.listener.onLetGo();
+    if (this.#held !== null && this.#pointer !== null) this.listener.onLetGo();
     this.#pointer = null;
-    this.ball = null;
+    this.#held = null;
     this.sling = null;
     this.listener.onChange();
   }
 
-  /** A place where a ball of the next throw fits between the walls. */
+  /** A place where a ball of the next throw fits between the walls. @param {Point} point */
   #within({ x, y }) {
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.view.extent;
     const margin = this.radius() + 0.001;
+    /** @param {number} value @param {number} low @param {number} high */
     const clamp = (value, low, high) => Math.max(low + margin, Math.min(high - margin, value));
     return { x: clamp(x, x0, x1), y: clamp(y, y0, y1) };
   }
 
+  /** @param {number} ball */
   #choose(ball) {
     this.chosen = ball;
     this.listener.onChoose(ball);
   }
 
+  /** @param {boolean} shown */
   #showCross(shown) {
     this.crossShown = shown && !this.locked;
     this.listener.onChange();
   }
 
+  /** @param {KeyboardEvent} event */
   #key(event) {
     if (this.locked || event.ctrlKey || event.altKey || event.metaKey) return;
-    const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
-    const act = {
+    const way = ARROWS[event.key];
+    /** @type {Record<string, () => void>} */
+    const acts = {
       Enter: () => this.listener.onThrowAimed(),
       g: () => this.#grab(),
       k: () => this.listener.onKick(),
       Delete: () => this.listener.onRemove(),
       Backspace: () => this.listener.onRemove(),
-    }[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    };
+    const act = acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!way && !act) return;
     event.preventDefault();
     this.#showCross(true);
-    if (act) {
+    if (!way) {
       if (!event.repeat) act();
       return;
     }

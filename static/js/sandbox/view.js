@@ -1,71 +1,90 @@
-// The box on two canvases: what never moves, and the balls with what the hand is doing.
+// The box on two canvases: what never moves, and the balls with what the pointer is doing.
 
+import { announceShape } from "../board/shape.js";
 import { makeSprite, paintBall } from "../paint/ball.js";
+import { contextOf, disc } from "../util/canvas.js";
+import { parentOf } from "../util/dom.js";
+
+/** @import { Theme } from "../paint/theme.js" */
+/** @import { Seen } from "./room.js" */
+/** @import { Point } from "../model/board.js" */
+/** @import { Extent, StaticGeometry } from "../model/messages.js" */
+/** @import { Sprite } from "../paint/ball.js" */
+/** @import { Sling } from "./pointer.js" */
 
 const STEPS = 3.5; // sprites of different radii in each doubling; in between they are stretched
 const LARGEST = 64; // CSS pixels; larger balls stretch this one, whose stamps still fit a canvas
 
 /**
- * @typedef {object} Hand
- * @property {{x: number, y: number}} cross where the keyboard aims, metres
+ * What the pointer controller is about to do.
+ * @typedef {object} Aim
+ * @property {Point} cross where the keyboard aims, metres
  * @property {boolean} crossShown
- * @property {{x: number, y: number, toX: number, toY: number, radius: number} | null} sling metres
+ * @property {Sling | null} sling
  * @property {number | null} chosen a ball
  */
 
 /** Draws one place and its balls. */
 export class SandboxView {
+  /** @type {Extent} metres */
+  extent = { x_min: 0, x_max: 1, y_min: 0, y_max: 1 };
+  /** CSS pixels a metre; 0 before anything is laid out. */
+  scale = 0;
+  /** @type {StaticGeometry | null} */
+  #geometry = null;
+  #height = 0;
+  /** @type {Map<number, {sprite: Sprite, of: number}>} of: the radius it was made for, CSS pixels */
   #sprites = new Map();
-  #stamp = { sheet: null, half: 0, side: 0 };
   #width = 0;
   #density = 0;
 
   /** @param {{still: HTMLCanvasElement, moving: HTMLCanvasElement}} canvases
-   *  @param {import("../paint/theme.js").Theme} theme @param {() => void} onLayout */
+   *  @param {Theme} theme @param {() => void} onLayout */
   constructor({ still, moving }, theme, onLayout) {
     this.still = still;
+    this.box = parentOf(still);
     this.moving = moving;
     this.theme = theme;
     this.onLayout = onLayout;
-    new ResizeObserver(() => this.relayout()).observe(still.parentElement);
+    new ResizeObserver(() => this.relayout()).observe(this.box);
     theme.onChange(() => this.repaint());
   }
 
-  /** @param {any} place its JSON form @param {any} extent */
-  setPlace(place, extent) {
-    this.place = place;
+  /** @param {StaticGeometry} geometry what does not move @param {Extent} extent */
+  setGeometry(geometry, extent) {
+    this.#geometry = geometry;
     this.extent = extent;
     const ratio = (extent.x_max - extent.x_min) / (extent.y_max - extent.y_min);
-    document.documentElement.style.setProperty("--board-ratio", ratio.toFixed(4));
-    document.documentElement.dataset.shape = ratio < 1 ? "tall" : "wide";
+    announceShape(ratio);
     this.#width = 0;
     this.relayout();
   }
 
   /** Fits the canvases to their box; does nothing when nothing has changed. */
   relayout() {
-    const width = this.still.parentElement.clientWidth;
+    const width = this.box.clientWidth;
     const density = window.devicePixelRatio || 1;
-    if (!this.place || !width || (width === this.#width && density === this.#density)) return;
+    if (!this.#geometry || !width || (width === this.#width && density === this.#density)) return;
     this.#width = width;
     this.#density = density;
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
     const { pad } = this.theme.shapes.box; // CSS pixels around what stands
     this.scale = (width - 2 * pad) / (x1 - x0);
-    this.height = Math.round((y1 - y0) * this.scale + 2 * pad);
-    this.width = width;
+    this.#height = Math.round((y1 - y0) * this.scale + 2 * pad);
     for (const canvas of [this.still, this.moving]) {
       canvas.width = Math.round(width * density);
-      canvas.height = Math.round(this.height * density);
-      canvas.style.height = `${this.height}px`;
+      canvas.height = Math.round(this.#height * density);
+      canvas.style.height = `${this.#height}px`;
     }
     this.repaint();
   }
 
+  /** @param {number} x metres @returns {number} CSS pixels */
   px(x) {
     return this.theme.shapes.box.pad + (x - this.extent.x_min) * this.scale;
   }
 
+  /** @param {number} y metres @returns {number} CSS pixels */
   py(y) {
     return this.theme.shapes.box.pad + (y - this.extent.y_min) * this.scale;
   }
@@ -82,22 +101,23 @@ export class SandboxView {
 
   /** Paints the still layer anew: colours, size or place have changed. */
   repaint() {
-    if (!this.scale) return;
+    if (!this.scale || !this.#geometry) return;
     this.#sprites.clear();
-    const ctx = this.still.getContext("2d");
+    const ctx = contextOf(this.still);
     ctx.setTransform(this.#density, 0, 0, this.#density, 0, 0);
     this.#paintGround(ctx);
-    this.#paintPlace(ctx);
+    this.#paintGeometry(ctx, this.#geometry);
     this.onLayout();
   }
 
+  /** @param {CanvasRenderingContext2D} ctx */
   #paintGround(ctx) {
     const { palette } = this.theme;
-    const enamel = ctx.createLinearGradient(0, 0, 0, this.height);
+    const enamel = ctx.createLinearGradient(0, 0, 0, this.#height);
     enamel.addColorStop(0, palette.board);
     enamel.addColorStop(1, palette.boardDeep);
     ctx.fillStyle = enamel;
-    ctx.fillRect(0, 0, this.width, this.height);
+    ctx.fillRect(0, 0, this.#width, this.#height);
     // A metre grid, so that speeds and sizes can be judged.
     ctx.fillStyle = palette.ray;
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
@@ -109,14 +129,15 @@ export class SandboxView {
     }
   }
 
-  #paintPlace(ctx) {
+  /** @param {CanvasRenderingContext2D} ctx @param {StaticGeometry} staticGeometry */
+  #paintGeometry(ctx, { walls, pegs, bins }) {
     const { palette } = this.theme;
     ctx.lineCap = "round";
     ctx.strokeStyle = palette.rail;
     const { least, most, metres } = this.theme.shapes.box;
     const width = Math.max(least, Math.min(most, metres * this.scale));
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
-    for (const wall of this.place.walls) {
+    for (const wall of walls) {
       // A wall has no thickness; on the rim its rail lies outside, so that balls touch its edge.
       const atX = wall.x1 === wall.x2 && (wall.x1 === x0 || wall.x1 === x1);
       const atY = wall.y1 === wall.y2 && (wall.y1 === y0 || wall.y1 === y1);
@@ -129,44 +150,48 @@ export class SandboxView {
       ctx.stroke();
     }
     ctx.fillStyle = palette.peg;
-    for (const peg of this.place.pegs) disc(ctx, this.px(peg.x), this.py(peg.y), peg.radius * this.scale);
-    if (!this.place.bins) return;
-    const { y, edges } = this.place.bins;
+    for (const peg of pegs) disc(ctx, this.px(peg.x), this.py(peg.y), peg.radius * this.scale);
+    if (!bins) return;
+    const { y, edges } = bins;
     ctx.fillStyle = palette.trayMark;
-    ctx.fillRect(this.px(edges[0]), this.py(y) - 1, this.px(edges.at(-1)) - this.px(edges[0]), 2);
+    ctx.fillRect(this.px(edges[0]), this.py(y) - 1, this.px(edges[edges.length - 1]) - this.px(edges[0]), 2);
     for (const edge of edges) ctx.fillRect(this.px(edge) - 1, this.py(y) - 8, 2, 8);
   }
 
   /**
-   * @param {(see: (ball: import("./room.js").Seen) => void) => void} look
-   * @param {Hand} hand
+   * @param {(see: (ball: Seen) => void) => void} look
+   * @param {Aim} aim
    */
-  draw(look, hand) {
+  draw(look, aim) {
     if (!this.scale) return;
-    const ctx = this.moving.getContext("2d");
+    const ctx = contextOf(this.moving);
     const density = this.#density;
     ctx.setTransform(density, 0, 0, density, 0, 0);
-    ctx.clearRect(0, 0, this.width, this.height);
-    let chosen = null;
+    ctx.clearRect(0, 0, this.#width, this.#height);
+    /** @type {Seen[]} */
+    const chosen = [];
     look((ball) => {
       this.#paintBall(ctx, ball);
-      if (ball.id === hand.chosen) chosen = { ...ball };
+      if (ball.id === aim.chosen) chosen.push({ ...ball });
     });
-    if (chosen) this.#ring(ctx, chosen);
-    if (hand.sling) this.#arrow(ctx, hand.sling);
-    if (hand.crossShown) this.#cross(ctx, hand.cross);
+    for (const ball of chosen) this.#ring(ctx, ball);
+    if (aim.sling) this.#arrow(ctx, aim.sling);
+    if (aim.crossShown) this.#cross(ctx, aim.cross);
   }
 
+  /** @param {CanvasRenderingContext2D} ctx @param {Seen} seen */
   #paintBall(ctx, { x, y, angle, radius, asleep }) {
     const size = radius * this.scale;
     const { sprite, of } = this.#spriteOf(size, asleep);
-    this.#stamp.sheet = sprite.sheet;
-    this.#stamp.side = sprite.side;
-    this.#stamp.half = (sprite.half * size) / of;
-    paintBall(ctx, this.#stamp, this.px(x), this.py(y), angle);
+    const stamp = { sheet: sprite.sheet, side: sprite.side, half: (sprite.half * size) / of };
+    paintBall(ctx, stamp, this.px(x), this.py(y), angle);
   }
 
-  /** A sprite of about this radius in pixels, and the radius that it is of. */
+  /**
+   * A sprite of about this radius in pixels, and the radius that it is of.
+   * @param {number} size
+   * @param {boolean} asleep
+   */
   #spriteOf(size, asleep) {
     // Radii in steps of a constant ratio: small balls differ visibly by less than large ones.
     const step = Math.round(Math.log2(Math.min(LARGEST, size)) * STEPS);
@@ -187,6 +212,7 @@ export class SandboxView {
     return found;
   }
 
+  /** @param {CanvasRenderingContext2D} ctx @param {Seen} seen */
   #ring(ctx, { x, y, radius }) {
     ctx.strokeStyle = this.theme.palette.flash;
     ctx.lineWidth = 2;
@@ -195,6 +221,7 @@ export class SandboxView {
     ctx.stroke();
   }
 
+  /** @param {CanvasRenderingContext2D} ctx @param {Sling} sling */
   #arrow(ctx, { x, y, toX, toY, radius }) {
     const { palette } = this.theme;
     const [fromX, fromY, tipX, tipY] = [this.px(x), this.py(y), this.px(toX), this.py(toY)];
@@ -216,6 +243,7 @@ export class SandboxView {
     ctx.stroke();
   }
 
+  /** @param {CanvasRenderingContext2D} ctx @param {Point} point */
   #cross(ctx, { x, y }) {
     const [px, py] = [this.px(x), this.py(y)];
     ctx.strokeStyle = this.theme.palette.flash;
@@ -227,10 +255,4 @@ export class SandboxView {
     }
     ctx.stroke();
   }
-}
-
-function disc(ctx, x, y, radius) {
-  ctx.beginPath();
-  ctx.arc(x, y, radius, 0, 2 * Math.PI);
-  ctx.fill();
 }

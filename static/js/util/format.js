@@ -1,4 +1,4 @@
-// Numbers as the page shows them. Pure.
+// Numbers and sentences as the page shows them. Pure.
 
 /** @param {number} value a multiplier, e.g. 1.5 @returns {string} "1.5×" */
 export function multiplier(value) {
@@ -40,4 +40,14 @@ export function counted(count, one) {
 /** @param {number} value @returns {string} no more digits than it needs, at most four decimals */
 export function plain(value) {
   return String(Number(value.toFixed(4)));
+}
+
+/** @param {string} text @returns {string} with a capital letter */
+export function capital(text) {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
+/** @param {string} text @returns {string} the message as it is, but with an end */
+export function withFullStop(text) {
+  return /[.!?]$/.test(text) ? text : `${text}.`;
 }

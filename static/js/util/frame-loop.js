@@ -9,19 +9,11 @@ export class FrameLoop {
     this.draw = draw;
   }
 
-  get running() {
-    return this.#frame !== 0;
-  }
-
   wake() {
     if (this.#frame === 0) this.#frame = requestAnimationFrame((now) => this.#run(now));
   }
 
-  stop() {
-    cancelAnimationFrame(this.#frame);
-    this.#frame = 0;
-  }
-
+  /** @param {number} now */
   #run(now) {
     this.#frame = 0;
     if (this.draw(now)) this.wake();

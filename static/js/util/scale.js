@@ -2,6 +2,9 @@
 
 /**
  * Round values that divide [from, to] into about `count` parts.
+ * @param {number} from
+ * @param {number} to
+ * @param {number} count
  * @returns {number[]}
  */
 export function ticks(from, to, count) {
@@ -9,7 +12,7 @@ export function ticks(from, to, count) {
   if (!(span > 0)) return [from];
   const rough = span / count;
   const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].find((nice) => nice * power >= rough) * power;
+  const step = power * ([1, 2, 5].find((nice) => nice * power >= rough) ?? 10);
   const found = [];
   for (let i = Math.ceil(from / step - 1e-9); i * step <= to + 1e-9 * step; i += 1) {
     found.push(Number((i * step).toPrecision(12)));
@@ -17,7 +20,13 @@ export function ticks(from, to, count) {
   return found;
 }
 
-/** Powers of ten from `from` to `to`, at most about `count` of them. @returns {number[]} */
+/**
+ * Powers of ten from `from` to `to`, at most about `count` of them.
+ * @param {number} from
+ * @param {number} to
+ * @param {number} count
+ * @returns {number[]}
+ */
 export function powerTicks(from, to, count) {
   const low = Math.ceil(Math.log10(from) - 1e-9);
   const high = Math.floor(Math.log10(to) + 1e-9);
@@ -27,6 +36,7 @@ export function powerTicks(from, to, count) {
   return found.map((power) => 10 ** power);
 }
 
+/** @type {Record<string, string>} */
 const SUPERSCRIPTS = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
 /** @param {number} value a power of ten @returns {string} "10⁻⁶", "1", "10" */
@@ -48,6 +58,7 @@ export function figure(value) {
   return String(Number(value.toPrecision(4))).replace("-", "−");
 }
 
+/** @type {[number, string][]} */
 const PREFIXES = [[1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
 
 /**

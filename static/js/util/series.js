@@ -30,13 +30,13 @@ export class Series {
     this.#turn = 0;
   }
 
-  /** @returns {{x: number, y: number}[]} */
+  /** @param {string} x @param {string} y names of columns @returns {{x: number, y: number}[]} */
   points(x, y) {
     const [across, up] = [this.columns[x], this.columns[y]];
     return Array.from({ length: this.count }, (_, i) => ({ x: across[i], y: up[i] }));
   }
 
-  /** @returns {number} the newest of a column; NaN of none */
+  /** @param {string} name @returns {number} the newest of a column; NaN of none */
   last(name) {
     return this.count ? this.columns[name][this.count - 1] : Number.NaN;
   }

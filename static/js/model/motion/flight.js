@@ -22,6 +22,7 @@ function phi2(z) {
   return horner(EVEN, w) - z * horner(ODD, w);
 }
 
+/** @param {number[]} terms @param {number} w */
 function horner(terms, w) {
   let total = terms[terms.length - 1];
   for (let i = terms.length - 2; i >= 0; i -= 1) total = terms[i] + w * total;

@@ -3,7 +3,7 @@
 const KICK = 0.25; // m/s that flight cannot explain: a bounce nobody flagged (a lost snapshot)
 const TURN = 2 * Math.PI;
 
-// Filled anew by each call: thousands of calls a frame would leave as many objects behind.
+// Filled anew by each call: thousands of calls a picture would leave as many objects behind.
 const forth = { x: 0, y: 0, angle: 0 };
 const back = { x: 0, y: 0, angle: 0 };
 const end = { x: 0, y: 0, angle: 0 };
@@ -11,7 +11,7 @@ const corner = { t: 0, x: 0, y: 0 };
 
 /**
  * A known moment of a ball's path.
- * @typedef {object} Knot
+ * @typedef {object} Keyframe
  * @property {number} t seconds
  * @property {number} x metres
  * @property {number} y metres, down
@@ -20,7 +20,7 @@ const corner = { t: 0, x: 0, y: 0 };
  * @property {number} vy m/s
  * @property {boolean} vIn the velocity holds just before this moment
  * @property {boolean} vOut the velocity holds just after it
- * @property {boolean} bounced something was hit between the knot before and this one
+ * @property {boolean} bounced something was hit between the keyframe before and this one
  * @property {boolean} [smooth] nothing was, though the ball may have lain on something: both
  *   velocities hold, and no guess is made
  */
@@ -29,18 +29,18 @@ const corner = { t: 0, x: 0, y: 0 };
 /** @typedef {{x: number, y: number, angle: number}} Pose */
 
 /**
- * The pose at a time between two knots.
+ * The pose at a time between two keyframes.
  *
  * - No bounce between them: the cubic through both positions and velocities, which is exact for
  *   a parabola.
  * - A bounce: flight forwards from a until it meets the flight backwards from b. The rounding of
  *   the wire leaves a small gap there; it is spread over both arcs, so that the path passes
- *   through both knots and is continuous.
- * - A knot without velocity on this side (a contact's place): flight from the other knot, bent
+ *   through both keyframes and is continuous.
+ * - A keyframe without velocity on this side (a contact's place): flight from the other keyframe, bent
  *   to end there.
  *
- * @param {Knot} a
- * @param {Knot} b b.t >= a.t
+ * @param {Keyframe} a
+ * @param {Keyframe} b b.t >= a.t
  * @param {number} t a.t <= t <= b.t
  * @param {Law} law
  * @param {Pose} [out] filled and returned
@@ -68,9 +68,9 @@ export function poseBetween(a, b, t, law, out = { x: 0, y: 0, angle: 0 }) {
 }
 
 /**
- * Free flight from (or, for earlier t, to) a knot. Second order: over the few hundredths of a
- * second between knots the next term of the drag is below a tenth of a pixel.
- * @param {Knot} from
+ * Free flight from (or, for earlier t, to) a keyframe. Second order: over the few hundredths of a
+ * second between keyframes the next term of the drag is below a tenth of a pixel.
+ * @param {Keyframe} from
  * @param {number} t
  * @param {Law} law
  * @param {Pose} [out]
@@ -86,12 +86,12 @@ export function flightPose(from, t, { gravity, drag }, out = { x: 0, y: 0, angle
  * When the flight forwards from a and the flight backwards from b are nearest.
  *
  * Both fall with the same g, so the gap between them is linear in time: two values give it all.
- * @param {Knot} a
- * @param {Knot} b
+ * @param {Keyframe} a
+ * @param {Keyframe} b
  * @param {Law} law
  * @returns {number} seconds, within [a.t, b.t]
  */
-export function meetingTime(a, b, law) {
+function meetingTime(a, b, law) {
   const backAtA = flightPose(b, a.t, law, back);
   const forthAtB = flightPose(a, b.t, law, forth);
   const gap0x = a.x - backAtA.x;
@@ -109,6 +109,7 @@ export function shortestTurn(from, to) {
   return turn > Math.PI ? turn - TURN : turn;
 }
 
+/** @param {Keyframe} a @param {Keyframe} b @param {Law} law */
 function kicked(a, b, { gravity, drag }) {
   const dt = b.t - a.t;
   const dx = b.vx - a.vx + dt * drag * a.vx;
@@ -116,6 +117,7 @@ function kicked(a, b, { gravity, drag }) {
   return dx * dx + dy * dy > KICK * KICK;
 }
 
+/** @param {Keyframe} a @param {Keyframe} b @param {number} s @param {Pose} out */
 function hermitePose(a, b, s, out) {
   const span = b.t - a.t;
   const s2 = s * s;
@@ -128,6 +130,7 @@ function hermitePose(a, b, s, out) {
   return out;
 }
 
+/** @param {Keyframe} a @param {Keyframe} b @param {number} t @param {Law} law @param {Pose} out */
 function bouncePose(a, b, t, law, out) {
   const meet = meetingTime(a, b, law);
   flightPose(a, meet, law, forth);
@@ -138,7 +141,14 @@ function bouncePose(a, b, t, law, out) {
   return t <= meet ? bentFlight(a, corner, t, law, out) : bentFlight(b, corner, t, law, out);
 }
 
-/** Flight from a knot, bent linearly in time so that it ends at `to` (before or after it). */
+/**
+ * Flight from a keyframe, bent linearly in time so that it ends at `to` (before or after it).
+ * @param {Keyframe} from
+ * @param {Pick<Keyframe, "t" | "x" | "y">} to
+ * @param {number} t
+ * @param {Law} law
+ * @param {Pose} out
+ */
 function bentFlight(from, to, t, law, out) {
   const span = to.t - from.t;
   const miss = flightPose(from, to.t, law, end);

@@ -2,6 +2,9 @@
 
 import { poseBetween } from "./interpolate.js";
 
+/** @import { Keyframe, Law } from "./interpolate.js" */
+/** @import { Point } from "../board.js" */
+
 const POINTS = 2048;
 const STEP = 1 / 120; // s between points, until the first thinning
 
@@ -14,10 +17,10 @@ export class Trace {
   count = 0;
 
   /**
-   * Takes in the stretch between two knots; stretches come in order.
-   * @param {import("./interpolate.js").Knot} a
-   * @param {import("./interpolate.js").Knot} b
-   * @param {import("./interpolate.js").Law} law
+   * Takes in the stretch between two keyframes; stretches come in order.
+   * @param {Keyframe} a
+   * @param {Keyframe} b
+   * @param {Law} law
    */
   follow(a, b, law) {
     const pose = { x: 0, y: 0, angle: 0 };
@@ -35,6 +38,7 @@ export class Trace {
     return Array.from({ length: this.count }, (_, i) => ({ x: this.#x[i], y: this.#y[i] }));
   }
 
+  /** @param {Point} point */
   #add({ x, y }) {
     if (this.count === POINTS) this.#thin();
     this.#x[this.count] = x;

@@ -1,21 +1,27 @@
 // Impacts that were told but are not due on the screen yet, and pegs that still glow. Pure.
 
+/** @import { Flash } from "../scene.js" */
+/** @import { Peg } from "../board.js" */
+
 const PEG = 0;
 const WAITING = 2048; // a tenth of a second of a full table, several times over
 const FLASH_SECONDS = 0.35;
 const LOUD = 3; // m/s: an impact of this speed flashes at full strength
 
-/** @typedef {{t: number, x: number, y: number, kind: number, index: number, speed: number}} Impact */
+/** @typedef {{t: number, x: number, y: number, kind: number, index: number, speed: number}} QueuedImpact */
+
+/** @typedef {Flash & {since: number}} LitFlash since: table time of the impact, s */
 
 /** A ring of impacts to come, and one flash a peg: bounded, whatever happens on the board. */
-export class Impacts {
-  /** @type {Impact[]} */
+export class ImpactQueue {
+  /** @type {QueuedImpact[]} */
   #ring = [];
   #first = 0;
   #count = 0;
+  /** @type {LitFlash[]} */
   #lit = [];
 
-  /** @param {{x: number, y: number, radius: number}[]} pegs */
+  /** @param {Peg[]} pegs */
   constructor(pegs) {
     this.pegs = pegs;
     this.flashes = pegs.map(({ x, y, radius }) => (
@@ -27,7 +33,7 @@ export class Impacts {
     return this.#count > 0 || this.#lit.length > 0;
   }
 
-  /** @param {number} t s @param {any} event contact; the longest waiting makes way for it */
+  /** @param {number} t s @param {Omit<QueuedImpact, "t">} impact the longest waiting makes way for it */
   add(t, { x, y, kind, index, speed }) {
     if (this.#count === WAITING) this.#drop();
     const at = (this.#first + this.#count) % WAITING;
@@ -44,7 +50,7 @@ export class Impacts {
   /**
    * Lights the pegs whose impacts are due and lets the others fade.
    * @param {number} t s
-   * @param {Impact[]} heard filled with the impacts that became due
+   * @param {QueuedImpact[]} heard filled with the impacts that became due
    */
   advance(t, heard) {
     heard.length = 0;
@@ -62,11 +68,12 @@ export class Impacts {
     this.#lit.length = kept;
   }
 
-  /** @returns {import("../../board/view.js").Scene["flashes"]} */
+  /** @returns {Flash[]} */
   get lit() {
     return this.#lit;
   }
 
+  /** @param {QueuedImpact} impact */
   #light({ t, index, speed }) {
     const flash = this.flashes[index];
     if (!flash) return;

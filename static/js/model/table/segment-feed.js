@@ -1,54 +1,66 @@
-// One ball's pieces made into knots of its path, as time passes. Pure.
+// One ball's segments made into keyframes of its path, as time passes. Pure.
 
 import { normalAt } from "../impact.js";
-import { KIND, piecePose, pieceVelocity } from "../../net/segments.js";
+import { KIND, segmentPose, segmentVelocity } from "../motion/segment.js";
 
-/** @typedef {import("../../net/segments.js").Piece} Piece */
+/** @import { Board } from "../board.js" */
+/** @import { Path } from "../motion/path.js" */
+/** @import { Segment } from "../motion/segment.js" */
+/** @import { Obstacles } from "./obstacles.js" */
+/** @import { Law } from "../motion/interpolate.js" */
+
+/** @typedef {Law & Pick<Board, "pegs" | "walls" | "bins">} Surroundings */
 
 /**
- * A piece does not say where it ends, so its knots are made only for the time that is drawn: at its
- * beginning, at each tick, and at its end once the next piece is known. A ball whose next piece is
- * late waits at what it would fly into. Times are the table's.
+ * A segment does not say where it ends, so its keyframes are made only for the time that is drawn:
+ * at its beginning, at each tick, and at its end once the next segment is known. A ball whose next
+ * segment is late waits at what it would fly into. Times are the table's.
  */
-export class PieceFeed {
-  /** @type {Piece[]} in time order; the first is the one in use */
-  #pieces = [];
+export class SegmentFeed {
+  /** @type {Segment[]} in time order; the first is the one in use */
+  #segments = [];
   #at = Number.NEGATIVE_INFINITY;
   #end = Number.POSITIVE_INFINITY;
   #waits = false;
 
   /**
-   * @param {import("../motion/path.js").Path} path
-   * @param {any} board
-   * @param {import("./obstacles.js").Obstacles} obstacles
+   * @param {Path} path
+   * @param {Surroundings} board
+   * @param {Pick<Obstacles, "stop">} obstacles
    * @param {number} rate ticks a second
    */
   constructor(path, board, obstacles, rate) {
-    Object.assign(this, { path, board, obstacles, rate });
+    this.path = path;
+    this.board = board;
+    this.obstacles = obstacles;
+    this.rate = rate;
   }
 
   /**
-   * @param {Piece} piece may come twice
-   * @returns {number} the speed in m/s at which the ball hit what the piece begins with; 0 for none
+   * @param {Segment} segment may come twice
+   * @returns {number} the speed in m/s at which the ball hit what the segment begins with; 0 for none
    */
-  add(piece) {
-    const pieces = this.#pieces;
-    const last = pieces[pieces.length - 1];
-    if (last && piece.t <= last.t) return 0;
-    pieces.push(piece);
-    this.#resume(piece.t);
-    return last ? this.#approach(last, piece) : 0;
+  add(segment) {
+    const segments = this.#segments;
+    const last = segments[segments.length - 1];
+    if (last && segment.t <= last.t) return 0;
+    segments.push(segment);
+    this.#resume(segment.t);
+    return last ? this.#approach(last, segment) : 0;
   }
 
-  /** @param {number} t table time up to which knots are wanted, s */
+  /** @param {number} t table time up to which keyframes are wanted, s */
   until(t) {
-    const pieces = this.#pieces;
+    const segments = this.#segments;
     const last = Math.min(t, this.#end);
-    while (pieces.length) {
-      const end = pieces.length > 1 ? pieces[1].t : Number.POSITIVE_INFINITY;
-      this.#fill(pieces[0], Math.min(last, end));
+    while (segments.length) {
+      const end = segments.length > 1 ? segments[1].t : Number.POSITIVE_INFINITY;
+      this.#fill(segments[0], Math.min(last, end));
       if (last < end) return;
-      this.#turn(pieces.shift(), pieces[0]);
+      const [segment, next] = segments;
+      if (!next) return;
+      segments.shift();
+      this.#turn(segment, next);
     }
   }
 
@@ -57,14 +69,14 @@ export class PieceFeed {
     this.#resume(t);
     this.#end = t;
     this.until(t);
-    const [piece] = this.#pieces;
-    if (piece && this.#at < t) this.#knot(piece, t, true);
+    const [segment] = this.#segments;
+    if (segment && this.#at < t) this.#keyframe(segment, t, true);
   }
 
-  /** What was drawn beyond a time was a guess, and is taken back. */
+  /** What was drawn beyond a time was a guess, and is taken back. @param {number} t */
   #resume(t) {
     if (this.#waits) {
-      this.path.knots[this.path.knots.length - 1].vOut = true;
+      this.path.keyframes[this.path.keyframes.length - 1].vOut = true;
       this.#waits = false;
     }
     if (t >= this.#at) return;
@@ -72,48 +84,62 @@ export class PieceFeed {
     this.#at = this.path.end;
   }
 
-  /** From one piece to the next: the last moment of a curve is no flight towards a place. */
-  #turn(piece, next) {
-    if (this.#at < next.t) this.#knot(piece, next.t, true);
-    this.#knot(next, next.t, false);
+  /**
+   * From one segment to the next: the last moment of a curve is no flight towards a place.
+   * @param {Segment} segment
+   * @param {Segment} next
+   */
+  #turn(segment, next) {
+    if (this.#at < next.t) this.#keyframe(segment, next.t, true);
+    this.#keyframe(next, next.t, false);
   }
 
-  #fill(piece, end) {
-    if (this.#at < piece.t) {
-      if (piece.t > end) return;
-      this.#knot(piece, piece.t, false);
+  /** @param {Segment} segment @param {number} end */
+  #fill(segment, end) {
+    if (this.#at < segment.t) {
+      if (segment.t > end) return;
+      this.#keyframe(segment, segment.t, false);
     }
     for (let tick = Math.floor(this.#at * this.rate) + 1; tick / this.rate < end; tick += 1) {
       if (this.#waits) return;
-      this.#knot(piece, tick / this.rate, true);
+      this.#keyframe(segment, tick / this.rate, true);
     }
   }
 
-  /** @param {boolean} smooth whether it lies on the piece, not at its beginning */
-  #knot(piece, t, smooth) {
-    const { x, y, angle } = piecePose(piece, t, this.board, pose);
+  /**
+   * @param {boolean} smooth whether it lies on the segment, not at its beginning
+   * @param {Segment} segment
+   * @param {number} t
+   */
+  #keyframe(segment, t, smooth) {
+    const { x, y, angle } = segmentPose(segment, t, this.board, pose);
     if (smooth && this.#blocked(x, y)) {
-      this.path.knots[this.path.knots.length - 1].vOut = false;
+      this.path.keyframes[this.path.keyframes.length - 1].vOut = false;
       this.#waits = true;
       return;
     }
-    const { vx, vy } = pieceVelocity(piece, t, this.board);
+    const { vx, vy } = segmentVelocity(segment, t, this.board);
     this.path.add({ t, x, y, angle, vx, vy, vIn: smooth, vOut: true, smooth });
     this.#at = t;
   }
 
-  /** Only of a guess: where the next piece is known, the one before it holds to its end. */
+  /**
+   * Only of a guess: where the next segment is known, the one before it holds to its end.
+   * @param {number} x
+   * @param {number} y
+   */
   #blocked(x, y) {
-    if (this.#pieces.length > 1 || this.#end < Number.POSITIVE_INFINITY) return false;
-    const { x: fromX, y: fromY } = this.path.knots[this.path.knots.length - 1];
+    if (this.#segments.length > 1 || this.#end < Number.POSITIVE_INFINITY) return false;
+    const { x: fromX, y: fromY } = this.path.keyframes[this.path.keyframes.length - 1];
     return y > this.board.bins.y || this.obstacles.stop(fromX, fromY, x, y);
   }
 
-  #approach(last, { kind, index, ax, x, y, t }) {
-    if (ax !== undefined || (kind !== KIND.offPeg && kind !== KIND.offWall)) return 0;
+  /** @param {Segment} last @param {Segment} segment */
+  #approach(last, { kind, index, bend, x, y, t }) {
+    if (bend || (kind !== KIND.offPeg && kind !== KIND.offWall)) return 0;
     if (!(kind === KIND.offPeg ? this.board.pegs : this.board.walls)[index]) return 0;
     const normal = normalAt(this.board, kind, index, { x, y });
-    const { vx, vy } = pieceVelocity(last, t, this.board);
+    const { vx, vy } = segmentVelocity(last, t, this.board);
     return Math.max(0, -(vx * normal.x + vy * normal.y));
   }
 }

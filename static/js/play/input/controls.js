@@ -1,17 +1,21 @@
 // The desk: balls, stake, seed, start, board choice, auto-drop and the keys. Knows no socket, no canvas.
 
 import { readBoardName } from "../../model/presets.js";
-import { byId, make } from "../../util/dom.js";
 import { readSeed, seedAfter } from "../../model/seed.js";
-import { StartField } from "./start-field.js";
 import { GRAVITY, OWN, readWorldName, RESTITUTION, restitutionOf } from "../../model/worlds.js";
+import { byId, fieldOf, isWithin, make, radiosOf } from "../../util/dom.js";
+import { StartField } from "./start-field.js";
+
+/** @import { Board } from "../../model/board.js" */
+/** @import { Choice } from "../../model/presets.js" */
+/** @import { World } from "../../model/worlds.js" */
 
 const FEWEST_ROWS = 8;
 const MOST_ROWS = 16;
 
 /**
  * @typedef {{seed: string | null, x: number | null, stake: number}} Ask
- * @typedef {import("../../model/presets.js").Choice & import("../../model/worlds.js").World & {knock: boolean}} TableChoice
+ * @typedef {Choice & World & {knock: boolean}} TableChoice
  * knock: whether balls knock each other
  *
  * @typedef {object} ControlsListener
@@ -29,11 +33,11 @@ export class Controls {
   /** @param {ControlsListener} listener */
   constructor(listener) {
     this.listener = listener;
-    this.seed = byId("seed");
-    this.stake = byId("stake");
+    this.seed = byId("seed", HTMLInputElement);
+    this.stake = byId("stake", HTMLInputElement);
     this.note = byId("seed-note");
-    this.hint = this.note.textContent;
-    this.boardForm = byId("board-form");
+    this.hint = this.note.textContent ?? "";
+    this.boardForm = byId("board-form", HTMLFormElement);
     this.start = new StartField(() => listener.onAim());
     this.#fillRows();
     byId("drop-form").addEventListener("submit", (event) => {
@@ -64,30 +68,30 @@ export class Controls {
     this.seed.focus();
   }
 
-  /** @param {string} name @param {any} board @param {number[]} slots */
+  /** @param {string} name @param {Board} board @param {number[]} slots */
   setBoard(name, board, slots) {
     this.showChoice(name);
-    byId("gravity").options[0].textContent = `Own, ${Number(board.gravity.toFixed(2))}`;
+    byId("gravity", HTMLSelectElement).options[0].textContent = `Own, ${Number(board.gravity.toFixed(2))}`;
     this.start.setBoard(board, slots);
   }
 
   /** @param {boolean} knock whether balls knock each other at this table */
   showKnocking(knock) {
-    this.boardForm.elements.balls.value = knock ? "knock" : "pass";
+    fieldOf(this.boardForm, "balls").value = knock ? "knock" : "pass";
   }
 
   /** @param {string} name of the board that is played */
   showChoice(name) {
     const { preset, gravity, material } = readWorldName(name);
     const choice = readBoardName(preset);
-    for (const radio of this.boardForm.elements.kind) radio.checked = radio.value === choice?.kind;
+    for (const radio of radiosOf("kind")) radio.checked = radio.value === choice?.kind;
     byId("triangle-only").hidden = choice?.kind !== "triangle";
     byId("world").hidden = choice === null;
-    this.boardForm.elements.gravity.value = gravity;
-    this.boardForm.elements.material.value = material;
+    fieldOf(this.boardForm, "gravity").value = gravity;
+    fieldOf(this.boardForm, "material").value = material;
     if (choice?.kind === "triangle") {
-      this.boardForm.elements.rows.value = String(choice.rows);
-      this.boardForm.elements.risk.value = choice.risk;
+      fieldOf(this.boardForm, "rows").value = String(choice.rows);
+      fieldOf(this.boardForm, "risk").value = choice.risk;
     }
   }
 
@@ -101,10 +105,14 @@ export class Controls {
   }
 
   get #balls() {
-    return Number(document.querySelector("input[name=balls]:checked").value);
+    return Number(fieldOf(byId("drop-form", HTMLFormElement), "balls").value);
   }
 
-  /** What makes one ask after the other, or null when a field is wrong. */
+  /**
+   * What makes one ask after the other, or null when a field is wrong.
+   * @param {number | null} x metres
+   * @returns {(() => Ask) | null}
+   */
   #asker(x) {
     const reading = this.#checkSeed();
     if (!reading.ok) {
@@ -126,18 +134,21 @@ export class Controls {
       this.listener.onStop();
       return;
     }
-    const count = byId("auto-count");
+    const count = byId("auto-count", HTMLInputElement);
     const ask = count.reportValidity() ? this.#asker(this.start.x) : null;
     if (!ask) return;
     const many = count.value === "" ? Number.POSITIVE_INFINITY : Number(count.value);
-    this.listener.onAuto(Number(byId("auto-rate").value), many, ask);
+    this.listener.onAuto(Number(byId("auto-rate", HTMLSelectElement).value), many, ask);
   }
 
+  /** @returns {TableChoice} */
   #choice() {
-    const { kind, rows, risk, balls, gravity, material } = this.boardForm.elements;
+    const value = (/** @type {string} */ name) => fieldOf(this.boardForm, name).value;
     return {
-      kind: kind.value || "triangle", rows: Number(rows.value), risk: risk.value,
-      gravity: gravity.value, material: material.value, knock: balls.value === "knock",
+      kind: /** @type {TableChoice["kind"]} */ (value("kind") || "triangle"),
+      rows: Number(value("rows")),
+      risk: /** @type {TableChoice["risk"]} */ (value("risk")),
+      gravity: value("gravity"), material: value("material"), knock: value("balls") === "knock",
     };
   }
 
@@ -152,22 +163,25 @@ export class Controls {
     return reading;
   }
 
-  /** Space drops and arrows aim from anywhere that has no use of its own for them. */
+  /**
+   * Space drops and arrows aim from anywhere that has no use of its own for them.
+   * @param {KeyboardEvent} event
+   */
   #key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.key === " ") {
-      if (event.target.closest("input:not([type=range]), select, button, a, summary")) return;
+      if (isWithin(event, "input:not([type=range]), select, button, a, summary")) return;
       event.preventDefault();
       if (!event.repeat) this.drop(this.start.x);
     } else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
-      if (event.target.closest("input, select, textarea")) return;
+      if (isWithin(event, "input, select, textarea")) return;
       event.preventDefault();
       this.start.nudge(event.key === "ArrowLeft" ? -1 : 1, event.shiftKey);
     }
   }
 
   #fillRows() {
-    const rows = byId("rows");
+    const rows = byId("rows", HTMLSelectElement);
     for (let count = FEWEST_ROWS; count <= MOST_ROWS; count += 1) {
       rows.append(make("option", { value: String(count) }, String(count)));
     }

@@ -2,20 +2,24 @@
 
 import { Pacer } from "./pacer.js";
 
+/** @import { Ask } from "./controls.js" */
+
 const SHOWER_RATE = 12; // a second: several balls of one push, told apart and within any limit
+
+/** @typedef {{pacer: Pacer, ask: () => Ask}} Shower */
 
 /**
  * @typedef {object} DropperListener
- * @property {() => boolean} room whether the table takes another ball now
- * @property {(ask: any) => boolean} onDrop false when it could not even be asked for
+ * @property {() => boolean} hasRoom whether the table takes another ball now
+ * @property {(ask: Ask) => boolean} onDrop false when it could not even be asked for
  * @property {(running: boolean, left: number) => void} onAuto
  */
 
 /** Paces drops; a hidden tab's slow timers make it slower, never make it catch up. */
 export class Dropper {
-  /** @type {{pacer: Pacer, ask: () => any} | null} */
+  /** @type {Shower | null} */
   #auto = null;
-  /** @type {{pacer: Pacer, ask: () => any}[]} */
+  /** @type {Shower[]} */
   #showers = [];
   #timer = 0;
 
@@ -28,13 +32,13 @@ export class Dropper {
     return this.#auto !== null;
   }
 
-  /** @param {number} count @param {() => any} ask makes what each of them is */
+  /** @param {number} count @param {() => Ask} ask makes what each of them is */
   shower(count, ask) {
     this.#showers.push({ pacer: new Pacer(SHOWER_RATE, count, performance.now()), ask });
     this.#pump();
   }
 
-  /** @param {number} rate a second @param {number} count @param {() => any} ask */
+  /** @param {number} rate a second @param {number} count @param {() => Ask} ask */
   start(rate, count, ask) {
     this.#auto = { pacer: new Pacer(rate, count, performance.now()), ask };
     this.#pump();
@@ -68,9 +72,10 @@ export class Dropper {
     this.#timer = setTimeout(() => this.#pump(), Math.max(4, wait));
   }
 
+  /** @param {Shower} shower @param {number} now */
   #give({ pacer, ask }, now) {
     if (!pacer.take(now)) return;
-    if (!this.listener.room()) pacer.postpone(now);
+    if (!this.listener.hasRoom()) pacer.postpone(now);
     else if (!this.listener.onDrop(ask())) this.clear();
   }
 }

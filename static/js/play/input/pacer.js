@@ -20,12 +20,15 @@ export class Pacer {
     return this.left <= 0;
   }
 
-  /** @returns {number} ms until the next is due */
+  /** @param {number} nowMs @returns {number} ms until the next is due */
   wait(nowMs) {
     return Math.max(0, this.#next - nowMs);
   }
 
-  /** @returns {boolean} true when one is due: it counts as given from then on */
+  /**
+   * @param {number} nowMs
+   * @returns {boolean} true when one is due: it counts as given from then on
+   */
   take(nowMs) {
     if (this.done || nowMs < this.#next) return false;
     this.left -= 1;
@@ -34,7 +37,7 @@ export class Pacer {
     return true;
   }
 
-  /** None could be given: the same one is due again a little later. */
+  /** None could be given: the same one is due again a little later. @param {number} nowMs */
   postpone(nowMs) {
     this.left += 1;
     this.#next = nowMs + this.spacing;

@@ -1,7 +1,9 @@
 // Where the ball starts: left to the seed, chosen on a slider, or one of the board's slots.
 
-import { byId, make } from "../../util/dom.js";
-import { startSpan } from "../../paint/geometry.js";
+import { startSpan } from "../../model/board.js";
+import { byId, make, radioValue } from "../../util/dom.js";
+
+/** @import { Board } from "../../model/board.js" */
 
 const SEED = "seed";
 const CHOSEN = "chosen";
@@ -10,6 +12,7 @@ const FINE = 1 / 240; // with Shift
 
 /** The "Start" field. `onChange()` tells that the aim has moved. */
 export class StartField {
+  /** @type {number[]} */
   #slots = [];
   #middle = 0;
 
@@ -17,18 +20,18 @@ export class StartField {
   constructor(onChange) {
     this.chips = byId("start-chips");
     this.sliderBox = byId("start-slider");
-    this.slider = byId("start-x");
-    this.words = byId("start-words");
+    this.slider = byId("start-x", HTMLInputElement);
+    this.told = byId("start-words");
     this.onChange = onChange;
     this.chips.addEventListener("change", () => this.#show());
     this.slider.addEventListener("input", () => this.#show());
   }
 
-  /** @param {any} board @param {number[]} slots */
+  /** @param {Board} board @param {number[]} slots */
   setBoard(board, slots) {
     this.#slots = slots;
     this.#middle = board.drop.x;
-    this.words.textContent = "";
+    this.told.textContent = "";
     const { x } = board.drop;
     const places = slots.length
       ? slots.map((_, index) => [String(index), String(index + 1), `Slot ${index + 1}`])
@@ -39,7 +42,7 @@ export class StartField {
     );
     // A tenth of a millimetre inside, so that rounding never steps over the end.
     const reach = Math.floor(startSpan(board.drop) * 1e4 - 1) / 1e4;
-    Object.assign(this.slider, { min: x - reach, max: x + reach, step: "any" });
+    Object.assign(this.slider, { min: String(x - reach), max: String(x + reach), step: "any" });
     // A push aside: dropped from the very middle, a ball may come to rest on the peg below.
     this.slider.value = String(x + 2 * reach * COARSE);
     this.#show();
@@ -54,7 +57,7 @@ export class StartField {
   }
 
   /**
-   * Moves the aim; the first push takes it out of the seed's hands.
+   * Moves the aim; the first push takes it from the seed.
    * @param {-1 | 1} side left or right @param {boolean} fine
    */
   nudge(side, fine) {
@@ -66,32 +69,35 @@ export class StartField {
       this.slider.value = String(Number(value) + side * step);
     }
     this.#show();
-    this.words.textContent = this.#inWords();
+    this.told.textContent = this.#sentence();
   }
 
+  /** @param {number} side */
   #slotBeside(side) {
     const middle = (this.#slots.length - 1) / 2;
     const now = this.#choice === SEED ? middle - side * (middle % 1 === 0 ? 1 : 0.5) : Number(this.#choice);
     return Math.max(0, Math.min(this.#slots.length - 1, now + side));
   }
 
+  /** @param {string} value */
   #choose(value) {
-    const radio = this.chips.querySelector(`input[value="${value}"]`);
+    const radio = [...this.chips.querySelectorAll("input")].find((input) => input.value === value);
     if (radio) radio.checked = true;
   }
 
-  /** The place as a sentence, for those who do not see the ball over the board. */
-  #inWords() {
+  /** @returns {string} the place as a sentence, for those who do not see the ball over the board. */
+  #sentence() {
     if (this.#slots.length) return `Slot ${Number(this.#choice) + 1}.`;
-    const off = this.x - this.#middle;
+    const off = (this.x ?? this.#middle) - this.#middle;
     const size = `${Math.abs(off).toFixed(3)} m`;
     if (Math.abs(off) < 5e-4) return "In the middle.";
     return off < 0 ? `${size} left of the middle.` : `${size} right of the middle.`;
   }
 
+  /** @returns {string} */
   get #choice() {
     // Before the first board has come there is nothing to choose from.
-    return this.chips.querySelector("input:checked")?.value ?? SEED;
+    return this.chips.hasChildNodes() ? radioValue("start") : SEED;
   }
 
   #show() {
@@ -100,6 +106,7 @@ export class StartField {
   }
 }
 
+/** @param {string} value @param {string} text @param {string} name @param {boolean} checked */
 function chip(value, text, name, checked) {
   const input = make("input", { type: "radio", name: "start", value, "aria-label": name });
   input.checked = checked;

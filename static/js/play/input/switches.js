@@ -2,9 +2,12 @@
 
 import { byId } from "../../util/dom.js";
 
+/** @import { Ghost } from "../ghost.js" */
+/** @import { Sound } from "../sound/sound.js" */
+
 const GHOST_KEY = "plinko.ghost.1";
 
-/** Off at first, always: a page that begins to sound by itself is a nuisance. */
+/** Off at first, always: a page that begins to sound by itself is a nuisance. @param {Sound} sound */
 export function switchSound(sound) {
   const button = byId("sound");
   button.addEventListener("click", () => {
@@ -14,9 +17,10 @@ export function switchSound(sound) {
   });
 }
 
-/** @param {import("../ghost.js").Ghost} ghost @param {() => void} onChange */
+/** @param {Ghost} ghost @param {() => void} onChange */
 export function switchGhost(ghost, onChange) {
   const button = byId("ghost");
+  /** @param {boolean} on */
   const set = (on) => {
     ghost.on = on;
     button.setAttribute("aria-pressed", String(on));

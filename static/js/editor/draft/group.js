@@ -1,25 +1,31 @@
 // Several elements of a board at once: the start, pegs and whole walls, moved and copied together. Pure.
 
-import { counted } from "../util/format.js";
+import { counted } from "../../util/format.js";
 import { duplicated as copied, placeOf, sameElement } from "./element.js";
 
-/** @typedef {import("./element.js").Ref} Ref */
+/** @import { Board } from "../../model/board.js" */
+/** @import { ElementRef, Made, Ref } from "./element.js" */
+/** @import { Band } from "../pointer.js" */
 
 const KINDS = ["drop", "peg", "wall"];
 
-/** @param {Ref | null} ref @returns {Ref[]} what a selection consists of */
+/** @param {Ref | null} ref @returns {ElementRef[]} what a selection consists of */
 export function membersOf(ref) {
   if (!ref) return [];
   return ref.refs ?? [ref];
 }
 
-/** @param {Ref} ref @returns {Ref | null} what of it can be in a group: of a wall's end the wall */
-export function groupable({ kind, index }) {
+/**
+ * @param {ElementRef} ref
+ * @returns {ElementRef | null} what of it can be in a group: of a wall's end the wall
+ */
+function groupable({ kind, index }) {
   return KINDS.includes(kind) ? { kind, index } : null;
 }
 
-/** @param {Ref[]} refs @returns {Ref | null} the least that stands for all that can be grouped */
+/** @param {ElementRef[]} refs @returns {Ref | null} the least that stands for all that can be grouped */
 export function groupOf(refs) {
+  /** @type {ElementRef[]} */
   const chosen = [];
   for (const ref of refs.map(groupable)) {
     if (ref && !chosen.some((one) => sameElement(one, ref))) chosen.push(ref);
@@ -28,24 +34,40 @@ export function groupOf(refs) {
   return chosen[0] ?? null;
 }
 
-/** @returns {Ref | null} the selection with an element more, or without it if it had it */
+/**
+ * @param {Ref | null} selected
+ * @param {ElementRef} ref
+ * @returns {Ref | null} the selection with an element more, or without it if it had it
+ */
 export function toggled(selected, ref) {
   const whole = groupable(ref);
-  const members = membersOf(selected).map(groupable).filter(Boolean);
+  const members = membersOf(selected).map(groupable).filter((one) => one !== null);
   if (!whole) return selected;
   const left = members.filter((one) => !sameElement(one, whole));
   return groupOf(left.length < members.length ? left : [...members, whole]);
 }
 
-/** @returns {boolean} whether an element, or a wall by its end, is in a group */
+/**
+ * @param {Ref | null} selected
+ * @param {ElementRef} ref
+ * @returns {boolean} whether an element, or a wall by its end, is in a group
+ */
 export function contains(selected, ref) {
-  return selected?.refs?.some((one) => sameElement(one, groupable(ref))) ?? false;
+  const whole = groupable(ref);
+  return selected?.refs?.some((one) => sameElement(one, whole)) ?? false;
 }
 
-/** All that lies within a rectangle; walls with both their ends. @returns {Ref[]} */
+/**
+ * All that lies within a rectangle; walls with both their ends.
+ * @param {Board} board
+ * @param {Band} band
+ * @returns {ElementRef[]}
+ */
 export function inside({ pegs, walls, drop }, { x0, y0, x1, y1 }) {
+  /** @param {number} x @param {number} y */
   const within = (x, y) =>
     x >= Math.min(x0, x1) && x <= Math.max(x0, x1) && y >= Math.min(y0, y1) && y <= Math.max(y0, y1);
+  /** @type {ElementRef[]} */
   const found = within(drop.x, drop.y) ? [{ kind: "drop", index: 0 }] : [];
   pegs.forEach(({ x, y }, index) => within(x, y) && found.push({ kind: "peg", index }));
   walls.forEach((wall, index) => {
@@ -54,13 +76,23 @@ export function inside({ pegs, walls, drop }, { x0, y0, x1, y1 }) {
   return found;
 }
 
-/** @returns {boolean} whether two selections have the same elements in the same order */
+/**
+ * @param {Ref | null} one
+ * @param {Ref | null} two
+ * @returns {boolean} whether two selections have the same elements in the same order
+ */
 export function same(one, two) {
   const [these, those] = [membersOf(one), membersOf(two)];
   return these.length === those.length && these.every((ref, i) => sameElement(ref, those[i]));
 }
 
-/** @returns {any} the board with a group so that its first element is at (x, y) */
+/**
+ * @param {Board} board
+ * @param {ElementRef[]} refs
+ * @param {number} x
+ * @param {number} y
+ * @returns {Board} with a group so that its first element is at (x, y)
+ */
 export function moved(board, refs, x, y) {
   const from = placeOf(board, refs[0]);
   const [dx, dy] = [x - from.x, y - from.y];
@@ -80,8 +112,13 @@ export function moved(board, refs, x, y) {
   return { ...board, pegs, walls, drop };
 }
 
-/** @returns {any} the board without the pegs and walls of a group; its start stays */
+/**
+ * @param {Board} board
+ * @param {ElementRef[]} refs
+ * @returns {Board} without the pegs and walls of a group; its start stays
+ */
 export function without(board, refs) {
+  /** @param {ElementRef["kind"]} kind */
   const gone = (kind) => new Set(refs.filter((ref) => ref.kind === kind).map((ref) => ref.index));
   const [pegs, walls] = [gone("peg"), gone("wall")];
   return {
@@ -91,7 +128,12 @@ export function without(board, refs) {
   };
 }
 
-/** @returns {{board: any, ref: Ref} | null} the board with copies beside, which are the new group */
+/**
+ * @param {Board} board
+ * @param {ElementRef[]} refs
+ * @param {number} by
+ * @returns {Made | null} with copies beside, which are the new group
+ */
 export function duplicated(board, refs, by) {
   let made = board;
   const copies = [];
@@ -101,11 +143,13 @@ export function duplicated(board, refs, by) {
     made = one.board;
     copies.push(one.ref);
   }
-  return copies.length ? { board: made, ref: groupOf(copies) } : null;
+  const ref = groupOf(copies);
+  return ref && { board: made, ref };
 }
 
-/** @returns {string} "the start, 3 pegs and 1 wall" */
+/** @param {{refs: ElementRef[]}} group @returns {string} "the start, 3 pegs and 1 wall" */
 export function named({ refs }) {
+  /** @param {ElementRef["kind"]} kind */
   const count = (kind) => refs.filter((ref) => ref.kind === kind).length;
   const parts = [
     count("drop") ? "the start" : "",
@@ -115,7 +159,7 @@ export function named({ refs }) {
   return parts.length > 1 ? `${parts.slice(0, -1).join(", ")} and ${parts.at(-1)}` : parts[0];
 }
 
-/** Sums of decimal steps written in decimal. */
+/** Sums of decimal steps written in decimal. @param {number} value */
 function tidy(value) {
   return Number(value.toPrecision(12));
 }

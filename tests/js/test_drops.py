@@ -6,11 +6,10 @@ import random
 from typing import Any
 
 import pytest
-from playwright.sync_api import Error
 
 from engine import Board, Drop, drop
 from engine.constants import KIND_CONTACT_BEGIN
-from tests.browser.conftest import Run
+from tests.js.conftest import Run
 
 # Balls that hardly bounce, on a slope and on pegs: bounces die, and rolling and sliding are real.
 RIDES = {
@@ -104,13 +103,15 @@ def test_drops_are_sampled_only_where_the_page_cannot_compute(
 ) -> None:
     drops = (drop(Board.preset("triangle-8"), seed, solver=solver) for seed in range(100))
     record = next(d for d in drops if KIND_CONTACT_BEGIN not in d.impacts["kind"]).record()
-    needed = run("model/motion/drop.js", "({ framesNeeded }, record) => framesNeeded(record)", record)
+    needed = run(
+        "model/motion/drop.js", "({ samplesNeeded }, record) => samplesNeeded(record)", record
+    )
     assert needed == pytest.approx(fps)
 
 
 _IMPACTS = """
-async ({ impactOf, energyOf }, { board, record, sampled }) => {
-  const { Motion } = await import("/js/model/motion/drop.js");
+async ({ impactOf, energyOf }, { board, record, sampled }, load) => {
+  const { Motion } = await load("model/motion/drop.js");
   const { events } = new Motion(board, record, sampled);
   return events.map((event) => ({ ...impactOf(board, event), ...event,
     kinetic: energyOf(board, event.before).total - energyOf(board, event.after).total }));
@@ -149,16 +150,6 @@ def test_impulses_obey_the_laws_of_impact(run: Run) -> None:
     assert friction_seen
 
 
-def test_events_are_told_in_words(run: Run) -> None:
-    told = run(
-        "model/impact.js",
-        "({ describe }, list) => list.map(([kind, index]) => describe(kind, index))",
-        [[0, 12], [1, 3], [2, 4], [2, -1], [4, -3], [5, 6]],
-    )
-    assert told[:2] == ["peg 12", "wall 3"]
-    assert told[2:] == ["rides peg 4", "rides wall 0", "leaves wall 2", "lands in bin 6"]
-
-
 def test_the_next_double_is_the_next_double(run: Run) -> None:
     values = [0.0, 0.1, -0.1, 1.0, -1.0, 5e-324, -5e-324, 1 - 2**-53, 123456.789, -(2.0**40)]
     ups = run("util/doubles.js", "({ nextUp }, list) => list.map(nextUp)", values)
@@ -168,8 +159,8 @@ def test_the_next_double_is_the_next_double(run: Run) -> None:
 
 
 _PARTING = """
-async ({ parting, distancesAtHits, growthPerHit, distances }, { one, two, limit }) => {
-  const { Motion } = await import("/js/model/motion/drop.js");
+async ({ parting, distancesAtHits, growthPerHit, distances }, { one, two, limit }, load) => {
+  const { Motion } = await load("model/motion/drop.js");
   const [a, b] = [one, two].map(({ board, record, sampled }) => new Motion(board, record, sampled));
   return { parted: parting(a, b, limit), hits: distancesAtHits(a, b),
     growth: growthPerHit(a, b, limit), rows: distances(a, b) };
@@ -225,49 +216,3 @@ def test_a_board_survives_a_link(run: Run) -> None:
         assert back == sent
         assert packed.replace("-", "").replace("_", "").isalnum()
         assert len(packed) < 0.6 * len(json.dumps(sent))
-
-
-@pytest.mark.parametrize("text", ["", "!!", "AAAA", "7cExAQ", "x" * 5000])
-def test_a_broken_link_says_so(run: Run, text: str) -> None:
-    with pytest.raises(Error, match="cannot be read"):
-        run("net/board-link.js", "({ unpackBoard }, text) => unpackBoard(text)", text)
-
-
-def test_a_link_that_unpacks_to_gigabytes_is_given_up(run: Run) -> None:
-    with pytest.raises(Error, match="cannot be read"):
-        run(
-            "net/board-link.js",
-            """async ({ packBoard, unpackBoard }) =>
-              unpackBoard(await packBoard({ name: "0".repeat(5_000_000) }))""",
-        )
-
-
-def test_an_address_keeps_every_digit(run: Run) -> None:
-    query = "board=triangle-8&seed=18446744073709551615&x=0.1000000000000000055&solver=stepped"
-    links = run(
-        "net/drop-address.js",
-        """({ readDrop, dropPath, replayLink }, query) => {
-          const drop = readDrop(new URLSearchParams(query));
-          return [dropPath(drop, "/frames", { fps: "5" }), replayLink(drop)];
-        }""",
-        query,
-    )
-    assert links[1] == f"replay.html?{query}"
-    assert links[0] == (
-        "drops/triangle-8/18446744073709551615/frames?fps=5&x=0.1000000000000000055&solver=stepped"
-    )
-
-
-def test_axes_have_round_marks(run: Run) -> None:
-    said = run(
-        "util/scale.js",
-        """({ ticks, powerTicks, powerText, figure, prefixed }) => [
-          ticks(0, 5.64, 6), ticks(0, 0.004, 3), powerTicks(1e-18, 5, 8).map(powerText),
-          [0, 1.23456, -0.0000123, 123456, -42].map(figure), prefixed(0.0032, "J"),
-        ]""",
-    )
-    assert said[0] == [0, 1, 2, 3, 4, 5]
-    assert said[1] == [0, 0.002, 0.004]
-    assert said[2] == ["10⁻¹⁸", "10⁻¹⁵", "10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "1"]
-    assert said[3] == ["0", "1.235", "−1.23·10⁻⁵", "1.23·10⁵", "−42"]
-    assert said[4] == {"unit": "mJ", "per": pytest.approx(1000)}

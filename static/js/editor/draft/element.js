@@ -1,21 +1,31 @@
 // One element of a board: where it is, and new boards with it moved, copied or gone. Pure.
 
+/** @import { Board, Point } from "../../model/board.js" */
+
 const LEAST_BIN = 1e-3; // m that an edge keeps from its neighbours
 
 /**
- * An element of a board: the start, a peg, a wall or one of its ends, an edge between bins, a bin;
- * or a group of starts, pegs and whole walls (see draft-group.js), which none of this is for.
- * @typedef {{kind: "drop" | "peg" | "wall" | "edge" | "bin" | "group", index: number, end?: 1 | 2,
- *   refs?: Ref[]}} Ref
+ * An element of a board: the start, a peg, a wall or one of its ends, an edge between bins, a bin.
+ * @typedef {{kind: "drop" | "peg" | "wall" | "edge" | "bin", index: number, end?: 1 | 2,
+ *   refs?: undefined}} ElementRef
+ *
+ * What can be selected: an element, or a group of the start, pegs and whole walls (see group.js).
+ * @typedef {ElementRef | {kind: "group", index: number, end?: undefined, refs: ElementRef[]}} Ref
  */
 
-/** @param {Ref | null} one @param {Ref | null} two */
+/**
+ * A new board, and what is new in it.
+ * @template {Ref} [R=Ref]
+ * @typedef {{board: Board, ref: R}} Made
+ */
+
+/** @param {Ref | null} one @param {Ref | null} two @returns {boolean} */
 export function sameElement(one, two) {
   if (!one || !two) return one === two;
   return one.kind === two.kind && one.index === two.index && one.end === two.end;
 }
 
-/** @param {any} board @param {Ref} ref @returns {{x: number, y: number}} metres */
+/** @param {Board} board @param {ElementRef} ref @returns {Point} metres */
 export function placeOf(board, { kind, index, end }) {
   const { pegs, walls, bins, drop } = board;
   if (kind === "drop") return { x: drop.x, y: drop.y };
@@ -28,7 +38,13 @@ export function placeOf(board, { kind, index, end }) {
   return { x: (x1 + x2) / 2, y: (y1 + y2) / 2 };
 }
 
-/** @returns {any} the board with an element at (x, y), as far as it may go there */
+/**
+ * @param {Board} board
+ * @param {ElementRef} ref
+ * @param {number} x
+ * @param {number} y
+ * @returns {Board} with an element at (x, y), as far as it may go there
+ */
 export function moved(board, ref, x, y) {
   const { kind, index, end } = ref;
   if (kind === "drop") return { ...board, drop: { ...board.drop, x, y } };
@@ -46,6 +62,7 @@ export function moved(board, ref, x, y) {
   return { ...board, walls: replaced(board.walls, index, change) };
 }
 
+/** @param {Board} board @param {number} index @param {number} x */
 function withEdge(board, index, x) {
   const { edges } = board.bins;
   const low = index > 0 ? edges[index - 1] + LEAST_BIN : Number.NEGATIVE_INFINITY;
@@ -54,26 +71,49 @@ function withEdge(board, index, x) {
   return { ...board, bins: { ...board.bins, edges: edges.with(index, at) } };
 }
 
-/** @returns {any} the board with some fields of a list's item changed */
+/**
+ * @template T
+ * @param {T[]} items
+ * @param {number} index
+ * @param {Partial<T>} change
+ * @returns {T[]} with some fields of an item changed
+ */
 function replaced(items, index, change) {
   return items.with(index, { ...items[index], ...change });
 }
 
-/** @returns {{board: any, ref: Ref}} */
+/**
+ * @param {Board} board
+ * @param {number} x
+ * @param {number} y
+ * @param {number} radius
+ * @returns {Made<ElementRef>}
+ */
 export function withPeg(board, x, y, radius) {
+  /** @type {ElementRef} */
   const ref = { kind: "peg", index: board.pegs.length };
   return { board: { ...board, pegs: [...board.pegs, { x, y, radius }] }, ref };
 }
 
-/** @returns {{board: any, ref: Ref}} */
+/**
+ * @param {Board} board
+ * @param {number} x1
+ * @param {number} y1
+ * @param {number} x2
+ * @param {number} y2
+ * @returns {Made<ElementRef>}
+ */
 export function withWall(board, x1, y1, x2, y2) {
+  /** @type {ElementRef} */
   const ref = { kind: "wall", index: board.walls.length };
   return { board: { ...board, walls: [...board.walls, { x1, y1, x2, y2 }] }, ref };
 }
 
 /**
  * A bin divided at x, or a new one at the side when x is beyond the outer edges.
- * @returns {{board: any, ref: Ref} | null} null when x is too close to an edge
+ * @param {Board} board
+ * @param {number} x
+ * @returns {Made<ElementRef> | null} null when x is too close to an edge
  */
 export function withSplit(board, x) {
   const { edges, multipliers, y } = board.bins;
@@ -89,7 +129,11 @@ export function withSplit(board, x) {
   return { board: { ...board, bins }, ref: { kind: "edge", index } };
 }
 
-/** @returns {any | null} the board without an element; null where it has to stay */
+/**
+ * @param {Board} board
+ * @param {ElementRef} elementRef
+ * @returns {Board | null} without an element; null where it has to stay
+ */
 export function without(board, { kind, index }) {
   if (kind === "peg") return { ...board, pegs: board.pegs.toSpliced(index, 1) };
   if (kind === "wall") return { ...board, walls: board.walls.toSpliced(index, 1) };
@@ -104,7 +148,12 @@ export function without(board, { kind, index }) {
   };
 }
 
-/** @returns {{board: any, ref: Ref} | null} the board with a copy of pegs and walls beside them */
+/**
+ * @param {Board} board
+ * @param {ElementRef} elementRef
+ * @param {number} by
+ * @returns {Made<ElementRef> | null} with a copy of a peg or wall beside it
+ */
 export function duplicated(board, { kind, index }, by) {
   if (kind === "peg") {
     const { x, y, radius } = board.pegs[index];

@@ -1,13 +1,17 @@
 // Undo and redo: the boards before and after the one that is edited. Pure.
 
+/** @import { Board } from "../../model/board.js" */
+
 const KEPT = 200;
 
 /** Boards are never changed in place, so that keeping them is enough. */
 export class EditHistory {
+  /** @type {Board[]} */
   #past = [];
+  /** @type {Board[]} */
   #future = [];
 
-  /** @param {any} board */
+  /** @param {Board} board */
   constructor(board) {
     this.board = board;
   }
@@ -20,7 +24,7 @@ export class EditHistory {
     return this.#future.length > 0;
   }
 
-  /** @param {any} board takes the place of the present one */
+  /** @param {Board} board takes the place of the present one */
   push(board) {
     if (board === this.board) return;
     this.#past = [...this.#past, this.board].slice(-KEPT);
@@ -30,17 +34,19 @@ export class EditHistory {
 
   /** @returns {boolean} whether there was something to undo */
   undo() {
-    if (!this.canUndo) return false;
+    const before = this.#past.pop();
+    if (!before) return false;
     this.#future.push(this.board);
-    this.board = this.#past.pop();
+    this.board = before;
     return true;
   }
 
   /** @returns {boolean} whether there was something to do again */
   redo() {
-    if (!this.canRedo) return false;
+    const after = this.#future.pop();
+    if (!after) return false;
     this.#past.push(this.board);
-    this.board = this.#future.pop();
+    this.board = after;
     return true;
   }
 }
