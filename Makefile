@@ -1,8 +1,9 @@
 # The chores, one obvious way each: make play | test | bench | lint | format.
 #
-# Needs make and Python >= 3.11 (with venv; on Debian, as root or with sudo, a missing one is
-# installed by apt). Everything else goes into .venv. Each environment step leaves a stamp file
-# there, so that it runs again only when what it was made from changed.
+# Needs make and Python >= 3.11 (with venv), for tests and lint Node.js >= 20.19 (with npm) too; on
+# Debian, as root or with sudo, missing ones are installed by apt. Everything else goes into .venv and
+# node_modules. Each environment step leaves a stamp file there, so that it runs again only when what
+# it was made from changed.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -22,6 +23,8 @@ KILLS ?= 50
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
+WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
+NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
 .PHONY: help play test test-long test-crash test-arm64 lint format bench readme architecture pictures constraints clean
 
@@ -43,8 +46,10 @@ help:
 play: $(VENV)/.stamp-play
 	exec $(BIN)/plinko serve --host $(HOST) --port $(PORT)
 
-# The tests drive a real Chromium and a real PostgreSQL: the machine's own, or else Debian's.
+# The page's pure modules run in Node.js. Other tests drive a real Chromium and a real PostgreSQL: the
+# machine's own, or else Debian's.
 test: $(VENV)/.stamp-test
+	$(WITH_NODE) && node --test $$(find tests/js -name '*.test.js' | sort)
 	tools/postgresql
 	chromium="$$(tools/chromium)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
@@ -64,11 +69,13 @@ test-long: $(VENV)/.stamp-test
 test-arm64: $(VENV)/.stamp-play
 	tests/arm64/check $(BIN)/python
 
-lint: $(VENV)/.stamp-lint
+lint: $(VENV)/.stamp-lint node_modules/.stamp
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(WITH_NODE) && node_modules/.bin/eslint .
+	$(WITH_NODE) && node_modules/.bin/tsc
 
 # Every table and plot of docs/benchmarks.md, anew; BENCH_ARGS=--quick for a trial.
 bench: $(VENV)/.stamp-bench
@@ -106,7 +113,7 @@ constraints:
 
 clean:
 	rm -rf $(VENV) .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
-	rm -rf artifacts build dist benchmarks/node/node_modules
+	rm -rf artifacts build dist node_modules benchmarks/node/node_modules
 	find . -name __pycache__ -not -path './.git/*' -prune -exec rm -rf {} +
 
 $(VENV)/.stamp-play: $(PINS) | $(VENV)/.stamp-venv
@@ -134,5 +141,10 @@ $(VENV)/.stamp-venv: tools/make-venv
 test bench: benchmarks/node/node_modules/.stamp
 
 benchmarks/node/node_modules/.stamp: benchmarks/node/package.json
-	cd $(dir $<) && npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
+	$(WITH_NODE) && cd benchmarks/node && $(NPM_INSTALL)
+	touch $@
+
+# What checks the page's scripts, which are themselves served as they lie in static/.
+node_modules/.stamp: package.json
+	$(WITH_NODE) && $(NPM_INSTALL)
 	touch $@

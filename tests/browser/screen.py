@@ -96,7 +96,7 @@ async () => {
 # The way from metres to the canvas, by the page's own rule.
 _TO_PIXELS = """
 async ([board, points]) => {
-  const { layOut } = await import("/js/geometry.js");
+  const { layOut } = await import("/js/paint/geometry.js");
   const { px, py, scale } = layOut(board, document.querySelector("#board").clientWidth);
   return { points: points.map(([x, y]) => [px(x), py(y)]), scale };
 }

@@ -16,7 +16,7 @@ from tests.browser.screen import Screen
 
 _BOARD = """
 async () => {
-  const { unpackBoard, boardInHash } = await import("/js/board-link.js");
+  const { unpackBoard, boardInHash } = await import("/js/net/board-link.js");
   return unpackBoard(boardInHash(location.hash));
 }
 """
@@ -24,8 +24,8 @@ async () => {
 # The way from metres to the field, by the page's own drawing of the board in the address.
 _PLACES = """
 async (points) => {
-  const { layOut } = await import("/js/geometry.js");
-  const { unpackBoard, boardInHash } = await import("/js/board-link.js");
+  const { layOut } = await import("/js/paint/geometry.js");
+  const { unpackBoard, boardInHash } = await import("/js/net/board-link.js");
   const board = await unpackBoard(boardInHash(location.hash));
   const field = document.querySelector("#field");
   const { px, py, height } = layOut(board, field.clientWidth);

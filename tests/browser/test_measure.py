@@ -1,4 +1,4 @@
-"""The instruments: their mathematics against known values, and what a person reads off them."""
+"""The instruments: what a person reads off them."""
 
 import json
 import math
@@ -11,127 +11,6 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Open, Quick, Run
-
-# Chi-square: statistic, degrees of freedom, upper tail. To 12 digits by arbitrary-precision
-# arithmetic; those at 0.05 are in every table.
-TAILS = [
-    (3.841458820694124, 1, 0.05),
-    (18.307038053275146, 10, 0.05),
-    (26.296227604864236, 16, 0.05),
-    (0.5, 1, 0.479500122186953),
-    (2.0, 2, math.exp(-1.0)),
-    (40.0, 2, math.exp(-20.0)),
-    (1.0, 16, 0.999999937803091),
-]
-
-# Student's t: degrees of freedom, bound at 95 %.
-BOUNDS = [(1, 12.706204736), (2, 4.302652730), (10, 2.228138852), (1000, 1.962339081)]
-
-
-@pytest.mark.parametrize(("statistic", "freedom", "tail"), TAILS)
-def test_chi_square_tails_are_those_of_the_tables(
-    run: Run, statistic: float, freedom: int, tail: float
-) -> None:
-    found = run("statistics.js", "({ chiSquareTail }, all) => chiSquareTail(...all)",
-                [statistic, freedom])  # fmt: skip
-    assert found == pytest.approx(tail, rel=1e-9)
-
-
-@pytest.mark.parametrize("half", [1, 4, 40])
-def test_the_incomplete_gamma_of_whole_numbers_is_a_poisson_sum(run: Run, half: int) -> None:
-    for x in (0.1, 1.0, float(half), 2.0 * half, 5.0 * half):
-        found = run("statistics.js", "({ gammaQ }, all) => gammaQ(...all)", [half, x])
-        poisson = sum(math.exp(-x + k * math.log(x) - math.lgamma(k + 1)) for k in range(half))
-        assert found == pytest.approx(poisson, rel=1e-9), x
-
-
-@pytest.mark.parametrize(("freedom", "bound"), BOUNDS)
-def test_student_bounds_are_those_of_the_tables(run: Run, freedom: int, bound: float) -> None:
-    found = run("statistics.js", "({ studentBound }, n) => studentBound(0.95, n)", freedom)
-    assert found == pytest.approx(bound, rel=1e-8)
-
-
-def test_the_gamma_function_is_the_factorial(run: Run) -> None:
-    for x in (0.5, 1.0, 2.0, 3.5, 10.0, 171.0, 1e5):
-        found = run("statistics.js", "({ logGamma }, x) => logGamma(x)", x)
-        assert found == pytest.approx(math.lgamma(x), rel=1e-12, abs=1e-12)
-
-
-def test_a_fit_of_three_bins_by_hand(run: Run) -> None:
-    fit = run("statistics.js", "({ fitTest }, all) => fitTest(...all)",
-              [[30, 20, 10], [1 / 3, 1 / 3, 1 / 3]])  # fmt: skip
-    g = 2 * sum(count * math.log(count / 20) for count in (30, 20, 10))
-    assert fit["statistic"] == pytest.approx(g)
-    assert fit["freedom"] == 2
-    assert fit["p"] == pytest.approx(math.exp(-g / 2))
-
-
-def test_rare_bins_are_judged_together_and_too_few_balls_not_at_all(run: Run) -> None:
-    chances = [math.comb(8, k) / 256 for k in range(9)]
-    call = "({ fitTest }, all) => fitTest(...all)"
-    assert run("statistics.js", call, [[0] * 9, chances]) is None
-    assert run("statistics.js", call, [[0, 0, 0, 1, 2, 1, 0, 0, 0], chances]) is None
-    some = run("statistics.js", call, [[0, 1, 4, 8, 10, 9, 5, 2, 1], chances])
-    assert 3 <= some["groups"] < 9
-    many = run("statistics.js", call, [[40, 310, 1090, 2190, 2730, 2190, 1100, 310, 40], chances])
-    assert many["groups"] == 9
-
-
-def test_the_tests_cry_wolf_as_often_as_they_say(run: Run) -> None:
-    chance = np.random.default_rng(7)
-    share = np.array([math.comb(16, k) for k in range(17)]) / 2**16
-    samples = chance.multinomial(400, share, size=1500).tolist()
-    others = chance.multinomial(2000, share, size=1500).tolist()
-    alone, both = run(
-        "statistics.js",
-        """({ fitTest, sameTest }, { samples, others, share }) => [
-          samples.map((counts) => fitTest(counts, share).p),
-          samples.map((counts, i) => sameTest(counts, others[i]).p),
-        ]""",
-        {"samples": samples, "others": others, "share": share.tolist()},
-    )
-    for found in (np.array(alone), np.array(both)):
-        assert 0.03 < np.mean(found < 0.05) < 0.075
-        assert 0.44 < np.mean(found < 0.5) < 0.56
-
-
-def test_a_wrong_law_is_found_out(run: Run) -> None:
-    share = [math.comb(8, k) / 256 for k in range(9)]
-    skewed = [round(1000 * part) for part in [*share[1:], share[0]]]
-    assert run("statistics.js", "({ fitTest }, all) => fitTest(...all).p", [skewed, share]) < 1e-6
-
-
-def test_mean_and_doubt_are_those_of_the_textbook(run: Run) -> None:
-    values = [0.2, 0.2, 1.0, 4.0, 0.3]
-    found = run(
-        "statistics.js",
-        """({ Mean }, values) => {
-          const one = new Mean();
-          for (const value of values) one.add(value);
-          const many = new Mean();
-          many.add(0.2, 2); many.add(1); many.add(4); many.add(0.3);
-          return [one.mean, one.doubt(0.95), many.mean, many.doubt(0.95)];
-        }""",
-        values,
-    )
-    doubt = 2.7764451052 * np.std(values, ddof=1) / math.sqrt(5)
-    assert found == pytest.approx([np.mean(values), doubt] * 2)
-
-
-def test_a_series_of_any_length_fits_its_memory(run: Run) -> None:
-    found = run(
-        "series.js",
-        """({ Series }) => {
-          const series = new Series(["t", "v"], 64);
-          for (let i = 0; i < 5000; i += 1) series.add({ t: i, v: 2 * i });
-          const points = series.points("t", "v");
-          return { count: series.count, first: points[0], last: points.at(-1),
-            straight: points.every(({ x, y }) => y === 2 * x) };
-        }""",
-    )
-    assert 32 <= found["count"] <= 64
-    assert found["straight"]
-    assert found["last"]["x"] > 4700
 
 
 def measuring(screen: Any) -> Any:
@@ -165,7 +44,7 @@ def test_the_p_value_is_that_of_the_tables_counts(opened: Open, quick: Quick, ru
     expect(screen.rows).to_have_count(20)
     expect(screen.page.locator("#fit-note")).to_contain_text("20 drops")
     counts = screen.api(f"rooms/{quick.room}")["stats"]["histogram"]
-    p = run("statistics.js", "({ sameTest }, all) => sameTest(...all).p",
+    p = run("model/statistics.js", "({ sameTest }, all) => sameTest(...all).p",
             [counts, simulated(screen, quick.board, 10_000)])  # fmt: skip
     shown = screen.page.locator("#fit-p").inner_text()
     assert float(shown.removeprefix("p = ")) == pytest.approx(p, abs=0.006)

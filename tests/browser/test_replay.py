@@ -251,7 +251,7 @@ def test_a_board_travels_in_the_link_itself(opened: Open, complaints: Complaints
     board = {**Board.preset("triangle-8").to_dict(), "name": "carried", "gravity": 20.0}
     screen = opened().ready()
     packed = screen.page.evaluate(
-        "async (board) => (await import('/js/board-link.js')).packBoard(board)", board
+        "async (board) => (await import('/js/net/board-link.js')).packBoard(board)", board
     )
     screen.page.goto(f"{screen.url}/replay.html?seed=5#board={packed}")
     screen.state("replay")

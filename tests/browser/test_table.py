@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
-from engine.board.materials import GRAVITY, RESTITUTION
+from engine.board.materials import GRAVITY
 from tests.browser.conftest import Open, Quick, Run
 from tests.browser.looks import painted
 
@@ -66,25 +66,6 @@ def test_auto_drop_without_an_end_goes_on_until_it_is_stopped(opened: Open, quic
     assert drops_sent(screen) == sent >= 4
 
 
-def test_a_pause_is_not_made_up_for_by_a_burst(run: Run) -> None:
-    given = run(
-        "pacer.js",
-        """({ Pacer }) => {
-          const pacer = new Pacer(10, 100, 0);
-          const at = (from, to) => {
-            let count = 0;
-            for (let now = from; now < to; now += 5) count += pacer.take(now);
-            return count;
-          };
-          return [at(0, 1000), at(60000, 60100), at(60100, 61100), pacer.left];
-        }""",
-    )
-    assert given[0] == 10
-    assert given[1] <= 2
-    assert given[2] == pytest.approx(10, abs=1)
-    assert given[3] == 100 - sum(given[:3])
-
-
 def test_a_stake_is_counted_and_paid_back_by_the_bin(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     screen.page.get_by_label("Stake").fill("2.5")
@@ -131,13 +112,6 @@ def test_arrow_keys_go_from_slot_to_slot(opened: Open) -> None:
     screen.page.keyboard.press("ArrowLeft")
     expect(screen.page.get_by_role("radio", name="Slot 3")).to_be_checked()
     expect(screen.page.locator("#start-words")).to_have_text("Slot 3.")
-
-
-def test_gravities_and_materials_are_the_engines(run: Run) -> None:
-    worlds = run("worlds.js", "({ GRAVITY, RESTITUTION }) => ({ GRAVITY, RESTITUTION })")
-    assert worlds["GRAVITY"] == dict(GRAVITY)
-    ranges = {row.name: [row.low, row.high] for row in RESTITUTION[1:]}
-    assert worlds["RESTITUTION"] == ranges
 
 
 def test_another_gravity_and_material_make_a_table_of_their_own(opened: Open) -> None:
@@ -229,9 +203,9 @@ def test_sound_is_off_until_asked_for_and_has_a_limit(opened: Open, quick: Quick
 
 def test_the_harder_the_impact_the_louder_the_sound(run: Run) -> None:
     loud = run(
-        "sound.js",
+        "play/sound/voice.js",
         """async ({ strike }) => {
-          const { toneOf } = await import("/js/tones.js");
+          const { toneOf } = await import("/js/play/sound/tones.js");
           const heard = [];
           for (const speed of [0.3, 1, 3, 6]) {
             const context = new OfflineAudioContext(2, 9600, 48000);
@@ -283,22 +257,6 @@ def test_ghost_trails_stay_where_balls_have_been_and_can_be_turned_off(
     assert painted(screen, "board-ghost") == 0
     button.click()
     expect(ghost).to_be_visible()
-
-
-def test_a_bin_shines_the_more_the_more_it_pays(run: Run) -> None:
-    pulses = run(
-        "paint-bin.js",
-        """({ pulseOf, beamHeight }) => [0.2, 1, 10, 1000].map((score) => {
-          const { strength } = pulseOf(score, 0);
-          return [strength, beamHeight({ height: 40 }, { strength }), pulseOf(score, 1).glow];
-        })""",
-    )
-    strengths = [strength for strength, _, _ in pulses]
-    assert strengths == sorted(strengths)
-    assert strengths[0] < 0.05
-    assert strengths[-1] == 1
-    assert [beam for _, beam, _ in pulses] == sorted(beam for _, beam, _ in pulses)
-    assert all(glow == 0 for _, _, glow in pulses)
 
 
 def test_a_shower_of_results_is_told_in_one_sentence(opened: Open, quick: Quick) -> None:

@@ -97,7 +97,7 @@ def test_a_wheel_carries_the_page_where_the_server_looks_for_it() -> None:
 
 
 @pytest.mark.parametrize(
-    "script", [".ci/run", "tools/make-venv", "tools/chromium", "tools/postgresql"]
+    "script", [".ci/run", "tools/make-venv", "tools/chromium", "tools/node", "tools/postgresql"]
 )
 def test_a_script_can_be_run_and_is_sound_shell(script: str) -> None:
     path = ROOT / script

@@ -517,7 +517,7 @@ def test_the_page_and_the_pictures_read_the_same_file() -> None:
     assert look.paint.shadow_across == shapes["ball"]["shadow"]["across"]
     opacity = shapes["ball"]["gloss"][0]["alpha"]
     assert look.paint.gloss[..., 3].max() == pytest.approx(opacity, abs=0.05)
-    for name in ("paint-ball.js", "paint-board.js"):  # the page has no such numbers of its own
-        script = (static_directory() / "js" / name).read_text(encoding="utf-8")
+    for name in ("ball.js", "board.js"):  # the page has no such numbers of its own
+        script = (static_directory() / "js" / "paint" / name).read_text(encoding="utf-8")
         assert "0.24" not in script
         assert "0.45" not in script.replace("0.45 + 0.55", "")

@@ -558,7 +558,7 @@ def test_an_unknown_path_is_not_found_by_whatever_method(
     problem(http.request(method, path), 404, "not-found", path)
 
 
-@pytest.mark.parametrize("path", ["/", "/index.html", "/js/main.js"])
+@pytest.mark.parametrize("path", ["/", "/index.html", "/js/play/main.js"])
 def test_the_pages_files_can_only_be_read(http: httpx.Client, path: str) -> None:
     refused = http.post(path)
     problem(refused, 405, "method-not-allowed", "POST")

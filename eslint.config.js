@@ -1,0 +1,59 @@
+// How the page's scripts are written, and which folder may use which.
+//
+// static/js is a stack: a folder uses those before it in LAYERS and itself, never one after it. A
+// page's own folder is used by no other, but for compare, which shows two replays side by side.
+// Types that JSDoc imports follow the same rule; tests/js/folders.test.js sees to those.
+
+import js from "@eslint/js";
+import { importX } from "eslint-plugin-import-x";
+
+/** Folders of static/js from the ground up. */
+export const LAYERS = ["util", "model", "net", "paint", "board", "instruments"];
+export const PAGES = ["play", "replay", "compare", "editor", "sandbox"];
+
+/** @param {string} folder @returns {string[]} what it must not import */
+export function forbidden(folder) {
+  const at = LAYERS.indexOf(folder);
+  const above = at < 0 ? [] : LAYERS.slice(at + 1);
+  const used = folder === "compare" ? ["compare", "replay"] : [folder];
+  return [...above, ...PAGES.filter((page) => !used.includes(page))];
+}
+
+const layers = [...LAYERS, ...PAGES].map((folder) => ({
+  files: [`static/js/${folder}/**`],
+  rules: {
+    "no-restricted-imports": ["error", {
+      patterns: [{
+        group: forbidden(folder).map((other) => `**/${other}/*`),
+        message: `${folder}/ may not use it: see the order of folders in eslint.config.js.`,
+      }],
+    }],
+  },
+}));
+
+export default [
+  { ignores: [".*/**", "artifacts/**", "benchmarks/**", "build/**", "dist/**"] },
+  js.configs.recommended,
+  {
+    plugins: { "import-x": importX },
+    rules: {
+      "import-x/no-cycle": "error",
+      "import-x/no-self-import": "error",
+      "import-x/no-useless-path-segments": "error",
+      "no-undef": "off", // tsc knows what a browser has
+      curly: ["error", "multi-line"],
+      eqeqeq: "error",
+      "no-console": "error",
+      "no-control-regex": "off", // one asks whether text is plain
+      "no-eval": "error",
+      "no-implicit-coercion": "error",
+      "no-var": "error",
+      "object-shorthand": "error",
+      "prefer-const": "error",
+      "prefer-template": "error",
+      "no-warning-comments": ["error", { terms: ["@ts-ignore", "@ts-nocheck", "eslint-disable"] }],
+      "max-lines": ["error", 400],
+    },
+  },
+  ...layers,
+];

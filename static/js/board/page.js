@@ -1,0 +1,59 @@
+// What the pages that look at drops share: start-up, failures told, links, the form's board list.
+
+import { MAIN_ROOM, readBoardName } from "../model/presets.js";
+import { Session } from "../model/session.js";
+import { ApiError, getJson, messageOf } from "../net/api.js";
+import { LinkError } from "../net/board-link.js";
+import { Theme } from "../paint/theme.js";
+import { byId, make } from "../util/dom.js";
+
+/** @import { BoardList } from "../net/replies.js" */
+
+/** Nothing was asked for: something that shows what the page can do. */
+export const DEFAULT_BOARD = "triangle-12";
+
+/**
+ * Runs a page and shows what stops it.
+ * @param {(theme: Theme) => Promise<void> | void} open
+ */
+export async function openPage(open) {
+  try {
+    await open(await Theme.load());
+  } catch (error) {
+    showState("failed", "Failed");
+    byId("result").textContent = messageOf(error);
+    // A refusal by the server is told to the visitor; anything else is a fault to be seen.
+    if (!(error instanceof ApiError || error instanceof LinkError)) throw error;
+  }
+}
+
+/** @param {string} state @param {string} text of the lamp */
+export function showState(state, text) {
+  document.documentElement.dataset.state = state;
+  byId("state-text").textContent = text;
+}
+
+/**
+ * @param {string} board what REST calls it
+ * @returns {string} link back to where the visitor played, or else to this board's own table
+ */
+export function tableLink(board) {
+  const room = new Session(window.sessionStorage).room || (readBoardName(board) ? board : MAIN_ROOM);
+  return room === MAIN_ROOM ? "./" : `./?${new URLSearchParams({ room })}`;
+}
+
+/**
+ * Fills a select with the boards the server knows.
+ * @param {HTMLSelectElement} select
+ * @param {{value: string, name: string}} chosen listed even if the server's list lacks it
+ */
+export async function fillBoards(select, chosen) {
+  const { boards } = /** @type {BoardList} */ (await getJson("boards"));
+  const listed = boards.map(({ preset, name, digest }) => ({
+    value: preset ? name : digest,
+    name: preset ? name : `${name} (${digest.slice(0, 8)})`,
+  }));
+  if (!listed.some(({ value }) => value === chosen.value)) listed.unshift(chosen);
+  select.replaceChildren(...listed.map(({ value, name }) => make("option", { value }, name)));
+  select.value = chosen.value;
+}

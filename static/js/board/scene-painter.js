@@ -1,0 +1,186 @@
+// Paints scenes over one board at one size in one set of colours, and wipes what it painted last.
+
+import { makeFlashes, makeSprite, paintBall, paintFlash, paintPaid, traceTrail } from "../paint/ball.js";
+import { beamHeight, paintPulse, pulseOf } from "../paint/bin.js";
+import { binBox } from "../paint/board.js";
+import { Damage } from "../paint/damage.js";
+
+/** @import { Board, Point } from "../model/board.js" */
+/** @import { BinHit, Flash, Scene, SceneBall } from "../model/scene.js" */
+/** @import { Geometry } from "../paint/geometry.js" */
+/** @import { Theme } from "../paint/theme.js" */
+
+const PAID_RISE = 46; // CSS pixels that a paid score climbs
+
+/**
+ * @typedef {object} Ground what a scene is painted over
+ * @property {HTMLCanvasElement} still the board as it is painted
+ * @property {Board} board
+ * @property {Geometry} geometry
+ * @property {number} density device pixels a CSS pixel
+ */
+
+/** Holds the stamps of its board's balls and pegs; another size or theme needs another painter. */
+export class ScenePainter {
+  #damage = new Damage();
+  #points = new Float64Array(64);
+
+  /** @param {Ground} ground @param {Theme} theme */
+  constructor({ still, board, geometry, density }, theme) {
+    this.still = still;
+    this.board = board;
+    this.geometry = geometry;
+    this.density = density;
+    this.theme = theme;
+    this.radius = board.ball.radius * geometry.scale;
+    const { palette, shapes: { ball } } = theme;
+    const { ballLight: light, shadow } = palette;
+    this.mine = makeSprite(this.radius, density, {
+      body: palette.ball, dark: palette.ballDark, light, band: palette.ballBand, shadow,
+    }, ball);
+    this.others = makeSprite(this.radius, density, {
+      body: palette.other, dark: palette.otherDark, light: "#ffffff",
+      band: palette.otherDark, shadow,
+    }, ball);
+    const largest = board.pegs.reduce((most, peg) => Math.max(most, peg.radius), 0.01);
+    this.flashes = makeFlashes(largest * geometry.scale, density, palette.flash);
+    // What another painter has left on the canvas is not known here.
+    this.#damage.add(0, 0, geometry.width, geometry.height);
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx scaled to CSS pixels @param {Scene} scene */
+  draw(ctx, scene) {
+    this.#damage.clear(ctx, this.geometry.width, this.geometry.height);
+    for (const path of scene.paths) this.#drawPath(ctx, path);
+    for (const flash of scene.flashes) this.#drawFlash(ctx, flash);
+    this.#drawTrails(ctx, scene.balls, false);
+    this.#drawTrails(ctx, scene.balls, true);
+    for (const ball of scene.balls) if (!ball.mine) this.#drawBall(ctx, ball);
+    for (const ball of scene.balls) if (ball.mine) this.#drawBall(ctx, ball);
+    for (const ball of scene.balls) if (ball.id === scene.chosen) this.#drawChosen(ctx, ball);
+    if (scene.aim !== null) this.#drawAim(ctx, scene.aim);
+    for (const hit of scene.hits) this.#drawHit(ctx, hit);
+    for (const hit of scene.hits) if (hit.ticket ?? true) this.#drawPaid(ctx, hit);
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {SceneBall[]} balls @param {boolean} mine */
+  #drawTrails(ctx, balls, mine) {
+    const { px, py } = this.geometry;
+    const points = this.#points;
+    const { palette, shapes: { trail } } = this.theme;
+    ctx.beginPath();
+    for (const ball of balls) {
+      if (ball.mine !== mine) continue;
+      const count = Math.min(ball.trailCount, points.length / 2);
+      for (let i = 0; i < count; i += 1) {
+        points[2 * i] = px(ball.trail[2 * i]);
+        points[2 * i + 1] = py(ball.trail[2 * i + 1]);
+      }
+      traceTrail(ctx, points, count, trail.width * this.radius);
+      this.#damage.addPoints(points, count, this.radius + 2);
+    }
+    ctx.globalAlpha = trail.alpha;
+    ctx.fillStyle = mine ? palette.ball : palette.other;
+    ctx.fill();
+    ctx.globalAlpha = 1;
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {SceneBall} sceneBall */
+  #drawBall(ctx, { x, y, angle, mine }) {
+    const { px, py, binTop, width } = this.geometry;
+    const atX = px(x);
+    const atY = py(y);
+    const { radius } = this;
+    const sinking = atY + radius > binTop + 2;
+    if (sinking) {
+      // A landed ball goes on into its pocket, behind the pocket's face.
+      ctx.save();
+      ctx.beginPath();
+      ctx.rect(0, 0, width, binTop + 2);
+      ctx.clip();
+    }
+    paintBall(ctx, mine ? this.mine : this.others, atX, atY, angle);
+    if (sinking) ctx.restore();
+    this.#touch(atX, atY, 1.6 * radius + 3);
+  }
+
+  /**
+   * The ball whose speed is measured wears a ring.
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {Point} point
+   */
+  #drawChosen(ctx, { x, y }) {
+    const { px, py } = this.geometry;
+    const reach = this.radius + 5;
+    ctx.strokeStyle = this.theme.palette.trayMark;
+    ctx.lineWidth = 1.5;
+    ctx.beginPath();
+    ctx.arc(px(x), py(y), reach, 0, 2 * Math.PI);
+    ctx.stroke();
+    this.#touch(px(x), py(y), reach + 2);
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {Flash} flash */
+  #drawFlash(ctx, { x, y, radius, age, strength }) {
+    const { px, py, scale } = this.geometry;
+    const reach = paintFlash(ctx, this.flashes, px(x), py(y), radius * scale, age, strength);
+    this.#touch(px(x), py(y), reach + 1);
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {BinHit} binHit */
+  #drawHit(ctx, { bin, age, score }) {
+    const box = binBox(this.geometry, this.board, bin);
+    const pulse = pulseOf(score, age);
+    paintPulse(ctx, this.still, box, pulse, this.theme, this.density, score);
+    const beam = beamHeight(box, pulse);
+    const { x, y, width, height } = box;
+    this.#damage.add(x - 6, y - beam - 6, width + 12, height + beam + 18);
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {BinHit} binHit */
+  #drawPaid(ctx, { bin, age, score }) {
+    const { x, y, width } = binBox(this.geometry, this.board, bin);
+    const size = Math.max(15, Math.min(34, 0.3 * this.geometry.scale));
+    const middle = Math.max(1.6 * size, Math.min(this.geometry.width - 1.6 * size, x + width / 2));
+    const at = y - size - PAID_RISE * (1 - (1 - age) ** 3);
+    const { palette } = this.theme;
+    paintPaid(ctx, middle, at, size, score, age, this.theme.payout(score), palette.shadow);
+    this.#damage.add(middle - 2.4 * size, at - size, 4.8 * size, 2.2 * size);
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {number} x */
+  #drawAim(ctx, x) {
+    const { px, dropY, aimBottom } = this.geometry;
+    const at = px(x);
+    ctx.globalAlpha = 0.55;
+    paintBall(ctx, this.mine, at, dropY, 0);
+    ctx.globalAlpha = 1;
+    ctx.fillStyle = this.theme.palette.rail;
+    ctx.beginPath();
+    const tip = dropY - this.radius - 6;
+    ctx.moveTo(at, tip);
+    ctx.lineTo(at - 8, tip - 12);
+    ctx.lineTo(at + 8, tip - 12);
+    ctx.fill();
+    this.#damage.add(at - this.radius - 12, 0, 2 * this.radius + 24, aimBottom + this.radius);
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {Point[]} path */
+  #drawPath(ctx, path) {
+    const { px, py, width, height } = this.geometry;
+    ctx.strokeStyle = this.theme.palette.trayMark;
+    ctx.globalAlpha = 0.75;
+    ctx.lineWidth = Math.max(1.5, 0.25 * this.radius);
+    ctx.lineJoin = "round";
+    ctx.beginPath();
+    for (const { x, y } of path) ctx.lineTo(px(x), py(y));
+    ctx.stroke();
+    ctx.globalAlpha = 1;
+    this.#damage.add(0, 0, width, height);
+  }
+
+  /** @param {number} x @param {number} y @param {number} reach */
+  #touch(x, y, reach) {
+    this.#damage.add(x - reach, y - reach, 2 * reach, 2 * reach);
+  }
+}

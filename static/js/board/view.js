@@ -1,0 +1,103 @@
+// The board on two canvases: one that never moves, one that is redrawn only where it did.
+// Knows boards, scenes and colours; nothing of the network.
+
+import { paintBoard } from "../paint/board.js";
+import { layOut } from "../paint/geometry.js";
+import { contextOf } from "../util/canvas.js";
+import { parentOf } from "../util/dom.js";
+import { ScenePainter } from "./scene-painter.js";
+
+/** @import { Board } from "../model/board.js" */
+/** @import { Scene } from "../model/scene.js" */
+/** @import { Geometry } from "../paint/geometry.js" */
+/** @import { Theme } from "../paint/theme.js" */
+
+/** Draws one board and the scenes on it. `onLayout(geometry)` tells when the size changed. */
+export class BoardView {
+  /** @type {Geometry | null} */
+  geometry = null;
+  /** @type {{board: Board, slots: number[]} | null} */
+  #shown = null;
+  /** @type {ScenePainter | null} */
+  #painter = null;
+  #width = 0;
+  #density = 0;
+
+  /**
+   * @param {{still: HTMLCanvasElement, moving: HTMLCanvasElement}} canvases the second on top
+   * @param {Theme} theme
+   * @param {(geometry: Geometry) => void} onLayout
+   */
+  constructor({ still, moving }, theme, onLayout) {
+    this.still = still;
+    this.box = parentOf(still);
+    this.moving = moving;
+    this.theme = theme;
+    this.onLayout = onLayout;
+    new ResizeObserver(() => this.relayout()).observe(this.box);
+    this.#followDensity();
+  }
+
+  /** @param {Board} board @param {number[]} slots */
+  setBoard(board, slots) {
+    this.#shown = { board, slots };
+    this.#width = 0;
+    this.relayout();
+  }
+
+  /** Fits the canvases to their box and the display; does nothing when neither has changed. */
+  relayout() {
+    const width = this.box.clientWidth;
+    const density = window.devicePixelRatio || 1;
+    if (!this.#shown || !width || (width === this.#width && density === this.#density)) return;
+    this.#width = width;
+    this.#density = density;
+    const geometry = layOut(this.#shown.board, width);
+    this.geometry = geometry;
+    for (const canvas of [this.still, this.moving]) fit(canvas, geometry, density);
+    this.repaint();
+    this.onLayout(geometry);
+  }
+
+  /** Paints the still layer anew: colours or size have changed. */
+  repaint() {
+    const { geometry, still, theme } = this;
+    if (!geometry || !this.#shown) return;
+    const { board, slots } = this.#shown;
+    paintBoard(contextOf(still), geometry, board, slots, theme);
+    this.#painter = new ScenePainter({ still, board, geometry, density: this.#density }, theme);
+  }
+
+  /** @param {Scene} scene */
+  draw(scene) {
+    this.#painter?.draw(contextOf(this.moving), scene);
+  }
+
+  /** @param {MouseEvent} event @returns {{x: number, y: number, above: boolean} | null} */
+  aimOf(event) {
+    if (!this.geometry) return null;
+    const box = this.still.getBoundingClientRect();
+    return {
+      x: this.geometry.x(event.clientX - box.left),
+      y: this.geometry.y(event.clientY - box.top),
+      above: event.clientY - box.top <= this.geometry.aimBottom,
+    };
+  }
+
+  /** Another screen or another zoom changes the pixel ratio without changing the box. */
+  #followDensity() {
+    const query = window.matchMedia(`(resolution: ${window.devicePixelRatio}dppx)`);
+    query.addEventListener("change", () => {
+      this.relayout();
+      this.#followDensity();
+    }, { once: true });
+  }
+}
+
+/** @param {HTMLCanvasElement} canvas @param {Geometry} geometry @param {number} density */
+function fit(canvas, { width, height }, density) {
+  canvas.width = Math.round(width * density);
+  canvas.height = Math.round(height * density);
+  canvas.style.height = `${height}px`;
+  contextOf(canvas).setTransform(density, 0, 0, density, 0, 0);
+}

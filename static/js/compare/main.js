@@ -1,0 +1,329 @@
+// The compare page: two drops at once, both paths, the distance between them and when they part.
+
+import { fillBoards, openPage, showState, tableLink } from "../board/page.js";
+import { Stage } from "../board/stage.js";
+import { Chart } from "../instruments/chart.js";
+import { upTo } from "../model/motion/drop.js";
+import { emptyScene } from "../model/scene.js";
+import { complaintOf, MAX_SEED, readSeed } from "../model/seed.js";
+import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
+import { paintPath } from "../paint/marks.js";
+import { boardOf, Replay } from "../replay/replay.js";
+import { Transport } from "../replay/transport.js";
+import { byId, fieldOf, inputOf, make, radiosOf, radioValue } from "../util/dom.js";
+import { bitsOf } from "../util/doubles.js";
+import { multiplier, seconds } from "../util/format.js";
+import { FrameLoop } from "../util/frame-loop.js";
+import { figure } from "../util/scale.js";
+import {
+  distanceAt, distances, distancesAtHits, FLOOR, growthPerHit, parting, together,
+} from "./divergence.js";
+import { readShift, secondStart } from "./second-start.js";
+
+/** @import { Board } from "../model/board.js" */
+/** @import { State } from "../model/motion/flight.js" */
+/** @import { DropAddress } from "../net/drop-address.js" */
+/** @import { Geometry } from "../paint/geometry.js" */
+/** @import { Theme } from "../paint/theme.js" */
+
+const PATH_RATE = 120;
+const BITS = 12; // shown of a start's 64
+// The preset with the most rows: on it a single bit has the most impacts to grow in.
+const DEFAULT_BOARD = "galton";
+const DEFAULT_SEED = "42";
+const TRIES = 40; // seeds looked at for one that parts
+
+/**
+ * Both drops and what is measured of them.
+ * @typedef {object} Pair
+ * @property {Board} board
+ * @property {Replay} one
+ * @property {Replay} two
+ * @property {[DropAddress, DropAddress]} drops
+ * @property {number} end seconds until one has landed
+ * @property {ReturnType<typeof distances>} rows
+ * @property {ReturnType<typeof distancesAtHits>} hits
+ * @property {[State[], State[]]} paths
+ */
+
+class ComparePage {
+  /** @type {Pair | null} */
+  #pair = null;
+
+  /** @param {Theme} theme */
+  constructor(theme) {
+    this.theme = theme;
+    this.loop = new FrameLoop((now) => this.#draw(now));
+    this.stage = new Stage(theme, () => this.loop.wake());
+    this.transport = new Transport(() => this.loop.wake());
+    this.chart = new Chart(byId("distance", HTMLCanvasElement), theme, (x) => this.#seek(x));
+    for (const radio of radiosOf("against")) {
+      radio.addEventListener("change", () => this.#plot());
+    }
+  }
+
+  /** @param {URLSearchParams} search @param {string} hash */
+  async open(search, hash) {
+    const asked = readDrop(search);
+    const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, hash);
+    const first = { ...asked, board: address, seed: asked.seed || DEFAULT_SEED };
+    const shift = readShift(search.get("shift"));
+    const { one, two, second } = await loadBoth(board, first, shift, search.get("with"));
+    const line = (/** @type {Replay} */ { motion, duration }) => motion.line(0, duration, PATH_RATE);
+    /** @type {Pair} */
+    const pair = {
+      board, one, two, drops: [first, second],
+      end: together(one.motion, two.motion),
+      rows: distances(one.motion, two.motion),
+      hits: distancesAtHits(one.motion, two.motion),
+      paths: [line(one), line(two)],
+    };
+    this.#pair = pair;
+    this.stage.setBoard(board);
+    this.#plot();
+    const longest = one.duration > two.duration ? one : two;
+    const stops = one.motion.events.map(({ t }) => t);
+    this.transport.load({ duration: longest.duration, end: longest.end, stops });
+    this.#showBoth(pair);
+    this.#fillForm(board, first, search);
+    await fillBoards(byId("other-board", HTMLSelectElement), { value: address, name: board.name });
+    showState("replay", "Compare");
+    if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
+      this.transport.seek(longest.duration);
+    } else {
+      this.transport.play();
+    }
+  }
+
+  get againstHits() {
+    return radioValue("against") === "hits";
+  }
+
+  /** @param {number} now */
+  #draw(now) {
+    const pair = this.#pair;
+    if (!pair) return false;
+    const { one, two, end } = pair;
+    const t = this.transport.advance(now);
+    const scene = emptyScene();
+    // The first ball lies on top: where they are one, it alone is seen.
+    two.addTo(scene, t, false);
+    one.addTo(scene, t, true);
+    this.stage.draw(scene, (ctx, geometry) => this.#paintPaths(ctx, geometry, pair, t));
+    byId("now").textContent = t <= end
+      ? `${figure(distanceAt(one.motion, two.motion, t))} m`
+      : "one has landed";
+    const hits = one.motion.hits.filter((hit) => hit.t <= t).length;
+    this.chart.mark(this.againstHits ? hits : Math.min(t, end));
+    return this.transport.playing;
+  }
+
+  /**
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {Geometry} geometry
+   * @param {Pair} pair
+   * @param {number} t
+   */
+  #paintPaths(ctx, geometry, { board, one, two, paths }, t) {
+    const { palette } = this.theme;
+    const width = Math.max(2, 0.3 * board.ball.radius * geometry.scale);
+    const both = [
+      { replay: two, path: paths[1], colour: palette.other, wide: 1.7 * width },
+      { replay: one, path: paths[0], colour: palette.ball, wide: 0.8 * width },
+    ];
+    for (const { replay, path, colour, wide } of both) {
+      paintPath(ctx, geometry, path, { colour, width: wide, alpha: 0.22 });
+      const past = upTo(path, replay.motion.stateAt(Math.min(t, replay.duration)));
+      paintPath(ctx, geometry, past, { colour, width: wide, alpha: 0.95 });
+    }
+  }
+
+  /** @param {number} x */
+  #seek(x) {
+    const hit = Math.round(x);
+    if (!this.againstHits) this.transport.seek(x);
+    else this.transport.seek(hit === 0 ? 0 : (this.#pair?.one.motion.hits[hit - 1].t ?? 0));
+  }
+
+  #plot() {
+    if (!this.#pair) return;
+    const { board, one, rows, hits, end } = this.#pair;
+    const { radius } = board.ball;
+    const points = this.againstHits
+      ? hits.map(({ hit, distance }) => ({ x: hit, y: distance }))
+      : rows.map(({ t, distance }) => ({ x: t, y: distance }));
+    const seen = points.map(({ y }) => y).filter((y) => y > 0);
+    const least = Math.max(FLOOR, Math.min(radius / 10, ...seen));
+    this.chart.set({
+      x: this.againstHits
+        ? { from: 0, to: Math.max(1, hits.length - 1), unit: "impacts of the first" }
+        : { from: 0, to: end, unit: "s" },
+      y: { from: least / 3, to: 30 * Math.max(radius, ...seen), unit: "m", log: true },
+      series: [{ points, colour: "trayBar", width: 2, dots: this.againstHits }],
+      events: this.againstHits ? [] : one.motion.hits.map(({ t }) => t),
+      limit: { y: radius, text: "a ball's radius" },
+    });
+    byId("distance").setAttribute("aria-label", `Distance of the two balls. ${verdictOf(this.#pair)}`);
+    this.loop.wake();
+  }
+
+  /** @param {Pair} pair */
+  #showBoth(pair) {
+    const { board, one, two, drops } = pair;
+    byId("result").textContent = verdictOf(pair);
+    document.title = `${one.record.seed} beside ${two.record.seed} on ${board.name} – Plinko`;
+    /** @type {[string, (replay: Replay, drop: DropAddress) => Node | string][]} */
+    const rows = [
+      ["Seed", ({ record }) => record.seed],
+      ["Start", ({ motion }) => `${motion.start.x} m`],
+      ["Its bits", ({ motion }) => bits(motion.start.x, one.motion.start.x)],
+      ["Bin", ({ record }) => (record.bin === null ? "none" : String(record.bin))],
+      ["Score", ({ record }) => multiplier(record.score)],
+      ["Duration", ({ record }) => `${record.duration.toFixed(4)} s`],
+      ["Impacts", ({ motion }) => String(motion.hits.length)],
+      ["End", ({ record }) => `${record.x_end.toFixed(6)} m`],
+      ["Digest", ({ record }) => `${record.digest.slice(0, 12)}…`],
+      ["Replay", (_, drop) => make("a", { class: "back", href: this.#link(drop) }, "Replay")],
+    ];
+    byId("both").replaceChildren(...rows.map(([name, value]) => {
+      const cells = [one, two].map((replay, i) => {
+        const cell = make("td", {}, value(replay, drops[i]));
+        cell.dataset.fact = `${name.toLowerCase()}-${i + 1}`;
+        return cell;
+      });
+      return make("tr", {}, make("th", { scope: "row" }, name), ...cells);
+    }));
+  }
+
+  /** @param {DropAddress} drop */
+  #link(drop) {
+    const { hash } = window.location;
+    return hash ? `${replayLink({ ...drop, board: "" })}${hash}` : replayLink(drop);
+  }
+
+  /** @param {Board} board @param {DropAddress} first @param {URLSearchParams} search */
+  #fillForm(board, first, search) {
+    const { hash } = window.location;
+    byId("to-table", HTMLAnchorElement).href = tableLink(first.board);
+    byId("back", HTMLAnchorElement).href = tableLink(first.board);
+    byId("to-replay", HTMLAnchorElement).href = this.#link(first);
+    byId("to-editor", HTMLAnchorElement).href = hash ? `editor.html${hash}` : `editor.html?board=${first.board}`;
+    const form = byId("other", HTMLFormElement);
+    const shift = fieldOf(form, "shift");
+    inputOf(form, "seed").value = first.seed;
+    inputOf(form, "x").value = String(first.x ?? "");
+    inputOf(form, "with").value = search.get("with") ?? "";
+    shift.value = search.get("with") ? "seed" : readShift(search.get("shift"));
+    const show = () => {
+      byId("second").hidden = shift.value !== "seed";
+    };
+    form.addEventListener("change", show);
+    show();
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.#submit(form, first);
+    });
+    byId("find").addEventListener("click", () => this.#find(board, first, readShift(shift.value)));
+  }
+
+  /**
+   * Goes to the next seed whose two balls part; says so when none of many does.
+   * @param {Board} board
+   * @param {DropAddress} first
+   * @param {string} shift
+   */
+  async #find(board, first, shift) {
+    const note = byId("found");
+    const { radius } = board.ball;
+    for (let i = 1; i <= TRIES; i += 1) {
+      const seed = String((BigInt(first.seed) + BigInt(i)) % (MAX_SEED + 1n));
+      note.textContent = `Looking at seed ${seed}…`;
+      const drop = { ...first, seed, x: null };
+      const { one, two } = await loadBoth(board, drop, shift, null);
+      if (!parting(one.motion, two.motion, radius)) continue;
+      const { hash } = window.location;
+      const search = dropSearch({ ...drop, board: hash ? "" : drop.board });
+      search.set("shift", shift);
+      window.location.assign(`compare.html?${search}${hash}`);
+      return;
+    }
+    note.textContent = `None of the next ${TRIES} seeds parts on this board: ask for a larger difference.`;
+  }
+
+  /** @param {HTMLFormElement} form @param {DropAddress} dropAddress */
+  #submit(form, { solver, dt, substeps }) {
+    const [seed, x, other] = [inputOf(form, "seed"), inputOf(form, "x"), inputOf(form, "with")];
+    const [board, shift] = [fieldOf(form, "board"), fieldOf(form, "shift")];
+    const wanted = shift.value === "seed" ? [seed, other] : [seed];
+    const note = byId("other-note");
+    note.hidden = true;
+    for (const field of wanted) {
+      const reading = readSeed(field.value);
+      const good = reading.ok && reading.seed !== null;
+      field.setAttribute("aria-invalid", String(!good));
+      if (good) continue;
+      note.hidden = false;
+      note.dataset.tone = "bad";
+      note.textContent = complaintOf(reading, "A drop needs a seed.");
+      field.focus();
+      return;
+    }
+    const drop = { board: board.value, seed: seed.value.trim(), x: x.value.trim(), solver, dt, substeps };
+    const search = dropSearch(drop);
+    if (shift.value === "seed") search.set("with", other.value.trim());
+    else search.set("shift", shift.value);
+    window.location.assign(`compare.html?${search}`);
+  }
+}
+
+/** @param {Pair} pair @returns {string} when they parted */
+function verdictOf({ board, ...replays }) {
+  const { radius } = board.ball;
+  const [one, two] = [replays.one.motion, replays.two.motion];
+  const start = distanceAt(one, two, 0);
+  if (start === 0) return "Both start at the same place, so they never part.";
+  if (start > radius) return `They start ${figure(start)} m apart, more than a ball's radius.`;
+  const parted = parting(one, two, radius);
+  const from = `They start ${figure(start)} m apart`;
+  if (!parted) return `${from} and stay within a ball's radius until one lands.`;
+  const growth = growthPerHit(one, two, radius);
+  const grown = growth ? ` On average each impact multiplied that by ${growth.toPrecision(2)}.` : "";
+  return (
+    `${from} and are parted by more than a ball's radius (${figure(radius)} m) after impact ` +
+    `${parted.hits}, at ${seconds(parted.t)}.${grown}`
+  );
+}
+
+/**
+ * Both drops of a comparison: the second by a seed of its own, or by a shifted start.
+ * @param {Board} board
+ * @param {DropAddress} first
+ * @param {string} shift
+ * @param {string | null} withSeed
+ */
+async function loadBoth(board, first, shift, withSeed) {
+  const one = await Replay.load(board, first);
+  const second = withSeed
+    ? { ...first, seed: withSeed, x: null }
+    : { ...first, x: secondStart(board, one.motion.start.x, shift) };
+  return { one, two: await Replay.load(board, second), second };
+}
+
+/**
+ * The last bits of a double, those that differ from another one's marked.
+ * @param {number} x
+ * @param {number} from
+ */
+function bits(x, from) {
+  const [mine, theirs] = [bitsOf(x).slice(-BITS), bitsOf(from).slice(-BITS)];
+  const found = [...mine].findIndex((bit, i) => bit !== theirs[i]);
+  const at = found < 0 ? mine.length : found;
+  const tail = make("mark", {}, mine.slice(at));
+  return make("span", { class: "bits" }, `…${mine.slice(0, at)}`, ...(at < mine.length ? [tail] : []));
+}
+
+openPage(async (theme) => {
+  const page = new ComparePage(theme);
+  await page.open(new URLSearchParams(window.location.search), window.location.hash);
+  window.addEventListener("hashchange", () => window.location.reload());
+});

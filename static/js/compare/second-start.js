@@ -1,0 +1,29 @@
+// The second ball of a comparison: the same drop with a start that differs by a little. Pure.
+
+import { startSpan } from "../model/board.js";
+import { nextDown, nextUp } from "../util/doubles.js";
+
+/** @import { Board } from "../model/board.js" */
+
+const LAST_BIT = "bit";
+
+/** Metres by which the second start may differ, by the names in links. */
+const SHIFTS = [LAST_BIT, "1e-12", "1e-9", "1e-6", "1e-3"];
+
+/**
+ * @param {Board} board
+ * @param {number} x the first ball's start, m
+ * @param {string} shift one of SHIFTS
+ * @returns {number} m; to the left where the right is beyond the drop zone
+ */
+export function secondStart({ drop }, x, shift) {
+  const most = Math.max(drop.x + startSpan(drop), ...(drop.slots ?? []));
+  if (shift === LAST_BIT) return nextUp(x) <= most ? nextUp(x) : nextDown(x);
+  const by = Number(shift);
+  return x + by <= most ? x + by : x - by;
+}
+
+/** @param {string | null} text of a link @returns {string} one of SHIFTS */
+export function readShift(text) {
+  return SHIFTS.find((shift) => shift === text) ?? LAST_BIT;
+}

@@ -1,0 +1,313 @@
+// A board being edited: its elements, and new boards made from it by single changes. Pure.
+
+import * as element from "./element.js";
+import * as group from "./group.js";
+
+/** @import { BallKind, Bins, Board, DropZone, Material, Point } from "../../model/board.js" */
+/** @import { ElementRef, Made, Ref } from "./element.js" */
+
+export { withPeg, withSplit, withWall } from "./element.js";
+
+/**
+ * @typedef {Partial<Omit<Board, "ball" | "peg_material" | "wall_material" | "bins" | "drop">> & {
+ *   ball?: Partial<BallKind>, peg_material?: Partial<Material>, wall_material?: Partial<Material>,
+ *   bins?: Partial<Bins>, drop?: Partial<DropZone>}} BoardForm a board with parts left out
+ */
+
+/** What a board has where its JSON leaves it out; the server's own defaults. */
+const DEFAULTS = {
+  name: "board", width: 8, height: 6, gravity: 9.81, drag: 0,
+  ball: { radius: 0.08, density: 1, restitution: 0.6, friction: 0 },
+  peg_material: { restitution: 0.6, friction: 0 },
+  wall_material: { restitution: 0.6, friction: 0 },
+  drop: { x: 0, y: 0, jitter: 0 },
+};
+
+/** A board to start from: three pegs over three bins. @type {Board} */
+export const EMPTY = {
+  name: "my board", width: 4, height: 3, gravity: 9.81, drag: 0.5,
+  ball: { radius: 0.08, density: 1, restitution: 0.6, friction: 0.1 },
+  pegs: [
+    { x: 0, y: 0.8, radius: 0.05 }, { x: -0.5, y: 1.4, radius: 0.05 }, { x: 0.5, y: 1.4, radius: 0.05 },
+  ],
+  peg_material: { restitution: 0.6, friction: 0.1 },
+  walls: [{ x1: -1.5, y1: -0.5, x2: -1.5, y2: 2.4 }, { x1: 1.5, y1: -0.5, x2: 1.5, y2: 2.4 }],
+  wall_material: { restitution: 0.6, friction: 0.1 },
+  bins: { y: 2.4, edges: [-1.5, -0.5, 0.5, 1.5], multipliers: [2, 0.5, 2] },
+  drop: { x: 0, y: 0, jitter: 0.25 },
+};
+
+/**
+ * A file's or a link's board with all parts that drawing needs.
+ * @param {unknown} form
+ * @returns {Board} throws a RangeError that says what it lacks
+ */
+export function complete(form) {
+  if (form === null || typeof form !== "object" || Array.isArray(form)) {
+    throw new RangeError("A board is a JSON object.");
+  }
+  const given = /** @type {BoardForm} */ (form);
+  const parts = {
+    ...DEFAULTS,
+    pegs: [],
+    ...given,
+    ball: { ...DEFAULTS.ball, ...given.ball },
+    peg_material: { ...DEFAULTS.peg_material, ...given.peg_material },
+    wall_material: { ...DEFAULTS.wall_material, ...given.wall_material },
+    drop: { ...DEFAULTS.drop, ...given.drop },
+  };
+  const bins = completeBins(given.bins ?? {}, parts);
+  /** @type {Board} */
+  const board = { ...parts, bins, walls: given.walls ?? sideWalls({ ...parts, bins }) };
+  const numbers = [board.gravity, board.ball.radius, board.drop.x, board.drop.y, board.drop.jitter];
+  numbers.push(board.drop.reach ?? 0);
+  for (const peg of list(board.pegs, "pegs")) numbers.push(peg?.x, peg?.y, peg?.radius);
+  for (const wall of list(board.walls, "walls")) numbers.push(wall?.x1, wall?.y1, wall?.x2, wall?.y2);
+  numbers.push(board.bins.y, ...board.bins.edges, ...board.bins.multipliers);
+  if (!numbers.every(Number.isFinite)) {
+    throw new RangeError("Some place or size on the board is not a number, so it cannot be drawn.");
+  }
+  return board;
+}
+
+/** @param {Partial<Bins>} bins @param {Pick<Board, "width" | "height">} given */
+function completeBins(bins, { width, height }) {
+  const edges = bins.edges ?? null;
+  const count = edges ? edges.length - 1 : Math.max(1, bins.multipliers?.length ?? 1);
+  const made = {
+    y: bins.y ?? height,
+    edges: edges ?? Array.from({ length: count + 1 }, (_, i) => (width * (2 * i - count)) / (2 * count)),
+    multipliers: bins.multipliers ?? Array(count).fill(1),
+  };
+  const rises = made.edges.every((edge, i) => i === 0 || edge > made.edges[i - 1]);
+  if (count < 1 || !rises || made.multipliers.length !== count) {
+    throw new RangeError("The bins need edges that rise, and one multiplier between each two.");
+  }
+  return made;
+}
+
+/** @param {Pick<Board, "drop" | "ball" | "bins">} given */
+function sideWalls({ drop, ball, bins }) {
+  const top = drop.y - 2 * ball.radius;
+  return [bins.edges[0], bins.edges[bins.edges.length - 1]].map((x) => ({
+    x1: x, y1: top, x2: x, y2: bins.y,
+  }));
+}
+
+/**
+ * @template T
+ * @param {T[]} value as a file has it, which may be anything
+ * @param {string} name
+ * @returns {T[]}
+ */
+function list(value, name) {
+  if (!Array.isArray(value)) throw new RangeError(`The board's ${name} are not a list.`);
+  return value;
+}
+
+/** @param {Board} board @returns {ElementRef[]} all elements, in the order in which keys go through them */
+export function refsOf(board) {
+  const { pegs, walls, bins } = board;
+  /** @param {ElementRef["kind"]} kind @param {unknown[]} items @returns {ElementRef[]} */
+  const each = (kind, items) => items.map((_, index) => ({ kind, index }));
+  return [
+    ...each("drop", [board.drop]),
+    ...each("peg", pegs),
+    ...each("wall", walls),
+    ...each("edge", bins.edges),
+    ...each("bin", bins.multipliers),
+  ];
+}
+
+/** @param {Ref | null} one @param {Ref | null} two @returns {boolean} */
+export function sameRef(one, two) {
+  if (one?.refs || two?.refs) return group.same(one, two);
+  return element.sameElement(one, two);
+}
+
+/** @param {Board} board @param {Ref} ref @returns {boolean} whether the board has this element */
+export function holds(board, ref) {
+  if (ref.refs) return ref.refs.every((one) => holds(board, one));
+  const { pegs, walls, bins } = board;
+  const count = {
+    drop: 1, peg: pegs.length, wall: walls.length, edge: bins.edges.length, bin: bins.multipliers.length,
+  }[ref.kind];
+  return ref.index < count;
+}
+
+/** @param {Board} board @param {Ref} ref @returns {Point} metres */
+export function placeOf(board, ref) {
+  return element.placeOf(board, ref.refs ? ref.refs[0] : ref);
+}
+
+/**
+ * @param {Board} board
+ * @param {Ref} ref
+ * @param {number} x
+ * @param {number} y
+ * @returns {Board} with an element at (x, y), as far as it may go there
+ */
+export function moved(board, ref, x, y) {
+  return ref.refs ? group.moved(board, ref.refs, x, y) : element.moved(board, ref, x, y);
+}
+
+/**
+ * @param {Board} board
+ * @param {Ref} ref
+ * @returns {Board | null} without an element; null where it has to stay
+ */
+export function without(board, ref) {
+  return ref.refs ? group.without(board, ref.refs) : element.without(board, ref);
+}
+
+/**
+ * @param {Board} board
+ * @param {Ref} ref
+ * @param {number} by
+ * @returns {Made | null} with a copy of pegs and walls beside them
+ */
+export function duplicated(board, ref, by) {
+  return ref.refs ? group.duplicated(board, ref.refs, by) : element.duplicated(board, ref, by);
+}
+
+/**
+ * @param {Board} board
+ * @param {string} path "gravity", "ball.radius", "pegs[3].x", "bins.multipliers[2]"
+ * @returns {unknown} what is there
+ */
+export function read(board, path) {
+  /** @type {unknown} */
+  let part = board;
+  for (const step of steps(path)) part = isNode(part) ? part[step] : undefined;
+  return part;
+}
+
+/** @param {Board} board @param {string} path @param {number | string} value @returns {Board} with it there */
+export function written(board, path, value) {
+  /** @param {unknown} part @param {string[]} way @returns {unknown} */
+  const put = (part, [step, ...rest]) => {
+    if (!isNode(part)) throw new RangeError(`a board has no ${path}`);
+    const next = rest.length ? put(part[step], rest) : value;
+    return Array.isArray(part) ? part.with(Number(step), next) : { ...part, [step]: next };
+  };
+  return /** @type {Board} */ (put(board, steps(path)));
+}
+
+/** @param {unknown} part @returns {part is Record<string, unknown>} whether it has parts itself */
+function isNode(part) {
+  return typeof part === "object" && part !== null;
+}
+
+/** @param {string} path @returns {string[]} */
+function steps(path) {
+  return path.split(/[.[\]]+/).filter(Boolean);
+}
+
+/**
+ * @param {number} value
+ * @param {number} step
+ * @returns {number} value at the nearest multiple of a step; a step of 0 leaves it
+ */
+export function snap(value, step) {
+  if (step === 0) return value;
+  // Multiples written in decimal, so that 0.3 is stored as 0.3.
+  return Number((Math.round(value / step) * step).toPrecision(12));
+}
+
+/**
+ * The element at a place, the smallest first.
+ * @param {Board} board
+ * @param {number} x metres
+ * @param {number} y metres
+ * @param {number} reach metres that a miss may be
+ * @returns {ElementRef | null}
+ */
+export function hit(board, x, y, reach) {
+  /** @param {Point} place */
+  const away = (place) => Math.hypot(place.x - x, place.y - y);
+  /** @type {[number, ElementRef][]} how far off each is */
+  const found = [];
+  board.walls.forEach(({ x1, y1, x2, y2 }, index) => {
+    found.push([away({ x: x1, y: y1 }), { kind: "wall", index, end: 1 }]);
+    found.push([away({ x: x2, y: y2 }), { kind: "wall", index, end: 2 }]);
+  });
+  board.pegs.forEach((peg, index) => {
+    found.push([away(peg) - peg.radius, { kind: "peg", index }]);
+  });
+  found.push([away(board.drop) - board.ball.radius, { kind: "drop", index: 0 }]);
+  // An edge goes on downwards between its bins; at its top a wall may end, which comes first.
+  board.bins.edges.forEach((edge, index) => {
+    const below = Math.max(y, board.bins.y);
+    found.push([away({ x: edge, y: below }), { kind: "edge", index }]);
+  });
+  const nearest = found.reduce((best, one) => (one[0] < best[0] ? one : best));
+  if (nearest[0] <= reach) return nearest[1];
+  return wallAt(board, x, y, reach) ?? binAt(board, x, y);
+}
+
+/**
+ * @param {Board} board
+ * @param {number} x
+ * @param {number} y
+ * @param {number} reach
+ * @returns {ElementRef | null}
+ */
+function wallAt({ walls }, x, y, reach) {
+  const index = walls.findIndex(({ x1, y1, x2, y2 }) => {
+    const [dx, dy] = [x2 - x1, y2 - y1];
+    const square = dx * dx + dy * dy;
+    const s = square ? Math.min(1, Math.max(0, ((x - x1) * dx + (y - y1) * dy) / square)) : 0;
+    return Math.hypot(x1 + s * dx - x, y1 + s * dy - y) <= reach;
+  });
+  return index < 0 ? null : { kind: "wall", index };
+}
+
+/** @param {Board} board @param {number} x @param {number} y @returns {ElementRef | null} */
+function binAt({ bins }, x, y) {
+  if (y < bins.y) return null;
+  const index = bins.edges.findIndex((edge, i) => x >= edge && x < bins.edges[i + 1]);
+  return index < 0 ? null : { kind: "bin", index };
+}
+
+/** @param {Board} board @param {Ref} ref @returns {string} the element described */
+export function describeRef(board, ref) {
+  if (ref.refs) return `${group.named(ref)} selected`;
+  const { x, y } = placeOf(board, ref);
+  const at = `x ${short(x)}, y ${short(y)} m`;
+  const { kind, index, end } = ref;
+  if (kind === "drop") return `Start at ${at}`;
+  if (kind === "peg") return `Peg ${index} of ${board.pegs.length}, ${at}`;
+  if (kind === "wall") return `${end ? `End ${end} of wall` : "Wall"} ${index} of ${board.walls.length}, ${at}`;
+  if (kind === "edge") return `Edge ${index} of the bins, x ${short(x)} m`;
+  return `Bin ${index}, pays ${board.bins.multipliers[index]}`;
+}
+
+/** @param {number} value */
+function short(value) {
+  return String(Number(value.toFixed(4))).replace("-", "−");
+}
+
+/**
+ * The elements that a server's refusal is about.
+ * @param {Board} board
+ * @param {string | null} field "pegs[12].x", "bins.edges[3]", "drop.y"
+ * @param {string} detail may name a second element
+ * @returns {ElementRef[]}
+ */
+export function refsInProblem(board, field, detail) {
+  /** @type {ElementRef[]} */
+  const found = [];
+  /** @param {ElementRef} ref */
+  const add = (ref) => {
+    if (holds(board, ref) && !found.some((one) => sameRef(one, ref))) found.push(ref);
+  };
+  /** @type {Record<string, ElementRef["kind"]>} */
+  const kinds = { pegs: "peg", walls: "wall", "bins.edges": "edge", "bins.multipliers": "bin" };
+  for (const text of [field ?? "", detail]) {
+    for (const [, name, index] of text.matchAll(/(pegs|walls|bins\.edges|bins\.multipliers)\[(\d+)\]/g)) {
+      add({ kind: kinds[name], index: Number(index) });
+    }
+  }
+  if (/^drop\b/.test(field ?? "")) add({ kind: "drop", index: 0 });
+  return found;
+}

@@ -1,0 +1,165 @@
+// One element of a board: where it is, and new boards with it moved, copied or gone. Pure.
+
+/** @import { Board, Point } from "../../model/board.js" */
+
+const LEAST_BIN = 1e-3; // m that an edge keeps from its neighbours
+
+/**
+ * An element of a board: the start, a peg, a wall or one of its ends, an edge between bins, a bin.
+ * @typedef {{kind: "drop" | "peg" | "wall" | "edge" | "bin", index: number, end?: 1 | 2,
+ *   refs?: undefined}} ElementRef
+ *
+ * What can be selected: an element, or a group of the start, pegs and whole walls (see group.js).
+ * @typedef {ElementRef | {kind: "group", index: number, end?: undefined, refs: ElementRef[]}} Ref
+ */
+
+/**
+ * A new board, and what is new in it.
+ * @template {Ref} [R=Ref]
+ * @typedef {{board: Board, ref: R}} Made
+ */
+
+/** @param {Ref | null} one @param {Ref | null} two @returns {boolean} */
+export function sameElement(one, two) {
+  if (!one || !two) return one === two;
+  return one.kind === two.kind && one.index === two.index && one.end === two.end;
+}
+
+/** @param {Board} board @param {ElementRef} ref @returns {Point} metres */
+export function placeOf(board, { kind, index, end }) {
+  const { pegs, walls, bins, drop } = board;
+  if (kind === "drop") return { x: drop.x, y: drop.y };
+  if (kind === "peg") return { x: pegs[index].x, y: pegs[index].y };
+  if (kind === "edge") return { x: bins.edges[index], y: bins.y };
+  if (kind === "bin") return { x: (bins.edges[index] + bins.edges[index + 1]) / 2, y: bins.y };
+  const { x1, y1, x2, y2 } = walls[index];
+  if (end === 1) return { x: x1, y: y1 };
+  if (end === 2) return { x: x2, y: y2 };
+  return { x: (x1 + x2) / 2, y: (y1 + y2) / 2 };
+}
+
+/**
+ * @param {Board} board
+ * @param {ElementRef} ref
+ * @param {number} x
+ * @param {number} y
+ * @returns {Board} with an element at (x, y), as far as it may go there
+ */
+export function moved(board, ref, x, y) {
+  const { kind, index, end } = ref;
+  if (kind === "drop") return { ...board, drop: { ...board.drop, x, y } };
+  if (kind === "peg") return { ...board, pegs: replaced(board.pegs, index, { x, y }) };
+  if (kind === "edge") return withEdge(board, index, x);
+  if (kind === "bin") return { ...board, bins: { ...board.bins, y } };
+  if (end) {
+    const change = end === 1 ? { x1: x, y1: y } : { x2: x, y2: y };
+    return { ...board, walls: replaced(board.walls, index, change) };
+  }
+  const from = placeOf(board, ref);
+  const [dx, dy] = [x - from.x, y - from.y];
+  const { x1, y1, x2, y2 } = board.walls[index];
+  const change = { x1: x1 + dx, y1: y1 + dy, x2: x2 + dx, y2: y2 + dy };
+  return { ...board, walls: replaced(board.walls, index, change) };
+}
+
+/** @param {Board} board @param {number} index @param {number} x */
+function withEdge(board, index, x) {
+  const { edges } = board.bins;
+  const low = index > 0 ? edges[index - 1] + LEAST_BIN : Number.NEGATIVE_INFINITY;
+  const high = index < edges.length - 1 ? edges[index + 1] - LEAST_BIN : Number.POSITIVE_INFINITY;
+  const at = Math.min(high, Math.max(low, x));
+  return { ...board, bins: { ...board.bins, edges: edges.with(index, at) } };
+}
+
+/**
+ * @template T
+ * @param {T[]} items
+ * @param {number} index
+ * @param {Partial<T>} change
+ * @returns {T[]} with some fields of an item changed
+ */
+function replaced(items, index, change) {
+  return items.with(index, { ...items[index], ...change });
+}
+
+/**
+ * @param {Board} board
+ * @param {number} x
+ * @param {number} y
+ * @param {number} radius
+ * @returns {Made<ElementRef>}
+ */
+export function withPeg(board, x, y, radius) {
+  /** @type {ElementRef} */
+  const ref = { kind: "peg", index: board.pegs.length };
+  return { board: { ...board, pegs: [...board.pegs, { x, y, radius }] }, ref };
+}
+
+/**
+ * @param {Board} board
+ * @param {number} x1
+ * @param {number} y1
+ * @param {number} x2
+ * @param {number} y2
+ * @returns {Made<ElementRef>}
+ */
+export function withWall(board, x1, y1, x2, y2) {
+  /** @type {ElementRef} */
+  const ref = { kind: "wall", index: board.walls.length };
+  return { board: { ...board, walls: [...board.walls, { x1, y1, x2, y2 }] }, ref };
+}
+
+/**
+ * A bin divided at x, or a new one at the side when x is beyond the outer edges.
+ * @param {Board} board
+ * @param {number} x
+ * @returns {Made<ElementRef> | null} null when x is too close to an edge
+ */
+export function withSplit(board, x) {
+  const { edges, multipliers, y } = board.bins;
+  if (edges.some((edge) => Math.abs(edge - x) < LEAST_BIN)) return null;
+  const at = edges.findIndex((edge) => edge > x);
+  const index = at < 0 ? edges.length : at;
+  const pays = multipliers[Math.min(multipliers.length - 1, Math.max(0, index - 1))];
+  const bins = {
+    y,
+    edges: edges.toSpliced(index, 0, x),
+    multipliers: multipliers.toSpliced(index, 0, pays),
+  };
+  return { board: { ...board, bins }, ref: { kind: "edge", index } };
+}
+
+/**
+ * @param {Board} board
+ * @param {ElementRef} elementRef
+ * @returns {Board | null} without an element; null where it has to stay
+ */
+export function without(board, { kind, index }) {
+  if (kind === "peg") return { ...board, pegs: board.pegs.toSpliced(index, 1) };
+  if (kind === "wall") return { ...board, walls: board.walls.toSpliced(index, 1) };
+  const { edges, multipliers, y } = board.bins;
+  if (kind === "drop" || multipliers.length === 1) return null;
+  // Without an edge its two bins are one, which pays what the left one paid.
+  const edge = kind === "edge" ? index : index + (index < multipliers.length - 1 ? 1 : 0);
+  const bin = kind === "edge" ? Math.min(index, multipliers.length - 1) : index;
+  return {
+    ...board,
+    bins: { y, edges: edges.toSpliced(edge, 1), multipliers: multipliers.toSpliced(bin, 1) },
+  };
+}
+
+/**
+ * @param {Board} board
+ * @param {ElementRef} elementRef
+ * @param {number} by
+ * @returns {Made<ElementRef> | null} with a copy of a peg or wall beside it
+ */
+export function duplicated(board, { kind, index }, by) {
+  if (kind === "peg") {
+    const { x, y, radius } = board.pegs[index];
+    return withPeg(board, x + by, y, radius);
+  }
+  if (kind !== "wall") return null;
+  const { x1, y1, x2, y2 } = board.walls[index];
+  return withWall(board, x1 + by, y1, x2 + by, y2);
+}

@@ -1,0 +1,165 @@
+// Several elements of a board at once: the start, pegs and whole walls, moved and copied together. Pure.
+
+import { counted } from "../../util/format.js";
+import { duplicated as copied, placeOf, sameElement } from "./element.js";
+
+/** @import { Board } from "../../model/board.js" */
+/** @import { ElementRef, Made, Ref } from "./element.js" */
+/** @import { Band } from "../pointer.js" */
+
+const KINDS = ["drop", "peg", "wall"];
+
+/** @param {Ref | null} ref @returns {ElementRef[]} what a selection consists of */
+export function membersOf(ref) {
+  if (!ref) return [];
+  return ref.refs ?? [ref];
+}
+
+/**
+ * @param {ElementRef} ref
+ * @returns {ElementRef | null} what of it can be in a group: of a wall's end the wall
+ */
+function groupable({ kind, index }) {
+  return KINDS.includes(kind) ? { kind, index } : null;
+}
+
+/** @param {ElementRef[]} refs @returns {Ref | null} the least that stands for all that can be grouped */
+export function groupOf(refs) {
+  /** @type {ElementRef[]} */
+  const chosen = [];
+  for (const ref of refs.map(groupable)) {
+    if (ref && !chosen.some((one) => sameElement(one, ref))) chosen.push(ref);
+  }
+  if (chosen.length > 1) return { kind: "group", index: 0, refs: chosen };
+  return chosen[0] ?? null;
+}
+
+/**
+ * @param {Ref | null} selected
+ * @param {ElementRef} ref
+ * @returns {Ref | null} the selection with an element more, or without it if it had it
+ */
+export function toggled(selected, ref) {
+  const whole = groupable(ref);
+  const members = membersOf(selected).map(groupable).filter((one) => one !== null);
+  if (!whole) return selected;
+  const left = members.filter((one) => !sameElement(one, whole));
+  return groupOf(left.length < members.length ? left : [...members, whole]);
+}
+
+/**
+ * @param {Ref | null} selected
+ * @param {ElementRef} ref
+ * @returns {boolean} whether an element, or a wall by its end, is in a group
+ */
+export function contains(selected, ref) {
+  const whole = groupable(ref);
+  return selected?.refs?.some((one) => sameElement(one, whole)) ?? false;
+}
+
+/**
+ * All that lies within a rectangle; walls with both their ends.
+ * @param {Board} board
+ * @param {Band} band
+ * @returns {ElementRef[]}
+ */
+export function inside({ pegs, walls, drop }, { x0, y0, x1, y1 }) {
+  /** @param {number} x @param {number} y */
+  const within = (x, y) =>
+    x >= Math.min(x0, x1) && x <= Math.max(x0, x1) && y >= Math.min(y0, y1) && y <= Math.max(y0, y1);
+  /** @type {ElementRef[]} */
+  const found = within(drop.x, drop.y) ? [{ kind: "drop", index: 0 }] : [];
+  pegs.forEach(({ x, y }, index) => within(x, y) && found.push({ kind: "peg", index }));
+  walls.forEach((wall, index) => {
+    if (within(wall.x1, wall.y1) && within(wall.x2, wall.y2)) found.push({ kind: "wall", index });
+  });
+  return found;
+}
+
+/**
+ * @param {Ref | null} one
+ * @param {Ref | null} two
+ * @returns {boolean} whether two selections have the same elements in the same order
+ */
+export function same(one, two) {
+  const [these, those] = [membersOf(one), membersOf(two)];
+  return these.length === those.length && these.every((ref, i) => sameElement(ref, those[i]));
+}
+
+/**
+ * @param {Board} board
+ * @param {ElementRef[]} refs
+ * @param {number} x
+ * @param {number} y
+ * @returns {Board} with a group so that its first element is at (x, y)
+ */
+export function moved(board, refs, x, y) {
+  const from = placeOf(board, refs[0]);
+  const [dx, dy] = [x - from.x, y - from.y];
+  const [pegs, walls] = [[...board.pegs], [...board.walls]];
+  let { drop } = board;
+  for (const { kind, index } of refs) {
+    if (kind === "drop") drop = { ...drop, x: tidy(drop.x + dx), y: tidy(drop.y + dy) };
+    if (kind === "peg") {
+      const peg = pegs[index];
+      pegs[index] = { ...peg, x: tidy(peg.x + dx), y: tidy(peg.y + dy) };
+    }
+    if (kind === "wall") {
+      const { x1, y1, x2, y2 } = walls[index];
+      walls[index] = { x1: tidy(x1 + dx), y1: tidy(y1 + dy), x2: tidy(x2 + dx), y2: tidy(y2 + dy) };
+    }
+  }
+  return { ...board, pegs, walls, drop };
+}
+
+/**
+ * @param {Board} board
+ * @param {ElementRef[]} refs
+ * @returns {Board} without the pegs and walls of a group; its start stays
+ */
+export function without(board, refs) {
+  /** @param {ElementRef["kind"]} kind */
+  const gone = (kind) => new Set(refs.filter((ref) => ref.kind === kind).map((ref) => ref.index));
+  const [pegs, walls] = [gone("peg"), gone("wall")];
+  return {
+    ...board,
+    pegs: board.pegs.filter((_, index) => !pegs.has(index)),
+    walls: board.walls.filter((_, index) => !walls.has(index)),
+  };
+}
+
+/**
+ * @param {Board} board
+ * @param {ElementRef[]} refs
+ * @param {number} by
+ * @returns {Made | null} with copies beside, which are the new group
+ */
+export function duplicated(board, refs, by) {
+  let made = board;
+  const copies = [];
+  for (const ref of refs) {
+    const one = copied(made, ref, by);
+    if (!one) continue;
+    made = one.board;
+    copies.push(one.ref);
+  }
+  const ref = groupOf(copies);
+  return ref && { board: made, ref };
+}
+
+/** @param {{refs: ElementRef[]}} group @returns {string} "the start, 3 pegs and 1 wall" */
+export function named({ refs }) {
+  /** @param {ElementRef["kind"]} kind */
+  const count = (kind) => refs.filter((ref) => ref.kind === kind).length;
+  const parts = [
+    count("drop") ? "the start" : "",
+    count("peg") ? counted(count("peg"), "peg") : "",
+    count("wall") ? counted(count("wall"), "wall") : "",
+  ].filter(Boolean);
+  return parts.length > 1 ? `${parts.slice(0, -1).join(", ")} and ${parts.at(-1)}` : parts[0];
+}
+
+/** Sums of decimal steps written in decimal. @param {number} value */
+function tidy(value) {
+  return Number(value.toPrecision(12));
+}

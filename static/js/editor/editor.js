@@ -1,0 +1,280 @@
+// The editor: joins the board being edited with its view, panels, checks, tests and links.
+
+import { showState } from "../board/page.js";
+import { byId, isWithin, radioValue } from "../util/dom.js";
+import { counted, withFullStop } from "../util/format.js";
+import { BoardCheck } from "./check.js";
+import {
+  describeRef, duplicated, EMPTY, holds, placeOf, refsInProblem, refsOf, sameRef, without, written,
+} from "./draft/draft.js";
+import { groupOf, membersOf } from "./draft/group.js";
+import { EditHistory } from "./draft/history.js";
+import { Keeping } from "./keeping.js";
+import { NumberFields } from "./number-fields.js";
+import { PointerController } from "./pointer.js";
+import { BOARD_ROWS, nameOf, rowsOf } from "./rows.js";
+import { TestDrops } from "./test-drops.js";
+import { EditorView } from "./view.js";
+
+/** @import { Board } from "../model/board.js" */
+/** @import { Theme } from "../paint/theme.js" */
+/** @import { Verdict } from "./check.js" */
+/** @import { ElementRef, Ref } from "./draft/element.js" */
+/** @import { Bench, Command } from "./pointer.js" */
+
+/** The page's one editor. */
+export class Editor {
+  /** @type {Ref | null} */
+  selected = null;
+  /** @type {ElementRef[]} what the server objects to */
+  problems = [];
+  /** @type {Extract<Verdict, {ok: false}> | null} */
+  #problem = null;
+
+  /** @param {Theme} theme */
+  constructor(theme) {
+    this.history = new EditHistory(EMPTY);
+    const board = () => this.history.board;
+    this.view = new EditorView(theme, (geometry) => {
+      this.test.histogram.layOut(geometry);
+      this.#mark();
+    });
+    this.test = new TestDrops(theme, board, (text) => this.#say(text));
+    this.keeping = new Keeping(board, (other, said) => this.open(other, said));
+    this.check = new BoardCheck((verdict, board) => this.#judged(verdict, board));
+    this.name = byId("name", HTMLInputElement);
+    this.boardFields = new NumberFields(byId("board-fields"), (path, value) => this.#write(path, value));
+    this.fields = new NumberFields(byId("selected-fields"), (path, value) => this.#write(path, value));
+    this.pointer = new PointerController(this.view, () => this.#bench(), {
+      onSelect: (ref) => this.#select(ref),
+      onPreview: (board, ref) => this.#preview(board, ref),
+      onChange: (board, ref) => this.#change(board, ref),
+      onSay: (text) => this.#say(text),
+      onMark: () => this.#mark(),
+      onCommand: (command) => this.#command(command),
+    });
+    this.#wireKeys();
+  }
+
+  /** @param {Board} board one that can be drawn @param {string} said of it */
+  open(board, said) {
+    this.history.push(board);
+    this.selected = null;
+    this.pointer.cursor = { x: board.drop.x, y: Math.round((board.drop.y + board.bins.y) * 10) / 20 };
+    this.#refresh();
+    this.#say(said);
+    showState("asleep", "Editing");
+  }
+
+  /** @returns {Bench} */
+  #bench() {
+    const { board } = this.history;
+    return {
+      board,
+      selected: this.selected,
+      tool: /** @type {Bench["tool"]} */ (radioValue("tool")),
+      step: Number(byId("snap", HTMLSelectElement).value),
+      pegRadius: board.pegs[board.pegs.length - 1]?.radius ?? 0.05,
+    };
+  }
+
+  /** @param {Board} board @param {Ref | null} ref */
+  #change(board, ref) {
+    this.history.push(board);
+    this.selected = ref;
+    this.#refresh();
+    const all = `${counted(board.pegs.length, "peg")}, ${counted(board.walls.length, "wall")}`;
+    this.#say(`${ref ? describeRef(board, ref) : all}.`);
+  }
+
+  /** @param {string} path @param {number | string} value */
+  #write(path, value) {
+    this.#change(written(this.history.board, path, value), this.selected);
+  }
+
+  /** @param {Board} board @param {Ref} ref */
+  #preview(board, ref) {
+    this.view.setBoard(board);
+    this.#draw(ref, []);
+    byId("bubble").hidden = true;
+  }
+
+  /** @param {Ref | null} ref */
+  #select(ref) {
+    this.selected = ref;
+    this.#showSelected();
+    this.#mark();
+    if (ref) this.#say(`${describeRef(this.history.board, ref)}.`);
+  }
+
+  /** Everything that shows the board, after it has become another one. */
+  #refresh() {
+    const { board, canUndo, canRedo } = this.history;
+    if (this.selected && !holds(board, this.selected)) this.selected = null;
+    this.problems = this.problems.filter((ref) => holds(board, ref));
+    this.view.setBoard(board);
+    byId("undo", HTMLButtonElement).disabled = !canUndo;
+    byId("redo", HTMLButtonElement).disabled = !canRedo;
+    this.name.value = board.name;
+    byId("field").setAttribute("aria-label", `${board.name}, ${counted(board.pegs.length, "peg")}`);
+    document.title = `${board.name} – Board editor – Plinko`;
+    this.boardFields.show(BOARD_ROWS, board);
+    this.#showSelected();
+    this.#mark();
+    this.test.reset();
+    document.documentElement.dataset.check = "asked"; // the verdict shown is of another board
+    this.check.ask(board);
+    this.keeping.keepInAddress(board);
+  }
+
+  #showSelected() {
+    const { board } = this.history;
+    const ref = this.selected;
+    byId("selected-title").textContent = ref ? nameOf(ref) : "Nothing selected";
+    byId("selected-keys").hidden = !ref;
+    byId("duplicate").hidden = !ref || !["peg", "wall", "group"].includes(ref.kind);
+    byId("delete").hidden = ref?.kind === "drop";
+    this.fields.show(ref ? rowsOf(ref) : [], board);
+    this.#markFields();
+  }
+
+  #mark() {
+    this.#draw(this.selected, this.problems);
+    this.#placeBubble();
+  }
+
+  /** @param {Ref | null} selected @param {ElementRef[]} problems */
+  #draw(selected, problems) {
+    const focused = document.activeElement === this.view.field;
+    const busy = this.pointer.dragging || this.pointer.band !== null;
+    this.view.draw({
+      selected,
+      problems,
+      cursor: focused && !selected && !busy ? this.pointer.cursor : null,
+      band: this.pointer.band,
+      step: this.#bench().step,
+    });
+  }
+
+  /** @param {Verdict} verdict @param {Board} board */
+  #judged(verdict, board) {
+    this.#problem = verdict.ok ? null : verdict;
+    this.problems = verdict.ok ? [] : refsInProblem(board, verdict.field, verdict.message);
+    const text = byId("check-text");
+    text.dataset.tone = verdict.ok ? "good" : "bad";
+    text.textContent = verdict.ok
+      ? `It can be played. Digest ${verdict.digest.slice(0, 16)}…`
+      : withFullStop(verdict.message);
+    byId("show-problem").hidden = verdict.ok;
+    document.documentElement.dataset.check = verdict.ok ? "good" : "bad";
+    this.#markFields();
+    this.#mark();
+  }
+
+  #markFields() {
+    const path = this.#problem?.field ?? null;
+    this.boardFields.mark(path);
+    this.fields.mark(path);
+  }
+
+  #placeBubble() {
+    const bubble = byId("bubble");
+    const [ref] = this.problems;
+    const problem = this.pointer.dragging ? null : this.#problem;
+    bubble.hidden = !ref || !problem;
+    if (!ref || !problem) return;
+    bubble.textContent = withFullStop(problem.message);
+    this.view.placeBubble(bubble, ref);
+  }
+
+  #showProblem() {
+    const [ref] = this.problems;
+    if (ref) {
+      this.#select(ref);
+      this.view.field.focus();
+      return;
+    }
+    if (this.#problem?.field) this.boardFields.focus(this.#problem.field);
+  }
+
+  /** @param {Command} command */
+  #command(command) {
+    const { board } = this.history;
+    if (command === "undo" || command === "redo") this.#travel(command);
+    else if (command === "next") this.#step(1, false);
+    else if (command === "last") this.#step(-1, false);
+    else if (command === "and-next") this.#step(1, true);
+    else if (command === "and-last") this.#step(-1, true);
+    else if (command === "all") this.#select(groupOf(refsOf(board)));
+    else if (!this.selected) this.#say("Nothing is selected.");
+    else if (command === "delete") this.#delete(board, this.selected);
+    else this.#duplicate(board, this.selected);
+  }
+
+  /** @param {"undo" | "redo"} way */
+  #travel(way) {
+    if (!this.history[way]()) {
+      this.#say(way === "undo" ? "There is nothing to undo." : "There is nothing to do again.");
+      return;
+    }
+    this.#refresh();
+    this.#say(way === "undo" ? "Undone." : "Done again.");
+  }
+
+  /**
+   * Goes to the next element from the one selected last; `also` keeps what is selected.
+   * @param {number} by
+   * @param {boolean} also
+   */
+  #step(by, also) {
+    const members = membersOf(this.selected);
+    const all = refsOf(this.history.board);
+    const refs = also ? all.filter((ref) => groupOf([ref])) : all;
+    const last = members.at(-1);
+    /** @type {ElementRef | null} */
+    const whole = last ? { kind: last.kind, index: last.index } : null;
+    const at = refs.findIndex((ref) => sameRef(ref, whole));
+    const next = refs[(Math.max(at, by < 0 ? 0 : -1) + by + refs.length) % refs.length];
+    this.#select(also ? groupOf([...members, next]) : next);
+  }
+
+  /** @param {Board} board @param {Ref} ref */
+  #delete(board, ref) {
+    const left = without(board, ref);
+    if (!left) {
+      this.#say("A board keeps its start and one bin.");
+      return;
+    }
+    this.pointer.cursor = placeOf(board, ref);
+    this.#change(left, null);
+    this.#say(`${nameOf(ref)} deleted.`);
+  }
+
+  /** @param {Board} board @param {Ref} ref */
+  #duplicate(board, ref) {
+    const made = duplicated(board, ref, this.#bench().step || 0.1);
+    if (made) this.#change(made.board, made.ref);
+  }
+
+  /** @param {string} text */
+  #say(text) {
+    byId("result").textContent = text;
+  }
+
+  #wireKeys() {
+    for (const id of /** @type {const} */ (["undo", "redo", "delete", "duplicate"])) {
+      byId(id).addEventListener("click", () => this.#command(id));
+    }
+    byId("show-problem").addEventListener("click", () => this.#showProblem());
+    byId("snap").addEventListener("change", () => this.#mark());
+    this.name.addEventListener("change", () => this.#write("name", this.name.value.trim()));
+    for (const type of ["focus", "blur"]) this.view.field.addEventListener(type, () => this.#mark());
+    document.addEventListener("keydown", (event) => {
+      if (!(event.ctrlKey || event.metaKey) || isWithin(event, "input, #field")) return;
+      const key = event.key.toLowerCase();
+      if (key !== "z" && key !== "y") return;
+      event.preventDefault();
+      this.#command(key === "y" || event.shiftKey ? "redo" : "undo");
+    });
+  }
+}

@@ -1,0 +1,139 @@
+// The editor's "Share and keep": link, file, registration, a room to play in, a preset to start from.
+
+import { ApiError, getJson, postJson } from "../net/api.js";
+import { packBoard } from "../net/board-link.js";
+import { byId, make } from "../util/dom.js";
+import { saveFile } from "../util/file.js";
+import { counted, withFullStop } from "../util/format.js";
+import { complete, EMPTY } from "./draft/draft.js";
+
+/** @import { Board } from "../model/board.js" */
+/** @import { BoardList, BoardReply, RoomReply } from "../net/replies.js" */
+
+/** The panel, and the page's address, which always holds the whole board. */
+export class Keeping {
+  #packed = "";
+
+  /**
+   * @param {() => Board} board the one that is edited
+   * @param {(board: Board, said: string) => void} open edits another one
+   */
+  constructor(board, open) {
+    this.board = board;
+    this.open = open;
+    this.file = byId("file", HTMLInputElement);
+    this.link = byId("link", HTMLInputElement);
+    this.linkField = byId("link-field");
+    this.presets = byId("start-from", HTMLSelectElement);
+    byId("save").addEventListener("click", () => this.#save());
+    byId("load").addEventListener("click", () => this.file.click());
+    this.file.addEventListener("change", () => this.#load());
+    byId("share").addEventListener("click", () => this.#share());
+    byId("register").addEventListener("click", () => this.#register());
+    byId("play-room").addEventListener("click", () => this.#playRoom());
+    this.presets.addEventListener("change", () => this.#startFrom(this.presets.value));
+  }
+
+  /** Lists the presets that can be copied. */
+  async listPresets() {
+    const { boards } = /** @type {BoardList} */ (await getJson("boards"));
+    const presets = boards.filter(({ preset }) => preset).map(({ name }) => name);
+    this.presets.append(
+      make("option", { value: "", disabled: "", selected: "" }, "choose a board to copy"),
+      make("option", { value: "" }, "a small board"),
+      ...presets.map((name) => make("option", { value: name }, name)),
+    );
+  }
+
+  /** The address is the link: a reload, or whoever gets it, has this board. @param {Board} board */
+  async keepInAddress(board) {
+    const packed = await packBoard(board);
+    if (board !== this.board() || packed === this.#packed) return;
+    this.#packed = packed;
+    const hash = `#board=${packed}`;
+    window.history.replaceState(null, "", `${window.location.pathname}${hash}`);
+    byId("to-replay", HTMLAnchorElement).href = `replay.html?seed=1${hash}`;
+    byId("to-compare", HTMLAnchorElement).href = `compare.html?seed=1${hash}`;
+    this.linkField.hidden = true;
+  }
+
+  #save() {
+    const board = this.board();
+    saveFile(`${board.name}.json`, `${JSON.stringify(board, null, 2)}\n`, "application/json");
+  }
+
+  async #load() {
+    const file = this.file.files?.[0];
+    if (!file) return;
+    try {
+      this.open(complete(JSON.parse(await file.text())), `Loaded ${file.name}.`);
+      this.#note([`Loaded ${file.name}.`]);
+    } catch (error) {
+      if (!(error instanceof SyntaxError || error instanceof RangeError)) throw error;
+      const why = error instanceof SyntaxError ? `It is not JSON: ${error.message}.` : error.message;
+      this.#note([`${file.name} was not loaded. ${why}`], "bad");
+    } finally {
+      this.file.value = ""; // the same file can be chosen again
+    }
+  }
+
+  /** @param {string} name of a preset, or "" for an empty board */
+  async #startFrom(name) {
+    await this.#attempt(async () => {
+      if (name) {
+        const { board } = /** @type {BoardReply} */ (await getJson(`boards/${name}`));
+        this.open(board, `A copy of ${name}.`);
+      } else {
+        this.open(EMPTY, "A small board.");
+      }
+    });
+  }
+
+  async #share() {
+    const address = window.location.href;
+    this.linkField.hidden = false;
+    this.link.value = address;
+    this.link.select();
+    try {
+      await navigator.clipboard.writeText(address);
+      this.#note([`The link is copied: ${counted(address.length, "character")}, the whole board is in it.`]);
+    } catch {
+      // Without permission or a secure address the browser refuses; the field has the link.
+      this.#note(["Copy the link from the field: this browser does not let the page do it."]);
+    }
+  }
+
+  async #register() {
+    await this.#attempt(async () => {
+      const { digest } = /** @type {BoardReply} */ (await postJson("boards", this.board()));
+      this.#note([
+        "Registered under its digest ", make("code", {}, digest), ". ",
+        make("a", { href: `replay.html?board=${digest}&seed=1` }, "Replay seed 1 on it"), ".",
+      ], "good");
+    });
+  }
+
+  async #playRoom() {
+    await this.#attempt(async () => {
+      const { id } = /** @type {RoomReply} */ (await postJson("rooms", { board: this.board() }));
+      window.location.assign(`./?${new URLSearchParams({ room: id })}`);
+    });
+  }
+
+  /** Does what the server may refuse, and says so where it does. @param {() => Promise<void>} act */
+  async #attempt(act) {
+    try {
+      await act();
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      this.#note([withFullStop(error.message)], "bad");
+    }
+  }
+
+  /** @param {(Node | string)[]} content @param {"" | "good" | "bad"} [tone] */
+  #note(content, tone = "") {
+    const note = byId("keep-text");
+    note.dataset.tone = tone;
+    note.replaceChildren(...content);
+  }
+}

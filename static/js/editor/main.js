@@ -1,0 +1,31 @@
+// The editor page: begins with the board that the address holds or names.
+
+import { openPage } from "../board/page.js";
+import { getJson } from "../net/api.js";
+import { boardInHash, unpackBoard } from "../net/board-link.js";
+import { complete, EMPTY } from "./draft/draft.js";
+import { Editor } from "./editor.js";
+
+/** @import { Board } from "../model/board.js" */
+/** @import { BoardReply } from "../net/replies.js" */
+
+/** @returns {Promise<{board: Board, said: string}>} said: what to tell the visitor of it */
+async function firstBoard() {
+  const packed = boardInHash(window.location.hash);
+  if (packed !== null) {
+    return { board: complete(await unpackBoard(packed)), said: "The board of the link." };
+  }
+  const name = new URLSearchParams(window.location.search).get("board");
+  if (!name) return { board: EMPTY, said: "A small board to start with." };
+  const reply = await getJson(`boards/${encodeURIComponent(name)}`);
+  const { board } = /** @type {BoardReply} */ (reply);
+  return { board, said: `A copy of ${board.name}.` };
+}
+
+openPage(async (theme) => {
+  const editor = new Editor(theme);
+  const { board, said } = await firstBoard();
+  editor.open(board, said);
+  window.addEventListener("hashchange", () => window.location.reload());
+  await editor.keeping.listPresets();
+});

@@ -1,0 +1,128 @@
+// What lies over the board that is edited: grid, handles, selection, problems, band and cross.
+
+import { binBox } from "../paint/board.js";
+import { paintRing } from "../paint/marks.js";
+import { zoom } from "../util/canvas.js";
+import { placeOf } from "./draft/draft.js";
+import { membersOf } from "./draft/group.js";
+
+/** @import { Board, Point } from "../model/board.js" */
+/** @import { Geometry } from "../paint/geometry.js" */
+/** @import { Palette } from "../paint/theme.js" */
+/** @import { ElementRef, Ref } from "./draft/element.js" */
+/** @import { Band } from "./pointer.js" */
+
+const LEAST_GRID = 9; // CSS pixels between the grid's dots; closer, they would be a wash
+
+/** @typedef {{ctx: CanvasRenderingContext2D, board: Board, geometry: Geometry}} Sheet what is drawn on */
+/**
+ * @typedef {{colour: string, width: number}} Look width: CSS pixels at the usual text size
+ * @param {Sheet} sheet
+ * @param {Band} band
+ * @param {Palette} palette
+ */
+
+export function paintBand({ ctx, geometry }, { x0, y0, x1, y1 }, { flash }) {
+  const { px, py } = geometry;
+  /** @type {[number, number, number, number]} */
+  const box = [px(x0), py(y0), px(x1) - px(x0), py(y1) - py(y0)];
+  ctx.fillStyle = flash;
+  ctx.globalAlpha = 0.12;
+  ctx.fillRect(...box);
+  ctx.globalAlpha = 1;
+  ctx.strokeStyle = flash;
+  ctx.lineWidth = 1.5 * zoom();
+  ctx.setLineDash([6 * zoom(), 4 * zoom()]);
+  ctx.strokeRect(...box);
+  ctx.setLineDash([]);
+}
+
+/** @param {Sheet} sheet @param {number} step @param {string} colour */
+export function paintGrid({ ctx, geometry }, step, colour) {
+  const { px, py, x, scale, width, height } = geometry;
+  let wide = step;
+  while (wide * scale < LEAST_GRID) wide *= 2;
+  ctx.fillStyle = colour;
+  ctx.globalAlpha = 0.22;
+  const top = -py(0) / scale;
+  for (let i = Math.ceil(x(0) / wide); i * wide < x(width); i += 1) {
+    for (let j = Math.ceil(top / wide); py(j * wide) < height; j += 1) {
+      ctx.fillRect(px(i * wide) - 0.75, py(j * wide) - 0.75, 1.5, 1.5);
+    }
+  }
+  ctx.globalAlpha = 1;
+}
+
+/**
+ * What can be taken hold of: wall ends, edges between bins, the start.
+ * @param {Sheet} sheet
+ * @param {Palette} palette
+ */
+export function paintHandles({ ctx, board, geometry }, palette) {
+  const { px, py, scale } = geometry;
+  const { walls, bins, drop, ball } = board;
+  ctx.fillStyle = palette.flash;
+  ctx.strokeStyle = palette.railShade;
+  ctx.lineWidth = 1.5;
+  const size = 5 * zoom();
+  /** @param {number} x @param {number} y CSS pixels */
+  const knob = (x, y) => {
+    ctx.beginPath();
+    ctx.arc(x, y, size, 0, 2 * Math.PI);
+    ctx.fill();
+    ctx.stroke();
+  };
+  for (const { x1, y1, x2, y2 } of walls) {
+    knob(px(x1), py(y1));
+    knob(px(x2), py(y2));
+  }
+  const middle = geometry.binTop + geometry.binHeight / 2;
+  for (const edge of bins.edges) knob(px(edge), middle);
+  const ring = { colour: palette.flash, width: 2 * zoom(), dash: [4 * zoom(), 3 * zoom()] };
+  paintRing(ctx, px(drop.x), py(drop.y), Math.max(5, ball.radius * scale), ring);
+}
+
+/** @param {Sheet} sheet @param {Ref} ref @param {Look} look */
+export function paintAround({ ctx, board, geometry }, ref, look) {
+  for (const one of membersOf(ref)) paintAroundOne({ ctx, board, geometry }, one, look);
+}
+
+/** @param {Sheet} sheet @param {ElementRef} ref @param {Look} look */
+function paintAroundOne({ ctx, board, geometry }, ref, { colour, width }) {
+  const { px, py, scale } = geometry;
+  const { x, y } = placeOf(board, ref);
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = width * zoom();
+  ctx.lineCap = "round";
+  ctx.beginPath();
+  if (ref.kind === "wall" && !ref.end) {
+    const { x1, y1, x2, y2 } = board.walls[ref.index];
+    ctx.moveTo(px(x1), py(y1));
+    ctx.lineTo(px(x2), py(y2));
+  } else if (ref.kind === "bin") {
+    const box = binBox(geometry, board, ref.index);
+    ctx.rect(box.x, box.y, box.width, box.height);
+  } else {
+    const { binTop, binHeight } = geometry;
+    const own = ref.kind === "drop" ? board.ball.radius : 0;
+    const size = ref.kind === "peg" ? board.pegs[ref.index].radius : own;
+    const atY = ref.kind === "edge" ? binTop + binHeight / 2 : py(y);
+    ctx.arc(px(x), atY, Math.max(8 * zoom(), size * scale + 5 * zoom()), 0, 2 * Math.PI);
+  }
+  ctx.stroke();
+}
+
+/** @param {Sheet} sheet @param {Point} point @param {Palette} palette */
+export function paintCursor({ ctx, geometry }, { x, y }, { flash, railShade }) {
+  const { px, py } = geometry;
+  for (const line of [{ colour: railShade, width: 4 }, { colour: flash, width: 2 }]) {
+    ctx.strokeStyle = line.colour;
+    ctx.lineWidth = line.width;
+    ctx.beginPath();
+    ctx.moveTo(px(x) - 12, py(y));
+    ctx.lineTo(px(x) + 12, py(y));
+    ctx.moveTo(px(x), py(y) - 12);
+    ctx.lineTo(px(x), py(y) + 12);
+    ctx.stroke();
+  }
+}

@@ -1,0 +1,340 @@
+// The pointer controller: pointer and keys on the board become changes of it. Knows no panel, no server.
+
+import { zoom } from "../util/canvas.js";
+import { hit, moved, placeOf, snap, withPeg, withSplit, withWall } from "./draft/draft.js";
+import { contains, groupOf, inside, membersOf, toggled } from "./draft/group.js";
+
+/** @import { Board, Point, Wall } from "../model/board.js" */
+/** @import { ElementRef, Made, Ref } from "./draft/element.js" */
+/** @import { EditorView } from "./view.js" */
+
+const REACH = 14; // CSS pixels by which a finger may miss
+const FREE_STEP = 0.01; // m that an arrow key moves when nothing is snapped to
+const LEAST_WALL = 0.02; // m; a shorter one was a slip of the hand
+
+/**
+ * @typedef {object} Bench what is worked on
+ * @property {Board} board
+ * @property {Ref | null} selected
+ * @property {"move" | "peg" | "wall" | "edge"} tool
+ * @property {number} step m, 0 for none
+ * @property {number} pegRadius of new pegs, m
+ */
+
+/**
+ * What pointer and keys ask for.
+ * @typedef {object} PointerListener
+ * @property {(ref: Ref | null) => void} onSelect
+ * @property {(board: Board, ref: Ref) => void} onPreview while something is dragged
+ * @property {(board: Board, ref: Ref | null) => void} onChange it is done
+ * @property {(text: string) => void} onSay
+ * @property {() => void} onMark the cross has moved
+ * @property {(command: Command) => void} onCommand
+ *
+ * @typedef {"next" | "last" | "and-next" | "and-last" | "all" | "delete" | "undo" | "redo" |
+ *   "duplicate"} Command
+ */
+
+/**
+ * @typedef {{x0: number, y0: number, x1: number, y1: number}} Band a rectangle drawn around
+ *   elements, metres
+ * @typedef {{ref: Ref, board: Board, from: Board, started: boolean, dx: number, dy: number}} Drag
+ *   dx, dy: from the pointer to the element, metres
+ */
+
+/** Follows pointer and keys on the field. */
+export class PointerController {
+  /** The cross that keys move when nothing is selected, m. */
+  cursor = { x: 0, y: 0 };
+  /** @type {Band | null} */
+  band = null;
+  /** What was selected before the band. @type {Ref | null} */
+  #kept = null;
+  /** @type {Drag | null} */
+  #drag = null;
+  /** Where a finger is on an empty place: a tap, unless the page scrolls. @type {Point | null} */
+  #tap = null;
+  /** @type {Point | null} */
+  #wallFrom = null;
+
+  /**
+   * @param {EditorView} view
+   * @param {() => Bench} bench
+   * @param {PointerListener} listener
+   */
+  constructor(view, bench, listener) {
+    this.view = view;
+    this.bench = bench;
+    this.listener = listener;
+    const { field } = view;
+    field.addEventListener("pointerdown", (event) => this.#down(event));
+    field.addEventListener("pointermove", (event) => this.#move(event));
+    field.addEventListener("pointerup", () => this.#up());
+    // A finger that has taken hold of something does not scroll the page.
+    field.addEventListener("touchstart", (event) => {
+      if (this.#drag) event.preventDefault();
+    }, { passive: false });
+    field.addEventListener("pointercancel", () => this.#cancel());
+    field.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  get dragging() {
+    return this.#drag !== null;
+  }
+
+  /** @param {PointerEvent} event */
+  #down(event) {
+    const place = event.button === 0 && event.isPrimary ? this.view.placeOf(event) : null;
+    if (!place) return;
+    const { board, tool, selected } = this.bench();
+    const found = hit(board, place.x, place.y, this.#reach);
+    this.view.field.setPointerCapture(event.pointerId);
+    const taken = tool === "move" || (tool === "peg" && found?.kind === "peg") ? found : null;
+    if (taken && tool === "move" && event.shiftKey) this.#toggle(taken);
+    else if (taken) this.#take(board, (contains(selected, taken) && selected) || taken, place);
+    else if (tool === "wall") this.#takeNew("wall", place);
+    else if (event.pointerType === "touch") this.#tap = place;
+    else if (tool === "move") this.#stretch(place, event.shiftKey ? selected : null);
+    else this.#hitEmpty(place);
+  }
+
+  /** @param {ElementRef} ref */
+  #toggle(ref) {
+    const { selected } = this.bench();
+    const now = toggled(selected, ref);
+    if (now === selected) this.listener.onSay("Only the start, pegs and walls can be selected together.");
+    else this.listener.onSelect(now);
+  }
+
+  /** What a click or a tap on an empty place does. @param {Point} place */
+  #hitEmpty(place) {
+    const { tool } = this.bench();
+    if (tool === "peg") this.#takeNew("peg", place);
+    else if (tool === "edge") this.#split(place.x);
+    else this.listener.onSelect(null);
+  }
+
+  /** A finger that has moved on is no tap. @param {Point} place */
+  #tremble({ x, y }) {
+    const tap = this.#tap;
+    if (tap && Math.hypot(x - tap.x, y - tap.y) * this.view.scale > REACH) this.#tap = null;
+  }
+
+  /** By how much a pointer may miss, metres. */
+  get #reach() {
+    return (REACH * zoom()) / this.view.scale;
+  }
+
+  /** @param {Point} point @param {Ref | null} kept */
+  #stretch({ x, y }, kept) {
+    this.band = { x0: x, y0: y, x1: x, y1: y };
+    this.#kept = kept;
+  }
+
+  /**
+   * A new element under the pointer, which is then dragged.
+   * @param {"peg" | "wall"} kind
+   * @param {Point} place
+   */
+  #takeNew(kind, place) {
+    const { board, pegRadius } = this.bench();
+    const { x, y } = this.#snapped(place);
+    const made = kind === "peg" ? withPeg(board, x, y, pegRadius) : withWall(board, x, y, x, y);
+    this.#take(made.board, kind === "wall" ? { ...made.ref, end: 2 } : made.ref, place);
+  }
+
+  /** @param {Board} board @param {Ref} ref @param {Point} place */
+  #take(board, ref, place) {
+    const at = placeOf(board, ref);
+    const started = board !== this.bench().board;
+    this.#drag = {
+      ref, board, from: board, started,
+      dx: at.x - place.x, dy: at.y - place.y,
+    };
+    this.view.hold();
+    this.listener.onSelect(ref.index < this.#count(ref) ? ref : null);
+    if (started) this.listener.onPreview(board, ref);
+  }
+
+  /** Elements of this kind that the panels know of already. @param {Ref} ref */
+  #count({ kind }) {
+    const { pegs, walls } = this.bench().board;
+    if (kind === "peg") return pegs.length;
+    return kind === "wall" ? walls.length : Number.POSITIVE_INFINITY;
+  }
+
+  /** @param {PointerEvent} event */
+  #move(event) {
+    const drag = this.#drag;
+    const place = this.view.placeOf(event);
+    if (!place) return;
+    this.#tremble(place);
+    if (this.band) {
+      Object.assign(this.band, { x1: place.x, y1: place.y });
+      this.listener.onMark();
+      return;
+    }
+    if (!drag) return;
+    const { x, y } = this.#snapped({ x: place.x + drag.dx, y: place.y + drag.dy });
+    const now = placeOf(drag.board, drag.ref);
+    if (now.x === x && now.y === y) return;
+    // A click that trembles is no move.
+    if (!drag.started && Math.hypot(x - now.x, y - now.y) * this.view.scale < 3) return;
+    drag.started = true;
+    drag.board = moved(drag.from, drag.ref, x, y);
+    this.listener.onPreview(drag.board, drag.ref);
+  }
+
+  #up() {
+    if (this.band) {
+      this.#enclose(this.band);
+      return;
+    }
+    const tap = this.#tap;
+    this.#tap = null;
+    if (tap) this.#hitEmpty(tap);
+    const drag = this.#drag;
+    if (!drag) return;
+    this.#drag = null;
+    this.view.release();
+    if (!drag.started) return;
+    const { ref } = drag;
+    const isNew = ref.index >= this.#count(ref);
+    if (ref.kind === "wall" && isNew && ref.end && lengthOf(drag.board.walls[ref.index]) < LEAST_WALL) {
+      this.listener.onChange(this.bench().board, null);
+      this.listener.onSay("A wall needs two ends: drag from one to the other.");
+      return;
+    }
+    this.listener.onChange(drag.board, isNew && !ref.refs ? { kind: ref.kind, index: ref.index } : ref);
+  }
+
+  /** Selects what the band is around. @param {Band} band */
+  #enclose(band) {
+    this.band = null;
+    const refs = [...membersOf(this.#kept), ...inside(this.bench().board, band)];
+    this.listener.onSelect(groupOf(refs));
+  }
+
+  #cancel() {
+    this.#tap = null;
+    if (this.band) {
+      this.band = null;
+      this.listener.onMark();
+    }
+    if (!this.#drag) return;
+    this.#drag = null;
+    this.view.release();
+    this.listener.onChange(this.bench().board, this.bench().selected);
+  }
+
+  /** @param {number} x */
+  #split(x) {
+    const { board, step } = this.bench();
+    const made = withSplit(board, snap(x, step));
+    if (made) this.listener.onChange(made.board, made.ref);
+    else this.listener.onSay("There is an edge already.");
+  }
+
+  /** @param {Point} point */
+  #snapped({ x, y }) {
+    const { step } = this.bench();
+    return { x: snap(x, step), y: snap(y, step) };
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const { key, ctrlKey, metaKey, altKey, shiftKey } = event;
+    if (altKey) return;
+    const command = ctrlKey || metaKey ? commandOf(key.toLowerCase(), shiftKey) : plainCommand(key, shiftKey);
+    const arrow = ctrlKey || metaKey ? undefined : ARROWS[key];
+    if (command) this.listener.onCommand(command);
+    else if (arrow) this.#nudge(arrow, shiftKey);
+    else if (key === "Enter" || key === " ") this.#put(shiftKey);
+    else if (key === "Escape") this.#letGo();
+    else return;
+    event.preventDefault();
+  }
+
+  /** @param {[number, number]} given @param {boolean} far */
+  #nudge([right, down], far) {
+    const { board, selected, step } = this.bench();
+    const by = (step || FREE_STEP) * (far ? 10 : 1);
+    if (!selected) {
+      this.cursor = this.#snapped({ x: this.cursor.x + right * by, y: this.cursor.y + down * by });
+      this.listener.onSay(`x ${this.cursor.x}, y ${this.cursor.y} m`);
+      this.listener.onMark();
+      return;
+    }
+    const { x, y } = placeOf(board, selected);
+    this.listener.onChange(moved(board, selected, tidy(x + right * by), tidy(y + down * by)), selected);
+  }
+
+  /** What Enter does at the cross. @param {boolean} also */
+  #put(also) {
+    const { board, tool, pegRadius } = this.bench();
+    const { x, y } = this.cursor;
+    if (tool === "move") {
+      const found = hit(board, x, y, this.#reach);
+      if (also && found) this.#toggle(found);
+      else this.listener.onSelect(found);
+      if (!found) this.listener.onSay("Nothing lies there.");
+    } else if (tool === "peg") {
+      this.#add(withPeg(board, x, y, pegRadius));
+    } else if (tool === "edge") {
+      this.#split(x);
+      this.listener.onSelect(null);
+    } else if (!this.#wallFrom) {
+      this.#wallFrom = { x, y };
+      this.listener.onSay("The wall starts here. Go on, and press Enter at its other end.");
+    } else {
+      const from = this.#wallFrom;
+      this.#wallFrom = null;
+      if (Math.hypot(x - from.x, y - from.y) >= LEAST_WALL) this.#add(withWall(board, from.x, from.y, x, y));
+      else this.listener.onSay("A wall needs two ends.");
+    }
+  }
+
+  /**
+   * What keys add stays unselected, so that the cross can go on to the next place.
+   * @param {Made} made
+   */
+  #add({ board }) {
+    this.listener.onChange(board, null);
+  }
+
+  #letGo() {
+    const { board, selected } = this.bench();
+    this.#wallFrom = null;
+    if (this.#drag || this.band) this.#cancel();
+    if (!selected) return;
+    this.cursor = this.#snapped(placeOf(board, selected));
+    this.listener.onSelect(null);
+  }
+}
+
+/** @type {Record<string, [number, number]>} */
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
+/** @param {string} key @param {boolean} shift @returns {Command | undefined} */
+function plainCommand(key, shift) {
+  if (key === "PageDown") return shift ? "and-next" : "next";
+  if (key === "PageUp") return shift ? "and-last" : "last";
+  return key === "Delete" || key === "Backspace" ? "delete" : undefined;
+}
+
+/** @param {string} key held with Ctrl @param {boolean} shift @returns {Command | undefined} */
+function commandOf(key, shift) {
+  /** @type {Record<string, Command>} */
+  const commands = { z: shift ? "redo" : "undo", y: "redo", d: "duplicate", a: "all" };
+  return commands[key];
+}
+
+/** @param {Wall} wall */
+function lengthOf({ x1, y1, x2, y2 }) {
+  return Math.hypot(x2 - x1, y2 - y1);
+}
+
+/** Sums of decimal steps written in decimal. @param {number} value */
+function tidy(value) {
+  return Number(value.toPrecision(12));
+}

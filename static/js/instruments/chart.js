@@ -1,0 +1,254 @@
+// A plot against time or count: areas and lines, marks of events, one place marked. Redrawn on change.
+
+import { figure, powerText, powerTicks, ticks } from "../util/scale.js";
+import { fitted } from "../util/canvas.js";
+
+/** @import { Palette, Theme } from "../paint/theme.js" */
+/** @import { Point } from "../model/board.js" */
+
+const FAMILY = '"Segoe UI", "Helvetica Neue", "Liberation Sans", Arial, sans-serif';
+const MARGIN = { left: 3.7, right: 1, top: 1.6, bottom: 1.9 }; // in font sizes
+
+/**
+ * @typedef {object} Plot
+ * @property {{from: number, to: number, unit: string}} x
+ * @property {{from: number, to: number, unit: string, log?: boolean}} y
+ * @property {Curve[]} series
+ * @property {number[]} [events] places on x
+ * @property {Limit} [limit]
+ *
+ * @typedef {{y: number, text: string}} Limit
+ *
+ * @typedef {object} Curve
+ * @property {Point[]} points
+ * @property {string} colour its name in theme.json
+ * @property {number} [width] CSS pixels
+ * @property {number} [alpha]
+ * @property {Point[]} [base] the area down to it is filled
+ * @property {boolean} [dots]
+ *
+ * @typedef {{width: number, height: number, font: number,
+ *   margin: {left: number, right: number, top: number, bottom: number}}} Size CSS pixels
+ * @typedef {{px: (x: number) => number, py: (y: number) => number, x: (px: number) => number}} Scales
+ */
+
+/** Draws a plot on a canvas; `onPick(x)` tells where it was clicked or dragged over. */
+export class Chart {
+  /** @type {Plot | null} */
+  #plot = null;
+  /** @type {number | null} */
+  #mark = null;
+  #picture = document.createElement("canvas");
+  #stale = true;
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {Theme} theme
+   * @param {(x: number) => void} [onPick]
+   */
+  constructor(canvas, theme, onPick) {
+    this.canvas = canvas;
+    this.theme = theme;
+    new ResizeObserver(() => this.#redraw()).observe(canvas);
+    theme.onChange(() => this.#redraw());
+    if (onPick) this.#followPointer(onPick);
+  }
+
+  /** @param {Plot} plot */
+  set(plot) {
+    this.#plot = plot;
+    this.#redraw();
+  }
+
+  /** @param {number | null} x place to be marked */
+  mark(x) {
+    if (x === this.#mark) return;
+    this.#mark = x;
+    this.#draw();
+  }
+
+  #redraw() {
+    this.#stale = true;
+    this.#draw();
+  }
+
+  /** @returns {Size} */
+  #size() {
+    // Text grows with the page's own, from a phone to a wall.
+    const font = 0.75 * parseFloat(getComputedStyle(document.documentElement).fontSize);
+    const { left, right, top, bottom } = MARGIN;
+    const margin = { left: left * font, right: right * font, top: top * font, bottom: bottom * font };
+    return { width: this.canvas.clientWidth, height: this.canvas.clientHeight, font, margin };
+  }
+
+  #draw() {
+    const size = this.#size();
+    if (!this.#plot || size.width === 0) return;
+    if (this.#stale) {
+      paintPlot(fitted(this.#picture, size), size, this.#plot, this.theme.palette);
+      this.#stale = false;
+    }
+    const ctx = fitted(this.canvas, size);
+    ctx.drawImage(this.#picture, 0, 0, size.width, size.height);
+    if (this.#mark === null) return;
+    const { px } = scales(size, this.#plot);
+    const x = px(Math.min(this.#plot.x.to, Math.max(this.#plot.x.from, this.#mark)));
+    ctx.fillStyle = this.theme.palette.trayMark;
+    const { top, bottom } = size.margin;
+    ctx.fillRect(x - 1, top, 2, size.height - top - bottom);
+  }
+
+  /** @param {(x: number) => void} onPick */
+  #followPointer(onPick) {
+    /** @param {PointerEvent} event */
+    const pick = (event) => {
+      if (!this.#plot) return;
+      const box = this.canvas.getBoundingClientRect();
+      const { from, to } = this.#plot.x;
+      const x = scales(this.#size(), this.#plot).x(event.clientX - box.left);
+      onPick(Math.min(to, Math.max(from, x)));
+    };
+    this.canvas.addEventListener("pointerdown", (event) => {
+      this.canvas.setPointerCapture(event.pointerId);
+      pick(event);
+    });
+    this.canvas.addEventListener("pointermove", (event) => {
+      if (this.canvas.hasPointerCapture(event.pointerId)) pick(event);
+    });
+  }
+}
+
+/** @param {Size} size @param {Plot} plot @returns {Scales} ways between values and CSS pixels */
+function scales({ width, height, margin }, { x, y }) {
+  const [left, right] = [margin.left, width - margin.right];
+  const [top, bottom] = [margin.top, height - margin.bottom];
+  /** @param {number} value */
+  const raw = (value) => (y.log ? Math.log10(value) : value);
+  const rise = raw(y.to) - raw(y.from) || 1;
+  const run = x.to - x.from || 1;
+  /** @param {number} value */
+  const within = (value) => Math.min(1.02, Math.max(0, value));
+  return {
+    px: (value) => left + ((value - x.from) / run) * (right - left),
+    py: (value) =>
+      bottom - within((raw(Math.max(value, y.log ? y.from : value)) - raw(y.from)) / rise) * (bottom - top),
+    x: (px) => x.from + ((px - left) / (right - left)) * run,
+  };
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Size} size
+ * @param {Plot} plot
+ * @param {Palette} palette
+ */
+function paintPlot(ctx, size, plot, palette) {
+  const scale = scales(size, plot);
+  paintAxes(ctx, size, plot, scale, palette);
+  for (const one of plot.series) paintSeries(ctx, one, scale, palette);
+  paintEvents(ctx, size, plot, scale, palette);
+  if (plot.limit) paintLimit(ctx, size, plot.limit, scale, palette);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Size} size
+ * @param {Plot} plot
+ * @param {Scales} scales
+ * @param {Palette} palette
+ */
+function paintAxes(ctx, { width, height, font, margin }, { x, y }, { px, py }, { trayInk }) {
+  ctx.font = `500 ${font}px ${FAMILY}`;
+  ctx.fillStyle = trayInk;
+  ctx.textBaseline = "middle";
+  ctx.textAlign = "right";
+  const rows = Math.max(2, Math.floor(height / (2.5 * font)));
+  const levels = y.log ? powerTicks(y.from, y.to, rows) : ticks(y.from, y.to, rows);
+  for (const level of levels) {
+    ctx.globalAlpha = 0.25;
+    ctx.fillRect(margin.left, py(level) - 0.5, width - margin.left - margin.right, 1);
+    ctx.globalAlpha = 1;
+    ctx.fillText(y.log ? powerText(level) : figure(level), margin.left - 0.5 * font, py(level));
+  }
+  ctx.textBaseline = "alphabetic";
+  ctx.textAlign = "center";
+  const columns = Math.max(2, Math.floor(width / (6.5 * font)));
+  const bottom = height - margin.bottom;
+  const room = width - margin.right - ctx.measureText(x.unit).width - font;
+  for (const place of ticks(x.from, x.to, columns)) {
+    ctx.fillRect(px(place) - 0.5, bottom, 1, 4);
+    if (px(place) < room) ctx.fillText(figure(place), px(place), height - 0.5 * font);
+  }
+  ctx.textAlign = "right";
+  ctx.fillText(x.unit, width - margin.right, height - 0.5 * font);
+  // Above the levels, where no curve comes.
+  ctx.fillText(y.unit, margin.left - 0.5 * font, margin.top - 0.7 * font);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Curve} curve
+ * @param {Scales} scales
+ * @param {Palette} palette
+ */
+function paintSeries(ctx, { points, base, colour, width = 2, alpha = 1, dots }, { px, py }, palette) {
+  ctx.globalAlpha = alpha;
+  ctx.beginPath();
+  for (const { x, y } of points) ctx.lineTo(px(x), py(y));
+  if (base) {
+    for (let i = base.length - 1; i >= 0; i -= 1) ctx.lineTo(px(base[i].x), py(base[i].y));
+    ctx.fillStyle = palette[colour];
+    ctx.fill();
+  } else {
+    ctx.strokeStyle = palette[colour];
+    ctx.lineWidth = width;
+    ctx.lineJoin = "round";
+    ctx.stroke();
+  }
+  if (dots || points.length === 1) {
+    ctx.fillStyle = palette[colour];
+    for (const { x, y } of points) {
+      ctx.beginPath();
+      ctx.arc(px(x), py(y), 3, 0, 2 * Math.PI);
+      ctx.fill();
+    }
+  }
+  ctx.globalAlpha = 1;
+}
+
+/**
+ * A tooth on the axis for each event.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Size} size
+ * @param {Plot} plot
+ * @param {Scales} scales
+ * @param {Palette} palette
+ */
+function paintEvents(ctx, { height, margin }, { events = [] }, { px }, { flash }) {
+  ctx.fillStyle = flash;
+  for (const place of events) {
+    ctx.fillRect(px(place) - 0.75, height - margin.bottom - 7, 1.5, 7);
+  }
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Size} size
+ * @param {Limit} limit
+ * @param {Scales} scales
+ * @param {Palette} palette
+ */
+function paintLimit(ctx, { width, font, margin }, { y, text }, { py }, { ballLight, trayInk }) {
+  ctx.save();
+  ctx.strokeStyle = ballLight;
+  ctx.lineWidth = 1.5;
+  ctx.setLineDash([6, 4]);
+  ctx.beginPath();
+  ctx.moveTo(margin.left, py(y));
+  ctx.lineTo(width - margin.right, py(y));
+  ctx.stroke();
+  ctx.restore();
+  ctx.fillStyle = trayInk;
+  ctx.textAlign = "right";
+  ctx.fillText(text, width - margin.right, py(y) + 1.1 * font);
+}

@@ -1,0 +1,211 @@
+// Judges the table's histogram and the returns: what chance allows, in numbers.
+
+import { fitTest, Mean, sameTest } from "../model/statistics.js";
+import { messageOf, postJson } from "../net/api.js";
+import { byId, make, parentOf, radiosOf } from "../util/dom.js";
+import { counted } from "../util/format.js";
+import { expectedOf } from "./binomial.js";
+
+
+/** @import { Hello } from "../model/messages.js" */
+/** @import { Simulation } from "../net/replies.js" */
+/** @import { Board } from "../model/board.js" */
+/** @import { Expectation } from "./histogram.js" */
+
+const CONFIDENCE = 0.95;
+const SAMPLE = 10_000; // drops that the server computes for the measured expectation
+const TELL_MS = 500;
+const UNLIKELY = 0.01;
+
+/** @typedef {Expectation & {counts?: number[]}} Expected counts: of the sample it was measured in */
+
+/** The fit and the returns; `onExpected(expected)` gives what the histogram is compared with. */
+export class FitMeter {
+  /** @type {Expected | null} */
+  expected = null;
+  #told = "";
+  #toldMs = 0;
+  #waiting = "";
+  /** @type {Map<string, Expected>} by the board's digest */
+  #measured = new Map();
+  #digest = "";
+  /** @type {Board | null} */
+  #board = null;
+  /** @type {Expected | null} */
+  #binomial = null;
+
+  /** @param {(expected: Expected | null) => void} onExpected @param {(text: string) => void} say */
+  constructor(onExpected, say) {
+    this.onExpected = onExpected;
+    this.say = say;
+    this.choices = radiosOf("against");
+    for (const choice of this.choices) choice.addEventListener("change", () => this.#choose());
+  }
+
+  /**
+   * @param {Pick<Hello, "board" | "board_digest" | "board_name">} hello
+   * @param {boolean} seen whether anyone looks at the panel
+   */
+  setTable({ board, board_digest: digest, board_name: name }, seen) {
+    // A line that came back finds the choice as it was made.
+    if (digest === this.#digest) return;
+    this.#board = board;
+    this.#digest = digest;
+    this.#binomial = expectedOf(name, board.bins.multipliers.length);
+    const [fair, measured] = this.choices;
+    fair.disabled = this.#binomial === null;
+    if (this.#binomial === null) measured.checked = true;
+    else fair.checked = true;
+    this.#choose(seen);
+  }
+
+  /** @param {boolean} asked only then is the server made to work for it */
+  async #choose(asked = true) {
+    const measured = this.choices.some(({ checked, value }) => checked && value === "measured");
+    const digest = this.#digest;
+    const known = this.#measured.get(digest);
+    if (!measured) this.#take(this.#binomial);
+    else if (known) this.#take(known);
+    else if (!asked) this.#take(null);
+    else await this.#measure(digest);
+  }
+
+  /** @param {string} digest */
+  async #measure(digest) {
+    this.#waiting = `The server drops ${counted(SAMPLE, "ball")}…`;
+    this.#take(null);
+    try {
+      const asked = { board: this.#board, drops: SAMPLE };
+      const { histogram } = /** @type {Simulation} */ (await postJson("simulate", asked));
+      const total = histogram.reduce((sum, count) => sum + count, 0);
+      const label = `measured, ${counted(total, "drop")}`;
+      const chances = histogram.map((count) => count / total);
+      // One board is kept: a new one is measured anew in a moment.
+      const expected = { label, chances, counts: histogram };
+      this.#measured = new Map([[digest, expected]]);
+      if (digest === this.#digest) this.#take(expected);
+    } catch (error) {
+      this.#waiting = `The expected histogram could not be measured: ${messageOf(error)}`;
+      this.say(this.#waiting);
+      this.#take(null);
+    }
+  }
+
+  /** @param {Expected | null} expected */
+  #take(expected) {
+    this.expected = expected;
+    this.#told = "";
+    this.onExpected(expected);
+  }
+
+  /** The panel was opened: what it needs is fetched. */
+  open() {
+    this.#choose();
+  }
+
+  /**
+   * @param {number[]} counts of the table
+   * @param {Mean} own of this visitor's scores
+   * @param {number} nowMs
+   * @returns {boolean} whether there is more to tell
+   */
+  show(counts, own, nowMs) {
+    const state = `${counts.join()} ${own.count} ${this.expected?.label}`;
+    if (state === this.#told) return false;
+    if (nowMs - this.#toldMs < TELL_MS) return true;
+    this.#told = state;
+    this.#toldMs = nowMs;
+    this.#showFit(counts);
+    this.#showReturns(counts, own);
+    return false;
+  }
+
+  /** @param {number[]} counts */
+  #showFit(counts) {
+    const total = counts.reduce((sum, count) => sum + count, 0);
+    const { expected } = this;
+    const fit = expected && judge(counts, expected);
+    const reading = byId("fit-p");
+    reading.textContent = fit ? `p = ${probability(fit.p)}` : "–";
+    parentOf(reading).dataset.tone = fit && fit.p < UNLIKELY ? "bad" : "";
+    if (!expected) {
+      byId("fit-note").textContent = this.#waiting;
+    } else if (!fit) {
+      byId("fit-note").textContent =
+        `${counted(total, "drop")} landed: too few to judge. Ten or so begin to tell.`;
+    } else {
+      byId("fit-note").textContent =
+        `G = ${fit.statistic.toFixed(1)} with ${counted(fit.freedom, "degree")} of freedom, ` +
+        `${counted(total, "drop")}. ${verdict(fit.p)}`;
+    }
+  }
+
+  /** @param {number[]} counts @param {Mean} own */
+  #showReturns(counts, own) {
+    if (!this.#board) return;
+    const { multipliers } = this.#board.bins;
+    const table = new Mean();
+    counts.forEach((count, bin) => table.add(multipliers[bin], count));
+    byId("returns").replaceChildren(row("Yours", own), row("The table's", table));
+    const due = this.expected?.chances.reduce((sum, chance, bin) => sum + chance * multipliers[bin], 0);
+    byId("returns-note").textContent = due === undefined || !this.expected
+      ? ""
+      : `Expected (${this.expected.label}): ${percent(due)}. Rare bins pay most, so it takes ` +
+        "many drops to come near.";
+  }
+}
+
+/** @param {number[]} counts @param {Expected} expected */
+function judge(counts, { chances, counts: sample }) {
+  return sample ? sameTest(counts, sample) : fitTest(counts, chances);
+}
+
+/** @param {number} p */
+function verdict(p) {
+  if (p < UNLIKELY) return "Chance alone would hardly differ so much.";
+  return "Chance alone differs as much as that.";
+}
+
+/** @param {number} p @returns {string} two digits that tell; tiny ones as a bound */
+function probability(p) {
+  if (p < 0.0001) return "< 0.0001";
+  return p < 0.01 ? p.toFixed(4) : p.toFixed(2);
+}
+
+/** @param {number} value */
+function percent(value) {
+  return `${(100 * value).toFixed(1)} %`;
+}
+
+/** @param {string} name @param {Mean} mean */
+function row(name, mean) {
+  const doubt = mean.doubt(CONFIDENCE);
+  const known = Number.isFinite(doubt);
+  if (mean.count === 0) return make("div", {}, make("dt", {}, name), make("dd", {}, none()));
+  const value = make("dd", {}, percent(mean.mean));
+  if (known) value.append(" ", make("small", {}, `± ${(100 * doubt).toFixed(1)}`));
+  value.append(make("small", {}, ` of ${counted(mean.count, "drop")}`));
+  const parts = [make("dt", {}, name), value];
+  if (known) parts.push(make("dd", { class: "ruler-box" }, ruler(mean.mean, doubt)));
+  return make("div", {}, ...parts);
+}
+
+function none() {
+  return make("small", {}, "no drops yet");
+}
+
+/**
+ * From nothing on the left to twice the stake on the right.
+ * @param {number} mean
+ * @param {number} doubt
+ */
+function ruler(mean, doubt) {
+  /** @param {number} value */
+  const place = (value) => `${Math.max(0, Math.min(100, 50 * value)).toFixed(2)}%`;
+  const bar = make("span", { class: "ruler-bar" });
+  bar.style.left = place(mean - doubt);
+  bar.style.right = `calc(100% - ${place(mean + doubt)})`;
+  const middle = make("span", { class: "ruler-middle" });
+  middle.style.left = place(mean);
+  return make("span", { class: "ruler", "aria-hidden": "true" }, bar, middle);
+}

@@ -1,0 +1,111 @@
+// What a room tells its clients, by type; docs/protocol.md describes each. Types only.
+
+/** @import { BallKind, Bins, Board, Peg, Wall } from "./board.js" */
+/** @import { Segment } from "./motion/segment.js" */
+
+/**
+ * @typedef {{x_min: number, x_max: number, y_min: number, y_max: number}} Extent metres
+ * @typedef {{ball: number, seed: string, x: number, tick: number}} BallStart
+ *
+ * @typedef {object} Hello the full state of a room
+ * @property {"hello"} type
+ * @property {number} protocol
+ * @property {string} room
+ * @property {string} board_name
+ * @property {string} board_digest
+ * @property {Board} board
+ * @property {number[]} slots
+ * @property {"independent" | "interacting"} mode
+ * @property {number} tick_rate
+ * @property {number} tick
+ * @property {number} seq how many events the room has announced
+ * @property {Extent} extent
+ * @property {number} velocity_scale
+ * @property {number} spin_scale
+ * @property {string} stream
+ * @property {{balls: number}} limits
+ * @property {BallStart[]} balls
+ * @property {{histogram: number[]}} stats
+ * @property {string} run
+ * @property {string} key
+ *
+ * @typedef {Omit<Hello, "board"> & {board: Board | null, arena: Arena}} ArenaHello of a room whose
+ *   balls touch each other; its board is null where there is only a box
+ *
+ * @typedef {{scene: SceneForm | null, place: StaticGeometry, settings: Settings, paused: boolean,
+ *   owned: boolean, balls: BallColumns, presets: Record<string, Record<string, number>>}} Arena
+ * @typedef {{walls: Wall[], pegs: Peg[], bins?: Bins | null}} StaticGeometry
+ * @typedef {Record<string, number> & {gravity: number, drag: number}} Settings of a room whose balls
+ *   touch each other: its world and its solver
+ * @typedef {{ball: number[], radius: number[], density: number[], restitution: number[],
+ *   friction: number[]}} BallColumns ball i is ball[i], radius[i], …
+ * @typedef {{scene: string, balls: number, seed: string, radii?: number[], width?: number,
+ *   height?: number, speed?: number}} SceneForm what a room was begun with
+ *
+ * @typedef {{type: "accepted", ref?: string, explicit_x: boolean} & BallStart} Accepted
+ *
+ * @typedef {object} Contact
+ * @property {"contact"} type
+ * @property {number} ball
+ * @property {number} t seconds after the ball's start
+ * @property {number} x metres
+ * @property {number} y metres
+ * @property {number} kind 0 for a peg, 1 for a wall
+ * @property {number} index
+ * @property {number} speed m/s
+ *
+ * @typedef {object} Landed
+ * @property {"landed"} type
+ * @property {number} ball
+ * @property {number | null} bin
+ * @property {number} score
+ * @property {number} t seconds after the ball's start
+ * @property {number} x_end metres
+ * @property {string | null} [unsettled]
+ *
+ * @typedef {{type: "error", code: string, detail: string, ref?: string}} Refusal
+ * @typedef {{type: "missed", events: (Accepted | Landed | Contact)[] | null}} Missed
+ * @typedef {{type: "pong", t: number}} Pong
+ * @typedef {object} Snapshot one tick of a room, as columns: ball i is ids[i], x[i], …
+ * @property {number} tick
+ * @property {number} seq events the room had sent when this was encoded
+ * @property {number} count balls; columns that are used again may be longer
+ * @property {Uint16Array} ids ball id mod 65536
+ * @property {Float64Array} x metres
+ * @property {Float64Array} y metres, down
+ * @property {Float64Array} angle radians, clockwise, within one turn
+ * @property {Float64Array} vx m/s
+ * @property {Float64Array} vy m/s
+ * @property {Uint8Array} bounced 1 when it hit something since the snapshot before
+ * @property {Uint8Array} asleep 1 when it is at rest, in a room whose balls touch each other
+ *
+ * @typedef {{tick: number, seq: number, full: boolean, flights: Segment[], curves: Segment[]}
+ *   } SegmentMessage the segments that began in one tick; where it is full, the one that each ball
+ *   in flight is on
+ *
+ * @typedef {Hello | Accepted | Contact | Landed | Refusal | Missed | Pong} TableMessage
+ *
+ * @typedef {{type: "placed", ball: number} & BallKind} Placed
+ * @typedef {{type: "edited", ball: number | null} & Partial<BallKind>} Edited
+ * @typedef {{type: "removed", balls: number[]}} Removed
+ * @typedef {{type: "settings", settings: Settings, paused: boolean}} SettingsChange
+ * @typedef {{type: "claimed"}} Claimed
+ *
+ * @typedef {object} Diagnostics
+ * @property {"diagnostics"} type
+ * @property {number} time s
+ * @property {number} kinetic J
+ * @property {number} potential J, zero at y = 0
+ * @property {number} rotational J
+ * @property {number} px kg m/s
+ * @property {number} py kg m/s
+ * @property {number} angular kg m²/s
+ * @property {number} contacts
+ * @property {number} penetration m, the deepest
+ * @property {number} asleep
+ * @property {number} count balls
+ *
+ * @typedef {Placed | Accepted | Edited | Removed | Landed | SettingsChange | Claimed | Diagnostics
+ *   } ArenaEvent
+ * @typedef {ArenaHello | ArenaEvent | Refusal} ArenaMessage
+ */

@@ -1,0 +1,234 @@
+// A whole drop as motion: its state at any time, from its record and sampled states. Pure.
+//
+// Between two impacts a ball of the exact solver flies in closed form, so its state is computed.
+// In sustained contact with a peg or a wall (from kind 2 or 3 to the next event) it is interpolated between
+// sampled states. The stepped solver's balls move in short straight lines between its substeps.
+
+import { flown } from "./flight.js";
+
+/** @import { Board } from "../board.js" */
+/** @import { State } from "./flight.js" */
+
+export const PEG = 0;
+export const WALL = 1;
+export const CONTACT_BEGIN = 2;
+export const CONTACT_CHANGE = 3;
+export const CONTACT_END = 4;
+export const LANDING = 5;
+
+const CONTACT_RATE = 240; // cubics between samples so close are right to less than a micrometre
+const MAX_RATE = 1000;
+const MAX_SAMPLES = 90_000;
+
+/**
+ * @typedef {[t: number, x: number, y: number, vx: number, vy: number, omega: number, kind: number,
+ *   index: number]} ImpactRow
+ *
+ * @typedef {object} DropRecord what the server says of a drop
+ * @property {string} seed
+ * @property {"exact" | "stepped"} solver
+ * @property {number} [dt] s, of the stepped solver
+ * @property {number} [substeps]
+ * @property {number | null} bin
+ * @property {number} score
+ * @property {number} duration s
+ * @property {number} x_end m
+ * @property {ImpactRow[]} impacts
+ * @property {string} digest
+ * @property {number} [amplification]
+ * @property {number} [x_error] m
+ * @property {boolean} [certain]
+ *
+ * @typedef {{fields: string[], frames: number[][], before: number[][]}} Sampled the /frames reply
+ */
+
+/** @typedef {{from: number, how: "flight" | "contact" | "steps", states: State[]}} Stretch of a motion */
+
+/**
+ * Something that happened to the ball: kind and index as in the record, the states around it.
+ * @typedef {{t: number, kind: number, index: number, before: State, after: State}} DropEvent
+ */
+
+/**
+ * How densely a drop has to be sampled to be shown truly.
+ * @param {Pick<DropRecord, "impacts" | "solver" | "dt" | "substeps" | "duration">} record
+ * @returns {number} samples a second
+ */
+export function samplesNeeded(record) {
+  const touches = record.impacts.some(([, , , , , , kind]) => isSustained(kind));
+  const { substeps = 1, dt = 1 } = record;
+  const wanted = record.solver === "stepped" ? substeps / dt : touches ? CONTACT_RATE : 1;
+  return Math.min(wanted, MAX_RATE, MAX_SAMPLES / Math.max(1, record.duration));
+}
+
+/** The motion of one ball from its start to its end. */
+export class Motion {
+  #stretches;
+  #hint = 0;
+
+  /** @param {Board} board @param {DropRecord} record @param {Sampled} sampled */
+  constructor(board, record, sampled) {
+    this.board = board;
+    this.law = { gravity: board.gravity, drag: board.drag };
+    this.duration = record.duration;
+    /** @param {number[]} row */
+    const named = (row) => /** @type {State} */ (
+      Object.fromEntries(sampled.fields.map((name, i) => [name, row[i]]))
+    );
+    const samples = sampled.frames.map(named);
+    /** @type {DropEvent[]} */
+    this.events = record.impacts.map(([t, x, y, vx, vy, omega, kind, index], i) => {
+      const before = { ...named(sampled.before[i]), t };
+      return { t, kind, index, before, after: { t, x, y, theta: before.theta, vx, vy, omega } };
+    });
+    this.start = samples[0];
+    this.end = samples[samples.length - 1];
+    this.#stretches = stretches(this, samples, record.solver);
+  }
+
+  /** Hits of pegs and walls, in order. */
+  get hits() {
+    return this.events.filter(({ kind }) => kind === PEG || kind === WALL);
+  }
+
+  /** @param {number} t seconds @returns {State} */
+  stateAt(t) {
+    if (t <= this.start.t) return this.start;
+    if (t >= this.duration) return this.end;
+    const stretch = this.#stretches[this.#stretchAt(t)];
+    if (stretch.how === "flight") return flown(stretch.states[0], t, this.law);
+    return between(stretch, t);
+  }
+
+  /** @param {number} t @returns {number} how many events have happened by then */
+  eventsBy(t) {
+    let count = 0;
+    while (count < this.events.length && this.events[count].t <= t) count += 1;
+    return count;
+  }
+
+  /**
+   * The path as a line through all events.
+   * @param {number} from seconds
+   * @param {number} to seconds
+   * @param {number} rate points a second between events
+   * @returns {State[]}
+   */
+  line(from, to, rate) {
+    const times = [from, to];
+    for (const { t } of this.events) if (t > from && t < to) times.push(t);
+    for (let i = Math.floor(from * rate) + 1; i / rate < to; i += 1) times.push(i / rate);
+    return times.sort((a, b) => a - b).map((t) => this.stateAt(t));
+  }
+
+  /** @param {number} t */
+  #stretchAt(t) {
+    let i = this.#hint;
+    while (i > 0 && this.#stretches[i].from > t) i -= 1;
+    while (i < this.#stretches.length - 1 && this.#stretches[i + 1].from <= t) i += 1;
+    this.#hint = i;
+    return i;
+  }
+}
+
+/**
+ * The part of a line that has been travelled.
+ * @param {State[]} line as `Motion.line` makes it
+ * @param {State} now
+ * @returns {State[]} the same points up to now, and now itself
+ */
+export function upTo(line, now) {
+  let count = 0;
+  let end = line.length;
+  while (count < end) {
+    const middle = (count + end) >> 1;
+    if (line[middle].t <= now.t) count = middle + 1;
+    else end = middle;
+  }
+  return [...line.slice(0, count), now];
+}
+
+/** @param {number} kind */
+function isSustained(kind) {
+  return kind === CONTACT_BEGIN || kind === CONTACT_CHANGE;
+}
+
+/**
+ * @param {{start: State, end: State, events: DropEvent[]}} motion
+ * @param {State[]} samples
+ * @param {string} solver
+ * @returns {Stretch[]} from each event (and from the start) to the next one
+ */
+function stretches({ start, end, events }, samples, solver) {
+  /** @type {Stretch[]} */
+  const made = [];
+  let row = 0;
+  /** @param {State} from @param {State} to */
+  const statesUpTo = (from, to) => {
+    const states = [from];
+    while (row < samples.length && samples[row].t <= from.t) row += 1;
+    while (row < samples.length && samples[row].t < to.t) {
+      states.push(samples[row]);
+      row += 1;
+    }
+    return [...states, to];
+  };
+  /** @param {State} from @param {number} kind @param {State} to */
+  const add = (from, kind, to) => {
+    if (solver === "stepped") made.push({ from: from.t, how: "steps", states: statesUpTo(from, to) });
+    else if (isSustained(kind)) made.push({ from: from.t, how: "contact", states: statesUpTo(from, to) });
+    else made.push({ from: from.t, how: "flight", states: [from] });
+  };
+  add(start, LANDING, events.length ? events[0].before : end);
+  events.forEach(({ after, kind }, i) => add(after, kind, events[i + 1]?.before ?? end));
+  return made;
+}
+
+/**
+ * Between two states of a stretch: straight in the stepped solver, cubic on a surface.
+ * @param {Stretch} stretch
+ * @param {number} t
+ */
+function between({ how, states }, t) {
+  let i = 0;
+  let last = states.length - 1;
+  while (last - i > 1) {
+    const middle = (i + last) >> 1;
+    if (states[middle].t <= t) i = middle;
+    else last = middle;
+  }
+  const a = states[i];
+  const b = states[last];
+  const span = b.t - a.t;
+  const s = span > 0 ? (t - a.t) / span : 1;
+  /** @param {number} from @param {number} to */
+  const mix = (from, to) => from + s * (to - from);
+  /** @param {number} from @param {number} to @param {number} vFrom @param {number} vTo */
+  const place = (from, to, vFrom, vTo) =>
+    how === "steps" ? mix(from, to) : cubic(from, to, vFrom * span, vTo * span, s);
+  return {
+    t,
+    x: place(a.x, b.x, a.vx, b.vx),
+    y: place(a.y, b.y, a.vy, b.vy),
+    theta: place(a.theta, b.theta, a.omega, b.omega),
+    vx: mix(a.vx, b.vx),
+    vy: mix(a.vy, b.vy),
+    omega: mix(a.omega, b.omega),
+  };
+}
+
+/**
+ * The cubic through both values with both slopes (per whole span).
+ * @param {number} from
+ * @param {number} to
+ * @param {number} slopeFrom
+ * @param {number} slopeTo
+ * @param {number} s
+ */
+function cubic(from, to, slopeFrom, slopeTo, s) {
+  const s2 = s * s;
+  const s3 = s2 * s;
+  return (
+    from + (3 * s2 - 2 * s3) * (to - from) + (s3 - 2 * s2 + s) * slopeFrom + (s3 - s2) * slopeTo
+  );
+}

@@ -1,0 +1,176 @@
+// One ball's known path: keyframes in time order, and the pose at any time. Pure.
+
+import { flightPose, poseBetween, shortestTurn } from "./interpolate.js";
+
+/** @import { Keyframe, Law, Pose } from "./interpolate.js" */
+
+const MAX_GUESS = 0.05; // s of flight past the newest keyframe; then it waits for news
+
+/**
+ * What is known of a moment; where no velocity is given none holds.
+ * @typedef {Pick<Keyframe, "t" | "x" | "y" | "vIn" | "vOut"> & Partial<Keyframe>} Moment
+ */
+
+/**
+ * Keyframes no path needs any more: sixty a second and ball would keep the collector busy.
+ * @type {Keyframe[]}
+ */
+const spare = [];
+const MAX_SPARE = 16384;
+
+/** The keyframes of one ball; a live one forgets those that time has passed. */
+export class Path {
+  /** @type {Keyframe[]} */
+  keyframes = [];
+  #hint = 0;
+
+  /**
+   * @param {Law} law
+   * @param {number} [most] keyframes kept; beyond it the oldest go, so that nothing grows without end
+   */
+  constructor(law, most = Number.POSITIVE_INFINITY) {
+    this.law = law;
+    this.most = most;
+  }
+
+  /**
+   * @param {Moment} moment copied; may arrive late: a contact's place comes
+   *   after the snapshot it precedes
+   */
+  add(moment) {
+    const { keyframes } = this;
+    const keyframe = fill(spare.pop() ?? blank(), moment);
+    let at = keyframes.length;
+    while (at > 0 && keyframes[at - 1].t > keyframe.t) at -= 1;
+    keyframes.push(keyframe);
+    for (let i = keyframes.length - 1; i > at; i -= 1) keyframes[i] = keyframes[i - 1];
+    keyframes[at] = keyframe;
+    this.#turnThrough(at);
+    // A bounce with a known place needs no guess about where it was.
+    if (!keyframe.vIn && keyframes[at + 1]) keyframes[at + 1].bounced = false;
+    if (keyframe.bounced && keyframes[at - 1] && !keyframes[at - 1].vIn) keyframe.bounced = false;
+    if (keyframes.length > this.most) this.forget(keyframes[1].t);
+  }
+
+  /**
+   * Gives up what lies wholly before a time; the pose at that time and after it stays as it was.
+   * @param {number} before s
+   * @param {(a: Keyframe, b: Keyframe, law: Law) => void} [visit] sees each
+   *   stretch that goes, in order; it must not keep the keyframes
+   */
+  forget(before, visit) {
+    const { keyframes } = this;
+    let gone = 0;
+    while (gone < keyframes.length - 1 && keyframes[gone + 1].t <= before) {
+      visit?.(keyframes[gone], keyframes[gone + 1], this.law);
+      gone += 1;
+    }
+    if (gone === 0) return;
+    for (let i = 0; i < gone; i += 1) if (spare.length < MAX_SPARE) spare.push(keyframes[i]);
+    for (let i = gone; i < keyframes.length; i += 1) keyframes[i - gone] = keyframes[i];
+    keyframes.length -= gone;
+    this.#hint = Math.max(0, this.#hint - gone);
+  }
+
+  /** @param {number} t takes back all keyframes after it: what was foreseen has turned out otherwise */
+  rewind(t) {
+    const { keyframes } = this;
+    while (keyframes.length && keyframes[keyframes.length - 1].t > t) {
+      const keyframe = keyframes.pop();
+      if (keyframe && spare.length < MAX_SPARE) spare.push(keyframe);
+    }
+  }
+
+  /**
+   * Contacts come without an angle: theirs lies on the line between the snapshots around them.
+   * @param {number} at
+   */
+  #turnThrough(at) {
+    const { keyframes } = this;
+    let before = at;
+    while (before > 0 && !keyframes[before].vIn) before -= 1;
+    let after = at;
+    while (after < keyframes.length - 1 && !keyframes[after].vIn) after += 1;
+    const a = keyframes[before];
+    const b = keyframes[after];
+    const turn = b.vIn ? shortestTurn(a.angle, b.angle) : 0;
+    for (let i = before + 1; i <= after; i += 1) {
+      if (!keyframes[i].vIn) keyframes[i].angle = a.angle + (turn * (keyframes[i].t - a.t)) / (b.t - a.t || 1);
+    }
+    // The new keyframe may also close a gap of contacts that arrived before it.
+    if (keyframes[at].vIn && at > 0 && !keyframes[at - 1].vIn) this.#turnThrough(at - 1);
+  }
+
+  get start() {
+    return this.keyframes.length ? this.keyframes[0].t : Number.POSITIVE_INFINITY;
+  }
+
+  get end() {
+    return this.keyframes.length ? this.keyframes[this.keyframes.length - 1].t : Number.NEGATIVE_INFINITY;
+  }
+
+  /**
+   * @param {number} t seconds
+   * @param {Pose} [out]
+   */
+  poseAt(t, out = { x: 0, y: 0, angle: 0 }) {
+    const { keyframes } = this;
+    const last = keyframes[keyframes.length - 1];
+    if (t >= last.t) return this.#beyond(last, t, out);
+    if (t <= keyframes[0].t) return pick(keyframes[0], out);
+    const i = this.#indexBefore(t);
+    return poseBetween(keyframes[i], keyframes[i + 1], t, this.law, out);
+  }
+
+  /** @param {Keyframe} last @param {number} t @param {Pose} out */
+  #beyond(last, t, out) {
+    out.angle = last.angle;
+    if (last.vOut) return flightPose(last, Math.min(t, last.t + MAX_GUESS), this.law, out);
+    return pick(last, out);
+  }
+
+  /**
+   * Time moves a little between calls, so the last answer is the best place to look from.
+   * @param {number} t
+   */
+  #indexBefore(t) {
+    const { keyframes } = this;
+    let i = Math.min(this.#hint, keyframes.length - 2);
+    while (i > 0 && keyframes[i].t > t) i -= 1;
+    while (i < keyframes.length - 2 && keyframes[i + 1].t <= t) i += 1;
+    this.#hint = i;
+    return i;
+  }
+}
+
+/** @returns {Keyframe} */
+function blank() {
+  return {
+    t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: false, vOut: false, bounced: false,
+    smooth: false,
+  };
+}
+
+/** @param {Keyframe} keyframe @param {Moment} moment */
+function fill(keyframe, moment) {
+  const { t, x, y, angle = 0, vx = 0, vy = 0, vIn, vOut, bounced = false, smooth = false } = moment;
+  keyframe.t = t;
+  keyframe.x = x;
+  keyframe.y = y;
+  keyframe.angle = angle;
+  keyframe.vx = vx;
+  keyframe.vy = vy;
+  keyframe.vIn = vIn;
+  keyframe.vOut = vOut;
+  keyframe.bounced = bounced;
+  keyframe.smooth = smooth;
+  return keyframe;
+}
+
+/** @param {Pose} pose @param {Pose} out */
+function pick({ x, y, angle }, out) {
+  out.x = x;
+  out.y = y;
+  out.angle = angle;
+  return out;
+}

@@ -1,0 +1,316 @@
+// The balls of one room as this page knows them: events and snapshots in, scenes at a time out.
+
+import { Path } from "../motion/path.js";
+import { Trace } from "../motion/trace.js";
+import { emptyScene } from "../scene.js";
+import { ImpactQueue } from "./impact-queue.js";
+import { Obstacles } from "./obstacles.js";
+import { SegmentFeed } from "./segment-feed.js";
+
+/** @import { Accepted, BallStart, Contact, Hello, Landed, SegmentMessage, Snapshot } from "../messages.js" */
+/** @import { BinHit, Scene, SceneBall } from "../scene.js" */
+/** @import { QueuedImpact } from "./impact-queue.js" */
+/** @import { Keyframe, Law, Pose } from "../motion/interpolate.js" */
+
+const SINK_SECONDS = 0.25; // a landed ball is still seen falling into its pocket
+const HIT_SECONDS = 1.4;
+const TRAIL_POINTS = 8;
+const TRAIL_STEP = 1 / 55; // s between points of a trail
+const KEPT_SECONDS = 0.3; // of a path behind the picture: the trail, and some for late contacts
+const QUIET = 0.05; // m/s; slower impacts are not told in any stream
+const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
+
+/**
+ * @typedef {object} Ball
+ * @property {number} id
+ * @property {string} seed
+ * @property {number} x start, metres
+ * @property {boolean} explicit the start was chosen, not drawn from the seed
+ * @property {number} start table time, s
+ * @property {boolean} mine
+ * @property {Path} path
+ * @property {SegmentFeed | null} feed makes the path, where segments of it come and not snapshots
+ * @property {Landed | null} landed once it has
+ * @property {number} end table time of its landing, s; infinite until it is known
+ * @property {{vx: number, vy: number} | null} sink m/s: its last velocity, if it fell into a bin
+ * @property {Passed} passed called with each stretch of its path that time has passed
+ * @property {boolean} settled its landing has been shown
+ * @property {Trace | null} trace the whole way, when it is wanted
+ * @property {SceneBall} pose as it was last drawn
+ */
+
+/** @typedef {(a: Keyframe, b: Keyframe, law: Law) => void} Passed */
+/** @typedef {BinHit & {since: number}} LitBin since: local time, s */
+
+/**
+ * What a hello must say to begin with.
+ * @typedef {Pick<Hello, "board" | "tick_rate" | "tick" | "stream" | "balls">} TableStart
+ */
+
+/** Balls in flight, impacts and recent hits of one room. Table time is tick / rate. */
+export class Table {
+  /** @type {Map<number, Ball>} */
+  balls = new Map();
+  /** Impacts that became due with the last scene. @type {QueuedImpact[]} */
+  heard = [];
+  /** Whether the whole way of our balls is to be kept until the next one has landed. */
+  tracing = false;
+  /** The way of our last landed ball, for those who do not want to see it move. @type {Trace | null} */
+  lastTrace = null;
+  /** Called with each stretch of a path that time has passed. @type {Passed | null} */
+  onPassed = null;
+  /** @type {Map<number, Ball>} */
+  #byWireId = new Map();
+  /** @type {LitBin[]} */
+  #hits = [];
+  #scene = emptyScene();
+  #scratch = { x: 0, y: 0, angle: 0 };
+
+  /** @param {TableStart} hello */
+  constructor(hello) {
+    this.board = hello.board;
+    this.rate = hello.tick_rate;
+    this.law = { gravity: hello.board.gravity, drag: hello.board.drag };
+    this.impacts = new ImpactQueue(hello.board.pegs);
+    this.obstacles = hello.stream === "segments" ? new Obstacles(hello.board) : null;
+    for (const ball of hello.balls) {
+      this.#add(ball, { mine: false, explicit: false, fresh: ball.tick >= hello.tick });
+    }
+  }
+
+  /** @param {Accepted} event @param {boolean} mine @returns {Ball} */
+  accept(event, mine) {
+    return this.#add(event, { mine, explicit: event.explicit_x, fresh: true });
+  }
+
+  /** True while something is in flight or still to be shown. */
+  get busy() {
+    return this.balls.size > 0 || this.impacts.busy || this.#hits.length > 0;
+  }
+
+  /** Whether the room's clock runs: it stands still once all have landed. */
+  get awake() {
+    for (const ball of this.balls.values()) if (!ball.landed) return true;
+    return false;
+  }
+
+  get flying() {
+    return this.balls.size > 0;
+  }
+
+  /** @param {Snapshot} snapshot */
+  applySnapshot(snapshot) {
+    const t = snapshot.tick / this.rate;
+    for (let i = 0; i < snapshot.count; i += 1) {
+      const ball = this.#byWireId.get(snapshot.ids[i]);
+      if (!ball || ball.landed || t <= ball.start) continue;
+      keyframe.t = t;
+      keyframe.x = snapshot.x[i];
+      keyframe.y = snapshot.y[i];
+      keyframe.angle = snapshot.angle[i];
+      keyframe.vx = snapshot.vx[i];
+      keyframe.vy = snapshot.vy[i];
+      keyframe.bounced = snapshot.bounced[i] === 1;
+      ball.path.add(keyframe);
+    }
+  }
+
+  /** @param {Pick<SegmentMessage, "flights" | "curves">} message */
+  applySegments({ flights, curves }) {
+    for (const segments of [flights, curves]) {
+      for (const segment of segments) {
+        const ball = this.#byWireId.get(segment.id);
+        if (!ball?.feed || segment.t >= ball.end) continue;
+        const speed = ball.feed.add(segment);
+        // The last bounce may be told after the landing that it led to.
+        if (ball.landed) this.#close(ball, ball.landed);
+        if (speed >= QUIET) this.impacts.add(segment.t, { ...segment, speed });
+      }
+    }
+  }
+
+  /** @param {Contact} event */
+  applyContact(event) {
+    const ball = this.balls.get(event.ball);
+    if (!ball) return;
+    const t = ball.start + event.t;
+    // What the picture has passed already is not bent any more.
+    if (ball.path.keyframes.length && t > ball.path.start) ball.path.add(place(t, event.x, event.y));
+    this.impacts.add(t, event);
+  }
+
+  /** @param {Landed} event @returns {Ball | undefined} */
+  applyLanded(event) {
+    const ball = this.balls.get(event.ball);
+    if (!ball) return undefined;
+    ball.landed = event;
+    ball.end = ball.start + event.t;
+    this.#close(ball, event);
+    return ball;
+  }
+
+  /**
+   * Balls whose landing is due; each is given once.
+   * @param {number} until landings up to this table time are due, s
+   * @param {number | null} wall local time at which their bins light up, s; null when nobody looks
+   * @returns {Ball[]}
+   */
+  settle(until, wall) {
+    const due = [];
+    for (const ball of this.balls.values()) {
+      if (!ball.landed || ball.settled || until < ball.end) continue;
+      ball.settled = true;
+      if (wall !== null) this.#light(ball.landed, ball.mine, wall);
+      if (ball.mine && ball.trace) {
+        this.#pass(ball, Number.POSITIVE_INFINITY);
+        this.lastTrace = ball.trace;
+      }
+      due.push(ball);
+    }
+    return due;
+  }
+
+  /**
+   * All that moves, in an object that the next call fills anew; what is over is forgotten.
+   * @param {number} t table time, s
+   * @param {number} wall local time, s: table time stands still while a room sleeps
+   * @returns {Scene}
+   */
+  sceneAt(t, wall) {
+    const scene = this.#scene;
+    this.forget(t, wall);
+    this.impacts.advance(t, this.heard);
+    scene.balls.length = 0;
+    scene.paths.length = 0;
+    for (const ball of this.balls.values()) {
+      ball.feed?.until(t + 1 / this.rate);
+      if (!ball.path.keyframes.length || t < ball.path.start) continue;
+      scene.balls.push(this.#pose(ball, t));
+    }
+    scene.flashes = this.impacts.lit;
+    for (const hit of this.#hits) hit.age = Math.max(0, wall - hit.since) / HIT_SECONDS;
+    scene.hits = this.#hits;
+    return scene;
+  }
+
+  /** @param {number} t table time, s @param {number} wall local time, s */
+  forget(t, wall) {
+    for (const ball of this.balls.values()) {
+      if (ball.settled && t >= ball.end + SINK_SECONDS) this.#remove(ball);
+      else this.#pass(ball, t - KEPT_SECONDS);
+    }
+    let kept = 0;
+    for (const hit of this.#hits) if (wall < hit.since + HIT_SECONDS) this.#hits[kept++] = hit;
+    this.#hits.length = kept;
+  }
+
+  /**
+   * @param {BallStart} ballStart
+   * @param {{mine: boolean, explicit: boolean, fresh: boolean}} given
+   */
+  #add({ ball: id, seed, x, tick }, { mine, explicit, fresh }) {
+    const start = tick / this.rate;
+    const path = new Path(this.law, MOST_KEYFRAMES);
+    /** @type {Ball} */
+    const ball = {
+      id, seed, x, explicit, start, mine, path, landed: null, settled: false,
+      end: Number.POSITIVE_INFINITY, sink: null,
+      feed: this.obstacles && new SegmentFeed(path, this.board, this.obstacles, this.rate),
+      trace: mine && this.tracing ? new Trace() : null,
+      pose: {
+        x, y: this.board.drop.y, angle: 0, mine, trail: new Float64Array(2 * TRAIL_POINTS),
+        trailCount: 0, id,
+      },
+      passed: (a, b, law) => {
+        ball.trace?.follow(a, b, law);
+        this.onPassed?.(a, b, law);
+      },
+    };
+    if (fresh) {
+      path.add({ ...place(start, x, this.board.drop.y), vIn: true, vOut: true });
+    }
+    this.balls.set(id, ball);
+    this.#byWireId.set(id % 65536, ball);
+    return ball;
+  }
+
+  /** Leads a path to the place where the ball landed. @param {Ball} ball @param {Landed} landed */
+  #close(ball, { bin, x_end: x }) {
+    const { path, feed, end } = ball;
+    feed?.finish(end);
+    const last = path.keyframes.at(-1);
+    if (bin === null || !last) return;
+    ball.sink = { vx: last.vx, vy: last.vy };
+    if (path.end < end || !feed) path.add(place(end, x, this.board.bins.y));
+  }
+
+  /** @param {Ball} ball */
+  #remove(ball) {
+    this.#pass(ball, Number.POSITIVE_INFINITY);
+    this.balls.delete(ball.id);
+    this.#byWireId.delete(ball.id % 65536);
+  }
+
+  /** @param {Ball} ball @param {number} before */
+  #pass(ball, before) {
+    ball.path.forget(before, ball.passed);
+  }
+
+  /**
+   * One light a bin, the newest: a shower of balls must not pile up pictures.
+   * @param {Landed} landed
+   * @param {boolean} mine
+   * @param {number} wall
+   */
+  #light({ bin, score }, mine, wall) {
+    if (bin === null) return;
+    let hit = this.#hits.find((one) => one.bin === bin);
+    if (!hit) {
+      hit = { bin, score, since: wall, age: 0, ticket: mine };
+      this.#hits.push(hit);
+    }
+    hit.score = score;
+    hit.since = wall;
+    hit.ticket = mine;
+  }
+
+  /** @param {Ball} ball @param {number} t */
+  #pose(ball, t) {
+    const { pose, path } = ball;
+    pose.mine = ball.mine;
+    this.#place(ball, t, pose);
+    pose.trail[0] = pose.x;
+    pose.trail[1] = pose.y;
+    pose.trailCount = 1;
+    for (let i = 1; i < TRAIL_POINTS; i += 1) {
+      const then = t - i * TRAIL_STEP;
+      if (then < path.start) break;
+      this.#place(ball, then, this.#scratch);
+      pose.trail[2 * i] = this.#scratch.x;
+      pose.trail[2 * i + 1] = this.#scratch.y;
+      pose.trailCount = i + 1;
+    }
+    return pose;
+  }
+
+  /** @param {Ball} ball @param {number} t @param {Pose} out */
+  #place(ball, t, out) {
+    if (t <= ball.end || !ball.sink) return ball.path.poseAt(t, out);
+    // Past the end of the simulation it keeps its last velocity while its pocket swallows it.
+    const { vx, vy } = ball.sink;
+    ball.path.poseAt(ball.end, out);
+    out.x += vx * (t - ball.end) * 0.5;
+    out.y += Math.max(vy, 1.5) * (t - ball.end);
+    return out;
+  }
+}
+
+/** What a snapshot tells of a ball, on its way into a path. */
+const keyframe = {
+  t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: true, vOut: true, bounced: false,
+};
+
+/** A moment known by its place alone. @param {number} t @param {number} x @param {number} y */
+function place(t, x, y) {
+  return { t, x, y, vIn: false, vOut: false };
+}

@@ -1,0 +1,73 @@
+// A preset board under another gravity or of another material. Pure.
+
+/** @import { Board } from "./board.js" */
+
+/**
+ * m/s^2 at the surface; for Jupiter, where its clouds begin. The engine's own presets.
+ * @type {Record<string, number>}
+ */
+export const GRAVITY = { Earth: 9.81, Moon: 1.62, Mars: 3.72, Jupiter: 24.79 };
+
+/**
+ * Lowest and highest restitution measured of a pair of bodies. The engine's own table.
+ * @type {Record<string, [number, number]>}
+ */
+export const RESTITUTION = {
+  "Steel on steel": [0.8, 0.95],
+  "Glass on glass": [0.93, 0.97],
+  "Rubber on concrete": [0.75, 0.85],
+  "Tennis ball on court": [0.7, 0.75],
+  "Clay (putty)": [0.0, 0.1],
+  "Billiard balls": [0.92, 0.98],
+};
+
+/** As the preset has it. */
+export const OWN = "own";
+
+const BETWEEN = " · ";
+
+/** @typedef {{gravity: string, material: string}} World names of presets, or OWN */
+
+/** @param {World} world */
+export function isOwn({ gravity, material }) {
+  return gravity === OWN && material === OWN;
+}
+
+/** @param {string} name in RESTITUTION @returns {number} the middle of its range */
+export function restitutionOf(name) {
+  const [low, high] = RESTITUTION[name];
+  return Math.round(500 * (low + high)) / 1000;
+}
+
+/**
+ * The board in that world, with a name that tells.
+ * @param {Board} board the JSON form of a preset
+ * @param {World} world
+ */
+export function transported(board, { gravity, material }) {
+  const other = { ...board, name: worldName(board.name, { gravity, material }) };
+  if (gravity !== OWN) other.gravity = GRAVITY[gravity];
+  if (material !== OWN) {
+    // The bouncier of two bodies decides, so all of them are made of it.
+    const restitution = restitutionOf(material);
+    other.ball = { ...board.ball, restitution };
+    other.peg_material = { ...board.peg_material, restitution };
+    other.wall_material = { ...board.wall_material, restitution };
+  }
+  return other;
+}
+
+/** @param {string} preset @param {World} world @returns {string} "triangle-16 · Moon · Clay (putty)" */
+function worldName(preset, { gravity, material }) {
+  return [preset, gravity, material].filter((part) => part !== OWN).join(BETWEEN);
+}
+
+/** @param {string} name @returns {{preset: string} & World} what worldName was given */
+export function readWorldName(name) {
+  const [preset, ...parts] = name.split(BETWEEN);
+  return {
+    preset,
+    gravity: parts.find((part) => part in GRAVITY) ?? OWN,
+    material: parts.find((part) => part in RESTITUTION) ?? OWN,
+  };
+}

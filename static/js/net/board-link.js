@@ -1,0 +1,79 @@
+// A board in a link's fragment: JSON, deflated, in base64url. Nothing of it reaches a server log.
+
+/** @import { Board } from "../model/board.js" */
+
+const FRAGMENT = "board";
+const MAX_TEXT = 4_000_000; // characters of JSON; a link that unpacks to more is no board
+
+/** @param {Board} board @returns {Promise<string>} letters, digits, - and _ */
+export async function packBoard(board) {
+  const text = new TextEncoder().encode(JSON.stringify(board));
+  const packed = await through(text, new CompressionStream("deflate-raw"));
+  let binary = "";
+  for (const byte of packed) binary += String.fromCharCode(byte);
+  return btoa(binary).replace(/\+/g, "-").replace(/\//g, "_").replace(/=+$/, "");
+}
+
+/**
+ * @param {string} packed
+ * @returns {Promise<unknown>} the board, not yet checked; rejects with what a visitor can understand
+ */
+export async function unpackBoard(packed) {
+  try {
+    const binary = atob(packed.replace(/-/g, "+").replace(/_/g, "/"));
+    const bytes = Uint8Array.from(binary, (letter) => letter.charCodeAt(0));
+    const text = await through(bytes, new DecompressionStream("deflate-raw"), MAX_TEXT);
+    return JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(text));
+  } catch (cause) {
+    throw new LinkError("The link's board cannot be read; was the link cut short?", { cause });
+  }
+}
+
+/** A link that does not hold what it should; the message is fit to be shown. */
+export class LinkError extends Error {}
+
+/** @param {string} hash of a location @returns {string | null} the packed board, if there is one */
+export function boardInHash(hash) {
+  return new URLSearchParams(hash.replace(/^#/, "")).get(FRAGMENT);
+}
+
+/**
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @param {CompressionStream | DecompressionStream} transform
+ * @param {number} [limit]
+ */
+async function through(bytes, transform, limit = Number.POSITIVE_INFINITY) {
+  const writer = transform.writable.getWriter();
+  // A broken stream is told by the reading side; here it would be told a second time.
+  writer.write(bytes).catch(() => {});
+  writer.close().catch(() => {});
+  /** @type {Uint8Array[]} */
+  const chunks = [];
+  let size = 0;
+  for await (const chunk of streamOf(transform.readable)) {
+    chunks.push(chunk);
+    size += chunk.length;
+    if (size > limit) throw new RangeError(`more than ${limit} bytes`);
+  }
+  const whole = new Uint8Array(size);
+  let at = 0;
+  for (const chunk of chunks) {
+    whole.set(chunk, at);
+    at += chunk.length;
+  }
+  return whole;
+}
+
+/** Not every browser iterates streams by itself. @param {ReadableStream<Uint8Array>} readable */
+async function* streamOf(readable) {
+  const reader = readable.getReader();
+  try {
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return;
+      yield value;
+    }
+  } finally {
+    await reader.cancel();
+  }
+}

@@ -1,0 +1,55 @@
+// A drop's address: in links to the pages that show it, and below /api/v1. Pure.
+
+/**
+ * What decides a drop. Numbers stay the texts they were given as, so that no digit is lost.
+ * @typedef {object} DropAddress
+ * @property {string} board preset's name or digest; "" when the link's fragment holds the board
+ * @property {string} seed
+ * @property {string | number | null} [x] explicit start, m
+ * @property {string | null} [solver]
+ * @property {string | null} [dt]
+ * @property {string | null} [substeps]
+ */
+
+const OPTIONAL = /** @type {const} */ (["x", "solver", "dt", "substeps"]);
+
+/** @param {URLSearchParams} search @returns {DropAddress} */
+export function readDrop(search) {
+  const [x, solver, dt, substeps] = OPTIONAL.map((name) => search.get(name) || null);
+  const [board, seed] = [search.get("board") ?? "", search.get("seed") ?? ""];
+  return { board, seed, x, solver, dt, substeps };
+}
+
+/** @param {DropAddress} drop @returns {URLSearchParams} what of it is set */
+export function dropSearch(drop) {
+  const search = new URLSearchParams();
+  if (drop.board) search.set("board", drop.board);
+  if (drop.seed) search.set("seed", drop.seed);
+  return withOptional(search, drop);
+}
+
+/**
+ * @param {DropAddress} drop
+ * @param {string} [part] "" for the record, "/frames" for its states
+ * @param {URLSearchParams} [query]
+ * @returns {string} below /api/v1
+ */
+export function dropPath(drop, part = "", query = new URLSearchParams()) {
+  const search = withOptional(new URLSearchParams(query), drop);
+  const tail = search.size ? `?${search}` : "";
+  return `drops/${encodeURIComponent(drop.board)}/${encodeURIComponent(drop.seed)}${part}${tail}`;
+}
+
+/** @param {DropAddress} drop @returns {string} link to its replay */
+export function replayLink(drop) {
+  return `replay.html?${dropSearch(drop)}`;
+}
+
+/** @param {URLSearchParams} search @param {DropAddress} drop */
+function withOptional(search, drop) {
+  for (const name of OPTIONAL) {
+    const value = drop[name];
+    if (value !== null && value !== undefined && value !== "") search.set(name, String(value));
+  }
+  return search;
+}

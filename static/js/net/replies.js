@@ -1,0 +1,13 @@
+// What REST answers, by address; docs/api.md describes each. Types only.
+
+/** @import { Board } from "../model/board.js" */
+
+/**
+ * @typedef {{preset: boolean, name: string, digest: string}} BoardSummary
+ * @typedef {{boards: BoardSummary[]}} BoardList of GET boards
+ * @typedef {{board: Board, digest: string}} BoardReply of GET boards/…, POST boards and boards/check
+ * @typedef {{id: string, token: string}} RoomReply of POST rooms
+ * @typedef {{rooms: {id: string}[]}} RoomList of GET rooms
+ * @typedef {{drops: number, histogram: number[], unsettled: number, mean_duration: number}} Simulation
+ * @typedef {{ok: boolean, field?: string, expected?: unknown, actual?: unknown}} Verification
+ */

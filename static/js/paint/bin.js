@@ -1,0 +1,71 @@
+// Paints how a bin answers a ball: the more it pays, the longer, brighter and further it shines.
+
+/** @import { Theme } from "./theme.js" */
+/** @import { Box } from "./board.js" */
+
+/** @typedef {{strength: number, glow: number}} Pulse both 0 … 1 */
+
+/**
+ * @param {number} score what it paid
+ * @param {number} age 0 … 1 since the ball fell in
+ * @returns {Pulse} strength by the score alone: 0 for next to nothing, 1 for a thousandfold
+ */
+export function pulseOf(score, age) {
+  const strength = Math.max(0, Math.min(1, (Math.log10(Math.max(score, 1e-6)) + 0.7) / 3.7));
+  const beats = 1 + Math.round(4 * strength);
+  const fade = (1 - Math.max(0, Math.min(1, age))) ** 2;
+  return { strength, glow: fade * (0.6 + 0.4 * Math.cos(2 * Math.PI * beats * age)) };
+}
+
+/** @param {Pick<Box, "height">} box @param {Pulse} pulse @returns {number} CSS pixels */
+export function beamHeight({ height }, { strength }) {
+  return strength < 0.2 ? 0 : 5 * strength * height;
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels
+ * @param {HTMLCanvasElement} still where the bin lies at rest
+ * @param {Box} box
+ * @param {Pulse} pulse
+ * @param {Theme} theme
+ * @param {number} density of `still`
+ * @param {number} score
+ */
+export function paintPulse(ctx, still, box, pulse, theme, density, score) {
+  const { x, y, width, height } = box;
+  const { strength, glow } = pulse;
+  paintBeam(ctx, box, pulse, theme.payout(score).fill);
+  const press = glow * (2 + 5 * strength);
+  ctx.fillStyle = theme.palette.railShade;
+  ctx.fillRect(x - 1, y - 1, width + 2, press + 2);
+  ctx.drawImage(
+    still, x * density, y * density, width * density, height * density, x, y + press, width, height,
+  );
+  // A lit rim rather than a wash over the face: the number stays readable while it shines.
+  ctx.globalAlpha = glow;
+  ctx.strokeStyle = theme.palette.flash;
+  ctx.lineWidth = 2 + 3 * strength;
+  ctx.beginPath();
+  ctx.roundRect(x, y + press, width, height, Math.min(8, 0.22 * width));
+  ctx.stroke();
+  ctx.globalAlpha = 1;
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Box} box
+ * @param {Pulse} pulse
+ * @param {string} colour
+ */
+function paintBeam(ctx, box, pulse, colour) {
+  const reach = beamHeight(box, pulse);
+  if (reach === 0) return;
+  const { x, y, width } = box;
+  const light = ctx.createLinearGradient(0, y, 0, y - reach);
+  light.addColorStop(0, `${colour}b0`);
+  light.addColorStop(1, `${colour}00`);
+  ctx.globalAlpha = pulse.glow;
+  ctx.fillStyle = light;
+  ctx.fillRect(x, y - reach, width, reach);
+  ctx.globalAlpha = 1;
+}

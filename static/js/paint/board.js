@@ -1,0 +1,281 @@
+// Paints what never moves: plate, rays, rails, pegs, bins. Called on resize and theme change only.
+
+import { startSpan } from "../model/board.js";
+import { disc } from "../util/canvas.js";
+import { tight } from "../util/format.js";
+
+/** @import { Board, Wall } from "../model/board.js" */
+/** @import { Geometry } from "./geometry.js" */
+/** @import { Palette, PayoutColour, PegShape, RailShape, Shapes, Theme } from "./theme.js" */
+
+export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow", "Arial Narrow", sans-serif';
+
+/**
+ * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {number[]} slots
+ * @param {Theme} theme
+ */
+export function paintBoard(ctx, geometry, board, slots, theme) {
+  const colours = theme.palette;
+  paintPlate(ctx, geometry, board, colours, theme.shapes);
+  paintHopper(ctx, geometry, board, slots, colours);
+  paintPegs(ctx, geometry, board, colours, theme.shapes.peg);
+  board.bins.multipliers.forEach((score, bin) => {
+    paintBin(ctx, geometry, board, bin, theme.payout(score));
+  });
+  paintRails(ctx, geometry, board, colours, theme.shapes.rail);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {Palette} colours
+ * @param {Pick<Shapes, "rays">} given
+ */
+function paintPlate(ctx, geometry, board, colours, { rays }) {
+  const { width, height } = geometry;
+  ctx.fillStyle = colours.shoulder;
+  ctx.fillRect(0, 0, width, height);
+  paintRays(ctx, geometry, board, rays, colours.shoulderRay);
+  ctx.save();
+  clipToField(ctx, geometry, board);
+  const enamel = ctx.createLinearGradient(0, 0, 0, height);
+  enamel.addColorStop(0, colours.board);
+  enamel.addColorStop(1, colours.boardDeep);
+  ctx.fillStyle = enamel;
+  ctx.fillRect(0, 0, width, height);
+  ctx.globalAlpha = 0.6;
+  paintRays(ctx, geometry, board, rays, colours.ray);
+  ctx.restore();
+}
+
+/** @typedef {{x: number, y: number, width: number, height: number}} Box */
+
+/**
+ * The part between the chains of walls on the left and on the right; all of it without walls.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ */
+function clipToField(ctx, { px, py, width, height }, board) {
+  const middle = 2 * board.drop.x;
+  const left = chain(board.walls.filter((wall) => wall.x1 + wall.x2 < middle));
+  const right = chain(board.walls.filter((wall) => wall.x1 + wall.x2 > middle));
+  ctx.beginPath();
+  if (left.length && right.length) {
+    const outline = [...left, ...right.reverse()].map(({ x, y }) => ({ x: px(x), y: py(y) }));
+    ctx.moveTo(outline[0].x, 0);
+    for (const { x, y } of outline.slice(0, left.length)) ctx.lineTo(x, y);
+    ctx.lineTo(outline[left.length - 1].x, height);
+    ctx.lineTo(outline[left.length].x, height);
+    for (const { x, y } of outline.slice(left.length)) ctx.lineTo(x, y);
+    ctx.lineTo(outline[outline.length - 1].x, 0);
+  } else {
+    ctx.rect(0, 0, width, height);
+  }
+  ctx.clip();
+}
+
+/** The ends of some walls from top to bottom. @param {Wall[]} walls */
+function chain(walls) {
+  const ends = walls.flatMap(({ x1, y1, x2, y2 }) => [{ x: x1, y: y1 }, { x: x2, y: y2 }]);
+  return ends.sort((one, two) => one.y - two.y);
+}
+
+/**
+ * The printed sunburst: every other wedge, out of the place where balls start.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {number} rays
+ * @param {string} colour
+ */
+function paintRays(ctx, { px, dropY, width, height }, board, rays, colour) {
+  const x = px(board.drop.x);
+  const reach = width + height;
+  ctx.fillStyle = colour;
+  for (let ray = 0; ray < rays; ray += 2) {
+    const from = ((ray + 0.5) / rays) * 2 * Math.PI;
+    const to = ((ray + 1.5) / rays) * 2 * Math.PI;
+    ctx.beginPath();
+    ctx.moveTo(x, dropY);
+    ctx.lineTo(x + reach * Math.cos(from), dropY + reach * Math.sin(from));
+    ctx.lineTo(x + reach * Math.cos(to), dropY + reach * Math.sin(to));
+    ctx.fill();
+  }
+}
+
+/**
+ * The slide along which a ball may start, or the numbered slots.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {number[]} slots
+ * @param {Palette} colours
+ */
+function paintHopper(ctx, { px, dropY, scale }, board, slots, colours) {
+  const radius = Math.max(board.ball.radius * scale, 5);
+  ctx.lineCap = "round";
+  if (slots.length) {
+    ctx.font = `700 ${Math.round(Math.max(12, Math.min(20, 0.2 * scale)))}px ${LABEL_FONT}`;
+    ctx.textAlign = "center";
+    ctx.textBaseline = "middle";
+    slots.forEach((slot, index) => {
+      ctx.fillStyle = colours.railShade;
+      disc(ctx, px(slot), dropY, radius + 3);
+      ctx.fillStyle = colours.rail;
+      ctx.fillText(String(index + 1), px(slot), dropY - radius - 16);
+    });
+    return;
+  }
+  const { x } = board.drop;
+  const span = startSpan(board.drop);
+  stroke(ctx, px(x - span), dropY, px(x + span), dropY, 2 * radius + 6, colours.railShade);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {Palette} colours
+ * @param {PegShape} shape
+ */
+function paintPegs(ctx, { px, py, scale }, board, colours, shape) {
+  const { across, down, alpha } = shape.shadow;
+  ctx.globalAlpha = alpha;
+  ctx.fillStyle = colours.shadow;
+  for (const peg of board.pegs) {
+    const r = peg.radius * scale;
+    disc(ctx, px(peg.x) + across * r, py(peg.y) + down * r, r);
+  }
+  ctx.globalAlpha = 1;
+  for (const peg of board.pegs) {
+    paintPeg(ctx, px(peg.x), py(peg.y), peg.radius * scale, colours, shape);
+  }
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} x
+ * @param {number} y
+ * @param {number} r
+ * @param {Palette} colours
+ * @param {PegShape} pegShape
+ */
+function paintPeg(ctx, x, y, r, colours, { highlight, shade }) {
+  const brass = ctx.createRadialGradient(
+    x + highlight.x * r, y + highlight.y * r, highlight.radius * r, x, y, r,
+  );
+  for (const { at, colour } of shade) brass.addColorStop(at, colours[colour]);
+  ctx.fillStyle = brass;
+  disc(ctx, x, y, r);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {Palette} colours
+ * @param {RailShape} railShape
+ */
+function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, shade }) {
+  const width = Math.max(least, metres * scale);
+  ctx.lineCap = "round";
+  for (const wall of board.walls) {
+    // The wall has no thickness; its rail lies outside of it, so that balls touch its inner edge.
+    const away = Math.sign(wall.x1 + wall.x2 - 2 * board.drop.x) * (width / 2);
+    const from = [px(wall.x1) + away, py(wall.y1)];
+    const to = [px(wall.x2) + away, py(wall.y2)];
+    const [right, down] = shade;
+    stroke(
+      ctx, from[0] + right, from[1] + down, to[0] + right, to[1] + down, width, colours.railShade,
+    );
+    stroke(ctx, from[0], from[1], to[0], to[1], width, colours.rail);
+  }
+}
+
+/**
+ * One pocket with its multiplier.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {number} bin
+ * @param {PayoutColour} colour
+ */
+function paintBin(ctx, geometry, board, bin, colour) {
+  const { x, y, width, height } = binBox(geometry, board, bin);
+  ctx.fillStyle = colour.fill;
+  roundedBox(ctx, x, y, width, height, Math.min(8, 0.22 * width));
+  paintLabel(ctx, geometry, board, bin, colour.ink, { x, y, width, height });
+}
+
+/** @param {Geometry} geometry @param {Board} board @param {number} bin @returns {Box} CSS pixels */
+export function binBox({ px, binTop, binHeight }, board, bin) {
+  const from = px(board.bins.edges[bin]);
+  const to = px(board.bins.edges[bin + 1]);
+  const gap = Math.max(1, Math.min(3, 0.06 * (to - from)));
+  return { x: from + gap, y: binTop + 2, width: to - from - 2 * gap, height: binHeight - 4 };
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {Board} board
+ * @param {number} bin
+ * @param {string} ink
+ * @param {Box} box
+ */
+function paintLabel(ctx, geometry, board, bin, ink, { x, y, width, height }) {
+  const texts = board.bins.multipliers.map(tight);
+  const longest = Math.max(...texts.map((text) => text.length));
+  const narrowest = Math.min(...texts.map((_, other) => binBox(geometry, board, other).width));
+  // Narrow pockets carry their number upright, as on a ruler, rather than too small to read.
+  const upright = narrowest / longest < 7.5;
+  const size = upright
+    ? Math.min(0.8 * narrowest, (1.6 * height) / longest)
+    : Math.min((1.75 * width) / longest, (2.1 * narrowest) / longest, 0.52 * height);
+  ctx.save();
+  ctx.translate(x + width / 2, y + height / 2);
+  if (upright) ctx.rotate(-Math.PI / 2);
+  ctx.font = `700 ${size.toFixed(1)}px ${LABEL_FONT}`;
+  ctx.textAlign = "center";
+  ctx.textBaseline = "middle";
+  ctx.fillStyle = ink;
+  ctx.fillText(texts[bin], 0, 0.06 * size);
+  ctx.restore();
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} x
+ * @param {number} y
+ * @param {number} width
+ * @param {number} height
+ * @param {number} radius
+ */
+function roundedBox(ctx, x, y, width, height, radius) {
+  ctx.beginPath();
+  ctx.roundRect(x, y, width, height, radius);
+  ctx.fill();
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} x1
+ * @param {number} y1
+ * @param {number} x2
+ * @param {number} y2
+ * @param {number} width
+ * @param {string} colour
+ */
+function stroke(ctx, x1, y1, x2, y2, width, colour) {
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = width;
+  ctx.beginPath();
+  ctx.moveTo(x1, y1);
+  ctx.lineTo(x2, y2);
+  ctx.stroke();
+}

@@ -1,0 +1,69 @@
+// Where a board lies on a canvas of a given width: metres to CSS pixels and back.
+
+/** @import { Board } from "../model/board.js" */
+
+const SIDE_PAD_M = 0.08;
+const HEADROOM_PX = 58; // the hopper, and a touch target above it
+const MIN_BIN_PX = 34;
+const BIN_M = 0.42;
+
+/**
+ * @typedef {object} Geometry
+ * @property {number} width CSS pixels
+ * @property {number} height CSS pixels
+ * @property {number} scale CSS pixels per metre
+ * @property {number} binTop where the balls' centres cross into a bin, CSS pixels
+ * @property {number} binHeight CSS pixels
+ * @property {number} dropY CSS pixels
+ * @property {number} aimBottom pointers above it aim and drop, CSS pixels
+ * @property {(x: number) => number} px metres to pixels, across
+ * @property {(y: number) => number} py metres to pixels, down
+ * @property {(px: number) => number} x pixels to metres, across
+ * @property {(px: number) => number} y pixels to metres, down
+ */
+
+/** @param {Board} board @returns {{left: number, right: number}} metres */
+export function sides(board) {
+  const { edges } = board.bins;
+  const walls = board.walls.flatMap((wall) => [wall.x1, wall.x2]);
+  const { radius } = board.ball;
+  return {
+    left: Math.min(edges[0], board.drop.x - radius, ...walls) - SIDE_PAD_M,
+    right: Math.max(edges[edges.length - 1], board.drop.x + radius, ...walls) + SIDE_PAD_M,
+  };
+}
+
+/** @param {Board} board @returns {number} width over height of the part that scales */
+export function ratioOf(board) {
+  const { left, right } = sides(board);
+  return (right - left) / (board.bins.y - board.drop.y + BIN_M);
+}
+
+/**
+ * @param {Board} board
+ * @param {number} width CSS pixels
+ * @returns {Geometry}
+ */
+export function layOut(board, width) {
+  const { left, right } = sides(board);
+  const scale = width / (right - left);
+  const dropY = Math.max(HEADROOM_PX, board.ball.radius * scale + 44);
+  /** @param {number} y */
+  const py = (y) => dropY + (y - board.drop.y) * scale;
+  const binTop = py(board.bins.y);
+  const binHeight = Math.max(MIN_BIN_PX, BIN_M * scale);
+  const firstPeg = board.pegs.reduce((least, peg) => Math.min(least, peg.y), board.bins.y);
+  return {
+    width,
+    height: Math.round(binTop + binHeight + 6),
+    scale,
+    binTop,
+    binHeight,
+    dropY,
+    aimBottom: Math.max(py(firstPeg) - board.ball.radius * scale, 64),
+    px: (x) => (x - left) * scale,
+    py,
+    x: (px) => px / scale + left,
+    y: (px) => (px - dropY) / scale + board.drop.y,
+  };
+}

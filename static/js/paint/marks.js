@@ -1,0 +1,77 @@
+// Paints what is drawn over a board to explain it: paths, arrows, rings. CSS pixels.
+
+/** @import { Geometry } from "./geometry.js" */
+/** @import { Point } from "../model/board.js" */
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Pick<Geometry, "px" | "py">} geometry
+ * @param {Point[]} points metres
+ * @param {{colour: string, width: number, alpha?: number, dash?: number[]}} style
+ */
+export function paintPath(ctx, { px, py }, points, { colour, width, alpha = 1, dash = [] }) {
+  ctx.save();
+  ctx.strokeStyle = colour;
+  ctx.globalAlpha = alpha;
+  ctx.lineWidth = width;
+  ctx.lineJoin = "round";
+  ctx.lineCap = "round";
+  ctx.setLineDash(dash);
+  ctx.beginPath();
+  for (const { x, y } of points) ctx.lineTo(px(x), py(y));
+  ctx.stroke();
+  ctx.restore();
+}
+
+/**
+ * An arrow with a dark rim, so that it is seen on any board.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Point} from
+ * @param {Point} by its length and direction, CSS pixels
+ * @param {{colour: string, rim: string, width: number}} style
+ */
+export function paintArrow(ctx, from, by, { colour, rim, width }) {
+  const length = Math.hypot(by.x, by.y);
+  if (length < 1) return;
+  const [ux, uy] = [by.x / length, by.y / length];
+  const head = Math.min(0.7 * length, 2.4 * width + 3);
+  /** @param {number} along @param {number} aside @returns {[number, number]} */
+  const at = (along, aside) => [
+    from.x + ux * along - uy * aside,
+    from.y + uy * along + ux * aside,
+  ];
+  const half = width / 2;
+  ctx.beginPath();
+  ctx.moveTo(...at(0, half));
+  ctx.lineTo(...at(length - head, half));
+  ctx.lineTo(...at(length - head, 0.62 * head));
+  ctx.lineTo(...at(length, 0));
+  ctx.lineTo(...at(length - head, -0.62 * head));
+  ctx.lineTo(...at(length - head, -half));
+  ctx.lineTo(...at(0, -half));
+  ctx.closePath();
+  ctx.lineJoin = "round";
+  ctx.strokeStyle = rim;
+  ctx.lineWidth = 3;
+  ctx.stroke();
+  ctx.fillStyle = colour;
+  ctx.fill();
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} x
+ * @param {number} y
+ * @param {number} radius
+ * @param {{colour: string, width: number, dash?: number[]}} style
+ */
+export function paintRing(ctx, x, y, radius, { colour, width, dash = [] }) {
+  ctx.save();
+  ctx.setLineDash(dash);
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = width;
+  ctx.beginPath();
+  ctx.arc(x, y, radius, 0, 2 * Math.PI);
+  ctx.stroke();
+  ctx.restore();
+}

@@ -1,0 +1,168 @@
+// Ghost trails: the layer that balls paint as they pass, and with it the distribution.
+
+import { sides } from "../paint/geometry.js";
+import { contextOf } from "../util/canvas.js";
+import { Density } from "./density.js";
+
+/** @import { Board } from "../model/board.js" */
+/** @import { Geometry } from "../paint/geometry.js" */
+/** @import { Palette, Theme } from "../paint/theme.js" */
+/** @import { Keyframe, Law } from "../model/motion/interpolate.js" */
+
+const TONES = 256;
+const ROWS_A_FRAME = 48; // of pixels painted at once: a fraction of a millisecond
+const PAUSE_MS = 120; // between two sweeps over what has changed
+const STRONGEST = 0.62; // opacity
+
+/** @typedef {{density: Density, band: ImageData}} Grid band: some rows of it as pixels */
+
+/** Paints a density onto its own canvas, a band of rows at a time. */
+export class Ghost {
+  #on = true;
+  /** @type {Grid | null} of the board, once there is one */
+  #grid = null;
+  #next = 0; // row to go on with in this sweep
+  #until = -1; // last row of this sweep
+  #sweptMs = 0;
+  #range = 0; // `most` that the picture on the canvas was made for
+
+  /** @param {HTMLCanvasElement} canvas @param {Theme} theme */
+  constructor(canvas, theme) {
+    this.canvas = canvas;
+    this.theme = theme;
+    this.follow = this.follow.bind(this);
+    this.tones = tonesOf(theme.palette);
+  }
+
+  get on() {
+    return this.#on;
+  }
+
+  /** Off, it neither counts nor paints. */
+  set on(on) {
+    this.#on = on;
+    this.canvas.hidden = !on;
+    if (!on) this.clear();
+  }
+
+  /** @param {Board} board */
+  setBoard(board) {
+    const { left, right } = sides(board);
+    const top = board.drop.y - board.ball.radius;
+    const density = new Density({ left, right, top, bottom: board.bins.y });
+    this.canvas.width = density.width;
+    this.canvas.height = density.height;
+    this.#grid = { density, band: new ImageData(density.width, ROWS_A_FRAME) };
+    this.recolour();
+    this.clear();
+  }
+
+  /** @param {Geometry} geometry where the board lies now */
+  layOut({ py, scale, width }) {
+    if (!this.#grid) return;
+    const { field } = this.#grid.density;
+    Object.assign(this.canvas.style, {
+      top: `${py(field.top)}px`,
+      width: `${width}px`,
+      height: `${(field.bottom - field.top) * scale}px`,
+    });
+  }
+
+  /**
+   * A stretch of a path that a ball has left behind; see Path.forget.
+   * @param {Keyframe} a
+   * @param {Keyframe} b
+   * @param {Law} law
+   */
+  follow(a, b, law) {
+    if (this.#on) this.#grid?.density.follow(a, b, law);
+  }
+
+  clear() {
+    this.#range = 0;
+    this.#until = -1;
+    contextOf(this.canvas).clearRect(0, 0, this.canvas.width, this.canvas.height);
+    const density = this.#grid?.density;
+    if (!density) return;
+    density.clear();
+    density.firstRow = density.height;
+    density.lastRow = -1;
+  }
+
+  /** The colours have changed: all is painted anew. */
+  recolour() {
+    this.tones = tonesOf(this.theme.palette);
+    if (!this.#grid) return;
+    const { density } = this.#grid;
+    density.firstRow = 0;
+    density.lastRow = density.height - 1;
+  }
+
+  /** Something is left to paint. */
+  get pending() {
+    return this.#on && (this.#until >= 0 || (this.#grid?.density.lastRow ?? -1) >= 0);
+  }
+
+  /**
+   * Paints a little, if there is something to paint and the last sweep is long enough ago.
+   * @param {number} nowMs
+   */
+  paint(nowMs) {
+    if (!this.#on || !this.#grid) return;
+    if (this.#until < 0 && !this.#begin(this.#grid.density, nowMs)) return;
+    const rows = Math.min(ROWS_A_FRAME, this.#until - this.#next + 1);
+    this.#paintRows(this.#grid, this.#next, rows);
+    this.#next += rows;
+    if (this.#next > this.#until) {
+      this.#until = -1;
+      this.#sweptMs = nowMs;
+    }
+  }
+
+  /** @param {Density} density @param {number} nowMs */
+  #begin(density, nowMs) {
+    if (density.lastRow < 0 || nowMs - this.#sweptMs < PAUSE_MS) return false;
+    // A new maximum tones everything down, so everything is painted anew; but not for each ball.
+    const all = density.most > 1.25 * this.#range;
+    if (all) this.#range = density.most;
+    this.#next = all ? 0 : density.firstRow;
+    this.#until = all ? density.height - 1 : density.lastRow;
+    density.firstRow = density.height;
+    density.lastRow = -1;
+    return true;
+  }
+
+  /** @param {Grid} grid @param {number} first @param {number} rows */
+  #paintRows({ density, band }, first, rows) {
+    const { tones } = this;
+    const pixels = new Uint32Array(band.data.buffer);
+    const from = first * density.width;
+    const count = rows * density.width;
+    for (let i = 0; i < count; i += 1) {
+      const tone = density.cells[from + i] > 0 ? Math.min(1, density.tone(from + i)) : 0;
+      pixels[i] = tones[Math.round(tone * (TONES - 1))];
+    }
+    contextOf(this.canvas).putImageData(band, 0, first, 0, 0, density.width, rows);
+  }
+}
+
+/**
+ * @param {Palette} palette
+ * @returns {Uint32Array} ABGR by tone: from the board's own light to the glow of a flash
+ */
+function tonesOf({ ray, trayBar, flash }) {
+  const stops = [ray, trayBar, flash].map(parse);
+  return Uint32Array.from({ length: TONES }, (_, tone) => {
+    const s = (tone / (TONES - 1)) * (stops.length - 1);
+    const from = Math.min(stops.length - 2, Math.floor(s));
+    const [r, g, b] = stops[from].map((value, part) =>
+      Math.round(value + (s - from) * (stops[from + 1][part] - value)));
+    const alpha = Math.round(255 * STRONGEST * Math.min(1, (tone / (TONES - 1)) * 1.3));
+    return ((alpha << 24) | (b << 16) | (g << 8) | r) >>> 0;
+  });
+}
+
+/** @param {string} hex */
+function parse(hex) {
+  return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
+}

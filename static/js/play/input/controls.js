@@ -1,0 +1,195 @@
+// The desk: balls, stake, seed, start, board choice, auto-drop and the keys. Knows no socket, no canvas.
+
+import { readBoardName } from "../../model/presets.js";
+import { readSeed, seedAfter } from "../../model/seed.js";
+import { GRAVITY, OWN, readWorldName, RESTITUTION, restitutionOf } from "../../model/worlds.js";
+import { byId, fieldOf, isWithin, make, radiosOf } from "../../util/dom.js";
+import { StartField } from "./start-field.js";
+
+/** @import { Board } from "../../model/board.js" */
+/** @import { Choice } from "../../model/presets.js" */
+/** @import { World } from "../../model/worlds.js" */
+
+const FEWEST_ROWS = 8;
+const MOST_ROWS = 16;
+
+/**
+ * @typedef {{seed: string | null, x: number | null, stake: number}} Ask
+ * @typedef {Choice & World & {knock: boolean}} TableChoice
+ * knock: whether balls knock each other
+ *
+ * @typedef {object} ControlsListener
+ * @property {(count: number, ask: () => Ask) => void} onDrop so many balls; `ask` makes each
+ * @property {(rate: number, count: number, ask: () => Ask) => void} onAuto from now on
+ * @property {() => void} onStop
+ * @property {(choice: TableChoice) => void} onBoard
+ * @property {() => void} onAim
+ */
+
+/** The form fields and keys of the live table. */
+export class Controls {
+  #running = false;
+
+  /** @param {ControlsListener} listener */
+  constructor(listener) {
+    this.listener = listener;
+    this.seed = byId("seed", HTMLInputElement);
+    this.stake = byId("stake", HTMLInputElement);
+    this.note = byId("seed-note");
+    this.hint = this.note.textContent ?? "";
+    this.boardForm = byId("board-form", HTMLFormElement);
+    this.start = new StartField(() => listener.onAim());
+    this.#fillRows();
+    byId("drop-form").addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.drop(this.start.x);
+    });
+    byId("auto").addEventListener("click", () => this.#auto());
+    this.seed.addEventListener("input", () => this.#checkSeed());
+    byId("seed-clear").addEventListener("click", () => this.setSeed(""));
+    this.boardForm.addEventListener("change", () => listener.onBoard(this.#choice()));
+    this.boardForm.addEventListener("submit", (event) => event.preventDefault());
+    document.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  /**
+   * Asks for drops, unless a field holds what is no value: then says so and sends nothing.
+   * @param {number | null} x
+   */
+  drop(x) {
+    const ask = this.#asker(x);
+    if (ask) this.listener.onDrop(this.#balls, ask);
+  }
+
+  /** @param {string} text */
+  setSeed(text) {
+    this.seed.value = text;
+    this.#checkSeed();
+    this.seed.focus();
+  }
+
+  /** @param {string} name @param {Board} board @param {number[]} slots */
+  setBoard(name, board, slots) {
+    this.showChoice(name);
+    byId("gravity", HTMLSelectElement).options[0].textContent = `Own, ${Number(board.gravity.toFixed(2))}`;
+    this.start.setBoard(board, slots);
+  }
+
+  /** @param {boolean} knock whether balls knock each other at this table */
+  showKnocking(knock) {
+    fieldOf(this.boardForm, "balls").value = knock ? "knock" : "pass";
+  }
+
+  /** @param {string} name of the board that is played */
+  showChoice(name) {
+    const { preset, gravity, material } = readWorldName(name);
+    const choice = readBoardName(preset);
+    for (const radio of radiosOf("kind")) radio.checked = radio.value === choice?.kind;
+    byId("triangle-only").hidden = choice?.kind !== "triangle";
+    byId("world").hidden = choice === null;
+    fieldOf(this.boardForm, "gravity").value = gravity;
+    fieldOf(this.boardForm, "material").value = material;
+    if (choice?.kind === "triangle") {
+      fieldOf(this.boardForm, "rows").value = String(choice.rows);
+      fieldOf(this.boardForm, "risk").value = choice.risk;
+    }
+  }
+
+  /** @param {boolean} running @param {number} left drops still to come */
+  showAuto(running, left) {
+    this.#running = running;
+    const button = byId("auto");
+    button.setAttribute("aria-pressed", String(running));
+    const text = running ? `Stop${Number.isFinite(left) ? ` ${left}` : ""}` : "Start";
+    if (button.textContent !== text) button.textContent = text;
+  }
+
+  get #balls() {
+    return Number(fieldOf(byId("drop-form", HTMLFormElement), "balls").value);
+  }
+
+  /**
+   * What makes one ask after the other, or null when a field is wrong.
+   * @param {number | null} x metres
+   * @returns {(() => Ask) | null}
+   */
+  #asker(x) {
+    const reading = this.#checkSeed();
+    if (!reading.ok) {
+      this.seed.focus();
+      return null;
+    }
+    if (!this.stake.reportValidity()) return null;
+    const stake = Number(this.stake.value);
+    let { seed } = reading;
+    return () => {
+      const ask = { seed, x, stake };
+      if (seed !== null) seed = seedAfter(seed);
+      return ask;
+    };
+  }
+
+  #auto() {
+    if (this.#running) {
+      this.listener.onStop();
+      return;
+    }
+    const count = byId("auto-count", HTMLInputElement);
+    const ask = count.reportValidity() ? this.#asker(this.start.x) : null;
+    if (!ask) return;
+    const many = count.value === "" ? Number.POSITIVE_INFINITY : Number(count.value);
+    this.listener.onAuto(Number(byId("auto-rate", HTMLSelectElement).value), many, ask);
+  }
+
+  /** @returns {TableChoice} */
+  #choice() {
+    const value = (/** @type {string} */ name) => fieldOf(this.boardForm, name).value;
+    return {
+      kind: /** @type {TableChoice["kind"]} */ (value("kind") || "triangle"),
+      rows: Number(value("rows")),
+      risk: /** @type {TableChoice["risk"]} */ (value("risk")),
+      gravity: value("gravity"), material: value("material"), knock: value("balls") === "knock",
+    };
+  }
+
+  #checkSeed() {
+    const reading = readSeed(this.seed.value);
+    const message = reading.ok ? this.hint : reading.message;
+    // Only a change is written, so that a screen reader is told once.
+    if (this.note.textContent !== message) this.note.textContent = message;
+    this.note.classList.toggle("note-bad", !reading.ok);
+    this.note.setAttribute("role", reading.ok ? "note" : "alert");
+    this.seed.setAttribute("aria-invalid", String(!reading.ok));
+    return reading;
+  }
+
+  /**
+   * Space drops and arrows aim from anywhere that has no use of its own for them.
+   * @param {KeyboardEvent} event
+   */
+  #key(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.key === " ") {
+      if (isWithin(event, "input:not([type=range]), select, button, a, summary")) return;
+      event.preventDefault();
+      if (!event.repeat) this.drop(this.start.x);
+    } else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
+      if (isWithin(event, "input, select, textarea")) return;
+      event.preventDefault();
+      this.start.nudge(event.key === "ArrowLeft" ? -1 : 1, event.shiftKey);
+    }
+  }
+
+  #fillRows() {
+    const rows = byId("rows", HTMLSelectElement);
+    for (let count = FEWEST_ROWS; count <= MOST_ROWS; count += 1) {
+      rows.append(make("option", { value: String(count) }, String(count)));
+    }
+    rows.value = String(MOST_ROWS);
+    const own = () => make("option", { value: OWN }, "Own");
+    byId("gravity").append(own(), ...Object.entries(GRAVITY).map(([name, value]) =>
+      make("option", { value: name }, `${name}, ${value}`)));
+    byId("material").append(own(), ...Object.keys(RESTITUTION).map((name) =>
+      make("option", { value: name }, `${name}, ${restitutionOf(name)}`)));
+  }
+}

@@ -1,0 +1,114 @@
+// Where the ball starts: left to the seed, chosen on a slider, or one of the board's slots.
+
+import { startSpan } from "../../model/board.js";
+import { byId, make, radioValue } from "../../util/dom.js";
+
+/** @import { Board } from "../../model/board.js" */
+
+const SEED = "seed";
+const CHOSEN = "chosen";
+const COARSE = 1 / 24; // of the whole range, for one push of an arrow key
+const FINE = 1 / 240; // with Shift
+
+/** The "Start" field. `onChange()` tells that the aim has moved. */
+export class StartField {
+  /** @type {number[]} */
+  #slots = [];
+  #middle = 0;
+
+  /** @param {() => void} onChange */
+  constructor(onChange) {
+    this.chips = byId("start-chips");
+    this.sliderBox = byId("start-slider");
+    this.slider = byId("start-x", HTMLInputElement);
+    this.told = byId("start-words");
+    this.onChange = onChange;
+    this.chips.addEventListener("change", () => this.#show());
+    this.slider.addEventListener("input", () => this.#show());
+  }
+
+  /** @param {Board} board @param {number[]} slots */
+  setBoard(board, slots) {
+    this.#slots = slots;
+    this.#middle = board.drop.x;
+    this.told.textContent = "";
+    const { x } = board.drop;
+    const places = slots.length
+      ? slots.map((_, index) => [String(index), String(index + 1), `Slot ${index + 1}`])
+      : [[CHOSEN, "I choose", "I choose"]];
+    this.chips.replaceChildren(
+      chip(SEED, "Seed decides", "Seed decides", true),
+      ...places.map(([value, text, name]) => chip(value, text, name, false)),
+    );
+    // A tenth of a millimetre inside, so that rounding never steps over the end.
+    const reach = Math.floor(startSpan(board.drop) * 1e4 - 1) / 1e4;
+    Object.assign(this.slider, { min: String(x - reach), max: String(x + reach), step: "any" });
+    // A push aside: dropped from the very middle, a ball may come to rest on the peg below.
+    this.slider.value = String(x + 2 * reach * COARSE);
+    this.#show();
+  }
+
+  /** @returns {number | null} metres, null when the seed decides */
+  get x() {
+    const value = this.#choice;
+    if (value === SEED) return null;
+    if (value === CHOSEN) return Math.round(Number(this.slider.value) * 1e4) / 1e4;
+    return this.#slots[Number(value)];
+  }
+
+  /**
+   * Moves the aim; the first push takes it from the seed.
+   * @param {-1 | 1} side left or right @param {boolean} fine
+   */
+  nudge(side, fine) {
+    if (this.#slots.length) this.#choose(String(this.#slotBeside(side)));
+    else {
+      const { min, max, value } = this.slider;
+      const step = (Number(max) - Number(min)) * (fine ? FINE : COARSE);
+      this.#choose(CHOSEN);
+      this.slider.value = String(Number(value) + side * step);
+    }
+    this.#show();
+    this.told.textContent = this.#sentence();
+  }
+
+  /** @param {number} side */
+  #slotBeside(side) {
+    const middle = (this.#slots.length - 1) / 2;
+    const now = this.#choice === SEED ? middle - side * (middle % 1 === 0 ? 1 : 0.5) : Number(this.#choice);
+    return Math.max(0, Math.min(this.#slots.length - 1, now + side));
+  }
+
+  /** @param {string} value */
+  #choose(value) {
+    const radio = [...this.chips.querySelectorAll("input")].find((input) => input.value === value);
+    if (radio) radio.checked = true;
+  }
+
+  /** @returns {string} the place as a sentence, for those who do not see the ball over the board. */
+  #sentence() {
+    if (this.#slots.length) return `Slot ${Number(this.#choice) + 1}.`;
+    const off = (this.x ?? this.#middle) - this.#middle;
+    const size = `${Math.abs(off).toFixed(3)} m`;
+    if (Math.abs(off) < 5e-4) return "In the middle.";
+    return off < 0 ? `${size} left of the middle.` : `${size} right of the middle.`;
+  }
+
+  /** @returns {string} */
+  get #choice() {
+    // Before the first board has come there is nothing to choose from.
+    return this.chips.hasChildNodes() ? radioValue("start") : SEED;
+  }
+
+  #show() {
+    this.sliderBox.hidden = this.#choice !== CHOSEN;
+    this.onChange();
+  }
+}
+
+/** @param {string} value @param {string} text @param {string} name @param {boolean} checked */
+function chip(value, text, name, checked) {
+  const input = make("input", { type: "radio", name: "start", value, "aria-label": name });
+  input.checked = checked;
+  return make("label", { class: "chip" }, input, make("span", {}, text));
+}

@@ -1,0 +1,291 @@
+// A live table: joins connection, clock and balls, and says what to draw and what happened.
+
+import { Table } from "../model/table/table.js";
+import { socketUrl } from "../net/api.js";
+import { Connection } from "../net/connection.js";
+import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
+import { decodeSegments } from "../net/segments.js";
+import { TickClock } from "../net/tick-clock.js";
+import { OwnDrops } from "./own-drops.js";
+
+/** @import { Point } from "../model/board.js" */
+/** @import { Accepted, Hello, Landed, Refusal, Snapshot, TableMessage } from "../model/messages.js" */
+/** @import { Played } from "../model/session.js" */
+/** @import { Ball } from "../model/table/table.js" */
+/** @import { SegmentScale } from "../net/segments.js" */
+
+/** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "closed"} LiveState */
+
+/**
+ * @typedef {object} LiveListener
+ * @property {(hello: Hello, table: Table) => void} onTable a table is there, or there again
+ * @property {(state: LiveState, detail?: string) => void} onState
+ * @property {(played: Played) => void} onPlayed a drop of ours has settled
+ * @property {(bin: number) => void} onHit a ball, whosever, lies in a bin
+ * @property {(message: string, code?: string) => void} onError
+ * @property {() => void} onChange there is something new to draw
+ * @property {() => void} [onSnapshot] the balls have new places
+ * @property {(ms: number) => void} [onPong] how long a message took there and back
+ */
+
+/**
+ * What holds from one hello to the next.
+ * @typedef {{hello: Hello, table: Table, clock: TickClock, scale: SegmentScale}} Visit
+ */
+
+const MINOR_UNITS = 100; // the server counts stakes in hundredths
+const SEGMENTS = "segments"; // a segment of a path a bounce, from which the page draws the rest
+const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
+
+/** One room, through reconnections. */
+export class LiveTable {
+  /** The room's newest tick. @type {number | null} */
+  tick = null;
+  /** @type {Visit | null} */
+  #visit = null;
+  /** @type {LiveState} */
+  #state = "connecting";
+  /** Room events heard of so far, and how the server knows us again. */
+  #seq = 0;
+  /** @type {{run: string, key: string} | null} */
+  #last = null;
+  /** @type {Snapshot | undefined} whose columns are used again */
+  #snapshot;
+
+  /**
+   * @param {string} room
+   * @param {LiveListener} listener
+   * @param {string} [stream] "segments" for segments of paths instead of snapshots
+   */
+  constructor(room, listener, stream = "") {
+    this.room = room;
+    this.listener = listener;
+    this.own = new OwnDrops(listener);
+    this.connection = new Connection(socketUrl(room, stream), {
+      onText: (text) => this.#read(() => {
+        for (const event of /** @type {TableMessage[]} */ (decodeEvents(text))) this.#take(event);
+      }),
+      onBytes: (bytes) => this.#read(() => this.#takeBytes(bytes)),
+      onLost: (waitMs) => this.#lost(waitMs),
+      onRefused: (reason) => this.#setState("closed", reason),
+      // A ball that flies for long sends no segments meanwhile.
+      onQuiet: () => this.ping(),
+    });
+  }
+
+  /** @returns {Table | null} null before the first hello */
+  get table() {
+    return this.#visit?.table ?? null;
+  }
+
+  /** @returns {Hello | null} */
+  get hello() {
+    return this.#visit?.hello ?? null;
+  }
+
+  /**
+   * @param {{seed: string | null, x: number | null, stake?: number}} ask
+   * @returns {boolean} false when there is no line: nothing was sent
+   */
+  drop({ seed, x, stake: wanted = 1 }) {
+    // Where others may knock the ball nothing is staked.
+    const stake = this.hello?.mode === "interacting" ? 0 : wanted;
+    const ref = this.own.nextRef();
+    const message = {
+      type: "drop",
+      ref,
+      stake: Math.round(stake * MINOR_UNITS),
+      ...(seed !== null && { seed }),
+      ...(x !== null && { x }),
+    };
+    if (!this.#visit || !this.connection.send(message)) return false;
+    this.own.add(ref, stake);
+    this.connection.expectNews(true);
+    return true;
+  }
+
+  /** @param {number} nowMs @returns {number} table time to draw, s */
+  time(nowMs) {
+    const clock = this.#visit?.clock;
+    return clock ? clock.renderTick(nowMs) / clock.rate : 0;
+  }
+
+  /**
+   * Settles what is due: scores, histogram, messages.
+   * @param {number} due table time up to which landings count, s
+   * @param {number | null} nowMs local time; null lights nothing up
+   */
+  settle(due, nowMs) {
+    const { table } = this;
+    if (!table) return;
+    for (const ball of table.settle(due, nowMs === null ? null : nowMs / 1000)) this.#settled(ball);
+    this.#rest(table);
+  }
+
+  /** @returns {Point[][]} the way our last ball took, as lines */
+  ownPaths() {
+    return this.table?.lastTrace ? [this.table.lastTrace.points()] : [];
+  }
+
+  /** Asks how long a message takes there and back; the answer is told by `onPong`. */
+  ping() {
+    return this.connection.send({ type: "ping", t: performance.now() });
+  }
+
+  close() {
+    this.connection.close();
+  }
+
+  /**
+   * A server that speaks another protocol will go on doing so: no use in coming back.
+   * @param {() => void} message
+   */
+  #read(message) {
+    try {
+      message();
+    } catch (error) {
+      if (!(error instanceof ProtocolError)) throw error;
+      this.connection.close();
+      this.#setState("closed", `This page does not understand the server: ${error.message}.`);
+    }
+  }
+
+  /** @param {TableMessage} event */
+  #take(event) {
+    if (COUNTED.has(event.type)) this.#seq += 1;
+    // A newer server may send more kinds; what this page does not know it can do without.
+    if (event.type === "hello") this.#greeted(event);
+    else if (event.type === "missed") this.own.reclaim(event.events ?? []);
+    else if (event.type === "accepted") this.#accepted(event);
+    else if (event.type === "contact") this.table?.applyContact(event);
+    else if (event.type === "landed") this.#landed(event);
+    else if (event.type === "error") this.#refused(event);
+    else if (event.type === "pong") this.listener.onPong?.(performance.now() - event.t);
+    this.listener.onChange();
+  }
+
+  /** @param {Hello} hello */
+  #greeted(hello) {
+    this.connection.settled();
+    const scale = {
+      extent: hello.extent,
+      velocityScale: hello.velocity_scale,
+      spinScale: hello.spin_scale,
+      rate: hello.tick_rate,
+    };
+    const table = new Table(hello);
+    this.#visit = { hello, table, clock: new TickClock({ rate: hello.tick_rate }), scale };
+    this.tick = hello.tick;
+    const pending = this.own.enter(hello, table);
+    this.listener.onTable(hello, table);
+    this.#resume(hello, pending);
+    this.#setState(table.flying ? "live" : "asleep");
+    this.connection.expectNews(table.flying);
+  }
+
+  /**
+   * After a lost line: asks what we have missed of what became of our drops.
+   * @param {Hello} hello
+   * @param {boolean} pending
+   */
+  #resume({ run, key, seq }, pending) {
+    const last = this.#last;
+    const since = this.#seq;
+    this.#last = { run, key };
+    this.#seq = seq;
+    if (!pending) return;
+    if (last?.run) this.connection.send({ type: "resume", since, ...last });
+    else this.own.reclaim([]);
+  }
+
+  /** @param {Accepted} event */
+  #accepted(event) {
+    if (!this.#visit) return;
+    const { table, clock } = this.#visit;
+    if (!table.awake) clock.restart();
+    clock.observe(event.tick, performance.now());
+    this.own.accepted(event.ref, table.accept(event, this.own.has(event.ref)));
+    this.#setState("live");
+    this.connection.expectNews(true);
+  }
+
+  /** @param {Landed} event */
+  #landed(event) {
+    this.table?.applyLanded(event);
+    // Nobody looks at a hidden tab, and it gets no pictures: what landed there counts at once.
+    if (document.visibilityState === "hidden") {
+      const now = performance.now();
+      this.settle(Number.POSITIVE_INFINITY, null);
+      this.table?.forget(this.time(now), now / 1000);
+    }
+  }
+
+  /** @param {Ball} ball */
+  #settled(ball) {
+    if (!ball.landed) return;
+    if (ball.landed.bin !== null) this.listener.onHit(ball.landed.bin);
+    this.own.settled(ball, ball.landed);
+  }
+
+  /** @param {Refusal} event */
+  #refused(event) {
+    this.own.refused(event.ref);
+    this.listener.onError(event.detail, event.code);
+    if (this.table) this.#rest(this.table);
+  }
+
+  /** @param {ArrayBuffer} bytes */
+  #takeBytes(bytes) {
+    if (!this.#visit) return;
+    const { hello, clock } = this.#visit;
+    this.tick = hello.stream === SEGMENTS
+      ? this.#takeSegments(this.#visit, bytes)
+      : this.#takeSnapshot(this.#visit, bytes);
+    clock.observe(this.tick, performance.now());
+    this.listener.onChange();
+  }
+
+  /** @param {Visit} visit @param {ArrayBuffer} bytes @returns {number} its tick */
+  #takeSegments({ table, scale }, bytes) {
+    const message = decodeSegments(bytes, scale);
+    this.#seq = message.seq; // contacts are among them, which this stream does not tell
+    table.applySegments(message);
+    return message.tick;
+  }
+
+  /** @param {Visit} visit @param {ArrayBuffer} bytes @returns {number} its tick */
+  #takeSnapshot({ table, scale }, bytes) {
+    this.#snapshot = decodeSnapshot(bytes, scale, this.#snapshot);
+    table.applySnapshot(this.#snapshot);
+    this.listener.onSnapshot?.();
+    return this.#snapshot.tick;
+  }
+
+  /** @param {number} waitMs */
+  #lost(waitMs) {
+    this.#setState("reconnecting", `${Math.max(1, Math.round(waitMs / 1000))} s`);
+  }
+
+  /**
+   * Nothing in flight and nothing asked for: the line may be silent as long as it likes.
+   * @param {Table} table
+   */
+  #rest(table) {
+    let flying = false;
+    let showing = false;
+    for (const ball of table.balls.values()) {
+      flying ||= !ball.landed;
+      showing ||= !ball.settled;
+    }
+    if (flying || this.own.unanswered > 0 || this.#state === "reconnecting") return;
+    this.connection.expectNews(false);
+    if (!showing) this.#setState("asleep");
+  }
+
+  /** @param {LiveState} state @param {string} [detail] */
+  #setState(state, detail) {
+    if (state === this.#state && detail === undefined) return;
+    this.#state = state;
+    this.listener.onState(state, detail);
+  }
+}

@@ -1,0 +1,39 @@
+// Wires the live page, and sends old replay links on to the replay page.
+
+import { BoardView } from "../board/view.js";
+import { Histogram } from "../instruments/histogram.js";
+import { Session } from "../model/session.js";
+import { messageOf } from "../net/api.js";
+import { Theme } from "../paint/theme.js";
+import { byId } from "../util/dom.js";
+import { Ghost } from "./ghost.js";
+import { TablePage } from "./page.js";
+
+async function start() {
+  const asked = new URLSearchParams(window.location.search);
+  if (asked.has("board") && asked.has("seed")) {
+    window.location.replace(`replay.html?${asked}`);
+    return;
+  }
+  const theme = await Theme.load();
+  const histogram = new Histogram(byId("histogram", HTMLCanvasElement), theme);
+  const canvases = {
+    still: byId("board-still", HTMLCanvasElement),
+    moving: byId("board-moving", HTMLCanvasElement),
+  };
+  const ghost = new Ghost(byId("board-ghost", HTMLCanvasElement), theme);
+  const view = new BoardView(canvases, theme, (geometry) => {
+    histogram.layOut(geometry);
+    ghost.layOut(geometry);
+  });
+  const session = new Session(window.sessionStorage);
+  const parts = { theme, view, histogram, ghost, session };
+  new TablePage(parts, asked);
+}
+
+start().catch((error) => {
+  document.documentElement.dataset.state = "failed";
+  byId("state-text").textContent = "Failed";
+  byId("result").textContent = messageOf(error);
+  throw error;
+});

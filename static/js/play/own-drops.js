@@ -1,0 +1,165 @@
+// This visitor's drops at a table: asked for, in flight, settled, and found again after a disconnect.
+
+import { boardAddress, getJson, messageOf } from "../net/api.js";
+import { dropPath } from "../net/drop-address.js";
+
+/** @import { Accepted, Hello, Landed, Missed } from "../model/messages.js" */
+/** @import { DropRecord } from "../model/motion/drop.js" */
+/** @import { Played } from "../model/session.js" */
+/** @import { Ball, Table } from "../model/table/table.js" */
+
+/**
+ * @typedef {{id: number, seed: string, x: number, explicit: boolean}} Accepting what a drop needs to
+ *   know of its ball
+ * @typedef {{ref: string, stake: number, ball: Accepting | null}} OwnDrop ball: null until accepted
+ *
+ * @typedef {object} OwnDropsListener
+ * @property {(played: Played) => void} onPlayed a drop of ours has settled
+ * @property {(message: string) => void} onError
+ */
+
+/** Drops of ours that have not settled yet, by the ref under which they were asked for. */
+export class OwnDrops {
+  /** @type {Map<string, OwnDrop>} */
+  #open = new Map();
+  #count = 0;
+  /** @type {OwnDrop[]} those under way when the line broke, until the server tells their fate */
+  #pending = [];
+  /** @type {Pick<Hello, "mode" | "board_name" | "balls">} */
+  #hello = { mode: "independent", board_name: "", balls: [] };
+  /** @type {Table | null} */
+  #table = null;
+  /** What REST calls the board. */
+  #address = "";
+
+  /** @param {OwnDropsListener} listener */
+  constructor(listener) {
+    this.listener = listener;
+  }
+
+  /** How many the table has not answered yet. */
+  get unanswered() {
+    let count = 0;
+    for (const { ball } of this.#open.values()) if (ball === null) count += 1;
+    return count;
+  }
+
+  /** @returns {string} a ref that no drop has had */
+  nextRef() {
+    this.#count += 1;
+    return `d${this.#count - 1}`;
+  }
+
+  /** @param {string} ref @param {number} stake asked for just now */
+  add(ref, stake) {
+    this.#open.set(ref, { ref, ball: null, stake });
+  }
+
+  /**
+   * The table is there, or there again.
+   * @param {Hello} hello
+   * @param {Table} table
+   * @returns {boolean} whether drops of ours are pending: what became of them has to be asked
+   */
+  enter(hello, table) {
+    this.#hello = hello;
+    this.#table = table;
+    this.#learnAddress(hello);
+    // What is dropped from here on is not lost, whatever the answer says.
+    this.#pending = [...this.#open.values()];
+    return this.#pending.length > 0;
+  }
+
+  /** @param {string | undefined} ref @returns {boolean} whether it is a drop of ours */
+  has(ref) {
+    return ref !== undefined && this.#open.has(ref);
+  }
+
+  /** @param {string | undefined} ref @param {Ball} ball it is in flight */
+  accepted(ref, ball) {
+    const drop = ref === undefined ? undefined : this.#open.get(ref);
+    if (drop) drop.ball = ball;
+  }
+
+  /** @param {string | undefined} ref the table would not take it */
+  refused(ref) {
+    if (ref !== undefined) this.#open.delete(ref);
+  }
+
+  /** @param {Ball} ball whosever @param {Landed} landed */
+  settled(ball, { bin, score }) {
+    for (const drop of this.#open.values()) {
+      if (drop.ball === ball) this.#close(drop, ball, bin, score);
+    }
+  }
+
+  /**
+   * After a disconnect: our balls still fly, have landed meanwhile, or landed where their seed says.
+   * @param {NonNullable<Missed["events"]>} missed
+   */
+  reclaim(missed) {
+    const accepted = missed.filter((event) => event.type === "accepted");
+    const landed = missed.filter((event) => event.type === "landed");
+    for (const drop of this.#pending) {
+      drop.ball ??= acceptingOf(accepted.find(({ ref }) => ref === drop.ref));
+      if (drop.ball) this.#find(drop, drop.ball, landed);
+      else {
+        this.#open.delete(drop.ref);
+        this.listener.onError("The line broke before the table took a drop. Its stake is back.");
+      }
+    }
+  }
+
+  /** @param {OwnDrop} drop @param {Accepting} ball @param {Landed[]} landed meanwhile */
+  #find(drop, ball, landed) {
+    const { seed, x, explicit } = ball;
+    const there = this.#hello.balls.find((start) => start.seed === seed && start.x === x);
+    const flying = there && this.#table?.balls.get(there.ball);
+    const end = landed.find((event) => event.ball === ball.id);
+    if (flying) drop.ball = Object.assign(flying, { mine: true, explicit });
+    else if (end) this.#close(drop, ball, end.bin, end.score);
+    else this.#recover(drop, ball);
+  }
+
+  /** @param {OwnDrop} drop @param {Accepting} ball that landed while nobody told us */
+  async #recover(drop, ball) {
+    this.#open.delete(drop.ref);
+    if (this.#hello.mode === "interacting") {
+      this.listener.onError(`What became of seed ${ball.seed} is unknown: others knocked it.`);
+      return;
+    }
+    try {
+      const address = { board: this.#address, seed: ball.seed, x: ball.explicit ? ball.x : null };
+      const record = /** @type {DropRecord} */ (await getJson(dropPath(address)));
+      this.#close(drop, ball, record.bin, record.score);
+    } catch (error) {
+      this.listener.onError(`What became of seed ${ball.seed} is unknown: ${messageOf(error)}`);
+    }
+  }
+
+  /** @param {OwnDrop} drop @param {Accepting} ball @param {number | null} bin @param {number} score */
+  #close({ ref, stake }, { seed, x, explicit }, bin, score) {
+    this.#open.delete(ref);
+    const { mode, board_name: name } = this.#hello;
+    this.listener.onPlayed({
+      board: this.#address, name, seed, x: explicit ? x : null, knocked: mode === "interacting",
+      stake, bin, score,
+    });
+  }
+
+  /** @param {Hello} hello */
+  async #learnAddress(hello) {
+    this.#address = hello.board_digest;
+    try {
+      this.#address = await boardAddress(hello);
+    } catch (error) {
+      this.listener.onError(`Replay links may not work: ${messageOf(error)}`);
+    }
+  }
+}
+
+/** @param {Accepted} [event] @returns {Accepting | null} from an acceptance that came late */
+function acceptingOf(event) {
+  if (!event) return null;
+  return { id: event.ball, seed: event.seed, x: event.x, explicit: event.explicit_x };
+}

@@ -1,0 +1,36 @@
+// Finds or opens the room where a board is played in the world that was chosen.
+
+import { getJson, postJson } from "../net/api.js";
+import { boardName, roomOf } from "../model/presets.js";
+import { isOwn, transported } from "../model/worlds.js";
+
+/** @import { Session } from "../model/session.js" */
+/** @import { TableChoice } from "./input/controls.js" */
+/** @import { BoardReply, RoomList, RoomReply } from "../net/replies.js" */
+
+/**
+ * @param {TableChoice} choice
+ * @param {string | null} mainBoard the main room's board, as far as it is known
+ * @param {Session} session remembers the rooms opened before
+ * @returns {Promise<string>} the room's id; rejects with what the server has against the board
+ */
+export async function findTable(choice, mainBoard, session) {
+  const name = boardName(choice);
+  if (isOwn(choice)) return roomOf(name, mainBoard, choice.knock);
+  const preset = /** @type {BoardReply} */ (await getJson(`boards/${encodeURIComponent(name)}`));
+  const registered = await postJson("boards", transported(preset.board, choice));
+  const { digest } = /** @type {BoardReply} */ (registered);
+  const key = choice.knock ? `${digest}+knock` : digest;
+  const known = session.rooms[key];
+  if (known && (await isOpen(known))) return known;
+  const mode = choice.knock ? "interacting" : "independent";
+  const { id } = /** @type {RoomReply} */ (await postJson("rooms", { board: digest, mode }));
+  session.remember(key, id);
+  return id;
+}
+
+/** The list is asked, not the room itself: one that is gone is no error. @param {string} id */
+async function isOpen(id) {
+  const { rooms } = /** @type {RoomList} */ (await getJson("rooms"));
+  return rooms.some((room) => room.id === id);
+}

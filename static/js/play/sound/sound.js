@@ -1,0 +1,88 @@
+// Plays tones: a few voices of WebAudio, made only once sound was asked for.
+
+import { sides } from "../../paint/geometry.js";
+import { chimeOf, chosen, toneOf } from "./tones.js";
+import { strike } from "./voice.js";
+
+/** @import { Board } from "../../model/board.js" */
+/** @import { QueuedImpact } from "../../model/table/impact-queue.js" */
+/** @import { Tone } from "./tones.js" */
+
+const VOICES = 16;
+const STALE = 0.1; // s: what is longer over than this is not heard any more
+const MASTER = 0.5;
+
+/** @typedef {{context: AudioContext, master: GainNode}} Output */
+
+/** Sound of a board. Silent, and without an AudioContext, until it is switched on. */
+export class Sound {
+  playing = 0;
+  #on = false;
+  /** @type {Output | null} made when sound is first asked for */
+  #output = null;
+  /** @type {{left: number, right: number} | null} of the board, metres */
+  #sides = null;
+
+  /** @param {boolean} on from a click or a key: browsers allow sound only then */
+  async switch(on) {
+    this.#on = on;
+    if (!on) {
+      await this.#output?.context.suspend();
+      return;
+    }
+    this.#output ??= makeOutput();
+    await this.#output.context.resume();
+  }
+
+  /** @param {Board} board */
+  setBoard(board) {
+    this.#sides = sides(board);
+  }
+
+  /**
+   * @param {QueuedImpact[]} impacts that became due with this picture
+   * @param {number} t table time of the picture, s
+   */
+  hear(impacts, t) {
+    const across = this.#sides;
+    if (!this.#audible || !across) return;
+    const tones = [];
+    for (const impact of impacts) {
+      const tone = t - impact.t < STALE ? toneOf(impact, across) : null;
+      if (tone) tones.push(tone);
+    }
+    for (const tone of chosen(tones, VOICES - this.playing)) this.#strike(tone, 0);
+  }
+
+  /** @param {number} score what a ball of ours was paid @param {number} place 0 … 1 across */
+  chime(score, place) {
+    if (!this.#audible || !this.#sides) return;
+    chosen(chimeOf(score, place), VOICES - this.playing).forEach((tone, i) => {
+      this.#strike(tone, 0.07 * i);
+    });
+  }
+
+  get #audible() {
+    return this.#on && document.visibilityState !== "hidden";
+  }
+
+  /** @param {Tone} tone @param {number} later s */
+  #strike(tone, later) {
+    if (!this.#output) return;
+    this.playing += 1;
+    const { context, master } = this.#output;
+    strike(context, master, tone, later, () => {
+      this.playing -= 1;
+    });
+  }
+}
+
+/** @returns {Output} */
+function makeOutput() {
+  const context = new AudioContext({ latencyHint: "interactive" });
+  const limiter = context.createDynamicsCompressor();
+  const master = context.createGain();
+  master.gain.value = MASTER;
+  master.connect(limiter).connect(context.destination);
+  return { context, master };
+}

@@ -1,0 +1,193 @@
+// The ball through a loupe: what is near it, how it turns, where it goes, what an impact gave it.
+
+import { paintArrow, paintPath } from "../paint/marks.js";
+import { fitted } from "../util/canvas.js";
+
+/** @import { Impact } from "../model/impact.js" */
+/** @import { State } from "../model/motion/flight.js" */
+/** @import { Palette, Theme } from "../paint/theme.js" */
+/** @import { Replay } from "./replay.js" */
+/** @import { Board, Point, Wall } from "../model/board.js" */
+/** @import { Geometry } from "../paint/geometry.js" */
+
+const REACH = 4; // ball radii from the middle to the rim
+const LONGEST = 1.6; // ball radii: the arrow of the greatest speed
+
+/**
+ * What is seen through it, the ball in the middle.
+ * @typedef {Pick<Geometry, "px" | "py" | "scale" | "width"> & {radius: number}} Lens radius: m
+ */
+
+/** Draws on a round canvas over the board; gets out of the ball's way. */
+export class CloseUp {
+  #fastest = 1;
+  /** @type {Board | null} */
+  #board = null;
+
+  /** @param {HTMLCanvasElement} canvas @param {Theme} theme */
+  constructor(canvas, theme) {
+    this.canvas = canvas;
+    this.theme = theme;
+  }
+
+  /** @param {Replay} replay */
+  load({ board, motion }) {
+    this.#board = board;
+    const speeds = motion.events.map(({ before }) => Math.hypot(before.vx, before.vy));
+    this.#fastest = Math.max(1e-9, ...speeds);
+  }
+
+  /**
+   * @param {State} state
+   * @param {Point[]} path metres
+   * @param {Impact | null} impact the chosen one, if it is now
+   * @param {number} strongest impulse of the drop, N s
+   */
+  draw(state, path, impact, strongest) {
+    const width = this.canvas.clientWidth;
+    const board = this.#board;
+    if (width === 0 || !board) return;
+    const ctx = fitted(this.canvas, { width, height: width });
+    const { radius } = board.ball;
+    const scale = width / (2 * REACH * radius);
+    /** @type {Lens} */
+    const lens = {
+      width,
+      scale,
+      radius,
+      px: (x) => width / 2 + (x - state.x) * scale,
+      py: (y) => width / 2 + (y - state.y) * scale,
+    };
+    this.#paintBoard(ctx, lens, board, state);
+    const near = 1.5 * REACH * radius;
+    const { palette } = this.theme;
+    for (const stretch of stretches(path, state, near)) {
+      paintPath(ctx, lens, stretch, { colour: palette.trayMark, width: 1.5, alpha: 0.6 });
+    }
+    this.#paintBall(ctx, lens, state);
+    if (impact?.normal) {
+      const { point, normal, impulse } = impact;
+      const at = { x: lens.px(point.x), y: lens.py(point.y) };
+      paintImpact(ctx, at, { normal, impulse, strongest, long: 2 * radius * scale }, palette);
+    } else {
+      this.#paintSpeed(ctx, lens, state);
+    }
+  }
+
+  /** Keeps to the corner of the board that the ball is not in. @param {Point} at CSS px */
+  avoid({ x, y }) {
+    const { offsetLeft: left, offsetTop: top, offsetWidth: size } = this.canvas;
+    const covered = x > left - 20 && x < left + size + 20 && y < top + size + 20;
+    if (covered) this.canvas.dataset.side = this.canvas.dataset.side === "left" ? "right" : "left";
+  }
+
+  /**
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {Lens} lens
+   * @param {Board} board
+   * @param {State} state
+   */
+  #paintBoard(ctx, { px, py, scale, width, radius: ball }, board, state) {
+    const { palette } = this.theme;
+    const reach = Math.SQRT2 * REACH * ball;
+    ctx.fillStyle = palette.board;
+    ctx.fillRect(0, 0, width, width);
+    ctx.fillStyle = palette.peg;
+    ctx.strokeStyle = palette.pegDark;
+    ctx.lineWidth = 1.5;
+    for (const { x, y, radius } of board.pegs) {
+      if (Math.abs(x - state.x) > reach + radius || Math.abs(y - state.y) > reach + radius) continue;
+      ctx.beginPath();
+      ctx.arc(px(x), py(y), radius * scale, 0, 2 * Math.PI);
+      ctx.fill();
+      ctx.stroke();
+    }
+    /** @param {string} colour @param {Wall} wall */
+    const line = (colour, { x1, y1, x2, y2 }) => {
+      ctx.strokeStyle = colour;
+      ctx.beginPath();
+      ctx.moveTo(px(x1), py(y1));
+      ctx.lineTo(px(x2), py(y2));
+      ctx.stroke();
+    };
+    ctx.lineWidth = 2;
+    for (const wall of board.walls) line(palette.rail, wall);
+    const { y, edges } = board.bins;
+    line(palette.trayMark, { x1: edges[0], y1: y, x2: edges[edges.length - 1], y2: y });
+  }
+
+  /**
+   * A disc with a stripe, so that its turning is seen.
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {Lens} lens
+   * @param {State} state
+   */
+  #paintBall(ctx, { px, py, scale, radius: metres }, { x, y, theta }) {
+    const { ball, ballBand, ballDark } = this.theme.palette;
+    const radius = metres * scale;
+    ctx.save();
+    ctx.translate(px(x), py(y));
+    ctx.rotate(theta);
+    ctx.globalAlpha = 0.85;
+    ctx.fillStyle = ball;
+    ctx.beginPath();
+    ctx.arc(0, 0, radius, 0, 2 * Math.PI);
+    ctx.fill();
+    ctx.clip();
+    ctx.fillStyle = ballBand;
+    ctx.fillRect(-radius, -0.12 * radius, 2 * radius, 0.24 * radius);
+    ctx.restore();
+    ctx.strokeStyle = ballDark;
+    ctx.lineWidth = 1.5;
+    ctx.beginPath();
+    ctx.arc(px(x), py(y), radius, 0, 2 * Math.PI);
+    ctx.stroke();
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {Lens} lens @param {State} state */
+  #paintSpeed(ctx, { px, py, scale, radius }, { x, y, vx, vy }) {
+    const { flash, railShade } = this.theme.palette;
+    const long = (LONGEST * radius * scale) / this.#fastest;
+    const by = { x: long * vx, y: long * vy };
+    paintArrow(ctx, { x: px(x), y: py(y) }, by, { colour: flash, rim: railShade, width: 4 });
+  }
+}
+
+/**
+ * The normal as a thin arrow, the impulse as a thick one, as long as it is strong.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Point} at the point of contact, CSS pixels
+ * @param {{normal: Point, impulse: Point, strongest: number, long: number}} what long: CSS pixels of a middling arrow
+ * @param {Palette} palette
+ */
+export function paintImpact(ctx, at, { normal, impulse, strongest, long }, palette) {
+  const rim = palette.railShade;
+  const out = { x: 1.4 * long * normal.x, y: 1.4 * long * normal.y };
+  paintArrow(ctx, at, out, { colour: palette.rail, rim, width: long / 24 });
+  const size = Math.hypot(impulse.x, impulse.y);
+  if (size === 0) return;
+  // A weak one is still long enough to show where it points.
+  const reach = (1.1 * long * Math.max(0.35, size / strongest)) / size;
+  const push = { x: reach * impulse.x, y: reach * impulse.y };
+  paintArrow(ctx, at, push, { colour: palette.trayBar, rim, width: long / 8 });
+}
+
+/**
+ * The stretches of a path that are near a place.
+ * @param {Point[]} path
+ * @param {Point} point
+ * @param {number} near
+ */
+function* stretches(path, { x, y }, near) {
+  /** @type {Point[]} */
+  let stretch = [];
+  for (const point of path) {
+    const inside = Math.abs(point.x - x) < near && Math.abs(point.y - y) < near;
+    if (inside) stretch.push(point);
+    if (!inside && stretch.length) {
+      yield stretch;
+      stretch = [];
+    }
+  }
+  if (stretch.length) yield stretch;
+}

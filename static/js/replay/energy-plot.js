@@ -1,0 +1,67 @@
+// The ball's energy against time as a plot: height, motion and spin on top of each other. Pure.
+
+import { energyOf } from "../model/impact.js";
+import { figure, prefixed } from "../util/scale.js";
+
+/** @import { Plot } from "../instruments/chart.js" */
+/** @import { Motion } from "../model/motion/drop.js" */
+/** @import { State } from "../model/motion/flight.js" */
+
+const POINTS = 400;
+
+/**
+ * @param {Motion} motion
+ * @param {boolean} withHeight whether the energy of height counts
+ * @returns {Plot} energy against seconds
+ */
+export function energyPlot(motion, withHeight) {
+  const rows = samples(motion);
+  if (!withHeight) for (const row of rows) [row.total, row.height] = [row.total - row.height, 0];
+  const most = Math.max(...rows.map((row) => row.total));
+  const { unit, per } = prefixed(most, "J");
+  /** @param {(row: EnergyRow) => number} value */
+  const level = (value) => rows.map((row) => ({ x: row.t, y: per * value(row) }));
+  const ground = level(() => 0);
+  const height = level((row) => row.height);
+  const moving = level((row) => row.height + row.moving);
+  const total = level((row) => row.total);
+  return {
+    x: { from: 0, to: motion.duration, unit: "s" },
+    y: { from: 0, to: per * most, unit },
+    series: [
+      { points: height, base: ground, colour: "other", alpha: 0.45 },
+      { points: moving, base: height, colour: "trayBar", alpha: 0.9 },
+      { points: total, base: moving, colour: "ball" },
+      { points: total, colour: "trayMark", width: 1.5 },
+    ],
+    events: motion.events.map(({ t }) => t),
+  };
+}
+
+/** @typedef {{t: number} & ReturnType<typeof energyOf>} EnergyRow */
+
+/**
+ * Energies in time order; at each event right before and right after it, so that steps are steep.
+ * @param {Motion} motion
+ */
+function samples(motion) {
+  /** @param {State} state @returns {EnergyRow} */
+  const at = (state) => ({ t: state.t, ...energyOf(motion.board, state) });
+  const rows = Array.from({ length: POINTS + 1 }, (_, i) =>
+    at(motion.stateAt((i / POINTS) * motion.duration)));
+  for (const { before, after } of motion.events) rows.push(at(before), at(after));
+  // The sort is stable: before stays in front of after.
+  return rows.sort((a, b) => a.t - b.t);
+}
+
+/** @param {Motion} motion @returns {string} the plot's alternative text */
+export function describeEnergy(motion) {
+  const first = energyOf(motion.board, motion.start).total;
+  const last = energyOf(motion.board, motion.end).total;
+  const { unit, per } = prefixed(first, "J");
+  return (
+    `Energy of the ball against time: ${figure(per * first)} ${unit} at the start, ` +
+    `${figure(per * last)} at the end, ${(100 * (1 - last / first)).toFixed(0)} percent lost in ` +
+    `${motion.hits.length} hits and to the air.`
+  );
+}

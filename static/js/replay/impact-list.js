@@ -1,0 +1,160 @@
+// The impacts of a drop as a table to choose from, the chosen one in numbers, and all as CSV.
+
+import { impactOf } from "../model/impact.js";
+import { byId, fillFacts, make, parentOf } from "../util/dom.js";
+import { saveFile } from "../util/file.js";
+import { figure, prefixed } from "../util/scale.js";
+
+
+/** @import { Impact } from "../model/impact.js" */
+/** @import { Replay } from "./replay.js" */
+/** @import { Point } from "../model/board.js" */
+/** @import { State } from "../model/motion/flight.js" */
+/** @import { Fact } from "../util/dom.js" */
+
+const COLUMNS = ["number", "t", "what", "x", "y", "normal_x", "normal_y", "impulse_x", "impulse_y",
+  "impulse_normal", "impulse_tangential", "vx_before", "vy_before", "omega_before", "vx_after",
+  "vy_after", "omega_after", "energy_lost"];
+
+/** The table; `onChoose(index)` tells which impact is wanted. */
+export class ImpactList {
+  /** Of all that was chosen from last. @type {Impact[]} */
+  impacts = [];
+  /** The greatest impulse of the drop, N s. */
+  strongest = 0;
+  /** @type {Replay | null} */
+  #replay = null;
+  #units = { impulse: { unit: "N s", per: 1 }, energy: { unit: "J", per: 1 } };
+  /** @type {{row: HTMLTableRowElement, button: HTMLButtonElement}[]} */
+  #rows = [];
+  #now = -1;
+  #chosen = -1;
+
+  /** @param {(index: number) => void} onChoose */
+  constructor(onChoose) {
+    this.onChoose = onChoose;
+    byId("save-table").addEventListener("click", () => this.#save());
+  }
+
+  /** @param {Replay} replay */
+  load(replay) {
+    this.#replay = replay;
+    this.impacts = replay.motion.events.map((event) => impactOf(replay.board, event));
+    this.strongest = Math.max(...this.impacts.map(({ impulse }) => Math.hypot(impulse.x, impulse.y)));
+    this.#units = {
+      impulse: prefixed(this.strongest, "N s"),
+      energy: prefixed(Math.max(...this.impacts.map(({ lost }) => Math.abs(lost))), "J"),
+    };
+    byId("impulse-unit").textContent = `, ${this.#units.impulse.unit}`;
+    this.#rows = this.impacts.map((impact, i) => this.#row(impact, i));
+    byId("impacts").replaceChildren(...this.#rows.map(({ row }) => row));
+    this.choose(-1);
+  }
+
+  /** @param {number} index impact that is the last to have happened, -1 for none yet */
+  follow(index) {
+    if (index === this.#now) return;
+    if (this.#now >= 0) delete this.#rows[this.#now].row.dataset.now;
+    this.#now = index;
+    if (index < 0) return;
+    const { row } = this.#rows[index];
+    row.dataset.now = "true";
+    const table = parentOf(parentOf(row));
+    const box = parentOf(table);
+    const head = table.querySelector("thead")?.offsetHeight ?? 0;
+    // Within its own box: the page itself must not jump.
+    if (row.offsetTop < box.scrollTop + head) box.scrollTop = row.offsetTop - head;
+    const below = row.offsetTop + row.offsetHeight - box.clientHeight;
+    if (below > box.scrollTop) box.scrollTop = below;
+  }
+
+  /** @param {number} index the impact shown in numbers, -1 for none */
+  choose(index) {
+    if (this.#chosen >= 0) this.#rows[this.#chosen].button.setAttribute("aria-pressed", "false");
+    this.#chosen = index;
+    if (index >= 0) this.#rows[index].button.setAttribute("aria-pressed", "true");
+    fillFacts(byId("impact-facts"), this.#replay && index >= 0 ? this.#facts(this.#replay, index) : [
+      ["Chosen", "none: choose one below or on the board"],
+    ]);
+  }
+
+  get chosen() {
+    return this.#chosen;
+  }
+
+  /** @param {Impact} impact @param {number} i */
+  #row(impact, i) {
+    const button = make("button", { class: "impact", type: "button", "aria-pressed": "false" });
+    button.setAttribute("aria-label", `Impact ${i + 1}, ${impact.what}`);
+    button.append(String(i + 1));
+    const size = Math.hypot(impact.impulse.x, impact.impulse.y);
+    const row = make("tr", {},
+      make("td", {}, button),
+      make("td", {}, impact.t.toFixed(3)),
+      make("td", {}, impact.what),
+      make("td", {}, impact.normal ? `${degrees(impact.normal)}°` : "–"),
+      make("td", {}, impact.normal ? figure(size * this.#units.impulse.per) : "–"));
+    row.addEventListener("click", () => this.onChoose(i));
+    return { row, button };
+  }
+
+  /** @param {Replay} replay @param {number} i */
+  #facts(replay, i) {
+    const { normal, impulse, along, across, approach, lost, share, what, t } = this.impacts[i];
+    const { before, after } = replay.motion.events[i];
+    /** @type {Fact[]} */
+    const rows = [["Impact", `${i + 1} of ${this.impacts.length}: ${what}`], ["Time", `${t} s`]];
+    if (normal) {
+      const push = this.#inUnit("impulse");
+      rows.push(
+        ["Normal", [swatch("normal"), `${degrees(normal)}° (${figure(normal.x)}, ${figure(normal.y)})`]],
+        ["Impulse", [swatch("impulse"), push(Math.hypot(impulse.x, impulse.y))]],
+        ["of it normal", `${push(along)} at ${figure(approach)} m/s`],
+        ["of it friction", push(across)],
+      );
+    }
+    rows.push(
+      ["Speed", `${figure(speed(before))} → ${figure(speed(after))} m/s`],
+      ["Spin", `${figure(before.omega)} → ${figure(after.omega)} rad/s`],
+    );
+    const percent = (100 * share).toFixed(1);
+    if (normal) rows.push(["Energy lost", `${this.#inUnit("energy")(lost)}, ${percent} %`]);
+    return rows;
+  }
+
+  /** @param {"impulse" | "energy"} name */
+  #inUnit(name) {
+    const { unit, per } = this.#units[name];
+    return (/** @type {number} */ value) => `${figure(value * per)} ${unit}`;
+  }
+
+  #save() {
+    const replay = this.#replay;
+    if (!replay) return;
+    const lines = this.impacts.map((impact, i) => {
+      const { before, after } = replay.motion.events[i];
+      const { normal, impulse } = impact;
+      return [i + 1, impact.t, impact.what, after.x, after.y, normal?.x ?? "", normal?.y ?? "",
+        impulse.x, impulse.y, impact.along, impact.across, before.vx, before.vy, before.omega,
+        after.vx, after.vy, after.omega, impact.lost].join(",");
+    });
+    const { board, record } = replay;
+    const text = [COLUMNS.join(","), ...lines, ""].join("\n");
+    saveFile(`impacts-${board.name}-${record.seed}.csv`, text, "text/csv");
+  }
+}
+
+/** Angle of a direction as in a textbook: 0 to the right, 90 up. @param {Point} point */
+function degrees({ x, y }) {
+  return String(Math.round((Math.atan2(-y, x) * 180) / Math.PI)).replace("-", "−");
+}
+
+/** @param {State} state */
+function speed({ vx, vy }) {
+  return Math.hypot(vx, vy);
+}
+
+/** @param {string} name */
+function swatch(name) {
+  return make("span", { class: `swatch swatch-${name}`, "aria-hidden": "true" });
+}

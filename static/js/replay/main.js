@@ -1,0 +1,278 @@
+// The replay page: loads the drop that the address names, plays it, shows what each impact did.
+
+import { DEFAULT_BOARD, fillBoards, openPage, showState, tableLink } from "../board/page.js";
+import { Stage } from "../board/stage.js";
+import { Chart } from "../instruments/chart.js";
+import { upTo } from "../model/motion/drop.js";
+import { complaintOf, readSeed } from "../model/seed.js";
+import { ApiError, postJson } from "../net/api.js";
+import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
+import { paintPath, paintRing } from "../paint/marks.js";
+import { byId, fieldOf, fillFacts, inputOf } from "../util/dom.js";
+import { multiplier, seconds } from "../util/format.js";
+import { FrameLoop } from "../util/frame-loop.js";
+import { figure } from "../util/scale.js";
+import { CloseUp, paintImpact } from "./closeup.js";
+import { describeEnergy, energyPlot } from "./energy-plot.js";
+import { ImpactList } from "./impact-list.js";
+import { boardOf, Replay } from "./replay.js";
+import { Transport } from "./transport.js";
+
+/** @import { DropRecord } from "../model/motion/drop.js" */
+/** @import { State } from "../model/motion/flight.js" */
+/** @import { DropAddress } from "../net/drop-address.js" */
+/** @import { Verification } from "../net/replies.js" */
+/** @import { Geometry } from "../paint/geometry.js" */
+/** @import { Theme } from "../paint/theme.js" */
+/** @import { Fact } from "../util/dom.js" */
+
+const PATH_RATE = 120; // points a second of the drawn path
+const PICK_REACH = 24; // CSS pixels within which a click finds an impact
+const DEFAULT_SEED = "42";
+
+class ReplayPage {
+  /** @type {Replay | null} */
+  #replay = null;
+  /** @type {State[]} */
+  #path = [];
+
+  /** @param {Theme} theme */
+  constructor(theme) {
+    this.theme = theme;
+    this.loop = new FrameLoop((now) => this.#draw(now));
+    this.stage = new Stage(theme, () => this.loop.wake());
+    this.transport = new Transport(() => this.loop.wake());
+    this.list = new ImpactList((index) => this.#choose(index));
+    this.energy = new Chart(byId("energy", HTMLCanvasElement), theme, (t) => this.transport.seek(t));
+    this.closeUp = new CloseUp(byId("closeup", HTMLCanvasElement), theme);
+    this.withCloseUp = byId("with-closeup", HTMLInputElement);
+    this.withHeight = byId("with-height", HTMLInputElement);
+    this.withCloseUp.addEventListener("change", () => this.loop.wake());
+    this.withHeight.addEventListener("change", () => this.#plotEnergy());
+    byId("verify").addEventListener("click", () => this.#verify());
+    byId("board").addEventListener("pointerdown", (event) => this.#pick(event));
+    for (const id of ["impact-back", "impact-on"]) {
+      byId(id).addEventListener("click", () => this.#chooseAfterStep());
+    }
+    document.addEventListener("keydown", (event) => {
+      if (event.shiftKey && event.key.startsWith("Arrow")) this.#chooseAfterStep();
+    });
+  }
+
+  /** @param {DropAddress} asked @param {string} hash */
+  async open(asked, hash) {
+    const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, hash);
+    const drop = { ...asked, board: address, seed: asked.seed || DEFAULT_SEED };
+    const replay = await Replay.load(board, drop);
+    this.#replay = replay;
+    this.#path = replay.motion.line(0, replay.duration, PATH_RATE);
+    this.stage.setBoard(board);
+    this.list.load(replay);
+    this.closeUp.load(replay);
+    this.#plotEnergy();
+    byId("energy").setAttribute("aria-label", describeEnergy(replay.motion));
+    const stops = replay.motion.events.map(({ t }) => t);
+    this.transport.load({ duration: replay.duration, end: replay.end, stops });
+    this.#showRecord(replay, drop);
+    if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
+      this.transport.seek(replay.duration);
+    } else {
+      this.transport.play();
+    }
+    await fillBoards(byId("other-board", HTMLSelectElement), { value: drop.board, name: board.name });
+  }
+
+  /** @param {number} now */
+  #draw(now) {
+    const replay = this.#replay;
+    if (!replay) return false;
+    const t = this.transport.advance(now);
+    this.list.follow(replay.motion.eventsBy(t) - 1);
+    this.energy.mark(Math.min(t, replay.duration));
+    if (this.list.chosen >= 0 && t !== replay.motion.events[this.list.chosen].t) {
+      this.list.choose(-1);
+    }
+    this.stage.draw(
+      replay.sceneAt(t),
+      (ctx, geometry) => this.#paintPath(ctx, geometry, replay, t),
+      (ctx, geometry) => this.#paintImpact(ctx, geometry, replay, this.list.chosen),
+    );
+    this.#drawCloseUp(replay, Math.min(t, replay.duration));
+    return this.transport.playing;
+  }
+
+  #plotEnergy() {
+    if (this.#replay) this.energy.set(energyPlot(this.#replay.motion, this.withHeight.checked));
+  }
+
+  /**
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {Geometry} geometry
+   * @param {Replay} replay
+   * @param {number} t
+   */
+  #paintPath(ctx, geometry, replay, t) {
+    const { palette } = this.theme;
+    const width = Math.max(1.25, 0.16 * replay.board.ball.radius * geometry.scale);
+    paintPath(ctx, geometry, this.#path, { colour: palette.trayMark, width, alpha: 0.3, dash: [2, 4] });
+    const past = upTo(this.#path, replay.motion.stateAt(Math.min(t, replay.duration)));
+    paintPath(ctx, geometry, past, { colour: palette.trayMark, width: 1.4 * width, alpha: 0.85 });
+  }
+
+  /**
+   * Normal and impulse at the point of contact, the impulse as long as it is strong.
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {Geometry} geometry
+   * @param {Replay} replay
+   * @param {number} index
+   */
+  #paintImpact(ctx, { px, py, scale }, replay, index) {
+    const { palette } = this.theme;
+    const chosen = this.list.impacts[index];
+    if (!chosen?.normal) return;
+    const { normal, impulse, point } = chosen;
+    const { x, y } = replay.motion.events[index].after;
+    const radius = replay.board.ball.radius * scale;
+    paintRing(ctx, px(x), py(y), radius + 3, { colour: palette.flash, width: 2 });
+    const long = Math.max(44, 5 * radius);
+    const what = { normal, impulse, strongest: this.list.strongest, long };
+    paintImpact(ctx, { x: px(point.x), y: py(point.y) }, what, palette);
+  }
+
+  /** @param {Replay} replay @param {number} t */
+  #drawCloseUp(replay, t) {
+    const { geometry } = this.stage;
+    const { canvas } = this.closeUp;
+    canvas.hidden = !this.withCloseUp.checked;
+    if (canvas.hidden || !geometry) return;
+    const state = replay.motion.stateAt(t);
+    const impact = this.list.chosen >= 0 ? this.list.impacts[this.list.chosen] : null;
+    this.closeUp.avoid({ x: geometry.px(state.x), y: geometry.py(state.y) });
+    this.closeUp.draw(state, this.#path, impact, this.list.strongest);
+  }
+
+  /** @param {number} index */
+  #choose(index) {
+    this.transport.seek(this.list.impacts[index].t);
+    this.list.choose(index);
+    const { what, t } = this.list.impacts[index];
+    byId("result").textContent = `Impact ${index + 1}, ${what}, after ${seconds(t)}.`;
+  }
+
+  /** After a step from impact to impact, the one that was reached is the chosen one. */
+  #chooseAfterStep() {
+    const index = this.#replay?.motion.events.findIndex(({ t }) => t === this.transport.t) ?? -1;
+    if (index >= 0) this.#choose(index);
+  }
+
+  /** @param {PointerEvent} event */
+  #pick(event) {
+    const place = this.stage.placeOf(event);
+    const scale = this.stage.geometry?.scale ?? 0;
+    if (!this.#replay || !place) return;
+    let [best, reach] = [-1, PICK_REACH];
+    this.#replay.motion.events.forEach(({ after }, i) => {
+      const distance = scale * Math.hypot(after.x - place.x, after.y - place.y);
+      if (distance < reach) [best, reach] = [i, distance];
+    });
+    if (best >= 0) this.#choose(best);
+  }
+
+  /** @param {Replay} replay @param {DropAddress} drop */
+  #showRecord({ record, board, motion }, drop) {
+    const { bin, score, seed } = record;
+    showState("replay", "Replay");
+    document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
+    document.title = `Seed ${drop.seed} on ${board.name} – Plinko`;
+    byId("title").textContent = `Replay of seed ${seed}`;
+    byId("result").textContent = bin === null
+      ? `Seed ${seed} comes to rest in no bin; its stake goes back.`
+      : `Seed ${seed} lands in bin ${bin} and pays ${multiplier(score)}.`;
+    byId("result").style.setProperty("--paid", this.theme.payout(score).fill);
+    const link = window.location.hash;
+    const search = dropSearch({ ...drop, board: link ? "" : drop.board });
+    byId("to-table", HTMLAnchorElement).href = tableLink(drop.board);
+    byId("back", HTMLAnchorElement).href = tableLink(drop.board);
+    byId("to-compare", HTMLAnchorElement).href = `compare.html?${search}${link}`;
+    byId("to-editor", HTMLAnchorElement).href = link ? `editor.html${link}` : `editor.html?board=${drop.board}`;
+    fillFacts(byId("facts"), [
+      ["Board", board.name],
+      ["Seed", seed],
+      ["Start", `${motion.start.x} m`],
+      ["Solver", record.solver === "stepped" ? `stepped, dt ${record.dt} s / ${record.substeps}` : "exact"],
+      ["Bin", bin === null ? "none" : String(bin)],
+      ["Score", multiplier(score)],
+      ["Duration", seconds(record.duration)],
+      ["Impacts", String(record.impacts.length)],
+      ...sureness(record),
+      ["Digest", record.digest],
+    ]);
+    this.#fillForm(drop);
+  }
+
+  /** @param {DropAddress} drop */
+  #fillForm(drop) {
+    const form = byId("other", HTMLFormElement);
+    const [seed, x] = [inputOf(form, "seed"), inputOf(form, "x")];
+    const [board, solver] = [fieldOf(form, "board"), fieldOf(form, "solver")];
+    seed.value = drop.seed;
+    x.value = String(drop.x ?? "");
+    solver.value = drop.solver === "stepped" ? "stepped" : "";
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const reading = readSeed(seed.value);
+      const wanted = reading.ok ? reading.seed : null;
+      const note = byId("other-note");
+      note.hidden = wanted !== null;
+      note.dataset.tone = "bad";
+      note.textContent = wanted !== null ? "" : complaintOf(reading, "A replay needs a seed.");
+      seed.setAttribute("aria-invalid", String(wanted === null));
+      if (wanted === null) {
+        seed.focus();
+        return;
+      }
+      window.location.assign(replayLink({
+        board: board.value, seed: wanted, x: x.value.trim(), solver: solver.value,
+      }));
+    });
+  }
+
+  async #verify() {
+    const replay = this.#replay;
+    if (!replay) return;
+    const note = byId("verdict");
+    note.dataset.tone = "";
+    note.textContent = "The server computes…";
+    try {
+      // The record goes back as it came, to the last bit of its numbers.
+      const reply = await postJson("verify", replay.text);
+      const { ok, field, expected, actual } = /** @type {Verification} */ (reply);
+      note.dataset.tone = ok ? "good" : "bad";
+      note.textContent = ok
+        ? `Reproduced, every bit of ${replay.record.impacts.length} impacts: digest ${replay.record.digest}.`
+        : `Not reproduced: ${field} is ${expected} here, ${actual} there.`;
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      note.dataset.tone = "bad";
+      note.textContent = error.message;
+    }
+  }
+}
+
+/** @param {DropRecord} record @returns {Fact[]} how sure the bin is, where the server says so */
+function sureness({ amplification, x_error: error, certain }) {
+  if (amplification === undefined || error === undefined) return [];
+  return [
+    ["Amplified", `${figure(amplification)} times, from start to end`],
+    ["End is right to", `${figure(error)} m`],
+    ["Bin is certain", certain ? "yes" : "no: half a bit may change it"],
+  ];
+}
+
+openPage(async (theme) => {
+  const page = new ReplayPage(theme);
+  const search = new URLSearchParams(window.location.search);
+  await page.open(readDrop(search), window.location.hash);
+  // Another board in the fragment is another drop, though the document stays the same.
+  window.addEventListener("hashchange", () => window.location.reload());
+});

@@ -1,0 +1,119 @@
+// One drop again: its record and states from the server, its motion, the scene at each moment.
+
+import { Motion, PEG, samplesNeeded } from "../model/motion/drop.js";
+import { emptyScene } from "../model/scene.js";
+import { getJson, postJson, request } from "../net/api.js";
+import { boardInHash, unpackBoard } from "../net/board-link.js";
+import { dropPath } from "../net/drop-address.js";
+
+/** @import { Board } from "../model/board.js" */
+/** @import { Scene } from "../model/scene.js" */
+/** @import { DropAddress } from "../net/drop-address.js" */
+/** @import { DropRecord, Sampled } from "../model/motion/drop.js" */
+/** @import { BoardReply } from "../net/replies.js" */
+
+const FLASH_SECONDS = 0.35;
+const HIT_SECONDS = 1.4;
+const TRAIL_POINTS = 14;
+const TRAIL_STEP = 1 / 90;
+const LOUD = 3; // m/s
+
+/** What the server says of a drop, and the scene at each of its moments. */
+export class Replay {
+  #trail = new Float64Array(2 * TRAIL_POINTS);
+
+  /**
+   * @param {Board} board
+   * @param {DropRecord} record
+   * @param {string} text the record as it came
+   * @param {Sampled} sampled
+   */
+  constructor(board, record, text, sampled) {
+    this.board = board;
+    this.record = record;
+    this.text = text;
+    this.motion = new Motion(board, record, sampled);
+    this.duration = record.duration;
+  }
+
+  /**
+   * @param {Board} board whole
+   * @param {DropAddress} drop
+   * @returns {Promise<Replay>}
+   */
+  static async load(board, drop) {
+    // How sure a bin is can be said of exact drops alone.
+    const query = new URLSearchParams(drop.solver === "stepped" ? {} : { certainty: "true" });
+    const text = await (await request(dropPath(drop, "", query))).text();
+    const record = /** @type {DropRecord} */ (JSON.parse(text));
+    const fps = String(samplesNeeded(record));
+    const sampled = await getJson(dropPath(drop, "/frames", new URLSearchParams({ fps })));
+    return new Replay(board, record, text, /** @type {Sampled} */ (sampled));
+  }
+
+  /** Time for the bin's light to fade after the landing, s. */
+  get end() {
+    return this.duration + HIT_SECONDS;
+  }
+
+  /**
+   * Adds this drop's ball, flashes and lit bin to a scene.
+   * @param {Scene} scene
+   * @param {number} t s
+   * @param {boolean} [mine] which of the two kinds of ball it is drawn as
+   */
+  addTo(scene, t, mine = true) {
+    // A landed ball is in its bin; one that came to rest elsewhere lies there.
+    const stays = this.record.bin === null;
+    if (t <= this.duration || stays) scene.balls.push(this.#ball(Math.min(t, this.duration), mine));
+    for (const { t: since, after, index } of this.motion.hits.filter(({ kind }) => kind === PEG)) {
+      const age = (t - since) / FLASH_SECONDS;
+      if (age < 0 || age >= 1) continue;
+      const strength = Math.min(1, Math.hypot(after.vx, after.vy) / LOUD);
+      scene.flashes.push({ ...this.board.pegs[index], age, strength });
+    }
+    if (t >= this.duration && this.record.bin !== null) {
+      const age = Math.min(0.72, (t - this.duration) / HIT_SECONDS);
+      scene.hits.push({ bin: this.record.bin, score: this.record.score, age });
+    }
+  }
+
+  /** @param {number} t s @returns {Scene} */
+  sceneAt(t) {
+    const scene = emptyScene();
+    this.addTo(scene, t);
+    return scene;
+  }
+
+  /** @param {number} t @param {boolean} mine */
+  #ball(t, mine) {
+    const { x, y, theta } = this.motion.stateAt(t);
+    const ball = { x, y, angle: theta, mine, trail: this.#trail, trailCount: 0 };
+    for (let i = 0; i < TRAIL_POINTS && t - i * TRAIL_STEP >= 0; i += 1) {
+      const was = this.motion.stateAt(t - i * TRAIL_STEP);
+      this.#trail[2 * i] = was.x;
+      this.#trail[2 * i + 1] = was.y;
+      ball.trailCount = i + 1;
+    }
+    return ball;
+  }
+}
+
+/**
+ * The board that a page's address names, or carries in its fragment; the latter is registered, so
+ * that the server can be asked for its drops.
+ * @param {string} name preset's name or digest; "" for the fragment's
+ * @param {string} hash of the location
+ * @returns {Promise<{board: Board, address: string}>} address: what REST calls it
+ */
+export async function boardOf(name, hash) {
+  const packed = boardInHash(hash);
+  if (packed === null) {
+    const reply = await getJson(`boards/${encodeURIComponent(name)}`);
+    const { board } = /** @type {BoardReply} */ (reply);
+    return { board, address: name };
+  }
+  const registered = await postJson("boards", await unpackBoard(packed));
+  const { board, digest } = /** @type {BoardReply} */ (registered);
+  return { board, address: digest };
+}

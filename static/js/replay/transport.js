@@ -1,0 +1,128 @@
+// Time of a replay: play, pause, scrub, step by frame or by impact, slow motion; buttons and keys.
+
+import { byId, isWithin, radioValue } from "../util/dom.js";
+
+const FRAME = 1 / 60; // s of a display's frame; a step is what plays in one at the chosen speed
+
+/**
+ * What is to be played.
+ * @typedef {object} Timeline
+ * @property {number} duration s
+ * @property {number} end s, with what lights up after the landing
+ * @property {number[]} stops ascending times to step to
+ */
+
+/** Runs the time `t` over a timeline; `onChange()` asks for the picture of a moment. */
+export class Transport {
+  /** Moment shown, s. */
+  t = 0;
+  playing = false;
+  #lastMs = 0;
+  /** @type {Timeline} */
+  #timeline = { duration: 0, end: 0, stops: [] };
+
+  /** @param {() => void} onChange */
+  constructor(onChange) {
+    this.onChange = onChange;
+    this.button = byId("play", HTMLButtonElement);
+    this.slider = byId("time", HTMLInputElement);
+    this.clock = byId("clock");
+    this.button.addEventListener("click", () => this.toggle());
+    this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
+    byId("frame-back").addEventListener("click", () => this.stepFrame(-1));
+    byId("frame-on").addEventListener("click", () => this.stepFrame(1));
+    byId("impact-back").addEventListener("click", () => this.stepStop(-1));
+    byId("impact-on").addEventListener("click", () => this.stepStop(1));
+    document.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  /** @param {Timeline} timeline */
+  load(timeline) {
+    this.#timeline = timeline;
+    this.slider.max = String(timeline.duration);
+    this.seek(0);
+  }
+
+  get speed() {
+    return Number(radioValue("speed"));
+  }
+
+  toggle() {
+    if (this.playing) this.pause();
+    else this.play();
+  }
+
+  play() {
+    if (this.t >= this.#timeline.duration) this.t = 0;
+    this.playing = true;
+    this.#lastMs = 0;
+    this.#show();
+  }
+
+  pause() {
+    this.playing = false;
+    this.#show();
+  }
+
+  /** @param {number} t s */
+  seek(t) {
+    this.t = Math.min(Math.max(0, t), this.#timeline.end);
+    this.playing = false;
+    this.#show();
+  }
+
+  /** @param {1 | -1} way */
+  stepFrame(way) {
+    this.seek(Math.min(this.t, this.#timeline.duration) + way * FRAME * this.speed);
+  }
+
+  /** @param {1 | -1} way to the next or the last stop */
+  stepStop(way) {
+    const { stops } = this.#timeline;
+    const t = way > 0 ? stops.find((stop) => stop > this.t) : stops.findLast((stop) => stop < this.t);
+    if (t !== undefined) this.seek(t);
+  }
+
+  /** @param {number} nowMs @returns {number} the moment to draw, s */
+  advance(nowMs) {
+    if (!this.playing) return this.t;
+    const elapsed = this.#lastMs ? (nowMs - this.#lastMs) / 1000 : 0;
+    this.#lastMs = nowMs;
+    const { duration, end } = this.#timeline;
+    // The bin's light fades in real time, however slow the fall was.
+    this.t = Math.min(end, this.t + elapsed * (this.t < duration ? this.speed : 1));
+    if (this.t >= end) this.playing = false;
+    this.#show(false);
+    return this.t;
+  }
+
+  #show(wake = true) {
+    const t = Math.min(this.t, this.#timeline.duration);
+    this.slider.value = String(t);
+    const text = `${t.toFixed(this.speed < 0.1 ? 4 : 3)} s`;
+    this.slider.setAttribute("aria-valuetext", text);
+    this.clock.textContent = text;
+    const label = this.playing ? "Pause" : "Play";
+    if (this.button.textContent !== label) this.button.textContent = label;
+    if (wake) this.onChange();
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    if (isWithin(event, "input, select, textarea, [role=region]")) return;
+    if (event.key === " " && isWithin(event, "button, a, summary")) return;
+    /** @type {Record<string, () => void>} */
+    const actions = {
+      " ": () => !event.repeat && this.toggle(),
+      ArrowLeft: () => (event.shiftKey ? this.stepStop(-1) : this.stepFrame(-1)),
+      ArrowRight: () => (event.shiftKey ? this.stepStop(1) : this.stepFrame(1)),
+      Home: () => this.seek(0),
+      End: () => this.seek(this.#timeline.duration),
+    };
+    const action = actions[event.key];
+    if (!action) return;
+    event.preventDefault();
+    action();
+  }
+}

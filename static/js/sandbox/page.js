@@ -1,0 +1,364 @@
+// The sandbox page: a room of balls that touch each other, its canvas, its desk.
+
+import { showState } from "../board/page.js";
+import { Chart } from "../instruments/chart.js";
+import { ApiError, postJson } from "../net/api.js";
+import { byId, isWithin, make } from "../util/dom.js";
+import { capital } from "../util/format.js";
+import { FrameLoop } from "../util/frame-loop.js";
+import { Dials } from "./dials.js";
+import { EnergyHistory, energies, massOf, showFacts } from "./energies.js";
+import { PointerController } from "./pointer.js";
+import { SandboxRoom } from "./room.js";
+import { ScenePanel } from "./scene-panel.js";
+import { BALL, SOLVER, THROW, WORLD } from "./sliders.js";
+import { SandboxView } from "./view.js";
+
+/** @import { Point } from "../model/board.js" */
+/** @import { ArenaEvent, ArenaHello, Diagnostics, Settings } from "../model/messages.js" */
+/** @import { RoomReply } from "../net/replies.js" */
+/** @import { Theme } from "../paint/theme.js" */
+/** @import { RoomState } from "./room.js" */
+
+const TOKENS = "plinko.tokens.1"; // of the rooms this tab has opened
+const CALM_MS = 400; // between two pictures for those who do not want to see motion
+/** @type {Partial<Record<RoomState, string>>} */
+const STATE_TEXTS = {
+  connecting: "Connecting…", live: "Live", asleep: "At rest", paused: "Paused", closed: "Closed",
+};
+/** The page: one room. */
+export class SandboxPage {
+  #still = window.matchMedia("(prefers-reduced-motion: reduce)");
+  #drawn = 0;
+  #calm = 0;
+  /** @type {Record<string, Record<string, number>>} numbers by name, by the setting they are for */
+  #presets = {};
+
+  /** @param {Theme} theme @param {string} roomId */
+  constructor(theme, roomId) {
+    const canvases = {
+      still: byId("board-still", HTMLCanvasElement),
+      moving: byId("board-moving", HTMLCanvasElement),
+    };
+    this.loop = new FrameLoop((now) => this.#draw(now));
+    this.view = new SandboxView(canvases, theme, () => this.loop.wake());
+    this.chart = new Chart(byId("energy", HTMLCanvasElement), theme);
+    this.history = new EnergyHistory();
+    this.throwing = new Dials(byId("throw-sliders"), THROW);
+    this.throwing.set({ radius: 0.12, speed: 6, angle: 45 });
+    /** @param {string} name @param {number} value */
+    const set = (name, value) => this.room.send({ type: "settings", [name]: value });
+    this.world = new Dials(byId("world-sliders"), WORLD, set);
+    this.solver = new Dials(byId("solver-sliders"), SOLVER, set);
+    this.ball = new Dials(byId("ball-sliders"), BALL, (name, value) =>
+      this.room.send({ type: "edit", ball: this.pointer.chosen, [name]: value }));
+    this.pointer = this.#makePointer();
+    this.scene = new ScenePanel(() => {
+      this.room.send({ type: "reset", scene: this.scene.read(this.room.settings) });
+    });
+    this.#wireDesk();
+    this.room = new SandboxRoom(roomId, {
+      onRoom: (hello) => this.#enter(hello),
+      onState: (state, detail) => this.#showState(state, detail),
+      onEvent: (event) => this.#happened(event),
+      onError: (message) => this.#say(message),
+      onChange: () => this.loop.wake(),
+    });
+    this.room.watch(document.visibilityState === "visible");
+    document.addEventListener("visibilitychange", () => {
+      this.room.watch(document.visibilityState === "visible");
+      this.loop.wake();
+    });
+    window.addEventListener("pagehide", () => this.room.letGo());
+  }
+
+  #makePointer() {
+    return new PointerController(
+      this.view,
+      (place, reach) => this.#ballAt(place, reach),
+      () => this.throwing.value("radius"),
+      {
+        onDrag: (ball, { x, y }) => this.room.drag(ball, x, y),
+        onLetGo: () => this.room.letGo(),
+        onChoose: (ball) => this.#choose(ball),
+        onThrow: (place, vx, vy) => this.#throw(place, vx, vy),
+        onThrowAimed: () => this.#throwAimed(),
+        onKick: () => this.#kick(),
+        onRemove: () => this.#remove(),
+        onSay: (text) => this.#say(text),
+        onChange: () => this.loop.wake(),
+      },
+    );
+  }
+
+  #wireDesk() {
+    byId("pause").addEventListener("click", () => this.#pause());
+    byId("step").addEventListener("click", () => this.#step());
+    byId("clear").addEventListener("click", () => this.room.send({ type: "clear" }));
+    byId("reset").addEventListener("click", () => this.room.send({ type: "reset" }));
+    byId("throw").addEventListener("click", () => this.#throwAimed());
+    byId("drop").addEventListener("click", () => this.room.send({ type: "drop" }));
+    byId("remove").addEventListener("click", () => this.#remove());
+    for (const name of ["gravity", "restitution"]) {
+      const select = byId(`${name}-preset`, HTMLSelectElement);
+      select.addEventListener("change", () => {
+        if (select.value) this.room.send({ type: "settings", [name]: select.value });
+      });
+    }
+    byId("own").addEventListener("click", () => this.#openOwn());
+    document.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  /**
+   * Pause and step from anywhere that has no use of its own for the key.
+   * @param {KeyboardEvent} event
+   */
+  #key(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey || this.pointer.locked) return;
+    if (isWithin(event, "input:not([type=range]), select")) return;
+    /** @type {Record<string, () => void>} */
+    const acts = { p: () => this.#pause(), ".": () => this.#step() };
+    const act = acts[event.key.toLowerCase()];
+    if (!act) return;
+    event.preventDefault();
+    act();
+  }
+
+  // The room.
+
+  /** @param {ArenaHello} hello */
+  #enter(hello) {
+    const { arena, extent, board } = hello;
+    this.view.setGeometry(arena.place, extent);
+    this.pointer.begin(extent);
+    this.history.clear();
+    this.#fillPresets(arena.presets);
+    this.#showSettings(arena.settings);
+    this.scene.show(arena.scene, hello.limits.balls);
+    byId("title").textContent = titleOf(hello);
+    byId("drop").hidden = !board;
+    byId("to-table", HTMLAnchorElement).href = board && hello.room.startsWith("interacting-")
+      ? `./?${new URLSearchParams({ room: hello.room })}` : "./";
+    this.#choose(null);
+    /** @type {string | undefined} */
+    const token = tokens()[hello.room];
+    this.#lock(arena.owned);
+    if (arena.owned && token) this.room.send({ type: "claim", token });
+    this.#describe();
+    this.#say(`${titleOf(hello)}: ${arena.balls.ball.length} balls.`);
+    this.loop.wake();
+  }
+
+  /** @param {boolean} locked */
+  #lock(locked) {
+    this.pointer.locked = locked;
+    byId("locked").hidden = !locked;
+    document.documentElement.dataset.locked = String(locked);
+    for (const dials of [this.throwing, this.world, this.solver, this.ball]) dials.disabled = locked;
+    for (const button of document.querySelectorAll("button")) {
+      if (button.matches(".desk button:not(#own)")) button.disabled = locked;
+    }
+    for (const select of document.querySelectorAll("select")) {
+      if (select.matches(".desk select")) select.disabled = locked;
+    }
+    byId("step", HTMLButtonElement).disabled = locked || !this.room.paused;
+  }
+
+  /** @param {ArenaEvent} event */
+  #happened(event) {
+    if (event.type === "claimed") this.#lock(false);
+    else if (event.type === "settings") this.#showSettings(event.settings);
+    else if (event.type === "placed") this.#describe();
+    else if (event.type === "removed") this.#gone(event.balls);
+    else if (event.type === "edited") this.#choose(this.pointer.chosen);
+    else if (event.type === "diagnostics") this.#measured(event);
+    else if (event.type === "landed") {
+      this.#gone([event.ball]);
+      const where = event.bin === null ? "came to rest on the board" : `fell into bin ${event.bin}`;
+      this.#say(`Ball ${event.ball} ${where}.`);
+    }
+  }
+
+  /** @param {number[]} balls */
+  #gone(balls) {
+    for (const ball of balls) this.pointer.forget(ball & 0xffff);
+    if (this.pointer.chosen === null) this.#choose(null);
+    this.#describe();
+  }
+
+  /** @param {Diagnostics} event */
+  #measured(event) {
+    const weight = massOf(this.room.made.values()) * this.room.settings.gravity;
+    const row = energies(event, weight, this.view.extent.y_max);
+    this.history.add(row);
+    this.chart.set(this.history.plot());
+    showFacts(byId("facts"), event, row);
+    byId("energy").setAttribute(
+      "aria-label",
+      `Energy against time: total ${row.total.toPrecision(3)}, kinetic ` +
+      `${row.kinetic.toPrecision(3)}, potential ${row.potential.toPrecision(3)} joules.`,
+    );
+  }
+
+  /** @param {Settings} settings */
+  #showSettings(settings) {
+    this.world.set(settings);
+    this.solver.set(settings);
+    byId("pause").textContent = this.room.paused ? "Go on" : "Pause";
+    byId("step", HTMLButtonElement).disabled = this.pointer.locked || !this.room.paused;
+    for (const [name, options] of Object.entries(this.#presets)) {
+      const found = Object.entries(options).find(([, value]) => Math.abs(value - settings[name]) < 1e-9);
+      const select = byId(`${name}-preset`, HTMLSelectElement);
+      // Several presets may stand for the same number: what was chosen stays.
+      if (!select.value || options[select.value] !== settings[name]) select.value = found?.[0] ?? "";
+    }
+  }
+
+  /** @param {RoomState} state @param {string} [detail] */
+  #showState(state, detail) {
+    showState(state, state === "reconnecting"
+      ? `Line lost, trying again in ${detail}` : (STATE_TEXTS[state] ?? ""));
+    if (state === "closed") this.#say(detail || "The room is closed.");
+    if (state === "asleep" && this.room.made.size) this.#say("Everything is at rest.");
+    this.loop.wake();
+  }
+
+  /** @param {Record<string, Record<string, number>>} presets */
+  #fillPresets(presets) {
+    this.#presets = presets;
+    for (const [name, values] of Object.entries(presets)) {
+      const select = byId(`${name}-preset`, HTMLSelectElement);
+      if (select.options.length) continue;
+      const own = make("option", { value: "" }, "as set");
+      select.append(own, ...Object.entries(values).map(([preset, value]) =>
+        make("option", { value: preset }, `${capital(preset)} (${value.toFixed(2)})`)));
+    }
+  }
+
+  // Acts.
+
+  /** @param {Point} point @param {number} vx @param {number} vy */
+  #throw({ x, y }, vx, vy) {
+    const radius = this.throwing.value("radius");
+    const sent = this.room.send({ type: "add", x, y, vx, vy, radius });
+    const speed = Math.hypot(vx, vy);
+    if (!sent) this.#say("There is no line to the room yet. Nothing was thrown.");
+    else this.#say(speed ? `Thrown at ${speed.toFixed(1)} m/s.` : "Put down.");
+  }
+
+  /** @returns {[number, number]} m/s */
+  #aimed() {
+    const angle = (this.throwing.value("angle") * Math.PI) / 180;
+    const speed = this.throwing.value("speed");
+    return [speed * Math.cos(angle), -speed * Math.sin(angle)];
+  }
+
+  #throwAimed() {
+    this.#throw(this.pointer.cross, ...this.#aimed());
+  }
+
+  #kick() {
+    const ball = this.pointer.chosen ?? this.#ballAt(this.pointer.cross, Number.POSITIVE_INFINITY);
+    if (ball === null) return;
+    const [vx, vy] = this.#aimed();
+    this.room.send({ type: "kick", ball, vx, vy });
+    this.#say(`Kicked ball ${ball}.`);
+  }
+
+  #remove() {
+    const ball = this.pointer.chosen ?? this.#ballAt(this.pointer.cross, 0.1);
+    if (ball === null) return;
+    this.room.send({ type: "remove", ball });
+    this.#say(`Ball ${ball} removed.`);
+  }
+
+  #pause() {
+    this.room.send({ type: "pause", paused: !this.room.paused });
+    this.#say(this.room.paused ? "Going on." : "Paused.");
+  }
+
+  #step() {
+    if (this.room.paused) this.room.send({ type: "step" });
+  }
+
+  /** @param {number | null} ball */
+  #choose(ball) {
+    this.pointer.chosen = ball;
+    const made = ball === null ? undefined : this.room.made.get(ball);
+    byId("ball-panel").hidden = !made;
+    if (!made) return;
+    const mass = massOf([made]);
+    byId("ball-title").textContent = `Ball ${ball}, ${mass.toPrecision(3)} kg`;
+    this.ball.set(made);
+  }
+
+  /**
+   * The ball under a place, or the nearest within reach of it.
+   * @param {Point} point
+   * @param {number} reach
+   */
+  #ballAt({ x, y }, reach) {
+    let best = reach;
+    /** @type {number | null} */
+    let found = null;
+    this.room.look(performance.now(), (ball) => {
+      const away = Math.max(0, Math.hypot(ball.x - x, ball.y - y) - ball.radius);
+      if (away < best || (away === 0 && best === 0 && found === null)) [best, found] = [away, ball.id];
+    });
+    return found;
+  }
+
+  // The room of one's own.
+
+  async #openOwn() {
+    try {
+      const reply = await postJson("rooms", this.scene.read(this.room.settings));
+      const { id, token } = /** @type {RoomReply} */ (reply);
+      sessionStorage.setItem(TOKENS, JSON.stringify({ ...tokens(), [id]: token }));
+      window.location.assign(`sandbox.html?${new URLSearchParams({ room: id })}`);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      this.#say(error.message);
+    }
+  }
+
+  // The picture.
+
+  /** @param {number} now */
+  #draw(now) {
+    if (this.#still.matches && now - this.#drawn < CALM_MS) {
+      // Less often, and the last one all the same.
+      if (this.#calm !== 0) return false;
+      this.#calm = setTimeout(() => {
+        this.#calm = 0;
+        this.loop.wake();
+      }, CALM_MS);
+      return false;
+    }
+    this.#drawn = now;
+    this.view.draw((see) => this.room.look(now, see), this.pointer);
+    return this.room.busy;
+  }
+
+  #describe() {
+    byId("board-moving").setAttribute(
+      "aria-label", `Box with ${this.room.made.size} balls that touch each other`,
+    );
+  }
+
+  /** @param {string} text */
+  #say(text) {
+    byId("result").textContent = text;
+  }
+}
+
+/** @param {ArenaHello} arenaHello */
+function titleOf({ board, board_name: name, arena }) {
+  if (board) return `Balls that touch, on ${name}`;
+  return arena.scene?.scene === "galton" ? "Galton pile" : "Sandbox";
+}
+
+/** @returns {Record<string, string>} by room */
+function tokens() {
+  return JSON.parse(sessionStorage.getItem(TOKENS) ?? "{}");
+}

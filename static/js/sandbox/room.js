@@ -1,0 +1,335 @@
+// A live room whose balls touch each other: its state, its pictures in time, and what it is told.
+
+import { poseBetween, shortestTurn } from "../model/motion/interpolate.js";
+import { socketUrl } from "../net/api.js";
+import { Connection } from "../net/connection.js";
+import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
+import { TickClock } from "../net/tick-clock.js";
+
+/** @import { BallKind } from "../model/board.js" */
+/**
+ * @import { ArenaEvent, ArenaHello, ArenaMessage, Edited, Settings, Snapshot } from "../model/messages.js"
+ */
+/** @import { Keyframe, Law } from "../model/motion/interpolate.js" */
+/** @import { SnapshotScale } from "../net/protocol.js" */
+
+const KEPT = 24; // snapshots: more than the clock ever holds the picture back
+const DRAG_MS = 33; // between two places of the pointer
+const HOLD_MS = 1000; // a pointer that rests says so this often, or it would lapse
+
+/** @typedef {"connecting" | "live" | "asleep" | "paused" | "reconnecting" | "closed"} RoomState */
+
+/**
+ * @typedef {object} SandboxListener
+ * @property {(hello: ArenaHello) => void} onRoom the room is there, there again, or begun anew
+ * @property {(state: RoomState, detail?: string) => void} onState
+ * @property {(event: ArenaEvent) => void} onEvent placed, edited, removed, settings, diagnostics, landed
+ * @property {(message: string) => void} onError
+ * @property {() => void} onChange there is something new to draw
+ */
+
+/** @typedef {{id: number, x: number, y: number, angle: number, radius: number, asleep: boolean}} Seen */
+
+/** @typedef {{ball: number, x: number, y: number, sent: number, timer: number, again: number}} Drag */
+
+/** One room, through reconnections. */
+export class SandboxRoom {
+  /** @type {ArenaHello | null} */
+  hello = null;
+  paused = false;
+  /** @type {Settings} */
+  settings = { gravity: 0, drag: 0 };
+  /** What each ball is made of. @type {Map<number, BallKind>} */
+  made = new Map();
+  #clock = new TickClock({ rate: 60 });
+  /** Ticks a second. */
+  #rate = 60;
+  /** @type {SnapshotScale} */
+  #scale = { extent: { x_min: 0, x_max: 1, y_min: 0, y_max: 1 }, velocityScale: 1 };
+  /** @type {Law} */
+  #law = { gravity: 0, drag: 0 };
+  /** @type {Snapshot[]} */
+  #snapshots = [];
+  /** @type {RoomState} */
+  #state = "connecting";
+  #watching = false;
+  #quiet = 0;
+  /** @type {Drag | null} */
+  #drag = null;
+  #a = keyframe();
+  #b = keyframe();
+  #pose = { x: 0, y: 0, angle: 0 };
+
+  /** @param {string} room @param {SandboxListener} listener */
+  constructor(room, listener) {
+    this.room = room;
+    this.listener = listener;
+    this.connection = new Connection(socketUrl(room), {
+      onText: (text) => this.#read(() => {
+        for (const event of /** @type {ArenaMessage[]} */ (decodeEvents(text))) this.#take(event);
+      }),
+      onBytes: (bytes) => this.#read(() => this.#takeSnapshot(bytes)),
+      onLost: (waitMs) => this.#setState("reconnecting", `${Math.max(1, Math.round(waitMs / 1000))} s`),
+      onRefused: (reason) => this.#setState("closed", reason),
+    });
+  }
+
+  /** @param {object} message @returns {boolean} false when there is no line */
+  send(message) {
+    return this.hello !== null && this.connection.send(message);
+  }
+
+  /**
+   * Diagnostics from now on, or no more: nobody computes them for a page that is not looked at.
+   * @param {boolean} wanted
+   */
+  watch(wanted) {
+    this.#watching = wanted;
+    this.send({ type: "watch", diagnostics: wanted });
+  }
+
+  /**
+   * Leads a ball to a place; as often as the room may be told.
+   * @param {number} ball
+   * @param {number} x
+   * @param {number} y
+   */
+  drag(ball, x, y) {
+    if (this.#drag?.ball !== ball) this.letGo();
+    const drag = (this.#drag ??= { ball, x, y, sent: 0, timer: 0, again: 0 });
+    Object.assign(drag, { x, y });
+    const wait = DRAG_MS - (performance.now() - drag.sent);
+    if (wait <= 0) this.#sendDrag(drag);
+    else drag.timer ||= setTimeout(() => this.#sendDrag(drag), wait);
+  }
+
+  /** Lets go of what is held; it flies on. */
+  letGo() {
+    if (!this.#drag) return;
+    clearTimeout(this.#drag.timer);
+    clearTimeout(this.#drag.again);
+    if (performance.now() - this.#drag.sent < 10 * DRAG_MS) {
+      this.send({ type: "drag", ball: this.#drag.ball, x: this.#drag.x, y: this.#drag.y });
+    }
+    this.send({ type: "release", ball: this.#drag.ball });
+    this.#drag = null;
+  }
+
+  /** @param {Drag} drag */
+  #sendDrag(drag) {
+    drag.timer = 0;
+    drag.sent = performance.now();
+    this.send({ type: "drag", ball: drag.ball, x: drag.x, y: drag.y });
+    clearTimeout(drag.again);
+    drag.again = setTimeout(() => this.#drag === drag && this.#sendDrag(drag), HOLD_MS);
+  }
+
+  /**
+   * Where the balls are at a local time.
+   * @param {number} nowMs
+   * @param {(ball: Seen) => void} see called for each, with the same object
+   */
+  look(nowMs, see) {
+    const last = this.#snapshots.at(-1);
+    if (!last) return;
+    const tick = this.#clock.renderTick(nowMs);
+    let at = this.#snapshots.length - 1;
+    while (at > 0 && this.#snapshots[at - 1].tick >= tick) at -= 1;
+    const to = this.#snapshots[at];
+    const from = at > 0 && tick < to.tick ? this.#snapshots[at - 1] : to;
+    const seen = { id: 0, x: 0, y: 0, angle: 0, radius: 0, asleep: false };
+    for (let i = 0, j = 0; i < to.count; i += 1) {
+      const id = to.ids[i];
+      while (j < from.count && from.ids[j] < id) j += 1;
+      const made = this.made.get(id);
+      if (!made) continue;
+      const before = from !== to && from.ids[j] === id ? j : -1;
+      const pose = before < 0 ? this.#as(to, i) : this.#between(from, before, to, i, tick);
+      Object.assign(seen, pose);
+      seen.id = id;
+      seen.radius = made.radius;
+      seen.asleep = to.asleep[i] === 1;
+      see(seen);
+    }
+  }
+
+  /** Whether the picture still changes by itself. */
+  get busy() {
+    return performance.now() - this.#quiet < 600;
+  }
+
+  /** @param {Snapshot} snapshot @param {number} i */
+  #as(snapshot, i) {
+    const pose = this.#pose;
+    pose.x = snapshot.x[i];
+    pose.y = snapshot.y[i];
+    pose.angle = snapshot.angle[i];
+    return pose;
+  }
+
+  /**
+   * @param {Snapshot} from
+   * @param {number} i
+   * @param {Snapshot} to
+   * @param {number} j
+   * @param {number} tick
+   */
+  #between(from, i, to, j, tick) {
+    const still = from.x[i] === to.x[j] && from.y[i] === to.y[j] && from.angle[i] === to.angle[j];
+    if (still) return this.#as(to, j);
+    const [a, b] = [fill(this.#a, from, i, this.#rate), fill(this.#b, to, j, this.#rate)];
+    const t = tick / this.#rate;
+    if (to.tick - from.tick <= 2) {
+      const pose = poseBetween(a, b, t, this.#law, this.#pose);
+      // Between balls that lean on each other flight explains little: stay on the way between.
+      if (inside(pose.x, a.x, b.x) && inside(pose.y, a.y, b.y)) return pose;
+    }
+    const s = (tick - from.tick) / (to.tick - from.tick);
+    this.#pose.x = a.x + s * (b.x - a.x);
+    this.#pose.y = a.y + s * (b.y - a.y);
+    this.#pose.angle = a.angle + s * shortestTurn(a.angle, b.angle);
+    return this.#pose;
+  }
+
+  /**
+   * A server that speaks another protocol will go on doing so: no use in coming back.
+   * @param {() => void} message
+   */
+  #read(message) {
+    try {
+      message();
+    } catch (error) {
+      if (!(error instanceof ProtocolError)) throw error;
+      this.connection.close();
+      this.#setState("closed", error.message);
+    }
+  }
+
+  /** @param {ArenaMessage} event */
+  #take(event) {
+    if (event.type === "hello") this.#greeted(event);
+    else if (event.type === "error") this.listener.onError(event.detail);
+    else this.#happened(event);
+  }
+
+  /** @param {ArenaHello} hello */
+  #greeted(hello) {
+    if (!hello.arena) {
+      this.connection.close();
+      this.#setState("closed", `The balls of room ${hello.room} do not touch each other.`);
+      return;
+    }
+    this.connection.settled();
+    this.hello = hello;
+    this.#rate = hello.tick_rate;
+    this.#clock = new TickClock({ rate: hello.tick_rate });
+    this.#snapshots = [];
+    this.#drag = null;
+    this.#scale = { extent: hello.extent, velocityScale: hello.velocity_scale };
+    const { ball, radius, density, restitution, friction } = hello.arena.balls;
+    this.made = new Map(ball.map((id, i) => [id & 0xffff, {
+      radius: radius[i], density: density[i], restitution: restitution[i], friction: friction[i],
+    }]));
+    this.#setSettings(hello.arena);
+    this.#quiet = performance.now();
+    this.listener.onRoom(hello);
+    if (this.#watching) this.watch(true);
+  }
+
+  /** @param {{settings: Settings, paused: boolean}} given */
+  #setSettings({ settings, paused }) {
+    this.settings = settings;
+    this.paused = paused;
+    this.#law = { gravity: settings.gravity, drag: settings.drag };
+    this.#setState(paused ? "paused" : "live");
+  }
+
+  /** @param {ArenaEvent} event */
+  #happened(event) {
+    if (event.type === "placed") this.made.set(event.ball & 0xffff, made(event));
+    const dropped = this.hello?.board?.ball;
+    if (event.type === "accepted" && dropped) this.made.set(event.ball & 0xffff, made(dropped));
+    if (event.type === "removed") for (const ball of event.balls) this.#forget(ball);
+    if (event.type === "landed") this.#forget(event.ball);
+    if (event.type === "edited") this.#edited(event);
+    if (event.type === "settings") this.#setSettings(event);
+    this.listener.onEvent(event);
+    this.listener.onChange();
+  }
+
+  /** @param {number} ball */
+  #forget(ball) {
+    if (this.#drag?.ball === ball) {
+      clearTimeout(this.#drag.timer);
+      clearTimeout(this.#drag.again);
+      this.#drag = null;
+    }
+    this.made.delete(ball & 0xffff);
+  }
+
+  /** @param {Edited} event */
+  #edited(event) {
+    const { ball: which, radius, density, restitution, friction } = event;
+    const given = Object.entries({ radius, density, restitution, friction });
+    const changed = Object.fromEntries(given.filter(([, value]) => value !== undefined));
+    const balls = which === null ? this.made.values() : [this.made.get(which & 0xffff)];
+    for (const ball of balls) if (ball) Object.assign(ball, changed);
+  }
+
+  /** @param {ArrayBuffer} bytes */
+  #takeSnapshot(bytes) {
+    if (!this.hello) return;
+    const now = performance.now();
+    const snapshot = decodeSnapshot(bytes, this.#scale);
+    const last = this.#snapshots.at(-1);
+    if (last && snapshot.tick === last.tick) this.#snapshots.pop();
+    // A room that slept, or a clock that stood, goes on with another offset.
+    if (last && now - this.#quiet > 400) this.#clock.restart();
+    this.#clock.observe(snapshot.tick, now);
+    this.#snapshots.push(snapshot);
+    if (this.#snapshots.length > KEPT) this.#snapshots.shift();
+    this.#quiet = now;
+    const resting = snapshot.asleep.every((one) => one === 1);
+    this.#setState(this.paused ? "paused" : resting ? "asleep" : "live");
+    this.listener.onChange();
+  }
+
+  /** @param {RoomState} state @param {string} [detail] */
+  #setState(state, detail) {
+    if (state === this.#state && detail === undefined) return;
+    this.#state = state;
+    this.listener.onState(state, detail);
+  }
+}
+
+function keyframe() {
+  return { t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: true, vOut: true, bounced: false };
+}
+
+/** @param {Keyframe} one @param {Snapshot} snapshot @param {number} i @param {number} rate */
+function fill(one, snapshot, i, rate) {
+  one.t = snapshot.tick / rate;
+  one.x = snapshot.x[i];
+  one.y = snapshot.y[i];
+  one.angle = snapshot.angle[i];
+  one.vx = snapshot.vx[i];
+  one.vy = snapshot.vy[i];
+  one.bounced = snapshot.bounced[i] === 1;
+  return one;
+}
+
+/** @param {BallKind} ballKind */
+function made({ radius, density, restitution, friction }) {
+  return { radius, density, restitution, friction };
+}
+
+/**
+ * Whether a value lies between two others, or near them.
+ * @param {number} value
+ * @param {number} one
+ * @param {number} other
+ */
+function inside(value, one, other) {
+  const slack = 0.02 + 0.5 * Math.abs(one - other);
+  return value >= Math.min(one, other) - slack && value <= Math.max(one, other) + slack;
+}

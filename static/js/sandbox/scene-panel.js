@@ -1,0 +1,56 @@
+// The form that begins a room anew, or opens another: which scene, how many balls, how large.
+
+import { byId, fieldOf, inputOf } from "../util/dom.js";
+
+/** @import { SceneForm, Settings } from "../model/messages.js" */
+
+const BOX = { radii: [0.06, 0.16], width: 6, height: 4, speed: 0 };
+
+/** The fields of the "Scene" panel. */
+export class ScenePanel {
+  /** @param {() => void} onBegin the scene of the form is wanted in this room */
+  constructor(onBegin) {
+    this.form = byId("scene-form", HTMLFormElement);
+    this.panel = byId("scene-panel");
+    this.form.addEventListener("change", () => this.#showFields());
+    this.form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      onBegin();
+    });
+  }
+
+  /**
+   * @param {Settings} settings of the room, which a box takes over
+   * @returns {SceneForm & Record<string, unknown>}
+   */
+  read(settings) {
+    const number = (/** @type {string} */ name) => Number(inputOf(this.form, name).value);
+    const seed = inputOf(this.form, "seed").value.trim() || "0";
+    const common = { balls: number("balls"), seed };
+    if (fieldOf(this.form, "scene").value === "galton") return { scene: "galton", ...common };
+    return {
+      scene: "sandbox", ...common, ...settings, speed: number("speed"),
+      radii: [number("low"), number("high")], width: number("width"), height: number("height"),
+    };
+  }
+
+  /** @param {SceneForm | null} scene the room was begun with @param {number} most balls it takes */
+  show(scene, most) {
+    this.panel.hidden = scene === null;
+    inputOf(this.form, "balls").max = String(most);
+    if (scene === null) return;
+    const { radii, width, height, speed } = { ...BOX, ...scene };
+    const [low, high] = radii;
+    fieldOf(this.form, "scene").value = scene.scene;
+    const values = { balls: scene.balls, seed: scene.seed, low, high, width, height, speed };
+    for (const [name, value] of Object.entries(values)) inputOf(this.form, name).value = String(value);
+    this.#showFields();
+  }
+
+  #showFields() {
+    const { value } = fieldOf(this.form, "scene");
+    for (const part of document.querySelectorAll("[data-of]")) {
+      if (part instanceof HTMLElement) part.hidden = part.dataset.of !== value;
+    }
+  }
+}

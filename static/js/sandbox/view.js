@@ -1,0 +1,258 @@
+// The box on two canvases: what never moves, and the balls with what the pointer is doing.
+
+import { announceShape } from "../board/shape.js";
+import { makeSprite, paintBall } from "../paint/ball.js";
+import { contextOf, disc } from "../util/canvas.js";
+import { parentOf } from "../util/dom.js";
+
+/** @import { Theme } from "../paint/theme.js" */
+/** @import { Seen } from "./room.js" */
+/** @import { Point } from "../model/board.js" */
+/** @import { Extent, StaticGeometry } from "../model/messages.js" */
+/** @import { Sprite } from "../paint/ball.js" */
+/** @import { Sling } from "./pointer.js" */
+
+const STEPS = 3.5; // sprites of different radii in each doubling; in between they are stretched
+const LARGEST = 64; // CSS pixels; larger balls stretch this one, whose stamps still fit a canvas
+
+/**
+ * What the pointer controller is about to do.
+ * @typedef {object} Aim
+ * @property {Point} cross where the keyboard aims, metres
+ * @property {boolean} crossShown
+ * @property {Sling | null} sling
+ * @property {number | null} chosen a ball
+ */
+
+/** Draws one place and its balls. */
+export class SandboxView {
+  /** @type {Extent} metres */
+  extent = { x_min: 0, x_max: 1, y_min: 0, y_max: 1 };
+  /** CSS pixels a metre; 0 before anything is laid out. */
+  scale = 0;
+  /** @type {StaticGeometry | null} */
+  #geometry = null;
+  #height = 0;
+  /** @type {Map<number, {sprite: Sprite, of: number}>} of: the radius it was made for, CSS pixels */
+  #sprites = new Map();
+  #width = 0;
+  #density = 0;
+
+  /** @param {{still: HTMLCanvasElement, moving: HTMLCanvasElement}} canvases
+   *  @param {Theme} theme @param {() => void} onLayout */
+  constructor({ still, moving }, theme, onLayout) {
+    this.still = still;
+    this.box = parentOf(still);
+    this.moving = moving;
+    this.theme = theme;
+    this.onLayout = onLayout;
+    new ResizeObserver(() => this.relayout()).observe(this.box);
+    theme.onChange(() => this.repaint());
+  }
+
+  /** @param {StaticGeometry} geometry what does not move @param {Extent} extent */
+  setGeometry(geometry, extent) {
+    this.#geometry = geometry;
+    this.extent = extent;
+    const ratio = (extent.x_max - extent.x_min) / (extent.y_max - extent.y_min);
+    announceShape(ratio);
+    this.#width = 0;
+    this.relayout();
+  }
+
+  /** Fits the canvases to their box; does nothing when nothing has changed. */
+  relayout() {
+    const width = this.box.clientWidth;
+    const density = window.devicePixelRatio || 1;
+    if (!this.#geometry || !width || (width === this.#width && density === this.#density)) return;
+    this.#width = width;
+    this.#density = density;
+    const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
+    const { pad } = this.theme.shapes.box; // CSS pixels around what stands
+    this.scale = (width - 2 * pad) / (x1 - x0);
+    this.#height = Math.round((y1 - y0) * this.scale + 2 * pad);
+    for (const canvas of [this.still, this.moving]) {
+      canvas.width = Math.round(width * density);
+      canvas.height = Math.round(this.#height * density);
+      canvas.style.height = `${this.#height}px`;
+    }
+    this.repaint();
+  }
+
+  /** @param {number} x metres @returns {number} CSS pixels */
+  px(x) {
+    return this.theme.shapes.box.pad + (x - this.extent.x_min) * this.scale;
+  }
+
+  /** @param {number} y metres @returns {number} CSS pixels */
+  py(y) {
+    return this.theme.shapes.box.pad + (y - this.extent.y_min) * this.scale;
+  }
+
+  /** @param {PointerEvent} event @returns {{x: number, y: number}} metres */
+  placeOf(event) {
+    const box = this.moving.getBoundingClientRect();
+    const { pad } = this.theme.shapes.box;
+    return {
+      x: (event.clientX - box.left - pad) / this.scale + this.extent.x_min,
+      y: (event.clientY - box.top - pad) / this.scale + this.extent.y_min,
+    };
+  }
+
+  /** Paints the still layer anew: colours, size or place have changed. */
+  repaint() {
+    if (!this.scale || !this.#geometry) return;
+    this.#sprites.clear();
+    const ctx = contextOf(this.still);
+    ctx.setTransform(this.#density, 0, 0, this.#density, 0, 0);
+    this.#paintGround(ctx);
+    this.#paintGeometry(ctx, this.#geometry);
+    this.onLayout();
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx */
+  #paintGround(ctx) {
+    const { palette } = this.theme;
+    const enamel = ctx.createLinearGradient(0, 0, 0, this.#height);
+    enamel.addColorStop(0, palette.board);
+    enamel.addColorStop(1, palette.boardDeep);
+    ctx.fillStyle = enamel;
+    ctx.fillRect(0, 0, this.#width, this.#height);
+    // A metre grid, so that speeds and sizes can be judged.
+    ctx.fillStyle = palette.ray;
+    const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
+    for (let x = Math.ceil(x0); x <= x1; x += 1) {
+      ctx.fillRect(this.px(x) - 0.5, this.py(y0), 1, this.py(y1) - this.py(y0));
+    }
+    for (let y = Math.ceil(y0); y <= y1; y += 1) {
+      ctx.fillRect(this.px(x0), this.py(y) - 0.5, this.px(x1) - this.px(x0), 1);
+    }
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {StaticGeometry} staticGeometry */
+  #paintGeometry(ctx, { walls, pegs, bins }) {
+    const { palette } = this.theme;
+    ctx.lineCap = "round";
+    ctx.strokeStyle = palette.rail;
+    const { least, most, metres } = this.theme.shapes.box;
+    const width = Math.max(least, Math.min(most, metres * this.scale));
+    const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
+    for (const wall of walls) {
+      // A wall has no thickness; on the rim its rail lies outside, so that balls touch its edge.
+      const atX = wall.x1 === wall.x2 && (wall.x1 === x0 || wall.x1 === x1);
+      const atY = wall.y1 === wall.y2 && (wall.y1 === y0 || wall.y1 === y1);
+      const dx = atX ? Math.sign(2 * wall.x1 - x0 - x1) * (width / 2) : 0;
+      const dy = atY ? Math.sign(2 * wall.y1 - y0 - y1) * (width / 2) : 0;
+      ctx.lineWidth = width;
+      ctx.beginPath();
+      ctx.moveTo(this.px(wall.x1) + dx, this.py(wall.y1) + dy);
+      ctx.lineTo(this.px(wall.x2) + dx, this.py(wall.y2) + dy);
+      ctx.stroke();
+    }
+    ctx.fillStyle = palette.peg;
+    for (const peg of pegs) disc(ctx, this.px(peg.x), this.py(peg.y), peg.radius * this.scale);
+    if (!bins) return;
+    const { y, edges } = bins;
+    ctx.fillStyle = palette.trayMark;
+    ctx.fillRect(this.px(edges[0]), this.py(y) - 1, this.px(edges[edges.length - 1]) - this.px(edges[0]), 2);
+    for (const edge of edges) ctx.fillRect(this.px(edge) - 1, this.py(y) - 8, 2, 8);
+  }
+
+  /**
+   * @param {(see: (ball: Seen) => void) => void} look
+   * @param {Aim} aim
+   */
+  draw(look, aim) {
+    if (!this.scale) return;
+    const ctx = contextOf(this.moving);
+    const density = this.#density;
+    ctx.setTransform(density, 0, 0, density, 0, 0);
+    ctx.clearRect(0, 0, this.#width, this.#height);
+    /** @type {Seen[]} */
+    const chosen = [];
+    look((ball) => {
+      this.#paintBall(ctx, ball);
+      if (ball.id === aim.chosen) chosen.push({ ...ball });
+    });
+    for (const ball of chosen) this.#ring(ctx, ball);
+    if (aim.sling) this.#arrow(ctx, aim.sling);
+    if (aim.crossShown) this.#cross(ctx, aim.cross);
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {Seen} seen */
+  #paintBall(ctx, { x, y, angle, radius, asleep }) {
+    const size = radius * this.scale;
+    const { sprite, of } = this.#spriteOf(size, asleep);
+    const stamp = { sheet: sprite.sheet, side: sprite.side, half: (sprite.half * size) / of };
+    paintBall(ctx, stamp, this.px(x), this.py(y), angle);
+  }
+
+  /**
+   * A sprite of about this radius in pixels, and the radius that it is of.
+   * @param {number} size
+   * @param {boolean} asleep
+   */
+  #spriteOf(size, asleep) {
+    // Radii in steps of a constant ratio: small balls differ visibly by less than large ones.
+    const step = Math.round(Math.log2(Math.min(LARGEST, size)) * STEPS);
+    const key = 2 * step + (asleep ? 1 : 0);
+    let found = this.#sprites.get(key);
+    if (!found) {
+      const { palette } = this.theme;
+      const of = 2 ** (step / STEPS);
+      const colours = asleep
+        ? { body: palette.other, dark: palette.otherDark, light: "#ffffff", band: palette.otherDark }
+        : { body: palette.ball, dark: palette.ballDark, light: palette.ballLight, band: palette.ballBand };
+      const sprite = makeSprite(
+        of, this.#density, { ...colours, shadow: palette.shadow }, this.theme.shapes.ball,
+      );
+      found = { sprite, of };
+      this.#sprites.set(key, found);
+    }
+    return found;
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {Seen} seen */
+  #ring(ctx, { x, y, radius }) {
+    ctx.strokeStyle = this.theme.palette.flash;
+    ctx.lineWidth = 2;
+    ctx.beginPath();
+    ctx.arc(this.px(x), this.py(y), radius * this.scale + 3, 0, 2 * Math.PI);
+    ctx.stroke();
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {Sling} sling */
+  #arrow(ctx, { x, y, toX, toY, radius }) {
+    const { palette } = this.theme;
+    const [fromX, fromY, tipX, tipY] = [this.px(x), this.py(y), this.px(toX), this.py(toY)];
+    ctx.globalAlpha = 0.6;
+    ctx.fillStyle = palette.ball;
+    disc(ctx, fromX, fromY, radius * this.scale);
+    ctx.globalAlpha = 1;
+    const length = Math.hypot(tipX - fromX, tipY - fromY);
+    if (length < 6) return;
+    const [ux, uy] = [(tipX - fromX) / length, (tipY - fromY) / length];
+    ctx.strokeStyle = palette.flash;
+    ctx.lineWidth = 3;
+    ctx.beginPath();
+    ctx.moveTo(fromX, fromY);
+    ctx.lineTo(tipX, tipY);
+    ctx.moveTo(tipX - 12 * ux - 7 * uy, tipY - 12 * uy + 7 * ux);
+    ctx.lineTo(tipX, tipY);
+    ctx.lineTo(tipX - 12 * ux + 7 * uy, tipY - 12 * uy - 7 * ux);
+    ctx.stroke();
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {Point} point */
+  #cross(ctx, { x, y }) {
+    const [px, py] = [this.px(x), this.py(y)];
+    ctx.strokeStyle = this.theme.palette.flash;
+    ctx.lineWidth = 2;
+    ctx.beginPath();
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      ctx.moveTo(px + 5 * dx, py + 5 * dy);
+      ctx.lineTo(px + 14 * dx, py + 14 * dy);
+    }
+    ctx.stroke();
+  }
+}

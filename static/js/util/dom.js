@@ -1,0 +1,86 @@
+// Small helpers to find, make, fill and ask elements. What a page should have and has not is thrown.
+
+/**
+ * @template {HTMLElement} [T=HTMLElement]
+ * @param {string} id
+ * @param {new () => T} [type] what the element has to be
+ * @returns {T}
+ */
+export function byId(id, type) {
+  const element = document.getElementById(id);
+  if (!element) throw new Error(`the page has no element #${id}`);
+  if (type && !(element instanceof type)) throw new Error(`element #${id} is no ${type.name}`);
+  return /** @type {T} */ (element);
+}
+
+/**
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {T} tag
+ * @param {Record<string, string>} [attributes]
+ * @param {...(Node | string)} children
+ * @returns {HTMLElementTagNameMap[T]}
+ */
+export function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
+
+/** @param {Element} element @returns {HTMLElement} what it lies in */
+export function parentOf(element) {
+  const parent = element.parentElement;
+  if (!parent) throw new Error(`element #${element.id} lies in no other`);
+  return parent;
+}
+
+/** @param {string} name @returns {HTMLInputElement[]} the radio buttons of a choice */
+export function radiosOf(name) {
+  return [...document.querySelectorAll("input")].filter((input) => input.name === name);
+}
+
+/** @param {string} name @returns {string} the value of the radio button that is checked */
+export function radioValue(name) {
+  const checked = radiosOf(name).find((radio) => radio.checked);
+  if (!checked) throw new Error(`of ${name} nothing is chosen`);
+  return checked.value;
+}
+
+/**
+ * @param {HTMLFormElement} form
+ * @param {string} name
+ * @returns {HTMLInputElement | HTMLSelectElement | RadioNodeList} what has a value under that name
+ */
+export function fieldOf(form, name) {
+  const found = form.elements.namedItem(name);
+  if (found instanceof HTMLInputElement || found instanceof HTMLSelectElement) return found;
+  if (found instanceof RadioNodeList) return found;
+  throw new Error(`form #${form.id} has no field ${name}`);
+}
+
+/** @param {HTMLFormElement} form @param {string} name @returns {HTMLInputElement} */
+export function inputOf(form, name) {
+  const field = fieldOf(form, name);
+  if (!(field instanceof HTMLInputElement)) throw new Error(`field ${name} is no input`);
+  return field;
+}
+
+/** @param {Event} event @param {string} selector @returns {boolean} whether it happened in such an element */
+export function isWithin(event, selector) {
+  return event.target instanceof Element && event.target.closest(selector) !== null;
+}
+
+/** @typedef {[string, string | Node | (string | Node)[]]} Fact name and value */
+
+/**
+ * Rows of a definition list.
+ * @param {HTMLElement} list
+ * @param {Fact[]} facts
+ */
+export function fillFacts(list, facts) {
+  list.replaceChildren(...facts.map(([name, value]) => {
+    const data = make("dd", {}, ...(Array.isArray(value) ? value : [value]));
+    data.dataset.fact = name.toLowerCase().replace(/ /g, "-");
+    return make("div", {}, make("dt", {}, name), data);
+  }));
+}

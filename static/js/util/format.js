@@ -1,0 +1,53 @@
+// Numbers and sentences as the page shows them. Pure.
+
+/** @param {number} value a multiplier, e.g. 1.5 @returns {string} "1.5×" */
+export function multiplier(value) {
+  return `${plain(value)}×`;
+}
+
+/** @param {number} value @returns {string} shortest: "110", "1.5", ".5" */
+export function tight(value) {
+  return plain(value).replace(/^0\./, ".");
+}
+
+/** @param {number} value @returns {string} two decimals: "12.50" */
+export function amount(value) {
+  return value.toFixed(2);
+}
+
+/** @param {number} value @returns {string} "+2.50", "−0.50", "0.00" */
+export function signed(value) {
+  const text = Math.abs(value).toFixed(2);
+  if (text === "0.00") return text;
+  return value > 0 ? `+${text}` : `−${text}`;
+}
+
+/** @param {number} value seconds @returns {string} "3.42 s" */
+export function seconds(value) {
+  return `${value.toFixed(2)} s`;
+}
+
+/** @param {string} seed @returns {string} at most 12 characters, both ends kept */
+export function shortSeed(seed) {
+  return seed.length > 12 ? `${seed.slice(0, 5)}…${seed.slice(-5)}` : seed;
+}
+
+/** @param {number} count @param {string} one @returns {string} "1 drop", "2 drops" */
+export function counted(count, one) {
+  return `${count.toLocaleString("en")} ${one}${count === 1 ? "" : "s"}`;
+}
+
+/** @param {number} value @returns {string} no more digits than it needs, at most four decimals */
+export function plain(value) {
+  return String(Number(value.toFixed(4)));
+}
+
+/** @param {string} text @returns {string} with a capital letter */
+export function capital(text) {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
+/** @param {string} text @returns {string} the message as it is, but with an end */
+export function withFullStop(text) {
+  return /[.!?]$/.test(text) ? text : `${text}.`;
+}

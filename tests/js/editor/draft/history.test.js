@@ -1,0 +1,20 @@
+// Undo and redo of an edited board.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { EditHistory } from "../../../../static/js/editor/draft/history.js";
+
+test("undo and redo go back and forth, and a change ends the future", () => {
+  const [a, b, c, d] = ["a", "b", "c", "d"].map((name) => ({ name }));
+  const history = new EditHistory(a);
+  assert.deepEqual([history.undo(), history.redo()], [false, false]);
+  for (const board of [b, c, c]) history.push(board);
+  assert.deepEqual([history.undo(), history.board], [true, b]);
+  assert.deepEqual([history.undo(), history.board], [true, a]);
+  assert.equal(history.undo(), false);
+  assert.deepEqual([history.redo(), history.board], [true, b]);
+  history.push(d);
+  assert.equal(history.canRedo, false);
+  assert.deepEqual([history.undo(), history.board], [true, b]);
+});

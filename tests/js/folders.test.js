@@ -1,0 +1,69 @@
+// The folders of static/js: one way between them, types included, few files in each, nothing unused.
+
+import assert from "node:assert/strict";
+import { readdirSync, readFileSync } from "node:fs";
+import { test } from "node:test";
+
+import { forbidden, LAYERS, PAGES } from "../../eslint.config.js";
+
+const ROOT = new URL("../../static/js/", import.meta.url);
+const FOLDERS = [...LAYERS, ...PAGES];
+const MOST = 13; // entries of a folder
+
+const texts = new Map(
+  readdirSync(ROOT, { recursive: true })
+    .filter((path) => path.endsWith(".js"))
+    .map((path) => [path, readFileSync(new URL(path, ROOT), "utf8")]),
+);
+
+/** What a file imports, as paths below static/js, by the names; types that JSDoc imports too. */
+function importsOf(path) {
+  const found = [];
+  const form = /(?:^import|@import|^export)\s+\{([^}]*)\}\s+from\s+"(\.[^"]+)"/gm;
+  for (const [, names, from] of texts.get(path).matchAll(form)) {
+    const target = new URL(from, new URL(path, ROOT)).href.slice(ROOT.href.length);
+    const list = names.split(",").map((name) => name.trim().split(/\s+as\s+/)[0]);
+    found.push({ target, names: list.filter(Boolean) });
+  }
+  return found;
+}
+
+test("every file lies in a folder that has its place in the order", () => {
+  assert.ok(texts.size > 80);
+  for (const path of texts.keys()) assert.ok(FOLDERS.includes(path.split("/")[0]), path);
+});
+
+test("imports, of types too, go one way and find what they name", () => {
+  for (const path of texts.keys()) {
+    const barred = forbidden(path.split("/")[0]);
+    for (const { target } of importsOf(path)) {
+      assert.ok(texts.has(target), `${path} imports ${target}, which is not there`);
+      assert.ok(!barred.includes(target.split("/")[0]), `${path} imports ${target}`);
+    }
+  }
+});
+
+test("a folder has about a dozen entries at most", () => {
+  const folders = new Set([...texts.keys()].map((path) => path.slice(0, path.lastIndexOf("/"))));
+  for (const folder of folders) {
+    const entries = readdirSync(new URL(`${folder}/`, ROOT));
+    assert.ok(entries.length <= MOST, `${folder} has ${entries.length}`);
+  }
+});
+
+test("what a file exports is used by another, or in the file itself", () => {
+  const imported = new Set();
+  for (const path of texts.keys()) {
+    for (const { target, names } of importsOf(path)) {
+      for (const name of names) imported.add(`${target}:${name}`);
+    }
+  }
+  const unused = [];
+  for (const [path, text] of texts) {
+    for (const [, name] of text.matchAll(/^export (?:async )?(?:function\*?|class|const) (\w+)/gm)) {
+      const uses = text.match(new RegExp(`(?<![\\w.#])${name}\\b`, "g")).length;
+      if (uses < 2 && !imported.has(`${path}:${name}`)) unused.push(`${path}: ${name}`);
+    }
+  }
+  assert.deepEqual(unused, []);
+});

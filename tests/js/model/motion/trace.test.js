@@ -1,0 +1,18 @@
+// A whole path for those who see it only once it is over: bounded, with its corners.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { Trace } from "../../../../static/js/model/motion/trace.js";
+
+test("a whole path is kept in bounded memory with its corners", () => {
+  const trace = new Trace();
+  const corner = { vx: 0, vy: 0, vIn: false, vOut: false };
+  for (let i = 0; i < 6000; i += 1) {
+    const x = i % 2;
+    trace.follow({ t: i, x, y: i, ...corner }, { t: i + 1, x: 1 - x, y: i + 1, ...corner },
+      { gravity: 0, drag: 0 });
+  }
+  assert.ok(trace.count >= 1024 && trace.count <= 2048, `${trace.count}`);
+  assert.deepEqual(trace.points().at(-1), { x: 0, y: 6000 });
+});

@@ -1,0 +1,34 @@
+// What is a seed is taken to the last digit, what is none is refused by name.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { complaintOf, readSeed, seedAfter } from "../../../static/js/model/seed.js";
+
+const LARGEST = "18446744073709551615";
+
+for (const text of ["-1", "18446744073709551616", "abc", "1.5", "1e3", "0x10", "NaN",
+  "9".repeat(400), "１２"]) {
+  test(`a bad seed is named: ${text.slice(0, 24)}`, () => {
+    const reading = readSeed(text);
+    assert.equal(reading.ok, false);
+    assert.ok(reading.message.includes(text.slice(0, 20)));
+    assert.ok(reading.message.includes(LARGEST));
+    assert.equal(complaintOf(reading, "empty"), reading.message);
+  });
+}
+
+test("a seed keeps every digit", () => {
+  const wanted = { [LARGEST]: LARGEST, " 9007199254740993 ": "9007199254740993", 0: "0", "007": "7" };
+  for (const [typed, seed] of Object.entries(wanted)) assert.deepEqual(readSeed(typed), { ok: true, seed });
+});
+
+test("an empty field is no seed and no mistake", () => {
+  assert.deepEqual(readSeed("  "), { ok: true, seed: null });
+  assert.equal(complaintOf(readSeed(""), "A drop needs a seed."), "A drop needs a seed.");
+});
+
+test("after the largest seed comes the smallest", () => {
+  assert.equal(seedAfter("41"), "42");
+  assert.equal(seedAfter(LARGEST), "0");
+});

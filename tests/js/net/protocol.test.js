@@ -1,0 +1,61 @@
+// The wire: golden snapshots and events to the last bit, and what follows no protocol refused by name.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { decodeEvents, decodeSnapshot, ProtocolError } from "../../../static/js/net/protocol.js";
+import { bytesOf, json } from "../support.js";
+
+test("golden snapshots decode to the last bit", () => {
+  const { snapshots } = json("tests/golden/snapshots.json");
+  assert.ok(snapshots.length > 0);
+  for (const { name, hex, extent, velocity_scale: velocityScale, tick, seq, balls } of snapshots) {
+    const decoded = decodeSnapshot(bytesOf(hex), { extent, velocityScale });
+    assert.deepEqual([decoded.tick, decoded.seq, decoded.count], [tick, seq, balls.length], name);
+    for (const [mine, theirs] of [["ids", "id"], ["x", "x"], ["y", "y"], ["angle", "theta"],
+      ["vx", "vx"], ["vy", "vy"]]) {
+      assert.deepEqual([...decoded[mine]], balls.map((ball) => ball[theirs]), `${name}: ${mine}`);
+    }
+    for (const flag of ["asleep", "bounced"]) {
+      assert.deepEqual([...decoded[flag]], balls.map((ball) => Number(ball[flag])), `${name}: ${flag}`);
+    }
+  }
+});
+
+test("columns that are large enough are filled again", () => {
+  const { snapshots } = json("tests/golden/snapshots.json");
+  const [{ hex, extent, velocity_scale: velocityScale }] = snapshots;
+  const first = decodeSnapshot(bytesOf(hex), { extent, velocityScale });
+  assert.equal(decodeSnapshot(bytesOf(hex), { extent, velocityScale }, first), first);
+});
+
+for (const [hex, named] of [
+  ["50", "1 bytes"],
+  ["510100005802000011000000", "81"],
+  ["500200005802000011000000", "version 2"],
+  ["500101005802000011000000", "not 24"],
+  ["50010000580200001100000000", "not 12"],
+]) {
+  test(`bytes that are no snapshot are refused by name: ${named}`, () => {
+    const extent = { x_min: 0, x_max: 1, y_min: 0, y_max: 1 };
+    assert.throws(
+      () => decodeSnapshot(bytesOf(hex), { extent, velocityScale: 1 }),
+      (error) => error instanceof ProtocolError && error.message.includes(named),
+    );
+  });
+}
+
+test("golden events decode one at a time and as the array of a tick", () => {
+  const { events } = json("tests/golden/events.json");
+  assert.ok(events.length > 0);
+  for (const { text, value } of events) assert.deepEqual(decodeEvents(text), [value]);
+  const whole = `[${events.map(({ text }) => text).join(",")}]`;
+  assert.deepEqual(decodeEvents(whole), events.map(({ value }) => value));
+});
+
+for (const text of ["", "{", "3", "null", "[null]", '{"type":"hello","protocol":2}']) {
+  test(`text that is no event is refused: ${text}`, () => {
+    assert.throws(() => decodeEvents(text), (error) =>
+      error instanceof ProtocolError && /event|protocol 2/.test(error.message));
+  });
+}

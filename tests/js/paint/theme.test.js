@@ -1,0 +1,58 @@
+// Colours: each score its step's, the same names by day and night, all text readable on its ground.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { payoutColour } from "../../../static/js/paint/theme.js";
+import { json } from "../support.js";
+
+const THEME = json("static/theme.json");
+
+test("a score takes the colour of its step", () => {
+  for (const [score, step] of [[0, 0], [0.3, 0], [0.5, 0.45], [1, 1], [1.4, 1], [110, 80], [1000, 80]]) {
+    assert.equal(payoutColour(THEME.payout, score).from, step);
+  }
+  assert.deepEqual(Object.keys(THEME.light), Object.keys(THEME.dark));
+});
+
+/** WCAG 2 contrast ratio of two colours in hex sRGB. */
+function contrast(one, two) {
+  const luminance = (colour) => {
+    const [red, green, blue] = [1, 3, 5].map((at) => {
+      const part = parseInt(colour.slice(at, at + 2), 16) / 255;
+      return part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4;
+    });
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+  };
+  const [low, high] = [luminance(one), luminance(two)].sort((a, b) => a - b);
+  return (high + 0.05) / (low + 0.05);
+}
+
+const GROUNDS = {
+  ink: ["page", "pageDeep", "case", "caseShade", "field"],
+  inkSoft: ["page", "pageDeep", "case", "field"],
+  link: ["page", "pageDeep"],
+  bad: ["page", "pageDeep"],
+  accentInk: ["accent"],
+  counterInk: ["counter"],
+  trayInk: ["tray"],
+};
+
+for (const name of ["light", "dark"]) {
+  test(`all text can be read on its ground: ${name}`, () => {
+    const colours = THEME[name];
+    for (const [text, grounds] of Object.entries(GROUNDS)) {
+      for (const ground of grounds) {
+        const ratio = contrast(colours[text], colours[ground]);
+        assert.ok(ratio >= 4.5, `${text} on ${ground} is ${ratio.toFixed(2)}`);
+      }
+    }
+    // What shows where a field or a button ends needs less than text does.
+    assert.ok(contrast(colours.line, colours.page) >= 3);
+    assert.ok(contrast(colours.focus, colours.page) >= 3);
+  });
+}
+
+test("every multiplier can be read on its bin", () => {
+  for (const { fill, ink, from } of THEME.payout) assert.ok(contrast(fill, ink) >= 4.5, `${from}`);
+});

@@ -1,0 +1,44 @@
+"""The editor's and the links' boards, held to what the engine says of a board."""
+
+from typing import Any
+
+from engine import Board
+from engine.board.materials import GRAVITY, RESTITUTION
+from tests.js.conftest import Run
+
+DRAFT = "editor/draft/draft.js"
+BOARD = Board.preset("triangle-8").to_dict()
+
+
+def test_a_small_board_to_start_with_can_be_played(run: Run) -> None:
+    assert Board.from_json(run(DRAFT, "({ EMPTY }) => EMPTY")).bins.count == 3
+
+
+def test_what_a_file_leaves_out_is_filled_in_as_the_server_does(run: Run) -> None:
+    forms: list[dict[str, Any]] = [
+        {},
+        {"bins": {"multipliers": [1, 2, 3]}},
+        {"width": 4, "height": 2, "bins": {"edges": [-2, 2]}},
+        {"ball": {"radius": 0.1}, "drop": {"y": 0.5}, "name": "short"},
+        BOARD,
+    ]
+    for form in forms:
+        assert run(DRAFT, "({ complete }, form) => complete(form)", form) == (
+            Board.from_json(form).to_dict()
+        )
+
+
+def test_edges_never_pass_each_other(run: Run) -> None:
+    script = "({ moved }, [board, x]) => moved(board, { kind: 'edge', index: 3 }, x, 0).bins.edges"
+    for x in (-100.0, 100.0):
+        edges = run(DRAFT, script, [BOARD, x])
+        assert edges == sorted(edges)
+        assert len(set(edges)) == len(edges)
+        Board.from_json({**BOARD, "bins": {**BOARD["bins"], "edges": edges}})
+
+
+def test_gravities_and_materials_are_the_engines(run: Run) -> None:
+    worlds = run("model/worlds.js", "({ GRAVITY, RESTITUTION }) => ({ GRAVITY, RESTITUTION })")
+    assert worlds["GRAVITY"] == dict(GRAVITY)
+    ranges = {row.name: [row.low, row.high] for row in RESTITUTION[1:]}
+    assert worlds["RESTITUTION"] == ranges
