@@ -42,7 +42,7 @@
  * @typedef {{scene: string, balls: number, seed: string, radii?: number[], width?: number,
  *   height?: number, speed?: number}} SceneForm what a room was begun with
  *
- * @typedef {{type: "accepted", ref?: string, explicit_x: boolean} & BallStart} Accepted
+ * @typedef {{type: "accepted", ref?: string | null, explicit_x: boolean} & BallStart} Accepted
  *
  * @typedef {object} Contact
  * @property {"contact"} type
@@ -63,7 +63,7 @@
  * @property {number} x_end metres
  * @property {string | null} [unsettled]
  *
- * @typedef {{type: "error", code: string, detail: string, ref?: string}} Refusal
+ * @typedef {{type: "error", code: string, detail: string, ref?: string | null}} Refusal
  * @typedef {{type: "missed", events: (Accepted | Landed | Contact)[] | null}} Missed
  * @typedef {{type: "pong", t: number}} Pong
  * @typedef {object} Snapshot one tick of a room, as columns: ball i is ids[i], x[i], …

@@ -70,20 +70,20 @@ export class OwnDrops {
     return this.#pending.length > 0;
   }
 
-  /** @param {string | undefined} ref @returns {boolean} whether it is a drop of ours */
+  /** @param {string | null | undefined} ref @returns {boolean} whether it is a drop of ours */
   has(ref) {
-    return ref !== undefined && this.#open.has(ref);
+    return typeof ref === "string" && this.#open.has(ref);
   }
 
-  /** @param {string | undefined} ref @param {Ball} ball it is in flight */
+  /** @param {string | null | undefined} ref @param {Ball} ball it is in flight */
   accepted(ref, ball) {
-    const drop = ref === undefined ? undefined : this.#open.get(ref);
+    const drop = this.#open.get(ref ?? "");
     if (drop) drop.ball = ball;
   }
 
-  /** @param {string | undefined} ref the table would not take it */
+  /** @param {string | null | undefined} ref the table would not take it */
   refused(ref) {
-    if (ref !== undefined) this.#open.delete(ref);
+    this.#open.delete(ref ?? "");
   }
 
   /** @param {Ball} ball whosever @param {Landed} landed */

@@ -261,7 +261,7 @@ class ReplayPage {
 
 /** @param {DropRecord} record @returns {Fact[]} how sure the bin is, where the server says so */
 function sureness({ amplification, x_error: error, certain }) {
-  if (amplification === undefined || error === undefined) return [];
+  if (typeof amplification !== "number" || typeof error !== "number") return [];
   return [
     ["Amplified", `${figure(amplification)} times, from start to end`],
     ["End is right to", `${figure(error)} m`],

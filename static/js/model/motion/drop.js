@@ -35,8 +35,8 @@ const MAX_SAMPLES = 90_000;
  * @property {number} x_end m
  * @property {ImpactRow[]} impacts
  * @property {string} digest
- * @property {number} [amplification]
- * @property {number} [x_error] m
+ * @property {number | null} [amplification] null where the ball did not land
+ * @property {number | null} [x_error] m
  * @property {boolean} [certain]
  *
  * @typedef {{fields: string[], frames: number[][], before: number[][]}} Sampled the /frames reply
