@@ -48,8 +48,8 @@ play: $(VENV)/.stamp-play
 
 # The page's pure modules run in Node.js. Other tests drive a real Chromium and a real PostgreSQL: the
 # machine's own, or else Debian's.
-test: $(VENV)/.stamp-test
-	$(WITH_NODE) && node --test $$(find tests/js -name '*.test.js' | sort)
+test: $(VENV)/.stamp-test node_modules/.stamp
+	$(WITH_NODE) && node --test --test-reporter=spec $$(find tests/js -name '*.test.js' | sort)
 	tools/postgresql
 	chromium="$$(tools/chromium)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)

@@ -1,4 +1,4 @@
-"""Run time against error: our solvers, the reference documents' engine and those people would pick.
+"""Run time against error: our solvers, a tutorial's engine and those people would pick.
 
 The truth is the mpmath oracle. Every contestant plays the same boards from the same starts.
 """

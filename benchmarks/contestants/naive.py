@@ -1,8 +1,8 @@
-"""The engine of the reference documents, as they describe it, compiled.
+"""The engine that tutorials on games describe, as they describe it, compiled.
 
 Semi-implicit Euler with one step a frame, v first and x with the new v; overlaps found after the
 move in a grid of cells two largest diameters wide; j = -(1 + e) v_n m; friction min(mu j, what
-would stop the tangential velocity), with the right dimension and without spin, as the documents
+would stop the tangential velocity), with the right dimension and without spin, as they
 know none; drag as the factor 1 - k dt; 60 % of an overlap mended at once.
 """
 
@@ -123,7 +123,7 @@ def _advance(
 
 
 class Naive(Contestant):
-    """The reference documents' engine."""
+    """The tutorials' engine."""
 
     name = "naive Euler"
 
