@@ -19,7 +19,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from tests.long import tries
 from tests.waiting import LIMIT, first_line
 
-KILLS = tries(2, int(os.environ.get("PLINKO_TEST_KILLS", "50")))
+KILLS = tries(1, int(os.environ.get("PLINKO_TEST_KILLS", "50")))
 """How often a crash test kills its server: once as it was begun, once as it was found again."""
 
 _SERVE = (
