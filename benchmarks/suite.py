@@ -4,8 +4,8 @@ import importlib
 from collections.abc import Sequence
 from pathlib import Path
 
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section
-from benchmarks.harness.settings import Settings
 
 MODULES = {
     "accuracy": "accuracy.accuracy",
@@ -22,9 +22,9 @@ MODULES = {
 NAMES = tuple(MODULES)
 
 
-def run(name: str, settings: Settings) -> Section:
+def run(name: str, effort: Effort) -> Section:
     """Run the benchmark `name`; each is imported when it is asked for."""
-    section: Section = importlib.import_module(f"benchmarks.{MODULES[name]}").run(settings)
+    section: Section = importlib.import_module(f"benchmarks.{MODULES[name]}").run(effort)
     return section
 
 

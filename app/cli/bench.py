@@ -66,10 +66,10 @@ def command(
     oracle of `accuracy` and all plots need the `bench` extra.
     """
     from benchmarks import suite
+    from benchmarks.accuracy import readme_table
     from benchmarks.harness import machine
-    from benchmarks.harness import readme as short
+    from benchmarks.harness.effort import Effort, MissingError
     from benchmarks.harness.markers import fill
-    from benchmarks.harness.settings import MissingError, Settings
 
     if page and not plots:
         raise click.UsageError("--page shows the plots too: say with --plots where they are drawn")
@@ -78,7 +78,7 @@ def command(
     names = WHAT if what == "all" else (what,)
     found = []
     with _progress() as step:
-        settings = Settings(
+        effort = Effort(
             quick=quick,
             rounds=rounds or (1 if quick else 7),
             long=long,
@@ -90,14 +90,14 @@ def command(
         for name in names:
             step(name)
             try:
-                found.append(suite.run(name, settings))
+                found.append(suite.run(name, effort))
             except MissingError as error:
                 raise click.UsageError(f"{name}: {error}") from error
     drawn = suite.draw(found, plots) if plots else []
     if page and plots:
         fill(page, about, found, plots)
         if readme:
-            short.renew(readme, page)
+            readme_table.renew(readme, page)
     if as_json:
         common.print_json(_as_json(about, quick, found))
     else:

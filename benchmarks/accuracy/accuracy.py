@@ -19,8 +19,8 @@ from benchmarks.contestants.common import AbsentError, Contestant, Floats
 from benchmarks.contestants.naive import Naive
 from benchmarks.contestants.ours import Exact, Stepped
 from benchmarks.harness.clock import Job, Sample, in_turns
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, length
-from benchmarks.harness.settings import Settings
 from benchmarks.scenes import boards as scenes
 from engine import Board
 
@@ -52,28 +52,28 @@ def plot_of(key: str) -> str:
     return f"bench-accuracy-{key}.png"
 
 
-def run(settings: Settings) -> Section:
+def run(effort: Effort) -> Section:
     """All of the accuracy benchmark."""
     section = Section("accuracy")
     boards = {key: scenes.triangle(rows, tuning) for key, (_, rows, tuning) in BOARDS.items()}
-    rates = QUICK_RATES if settings.quick else RATES
-    with contestants(section, settings) as everyone:
+    rates = QUICK_RATES if effort.quick else RATES
+    with contestants(section, effort) as everyone:
         for key, board in boards.items():
             title = BOARDS[key][0]
-            truth = reference(board, settings.size(128, 4), settings)
+            truth = reference(board, effort.size(128, 4), effort)
             entries = list(_entries(everyone, rates))
-            speeds = _speeds(board, truth.xs, entries, settings)
-            section.data[key] = _errors(truth, entries, speeds, settings)
+            speeds = _speeds(board, truth.xs, entries, effort)
+            section.data[key] = _errors(truth, entries, speeds, effort)
             section.tables.append(_table(title, truth, section.data[key]))
             section.plots[plot_of(key)] = _plotter(title, section.data[key])
-        histograms(section, boards["trial-16"], everyone, settings)
-        energy.elastic(section, everyone, rates, settings)
-        energy.bounces(section, everyone, rates, settings)
+        histograms(section, boards["trial-16"], everyone, effort)
+        energy.elastic(section, everyone, rates, effort)
+        energy.bounces(section, everyone, rates, effort)
     return section
 
 
 @contextmanager
-def contestants(section: Section, settings: Settings) -> Iterator[list[Contestant]]:
+def contestants(section: Section, effort: Effort) -> Iterator[list[Contestant]]:
     """All who can take part; who cannot is written into the section."""
     found: list[Contestant] = [Exact(), Stepped(), Naive()]
     for kind in (Chipmunk, Box2d):
@@ -82,7 +82,7 @@ def contestants(section: Section, settings: Settings) -> Iterator[list[Contestan
         except AbsentError as error:
             section.absent.append(str(error))
     helpers: list[node.NodeEngine] = []
-    if settings.node:
+    if effort.node:
         try:
             # A quick run does not reach for the network.
             node.check()
@@ -117,11 +117,11 @@ def step_of(rate: int) -> float:
 
 
 def _speeds(
-    board: Board, xs: Floats, entries: Sequence[Entry], settings: Settings
+    board: Board, xs: Floats, entries: Sequence[Entry], effort: Effort
 ) -> dict[str, Sample]:
     """Drops per second of each entry, in turns."""
-    some = np.resize(xs, settings.size(40, 2))
-    many = np.resize(xs, settings.size(4096, 64))  # the compiled ones would be over too soon
+    some = np.resize(xs, effort.size(40, 2))
+    many = np.resize(xs, effort.size(4096, 64))  # the compiled ones would be over too soon
 
     def job(contestant: Contestant, rate: int) -> Job:
         compiled = isinstance(contestant, Exact | Naive)
@@ -130,12 +130,12 @@ def _speeds(
         return lambda: len(starts) / contestant.seconds(board, starts, step_of(rate))
 
     jobs = {name: job(contestant, rate) for name, contestant, rate in entries}
-    rounds = min(settings.rounds, 5)
-    return in_turns(jobs, rounds, lambda: settings.step("drops per second"))
+    rounds = min(effort.rounds, 5)
+    return in_turns(jobs, rounds, lambda: effort.step("drops per second"))
 
 
 def _errors(
-    truth: Reference, entries: Sequence[Entry], speeds: dict[str, Sample], settings: Settings
+    truth: Reference, entries: Sequence[Entry], speeds: dict[str, Sample], effort: Effort
 ) -> dict[str, Any]:
     rows: dict[str, Any] = {}
     for name, contestant, rate in entries:
@@ -155,7 +155,7 @@ def _errors(
             "deepest": seen.deepest,
             "drops_per_second": speeds[name].to_dict(),
         }
-        settings.step(name)
+        effort.step(name)
     return {
         "drops": len(truth.xs),
         "decidable": int(truth.decidable.sum()),

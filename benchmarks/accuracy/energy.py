@@ -6,8 +6,8 @@ import numpy as np
 
 from benchmarks.contestants.common import Contestant, Paths
 from benchmarks.contestants.ours import Exact
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from benchmarks.harness.settings import Settings
 from benchmarks.scenes import boards
 from engine import Board, drop
 
@@ -17,11 +17,11 @@ RESTITUTION = 0.7
 
 
 def elastic(
-    section: Section, everyone: Sequence[Contestant], rates: Sequence[int], settings: Settings
+    section: Section, everyone: Sequence[Contestant], rates: Sequence[int], effort: Effort
 ) -> None:
     """Energy drift over ten seconds in a closed box with pegs where nothing is lost."""
     board = boards.elastic_box()
-    balls = settings.size(32, 2)
+    balls = effort.size(32, 2)
     zone = board.drop
     xs = zone.x + np.random.default_rng(3).uniform(-zone.jitter, zone.jitter, balls)
     rows, data = [], {}
@@ -32,7 +32,7 @@ def elastic(
             name = f"{contestant.name} 1/{rate}" if rate else contestant.name
             rows.append([name, *(f"{value:+.2g}" for value in drift)])
             data[name] = dict(zip(("median", "lowest", "highest"), drift, strict=True))
-            settings.step("energy")
+            effort.step("energy")
     section.data["elastic"] = data
     section.tables.append(
         Table(
@@ -61,10 +61,10 @@ def _drift(board: Board, paths: Paths) -> tuple[float, float, float]:
 
 
 def bounces(
-    section: Section, everyone: Sequence[Contestant], rates: Sequence[int], settings: Settings
+    section: Section, everyone: Sequence[Contestant], rates: Sequence[int], effort: Effort
 ) -> None:
     """Height after one bounce: e = sqrt(h' / h) is 0.7 on paper."""
-    heights = HEIGHTS[:2] if settings.quick else HEIGHTS
+    heights = HEIGHTS[:2] if effort.quick else HEIGHTS
     rows, data = [], {}
     for contestant in everyone:
         for rate in rates if contestant.stepped else (0,):
@@ -74,7 +74,7 @@ def bounces(
             worst = f"{error.max():.4f}" if error.max() > 1e-9 else f"{error.max():.0e}"
             rows.append([name, f"{np.median(found):.4f}", worst])
             data[name] = found.tolist()
-            settings.step("bounces")
+            effort.step("bounces")
     section.data["bounces"] = {"heights": list(heights), "restitution": data}
     section.tables.append(
         Table(

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.contestants.common import Contestant
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from benchmarks.harness.settings import Settings
 from engine import Board, drop_many
 
 SECONDS = 40.0  # longer than any drop of the board falls
@@ -15,11 +15,11 @@ RATES = (60, 240)
 
 
 def histograms(
-    section: Section, board: Board, everyone: Sequence[Contestant], settings: Settings
+    section: Section, board: Board, everyone: Sequence[Contestant], effort: Effort
 ) -> None:
     """Total-variation distance of each histogram from the exact solver's on many more drops."""
-    drops = settings.size(2000, 40)
-    truth_drops = settings.size(1_000_000, 10_000)
+    drops = effort.size(2000, 40)
+    truth_drops = effort.size(1_000_000, 10_000)
     zone = board.drop
     share = drop_many(board, range(truth_drops)).histogram / truth_drops
     rng = np.random.default_rng(7)
@@ -31,7 +31,7 @@ def histograms(
     rows = []
     data: dict[str, Any] = {"drops": drops, "chance": [low, middle, high], "distance": {}}
     for contestant in everyone:
-        for rate in RATES if contestant.stepped and not settings.quick else RATES[:1]:
+        for rate in RATES if contestant.stepped and not effort.quick else RATES[:1]:
             bins = contestant.bins(board, xs, 1.0 / rate, seconds)
             landed = bins[bins >= 0]
             counts = np.bincount(landed, minlength=board.bins.count)
@@ -39,7 +39,7 @@ def histograms(
             name = f"{contestant.name} 1/{rate}" if contestant.stepped else contestant.name
             rows.append([name, f"{distance:.4f}", str(drops - len(landed))])
             data["distance"][name] = distance
-            settings.step("histograms")
+            effort.step("histograms")
     section.data["histogram"] = data
     section.tables.append(
         Table(

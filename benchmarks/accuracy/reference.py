@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.harness import machine
-from benchmarks.harness.settings import MissingError, Settings
+from benchmarks.harness.effort import Effort, MissingError
 from engine import Board
 from engine.constants import KIND_PEG, KIND_WALL
 
@@ -47,7 +47,7 @@ class Reference:
 _Row = tuple[list[float], list[tuple[float, float]], list[float], int, float, bool]
 
 
-def reference(board: Board, drops: int, settings: Settings) -> Reference:
+def reference(board: Board, drops: int, effort: Effort) -> Reference:
     """Oracle drops of a board from starts spread over the drop zone by a fixed seed."""
     try:
         importlib.import_module("tests.engine.oracle")
@@ -62,7 +62,7 @@ def reference(board: Board, drops: int, settings: Settings) -> Reference:
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         for row in pool.map(partial(_oracle, board.to_json()), xs.tolist()):
             rows.append(row)
-            settings.step("oracle")
+            effort.step("oracle")
     times, positions, floor, bins, durations, decidable = zip(*rows, strict=True)
     return Reference(
         board,

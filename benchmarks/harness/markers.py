@@ -4,8 +4,8 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from benchmarks.harness.effort import MissingError
 from benchmarks.harness.report import Section
-from benchmarks.harness.settings import MissingError
 
 
 def fill(page: Path, machine: dict[str, str], sections: Sequence[Section], plots: Path) -> None:

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from itertools import count
 from typing import Any
 
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from benchmarks.harness.settings import Settings
 from benchmarks.serving import stream
 from benchmarks.serving.process import OPTIONS, Served, can_watch, serving
 
@@ -21,20 +21,20 @@ BOARD = "triangle-16"
 QUIET, BUSY = "nobody asks for a picture", f"{ASKERS} clients ask for GIFs all the time"
 
 
-def ticks(section: Section, settings: Settings) -> None:
+def ticks(section: Section, effort: Effort) -> None:
     """Lateness of the ticks of one server, in turns with and without requests for GIFs."""
     if not can_watch():
         section.absent.append("ticks while pictures are drawn: needs /proc, as on Linux")
         return
-    seconds = float(settings.size(10, 1))
-    turns = settings.size(3, 1)
+    seconds = float(effort.size(10, 1))
+    turns = effort.size(3, 1)
     found: dict[str, Counter[float]] = {QUIET: Counter(), BUSY: Counter()}
     drawn = 0
     seeds = count()
     with serving(OPTIONS) as server:
         for _ in range(turns):
             for name, buckets in found.items():
-                settings.step(name)
+                effort.step(name)
                 with _asking(server, seeds if name == BUSY else None) as answers:
                     buckets.update(_lateness(server, seconds))
                 drawn += len(answers)

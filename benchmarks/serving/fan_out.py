@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from benchmarks.harness.clock import Job, in_turns
+from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table, spread
-from benchmarks.harness.settings import MissingError, Settings
 from benchmarks.serving.process import OPTIONS, Served, core_for_server, pinned, serving
 
 BALLS = 50
@@ -25,11 +25,11 @@ KINDS = ("direct", "public")
 BARE = "send(2) in a C loop"
 
 
-def compare(section: Section, settings: Settings) -> None:
+def compare(section: Section, effort: Effort) -> None:
     """The bare loop, and the server with each of its transports."""
 
-    clients = settings.size(400, 10)
-    window = 3.0 if not settings.quick else 0.5
+    clients = effort.size(400, 10)
+    window = 3.0 if not effort.quick else 0.5
     core = core_for_server()
     with contextlib.ExitStack() as stack:
         loop = stack.enter_context(contextlib.closing(asyncio.new_event_loop()))
@@ -46,7 +46,7 @@ def compare(section: Section, settings: Settings) -> None:
         loop.run_until_complete(_connect(bare, clients))
         jobs[BARE] = lambda: loop.run_until_complete(_send(bare, crowds[0].size, window))
         crowds[0].measure()  # for the size of what the bare loop is to send
-        times = in_turns(jobs, settings.rounds, lambda: settings.step("fan-out"))
+        times = in_turns(jobs, effort.rounds, lambda: effort.step("fan-out"))
         loop.run_until_complete(_leave(crowds))
     base = times[BARE]
     section.data["fan_out"] = {name: sample.to_dict() for name, sample in times.items()}

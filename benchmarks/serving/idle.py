@@ -5,8 +5,8 @@ import time
 import urllib.request
 
 from benchmarks.harness.clock import Job, in_turns, seconds_of
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
-from benchmarks.harness.settings import Settings
 from benchmarks.serving.process import can_watch, serving
 from engine import Board, World
 
@@ -15,7 +15,7 @@ TICKS = 60
 READY = 60.0  # s the server may take to start
 
 
-def live(section: Section, settings: Settings) -> None:
+def live(section: Section, effort: Effort) -> None:
     """A tick of a room with balls in flight: the engine alone, unwatched, watched."""
     jobs: dict[str, Job] = {
         "the engine's tick alone": _engine_tick,
@@ -23,7 +23,7 @@ def live(section: Section, settings: Settings) -> None:
         "a room nobody watches or films": lambda: _room_tick(watched=False, cameras_there=True),
         "a watched room, frame encoded": lambda: _room_tick(watched=True),
     }
-    times = in_turns(jobs, settings.rounds, lambda: settings.step("rooms"))
+    times = in_turns(jobs, effort.rounds, lambda: effort.step("rooms"))
     base = times["the engine's tick alone"]
     section.data["rooms"] = {name: sample.to_dict() for name, sample in times.items()}
     section.tables.append(
@@ -80,23 +80,23 @@ def _room_tick(*, watched: bool, cameras_there: bool = False) -> float:
         cameras.close()
 
 
-def server(section: Section, settings: Settings) -> None:
+def server(section: Section, effort: Effort) -> None:
     """Processor time of a server whose rooms are all asleep."""
-    rooms = settings.size(999, 3)  # and the one that is always there
-    watch = float(settings.size(20, 1))
+    rooms = effort.size(999, 3)  # and the one that is always there
+    watch = float(effort.size(20, 1))
     if not can_watch():
         section.absent.append("idle server: its processor time is read from /proc, as on Linux")
         return
     with serving(["--max-rooms", "2000", "--creator-rooms", "2000"]) as running:
         for _ in range(rooms):
             _post(f"{running.address}/api/v1/rooms", {"board": "triangle-16"})
-        settings.step("idle rooms")
+        effort.step("idle rooms")
         time.sleep(1.0)
         before = running.cpu
         start = time.monotonic()
         time.sleep(watch)
         share = (running.cpu - before) / (time.monotonic() - start)
-    settings.step("idle server")
+    effort.step("idle server")
     section.data["idle"] = {"rooms": rooms + 1, "seconds": watch, "share_of_a_core": share}
     section.tables.append(
         Table(

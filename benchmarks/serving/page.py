@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table
-from benchmarks.harness.settings import MissingError, Settings
 
 BALLS = 200
 BOARD = "triangle-16"
@@ -73,20 +73,20 @@ class Trace:
         return [value for name in names for value in self.durations.get(name, ())]
 
 
-def run(settings: Settings) -> Section:
+def run(effort: Effort) -> Section:
     """Measure the page on each screen; MissingError without Playwright or Chromium."""
-    seconds = settings.size(10, 1)
+    seconds = effort.size(10, 1)
     section = Section("page")
     rows = []
     for width, height, density in SCREENS:
-        settings.step(f"{width} x {height}")
-        trace, in_flight = measure(width, height, density, seconds, settings.size(BALLS, 20))
+        effort.step(f"{width} x {height}")
+        trace, in_flight = measure(width, height, density, seconds, effort.size(BALLS, 20))
         screen = f"{width} x {height} at {density}"
         rows.append([screen, *_figures(trace, in_flight)])
         section.data[screen] = _data(trace, in_flight)
     section.tables.append(
         Table(
-            f"A table with {settings.size(BALLS, 20)} balls in the browser",
+            f"A table with {effort.size(BALLS, 20)} balls in the browser",
             [
                 "screen",
                 "balls",

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from benchmarks.harness.settings import MissingError
+from benchmarks.harness.effort import MissingError
 
 OPTIONS = ("--drop-rate", "1000000", "--message-rate", "1000000", "--max-clients", "5000")
 """For servers that are to be loaded from one address."""

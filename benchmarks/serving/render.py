@@ -11,8 +11,8 @@ import numpy.typing as npt
 from PIL import Image
 
 from benchmarks.harness.clock import Job, in_turns, seconds_of
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
-from benchmarks.harness.settings import Settings
 from benchmarks.serving import drawing
 from engine import Board, Drop, World, drop, drop_many
 
@@ -30,14 +30,14 @@ has steps of one by itself, and a step of two is on the verge of what an eye see
 VIEWERS: Final = (1, 50)
 
 
-def run(settings: Settings) -> Section:
+def run(effort: Effort) -> Section:
     """All of the picture benchmark."""
     section = Section("render")
-    _frames(section, settings)
-    _drops(section, settings)
-    _many(section, settings)
-    _stream(section, settings)
-    drawing.ticks(section, settings)
+    _frames(section, effort)
+    _drops(section, effort)
+    _many(section, effort)
+    _stream(section, effort)
+    drawing.ticks(section, effort)
     return section
 
 
@@ -76,7 +76,7 @@ def _trails(world: World) -> dict[int, npt.NDArray[np.float64]]:
     }
 
 
-def _frames(section: Section, settings: Settings) -> None:
+def _frames(section: Section, effort: Effort) -> None:
     """A frame on the cached layer, and what it takes to encode it."""
     from app.render import Stage
 
@@ -92,7 +92,7 @@ def _frames(section: Section, settings: Settings) -> None:
         "JPEG": len(stage.jpg(pixels)),
         "PNG by Pillow, compress_level 1": len(_pillow_png(picture)),
     }
-    times = settings.size(50, 3)
+    times = effort.size(50, 3)
     jobs: dict[str, Job] = {
         "frame": _repeated(lambda: stage.frame(bodies), times),
         "frame with trails": _repeated(lambda: stage.frame(later, trails=trails), times),
@@ -101,7 +101,7 @@ def _frames(section: Section, settings: Settings) -> None:
         "JPEG": _repeated(lambda: stage.jpg(pixels), times),
         "PNG by Pillow, compress_level 1": _repeated(lambda: _pillow_png(picture), 3),
     }
-    found = in_turns(jobs, settings.rounds, lambda: settings.step("frames"))
+    found = in_turns(jobs, effort.rounds, lambda: effort.step("frames"))
     verdicts = {
         "frame": _verdict(1.0 / found["frame"].median >= FRAMES_A_SECOND),
         "PNG, palette of the stage": _verdict(
@@ -159,11 +159,11 @@ def four_seconds() -> Drop:
     return drop(boards[number], seed)
 
 
-def _drops(section: Section, settings: Settings) -> None:
+def _drops(section: Section, effort: Effort) -> None:
     """A drop of four seconds in every format."""
     from app.render import drop_animation, drop_picture
 
-    d, fps = four_seconds(), settings.size(GIF_FPS, 10)
+    d, fps = four_seconds(), effort.size(GIF_FPS, 10)
     drawings: dict[str, Callable[[], bytes]] = {
         "PNG": lambda: drop_picture(d),
         "JPEG": lambda: drop_picture(d, "jpg"),
@@ -172,7 +172,7 @@ def _drops(section: Section, settings: Settings) -> None:
         "WebP": lambda: drop_animation(d, "webp", fps=fps),
     }
     jobs = {name: _repeated(draw, 1) for name, draw in drawings.items()}
-    found = in_turns(jobs, settings.rounds, lambda: settings.step("drops"))
+    found = in_turns(jobs, effort.rounds, lambda: effort.step("drops"))
     made = {name: draw() for name, draw in drawings.items()}
     sizes = {name: len(data) for name, data in made.items()}
     off = {name: bands(d, made[name], fps) for name in ("GIF", "APNG", "WebP")}
@@ -231,12 +231,12 @@ def _squares(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.float64]:
     return means
 
 
-def _many(section: Section, settings: Settings) -> None:
+def _many(section: Section, effort: Effort) -> None:
     """Pictures of many drops."""
     from app.render import contact_sheet, density_picture, histogram_picture
 
     board = Board.preset(BOARD)
-    drops = settings.size(100_000, 200)
+    drops = effort.size(100_000, 200)
     counts = drop_many(board, range(1000)).histogram
     drawings: dict[str, Callable[[], bytes]] = {
         "sheet of 25 drops": lambda: contact_sheet(board, range(25)),
@@ -244,8 +244,8 @@ def _many(section: Section, settings: Settings) -> None:
         "histogram, drops counted before": lambda: histogram_picture(board, counts),
     }
     jobs = {name: _repeated(draw, 1) for name, draw in drawings.items()}
-    rounds = min(settings.rounds, 3)
-    found = in_turns(jobs, rounds, lambda: settings.step("many drops"))
+    rounds = min(effort.rounds, 3)
+    found = in_turns(jobs, rounds, lambda: effort.step("many drops"))
     sizes = {name: len(draw()) for name, draw in drawings.items()}
     section.data["many"] = {name: sample.to_dict() for name, sample in found.items()}
     section.tables.append(
@@ -261,9 +261,9 @@ def _many(section: Section, settings: Settings) -> None:
     )
 
 
-def _stream(section: Section, settings: Settings) -> None:
+def _stream(section: Section, effort: Effort) -> None:
     """A room filmed for nobody, for one, and for fifty."""
-    ticks = settings.size(240, 6)
+    ticks = effort.size(240, 6)
     jobs: dict[str, Job] = {
         "nobody": lambda: asyncio.run(_filmed(0, ticks))["cpu"],
         **{
@@ -271,7 +271,7 @@ def _stream(section: Section, settings: Settings) -> None:
             for viewers in VIEWERS
         },
     }
-    found = in_turns(jobs, settings.rounds, lambda: settings.step("stream"))
+    found = in_turns(jobs, effort.rounds, lambda: effort.step("stream"))
     drawn = {
         name: asyncio.run(_filmed(viewers, ticks))["drawn"]
         for name, viewers in zip(jobs, (0, *VIEWERS), strict=True)

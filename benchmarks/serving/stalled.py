@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from benchmarks.harness.settings import Settings
 from benchmarks.serving.process import OPTIONS, Served, core_for_server, pinned, serving
 from engine import Board
 
@@ -18,12 +18,12 @@ GRAVITY = 0.2
 """m/s^2: so little that thousands of balls are in flight together for long enough."""
 
 
-def watch(section: Section, settings: Settings) -> None:
+def watch(section: Section, effort: Effort) -> None:
     """Frames of 40 KB to twenty clients, one of whom reads nothing."""
 
-    balls = settings.size(3400, 50)
-    seconds = float(settings.size(10, 1))
-    settings.step("stalled client")
+    balls = effort.size(3400, 50)
+    seconds = float(effort.size(10, 1))
+    effort.step("stalled client")
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / "slow.json"
         path.write_text(json.dumps(_slow_board()))

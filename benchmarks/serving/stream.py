@@ -2,8 +2,8 @@
 
 import asyncio
 
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from benchmarks.harness.settings import Settings
 from benchmarks.serving import fan_out, idle, stalled, wire
 from benchmarks.serving.process import OPTIONS, Served, can_watch, core_for_server, pinned, serving
 
@@ -14,28 +14,28 @@ DROPS = 8.0
 """Balls a second in the room that is watched: some 50 in flight."""
 
 
-def run(settings: Settings) -> Section:
+def run(effort: Effort) -> Section:
     """All of the streaming benchmark."""
     section = Section("stream")
-    wire.compare(section, settings)
+    wire.compare(section, effort)
     if not can_watch():
         section.absent.append("the server: processor time and memory are read from /proc")
         return section
-    fan_out.compare(section, settings)
-    _crowds(section, settings)
-    _memory(section, settings)
-    stalled.watch(section, settings)
-    idle.server(section, settings)
+    fan_out.compare(section, effort)
+    _crowds(section, effort)
+    _memory(section, effort)
+    stalled.watch(section, effort)
+    idle.server(section, effort)
     return section
 
 
-def _crowds(section: Section, settings: Settings) -> None:
+def _crowds(section: Section, effort: Effort) -> None:
     """Rooms of rising size at 60 Hz on one core: how late the ticks are, and what arrives."""
     rows = []
     data = {}
-    for clients in (100, 400, 800) if not settings.quick else (10,):
-        settings.step(f"{clients} clients")
-        found = _crowd(clients, settings)
+    for clients in (100, 400, 800) if not effort.quick else (10,):
+        effort.step(f"{clients} clients")
+        found = _crowd(clients, effort)
         name = f"{clients:,}"
         data[name] = found
         rows.append([
@@ -65,11 +65,11 @@ def _crowds(section: Section, settings: Settings) -> None:
     )  # fmt: skip
 
 
-def _crowd(clients: int, settings: Settings) -> dict[str, float]:
+def _crowd(clients: int, effort: Effort) -> dict[str, float]:
     from app.load.client import room_url
     from app.load.generator import Load, run
 
-    seconds = float(settings.size(10, 1))
+    seconds = float(effort.size(10, 1))
     with serving(OPTIONS) as server:
         pinned(server.process, core_for_server())
         watch = Window(server)
@@ -136,10 +136,10 @@ def quantile(buckets: list[tuple[float, float]], share: float) -> float:
     return low
 
 
-def _memory(section: Section, settings: Settings) -> None:
+def _memory(section: Section, effort: Effort) -> None:
     """Resident memory with the physics compiled, and what each client adds."""
-    clients = settings.size(400, 10)
-    settings.step("memory")
+    clients = effort.size(400, 10)
+    effort.step("memory")
     with serving(OPTIONS) as server:
         alone = server.resident
         with_clients = asyncio.run(_with_clients(server, clients, 2.0))

@@ -6,20 +6,20 @@ from app.protocol import messages
 from app.protocol.wire import WireMessage
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from benchmarks.harness.settings import Settings
 from engine import Board
 
 BOARDS = ("triangle-8", "triangle-12", "triangle-16", "classic", "galton")
 
 
-def compare(section: Section, settings: Settings) -> None:
+def compare(section: Section, effort: Effort) -> None:
     """Both streams of the same drops on several boards, with one ball and with many."""
     rows = []
     data: dict[str, dict[str, float]] = {}
-    many = settings.size(50, 5)
+    many = effort.size(50, 5)
     for name in BOARDS:
-        settings.step(f"bytes of {name}")
+        effort.step(f"bytes of {name}")
         for balls in (1, many):
             found = _both(Board.preset(name), balls)
             data[f"{name} {balls}"] = found

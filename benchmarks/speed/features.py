@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness.clock import Job, in_turns, seconds_of
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
-from benchmarks.harness.settings import Settings
 from benchmarks.scenes import boards as scenes
 from benchmarks.serving import idle
 from benchmarks.speed import stripped, worlds
@@ -21,13 +21,13 @@ DROPS = ("nothing", "drag", "friction", "walls", "recording")
 """Cuts whose price is one of drops; the other's is one of moving worlds."""
 
 
-def run(settings: Settings) -> Section:
+def run(effort: Effort) -> Section:
     """All of the feature benchmark."""
     section = Section("features")
-    _prices(section, settings)
-    _unused(section, settings)
-    worlds.run(section, settings)
-    idle.live(section, settings)
+    _prices(section, effort)
+    _unused(section, effort)
+    worlds.run(section, effort)
+    idle.live(section, effort)
     return section
 
 
@@ -83,15 +83,15 @@ def _each_drop(board: Board, drops: int, impacts: float, ask: Callable[[Drop], o
     return lambda: seconds_of(work) * 1e9 / (drops * impacts)
 
 
-def _prices(section: Section, settings: Settings) -> None:
-    drops = settings.size(4096, 128)
+def _prices(section: Section, effort: Effort) -> None:
+    drops = effort.size(4096, 128)
     jobs: dict[str, Job] = {}
     pairs = _pairs()
     for name, (with_it, without) in pairs.items():
         for label, board in (("with", with_it), ("without", without)):
             jobs[f"{name}/{label}"] = _job(board, drops, _impacts(board, drops))
     bare = _bare()
-    some = settings.size(512, 16)
+    some = effort.size(512, 16)
     per_drop = _impacts(bare, some)
     alone = _each_drop(bare, some, per_drop, lambda found: found.x_end)
     jobs["the whole path of each drop/with"] = _each_drop(
@@ -102,7 +102,7 @@ def _prices(section: Section, settings: Settings) -> None:
         bare, some, per_drop, lambda found: found.amplification
     )
     jobs["tangents: how sure each drop is/without"] = alone
-    times = in_turns(jobs, settings.rounds, lambda: settings.step("prices"))
+    times = in_turns(jobs, effort.rounds, lambda: effort.step("prices"))
     names = [*pairs, "the whole path of each drop", "tangents: how sure each drop is"]
     rows, data = [], {}
     for name in names:
@@ -129,12 +129,12 @@ def _prices(section: Section, settings: Settings) -> None:
     )
 
 
-def _unused(section: Section, settings: Settings) -> None:
+def _unused(section: Section, effort: Effort) -> None:
     """The engine on a scene that does not use a feature, against the engine without its code."""
-    drops = settings.size(4096, 128)
+    drops = effort.size(4096, 128)
     bare = _bare()
     boards = dict.fromkeys(DROPS, bare) | {"walls": _without_walls(bare)}
-    if settings.quick:  # each copy takes half a minute to compile
+    if effort.quick:  # each copy takes half a minute to compile
         boards = {"friction": bare}
     rows: list[list[str]] = []
     data: dict[str, dict[str, Any]] = {}
@@ -154,9 +154,9 @@ def _unused(section: Section, settings: Settings) -> None:
             data[name] = {"same_outcomes": same}
             jobs[f"{name}/unused"] = _job(board, drops, impacts)
             jobs[f"{name}/never"] = _job(theirs, drops, impacts, other.drop_many)
-            settings.step(f"without {name}")
-        rounds = settings.rounds if settings.quick else max(settings.rounds, 15)
-        times = in_turns(jobs, rounds, lambda: settings.step("unused"))
+            effort.step(f"without {name}")
+        rounds = effort.rounds if effort.quick else max(effort.rounds, 15)
+        times = in_turns(jobs, rounds, lambda: effort.step("unused"))
     for name in boards:
         unused, never = times[f"{name}/unused"], times[f"{name}/never"]
         rows.append(unused_row(name, unused, never, data[name]["same_outcomes"]))

@@ -13,8 +13,8 @@ import numpy as np
 from benchmarks.contestants.common import AbsentError
 from benchmarks.contestants.touching import CONTESTANTS, Chipmunk, Ours
 from benchmarks.harness.clock import Job, in_turns
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, length, spread
-from benchmarks.harness.settings import Settings
 from benchmarks.scenes import touching as scenes
 from benchmarks.scenes.contact_scenes import scene
 from engine.drops.trajectory import at_start, follow
@@ -31,21 +31,21 @@ MORE_STEPS = (4, 16, 64)
 MODES = {"nobody sleeps": False, "who rests may sleep": True}
 
 
-def run(settings: Settings) -> Section:
+def run(effort: Effort) -> Section:
     """All of it."""
     section = Section("stepped")
-    _beside_others(section, settings)
-    _with_more_steps(section, settings)
-    _growth(section, settings)
-    _pile(section, settings)
-    _elastic(section, settings)
-    _convergence(section, settings)
+    _beside_others(section, effort)
+    _with_more_steps(section, effort)
+    _growth(section, effort)
+    _pile(section, effort)
+    _elastic(section, effort)
+    _convergence(section, effort)
     return section
 
 
-def _beside_others(section: Section, settings: Settings) -> None:
-    n = settings.size(500, 60)
-    frames = settings.size(600, 60)
+def _beside_others(section: Section, effort: Effort) -> None:
+    n = effort.size(500, 60)
+    frames = effort.size(600, 60)
     data: dict[str, Any] = {}
     for heap in (scenes.board(n), scenes.box(n)):
         for mode, sleeping in MODES.items():
@@ -55,24 +55,24 @@ def _beside_others(section: Section, settings: Settings) -> None:
                 if _is_there(contestant, heap, section)
             }
             title = f"{heap.name}, {mode}"
-            data[title] = _versus(section, title, heap, makers, frames, settings)
+            data[title] = _versus(section, title, heap, makers, frames, effort)
     section.data["beside_others"] = data
 
 
-def _with_more_steps(section: Section, settings: Settings) -> None:
+def _with_more_steps(section: Section, effort: Effort) -> None:
     """Chipmunk with as many steps a frame as we take, and with as many as it needs."""
-    n = settings.size(500, 60)
-    frames = settings.size(600, 60)
+    n = effort.size(500, 60)
+    frames = effort.size(600, 60)
     data: dict[str, Any] = {}
     for heap in (scenes.board(n), scenes.box(n)):
         if not _is_there(Chipmunk, heap, section):
             return
         makers: dict[str, Maker] = {Ours.name: partial(Ours, heap, sleeping=False)}
-        for steps in MORE_STEPS[: settings.size(len(MORE_STEPS), 1)]:
+        for steps in MORE_STEPS[: effort.size(len(MORE_STEPS), 1)]:
             name = f"Chipmunk, {steps} steps a frame"
             makers[name] = partial(Chipmunk, heap, sleeping=False, steps=steps)
         title = f"{heap.name}, Chipmunk with more steps"
-        few = replace(settings, rounds=min(settings.rounds, 3))
+        few = replace(effort, rounds=min(effort.rounds, 3))
         data[heap.name] = _versus(section, title, heap, makers, frames, few)
     section.data["more_steps"] = data
 
@@ -112,11 +112,11 @@ def _watch(maker: Maker, heap: scenes.Heap, frames: int) -> tuple[float, int]:
 
 def _versus(
     section: Section, title: str, heap: scenes.Heap, makers: dict[str, Maker], frames: int,
-    settings: Settings,
+    effort: Effort,
 ) -> dict[str, Any]:  # fmt: skip
     """Add a table of speed and overlap; the same as data."""
     jobs = {name: _run_job(maker, frames) for name, maker in makers.items()}
-    times = in_turns(jobs, settings.rounds, lambda: settings.step(heap.name))
+    times = in_turns(jobs, effort.rounds, lambda: effort.step(heap.name))
     seen = {name: _watch(maker, heap, frames) for name, maker in makers.items()}
     ours = times[Ours.name]
     rows = [
@@ -136,7 +136,7 @@ def _versus(
         rows,
         [
             f"The first {frames} frames of 1/60 s, from the fall to the heap: processor seconds of "
-            f"one core, median (smallest to largest) of {settings.rounds} round(s), engines in "
+            f"one core, median (smallest to largest) of {effort.rounds} round(s), engines in "
             "turns. Overlap after any frame, in a run that is not timed; lost: balls that went "
             "through a wall or the floor in it. Ours takes four substeps a frame."
         ],
@@ -149,13 +149,13 @@ def _versus(
     }
 
 
-def _growth(section: Section, settings: Settings) -> None:
-    counts = (50, 160) if settings.quick else (50, 160, 500, 1600, 5000)
-    frames = settings.size(60, 5)
+def _growth(section: Section, effort: Effort) -> None:
+    counts = (50, 160) if effort.quick else (50, 160, 500, 1600, 5000)
+    frames = effort.size(60, 5)
     jobs: dict[str, Job] = {}
     for n in counts:
         jobs[str(n)] = _gas_job(n, frames)
-    times = in_turns(jobs, settings.rounds, lambda: settings.step("growth"))
+    times = in_turns(jobs, effort.rounds, lambda: effort.step("growth"))
     per_ball = {n: times[str(n)].map(lambda s, n=n: 1e6 * s / (frames * n)) for n in counts}  # type: ignore[misc]
     slope = np.polyfit(np.log(counts), np.log([times[str(n)].median for n in counts]), 1)[0]
     memory = {n: _memory(n) for n in counts}
@@ -216,8 +216,8 @@ def _memory(n: int) -> float:
     return float(arena.nbytes) / n
 
 
-def _pile(section: Section, settings: Settings) -> None:
-    heap = scenes.box(settings.size(500, 60))
+def _pile(section: Section, effort: Effort) -> None:
+    heap = scenes.box(effort.size(500, 60))
     arena = heap.arena(sleeping=True)
     asleep_at = None
     for k in range(3600):
@@ -231,7 +231,7 @@ def _pile(section: Section, settings: Settings) -> None:
         empty.clear()
         times = in_turns(
             {"the sleeping pile": _steps(arena, 2000), "no balls at all": _steps(empty, 2000)},
-            settings.rounds,
+            effort.rounds,
         )
         rows = [
             [name, spread(sample.map(lambda s: 1e6 * s / 2000), "{:.2f}")]
@@ -262,13 +262,13 @@ def _steps(arena: Any, count: int) -> Job:
     return job
 
 
-def _elastic(section: Section, settings: Settings) -> None:
+def _elastic(section: Section, effort: Effort) -> None:
     rows = []
     found = {}
-    seconds = settings.size(60, 2)
+    seconds = effort.size(60, 2)
     for gravity in ("none", "Earth"):
         arena = sandbox(
-            settings.size(200, 40), gravity=GRAVITY_PRESETS[gravity], restitution=1.0, friction=0.0,
+            effort.size(200, 40), gravity=GRAVITY_PRESETS[gravity], restitution=1.0, friction=0.0,
             radii=(0.08, 0.08), width=6.0, height=6.0, speed=3.0,
         )  # fmt: skip
         half = 0.5 * arena.settings.dt / arena.settings.substeps * arena.settings.gravity
@@ -279,7 +279,7 @@ def _elastic(section: Section, settings: Settings) -> None:
             now = arena.diagnostics()
             change = now.total + half * now.py - start.total - half * start.py
             drift = max(drift, abs(change) / now.kinetic)
-        settings.step("elastic")
+        effort.step("elastic")
         rows.append([gravity, f"{drift:.1e}"])
         found[gravity] = drift
     free = _free_momentum()
@@ -319,11 +319,11 @@ def _free_momentum() -> float:
     return math.hypot(after.px - before.px, after.py - before.py) / scale
 
 
-def _convergence(section: Section, settings: Settings) -> None:
+def _convergence(section: Section, effort: Effort) -> None:
     """Error of one ball just before its second impact, against the exact solver."""
     board = scene("low-restitution").board
     starts = [
-        start_x(seed, board.drop.x, board.drop.jitter) for seed in range(settings.size(200, 10))
+        start_x(seed, board.drop.x, board.drop.jitter) for seed in range(effort.size(200, 10))
     ]
     substeps = (1, 2, 4, 8, 16, 32, 64, 128)
     medians = []
@@ -338,7 +338,7 @@ def _convergence(section: Section, settings: Settings) -> None:
             state = follow(board, start, Stepped(1.0 / 60.0, count)).states_at(np.array([t]))[0]
             errors.append(math.hypot(state[1] - truth[1], state[2] - truth[2]))
         medians.append(float(np.median(errors)))
-        settings.step("convergence")
+        effort.step("convergence")
     order = float(np.polyfit(np.log(substeps), np.log(medians), 1)[0])
     rows = []
     for k, (count, error) in enumerate(zip(substeps, medians, strict=True)):

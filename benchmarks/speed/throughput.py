@@ -10,8 +10,8 @@ from typing import Any
 
 from benchmarks.harness import machine
 from benchmarks.harness.clock import Job, Sample, in_turns, timed
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
-from benchmarks.harness.settings import Settings
 from benchmarks.scenes import boards as scenes
 from benchmarks.speed import arithmetic, operations
 from engine import Board, drop_many
@@ -46,12 +46,12 @@ print(time.perf_counter() - start)
 """
 
 
-def run(settings: Settings) -> Section:
+def run(effort: Effort) -> Section:
     """All of the speed benchmark."""
     section = Section("throughput")
-    _boards(section, settings)
-    _sizes(section, settings)
-    _starts(section, settings)
+    _boards(section, effort)
+    _sizes(section, effort)
+    _starts(section, effort)
     return section
 
 
@@ -64,16 +64,16 @@ def _impacts(board: Board, drops: int, **solver: Any) -> float:
     return float(drop_many(board, range(drops), **solver).impact_count.mean())
 
 
-def _boards(section: Section, settings: Settings) -> None:
+def _boards(section: Section, effort: Effort) -> None:
     """Drops per second on one core and on all, and the limit set by arithmetic."""
     boards = {
         "12 rows, no friction, no drag": scenes.triangle(12, scenes.PLAIN),
         "12 rows of thin pegs, the same": scenes.lattice(12, 24, THIN),
         "triangle-16, everything": Board.preset("triangle-16"),
     }
-    drops = settings.size(DROPS, 512)
+    drops = effort.size(DROPS, 512)
     cores = machine.cores()
-    jobs: dict[str, Job] = dict(arithmetic.jobs(settings.size(arithmetic.SWEEPS, 500)))
+    jobs: dict[str, Job] = dict(arithmetic.jobs(effort.size(arithmetic.SWEEPS, 500)))
     impacts = {}
     for name, board in boards.items():
         impacts[name] = _impacts(board, drops)
@@ -81,13 +81,13 @@ def _boards(section: Section, settings: Settings) -> None:
         jobs[f"{name}/all"] = timed(_many(board, drops, cores))
         jobs[f"{name}/stepped"] = timed(_many(board, drops // 8, 1, solver="stepped"))
         _impacts(board, 1, solver="stepped")
-    times = in_turns(jobs, settings.rounds, lambda: settings.step("boards"))
-    section.tables.append(_speed_table(boards, times, impacts, drops, cores, settings.rounds))
+    times = in_turns(jobs, effort.rounds, lambda: effort.step("boards"))
+    section.tables.append(_speed_table(boards, times, impacts, drops, cores, effort.rounds))
     counts = {
-        name: operations.count_apart(board.to_json(), settings.size(100, 2))
+        name: operations.count_apart(board.to_json(), effort.size(100, 2))
         for name, board in boards.items()
     }
-    settings.step("operations")
+    effort.step("operations")
     section.tables.append(_arithmetic_table(times))
     section.tables.append(_limit_table(times, impacts, counts, drops))
     section.data["boards"] = {
@@ -195,31 +195,31 @@ def least_time(count: dict[str, float], times: dict[str, Sample]) -> float:
     )
 
 
-def _sizes(section: Section, settings: Settings) -> None:
+def _sizes(section: Section, effort: Effort) -> None:
     """How the cost grows with the path (rows) and with the board alone (pegs)."""
-    rows = (8, 16, 32) if settings.quick else (8, 16, 24, 32, 48, 64)
-    widths = (16, 32) if settings.quick else (16, 32, 64, 128, 256, 626)
+    rows = (8, 16, 32) if effort.quick else (8, 16, 24, 32, 48, 64)
+    widths = (16, 32) if effort.quick else (16, 32, 64, 128, 256, 626)
     by_rows = {str(n): scenes.lattice(n, 33, scenes.FULL) for n in rows}
     by_pegs = {}
     for width in widths:
         board = scenes.lattice(16, width, scenes.FULL)  # even: a peg row is centred alike
         by_pegs[f"{len(board.pegs):,}"] = board
     section.data["rows"] = _growth(
-        section, settings, by_rows, "Cost against rows, 33 columns", "rows"
+        section, effort, by_rows, "Cost against rows, 33 columns", "rows"
     )
     section.data["pegs"] = _growth(
-        section, settings, by_pegs, "Cost against pegs, 16 rows: the same path", "pegs"
+        section, effort, by_pegs, "Cost against pegs, 16 rows: the same path", "pegs"
     )
     section.plots["bench-growth.png"] = lambda path: _plot_growth(section.data, path)
 
 
 def _growth(
-    section: Section, settings: Settings, boards: dict[str, Board], title: str, what: str
+    section: Section, effort: Effort, boards: dict[str, Board], title: str, what: str
 ) -> dict[str, Any]:
-    drops = settings.size(8_192, 256)
+    drops = effort.size(8_192, 256)
     impacts = {name: _impacts(board, drops) for name, board in boards.items()}
     jobs = {name: timed(_many(board, drops, 1)) for name, board in boards.items()}
-    times = in_turns(jobs, settings.rounds, lambda: settings.step(what))
+    times = in_turns(jobs, effort.rounds, lambda: effort.step(what))
     per_impact = {name: _per_impact(sample, drops, impacts[name]) for name, sample in times.items()}
     first = per_impact[next(iter(boards))]
     section.tables.append(
@@ -252,11 +252,11 @@ def _plot_growth(data: dict[str, Any], path: str) -> None:
     plots.growth(data["rows"], data["pegs"], path)
 
 
-def _starts(section: Section, settings: Settings) -> None:
+def _starts(section: Section, effort: Effort) -> None:
     """Compiling everything into an empty cache, and starting with a full one."""
-    runs = settings.size(5, 1)
-    cold = [Sample(tuple(s)) for s in zip(*_cold_starts(settings.size(3, 1)), strict=True)]
-    settings.step("cold start")
+    runs = effort.size(5, 1)
+    cold = [Sample(tuple(s)) for s in zip(*_cold_starts(effort.size(3, 1)), strict=True)]
+    effort.step("cold start")
     command = [sys.executable, "-m", "app.cli", "drop", "triangle-16", "--seed", "42", "--json"]
     warm = in_turns(
         {
@@ -265,7 +265,7 @@ def _starts(section: Section, settings: Settings) -> None:
             "python": timed(lambda: _run([sys.executable, "-c", "pass"])),
         },
         runs,
-        lambda: settings.step("warm start"),
+        lambda: effort.step("warm start"),
     )
     section.tables.append(
         Table(

@@ -9,8 +9,8 @@ from types import ModuleType
 
 import engine
 from benchmarks.harness.clock import Job, Sample, in_turns
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
-from benchmarks.harness.settings import Settings
 from benchmarks.scenes import boards
 from benchmarks.speed import stripped
 from engine import Arena, Board, World
@@ -27,9 +27,9 @@ Done = tuple[int, str]
 """Balls times ticks that were computed, and the digest of what came of them."""
 
 
-def run(section: Section, settings: Settings) -> None:
+def run(section: Section, effort: Effort) -> None:
     """What balls cost that touch; what diagnostics cost those who ask, and those who do not."""
-    ticks = settings.size(480, 24)
+    ticks = effort.size(480, 24)
     jobs = {
         "ball-ball pairs/with": _job(lambda: _knocking(ticks)),
         "ball-ball pairs/without": _job(lambda: _passing(ticks)),
@@ -38,13 +38,13 @@ def run(section: Section, settings: Settings) -> None:
     }
     same: dict[str, bool] = {}
     with ExitStack() as stack:
-        if not settings.quick:  # the copy takes half a minute to compile
+        if not effort.quick:  # the copy takes half a minute to compile
             other = stack.enter_context(stripped.without("diagnostics"))
             jobs["diagnostics/never"] = _job(lambda: _box(other, ticks))
             same["diagnostics"] = _box(engine, ticks) == _box(other, ticks)
-            settings.step("without diagnostics")
-        rounds = settings.rounds if settings.quick else max(settings.rounds, 15)
-        times = in_turns(jobs, rounds, lambda: settings.step("worlds"))
+            effort.step("without diagnostics")
+        rounds = effort.rounds if effort.quick else max(effort.rounds, 15)
+        times = in_turns(jobs, rounds, lambda: effort.step("worlds"))
     section.data["worlds"] = {name: sample.to_dict() for name, sample in times.items()}
     section.tables.append(_prices(times, ticks))
     if same:

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.harness import machine
+from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from benchmarks.harness.settings import Settings
 from benchmarks.scenes import random_boards
 from benchmarks.stability import torture, touching_torture
 from benchmarks.stability.invariants import FAULTS, Findings, examine
@@ -23,14 +23,14 @@ SOLVERS: dict[str, dict[str, Any]] = {
 }
 
 
-def run(settings: Settings) -> Section:
+def run(effort: Effort) -> Section:
     """The catalogue, coincident balls, balls that touch each other, random boards."""
     section = Section("stability")
     totals = {name: Findings() for name in SOLVERS}
-    section.tables.append(_catalogue(totals, settings))
-    section.tables.append(_crowds(settings))
-    section.tables.append(_touching(section, settings))
-    section.tables.append(_random(totals, settings))
+    section.tables.append(_catalogue(totals, effort))
+    section.tables.append(_crowds(effort))
+    section.tables.append(_touching(section, effort))
+    section.tables.append(_random(totals, effort))
     kept = [item for found in totals.values() for item in found.kept]
     section.data["findings"] = kept
     for name, found in totals.items():
@@ -39,8 +39,8 @@ def run(settings: Settings) -> Section:
             "faults": {what: found.faults[what] for what in FAULTS},
             "unsettled": dict(found.unsettled),
         }
-    if settings.findings and kept:
-        _save(kept, settings.findings)
+    if effort.findings and kept:
+        _save(kept, effort.findings)
     return section
 
 
@@ -60,17 +60,17 @@ def _row(name: str, solver: str, found: Findings) -> list[str]:
     return [name, solver, f"{found.drops:,}", *counts, reasons or "0"]
 
 
-def _catalogue(totals: dict[str, Findings], settings: Settings) -> Table:
+def _catalogue(totals: dict[str, Findings], effort: Effort) -> Table:
     rows = []
-    for scene in torture.catalogue(settings.size(200, 3)):
+    for scene in torture.catalogue(effort.size(200, 3)):
         for name, solver in SOLVERS.items():
             if name == "exact" and scene.stepped:
                 continue
-            xs = scene.xs[:5] if settings.quick else scene.xs
+            xs = scene.xs[:5] if effort.quick else scene.xs
             found = examine(scene.board, xs, solver | scene.stepped)
             totals[name].add(found)
             rows.append(_row(scene.name, name, found))
-            settings.step("torture")
+            effort.step("torture")
     return Table(
         "Torture catalogue",
         COLUMNS,
@@ -87,10 +87,10 @@ def _catalogue(totals: dict[str, Findings], settings: Settings) -> Table:
     )
 
 
-def _crowds(settings: Settings) -> Table:
+def _crowds(effort: Effort) -> Table:
     """Balls on top of each other, in a live world: each goes its own way, the same as alone."""
     board = Board.preset("triangle-8")
-    balls = settings.size(500, 20)
+    balls = effort.size(500, 20)
     rows = []
     for name in SOLVERS:
         world = World(board, solver=name)
@@ -103,7 +103,7 @@ def _crowds(settings: Settings) -> Table:
             ticks += 1
             ends |= {event.digest for event in world.take_events() if hasattr(event, "digest")}
         rows.append([name, str(balls), str(len(ends)), "0" if not world.awake else "1"])
-        settings.step("crowds")
+        effort.step("crowds")
     return Table(
         "Balls that start in the same place",
         ["solver", "balls", "different paths", "hangs"],
@@ -112,11 +112,11 @@ def _crowds(settings: Settings) -> Table:
     )
 
 
-def _touching(section: Section, settings: Settings) -> Table:
+def _touching(section: Section, effort: Effort) -> Table:
     """Balls that touch each other: frames in which something happened that must not."""
     rows = []
     section.data["touching"] = []
-    for scene in touching_torture.catalogue(settings.quick):
+    for scene in touching_torture.catalogue(effort.quick):
         seen = touching_torture.watch(scene)
         counts = [f"{seen.faults[what]:,}" for what in FAULTS]
         rows.append(
@@ -129,7 +129,7 @@ def _touching(section: Section, settings: Settings) -> Table:
             ]
         )
         section.data["touching"].append(touching_torture.to_dict(scene, seen))
-        settings.step("balls that touch")
+        effort.step("balls that touch")
     return Table(
         "Balls that touch each other",
         ["scene", "balls", "frames", *FAULTS, "deepest overlap, of the radius"],
@@ -144,8 +144,8 @@ def _touching(section: Section, settings: Settings) -> Table:
     )
 
 
-def _random(totals: dict[str, Findings], settings: Settings) -> Table:
-    drops = settings.size(100_000, 200) if not settings.long else 10_000_000
+def _random(totals: dict[str, Findings], effort: Effort) -> Table:
+    drops = effort.size(100_000, 200) if not effort.long else 10_000_000
     boards = max(1, drops // STARTS)
     rows = []
     for name, solver in SOLVERS.items():
@@ -153,14 +153,14 @@ def _random(totals: dict[str, Findings], settings: Settings) -> Table:
         share = boards if name == "exact" else max(1, boards // 4)  # a stepped drop costs more
         count = min(STARTS, drops)
         jobs = [(seed, count, solver) for seed in range(share)]
-        if settings.quick:
+        if effort.quick:
             for job in jobs:
                 found.add(_one_board(job))
         else:
             with ProcessPoolExecutor(machine.cores(), mp_context=get_context("spawn")) as pool:
                 for part in pool.map(_one_board, jobs, chunksize=4):
                     found.add(part)
-                    settings.step(f"random boards, {name}")
+                    effort.step(f"random boards, {name}")
         totals[name].add(found)
         rows.append(_row(f"{share:,} boards", name, found))
     return Table(

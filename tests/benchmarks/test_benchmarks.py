@@ -16,18 +16,18 @@ from click.testing import CliRunner
 from PIL import Image
 
 import engine
-from benchmarks.accuracy import accuracy, energy
+from benchmarks.accuracy import accuracy, energy, readme_table
 from benchmarks.contestants import node
 from benchmarks.contestants.box2d import Box2d
 from benchmarks.contestants.chipmunk import Chipmunk
 from benchmarks.contestants.common import Contestant, Paths
 from benchmarks.contestants.naive import Naive
 from benchmarks.contestants.ours import Exact, Stepped
-from benchmarks.harness import machine, readme
+from benchmarks.harness import machine
 from benchmarks.harness.clock import Sample, in_turns
+from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.markers import fill
 from benchmarks.harness.report import Section, Table, length, spread
-from benchmarks.harness.settings import MissingError, Settings
 from benchmarks.scenes import boards as scenes
 from benchmarks.scenes import random_boards
 from benchmarks.serving import fan_out, page, render, stream, wire
@@ -38,7 +38,7 @@ from engine import drop, drop_many
 from tests.long import tries
 
 ROOT = Path(__file__).parents[2]
-QUICK = Settings(quick=True, rounds=1, node=False)
+QUICK = Effort(quick=True, rounds=1, node=False)
 
 
 def test_contestants_take_turns_and_the_first_round_is_not_counted() -> None:
@@ -311,8 +311,8 @@ def test_the_command_prints_json_and_saves_plots(
     from app.cli import plinko
     from benchmarks import suite
 
-    def one_table(name: str, settings: Settings) -> Section:
-        assert settings.quick
+    def one_table(name: str, effort: Effort) -> Section:
+        assert effort.quick
         section = Section(name, [Table("T", ["a"], [["1"]])], {"n": 1})
         section.plots["plot.png"] = lambda path: Path(path).touch()
         return section
@@ -330,18 +330,18 @@ def test_the_readme_shows_what_the_page_records(tmp_path: Path) -> None:
     (tmp_path / "docs").mkdir()
     page, short = tmp_path / "docs" / "benchmarks.md", tmp_path / "README.md"
     cells = dict.fromkeys(accuracy.COLUMNS, "-")
-    cells |= dict(zip(readme.COLUMNS, ("1 µm", "2 mm", "3/3", "9"), strict=True))
+    cells |= dict(zip(readme_table.COLUMNS, ("1 µm", "2 mm", "3/3", "9"), strict=True))
     names = ["plinko exact", "Box2D 1/60", "Box2D 1/240", "(one rounding of the start)"]
     rows = [[name, *list(cells.values())[1:]] for name in names]
-    table = Table(readme.TITLE, accuracy.COLUMNS, rows)
+    table = Table(readme_table.TITLE, accuracy.COLUMNS, rows)
     page.write_text("<!-- accuracy -->\n<!-- /accuracy -->\n")
     short.write_text("Head\n\n<!-- benchmarks -->\nold\n<!-- /benchmarks -->\n\nTail\n")
-    readme.renew(short, page)
+    readme_table.renew(short, page)
     assert "No run is recorded yet" in short.read_text()
-    section = Section("accuracy", [table], plots={readme.PLOT: lambda path: None})
+    section = Section("accuracy", [table], plots={readme_table.PLOT: lambda path: None})
     fill(page, {"python": "1"}, [section], tmp_path / "docs" / "images")
-    assert f"![accuracy trial 16](images/{readme.PLOT})" in page.read_text()
-    readme.renew(short, page)
+    assert f"![accuracy trial 16](images/{readme_table.PLOT})" in page.read_text()
+    readme_table.renew(short, page)
     shown = short.read_text()
     assert shown.startswith(
         "Head\n\n<!-- benchmarks -->\n\n| contestant, dt in s | after impact 2 |"
@@ -349,14 +349,14 @@ def test_the_readme_shows_what_the_page_records(tmp_path: Path) -> None:
     assert shown.endswith("<!-- /benchmarks -->\n\nTail\n")
     assert "| Box2D 1/240 | 1 µm | 2 mm | 3/3 | 9 |" in shown
     assert "1/60" not in shown
-    assert f"](docs/images/{readme.PLOT})" in shown
+    assert f"](docs/images/{readme_table.PLOT})" in shown
     assert "](docs/benchmarks.md)" in shown
 
 
 def test_the_readme_is_that_of_the_recorded_run() -> None:
     recorded = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert readme.summary(recorded, "docs/benchmarks.md") in text
+    assert readme_table.summary(recorded, "docs/benchmarks.md") in text
 
 
 def test_the_page_shows_every_plot_that_is_kept() -> None:

@@ -14,7 +14,7 @@ def _silent(label: str) -> None:
 
 
 @dataclass(frozen=True)
-class Settings:
+class Effort:
     """quick: small sizes, to see that all works. rounds: repeats of each timed job, at least 1.
 
     long: 10^7 random drops in the stability benchmark, which takes hours. node: engines for
