@@ -28,7 +28,7 @@ def test_an_image_tag_shows_a_room_as_it_moves(opened: Open, server: ServerProce
     image = page.get_by_alt_text("the room")
     expect(image).to_have_js_property("naturalWidth", 400)
     still = pixels(image.screenshot())
-    moving = []
+    moving: list[Any] = []
     for seed in range(8):
         httpx.post(f"{rooms}/{room}/drops", json={"seed": str(seed)}).raise_for_status()
         before = moving[-1] if moving else still
