@@ -1,16 +1,25 @@
-"""Waiting for processes, with an end: what a server has not said by then it never will."""
+"""Waiting for a condition, with an end: what has not come about by then never will.
 
+Tests wait here for what they need, never for a time.
+"""
+
+import asyncio
 import select
 import subprocess
+import time
+from collections.abc import Callable
 from typing import AnyStr
 
 import pytest
 
 LIMIT = 120.0
-"""s without a word after which a test has failed, on however slow a machine.
+"""s after which a test has failed that waited for something, on however slow a machine.
 
 A server may have to compile the physics before it says where it is.
 """
+
+PAUSE = 0.01
+"""s between two looks at a condition."""
 
 
 def first_line(process: "subprocess.Popen[AnyStr]") -> AnyStr:
@@ -20,3 +29,28 @@ def first_line(process: "subprocess.Popen[AnyStr]") -> AnyStr:
         process.kill()
         pytest.fail(f"process {process.args!r} said nothing within {LIMIT:.0f} s")
     return process.stdout.readline()
+
+
+def until(condition: Callable[[], object], pause: Callable[[], object] | None = None) -> None:
+    """Look again and again until the condition holds; `pause` is called between two looks."""
+    end = time.monotonic() + LIMIT
+    while not condition():
+        if time.monotonic() > end:
+            pytest.fail(f"waited {LIMIT:.0f} s in vain")
+        if pause is None:
+            time.sleep(PAUSE)
+        else:
+            pause()
+
+
+async def eventually(condition: Callable[[], object]) -> None:
+    """`until` for tests whose event loop goes on meanwhile."""
+    async with asyncio.timeout(LIMIT):
+        while not condition():
+            await asyncio.sleep(PAUSE)
+
+
+async def turns(count: int = 20) -> None:
+    """Let the event loop go round so often: all that needs no time has happened then."""
+    for _ in range(count):
+        await asyncio.sleep(0)

@@ -142,10 +142,3 @@ async def playing(url: str, **options: Any) -> AsyncIterator[Player]:
         first = await socket.recv()
         assert isinstance(first, str)
         yield Player(socket, msgspec.json.decode(first), first)
-
-
-async def eventually(condition: Any) -> None:
-    """Wait until the condition holds; what has not come about after long is not going to."""
-    async with asyncio.timeout(LIMIT):
-        while not condition():
-            await asyncio.sleep(0.01)

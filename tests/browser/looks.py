@@ -27,14 +27,6 @@ _SMALL_TARGETS = """
   .map(([name, box]) => `${name}: ${box.width} x ${box.height}`)
 """
 
-# A page that was resized lays itself out in the next frame and has drawn by the one after.
-_TWO_FRAMES = """
-async () => {
-  await new Promise(requestAnimationFrame);
-  await new Promise(requestAnimationFrame);
-}
-"""
-
 
 def context_for(device: str) -> dict[str, Any]:
     """Options of a browser context for a "phone" or a "desk", with the first of its screens."""
@@ -54,7 +46,7 @@ def each_screen(screen: Screen, device: str) -> Iterator[str]:
     for width, height, scheme in SCREENS[device]:
         screen.page.set_viewport_size({"width": width, "height": height})
         screen.page.emulate_media(color_scheme="dark" if scheme == "dark" else "light")
-        screen.page.evaluate(_TWO_FRAMES)
+        screen.frames(2)  # laid out anew in the next one, and drawn by the one after
         yield f"{width}x{height}-{scheme}"
 
 

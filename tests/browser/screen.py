@@ -3,12 +3,16 @@
 import json
 import re
 import urllib.request
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from playwright.sync_api import Locator, Page, WebSocket, expect
 
 from tests.long import LONG
+from tests.waiting import until
+
+T = TypeVar("T")
 
 expect.set_options(timeout=30_000)
 
@@ -31,6 +35,34 @@ window.WebSocket = class extends WebSocket {
     });
   }
 };
+"""
+
+# To be run before the page: counts the frames that it asks for. The display's own go on as `turn`.
+COUNT_FRAMES = """
+window.turn = window.requestAnimationFrame.bind(window);
+window.frames_asked = 0;
+window.requestAnimationFrame = (draw) => { window.frames_asked += 1; return turn(draw); };
+"""
+
+# So many frames of the display, drawn upon or not.
+_FRAMES = """
+async (count) => {
+  const turn = window.turn ?? requestAnimationFrame;
+  for (let i = 0; i < count; i += 1) await new Promise(turn);
+}
+"""
+
+# Until the page has asked for none of so many frames of the display in a row.
+_REST = """
+async (count) => {
+  let [asked, still] = [frames_asked, 0];
+  for (let tries = 0; still < count; tries += 1) {
+    if (tries > 3600) throw new Error("the page still draws after 3600 frames");
+    await new Promise(turn);
+    still = asked === frames_asked ? still + 1 : 0;
+    asked = frames_asked;
+  }
+}
 """
 
 # The picture is three ticks behind the quickest snapshots, at least. Where the newest one is older
@@ -103,6 +135,11 @@ async ([board, points]) => {
 """
 
 
+def frames(page: Page, count: int) -> None:
+    """Let the display show so many frames, whether the page draws them or not."""
+    page.evaluate(_FRAMES, count)
+
+
 class Screen:
     """One open page."""
 
@@ -130,6 +167,41 @@ class Screen:
     def landed(self, bin_: int) -> None:
         """Wait until the page says that a drop has landed there."""
         expect(self.root).to_have_attribute("data-last-bin", str(bin_))
+
+    def frames(self, count: int) -> None:
+        """Let the display show so many frames, whether the page draws them or not."""
+        frames(self.page, count)
+
+    def frames_asked(self) -> int:
+        """How many frames the page has asked for. It has to be opened with COUNT_FRAMES."""
+        asked: int = self.page.evaluate("frames_asked")
+        return asked
+
+    def at_rest(self, frames: int = 30) -> "Screen":
+        """Wait until all is drawn: the page has asked for none of so many frames in a row.
+
+        It has to be opened with COUNT_FRAMES.
+        """
+        self.page.evaluate(_REST, frames)
+        return self
+
+    def until(self, condition: Callable[[], object]) -> None:
+        """Look at a condition once a frame until it holds."""
+        until(condition, lambda: self.frames(1))
+
+    def steady(self, look: Callable[[], T], frames: int = 18) -> T:
+        """What `look` sees, once it sees the same again so many frames later."""
+        seen = look()
+
+        def same() -> bool:
+            nonlocal seen
+            before = seen
+            self.frames(frames)
+            seen = look()
+            return seen == before
+
+        until(same, lambda: None)
+        return seen
 
     def _listen(self, socket: WebSocket) -> None:
         socket.on("framesent", self._keep)

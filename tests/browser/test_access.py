@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import Open, Quick
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
+from tests.browser.screen import COUNT_FRAMES
 
 
 def test_a_whole_game_by_keyboard_alone(opened: Open, quick: Quick) -> None:
@@ -89,17 +90,16 @@ def test_the_result_is_told_to_those_who_do_not_see_the_board(opened: Open, quic
 def test_reduced_motion_shows_the_way_and_the_result_without_a_moving_ball(
     opened: Open, quick: Quick
 ) -> None:
-    screen = opened(quick.page, reduced_motion="reduce").ready()
+    screen = opened(quick.page, before=COUNT_FRAMES, reduced_motion="reduce").ready()
     screen.seed.fill("42")
     screen.drop.click()
     screen.state("live")
     assert painted(screen, "board-moving") == 0
     screen.landed(screen.api(f"drops/{quick.board}/42")["bin"])
-    screen.ready()
-    screen.page.wait_for_timeout(1600)  # the bin's light has faded, the path stays
+    screen.ready().at_rest()  # the bin's light has faded, the path stays
     first = painted(screen, "board-moving")
     assert first > 500, "the path is drawn"
-    screen.page.wait_for_timeout(200)
+    screen.frames(12)
     assert painted(screen, "board-moving") == first
     screen.shot("reduced-motion")
 

@@ -290,8 +290,7 @@ def test_no_verdict_is_given_of_a_changed_board_until_its_own_comes(bench: Bench
     bench.page.route(re.compile("/boards/check$"), hold)
     bench.tool("Peg")
     bench.click(0.0, 2.0)
-    while not held:
-        bench.page.wait_for_timeout(20)
+    bench.screen.until(lambda: held)
     bench.checked("asked")
     held.pop().continue_()
     bench.checked("good")

@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Open, Quick, Run
+from tests.browser.screen import COUNT_FRAMES
 
 
 def measuring(screen: Any) -> Any:
@@ -78,15 +79,14 @@ def test_returns_are_the_mean_of_the_scores_with_its_doubt(opened: Open, quick: 
 
 
 def test_one_ball_is_followed_and_its_speed_and_energy_drawn(opened: Open) -> None:
-    screen = measuring(opened("/?room=triangle-16").ready())
+    screen = measuring(opened("/?room=triangle-16", before=COUNT_FRAMES).ready())
     screen.seed.fill("42")
     screen.drop.click()
     expect(screen.page.locator("#ball-note")).to_have_text("Seed 42 is followed.")
     speed = screen.page.locator("#speed-plot")
     expect(speed).to_have_attribute("aria-label", re.compile(r"now [\d.]+ m/s, at most [\d.]+"))
     screen.landed(screen.api("drops/triangle-16/42")["bin"])
-    screen.ready()
-    screen.page.wait_for_timeout(500)
+    screen.ready().at_rest()
     board = screen.api("boards/triangle-16")["board"]
     frames = screen.api("drops/triangle-16/42/frames?fps=60")
     at = {name: index for index, name in enumerate(frames["fields"])}
@@ -146,7 +146,7 @@ _CLICK_SILVER = """() => {
 def test_the_line_is_measured_while_something_moves_and_left_alone_at_rest(
     opened: Open,
 ) -> None:
-    screen = measuring(opened("/?room=triangle-10").ready())
+    screen = measuring(opened("/?room=triangle-10", before=COUNT_FRAMES).ready())
     screen.drop.click()
     expect(screen.page.locator("#latency")).to_have_text(re.compile(r"[\d.]+ ms"))
     expect(screen.page.locator("#received")).to_have_text(re.compile(r"[1-9][\d.]* k?B/s"))
@@ -154,9 +154,9 @@ def test_the_line_is_measured_while_something_moves_and_left_alone_at_rest(
     expect(screen.page.locator("#tick")).to_have_text(re.compile(r"^\d+$"))
     screen.ready()
     expect(screen.page.locator("#received")).to_have_text("0 B/s")
-    screen.page.wait_for_timeout(500)
+    screen.at_rest()
     sent = len(screen.sent)
-    screen.page.wait_for_timeout(2500)
+    screen.frames(150)  # of a table that moves, some would bring a question
     assert len(screen.sent) == sent, "a table at rest is not asked"
 
 

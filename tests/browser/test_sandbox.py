@@ -76,8 +76,7 @@ def test_a_ball_is_thrown_by_pulling_from_an_empty_place(box: Any) -> None:
     assert abs(sent["vy"]) < 0.2
     expect(screen.result).to_contain_text("Thrown at")
     first = screen.ball()
-    screen.page.wait_for_timeout(150)
-    assert screen.ball()[0] != first[0], "it flies"
+    screen.until(lambda: abs(screen.ball()[0] - first[0]) > 20)  # it flies
 
 
 def test_a_ball_is_dragged_and_thrown_and_a_tap_puts_one_down(box: Any) -> None:
@@ -88,21 +87,21 @@ def test_a_ball_is_dragged_and_thrown_and_a_tap_puts_one_down(box: Any) -> None:
     balls(screen, 1)
     (sent,) = told(screen, "add")
     assert (sent["vx"], sent["vy"]) == (0, 0)
-    screen.page.wait_for_timeout(300)  # the picture is a few ticks behind the news of the ball
+    screen.frames(2)  # what the hand had drawn is wiped
+    screen.until(lambda: painted(screen, "board-moving"))  # the picture follows the news
     screen.page.mouse.move(x, y)
     screen.page.mouse.down()
     for step in range(1, 12):
         screen.page.mouse.move(x + 12 * step, y)
-        screen.page.wait_for_timeout(20)
-    drawn = screen.ball()
-    assert drawn[0] > x - at["x"] + 20, "the ball follows the hand"
+        screen.frames(1)
+    screen.until(lambda: screen.ball()[0] > x - at["x"] + 20)  # the ball follows the hand
     screen.page.mouse.up()
     expect(screen.page.locator("#ball-title")).to_contain_text("Ball 0")
-    screen.page.wait_for_timeout(100)
+    screen.until(lambda: told(screen, "release"))
     assert told(screen, "drag")
-    assert told(screen, "release") == [{"type": "release", "ball": 0}]
     screen.page.get_by_role("button", name="Remove it").click()
     balls(screen, 0)
+    assert told(screen, "release") == [{"type": "release", "ball": 0}]
 
 
 def test_sliders_and_presets_set_the_room_for_everyone(box: Any, opened: Open) -> None:
@@ -128,8 +127,7 @@ def test_pause_stops_step_goes_one_tick_and_reset_begins_anew(box: Any) -> None:
     screen.state("paused")
     time = screen.fact("time")
     expect(time).to_have_text(re.compile(r"\d"))
-    page.wait_for_timeout(300)
-    before = time.inner_text()
+    before = screen.steady(time.inner_text)
     page.get_by_role("button", name="Step").click()
     expect(time).not_to_have_text(before)
     assert float(time.inner_text().split()[0]) - float(before.split()[0]) < 0.05
@@ -170,7 +168,7 @@ def test_a_game_by_keyboard_alone(box: Any) -> None:
     balls(screen, 1)
     (sent,) = told(screen, "add")
     assert sent["x"] == pytest.approx(-1.5)
-    page.wait_for_timeout(300)  # the picture is a few ticks behind the news of the ball
+    screen.ball()  # the picture follows the news
     page.keyboard.press("g")
     expect(screen.result).to_contain_text("Ball 0 is held")
     page.keyboard.press("ArrowRight")

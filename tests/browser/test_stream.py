@@ -12,7 +12,8 @@ from tests.browser.conftest import Open, ServerProcess
 
 
 def test_an_image_tag_shows_a_room_as_it_moves(opened: Open, server: ServerProcess) -> None:
-    page = opened().ready().page
+    screen = opened().ready()
+    page = screen.page
     rooms = f"{server.url}/api/v1/rooms"
     room = httpx.post(rooms, json={"board": "triangle-8"}).json()["id"]
     page.evaluate(
@@ -27,11 +28,16 @@ def test_an_image_tag_shows_a_room_as_it_moves(opened: Open, server: ServerProce
     image = page.get_by_alt_text("the room")
     expect(image).to_have_js_property("naturalWidth", 400)
     still = pixels(image.screenshot())
-    moving = []
+    moving: list[Any] = []
     for seed in range(8):
         httpx.post(f"{rooms}/{room}/drops", json={"seed": str(seed)}).raise_for_status()
-        page.wait_for_timeout(200)
-        moving.append(pixels(image.screenshot()))
+        before = moving[-1] if moving else still
+
+        def moved(before: Any = before) -> bool:
+            moving.append(pixels(image.screenshot()))
+            return changed(before, moving[-1]) > 0
+
+        screen.until(moved)
     assert changed(still, moving[-1]) > 50
     assert len({frame.tobytes() for frame in moving}) > 3
 

@@ -10,6 +10,7 @@ from playwright.sync_api import expect
 from engine.board.materials import GRAVITY
 from tests.browser.conftest import Open, Quick, Run
 from tests.browser.looks import painted
+from tests.browser.screen import COUNT_FRAMES
 
 
 def seeds_sent(screen: Any) -> list[str]:
@@ -62,7 +63,7 @@ def test_auto_drop_without_an_end_goes_on_until_it_is_stopped(opened: Open, quic
     button.click()
     expect(button).to_have_text("Start")
     sent = drops_sent(screen)
-    screen.page.wait_for_timeout(1000)
+    screen.frames(60)
     assert drops_sent(screen) == sent >= 4
 
 
@@ -227,21 +228,19 @@ def test_the_harder_the_impact_the_louder_the_sound(run: Run) -> None:
 def test_ghost_trails_stay_where_balls_have_been_and_can_be_turned_off(
     opened: Open, quick: Quick
 ) -> None:
-    screen = opened(quick.page).ready()
+    screen = opened(quick.page, before=COUNT_FRAMES).ready()
     ghost = screen.page.locator("#board-ghost")
     assert painted(screen, "board-ghost") == 0
     screen.page.get_by_role("radio", name="5 balls").check()
     screen.drop.click()
     expect(screen.rows).to_have_count(5)
-    screen.ready()
-    screen.page.wait_for_timeout(1700)
+    screen.ready().at_rest()
     after_five = painted(screen, "board-ghost")
     assert after_five > 1000
     size = ghost.evaluate("canvas => canvas.width * canvas.height")
     screen.drop.click()
     expect(screen.rows).to_have_count(10)
-    screen.ready()
-    screen.page.wait_for_timeout(1700)
+    screen.ready().at_rest()
     assert painted(screen, "board-ghost") > after_five
     assert ghost.evaluate("canvas => canvas.width * canvas.height") == size
     screen.shot("ghost-trails")
@@ -252,8 +251,10 @@ def test_ghost_trails_stay_where_balls_have_been_and_can_be_turned_off(
     screen.page.reload()
     screen.ready()
     expect(button).to_have_attribute("aria-pressed", "false")
+    landed = screen.rows.count()
     screen.drop.click()
-    screen.ready()
+    expect(screen.rows).to_have_count(landed + 1)
+    screen.ready().at_rest()
     assert painted(screen, "board-ghost") == 0
     button.click()
     expect(ghost).to_be_visible()

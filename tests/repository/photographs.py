@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tests.waiting import until
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -42,7 +44,7 @@ def table(page: "Page", address: str) -> None:
     for seed in range(1, 31):
         page.get_by_label("Seed", exact=True).fill(str(seed))
         page.get_by_role("button", name="Drop", exact=True).click()
-        page.wait_for_timeout(350)
+        show(page, 21)
 
 
 def replay(page: "Page", address: str) -> None:
@@ -92,8 +94,17 @@ def sandbox(page: "Page", address: str) -> None:
     """Balls of many sizes while they fall and pile up, with their energy."""
     page.goto(f"{address}/sandbox.html")
     page.get_by_role("button", name="Reset", exact=True).click()
-    page.wait_for_timeout(1500)
+    page.wait_for_function(_FALLEN)
 
+
+# The box has gone on for so many of its seconds, counted from the least that was seen: a box that
+# is begun anew begins at none.
+_FALLEN = """() => {
+  const time = parseFloat(document.querySelector("[data-fact=time]")?.textContent);
+  if (Number.isNaN(time)) return false;
+  window.begun = Math.min(window.begun ?? time, time);
+  return time - window.begun >= 1.5;
+}"""
 
 SCENES: dict[str, tuple[Callable[["Page", str], None], dict[str, int]]] = {
     "page": (table, WIDE),
@@ -115,9 +126,34 @@ def take(address: str, folder: Path, names: list[str] | None = None) -> None:
             motion = "no-preference" if name in MOVING else "reduce"
             page = browser.new_page(viewport=size, reduced_motion=motion)  # type: ignore[arg-type]
             scene(page, address.rstrip("/"))
-            page.wait_for_timeout(400)  # the last frame is drawn
-            keep(page.screenshot(), folder / name)
+            keep(moment(page) if name in MOVING else still(page), folder / name)
             page.close()
+
+
+def show(page: "Page", count: int) -> None:
+    """Let so many frames go by."""
+    from tests.browser.screen import frames
+
+    frames(page, count)
+
+
+def moment(page: "Page") -> bytes:
+    """What is seen once all that was asked for is laid out and drawn."""
+    show(page, 2)
+    return page.screenshot()
+
+
+def still(page: "Page") -> bytes:
+    """What is seen once it changes no more."""
+    seen = [page.screenshot()]
+
+    def same() -> bool:
+        show(page, 24)
+        seen.append(page.screenshot())
+        return seen[-1] == seen[-2]
+
+    until(same)
+    return seen[-1]
 
 
 def keep(png: bytes, path: Path) -> None:

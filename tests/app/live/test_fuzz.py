@@ -27,6 +27,7 @@ from benchmarks.serving.process import Served, can_watch, serving
 from tests.app.conftest import serving as serving_here
 from tests.app.live import garbled
 from tests.long import tries
+from tests.waiting import eventually
 
 MESSAGES = tries(3_000, 100_000)
 EXAMPLES = tries(8, 300)
@@ -101,12 +102,8 @@ async def test_malformed_messages_neither_fail_nor_crash_nor_grow_the_server(
         assert set(seen) == {"messages", "HTTP/1.1 101 Switching Protocols"}
         with urllib.request.urlopen(f"{server.address}/readyz") as answer:
             assert answer.status == 200
-        for _ in range(100):
-            if not server.metrics()["plinko_clients"]:
-                break
-            await asyncio.sleep(0.1)
+        await eventually(lambda: not server.metrics()["plinko_clients"])
         metrics = server.metrics()
-        assert metrics["plinko_clients"] == 0
         told = sum(n for name, n in metrics.items() if name.startswith("plinko_errors_total"))
         assert told > MESSAGES / 2, "the others broke the connection, or turned out well"
         assert 'plinko_errors_total{code="server-error"}' not in metrics

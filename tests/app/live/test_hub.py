@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from app.errors import AppError, RoomFullError, SlowClientError
 from app.live.hub import Client, Hub, Mailbox, Traffic
 from app.protocol.wire import WireMessage
+from tests.waiting import turns
 
 
 def event(text: str) -> WireMessage:
@@ -110,11 +111,6 @@ def unframed(wire: bytes) -> list[WireMessage]:
 
 def client(connection: Wire, number: int = 0, grace: float = 60.0, most: int = 8) -> Client:
     return Client(number, connection, Mailbox(most, 10_000), grace)
-
-
-async def turns(count: int = 20) -> None:
-    for _ in range(count):
-        await asyncio.sleep(0)
 
 
 async def stop(task: "asyncio.Task[None]") -> None:

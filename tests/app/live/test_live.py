@@ -11,7 +11,8 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from engine import Board, drop
-from tests.app.conftest import TINY, Player, Running, eventually, playing, serving
+from tests.app.conftest import TINY, Player, Running, playing, serving
+from tests.waiting import eventually
 
 BOARD = Board.from_json(TINY)
 
@@ -107,26 +108,39 @@ async def test_events_come_before_the_snapshot_that_counts_them(server: Running)
     assert [event["type"] for event in player.events].count("landed") == 5
 
 
-async def test_when_nothing_moves_nothing_is_sent_no_tick_runs_and_nobody_wakes() -> None:
-    with serving() as server:
-        ticker = server.services.rooms.ticker
-        assert (ticker.ticks, ticker.wakeups, ticker.asleep) == (0, 0, True)
+async def ticks(server: Running, count: int) -> None:
+    """Let a ball fall for so many ticks of this server: a clock to hold another one against."""
+    async with httpx.AsyncClient(base_url=server.url) as http:
         room = await new_room(server)
-        async with playing(server.socket(room)) as player:
-            await asyncio.sleep(0.2)
+        (await http.post(f"/api/v1/rooms/{room}/drops")).raise_for_status()
+    world = server.services.rooms.find(room).world
+    await eventually(lambda: world.tick >= count)
+
+
+async def test_when_nothing_moves_nothing_is_sent_no_tick_runs_and_nobody_wakes(
+    server: Running,
+) -> None:
+    with serving() as still:
+        ticker = still.services.rooms.ticker
+        assert (ticker.ticks, ticker.wakeups, ticker.asleep) == (0, 0, True)
+        room = await new_room(still)
+        async with playing(still.socket(room)) as player:
+            await ticks(server, 12)
             assert (ticker.ticks, ticker.wakeups) == (0, 0)
             await player.send(type="drop", seed=1)
             await player.until_empty()
             await eventually(lambda: ticker.asleep)
             counts = (ticker.ticks, ticker.wakeups)
             assert counts[1] == 1
-            traffic = server.services.hub.traffic
+            traffic = still.services.hub.traffic
             sent = traffic.frames
             assert sent > 0
-            with pytest.raises(TimeoutError):
-                await asyncio.wait_for(player.step(), 0.3)
+            hearing = asyncio.create_task(player.step())
+            await ticks(server, 18)
+            assert not hearing.done(), "nothing was heard of it"
             assert (ticker.ticks, ticker.wakeups, traffic.frames) == (*counts, sent)
             await player.send(type="drop", seed=2)
+            await hearing
             await player.until("landed")
             assert ticker.wakeups == 2
 

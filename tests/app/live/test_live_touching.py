@@ -8,7 +8,8 @@ import pytest
 
 from app.rooms import log as roomlog
 from app.rooms.touching.room import TouchingRoom
-from tests.app.conftest import Player, Running, eventually, playing, serving
+from tests.app.conftest import Player, Running, playing, serving
+from tests.waiting import eventually
 
 
 async def opened(server: Running, **body: Any) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.live.ticker import Schedule, Ticker
+from tests.waiting import turns
 
 PERIOD = 1.0 / 60.0
 
@@ -89,8 +90,7 @@ def test_after_a_pause_at_most_the_cap_is_caught_up_and_the_rest_is_counted() ->
 
 async def ticker_run(ticker: Ticker) -> None:
     task = asyncio.create_task(ticker.run())
-    for _ in range(5000):
-        await asyncio.sleep(0)
+    await turns(5000)
     task.cancel()
     with pytest.raises(asyncio.CancelledError):
         await task

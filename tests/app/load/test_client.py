@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import time
 from typing import Any
 
 import pytest
@@ -14,7 +15,8 @@ from app import cli
 from app.errors import InvalidValueError
 from app.load.client import Clock, RefusedError, RoomClient, connect, room_url
 from app.load.generator import Load
-from tests.app.conftest import Running, eventually, serving
+from tests.app.conftest import Running, serving
+from tests.waiting import eventually
 
 
 @pytest.mark.parametrize(
@@ -133,6 +135,7 @@ async def test_what_is_no_websocket_is_refused(server: Running) -> None:
 
 @pytest.mark.parametrize("stream", ["snapshots", "segments"])
 async def test_a_load_counts_what_its_clients_got(stream: str) -> None:
+    began = time.monotonic()
     with serving() as server:
         load = Load(room_url(server.url, "triangle-8", stream), 5, stream, drops=10.0)
         report = await load.run(2.0)
@@ -141,7 +144,8 @@ async def test_a_load_counts_what_its_clients_got(stream: str) -> None:
     assert found["frames"] == sum(c.frames for c in load.counted.values()) > 0
     assert found["drops"] >= 10
     assert 0.0 <= found["latency"]["p50"] <= found["latency"]["p99"] <= found["latency"]["worst"]
-    assert found["latency"]["worst"] < 60.0, "the clocks were compared"
+    age = time.monotonic() - began
+    assert found["latency"]["worst"] < age, "the clocks were compared: no frame is that old"
     if stream == "snapshots":
         ticks = {c.tick for c in load.counted.values()}
         assert max(ticks) - min(ticks) <= 2

@@ -8,7 +8,8 @@ import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from app.ops.metrics import Metrics
-from tests.app.conftest import Running, eventually, playing, serving
+from tests.app.conftest import Running, playing, serving
+from tests.waiting import eventually
 
 
 def scrape(server: Running) -> dict[str, float]:

@@ -7,13 +7,12 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 
-from tests.waiting import LIMIT
+from tests.waiting import LIMIT, until
 
 MISSING = "PostgreSQL's server programs are not here: apt-get install postgresql"
 NO_USER = "PostgreSQL refuses to run as root, and there is no user `postgres` to run it as"
@@ -72,11 +71,7 @@ class Cluster:
             stderr=subprocess.DEVNULL,
             cwd=self.folder,
         )
-        end = time.monotonic() + LIMIT
-        while not self._answers():
-            assert self.process.poll() is None, "PostgreSQL ended while it was to start"
-            assert time.monotonic() < end, f"PostgreSQL did not answer within {LIMIT:.0f} s"
-            time.sleep(0.05)
+        until(self._answers)
 
     def stop(self, how: signal.Signals = signal.SIGINT) -> None:
         """End it: SIGINT in order, SIGQUIT as in a crash."""
@@ -88,6 +83,8 @@ class Cluster:
     def _answers(self) -> bool:
         import psycopg
 
+        assert self.process is not None
+        assert self.process.poll() is None, "PostgreSQL ended while it was to start"
         try:
             psycopg.connect(self.url("postgres"), connect_timeout=5).close()
         except psycopg.OperationalError:

@@ -127,7 +127,7 @@ async def play(server: Served, told: Told, seeds: Any, pause: float) -> None:
                 while True:
                     message = {"type": "drop", "seed": next(seeds)}
                     await line.send(msgspec.json.encode(message).decode())
-                    await asyncio.sleep(pause)
+                    await asyncio.sleep(pause)  # no wait: a player's pace
 
             dropping = asyncio.create_task(drop())
             try:

@@ -12,8 +12,8 @@ import pytest
 from app.persistence import store
 from app.persistence.database import Database
 from engine import Board, drop
-from tests.app.conftest import eventually
 from tests.app.persistence.server import KILLS, Served, Told, play
+from tests.waiting import eventually
 
 ACKNOWLEDGED = 10  # drops at least, between one kill and the next
 ROOMS = {"main": "triangle-16", "triangle-8": "triangle-8", "classic": "classic"}
@@ -40,10 +40,14 @@ class Load:
             asyncio.create_task(play(self.server, told, seeds, self.chance.uniform(0.01, 0.1)))
             for told in self.rooms.values()
         ]
-        await asyncio.sleep(seconds)
+        await asyncio.sleep(seconds)  # no wait: the moment of the kill, left to chance
         await eventually(lambda: self.acknowledged >= enough)
         self.server.end(signal.SIGKILL)
         await asyncio.gather(*players)
+
+    @property
+    def _awake(self) -> bool:
+        return any(room["awake"] for room in self.server.get("/api/v1/rooms")["rooms"])
 
     async def until_still(self) -> None:
         """Listen, without another drop, until nothing moves in any room."""
@@ -52,8 +56,7 @@ class Load:
             asyncio.create_task(play(self.server, told, nothing, 1e9))
             for told in self.rooms.values()
         ]
-        while any(room["awake"] for room in self.server.get("/api/v1/rooms")["rooms"]):
-            await asyncio.sleep(0.1)
+        await eventually(lambda: not self._awake)
         for player in players:
             player.cancel()
         await asyncio.gather(*players, return_exceptions=True)

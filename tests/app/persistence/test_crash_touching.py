@@ -13,6 +13,9 @@ from websockets.exceptions import ConnectionClosed
 
 from app.rooms import log as roomlog
 from tests.app.persistence.server import KILLS, Served
+from tests.waiting import eventually
+
+PLACED = 2  # balls at least, between one kill and the next
 
 
 class Told:
@@ -55,7 +58,7 @@ async def play(line: ClientConnection, told: Told, chance: random.Random, kill: 
                 ]
             )
             await line.send(msgspec.json.encode(message).decode())
-            await asyncio.sleep(0.03)
+            await asyncio.sleep(0.03)  # no wait: a player's pace
 
     acting = asyncio.create_task(act())
     killing = asyncio.create_task(kill)
@@ -86,7 +89,9 @@ async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> 
         address = f"ws{server.address.removeprefix('http')}/ws/rooms/{room['id']}"
 
         async def kill() -> None:
-            await asyncio.sleep(chance.uniform(0.5, 2.0))
+            enough = len(told.placed) + PLACED
+            await asyncio.sleep(chance.uniform(0.5, 2.0))  # no wait: the moment is left to chance
+            await eventually(lambda: len(told.placed) >= enough)
             await asyncio.to_thread(server.end, signal.SIGKILL)
 
         for _ in range(KILLS):
@@ -106,4 +111,4 @@ async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> 
             ]
             assert set(told.placed) <= set(kept), "what was told is in the log"
         assert server.end(signal.SIGTERM) == 0
-    assert len(told.placed) > KILLS
+    assert len(told.placed) >= PLACED * KILLS

@@ -7,7 +7,6 @@ import signal
 import sqlite3
 import subprocess
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -19,9 +18,9 @@ import pytest
 import sqlalchemy as sa
 
 from app.rooms.log import verify_log
-from tests.app.conftest import TINY, Running, eventually, playing, serving
+from tests.app.conftest import TINY, Running, playing, serving
 from tests.app.persistence import postgres
-from tests.waiting import LIMIT
+from tests.waiting import LIMIT, eventually, until
 
 Break = Callable[[], AbstractContextManager[None]]
 ROOM = "triangle-8"
@@ -203,8 +202,8 @@ def test_a_commit_that_came_through_after_it_was_given_up_is_undone(url: str) ->
         refusal.set()
         ledger._commit = commit  # type: ignore[method-assign]
         ledger.patience = patience
-        while http.post(f"/rooms/{ROOM}/drops?wait=1", json={"seed": 2}).status_code != 200:
-            time.sleep(0.05)
+        again = f"/rooms/{ROOM}/drops?wait=1"
+        until(lambda: http.post(again, json={"seed": 2}).status_code == 200)
         log = http.get(f"/rooms/{ROOM}/log").json()
     assert [each["seed"] for each in log["drops"]] == ["2"]
     with serving(database_url=url) as server, httpx.Client(base_url=server.url) as http:

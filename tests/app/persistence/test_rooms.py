@@ -15,7 +15,8 @@ from websockets.exceptions import ConnectionClosed
 from app.errors import SettingError
 from app.web.tokens import secret_of
 from engine import Board, drop
-from tests.app.conftest import TINY, Player, Running, eventually, playing, serving
+from tests.app.conftest import TINY, Player, Running, playing, serving
+from tests.waiting import eventually
 
 
 @pytest.fixture

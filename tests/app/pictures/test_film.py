@@ -20,7 +20,8 @@ from app.render.theme import THEMES
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
 from engine import Board, World
-from tests.app.conftest import TINY, Running, eventually, serving
+from tests.app.conftest import TINY, Running, serving
+from tests.waiting import eventually, turns
 
 RED = THEMES["light"]["ball"]
 SHOT = Shot("r", 240, "light", 60)
@@ -177,8 +178,7 @@ def never_pausing(cameras: Cameras) -> None:
 async def settled(cameras: Cameras) -> None:
     """Wait until every camera waits for something to happen: it begins nothing by itself."""
     for _ in range(2):
-        for _ in range(20):
-            await asyncio.sleep(0)
+        await turns()
         await eventually(lambda: cameras._workers.jobs == 0)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from app.errors import BusyError, answer
 from app.pictures.workers import Workers
-from tests.app.conftest import eventually
+from tests.waiting import eventually
 
 
 async def test_work_runs_in_another_thread_and_its_errors_come_back() -> None:
