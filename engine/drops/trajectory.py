@@ -9,7 +9,7 @@ from engine.board.model import Board
 from engine.exact import event_log
 from engine.exact.board_arrays import arrays_of
 from engine.exact.event_log import new_log
-from engine.exact.initial_state import at_rest, in_flight
+from engine.exact.initial_state import in_flight
 from engine.exact.outcome import MAX_EVENTS, MAX_TIME
 from engine.exact.sampling import sample
 from engine.exact.trace import trace_many
@@ -58,7 +58,10 @@ class Trajectory:
 
 def at_start(board: Board, x: float) -> Floats:
     """State of a ball at rest at x in m on the height of the start, shape (7,)."""
-    return at_rest(np.array([x]), board.drop.y).reshape(body.SIZE)
+    state = np.zeros(body.SIZE)
+    state[body.X] = x
+    state[body.Y] = board.drop.y
+    return state
 
 
 def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EVENTS) -> Trajectory:

@@ -27,4 +27,6 @@ def at_rest(xs: Floats, y: float) -> Floats:
 
 def in_flight(count: int) -> Ints:
     """`initial`, shape (count, COLUMNS), of balls in flight that have hit nothing yet."""
-    return np.tile(np.array([NONE, 0, 0]), (count, 1))
+    initial = np.zeros((count, COLUMNS), np.int64)
+    initial[:, HIT] = NONE
+    return initial
