@@ -37,7 +37,7 @@ MANY = ("sheet", "density", "histogram")
 @click.option(
     "--theme", default="light", show_default=True, help="Colours: the page's light or dark."
 )
-def command(
+def command(  # one parameter an option: click hands them over by name
     board: str,
     out: str,
     seed: str | None,

@@ -71,10 +71,13 @@ def _advance(
     starts: Ints,
     members: Ints,
     frame: Floats,
-    columns: int,
-    rows: int,
+    shape: tuple[int, int],
 ) -> None:
-    """Advance all balls, r and v of shape (n, 2), by some steps; frame = x0, y0, cell size."""
+    """Advance all balls, r and v of shape (n, 2), by some steps.
+
+    The grid: frame = x0, y0, cell size; shape = columns, rows.
+    """
+    columns, rows = shape
     keep = 1.0 - drag * dt
     for _ in range(steps):
         for i in range(r.shape[0]):
@@ -159,7 +162,7 @@ class Naive(Contestant):
         frame = np.array([grid.x0, grid.y0, grid.cell])
         _advance(
             r, v, steps, dt, board.gravity, board.drag, material,
-            grid.bodies, grid.starts, grid.members, frame, grid.columns, grid.rows,
+            grid.bodies, grid.starts, grid.members, frame, (grid.columns, grid.rows),
         )  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """The numbers of arrays' columns are reached through their modules: `layout.LENGTH`."""
 
 import ast
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -15,6 +16,13 @@ COLUMN_MODULES = (
     "engine.exact.lockstep.lanes",
     "engine.exact.lockstep.search",
     "engine.exact.sensitivity",
+    "engine.multibody.solver.layout.body",
+    "engine.multibody.solver.layout.contact",
+    "engine.multibody.solver.layout.hash_grid",
+    "engine.multibody.solver.layout.pair",
+    "engine.multibody.solver.layout.shape",
+    "engine.multibody.solver.layout.step_log",
+    "engine.multibody.solver.layout.sweep",
     "engine.physics.body",
     "engine.physics.contact",
     "engine.physics.surface",
@@ -24,20 +32,22 @@ COLUMN_MODULES = (
 and of a wrong one a kernel makes numbers, not an error."""
 
 
-def bare_columns(source: str, module: str) -> list[str]:
-    """Columns of a module that a source text imports by name, without the module."""
+@cache
+def imports(path: Path) -> tuple[ast.ImportFrom, ...]:
+    """All that a file imports by name, wherever it does."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return tuple(node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
+
+
+def bare_columns(path: Path, module: str) -> list[str]:
+    """Columns of a module that a file imports by name, without the module."""
     columns = {
         name
         for name, value in vars(import_module(module)).items()
         if name.isupper() and type(value) is int
     }
-    return [
-        alias.name
-        for node in ast.walk(ast.parse(source))
-        if isinstance(node, ast.ImportFrom) and node.module == module
-        for alias in node.names
-        if alias.name in columns
-    ]
+    names = [alias.name for node in imports(path) if node.module == module for alias in node.names]
+    return [name for name in names if name in columns]
 
 
 @pytest.mark.parametrize("module", COLUMN_MODULES)
@@ -46,12 +56,15 @@ def test_no_column_is_imported_without_its_module(module: str) -> None:
         path.relative_to(ROOT).as_posix(): names
         for folder in FOLDERS
         for path in (ROOT / folder).rglob("*.py")
-        if (names := bare_columns(path.read_text(), module))
+        if (names := bare_columns(path, module))
     }
     assert found == {}
 
 
-def test_a_bare_column_is_seen_and_what_is_no_column_is_not() -> None:
-    source = "from engine.physics.surface import LENGTH, touch\nfrom engine.physics import surface"
-    assert bare_columns(source, "engine.physics.surface") == ["LENGTH"]
-    assert bare_columns(source, "engine.physics.body") == []
+def test_a_bare_column_is_seen_and_what_is_no_column_is_not(tmp_path: Path) -> None:
+    file = tmp_path / "kernel.py"
+    file.write_text(
+        "from engine.physics.surface import LENGTH, touch\nfrom engine.physics import surface"
+    )
+    assert bare_columns(file, "engine.physics.surface") == ["LENGTH"]
+    assert bare_columns(file, "engine.physics.body") == []
