@@ -167,7 +167,7 @@ def _explicit_starts(board: Board, xs: npt.ArrayLike, count: int) -> npt.NDArray
 
 def _fill(batch: DropBatch, threads: int, progress: Callable[[int], None] | None) -> None:
     """Run all chunks; the kernels release the GIL."""
-    layout = arrays_of(batch.board)
+    arrays = arrays_of(batch.board)
     results = Results(
         bins=batch.bin,
         durations=batch.duration,
@@ -177,7 +177,7 @@ def _fill(batch: DropBatch, threads: int, progress: Callable[[int], None] | None
     )
     share(
         _parts(len(batch), threads),
-        lambda part, _: _run_part(batch, layout, part, results),
+        lambda part, _: _run_part(batch, arrays, part, results),
         threads,
         progress,
     )
@@ -194,7 +194,7 @@ def _parts(count: int, threads: int) -> list[slice]:
     return parts
 
 
-def _run_part(batch: DropBatch, layout: BoardArrays, part: slice, results: Results) -> int:
+def _run_part(batch: DropBatch, arrays: BoardArrays, part: slice, results: Results) -> int:
     """Simulate a part of the drops into the batch's arrays; how many they are."""
     zone = batch.board.drop
     if not batch.explicit_x:
@@ -202,30 +202,30 @@ def _run_part(batch: DropBatch, layout: BoardArrays, part: slice, results: Resul
     xs = batch.x_start[part]
     y = zone.y
     some = results.at(part)
-    if isinstance(batch.solver, Exact) and has_only_bounces(layout):
-        rest = trace_bounces(layout, xs, y, MAX_EVENTS, MAX_TIME, some)
+    if isinstance(batch.solver, Exact) and has_only_bounces(arrays):
+        rest = trace_bounces(arrays, xs, y, MAX_EVENTS, MAX_TIME, some)
         if len(rest.drops):
             traced = some.at(rest.drops)
-            _trace(layout, batch.solver, rest.states, rest.initial, traced)
+            _trace(arrays, batch.solver, rest.states, rest.initial, traced)
             some.put(rest.drops, traced)
     else:
-        _trace(layout, batch.solver, at_rest(xs, y), in_flight(len(xs)), some)
+        _trace(arrays, batch.solver, at_rest(xs, y), in_flight(len(xs)), some)
     return len(xs)
 
 
 def _trace(
-    layout: BoardArrays, solver: Solver, states: Floats, initial: Ints, results: Results
+    arrays: BoardArrays, solver: Solver, states: Floats, initial: Ints, results: Results
 ) -> None:
     """Follow the balls one after the other to their ends; the stepped solver's from their start."""
     bins, durations, x_ends, impacts, outcomes = results
     log = new_log(0, 0)
     if isinstance(solver, Stepped):
         trace_stepped_many(
-            layout, states, solver.h, solver.correction, MAX_EVENTS, log, outcomes, bins, impacts
+            arrays, states, solver.h, solver.correction, MAX_EVENTS, log, outcomes, bins, impacts
         )
     else:
         trace_many(
-            layout, states, initial, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins,
+            arrays, states, initial, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins,
             impacts,
         )  # fmt: skip
     durations[:] = states[:, body.T]

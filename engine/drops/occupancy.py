@@ -134,19 +134,19 @@ class _Work:
 
     def _follow(self, first: int, last: int, log: Log, counts: npt.NDArray[np.uint32]) -> None:
         """Trace drops and count where they are, in parts if they do not fit into the log."""
-        layout = arrays_of(self._board)
+        arrays = arrays_of(self._board)
         series = new_series()
         states = at_rest(self._starts[first:last], self._board.drop.y)
         outcomes, impacts = np.empty(last - first, np.int8), np.empty(last - first, np.int32)
         trace_many(
-            layout, states, in_flight(len(states)), MAX_EVENTS, MAX_TIME, series, log, outcomes,
+            arrays, states, in_flight(len(states)), MAX_EVENTS, MAX_TIME, series, log, outcomes,
             self.bins[first:last], impacts,
         )  # fmt: skip
         needed = int(log.counts[event_log.SEGMENTS])
         if needed <= len(log.segments):
             self.durations[first:last] = states[:, body.T]
             occupy(
-                layout, log, states, self._phases[first:last], self._step, *self._corner,
+                arrays, log, states, self._phases[first:last], self._step, *self._corner,
                 self._cells, series, np.empty(body.SIZE), counts,
             )  # fmt: skip
         elif last - first == 1:

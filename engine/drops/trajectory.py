@@ -69,7 +69,7 @@ def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EV
 
     The kernels are those of many balls, given one. It ends after `max_events` events at the latest.
     """
-    layout = arrays_of(board)
+    arrays = arrays_of(board)
     events, segments = _ROOM, 4 * _ROOM
     outcome, where, impacts = np.empty(1, np.int8), np.empty(1, np.int32), np.empty(1, np.int32)
     while True:
@@ -77,11 +77,11 @@ def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EV
         end = start.reshape(1, body.SIZE).copy()
         if isinstance(solver, Stepped):
             trace_stepped_many(
-                layout, end, solver.h, solver.correction, max_events, log, outcome, where, impacts
+                arrays, end, solver.h, solver.correction, max_events, log, outcome, where, impacts
             )
         else:
             trace_many(
-                layout, end, in_flight(1), max_events, MAX_TIME, new_series(), log,
+                arrays, end, in_flight(1), max_events, MAX_TIME, new_series(), log,
                 outcome, where, impacts,
             )  # fmt: skip
         all_events, all_segments = (
@@ -106,4 +106,4 @@ def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EV
 
 def start_row(trajectory: Trajectory) -> Floats:
     """x, y, vx, vy, omega at the start, as a digest takes them."""
-    return trajectory.start[[body.X, body.Y, body.X + 2, body.Y + 2, body.THETA + 1]]
+    return trajectory.start[[body.X, body.Y, body.VX, body.VY, body.OMEGA]]

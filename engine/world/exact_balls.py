@@ -24,7 +24,7 @@ class ExactBalls:
 
     def __init__(self, board: Board, dt: float) -> None:
         self._board = board
-        self._layout = arrays_of(board)
+        self._arrays = arrays_of(board)
         self._dt = dt
         self._paths: list[Trajectory] = []
         self._ticks = np.zeros(0, np.int64)
@@ -81,7 +81,7 @@ class ExactBalls:
         self._ticks += 1
         times = np.multiply(self._ticks, self._dt, dtype=np.float64)
         sample(
-            self._layout, self._pool, self._first, self._last, times, False, self._series,
+            self._arrays, self._pool, self._first, self._last, times, False, self._series,
             self.states,
         )  # fmt: skip
         return [self._progress(int(row)) for row in np.flatnonzero(self._next_time <= times)]

@@ -25,7 +25,7 @@ class SteppedBalls:
 
     def __init__(self, board: Board, solver: Stepped) -> None:
         self._board = board
-        self._layout = arrays_of(board)
+        self._arrays = arrays_of(board)
         self._solver = solver
         self._steps = np.zeros(0, np.int64)
         self._starts: list[float] = []
@@ -52,7 +52,7 @@ class SteppedBalls:
         outcomes = np.empty(count, np.int8)
         bins, impacts = np.empty(count, np.int32), np.empty(count, np.int32)
         step_many(
-            self._layout, self.states, self._steps, solver.substeps, solver.h, solver.correction,
+            self._arrays, self.states, self._steps, solver.substeps, solver.h, solver.correction,
             ENDLESS, np.empty(body.SIZE), log, outcomes, bins, impacts,
         )  # fmt: skip
         log_ends = log.ends[:, event_log.EVENTS]
