@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.app.persistence import postgres
+from tests.app.persistence.server import POSTGRESQL, SQLITE
 
 
 @pytest.fixture(scope="session")
@@ -19,7 +20,7 @@ def cluster() -> Iterator[postgres.Cluster]:
         yield running
 
 
-@pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.postgresql)])
+@pytest.fixture(params=[SQLITE, POSTGRESQL])
 def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     """An empty database's address, of each kind in turn."""
     if request.param == "sqlite":

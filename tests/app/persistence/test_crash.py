@@ -12,7 +12,8 @@ import pytest
 from app.persistence import store
 from app.persistence.database import Database
 from engine import Board, drop
-from tests.app.persistence.server import KILLS, Served, Told, play
+from tests.app.persistence.server import KILLS, POSTGRESQL, SQLITE, Served, Told, play
+from tests.long import tries
 from tests.waiting import eventually
 
 ACKNOWLEDGED = 10  # drops at least, between one kill and the next
@@ -88,6 +89,7 @@ def verify(load: Load, url: str) -> int:
     return count
 
 
+@pytest.mark.parametrize("url", tries([SQLITE], [SQLITE, POSTGRESQL]), indirect=True)
 @pytest.mark.long
 @pytest.mark.timeout(3600)
 async def test_no_drop_that_was_acknowledged_is_lost_and_no_digest_changes(url: str) -> None:
