@@ -1,0 +1,171 @@
+"""A whole drop, proven: flights, impacts and contact phases at one precision."""
+
+from dataclasses import dataclass, field
+
+from flint import arb
+
+from engine.board.model import Board
+from engine.certified import sustained_contact
+from engine.certified.balls import ZERO, Proof, UndecidedError
+from engine.certified.flight import Flight, State
+from engine.certified.impulse import Rebound, bounce
+from engine.certified.next_impact import BOUNCED, LIFTED, Touched, next_impact
+from engine.certified.scene import Scene, Surface, scene_of
+from engine.constants import (
+    KIND_CONTACT_BEGIN,
+    KIND_LANDING,
+    KIND_PEG,
+)
+from engine.exact.free_flight import DYING_BOUNCE
+from engine.exact.outcome import ESCAPED, EVENT_LIMIT, LANDED, RUNNING
+
+MAX_EVENTS = 2000
+"""A drop with more is left undecided: elastic balls bounce for ever."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """The enclosed state right after something happened; kind and index as in a drop's record."""
+
+    state: State
+    kind: int
+    index: int
+
+
+@dataclass(slots=True)
+class Path:
+    """What became of a ball: how it ended (`engine.exact.outcome`), its bin, -1 if none."""
+
+    outcome: int = RUNNING
+    bin: int = -1
+    events: list[Event] = field(default_factory=list)
+    impacts: int = 0
+
+
+def trace(board: Board, x: arb, bits: int, proof: Proof) -> Path:
+    """Follow a ball from rest at x on the height of the start; `bits` is the precision that is set.
+
+    x is in m, and may be wide: then what is proven holds for every start in it. Raises
+    UndecidedError at the first comparison that the precision leaves open.
+    """
+    return _Tracer(scene_of(board, bits), x, proof).run()
+
+
+class _Tracer:
+    """One ball from its start to its end."""
+
+    def __init__(self, scene: Scene, x: arb, proof: Proof) -> None:
+        self.scene, self.proof = scene, proof
+        self.state = State(ZERO, x, scene.start_y, ZERO, ZERO, ZERO)
+        self.path = Path()
+
+    def run(self) -> Path:
+        """Until it lands, or comes to another end."""
+        touched: Touched = {}
+        while self.path.outcome == RUNNING:
+            if len(self.path.events) >= MAX_EVENTS:
+                self.path.outcome = EVENT_LIMIT
+                break
+            touched = self._fly(touched)
+        return self.path
+
+    def _note(self, kind: int, index: int) -> None:
+        self.path.events.append(Event(self.state, kind, index))
+
+    def _fly(self, touched: Touched) -> Touched:
+        """A flight and what it ends with; what is touched when the next one starts."""
+        flight = Flight(self.scene, self.state)
+        hit = next_impact(self.scene, flight, touched, self.proof)
+        if hit is None:
+            self.path.outcome = ESCAPED
+            return {}
+        self.state = flight.at(hit.time)
+        if not hit.surfaces:
+            self._land()
+            return {}
+        return self._hit(hit.surfaces[0], dict.fromkeys(hit.surfaces, BOUNCED))
+
+    def _land(self) -> None:
+        edges = self.scene.edges
+        bin_ = 0
+        for edge in edges[1:-1]:
+            # An edge belongs to the bin on its right.
+            if self.proof.is_positive(edge - self.state.x, "which side of a bin's edge is landed"):
+                break
+            bin_ += 1
+        self.path.outcome, self.path.bin = LANDED, bin_
+        self._note(KIND_LANDING, bin_)
+
+    def _hit(self, surface: Surface, touched: Touched) -> Touched:
+        """Impacts, one after the other, on what the ball touches, until it flies or stays on one.
+
+        `touched` has all that it touches, `surface` among them, which it approaches.
+        """
+        while True:
+            off, sticks = self._rebound(surface)
+            lifted = off.is_zero()
+            if not self.proof.is_positive(off - arb(DYING_BOUNCE), "whether a bounce dies"):
+                if self._is_pressed(surface):
+                    touched[surface] = LIFTED
+                    return self._stay(surface, touched, sticks)
+                touched[surface] = LIFTED if lifted else BOUNCED
+            else:
+                touched[surface] = BOUNCED
+            following = self._approached(surface, touched)
+            if following is None:
+                return touched
+            surface = following
+
+    def _rebound(self, surface: Surface) -> tuple[arb, bool]:
+        """An impact: the speed off the surface after it, and whether friction stopped the slip."""
+        now = self.state
+        nx, ny = surface.normal(now.x, now.y)
+        approach = now.vx * nx + now.vy * ny
+        along = now.vy * nx - now.vx * ny
+        self.proof.require(bool(approach < 0), f"whether the ball approaches {surface.name}")
+        after: Rebound = bounce(
+            approach, along, now.omega, surface.pair, self.scene.radius, self.proof
+        )
+        x, y = surface.at_contact(now.x, now.y, nx, ny)
+        vx, vy = after.off * nx - after.along * ny, after.off * ny + after.along * nx
+        self.state = State(now.t, x, y, vx, vy, after.omega)
+        self.path.impacts += 1
+        self._note(surface.kind, surface.index)
+        return after.off, after.sticks
+
+    def _is_pressed(self, surface: Surface) -> bool:
+        """Whether gravity presses the ball onto a surface along which alone it moves: N > 0."""
+        now = self.state
+        nx, ny = surface.normal(now.x, now.y)
+        along = now.vy * nx - now.vx * ny
+        force = -self.scene.gravity * ny - surface.curvature * along * along
+        return self.proof.is_positive(force, f"whether the ball is pressed onto {surface.name}")
+
+    def _approached(self, left: Surface, touched: Touched) -> Surface | None:
+        """Of the other surfaces that the ball touches, the first that it moves into."""
+        now = self.state
+        for other in sorted(touched, key=lambda s: s.rank):
+            if other is left:
+                continue
+            nx, ny = other.normal(now.x, now.y)
+            off = now.vx * nx + now.vy * ny
+            if not self.proof.is_positive(off, f"whether the ball moves into {other.name}"):
+                return other
+            touched[other] = BOUNCED
+        return None
+
+    def _stay(self, surface: Surface, touched: Touched, sticks: bool) -> Touched:
+        """The ball rolls or slides, until it leaves (what it touches then), hits or ends."""
+        if len(touched) > 1:
+            raise UndecidedError("contact phase that begins between two surfaces")
+        nx, ny = surface.normal(self.state.x, self.state.y)
+        now = self.state
+        along = now.vy * nx - now.vx * ny
+        self.state = State(now.t, now.x, now.y, -along * ny, along * nx, now.omega)
+        self._note(KIND_CONTACT_BEGIN, contact_index(surface))
+        sustained_contact.follow_contact(surface)
+
+
+def contact_index(surface: Surface) -> int:
+    """How contact events name a surface: a peg by its index, wall w as -1 - w."""
+    return surface.index if surface.kind == KIND_PEG else -1 - surface.index
