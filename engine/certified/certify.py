@@ -16,7 +16,7 @@ from engine.exact.outcome import EVENT_LIMIT, LANDED, REASONS
 from engine.parameters import Exact
 from engine.seeding import parse_seed
 
-FIRST_BITS = 192
+FIRST_BITS = 160
 """Of precision, at first: what most drops of the presets need."""
 
 MOST_BITS = 12_288

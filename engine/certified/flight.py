@@ -139,10 +139,11 @@ class ReboundDistance:
     so g'' is within a third of the bounds of f'''.
     """
 
-    def __init__(self, flight: Flight, circle: Circle, end: float) -> None:
-        self.flight = flight
+    def __init__(self, flight: Flight, circle: Circle, off: arb, end: float) -> None:
+        """`off` is the speed off the circle at the start, which is sharper than its parts."""
+        self.flight, self.twice = flight, 2 * circle.reach
         of_f = CircleDistance(flight, circle, end)
-        self.qx, self.qy, self.qa = of_f.qx, of_f.qy, of_f.qa
+        self.rate, self.qa = circle.reach * off, of_f.qa
         self.low2, self.size2 = of_f.low3 / 3, of_f.size3 / 3
 
     def terms(self, s: arb) -> tuple[arb, arb, arb]:
@@ -150,16 +151,17 @@ class ReboundDistance:
         flight = self.flight
         start = flight.start
         if s.is_zero():
-            rate = self.qx * start.vx + self.qy * start.vy
-            return 2 * rate, flight.vv + self.qa, ZERO
-        _, phi, psi = _wide_basis(flight, s)
-        c = psi / s
-        cd = (phi - c) / s if flight.has_drag else ONE / 2
+            return 2 * self.rate, flight.vv + self.qa, ZERO
+        c, cd = _quotient(flight, s)
         wx, wy = start.vx + flight.ax * c, start.vy + flight.ay * c
         ww = wx * wx + wy * wy
         wa = wx * flight.ax + wy * flight.ay
-        g = 2 * (self.qx * wx + self.qy * wy) + s * ww
+        g = 2 * (self.rate + self.qa * c) + s * ww
         return g, 2 * self.qa * cd + ww + 2 * s * cd * wa, ZERO
+
+    def approach(self, s: arb) -> arb:
+        """v.n at the root s of g, where f' = s g' and f' = 2 D v.n."""
+        return s * self.terms(s)[1] / self.twice
 
     def least_bend(self, bend: arb, h: arb) -> arb:
         """As of CircleDistance."""
@@ -222,10 +224,12 @@ class LineRebound:
         line = self.line
         if s.is_zero():
             return line.rate, line.pull / 2, ZERO
-        _, phi, psi = _wide_basis(line.flight, s)
-        c = psi / s
-        cd = (phi - c) / s if line.flight.has_drag else ONE / 2
+        c, cd = _quotient(line.flight, s)
         return line.rate + line.pull * c, line.pull * cd, ZERO
+
+    def approach(self, s: arb) -> arb:
+        """v.n at the root s, where h' = s times the derivative of the quotient."""
+        return s * self.terms(s)[1]
 
     def least_bend(self, bend: arb, h: arb) -> arb:
         """As of CircleDistance."""
@@ -246,6 +250,20 @@ def _wide_basis(flight: Flight, s: arb) -> tuple[arb, arb, arb]:
     bend = decay * arb(0, (d * d).abs_upper())
     gain = decay * d - flight.k * bend
     return decay - flight.k * gain, phi + gain, psi + phi * d + bend
+
+
+def _quotient(flight: Flight, s: arb) -> tuple[arb, arb]:
+    """psi(s) / s, whose derivative is between 0 and 1/2, and that, whose own is at least -k / 3."""
+    if not flight.has_drag:
+        return s / 2, ONE / 2
+    middle = s.mid()
+    _, phi, psi = flight.basis(middle)
+    c = psi / middle
+    cd = (phi - c) / middle
+    if s.is_exact():
+        return c, cd
+    d = s - middle
+    return c + d / 2, cd + d * flight.k / 3
 
 
 def _below_zero(x: arb) -> arb:

@@ -29,7 +29,7 @@ def bounce(approach: arb, along: arb, omega: arb, pair: Pair, radius: arb, proof
     slip = along - omega * radius
     limit = -pair.friction * (1 + pair.restitution) * approach
     if proof.is_positive(3 * limit - abs(slip), "whether friction stops the slip"):
-        along = along - slip / 3
+        along = (2 * along + omega * radius) / 3  # along - slip / 3, where each counts once
         return Rebound(off, along, along / radius, sticks=True)
     push = -limit if proof.is_positive(slip, "which way the ball slips") else limit
     return Rebound(off, along + push, omega - 2 * push / radius, sticks=False)

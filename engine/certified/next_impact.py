@@ -30,8 +30,16 @@ LIFTED = 2  # no speed off the surface, but no force onto it
 ROLLED_OFF = 3  # nor any force: the normal force has just vanished
 PAST = 0
 
-Touched = dict[Surface, int]
-"""The surfaces that are touched when a flight starts, and how each was left."""
+
+class Touch(NamedTuple):
+    """How a surface was left that a ball touches, and its speed off it in m/s."""
+
+    how: int
+    off: arb
+
+
+Touched = dict[Surface, Touch]
+"""The surfaces that are touched when a flight starts."""
 
 _MAX_WINDOWS = 100_000
 
@@ -45,11 +53,13 @@ class Hit(NamedTuple):
 
     time: arb
     surfaces: tuple[Surface, ...]
+    approach: arb | None  # the first one's v.n, where it is known better than by its parts
 
 
 class _Root(NamedTuple):
     time: arb
     surface: Surface | None  # None: the bins' line
+    approach: arb | None = None
 
 
 def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) -> Hit | None:
@@ -96,25 +106,44 @@ def _length(x: arb, y: arb) -> arb:
 def _again(flight: Flight, touched: Touched, end: float, proof: Proof) -> list[_Root]:
     """When the surfaces are hit again that the ball touches at the start."""
     roots = []
-    for surface, order in touched.items():
-        if order == PAST:
+    for surface, touch in touched.items():
+        if touch.how == BOUNCED:
+            root = _rebound(flight, surface, touch.off, end, proof)
+            if root is not None:
+                roots.append(root)
+        elif touch.how == PAST:
             continue
-        if isinstance(surface, Circle):
-            root = _circle_again(flight, surface, order, end, proof)
+        elif isinstance(surface, Circle):
+            time = _circle_again(flight, surface, touch.how, end, proof)
+            if time is not None:
+                roots.append(_Root(time, surface))
         else:
-            root = _face_again(flight, surface, order, end, proof)
-        if root is not None:
-            roots.append(_Root(root, surface))
+            pull = flight.ax * surface.nx + flight.ay * surface.ny
+            proof.require(bool(pull > 0), f"whether the ball lifts off {surface.name}")
     return roots
+
+
+def _rebound(flight: Flight, surface: Surface, off: arb, end: float, proof: Proof) -> _Root | None:
+    """When a surface is hit again off which the ball bounced, by its distance over the time."""
+    if isinstance(surface, Circle):
+        again = ReboundDistance(flight, surface, off, end)
+        time = first_root(again, 0.0, end, proof, surface.name)
+        return None if time is None else _Root(time, surface, again.approach(time))
+    pull = flight.ax * surface.nx + flight.ay * surface.ny
+    from_line = LineRebound(LineDistance(flight, ZERO, off, pull))
+    time = first_root(from_line, 0.0, end, proof, surface.name)
+    time = _on_face(flight, surface, time, proof)
+    return None if time is None else _Root(time, surface, from_line.approach(time))
 
 
 def _circle_again(
     flight: Flight, circle: Circle, order: int, end: float, proof: Proof
 ) -> arb | None:
-    """When a circle is hit again. f(s) / s^order is positive at the start, and for some time."""
+    """When a circle is hit again that the ball left without a speed.
+
+    f(s) / s^order is positive at the start, and for some time.
+    """
     name = circle.name
-    if order == BOUNCED:
-        return first_root(ReboundDistance(flight, circle, end), 0.0, end, proof, name)
     distance = CircleDistance(flight, circle, end)
     if order == LIFTED:
         # f >= s^2 / 2 (f'' + min f''' s / 3)
@@ -140,19 +169,6 @@ def _least_fourth(flight: Flight, circle: Circle, end: float) -> arb:
     speed = flight.vv.sqrt() + pull * horizon
     far = circle.reach + speed * horizon
     return (-8 * flight.k * speed * pull - 2 * flight.k**2 * pull * far).lower()
-
-
-def _face_again(flight: Flight, face: Face, order: int, end: float, proof: Proof) -> arb | None:
-    """When a face is hit again that the ball has left; it is past it if its foot is not on it."""
-    start = flight.start
-    rate = start.vx * face.nx + start.vy * face.ny
-    pull = flight.ax * face.nx + flight.ay * face.ny
-    if order != BOUNCED:
-        proof.require(bool(pull > 0), f"whether the ball lifts off {face.name}")
-        return None
-    line = LineDistance(flight, ZERO, rate, pull)
-    root = first_root(LineRebound(line), 0.0, end, proof, face.name)
-    return _on_face(flight, face, root, proof)
 
 
 def _entry(flight: Flight, surface: Surface, start: float, end: float, proof: Proof) -> arb | None:
@@ -220,11 +236,11 @@ def _first(flight: Flight, roots: list[_Root], proof: Proof) -> Hit:
             raise UndecidedError(f"whether {_name(first)} or {_name(other)} is hit first")
         tied.append(other)
     if first.surface is None:
-        return Hit(first.time, ())
+        return Hit(first.time, (), None)
     surfaces = sorted((r.surface for r in tied if r.surface is not None), key=lambda s: s.rank)
     if len(surfaces) > 1:
         proof.ties.append(" and ".join(s.name for s in surfaces) + ", by symmetry")
-    return Hit(first.time, tuple(surfaces))
+    return Hit(first.time, tuple(surfaces), first.approach if len(surfaces) == 1 else None)
 
 
 def _name(root: _Root) -> str:

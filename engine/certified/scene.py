@@ -50,7 +50,7 @@ class Circle:
 
     def normal(self, x: arb, y: arb) -> tuple[arb, arb]:
         """Unit vector towards a ball at (x, y) that touches; one that does not is no question."""
-        return _unit((x - self.x) / self.reach, (y - self.y) / self.reach)
+        return unit_vector((x - self.x) / self.reach, (y - self.y) / self.reach)
 
     def at_contact(self, x: arb, y: arb, nx: arb, ny: arb) -> tuple[arb, arb]:
         """The centre of a ball that touches at (x, y), where the normal is (nx, ny)."""
@@ -107,7 +107,7 @@ class Face:
 Surface: TypeAlias = Circle | Face
 
 
-def _unit(nx: arb, ny: arb) -> tuple[arb, arb]:
+def unit_vector(nx: arb, ny: arb) -> tuple[arb, arb]:
     """(nx, ny), known to have length one, with the larger part made sharper by the smaller."""
     if abs(nx) < abs(ny):
         other = (1 - nx * nx).sqrt()

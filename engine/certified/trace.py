@@ -5,19 +5,18 @@ from dataclasses import dataclass, field
 from flint import arb
 
 from engine.board.model import Board
-from engine.certified import sustained_contact
-from engine.certified.balls import ZERO, Proof, UndecidedError
+from engine.certified.balls import ZERO, Proof
 from engine.certified.flight import Flight, State
 from engine.certified.impulse import Rebound, bounce
-from engine.certified.next_impact import BOUNCED, LIFTED, Touched, next_impact
+from engine.certified.next_impact import BOUNCED, LIFTED, Touch, Touched, next_impact
 from engine.certified.scene import Scene, Surface, scene_of
+from engine.certified.sustained_contact import contact_index, follow_contact
 from engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_LANDING,
-    KIND_PEG,
 )
 from engine.exact.free_flight import DYING_BOUNCE
-from engine.exact.outcome import ESCAPED, EVENT_LIMIT, LANDED, RUNNING
+from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, RUNNING, WEDGED
 
 MAX_EVENTS = 2000
 """A drop with more is left undecided: elastic balls bounce for ever."""
@@ -83,7 +82,9 @@ class _Tracer:
         if not hit.surfaces:
             self._land()
             return {}
-        return self._hit(hit.surfaces[0], dict.fromkeys(hit.surfaces, BOUNCED))
+        return self._hit(
+            hit.surfaces[0], dict.fromkeys(hit.surfaces, Touch(BOUNCED, ZERO)), hit.approach
+        )
 
     def _land(self) -> None:
         edges = self.scene.edges
@@ -96,31 +97,33 @@ class _Tracer:
         self.path.outcome, self.path.bin = LANDED, bin_
         self._note(KIND_LANDING, bin_)
 
-    def _hit(self, surface: Surface, touched: Touched) -> Touched:
+    def _hit(self, surface: Surface, touched: Touched, approach: arb | None = None) -> Touched:
         """Impacts, one after the other, on what the ball touches, until it flies or stays on one.
 
-        `touched` has all that it touches, `surface` among them, which it approaches.
+        `touched` has all that it touches, `surface` among them, which it approaches at `approach`
+        if that is known.
         """
-        while True:
-            off, sticks = self._rebound(surface)
-            lifted = off.is_zero()
-            if not self.proof.is_positive(off - arb(DYING_BOUNCE), "whether a bounce dies"):
-                if self._is_pressed(surface):
-                    touched[surface] = LIFTED
-                    return self._stay(surface, touched, sticks)
-                touched[surface] = LIFTED if lifted else BOUNCED
-            else:
-                touched[surface] = BOUNCED
+        while len(self.path.events) < MAX_EVENTS:
+            off, sticks = self._rebound(surface, approach)
+            approach = None
+            touched[surface] = Touch(LIFTED if off.is_zero() else BOUNCED, off)
             following = self._approached(surface, touched)
-            if following is None:
-                return touched
-            surface = following
+            if following is not None:
+                surface = following
+            elif not self.proof.is_positive(
+                off - arb(DYING_BOUNCE), "whether a bounce dies"
+            ) and self._is_pressed(surface):
+                return self._stay(surface, touched, sticks)
+            else:
+                break
+        return touched
 
-    def _rebound(self, surface: Surface) -> tuple[arb, bool]:
+    def _rebound(self, surface: Surface, approach: arb | None) -> tuple[arb, bool]:
         """An impact: the speed off the surface after it, and whether friction stopped the slip."""
         now = self.state
         nx, ny = surface.normal(now.x, now.y)
-        approach = now.vx * nx + now.vy * ny
+        if approach is None:
+            approach = now.vx * nx + now.vy * ny
         along = now.vy * nx - now.vx * ny
         self.proof.require(bool(approach < 0), f"whether the ball approaches {surface.name}")
         after: Rebound = bounce(
@@ -151,21 +154,46 @@ class _Tracer:
             off = now.vx * nx + now.vy * ny
             if not self.proof.is_positive(off, f"whether the ball moves into {other.name}"):
                 return other
-            touched[other] = BOUNCED
+            touched[other] = Touch(BOUNCED, off)
         return None
 
     def _stay(self, surface: Surface, touched: Touched, sticks: bool) -> Touched:
-        """The ball rolls or slides, until it leaves (what it touches then), hits or ends."""
-        if len(touched) > 1:
-            raise UndecidedError("contact phase that begins between two surfaces")
+        """The ball rolls or slides, until it leaves, hits another surface or comes to its end."""
         nx, ny = surface.normal(self.state.x, self.state.y)
         now = self.state
         along = now.vy * nx - now.vx * ny
         self.state = State(now.t, now.x, now.y, -along * ny, along * nx, now.omega)
         self._note(KIND_CONTACT_BEGIN, contact_index(surface))
-        sustained_contact.follow_contact(surface)
+        beside = tuple(other for other in touched if other is not surface)
+        after = follow_contact(
+            self.scene, self.state, surface, sticks, beside, self.proof, self._note_contact
+        )
+        self.state = after.state
+        if after.rests:
+            self.path.outcome = BALANCED
+        elif after.lands:
+            self._land()
+        elif after.hit is not None:
+            if self._comes_to_rest(surface, after.hit):
+                self.path.outcome = WEDGED
+                return {}
+            return self._hit(after.hit, {**after.touched, after.hit: Touch(BOUNCED, ZERO)})
+        return after.touched
 
+    def _note_contact(self, state: State, kind: int, surface: Surface) -> None:
+        self.path.events.append(Event(state, kind, contact_index(surface)))
 
-def contact_index(surface: Surface) -> int:
-    """How contact events name a surface: a peg by its index, wall w as -1 - w."""
-    return surface.index if surface.kind == KIND_PEG else -1 - surface.index
+    def _comes_to_rest(self, surface: Surface, hit: Surface) -> bool:
+        """Whether a ball that stayed on `surface` into `hit` has no speed left to go on with.
+
+        Gravity along the tangent of each must push into the other.
+        """
+        now, is_positive = self.state, self.proof.is_positive
+        ax, ay = surface.normal(now.x, now.y)
+        bx, by = hit.normal(now.x, now.y)
+        speed = -(now.vx * bx + now.vy * by)
+        if is_positive(speed - arb(DYING_BOUNCE), f"whether the ball stops at {hit.name}"):
+            return False
+        cross = ax * by - ay * bx
+        what = f"whether the ball is wedged between {surface.name} and {hit.name}"
+        return is_positive(-ax * cross, what) and is_positive(bx * cross, what)
