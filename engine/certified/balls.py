@@ -39,15 +39,25 @@ def precision(bits: int) -> Iterator[None]:
 
 
 class Proof:
-    """The comparisons that one drop was decided by: how many, and the ties among them."""
+    """The comparisons that one drop was decided by: how many, and the ties among them.
 
-    def __init__(self) -> None:
+    `most` is how many may be asked for; UndecidedError beyond it.
+    """
+
+    def __init__(self, most: int = 1_000_000) -> None:
         self.comparisons = 0
         self.ties: list[str] = []
+        self._most = most
+
+    def count(self) -> None:
+        """One comparison more, whose outcome is proven by whoever asks."""
+        self.comparisons += 1
+        if self.comparisons > self._most:
+            raise UndecidedError(f"more than {self._most} comparisons")
 
     def is_positive(self, x: arb, what: str) -> bool:
         """Whether x > 0; UndecidedError, naming `what` was asked, if its ball does not tell."""
-        self.comparisons += 1
+        self.count()
         if x > 0:
             return True
         if x <= 0:
@@ -56,14 +66,9 @@ class Proof:
 
     def require(self, holds: bool, what: str) -> None:
         """Count a comparison that came out true; UndecidedError if it did not."""
-        self.comparisons += 1
+        self.count()
         if not holds:
             raise UndecidedError(what)
-
-
-def around(x: arb, radius: arb) -> arb:
-    """The ball x widened by the magnitude of `radius` on both sides."""
-    return x + arb(0, radius.abs_upper())
 
 
 def upper(x: arb) -> float:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from fractions import Fraction
 from math import inf, nextafter
-from typing import Any
+from typing import Any, NamedTuple
 
 from flint import arb, fmpq
 
@@ -21,6 +21,10 @@ FIRST_BITS = 160
 
 MOST_BITS = 12_288
 """Where a drop is given up: FIRST_BITS doubled six times, 3,700 digits."""
+
+MOST_COMPARISONS = 1_000_000
+"""In one drop at one precision. A drop of the presets takes a thousand; only a ball that bounces or
+rolls almost for ever takes so many."""
 
 DIGITS = 25
 """Digits shown of a number that is enclosed more sharply than that."""
@@ -86,6 +90,7 @@ class Certificate:
         """As JSON values."""
         return {
             "certified": self.decided,
+            "x": self.x_start,
             "bin": self.bin,
             "unsettled": self.unsettled,
             "undecided": self.undecided,
@@ -104,25 +109,44 @@ Start = float | int | str | Fraction
 """An explicit start in m; text and fractions are taken exactly, to any number of digits."""
 
 
+class Effort(NamedTuple):
+    """How far to go: bits of precision, first and at most, and comparisons at each of them."""
+
+    first_bits: int = FIRST_BITS
+    most_bits: int = MOST_BITS
+    most_comparisons: int = MOST_COMPARISONS
+
+
+FULL = Effort()
+
+
+class Outcome(NamedTuple):
+    """What came of a proof: the path, or what was left undecided at the last precision."""
+
+    path: Path | None
+    proof: Proof
+    bits: int
+    undecided: str | None
+
+
 def certify(
     board: Board,
     seed: int | str | None = None,
     *,
     x: Start | None = None,
-    most_bits: int = MOST_BITS,
+    effort: Effort = FULL,
 ) -> Certificate:
     """Prove where the ball lands that is dropped from where `seed` says, or from an exact x in m.
 
-    Precision is doubled until every comparison is decided, up to `most_bits`. Raises SeedError or
-    ParameterError that name the bad value.
+    Precision is doubled until every comparison is decided, as far as `effort` says. Raises
+    SeedError or ParameterError that name the bad value.
     """
     number = None if seed is None else parse_seed(seed)
     if x is None:
-        exact = Fraction(start_of(board, number, None))
-    else:
-        exact = exact_start(x)
-        start_of(board, None, float(exact))
-    return certify_start(board, number, exact, x is not None, most_bits)
+        return certify_start(board, number, Fraction(start_of(board, number, None)), False, effort)
+    exact = exact_start(x)
+    start_of(board, None, float(exact))
+    return certify_start(board, number, exact, True, effort)
 
 
 def exact_start(x: Start) -> Fraction:
@@ -136,13 +160,14 @@ def exact_start(x: Start) -> Fraction:
 
 
 def certify_start(
-    board: Board, seed: int | None, x: Fraction, explicit: bool, most_bits: int
+    board: Board, seed: int | None, x: Fraction, explicit: bool, effort: Effort = FULL
 ) -> Certificate:
     """`certify` of a seed and a start that have been read."""
-    path, proof, bits, undecided = prove(board, x, Fraction(0), most_bits)
+    path, proof, bits, undecided = prove(board, x, effort=effort)
     nearest = float(x)
     double_bin = make_drop(board, seed, nearest if explicit else None, Exact()).bin
     landed = path is not None and path.outcome == LANDED
+    last = path.events[-1].state if path is not None and landed else None
     return Certificate(
         board=board,
         seed=seed,
@@ -150,8 +175,8 @@ def certify_start(
         bin=path.bin if path is not None and landed else None,
         unsettled=None if path is None or landed else REASONS[path.outcome],
         undecided=undecided,
-        x_end=Enclosure.of(path.events[-1].state.x) if path is not None and landed else None,
-        duration=Enclosure.of(path.events[-1].state.t) if path is not None and landed else None,
+        x_end=Enclosure.of(last.x) if last else None,
+        duration=Enclosure.of(last.t) if last else None,
         impacts=path.impacts if path is not None else 0,
         bits=bits,
         comparisons=proof.comparisons,
@@ -163,25 +188,21 @@ def certify_start(
 
 
 def prove(
-    board: Board, x: Fraction, radius: Fraction, most_bits: int, first_bits: int = FIRST_BITS
-) -> tuple[Path | None, Proof, int, str | None]:
-    """Follow the ball from all starts within `radius` of x, in m, at ever more bits.
-
-    Returns the path, the comparisons that decided it, the bits, and what was left undecided if
-    there is no path.
-    """
-    bits = first_bits
+    board: Board, x: Fraction, radius: Fraction = Fraction(0), effort: Effort = FULL
+) -> Outcome:
+    """Follow the ball from all starts within `radius` of x, in m, at ever more bits."""
+    bits = effort.first_bits
     while True:
-        proof = Proof()
+        proof = Proof(effort.most_comparisons)
         try:
             with precision(bits):
                 path = trace(board, _start(x, radius), bits, proof)
             if path.outcome != EVENT_LIMIT:
-                return path, proof, bits, None
-            return None, proof, bits, REASONS[EVENT_LIMIT]
+                return Outcome(path, proof, bits, None)
+            return Outcome(None, proof, bits, REASONS[EVENT_LIMIT])
         except UndecidedError as error:
-            if 2 * bits > most_bits:
-                return None, proof, bits, error.what
+            if 2 * bits > effort.most_bits:
+                return Outcome(None, proof, bits, error.what)
         bits *= 2
 
 

@@ -113,7 +113,7 @@ def _passages(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
     what = f"whether the ball comes to the end of {surface.name}"
     found = []
     if isinstance(surface, Face):
-        turn = -1 if start.nx * surface.ty - start.ny * surface.tx > 0 else 1
+        turn = 1 if start.nx * surface.ty - start.ny * surface.tx > 0 else -1
         foot = surface.along(start.x, start.y)
         for nth, end in enumerate(surface.ends):
             sign = turn if nth == 0 else -turn
@@ -147,10 +147,24 @@ def _hits(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
     for other in stretch.scene.near(a, b, float(roam.upper())):
         if other is stretch.surface or _belongs(stretch, other):
             continue
-        share = _touch(stretch, other, known, proof)
+        distance = _distance(stretch, other)
+        if distance.terms[0] < 0 and isinstance(other, Face):
+            found += _way_out(stretch, other, distance, proof)
+            continue
+        share = _touch(stretch, other, distance, known, proof)
         if share is not None:
             found.append(Ending(share, Cause.HITS, surface=other))
     return found
+
+
+def _way_out(stretch: Stretch, face: Face, distance: Series, proof: Proof) -> list[Ending]:
+    """A ball behind a wall's endless line, past its ends: the stretch is cut where it comes out."""
+    inside = linear(ZERO, (-ONE, distance))
+    what = f"whether the ball crosses the line of {face.name}"
+    share = first_fall(inside, 0, stretch.end, proof, what)
+    if share is None:
+        return []
+    return [Ending(share.upper() * (1 + arb(2) ** -30), Cause.STEP)]
 
 
 def _belongs(stretch: Stretch, other: Surface) -> bool:
@@ -163,10 +177,11 @@ def _belongs(stretch: Stretch, other: Surface) -> bool:
     return any(face is other for face, _ in stretch.scene.lines_at.get(surface, []))
 
 
-def _touch(stretch: Stretch, other: Surface, known: Known, proof: Proof) -> arb | None:
+def _touch(
+    stretch: Stretch, other: Surface, distance: Series, known: Known, proof: Proof
+) -> arb | None:
     """When `other` is touched, or None."""
     what = f"whether the ball on {stretch.surface.name} hits {other.name}"
-    distance = _distance(stretch, other)
     share = first_fall(distance, int(other in known.touched), stretch.end, proof, what)
     if share is None or isinstance(other, Circle):
         return share

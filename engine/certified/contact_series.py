@@ -24,7 +24,7 @@ ROLLING = 0
 SLIDING = 1
 FRICTIONLESS = 2
 
-LONGEST_STEP = 0.25
+LONGEST_STEP = 2.0
 """s. On a wall the series converge for ever; longer steps would pass over too many surfaces."""
 
 _CONVOLUTION = 6.58  # 4 zeta(2), rounded up

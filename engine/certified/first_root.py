@@ -44,7 +44,7 @@ def first_root(distance: Distance, start: float, end: float, proof: Proof, what:
         m = distance.least_bend(bend, left)
         step = _parabola_root(float(value), float(slope), float(m))
         if step > end - s and _stays_positive(value, slope, m, left):
-            proof.comparisons += 1
+            proof.count()
             return None
         to = min(s + 2.0 * step, end)
         if _falls(distance, slope, bend, arb(to) - arb(s)):

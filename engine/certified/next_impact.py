@@ -81,7 +81,7 @@ def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) ->
         a, b = (float(at.x), float(at.y)), (float(to.x), float(to.y))
         bulge = pull * (end - start) ** 2 / 8.0
         for surface in scene.near(a, b, bulge):
-            if start > 0.0 or surface not in touched:
+            if _is_asked(surface, touched, start):
                 root = _entry(flight, surface, start, end, proof)
                 if root is not None:
                     roots.append(_Root(root, surface))
@@ -97,6 +97,13 @@ def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) ->
             return None
         start = end
     raise UndecidedError("whether a flight ends")
+
+
+def _is_asked(surface: Surface, touched: Touched, start: float) -> bool:
+    """Whether a surface is searched as any other, and not as one that has just been left."""
+    if surface not in touched:
+        return True
+    return start > 0.0 and (touched[surface].how == BOUNCED or isinstance(surface, Circle))
 
 
 def _length(x: arb, y: arb) -> arb:
@@ -118,8 +125,9 @@ def _again(flight: Flight, touched: Touched, end: float, proof: Proof) -> list[_
             if time is not None:
                 roots.append(_Root(time, surface))
         else:
+            # With no speed off a face and no pull onto it, its distance never falls.
             pull = flight.ax * surface.nx + flight.ay * surface.ny
-            proof.require(bool(pull > 0), f"whether the ball lifts off {surface.name}")
+            proof.require(bool(pull >= 0), f"whether the ball lifts off {surface.name}")
     return roots
 
 
@@ -229,7 +237,7 @@ def _first(flight: Flight, roots: list[_Root], proof: Proof) -> Hit:
     first = roots[0]
     tied = [first]
     for other in roots[1:]:
-        proof.comparisons += 1
+        proof.count()
         if other.time > first.time:
             continue
         if not _are_mirrored(flight, first.surface, other.surface):

@@ -17,7 +17,7 @@ def first_fall(series: Series, skip: int, end: float, proof: Proof, what: str) -
     is left is positive at the start.
     """
     terms = series.terms[skip:]
-    proof.comparisons += 1
+    proof.count()
     if len(terms) == 0 or _is_plainly_positive(terms, series.tail, end):
         return None
     return _Search(terms, series.tail, end, what).run(proof)
@@ -56,7 +56,7 @@ class _Search:
             middle = 0.5 * (low + high)
             half = arb.max(arb(high) - arb(middle), arb(middle) - arb(low))
             value, slope = self.value(arb(middle)) + self.tail, self.slope(arb(middle))
-            proof.comparisons += 1
+            proof.count()
             turn = self.bend * half
             if value - abs(slope) * half - turn * half / 2 > 0:
                 continue

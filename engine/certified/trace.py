@@ -107,6 +107,9 @@ class _Tracer:
             off, sticks = self._rebound(surface, approach)
             approach = None
             touched[surface] = Touch(LIFTED if off.is_zero() else BOUNCED, off)
+            if len(touched) > 1 and self._is_pinned(surface, touched):
+                self.path.outcome = WEDGED
+                return {}
             following = self._approached(surface, touched)
             if following is not None:
                 surface = following
@@ -188,12 +191,28 @@ class _Tracer:
 
         Gravity along the tangent of each must push into the other.
         """
-        now, is_positive = self.state, self.proof.is_positive
-        ax, ay = surface.normal(now.x, now.y)
-        bx, by = hit.normal(now.x, now.y)
-        speed = -(now.vx * bx + now.vy * by)
-        if is_positive(speed - arb(DYING_BOUNCE), f"whether the ball stops at {hit.name}"):
+        now = self.state
+        nx, ny = hit.normal(now.x, now.y)
+        speed = -(now.vx * nx + now.vy * ny)
+        what = f"whether the ball stops at {hit.name}"
+        if self.proof.is_positive(speed - arb(DYING_BOUNCE), what):
             return False
+        return self._is_wedged(surface, hit)
+
+    def _is_pinned(self, hit: Surface, touched: Touched) -> bool:
+        """Whether a ball that hit `hit` has no speed left and is wedged against another."""
+        now = self.state
+        square = now.vx * now.vx + now.vy * now.vy
+        if self.proof.is_positive(square - arb(DYING_BOUNCE) ** 2, "whether the ball stops"):
+            return False
+        return any(self._is_wedged(other, hit) for other in touched if other is not hit)
+
+    def _is_wedged(self, a: Surface, b: Surface) -> bool:
+        """Whether gravity presses a ball that touches both against both."""
+        now = self.state
+        ax, ay = a.normal(now.x, now.y)
+        bx, by = b.normal(now.x, now.y)
         cross = ax * by - ay * bx
-        what = f"whether the ball is wedged between {surface.name} and {hit.name}"
+        what = f"whether the ball is wedged between {a.name} and {b.name}"
+        is_positive = self.proof.is_positive
         return is_positive(-ax * cross, what) and is_positive(bx * cross, what)
