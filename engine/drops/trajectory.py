@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
+from engine.board.fields import BoardFields
 from engine.exact import event_log
 from engine.exact.board_arrays import arrays_of
 from engine.exact.event_log import new_log
@@ -31,7 +31,7 @@ class Trajectory:
     marks, shape (n, 2): the drop's log. segments: what `states_at` reads.
     """
 
-    board: Board
+    board: BoardFields
     solver: Solver
     start: Floats
     end: Floats
@@ -56,7 +56,7 @@ class Trajectory:
         return out
 
 
-def at_start(board: Board, x: float) -> Floats:
+def at_start(board: BoardFields, x: float) -> Floats:
     """State of a ball at rest at x in m on the height of the start, shape (7,)."""
     state = np.zeros(body.SIZE)
     state[body.X] = x
@@ -64,10 +64,17 @@ def at_start(board: Board, x: float) -> Floats:
     return state
 
 
-def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EVENTS) -> Trajectory:
+def follow(
+    board: BoardFields,
+    start: Floats,
+    solver: Solver,
+    max_events: int = MAX_EVENTS,
+    max_time: float = MAX_TIME,
+) -> Trajectory:
     """Trajectory of one ball from the state `start`, shape (7,): t, x, y, vx, vy, theta, omega.
 
-    The kernels are those of many balls, given one. It ends after `max_events` events at the latest.
+    The kernels are those of many balls, given one. It ends after `max_events` events at the latest;
+    the exact solver ends it at the first event or stretch that begins after `max_time`, in s.
     """
     arrays = arrays_of(board)
     events, segments = _ROOM, 4 * _ROOM
@@ -81,7 +88,7 @@ def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EV
             )
         else:
             trace_many(
-                arrays, end, in_flight(1), max_events, MAX_TIME, new_series(), log,
+                arrays, end, in_flight(1), max_events, max_time, new_series(), log,
                 outcome, where, impacts,
             )  # fmt: skip
         all_events, all_segments = (
