@@ -79,11 +79,11 @@ lint: $(VENV)/.stamp-lint node_modules/.stamp
 	$(WITH_NODE) && node_modules/.bin/eslint .
 	$(WITH_NODE) && node_modules/.bin/tsc
 
-# Every table and plot of docs/benchmarks.md, anew; BENCH_ARGS=--quick for a trial.
+# Every table and plot of docs/benchmarks.md and docs/validation.md, anew; BENCH_ARGS=--quick for a trial.
 bench: $(VENV)/.stamp-bench
 	chromium="$$(tools/chromium)" && \
 	CHROMIUM="$$chromium" $(BIN)/plinko bench all --plots docs/images --page docs/benchmarks.md \
-		--readme README.md $(BENCH_ARGS)
+		--page docs/validation.md --readme README.md $(BENCH_ARGS)
 
 format: $(VENV)/.stamp-lint
 	$(BIN)/ruff check --fix-only --quiet .

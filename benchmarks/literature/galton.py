@@ -24,7 +24,10 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class GaltonBoard:
-    """What was found. times, shape (m,); depths and speeds, shape (m, n); SI units."""
+    """What was found. times, shape (m,); depths and speeds, shape (m, n).
+
+    A depth is measured from where the ball would be at rest, half above its start.
+    """
 
     times: Floats
     depths: Floats
@@ -50,7 +53,7 @@ def measure(balls: int, longest: float, effort: Effort) -> GaltonBoard:
     """
     galton = board()
     flow = launch(galton, *lorentz.starts(galton, balls, seed=2))
-    top = flow.places[:, 1]
+    top = flow.places[:, 1] - 0.5 / GRAVITY
     times = np.geomspace(1.0, longest, 61)
     depths, speeds = [], []
     for time in times.tolist():
@@ -71,7 +74,7 @@ def measure(balls: int, longest: float, effort: Effort) -> GaltonBoard:
         impacts=int(flow.impacts.sum()),
         speed_exponent=_exponent(times[late], speed[late]),
         depth_exponent=_exponent(times[late], depth[late]),
-        energy_drift=float((np.abs(energy - 0.5) / (0.5 * speed**2 + 0.5)).max()),
+        energy_drift=float(np.abs(energy).max() / (0.5 * speed**2).max()),
         returned=float((depth[late] < 0.5 * deepest).any(axis=0).mean()),
     )
 

@@ -33,7 +33,7 @@ def orbit_multiplier(spacing: float, radius: float) -> Finding:
     half = 0.5 * spacing
     pegs = (Peg(0.0, -half, 0.5 * radius), Peg(0.0, half, 0.5 * radius))
     board = Billiard(pegs=pegs, ball=BallSpec(radius=0.5 * radius, restitution=1.0))
-    bounces = 30
+    bounces = 60
     gap = spacing - 2.0 * radius
     found = path(board, (0.0, 0.0), (0.0, 1.0), gap * (bounces + 0.25))
     growth = certainty_of(found).growth
@@ -108,8 +108,8 @@ def falls_with_drag(drag: float, time: float) -> Finding:
 def bounces_end(restitution: float, height: float) -> Finding:
     """When a ball's bounces on a floor have died: (1 + e) / (1 - e) sqrt(2 h / g).
 
-    The engine ends the infinite sequence at a bounce slower than 1e-8 m/s. The flights that it cuts
-    off are the rest of the same geometric series, 2 v / (g (1 - e)) for that bounce's v: added here.
+    The engine ends the infinite sequence at a bounce slower than 1e-8 m/s. The flights that it
+    cuts off are the rest of the same series, 2 v / (g (1 - e)) for that bounce's v: added here.
     """
     radius = 0.1
     board = Billiard(

@@ -122,9 +122,7 @@ def _apart(
                 ]
                 for look in found
             ],
-            [
-                "Largest difference of a coordinate of any ball; each impact of a ball multiplies it."
-            ],
+            ["Largest difference of a coordinate of any ball; each impact multiplies it."],
         )
     )
     return found

@@ -30,7 +30,7 @@ class Billiard:
 
     pegs: tuple[Peg, ...] = ()
     walls: tuple[Wall, ...] = ()
-    ball: BallSpec = BallSpec(restitution=1.0)
+    ball: BallSpec = dataclasses.field(default_factory=lambda: BallSpec(restitution=1.0))
     material: Material = ELASTIC
     gravity: float = 0.0
     drag: float = 0.0

@@ -43,7 +43,7 @@ class Flow:
         is lost far outside where that happens: `stopped` says so.
         """
         number(time, "time", self.time, MAX_TIME)
-        balls = Balls(*(column.copy() for column in self._balls))
+        balls = self._balls.copy()
         board, repeat = arrays_and_repeat(self.billiard)
         flow_many(board, repeat, balls, float(time), max_impacts, new_space())
         return Flow(self.billiard, float(time), balls)
@@ -54,7 +54,8 @@ class Flow:
         inside = self._balls.states[:, [body.X, body.Y]]
         if self.billiard.cell is None:
             return inside
-        return inside + self._balls.cells @ np.array(self.billiard.cell)
+        far: Floats = self._balls.cells @ np.array(self.billiard.cell)
+        return inside + far
 
     @property
     def velocities(self) -> Floats:
@@ -83,7 +84,8 @@ class Flow:
                 "this flow has no tangents: launch it with tangents=True", field="tangents"
             )
         lengths = np.linalg.norm(self._balls.tangents, axis=1)
-        return np.log(lengths) + self._balls.halvings * (HALVINGS * math.log(2.0))
+        found: Floats = np.log(lengths) + self._balls.halvings * (HALVINGS * math.log(2.0))
+        return found
 
 
 def launch(

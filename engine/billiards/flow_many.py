@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from engine.billiards.repeat import Repeat
 from engine.exact import event_log, free_flight, next_impact
-from engine.exact.board_arrays import BoardArrays, cell_of, friction_of, restitution_of
+from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
 from engine.exact.event_log import Log
 from engine.jit.decorator import inner_kernel, kernel
 from engine.physics import body, tangent
@@ -34,7 +34,7 @@ IMPACT_LIMIT = 3
 REASONS = (
     "",
     "stayed: a bounce died, and the ball rolls or slides, which a flow does not follow",
-    "escaped: too far from the board",
+    "escaped: too long a flight that hits nothing, away from the board",
     "impact limit: more impacts than the allowed number",
 )
 
@@ -53,6 +53,13 @@ class Balls(NamedTuple):
     outcomes: npt.NDArray[np.int8]  # (n,)
     tangents: Floats  # (n, 5), or (n, 0) for none
     halvings: Ints  # (n,): how often a tangent was divided by 2^64
+
+    def copy(self) -> "Balls":
+        """The same balls in arrays of their own."""
+        return Balls(
+            self.states.copy(), self.cells.copy(), self.impacts.copy(), self.outcomes.copy(),
+            self.tangents.copy(), self.halvings.copy(),
+        )  # fmt: skip
 
 
 class Space(NamedTuple):
@@ -188,7 +195,7 @@ def flow_many(
                 _fly(board, state, vector, end - t)
                 state[body.T] = end
                 item, how = 0, next_impact.FREE
-                if repeat.side == 0 and cell_of(board, state[body.X], state[body.Y]) < 0:
+                if repeat.side == 0 and end < until:
                     balls.outcomes[i] = ESCAPED
                     break
             else:

@@ -9,9 +9,9 @@ from engine.board.parts import Peg
 from engine.errors import BoardError
 from engine.exact.board_arrays import BoardArrays, arrays_of
 
-HOP_OF_OPEN_BOARD = 1000.0
-"""Search windows after which a flight on an open board is taken up anew: the search ends a flight
-of a million windows, and one across empty space may have more."""
+HOP_OF_OPEN_BOARD = 100_000.0
+"""Search windows of a flight on an open board in which a ball that hits nothing has escaped: a
+board of the most pegs there may be is some hundred windows wide."""
 
 MAX_COPIES = 20_000
 
