@@ -13,6 +13,7 @@ from typing import Any
 import msgspec
 
 _STANDARD = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}
+_AT_WILL = ("Invalid UTF-8 sequence", "Invalid HTTP request", "Unsupported upgrade request")
 _FOREIGN = ("uvicorn", "asyncio")  # their own information lines would show whole addresses
 
 
@@ -34,7 +35,7 @@ class _Quiet(logging.Filter):
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether the record is worth a line."""
-        return not record.getMessage().startswith("Invalid UTF-8 sequence")
+        return not record.getMessage().startswith(_AT_WILL)
 
 
 def particulars(record: logging.LogRecord) -> dict[str, Any]:
