@@ -13,7 +13,12 @@ from typing import Any
 import msgspec
 
 _STANDARD = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}
-_AT_WILL = ("Invalid UTF-8 sequence", "Invalid HTTP request", "Unsupported upgrade request")
+_AT_WILL = (
+    "Invalid UTF-8 sequence",
+    "Invalid HTTP request",
+    "Unsupported upgrade request",
+    "ASGI callable returned without completing handshake",  # said of refused ones too
+)
 _FOREIGN = ("uvicorn", "asyncio")  # their own information lines would show whole addresses
 
 
