@@ -3,7 +3,8 @@
 AppError                  `code` is its stable slug, `field` names the bad value's place
 ├── SettingError          a setting that cannot be used (start-up only)
 ├── MalformedError        not JSON, or a message of no known shape
-│   └── UnknownMessageError
+│   ├── UnknownMessageError
+│   └── HeadError         no HTTP request
 ├── InvalidValueError     well-formed, but a value is out of range
 ├── NotFoundError
 │   ├── UnknownBoardError
@@ -12,11 +13,15 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   └── ClosedRoomError    it was there, and its creator closed it
 ├── ResetError            a drop that a room's creator took back by resetting the room
 ├── OriginError           a page of another site asked
+├── HostError             asked under a name that is not this server's
+├── TooLateError          a request that does not arrive
 ├── TooLargeError         a body or a message over its limit
+│   └── HeadTooLargeError
 ├── LimitError            a limit was reached; `retry_after` seconds when waiting helps
 │   ├── RateLimitError
 │   │   └── MessageFloodError
 │   ├── BallLimitError
+│   ├── ConnectionLimitError
 │   ├── RoomFullError
 │   ├── QuotaError
 │   └── RoomLimitError
@@ -56,6 +61,10 @@ class UnknownMessageError(MalformedError):
     """A message whose `type` is not one of the protocol's."""
 
 
+class HeadError(MalformedError):
+    """What was received is no HTTP request."""
+
+
 class InvalidValueError(AppError):
     """A value out of its range or of the wrong type."""
 
@@ -88,8 +97,20 @@ class OriginError(AppError):
     """A request from a page of a site that is neither this one nor an allowed one."""
 
 
+class HostError(AppError):
+    """A request for a host that this server was not told it is."""
+
+
+class TooLateError(AppError):
+    """A request did not arrive in time."""
+
+
 class TooLargeError(AppError):
     """A body or a message over its limit."""
+
+
+class HeadTooLargeError(TooLargeError):
+    """A request's head is over its limit."""
 
 
 class LimitError(AppError):
@@ -106,6 +127,10 @@ class MessageFloodError(RateLimitError):
 
 class BallLimitError(LimitError):
     """The room holds as many balls as it may."""
+
+
+class ConnectionLimitError(LimitError):
+    """One client has as many connections as it may."""
 
 
 class RoomFullError(LimitError):
@@ -168,6 +193,11 @@ ANSWERS: dict[type[Exception], Answer] = {
     ClosedRoomError: Answer(404, "room-closed", "The room was closed", 4004),
     ResetError: Answer(409, "room-reset", "The room was reset"),
     OriginError: Answer(403, "foreign-origin", "Foreign origin"),
+    HostError: Answer(421, "unknown-host", "Not this server's host"),
+    HeadError: Answer(400, "not-http", "Not an HTTP request"),
+    HeadTooLargeError: Answer(431, "head-too-large", "The request's head is too large"),
+    TooLateError: Answer(408, "too-late", "The request did not arrive in time"),
+    ConnectionLimitError: Answer(429, "too-many-connections", "Too many connections"),
     TooLargeError: Answer(413, "too-large", "Too large", 1009),
     LimitError: Answer(429, "limit-reached", "Limit reached", 1013),
     RateLimitError: Answer(429, "rate-limited", "Too many requests"),
@@ -206,6 +236,22 @@ def retry_after(error: Exception) -> int | None:
         return None
     seconds = error.retry_after if isinstance(error, AppError) else None
     return max(1, int(-(-(RETRY_AFTER if seconds is None else seconds) // 1)))
+
+
+_LEDGER_SECRET = "the ledger cannot be used now, and nothing was done; the server's log says why"
+
+
+def told(error: BaseException) -> str:
+    """What a client may read of an error.
+
+    What a database says is not for it: that has file names, addresses and the tables' insides.
+    Nor is what a stranger says.
+    """
+    if isinstance(error, LedgerError):
+        return _LEDGER_SECRET
+    if isinstance(error, AppError | EngineError):
+        return str(error)
+    return "An error of the server's own, which it has logged."
 
 
 def shorten(value: object, limit: int = 40) -> str:

@@ -35,8 +35,12 @@ from app.rooms.pending import DropCommand
 from app.rooms.touching.room import TouchingRoom
 from app.settings import Settings, static_directory
 from app.web import problems
+from app.web.edge.addresses import Connections, Proxies
+from app.web.edge.choose import choose, counted
+from app.web.edge.guarded import Edge
+from app.web.edge.hosts import Hosts
 from app.web.limits import KeyedBuckets, Quota
-from app.web.middleware import BodyLimit, OriginCheck, SecurityHeaders
+from app.web.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
 from app.web.readings import readings
 from app.web.routes import boards, drops, health, live, page, pictures, rooms, scenes, simulate, ws
 from app.web.schemas.document import components
@@ -109,6 +113,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             expose_headers=["etag", "location", "retry-after"],
         )
     app.add_middleware(OriginCheck, allowed=settings.allowed_origins)
+    machine = socket.gethostname()
+    app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
     app.add_middleware(SecurityHeaders)
     app.openapi = functools.partial(_openapi, app)  # type: ignore[method-assign]
     return app
@@ -298,21 +304,38 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
 
     Raises SettingError when the transport that the settings demand does not work.
     """
-    kind = transport.choose(settings.transport)
-    app.state.services.transport = kind
+    server: Services = app.state.services
+    server.transport = kind = transport.choose(settings.transport)
+    proxies = Proxies(settings.trusted_proxies)
+    edge = _edge(server, proxies)
     return uvicorn.Config(
         app,
         host=settings.host,
         port=settings.port,
         loop="uvloop",
-        http="httptools",
-        ws=transport.protocol_class(kind),  # websockets-sansio
+        **choose(edge),  # httptools
+        ws=counted(transport.protocol_class(kind), edge.connections),  # websockets-sansio
         ws_per_message_deflate=False,  # costs five to eight times the frame
         ws_max_size=settings.max_message,
         access_log=False,
         log_config=None,  # app.ops.logs has it
         server_header=False,
+        proxy_headers=bool(proxies.names),
+        forwarded_allow_ips=proxies.names,
         timeout_graceful_shutdown=settings.shutdown_grace,
+    )
+
+
+def _edge(server: Services, proxies: Proxies) -> Edge:
+    """The limits of connections."""
+    settings = server.settings
+    return Edge(
+        head_bytes=settings.max_head,
+        head_seconds=settings.head_timeout,
+        body_seconds=settings.body_timeout,
+        unread_seconds=settings.unread_timeout,
+        connections=Connections(settings.address_connections, proxies),
+        refused=lambda code: server.metrics.errors.labels(code).inc(),
     )
 
 

@@ -125,13 +125,17 @@ class Rooms:
         """Whether there is a room of this id, in memory or parked."""
         return room_id in self._open
 
+    @property
+    def free(self) -> int:
+        """How many more rooms players may open before one must make way."""
+        return self._open.free
+
     def find(self, room_id: str) -> Room:
         """The room of this id; a preset's name opens its public table. Raises UnknownRoomError."""
         room = self._open.get(room_id)
         if room is not None:
             return room
         ground, mode = self._public(room_id)
-        self._open.make_place()
         row = self._open.parked_public.pop(room_id, None)
         if row is not None:
             room = self.persistence.recovery.restore(row, ground)

@@ -84,6 +84,7 @@ class Database:
             if self.file is not None:
                 self.file.parent.mkdir(0o700, parents=True, exist_ok=True)
                 self._lock = _lock_file(self.file)
+                _own(self.file)
             migrate(self._connected())
         except (sa.exc.SQLAlchemyError, OSError, LedgerError) as error:
             self.close()
@@ -265,6 +266,15 @@ def _lock_file(file: Path) -> int:
             "another server uses it; give this one a --data directory or --database-url of its own"
         ) from None
     return descriptor
+
+
+def _own(file: Path) -> None:
+    """Have SQLite's file be its owner's alone; the ones it makes beside it are like it."""
+    os.close(os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
+    for each in (file, Path(f"{file}-wal"), Path(f"{file}-shm")):
+        # Not there yet, or another's, who lets this user write.
+        with contextlib.suppress(FileNotFoundError, PermissionError):
+            each.chmod(0o600)
 
 
 def _inode(file: Path) -> tuple[int, int]:

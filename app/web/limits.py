@@ -7,6 +7,8 @@ from contextlib import contextmanager
 
 from app.errors import QuotaError, RateLimitError
 
+_ALWAYS = 3  # things that each key may have, however few are left
+
 
 class TokenBucket:
     """Allows `rate` acts a second on average, and `burst` of them at once."""
@@ -67,12 +69,15 @@ class Quota:
         self._coming: Counter[str] = Counter()
 
     @contextmanager
-    def place(self, key: str) -> Iterator[Callable[[str], None]]:
+    def place(self, key: str, left: int | None = None) -> Iterator[Callable[[str], None]]:
         """A place for one more, to be filled in the block by calling what it gives with its name.
 
-        Raises QuotaError when `key` has as many as it may, those in the making counted.
+        Where only `left` more are to be had, by all, one key may have a tenth of that, so that a
+        few keys do not take what is there from all others. Raises QuotaError when `key` has as many
+        as it may, those in the making counted.
         """
-        self._check(key)
+        share = self.most if left is None else max(_ALWAYS, left // 10)
+        self._check(key, min(self.most, share))
         self._coming[key] += 1
         try:
             yield functools.partial(self._add, key)
@@ -81,15 +86,15 @@ class Quota:
             if not self._coming[key]:
                 del self._coming[key]
 
-    def _check(self, key: str) -> None:
+    def _check(self, key: str, most: int) -> None:
         held = [thing for thing in self._held.get(key, ()) if self._is_open(thing)]
         if held:
             self._held[key] = held
         else:
             self._held.pop(key, None)
         count = len(held) + self._coming[key]
-        if count >= self.most:
-            raise QuotaError(f"{count} {self.what} are open already, of {self.most} at most")
+        if count >= most:
+            raise QuotaError(f"{count} {self.what} are open already, of {most} at most now")
 
     def _add(self, key: str, thing: str) -> None:
         if key not in self._held:

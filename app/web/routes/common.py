@@ -10,6 +10,7 @@ from fastapi import Depends, Request, Response
 from starlette.requests import HTTPConnection
 
 from app.errors import InvalidValueError, TooLargeError, shorten
+from app.web.edge.addresses import one_client
 from app.web.schemas.body import decode
 from app.web.schemas.problem import Problem
 from app.web.services import Services
@@ -75,8 +76,8 @@ def limit_drops(request: Request, server: Services) -> None:
 
 
 def address_of(connection: HTTPConnection) -> str:
-    """The client's address, by which it is told from others."""
-    return connection.client.host if connection.client else ""
+    """The client's address or network, by which it is told from others."""
+    return one_client(connection.client.host) if connection.client else ""
 
 
 async def resolve_board(server: Services, board: object) -> Board:

@@ -73,7 +73,7 @@ async def open_room(request: Request, server: Server) -> Response:
 
     The reply's `token` lets its holder change, reset and close the room.
     """
-    with server.creators.place(address_of(request)) as take:
+    with server.creators.place(address_of(request), server.rooms.free) as take:
         body = await read(request, RoomRequest)
         ground, mode = await _ground(server, body)
         room = await server.rooms.create(ground, mode)
@@ -133,15 +133,20 @@ async def close_room(room: str, request: Request, server: Server) -> Response:
 @router.get(
     "/{room}/log",
     summary="Read a room's log",
-    responses=documented(RoomLog, 404, 429, 503),
+    responses=documented(RoomLog, 401, 403, 404, 429, 503),
+    dependencies=[Token],
 )
-async def get_log(room: str, server: Server) -> Response:
+async def get_log(room: str, request: Request, server: Server) -> Response:
     """All drops since the room began, at their ticks, with their results.
 
-    `plinko verify` replays it and compares every digest.
+    `plinko verify` replays it and compares every digest. Players' marks (`who`) are null but for
+    who shows the room's token.
     """
     found = await server.rooms.seek(room)
-    body = await read_log(server.rooms.persistence.sessions, found)
+    shown = request.headers.get("authorization")
+    if shown is not None:
+        server.tokens.check(found.id, shown)
+    body = await read_log(server.rooms.persistence.sessions, found, marks=shown is not None)
     return StreamingResponse(body, media_type="application/json")
 
 
