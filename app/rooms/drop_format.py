@@ -98,7 +98,18 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
 
     def void(self, row: DropRow, tick: int, why: str) -> ResultRow:
         """The end of a drop that can no longer be computed as it was promised: stake back."""
-        return ResultRow(row.room, row.ball, tick, None, 1.0, 0.0, 0.0, "", why)
+        return ResultRow(
+            room=row.room,
+            ball=row.ball,
+            tick=tick,
+            bin=None,
+            score=1.0,
+            t=0.0,
+            x_end=0.0,
+            digest="",
+            unsettled=why,
+            payout=row.stake,
+        )
 
     def compare(
         self, where: str, entry: Mapping[str, Any], landed: messages.Landed | None
@@ -115,7 +126,3 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             if said[name] != value:
                 return Verification(False, f"{where}.{name}", said[name], value)
         return None
-
-    def first_needed(self, taken: int, most_balls: int) -> int:
-        """Those in flight at the checkpoint too: their results are compared with the replay's."""
-        return max(0, taken - most_balls)
