@@ -57,7 +57,3 @@ class InputFormat(ABC, Generic[Command, Row]):
     ) -> Verification | None:
         """How what came of an entry differs from what its log says; None where it does not."""
         return None
-
-    def first_needed(self, taken: int, most_balls: int) -> int:
-        """The first input to read for a room whose checkpoint has taken so many."""
-        return taken
