@@ -11,6 +11,7 @@ import sqlalchemy as sa
 from sqlalchemy import Connection
 
 from app.errors import LedgerError
+from app.persistence.database import Database, reason
 from app.persistence.writer import Ledger
 
 Finding = Literal["checking", "sound", "damaged", "unknown"]
@@ -72,6 +73,40 @@ def check_pages(connection: sqlite3.Connection, pragma: str) -> list[str]:
     finally:
         connection.close()
     return [line for (line,) in rows if line != "ok"]
+
+
+def check_database(database: Database) -> list[str]:
+    """All that an opened database finds wrong with itself, however long it takes.
+
+    PostgreSQL: its checksums, and what the extension `amcheck` says where it is installed.
+    """
+    if database.file is not None:
+        return check_pages(sqlite3.connect(database.file), "integrity_check")
+    with database.transaction() as connection:
+        return [*(checksum_failures(connection) or ()), *_amcheck(connection)]
+
+
+def _amcheck(connection: Connection) -> list[str]:
+    """What `amcheck` finds wrong with the tables and their indexes; nothing where there is none."""
+    installed = "SELECT 1 FROM pg_extension WHERE extname = 'amcheck'"
+    if connection.execute(sa.text(installed)).scalar() is None:
+        return []
+    found = []
+    inspector = sa.inspect(connection)
+    for table in inspector.get_table_names():
+        heap = "SELECT blkno, msg FROM verify_heapam(:name)"
+        for block, message in connection.execute(sa.text(heap), {"name": table}):
+            found.append(f"table {table}, block {block}: {message}")
+        indexes = [each["name"] for each in inspector.get_indexes(table)]
+        for index in filter(None, [*indexes, inspector.get_pk_constraint(table)["name"]]):
+            try:
+                with connection.begin_nested():
+                    connection.execute(
+                        sa.text("SELECT bt_index_check(:name, true)"), {"name": index}
+                    )
+            except sa.exc.DBAPIError as error:
+                found.append(f"index {index}: {reason(error)}")
+    return found
 
 
 def checksum_failures(connection: Connection) -> list[str] | None:

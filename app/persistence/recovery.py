@@ -19,6 +19,7 @@ from sqlalchemy import Connection
 
 from app.errors import DamagedRoomError, LedgerError
 from app.persistence import store
+from app.persistence.ending import voided
 from app.persistence.rebuild import Replay, rebuild
 from app.persistence.rebuild_queue import Turn
 from app.persistence.sessions import SessionRecord, Sessions
@@ -227,10 +228,8 @@ class Recovery:
 
     async def _end(self, row: RoomRow, why: str, turn: Turn) -> list[Write]:
         """What ends a session: what is in flight lands first; what cannot, gets its stake back."""
-        inputs, tick = format_of(row.mode), row.tick
-        if not inputs.has_results:
-            return [self._close(row, tick)]
-        if row.awake and row.physics_version == PHYSICS_VERSION:
+        tick = row.tick
+        if format_of(row.mode).has_results and row.awake and row.physics_version == PHYSICS_VERSION:
             replay = await self._replayed(row, turn)
             last = replay.room.world.tick + _LONGEST_FALL * row.tick_rate
             while replay.room.world.tick < last:
@@ -240,12 +239,8 @@ class Recovery:
             self._sessions.add_results(replay.take_results())
             self._sessions.report([])
             tick = replay.room.world.tick
-        unended = await self._read(store.unended_drops, room=row.number)
-        voided = [inputs.void(drop, tick, why) for drop in unended]
-        return [*(each for each in voided if each is not None), self._close(row, tick)]
-
-    def _close(self, row: RoomRow, tick: int) -> Close:
-        return Close(row.number, tick, self._sessions.now())
+        unended = await self._read(voided, row=row, tick=tick, why=why)
+        return [*unended, Close(row.number, tick, self._sessions.now())]
 
     async def _ground(self, row: RoomRow) -> Ground:
         text = await self._read(store.board, digest=row.board)

@@ -16,6 +16,7 @@ from app.rooms.records import (
     DropRow,
     InputRow,
     Mark,
+    OpenDrop,
     Parked,
     Pruned,
     ResultRow,
@@ -160,19 +161,33 @@ def results(connection: Connection, room: int, first: int, after: int) -> list[R
     return [ResultRow(**row) for row in connection.execute(chosen).mappings()]
 
 
-def unended_drops(connection: Connection, room: int) -> list[DropRow]:
+def session_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[int]:
+    """All sessions there ever were, or those of these rooms, in order."""
+    number, chosen = tables.rooms.c.number, select(tables.rooms.c.number)
+    if room_ids:
+        chosen = chosen.where(tables.rooms.c.id.in_(room_ids))
+    return list(connection.execute(chosen.order_by(number)).scalars())
+
+
+def session(connection: Connection, number: int) -> RoomRow:
+    """The session of this number, which is there."""
+    (row,) = _rooms(connection, select(tables.rooms).where(tables.rooms.c.number == number))
+    return row
+
+
+def unended_drops(connection: Connection, room: int) -> list[OpenDrop]:
     """The drops of a session that have no result, in order."""
     drop, result = tables.drops.c, tables.results.c
     joined = tables.drops.outerjoin(
         tables.results, (drop.room == result.room) & (drop.ball == result.ball)
     )
     chosen = (
-        select(*drop)
+        select(drop.room, drop.ball, drop.stake)
         .select_from(joined)
         .where(drop.room == room, result.ball.is_(None))
         .order_by(drop.ball)
     )
-    return [_drop(row) for row in connection.execute(chosen)]
+    return [OpenDrop(*row) for row in connection.execute(chosen)]
 
 
 def inputs(

@@ -8,7 +8,7 @@ import msgspec
 from app.protocol import messages
 from app.rooms.input_format import InputFormat
 from app.rooms.pending import DropCommand, PendingInput
-from app.rooms.records import DropRow, ResultRow
+from app.rooms.records import DropRow, OpenDrop, ResultRow
 from app.rooms.stakes import parse_stake
 from engine.drops.verify import Verification
 from engine.errors import RecordError
@@ -96,11 +96,11 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             payout=landed.paid,
         )
 
-    def void(self, row: DropRow, tick: int, why: str) -> ResultRow:
+    def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow:
         """The end of a drop that can no longer be computed as it was promised: stake back."""
         return ResultRow(
-            room=row.room,
-            ball=row.ball,
+            room=drop.room,
+            ball=drop.ball,
             tick=tick,
             bin=None,
             score=1.0,
@@ -108,7 +108,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             x_end=0.0,
             digest="",
             unsettled=why,
-            payout=row.stake,
+            payout=drop.stake,
         )
 
     def compare(

@@ -2,8 +2,10 @@
 
 import asyncio
 import contextlib
+import sqlite3
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import sqlalchemy as sa
@@ -126,3 +128,15 @@ def look(url: str, read: Callable[..., Any], *values: Any) -> Any:
             return read(connection, *values)
     finally:
         database.close()
+
+
+def break_page(file: Path, table: str) -> None:
+    """Flip a bit of a table's first page, so that it is no page any more."""
+    with sqlite3.connect(file) as connection:
+        (size,) = connection.execute("PRAGMA page_size").fetchone()
+        wanted = "SELECT rootpage FROM sqlite_master WHERE name = ?"
+        (page,) = connection.execute(wanted, (table,)).fetchone()
+    connection.close()
+    found = bytearray(file.read_bytes())
+    found[(page - 1) * size] ^= 0x40
+    file.write_bytes(found)

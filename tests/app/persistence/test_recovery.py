@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
+from websockets.exceptions import ConnectionClosed
 
 from app.errors import DamagedRoomError, RebuildingError
 from app.persistence import sessions, store
@@ -16,7 +18,9 @@ from app.rooms.records import DropRow, ResultRow
 from app.rooms.room import Room
 from app.rooms.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, drop
-from tests.app.persistence.life import BOARD, Life, change, living, look
+from tests.app.conftest import playing, serving
+from tests.app.persistence.life import BOARD, Life, break_page, change, living, look
+from tests.waiting import until
 
 OTHER = Board.preset("triangle-9")
 
@@ -316,3 +320,35 @@ async def test_a_room_that_moved_and_is_asked_for_by_many_comes_back_once(url: s
         found: list[Any] = await asyncio.gather(*(life.rooms.seek("main") for _ in range(9)))
         assert {id(room) for room in found} == {id(life.rooms.find("main"))}
         assert life.rooms.persistence.recovery.rebuilt == 1
+
+
+async def test_who_asks_for_a_damaged_room_is_told_and_who_runs_the_server_too(
+    played: Played, tmp_path: Path
+) -> None:
+    file = Path(shutil.copy(played.file, tmp_path))
+    change(f"sqlite:///{file}", *DAMAGES["a bit of a digest"])
+    break_page(file, "inputs")
+    with (
+        serving(database_url=f"sqlite:///{file}") as server,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
+    ):
+        until(lambda: not server.services.rooms.rebuilding.waiting)
+        until(lambda: server.services.integrity.finding != "checking")
+        refused = http.get(f"/api/v1/rooms/{played.own}")
+        assert (refused.status_code, refused.json()["code"]) == (503, "room-damaged")
+        assert "whoever runs the server can mend it" in refused.json()["detail"]
+        assert refused.headers["retry-after"] == "60"
+        async with playing(server.socket(played.own)) as player:
+            assert (player.hello["type"], player.hello["code"]) == ("error", "room-damaged")
+            with pytest.raises(ConnectionClosed) as closed:
+                await player.step()
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == 1013
+        assert http.post("/api/v1/rooms/main/drops?wait=1").status_code == 200
+        ready = http.get("/readyz")
+        assert (ready.status_code, ready.json()["ready"]) == (200, True)
+        assert ready.json()["rooms"] == {"rebuilding": 0, "set_aside": [played.own]}
+        assert ready.json()["integrity"] == "damaged"
+        readings = http.get("/metrics").text.splitlines()
+        assert {"plinko_rooms_set_aside 1.0", "plinko_ledger_sound 0.0"} <= set(readings)
+        assert "plinko_rooms_rebuilding 0.0" in readings
