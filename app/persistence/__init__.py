@@ -4,6 +4,8 @@ service     what is told of the rooms in memory, and when
 sessions    what the ledger has heard of each room's session
 recovery    how rooms come back from it, or are set aside; rebuild replays one, pure
 rebuild_queue  which of them comes back next, in the background
+ending      how a session ends that cannot go on: stakes back
+audit       every room's record held to its physics, for `plinko ledger check`
 room_log    a room's log as it is sent
 tables      what is kept, as SQLAlchemy Core tables
 store       statements: values in and out over a connection
