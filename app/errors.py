@@ -26,7 +26,9 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   ├── QuotaError
 │   └── RoomLimitError
 ├── BusyError             the server cannot take more work now
+│   └── RebuildingError    the room is on its way back from the ledger
 ├── LedgerError           what must be kept cannot be written or read now
+│   └── DamagedRoomError   what the ledger has of one room contradicts itself
 ├── TokenError            only the creator of a room may do this
 │   └── NoTokenError      and no token was shown
 ├── AbuseError            a client that goes on sending what it was told not to
@@ -149,8 +151,16 @@ class BusyError(AppError):
     """The queue for heavy work is full."""
 
 
+class RebuildingError(BusyError):
+    """The room is on its way back from the ledger, and that takes longer than one waits."""
+
+
 class LedgerError(AppError):
     """The ledger cannot be written or read now; nothing of what was asked has been done."""
+
+
+class DamagedRoomError(LedgerError):
+    """What the ledger has of one room is not whole, or contradicts itself; others are sound."""
 
 
 class TokenError(AppError):
@@ -207,7 +217,9 @@ ANSWERS: dict[type[Exception], Answer] = {
     QuotaError: Answer(429, "room-quota", "Too many rooms of one client", 1013),
     RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),
     BusyError: Answer(503, "busy", "The server is busy", 1013),
+    RebuildingError: Answer(503, "room-rebuilding", "The room is being rebuilt", 1013),
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),
+    DamagedRoomError: Answer(503, "room-damaged", "The room is set aside", 1013),
     TokenError: Answer(403, "not-yours", "Not your room"),
     NoTokenError: Answer(401, "token-missing", "A room's token is missing"),
     AbuseError: Answer(429, "abuse", "Too many bad messages"),

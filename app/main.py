@@ -24,6 +24,7 @@ from app.live.registry import Rooms
 from app.ops import logs
 from app.ops.metrics import Metrics
 from app.persistence.database import Database
+from app.persistence.integrity import Integrity
 from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
@@ -149,6 +150,7 @@ def _services(settings: Settings) -> Services:
         hub=hub,
         rooms=held,
         ledger=ledger,
+        integrity=Integrity(ledger),
         tokens=Tokens(secret_of(settings.secret, _secret_file(settings, database))),
         workers=workers,
         pictures=Pictures(workers, settings.max_picture_bytes),
@@ -185,7 +187,7 @@ def _main_board(name: str) -> Board:
 
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Start the ticker once the physics is compiled and the rooms are back; stop all at the end."""
+    """Start the ticker once the physics is compiled and the ledger read; stop all at the end."""
     server: Services = app.state.services
     await asyncio.to_thread(_warm_up)
     server.warm = True
@@ -193,12 +195,15 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     server.ledger.start()
     await server.rooms.resume()
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
+    rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
+    checking = asyncio.create_task(server.integrity.look(), name="integrity")
     try:
         yield
     finally:
-        server.ticking.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await server.ticking
+        for task in (checking, rebuilding, server.ticking):
+            task.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await task
         server.rooms.leave()
         await server.ledger.close()
         server.cameras.close()

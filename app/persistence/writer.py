@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import sqlalchemy as sa
 from sqlalchemy import Connection
 
-from app.errors import LedgerError
+from app.errors import DamagedRoomError, LedgerError
 from app.persistence import store
 from app.persistence.database import Database, reason
 from app.rooms.records import Write
@@ -259,6 +259,8 @@ class Ledger:
         try:
             with self.database.transaction() as connection:
                 job.result = job.read(connection)
+        except DamagedRoomError as error:
+            self._tell([job], error, began)  # the database is well, and so are other rooms
         except (*_FAILURES, ValueError) as error:
             self._tell([job], LedgerError(f"the ledger cannot be read: {reason(error)}"), began)
         else:

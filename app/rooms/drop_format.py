@@ -8,7 +8,7 @@ import msgspec
 from app.protocol import messages
 from app.rooms.input_format import InputFormat, check_known
 from app.rooms.pending import DropCommand, PendingInput
-from app.rooms.records import DropRow, ResultRow
+from app.rooms.records import DropRow, OpenDrop, ResultRow
 from app.rooms.stakes import parse_stake, parse_who
 from engine.drops.verify import Verification
 from engine.errors import RecordError
@@ -99,9 +99,20 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             payout=landed.paid,
         )
 
-    def void(self, row: DropRow, tick: int, why: str) -> ResultRow:
+    def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow:
         """The end of a drop that can no longer be computed as it was promised: stake back."""
-        return ResultRow(row.room, row.ball, tick, None, 1.0, 0.0, 0.0, "", why)
+        return ResultRow(
+            room=drop.room,
+            ball=drop.ball,
+            tick=tick,
+            bin=None,
+            score=1.0,
+            t=0.0,
+            x_end=0.0,
+            digest="",
+            unsettled=why,
+            payout=drop.stake,
+        )
 
     def compare(
         self, where: str, entry: Mapping[str, Any], landed: messages.Landed | None
@@ -118,7 +129,3 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             if said[name] != value:
                 return Verification(False, f"{where}.{name}", said[name], value)
         return None
-
-    def first_needed(self, taken: int, most_balls: int) -> int:
-        """Those in flight at the checkpoint too: their results are compared with the replay's."""
-        return max(0, taken - most_balls)

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 from app.protocol import messages
 from app.rooms.pending import PendingInput
-from app.rooms.records import ResultRow
+from app.rooms.records import OpenDrop, ResultRow
 from engine.drops.verify import Verification
 from engine.errors import RecordError
 
@@ -60,7 +60,7 @@ class InputFormat(ABC, Generic[Command, Row]):
         """What the ledger keeps of a landing in the session of this number, if anything."""
         return None
 
-    def void(self, row: Row, tick: int, why: str) -> ResultRow | None:
+    def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow | None:
         """The result of an input that can no longer be computed as it was promised, if any."""
         return None
 
@@ -69,7 +69,3 @@ class InputFormat(ABC, Generic[Command, Row]):
     ) -> Verification | None:
         """How what came of an entry differs from what its log says; None where it does not."""
         return None
-
-    def first_needed(self, taken: int, most_balls: int) -> int:
-        """The first input to read for a room whose checkpoint has taken so many."""
-        return taken

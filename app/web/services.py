@@ -8,6 +8,7 @@ from itertools import count
 from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.ops.metrics import Metrics
+from app.persistence.integrity import Integrity
 from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
 from app.pictures.film import Cameras
@@ -28,6 +29,7 @@ class Services:
     hub: Hub
     rooms: Rooms
     ledger: Ledger
+    integrity: Integrity
     tokens: Tokens
     workers: Workers
     pictures: Pictures

@@ -53,7 +53,9 @@ Token = Depends(
 async def list_rooms(server: Server) -> Response:
     """The open rooms. `main` is always there; every preset's name is a room too, once asked for."""
     rooms = [_summary(server, room) for room in server.rooms.all()]
-    return reply(RoomList([*map(_parked, server.rooms.parked()), *rooms]))
+    parked = [_parked(room) for room in server.rooms.parked()]
+    coming = [_parked(room, awake=True) for room in server.rooms.rebuilding.waiting]
+    return reply(RoomList([*parked, *coming, *rooms]))
 
 
 @router.post(
@@ -229,14 +231,14 @@ def _summary(server: Services, room: Room) -> RoomSummary:
     )
 
 
-def _parked(room: Parked) -> RoomSummary:
+def _parked(room: Parked, *, awake: bool = False) -> RoomSummary:
     return RoomSummary(
         id=room.id,
         board_name=room.board_name,
         board_digest=room.board,
         mode=room.mode,
         tick=room.tick,
-        awake=False,
+        awake=awake,
         balls=0,
         clients=0,
         drops=room.drops,

@@ -17,7 +17,7 @@ from app.errors import SettingError
 from app.web.tokens import secret_of
 from engine import Board, drop
 from tests.app.conftest import TINY, Player, Running, playing, serving
-from tests.waiting import eventually
+from tests.waiting import eventually, until
 
 
 @pytest.fixture
@@ -291,6 +291,7 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
         in_flight = http.post("/rooms/triangle-8/drops", json={"seed": 5}).json()
     with serving(**settings) as server:
         recovery = server.services.rooms.persistence.recovery
+        until(lambda: not server.services.rooms.rebuilding.waiting)
         assert recovery.rebuilt == 1, "what sleeps is not rebuilt"
         assert {room, asleep} <= {each.id for each in server.services.rooms.parked()}
         with client_of(server) as http:
