@@ -69,7 +69,7 @@ class Committer:
 
     def turn(self) -> bool:
         """Wait for work and do it; returns whether there will be more."""
-        jobs = self._queue.take(self._pause)
+        jobs = self._queue.take(self.pause)
         if jobs is None:
             return False
         if jobs[0].read is not None:
@@ -78,7 +78,8 @@ class Committer:
             self._write(jobs)
         return True
 
-    def _pause(self) -> float:
+    def pause(self) -> float:
+        """Seconds until a commit may start; negative where one might have."""
         return self._next_commit - self._clock()
 
     def _write(self, jobs: Sequence[Job]) -> bool:
