@@ -22,6 +22,7 @@ class Told:
 
     def hear(self, event: dict[str, Any]) -> None:
         """An `accepted` or a `landed`."""
+        event = {key: value for key, value in event.items() if key != "type"}
         if "explicit_x" in event:
             assert event["ball"] not in self.accepted, "a ball's number was given twice"
             stake = event.get("stake", 0)
