@@ -375,13 +375,14 @@ class Rooms:
     def _kept(self, room: Room, pending: PendingInput[Any], error: LedgerError | None) -> None:
         """A planned input is in the ledger, or will not be."""
         if self._open.in_memory.get(room.id) is not room:
-            error = error or LedgerError(f"room {room.id!r} was closed before the drop was kept")
-        if error is None:
+            gone = LedgerError(f"room {room.id!r} was closed before the drop was kept")
+            pending.requester.refused(error or gone)
+        elif error is None:
             pending.durable = True
-            self.runner.admit(room)
-            return
-        room.refuse(pending)
-        pending.requester.refused(error)
+            self.runner.admit_now(room)
+        else:
+            room.refuse(pending)
+            pending.requester.refused(error)
 
 
 def _request(client: int | None, key: str, ref: Any) -> _Request:

@@ -77,15 +77,25 @@ class Runner:
             self._awake[room.id] = room
             self.ticker.wake()
 
+    def admit_now(self, room: Room) -> None:
+        """`admit` between two ticks; a room that cannot go on fails as it would in its tick."""
+        try:
+            self.admit(room)
+        except Exception:  # noqa: BLE001 - as in `tick`
+            self._fail(room)
+
+    def _fail(self, room: Room) -> None:
+        where = {"room": room.id, "tick": room.world.tick}
+        _log.exception("room failed and is closed", extra=where)
+        self._failed(room)
+
     def tick(self, due: int) -> bool:
         """Run `due` ticks of every room that is awake; True while one still is."""
         for room in self.awake:
             try:
                 self._advance(room, due)
             except Exception:  # noqa: BLE001 - one room's fault must not stop the others' clock
-                where = {"room": room.id, "tick": room.world.tick}
-                _log.exception("room failed and is closed", extra=where)
-                self._failed(room)
+                self._fail(room)
         self._persistence.ticked(due, self._awake.values())
         return bool(self._awake)
 

@@ -101,9 +101,9 @@ class IndependentRoom(Room):
         self._check_turn(pending)
         command = pending.command
         assert command.start is not None
-        number = self.world.add_at(command.start, command.seed)
-        if number != pending.number:
-            raise RuntimeError(f"{pending} entered as ball {number}")
+        if self.world.next_id != pending.number:
+            raise RuntimeError(f"{pending} would enter as ball {self.world.next_id}")
+        self.world.add_at(command.start, command.seed)
         ball = self.world.balls[-1]
         if command.stake:
             self._stakes[ball.id] = command.stake

@@ -171,8 +171,13 @@ class Room(ABC):
         return self.world.awake
 
     def refuse(self, pending: PendingInput[Any]) -> None:
-        """Take a planned input back, as if it had never been asked for."""
-        self.planned.remove(pending)
+        """Take back the input that was planned last, as if it had never been asked for.
+
+        Raises RuntimeError for any other: those after it have numbers that follow on from its own.
+        """
+        if not self.planned or self.planned[-1] is not pending:
+            raise RuntimeError(f"{pending} was refused, but not those that were planned after it")
+        self.planned.pop()
 
     def enter(self) -> list[Entered]:
         """Carry out the confirmed inputs whose tick it is; returns what to tell of each."""

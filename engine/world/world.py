@@ -125,6 +125,11 @@ class World:
         return bool(self._balls)
 
     @property
+    def next_id(self) -> int:
+        """The id that the next ball will have."""
+        return self._next_id
+
+    @property
     def count(self) -> int:
         """Number of live balls."""
         return len(self._balls)

@@ -48,7 +48,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     folder = tmp_path_factory.mktemp("wheel")
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
     offline = ["--no-deps", "--no-index"]
-    build = [*pip, "wheel", *offline, "--no-build-isolation", "--wheel-dir", folder, ROOT]
+    build = [*pip, "wheel", *offline, "--no-build-isolation", "--wheel-dir", str(folder), str(ROOT)]
     subprocess.run(build, check=True)
     (wheel,) = folder.glob("*.whl")
     fresh = folder / "fresh"
@@ -57,7 +57,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     (site,) = fresh.glob("lib/python*/site-packages")
     there = [path for path in sys.path if path.endswith("site-packages")]
     (site / "dependencies.pth").write_text("\n".join(there) + "\n")
-    target = [*pip, "--python", fresh / "bin" / "python", "install", *offline, wheel]
+    target = [*pip, "--python", str(fresh / "bin" / "python"), "install", *offline, str(wheel)]
     subprocess.run(target, check=True)
     return Installed(wheel, fresh)
 
