@@ -5,6 +5,8 @@ AppError                  `code` is its stable slug, `field` names the bad value
 ├── MalformedError        not JSON, or a message of no known shape
 │   └── UnknownMessageError
 ├── InvalidValueError     well-formed, but a value is out of range
+│   └── CostError          it costs more than any one request may
+│       └── DeadlineError   it did, and was ended
 ├── NotFoundError
 │   ├── UnknownBoardError
 │   ├── UnknownRoomError
@@ -19,8 +21,11 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   ├── BallLimitError
 │   ├── RoomFullError
 │   ├── QuotaError
+│   ├── BudgetError        this address has had computed what it may for now
 │   └── RoomLimitError
 ├── BusyError             the server cannot take more work now
+├── EndedError            the process that computed it ended by itself
+├── GoneError             who asked has left before there was an answer
 ├── LedgerError           what must be kept cannot be written or read now
 ├── TokenError            only the creator of a room may do this
 │   └── NoTokenError      and no token was shown
@@ -58,6 +63,14 @@ class UnknownMessageError(MalformedError):
 
 class InvalidValueError(AppError):
     """A value out of its range or of the wrong type."""
+
+
+class CostError(InvalidValueError):
+    """What a request asks for costs more than one request may."""
+
+
+class DeadlineError(CostError):
+    """What was asked took longer than it may."""
 
 
 class NotFoundError(AppError):
@@ -116,12 +129,24 @@ class QuotaError(LimitError):
     """One client has as many rooms as it may."""
 
 
+class BudgetError(LimitError):
+    """One client has had computed what it may for now."""
+
+
 class RoomLimitError(LimitError):
     """The server holds as many rooms as it may, all in use."""
 
 
 class BusyError(AppError):
     """The queue for heavy work is full."""
+
+
+class EndedError(AppError):
+    """A worker's process ended before it had an answer."""
+
+
+class GoneError(AppError):
+    """Who asked has left; nobody reads the answer."""
 
 
 class LedgerError(AppError):
@@ -161,6 +186,8 @@ ANSWERS: dict[type[Exception], Answer] = {
     MalformedError: Answer(400, "malformed", "Malformed request", 1007),
     UnknownMessageError: Answer(400, "unknown-message", "Unknown message type"),
     InvalidValueError: Answer(422, "invalid-value", "Invalid value"),
+    CostError: Answer(422, "too-expensive", "Too expensive"),
+    DeadlineError: Answer(422, "too-long", "Took too long to compute"),
     NotFoundError: Answer(404, "not-found", "Not found", 4004),
     UnknownBoardError: Answer(404, "unknown-board", "Unknown board", 4004),
     UnknownRoomError: Answer(404, "unknown-room", "Unknown room", 4004),
@@ -175,8 +202,11 @@ ANSWERS: dict[type[Exception], Answer] = {
     BallLimitError: Answer(429, "too-many-balls", "Too many balls in the room", 1013),
     RoomFullError: Answer(429, "room-full", "The room is full", 1013),
     QuotaError: Answer(429, "room-quota", "Too many rooms of one client", 1013),
+    BudgetError: Answer(429, "budget-spent", "Too much to compute for one client"),
     RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),
     BusyError: Answer(503, "busy", "The server is busy", 1013),
+    EndedError: Answer(503, "worker-ended", "A worker ended", 1013),
+    GoneError: Answer(499, "client-gone", "The client has left"),
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),
     TokenError: Answer(403, "not-yours", "Not your room"),
     NoTokenError: Answer(401, "token-missing", "A room's token is missing"),
