@@ -7,9 +7,12 @@ import httpx
 import msgspec
 import pytest
 
+from app.computing import tasks
+from app.errors import InvalidValueError
 from app.protocol.messages import Landed
 from app.web.schemas.problem import Problem
 from engine import Board, drop, drop_many, preset_names
+from engine.parameters import Exact
 from tests.app.conftest import TINY, Running, serving
 
 BOARD = Board.preset("triangle-16")
@@ -397,13 +400,10 @@ def test_bad_simulations_are_named(
     assert named in response.json()["detail"]
 
 
-def test_a_simulation_that_takes_too_long_is_refused(
-    http: httpx.Client, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("app.web.routes.simulate.MAX_SECONDS", 0.0)
-    response = http.post("/api/v1/simulate", json={"board": "triangle-8", "drops": 101})
-    body = problem(response, 422, "invalid-value", "101", "100 were done")
-    assert body["field"] == "drops"
+def test_a_simulation_that_takes_too_long_is_refused() -> None:
+    with pytest.raises(InvalidValueError, match=r"101 .* 100 were done") as refused:
+        tasks.tally(Board.preset("triangle-8"), 0, 101, Exact(), seconds=0.0)
+    assert refused.value.field == "drops"
 
 
 # Verification.
