@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import functools
 import gc
-import importlib.metadata
 import signal
 import socket
 import sys
@@ -43,7 +42,7 @@ from app.web.routes import boards, drops, health, live, page, pictures, rooms, s
 from app.web.schemas.document import components
 from app.web.services import Services
 from app.web.tokens import Tokens, secret_of
-from engine import Board, World, drop, preset_names
+from engine import Board, World, __version__, drop, preset_names
 from engine.errors import BoardError
 
 COMPILING = "Plinko compiles its physics; the next start finds it done."
@@ -74,7 +73,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     settings = settings or Settings()
     app = FastAPI(
         title="Plinko",
-        version=version(),
+        version=__version__,
         summary="Seeded drops, replayable bit for bit",
         description=_DESCRIPTION,
         openapi_tags=_TAGS,
@@ -115,14 +114,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     return app
 
 
-def version() -> str:
-    """The installed release, or that there is none, in a checkout that was not installed."""
-    try:
-        return importlib.metadata.version("plinko-server")
-    except importlib.metadata.PackageNotFoundError:
-        return "0+checkout"
-
-
 def _services(settings: Settings) -> Services:
     known = Boards(settings.max_boards)
     hub = Hub(settings.max_clients)
@@ -147,7 +138,7 @@ def _services(settings: Settings) -> Services:
     )
     server = Services(
         settings=settings,
-        version=version(),
+        version=__version__,
         boards=known,
         hub=hub,
         rooms=held,

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from engine.multibody.static_geometry import Place
     from engine.world.world import World
 
+__version__ = "0.1.0"
+"""The release. What drops compute has a version of its own, PHYSICS_VERSION."""
+
 __all__ = [
     "PHYSICS_VERSION",
     "Arena",
@@ -36,6 +39,7 @@ __all__ = [
     "SeedError",
     "Verification",
     "World",
+    "__version__",
     "certify",
     "drop",
     "drop_many",

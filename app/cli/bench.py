@@ -1,5 +1,6 @@
 """`plinko bench`: error, speed, stability, the price of each feature, the literature's figures."""
 
+import importlib.util
 import sys
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -74,9 +75,15 @@ def command(
 ) -> None:
     """Measure the engine, in turns with others where there are others.
 
-    Every table says how it was obtained; times are medians with their spread. The peers and the
-    oracle of `accuracy` and all plots need the `bench` extra.
+    Every table says how it was obtained; times are medians with their spread. The benchmarks are in
+    the source repository alone. The peers and the oracle of `accuracy` and all plots need the
+    `bench` extra.
     """
+    if importlib.util.find_spec("benchmarks") is None:
+        raise click.UsageError(
+            "the benchmarks are no part of the installed package: run `make bench` in a clone of "
+            "the source repository"
+        )
     from benchmarks import suite
     from benchmarks.accuracy import readme_table
     from benchmarks.harness import machine

@@ -49,7 +49,7 @@ class _Pages:
 
     async def pieces(self, page: list[dict[str, Any]]) -> AsyncIterator[bytes]:
         """All of it, from the first page on."""
-        digest = log.LogDigest(self._inputs, self._head["world_digest"])
+        digest = log.LogDigest(self._head)
         yield msgspec.json.encode(self._head)[:-1] + f',"{self._inputs.name}":['.encode()
         done = 0
         while page:

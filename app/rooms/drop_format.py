@@ -6,14 +6,15 @@ from typing import Any, Final
 import msgspec
 
 from app.protocol import messages
-from app.rooms.input_format import InputFormat
+from app.rooms.input_format import InputFormat, check_known
 from app.rooms.pending import DropCommand, PendingInput
 from app.rooms.records import DropRow, ResultRow
-from app.rooms.stakes import parse_stake
+from app.rooms.stakes import parse_stake, parse_who
 from engine.drops.verify import Verification
 from engine.errors import RecordError
 from engine.seeding import parse_seed
 
+_ENTRY: Final = ("ball", "tick", "seed", "x", "stake", "who", "result")
 _RESULT: Final = ("tick", "bin", "score", "t", "x_end", "digest", "unsettled")
 
 
@@ -56,6 +57,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         for name in ("ball", "tick", "seed", "result"):
             if name not in entry:
                 raise RecordError(f"{where} lacks {name!r}", field=f"{where}.{name}")
+        check_known(entry, _ENTRY, where)
         if entry["ball"] != number:
             raise RecordError(
                 f"{where}.ball is {entry['ball']!r}: balls are numbered from 0, none left out",
@@ -69,8 +71,9 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
                 f"{where}.result is neither null nor an object with {', '.join(_RESULT)}",
                 field=f"{where}.result",
             )
+        check_known(result or {}, (*_RESULT, "payout"), f"{where}.result")
 
-    def line(self, entry: Mapping[str, Any]) -> bytes:
+    def first_line(self, entry: Mapping[str, Any]) -> bytes:
         """The digest of the drop's result."""
         result = entry["result"]
         digest: str = result["digest"] if result else "-"
@@ -78,8 +81,8 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
 
     def command(self, entry: Mapping[str, Any]) -> DropCommand:
         """The drop that an entry tells of; raises SeedError, InvalidValueError."""
-        stake = parse_stake(entry.get("stake"))
-        return DropCommand(parse_seed(entry["seed"]), entry.get("x"), stake, entry.get("who"))
+        stake, who = parse_stake(entry.get("stake")), parse_who(entry.get("who"))
+        return DropCommand(parse_seed(entry["seed"]), entry.get("x"), stake, who)
 
     def result(self, session: int, landed: messages.Landed) -> ResultRow:
         """What the ledger keeps of a landing."""

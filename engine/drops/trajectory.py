@@ -23,12 +23,12 @@ Floats = npt.NDArray[np.float64]
 _ROOM = 256  # rows of a first log; a longer drop is traced again with the room it asked for
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Trajectory:
     """The whole motion of one ball.
 
     start and end: states, shape (7,): t, x, y, vx, vy, theta, omega. events, shape (n, 6), and
-    marks, shape (n, 2): the drop's log. segments: what `states_at` reads.
+    marks, shape (n, 2): the drop's log. segments: what `states_at` reads. All are read-only.
     """
 
     board: BoardFields
@@ -41,14 +41,22 @@ class Trajectory:
     marks: npt.NDArray[np.int32]
     segments: Floats
 
+    def __post_init__(self) -> None:
+        for array in (self.start, self.end, self.events, self.marks, self.segments):
+            array.setflags(write=False)
+
+    def __repr__(self) -> str:
+        return f"<Trajectory on {self.board.name!r} of {len(self.events)} events>"
+
     def states_at(self, times: Floats) -> Floats:
         """States at `times`, shape (n,), in s since the start, as an array of shape (n, 7)."""
         out = np.empty((len(times), body.SIZE))
         ended = times >= self.end[body.T]
         if not ended.all():
             rows = np.searchsorted(self.segments[:, body.T], times, side="right") - 1
+            # The kernels are compiled for arrays that may be written: they are given a copy.
             sample(
-                arrays_of(self.board), self.segments, rows, rows + 1, times,
+                arrays_of(self.board), self.segments.copy(), rows, rows + 1, times,
                 isinstance(self.solver, Stepped), new_series(), out,
             )  # fmt: skip
         out[ended] = self.end

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from engine.board.model import Board
 from engine.constants import KIND_WALL, PHYSICS_VERSION
-from engine.drops.drop import start_of
+from engine.drops.drop import start_of, unsigned_zero
 from engine.drops.trajectory import Trajectory
 from engine.errors import ParameterError, RecordError
 from engine.exact.outcome import LANDED, REASONS
@@ -85,19 +85,19 @@ class World:
 
     A ball starts at the tick at which it is added and leaves the world when its drop ends. With
     the exact solver dt only says when the world is looked at: each ball's path is that of `drop`.
-    Balls pass through each other; those of `Arena` do not.
+    Balls pass through each other; those of `Arena` do not. `board` may be a preset's name.
     """
 
     def __init__(
         self,
-        board: Board,
+        board: Board | str,
         *,
         solver: str = "exact",
         dt: float = DEFAULT_DT,
         substeps: int = DEFAULT_SUBSTEPS,
         correction: float = DEFAULT_CORRECTION,
     ) -> None:
-        self.board = board
+        self.board = board = Board.named(board)
         self.dt = number(dt, "dt", 1e-6, 0.1)
         self.solver = make_solver(solver, dt, substeps, correction)
         self.tick = 0
@@ -139,7 +139,7 @@ class World:
         if seed is None and x is None:
             raise ParameterError("a ball needs a seed or an explicit x", field="seed")
         chosen = None if seed is None else parse_seed(seed)
-        return self.add_at(start_of(self.board, chosen, x), chosen)
+        return self.add_at(start_of(self.board, chosen, unsigned_zero(x)), chosen)
 
     def add_at(self, start: float, seed: int | None) -> int:
         """`add` of a parsed `seed` with its `start` in m, which `drop.start_of` has found valid."""

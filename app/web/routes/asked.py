@@ -7,7 +7,7 @@ from fastapi import Depends, Query
 
 from app.web.routes.common import Server, check_step
 from engine import Board, Drop
-from engine.drops.drop import make_drop
+from engine.drops.drop import make_drop, unsigned_zero
 from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
 from engine.seeding import parse_seed
 
@@ -28,7 +28,7 @@ class Ask:
 
     def drop(self) -> Drop:
         """Compute it; raises ParameterError for a start outside of the drop zone."""
-        return make_drop(self.board, self.seed, self.x, self.solver)
+        return make_drop(self.board, self.seed, unsigned_zero(self.x), self.solver)
 
 
 async def asked(

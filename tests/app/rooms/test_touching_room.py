@@ -230,7 +230,7 @@ def test_the_log_of_a_room_replays_to_the_same_world(kind: str) -> None:
 def whole_log(room: TouchingRoom, rows: list[InputRow]) -> dict[str, Any]:
     log = roomlog.head(room)
     log["inputs"] = [room.format.entry(row, None, room.world.tick) for row in rows]
-    digest = roomlog.LogDigest(room.format, log["world_digest"])
+    digest = roomlog.LogDigest(roomlog.head(room))
     digest.add(log["inputs"])
     return {**log, "digest": digest.hex()}
 
