@@ -69,7 +69,7 @@ async def open_room(request: Request, server: Server) -> Response:
     """Open a room with an id of its own; watch it at `/ws/rooms/{id}`.
 
     Over any board, `mode` says whether its balls touch each other. Instead of a board a `scene`
-    may be asked for, with any of its parameters (`GET scenes` lists them).
+    may be asked for: its name, or `{"scene": name, ...}` with its parameters (`GET scenes`).
 
     The reply's `token` lets its holder change, reset and close the room.
     """
@@ -184,17 +184,21 @@ async def post_room_drop(
 
 async def _ground(server: Services, body: RoomRequest) -> tuple[Ground, str]:
     """What a room is asked for over, and its mode."""
+    beside = {name: getattr(body, name) for name in SCENE_PARAMETERS}
+    beside = {name: value for name, value in beside.items() if value is not None}
     if body.scene is None:
-        for name in SCENE_PARAMETERS:
-            if getattr(body, name) is not None:
-                raise InvalidValueError(
-                    f"{name} is a parameter of a scene, not of a board", field=name
-                )
+        for name in beside:
+            raise InvalidValueError(f"{name} is a parameter of a scene, not of a board", field=name)
         return await resolve_board(server, body.board), body.mode
     if body.board is not None:
         raise InvalidValueError("a room has either a board or a scene", field="board")
-    values = {name: getattr(body, name) for name in SCENE_PARAMETERS}
-    return server.rooms.scene({"scene": body.scene, **values}), SCENE
+    if isinstance(body.scene, str):
+        return server.rooms.scene({"scene": body.scene, **beside}), SCENE
+    for name in beside:
+        raise InvalidValueError(
+            f"{name} belongs into the object `scene`, beside its name", field=name
+        )
+    return server.rooms.scene(body.scene), SCENE
 
 
 async def _own_room(room_id: str, request: Request, server: Services) -> Room:
