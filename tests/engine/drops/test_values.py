@@ -4,6 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pandas
+import polars
 import pytest
 
 from engine import (
@@ -137,6 +139,14 @@ def test_a_batch_has_columns_for_tables() -> None:
         assert row == (
             *(one.seed, one.x_start, one.bin, one.score, one.duration, hits, one.x_end, True),
         )
+
+
+def test_pandas_and_polars_take_the_columns_as_they_are() -> None:
+    many = drop_many(BOARD, [3, 4, 2**64 - 1])
+    for frame in (pandas.DataFrame(many.to_columns()), polars.DataFrame(many.to_columns())):
+        assert list(frame.columns) == list(many.to_columns())
+        assert frame["seed"].to_list() == [3, 4, 2**64 - 1]
+        assert frame["score"].mean() == many.scores.mean()
 
 
 Takes = Callable[[Any], Any]
