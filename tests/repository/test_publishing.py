@@ -106,9 +106,13 @@ def test_the_pages_own_example_runs_as_it_stands() -> None:
 TUTORIAL = DOCS / "tutorial.ipynb"
 
 
+def tutorial() -> nbformat.NotebookNode:
+    return nbformat.read(TUTORIAL, as_version=4)  # type: ignore[no-untyped-call,no-any-return]
+
+
 def test_the_tutorial_is_kept_small_and_without_what_it_prints() -> None:
     assert TUTORIAL.stat().st_size < 20_000
-    kept = nbformat.read(TUTORIAL, as_version=4)
+    kept = tutorial()
     nbformat.validate(kept)
     for cell in kept.cells:
         assert cell.metadata == {}
@@ -119,7 +123,7 @@ def test_the_tutorial_is_kept_small_and_without_what_it_prints() -> None:
 
 
 async def test_the_tutorial_goes_from_a_drop_to_a_histogram_to_chaos() -> None:
-    told = nbformat.read(TUTORIAL, as_version=4)
+    told = tutorial()
     client = NotebookClient(told, kernel_name="python3", timeout=None)
     client.create_kernel_manager().transport = "ipc"
     await client.async_execute()

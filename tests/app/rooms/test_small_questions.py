@@ -3,6 +3,7 @@
 import pytest
 
 from app.live.hub import Mailbox
+from app.protocol import messages
 from app.protocol.wire import WireMessage
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
@@ -73,7 +74,9 @@ def test_bit_0_marks_impacts_too_soft_to_be_told() -> None:
     room.drop(DropCommand(3))
     marked, told = set(), set()
     while room.awake:
-        told |= {event.tick for event in room.step(watched=True) if hasattr(event, "speed")}
+        told |= {
+            event.tick for event in room.step(watched=True) if isinstance(event, messages.Contact)
+        }
         found = seen(room)
         marked |= {found["tick"] for ball in found["balls"] if ball["bounced"]}
     path = drop(Board.from_json(form), 3)
