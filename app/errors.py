@@ -281,6 +281,10 @@ def retry_after(error: Exception) -> int | None:
 
 
 _LEDGER_SECRET = "the ledger cannot be used now, and nothing was done; the server's log says why"
+_DAMAGED_SECRET = (
+    "the room is set aside, as what the ledger has of it is damaged; whoever runs the server can "
+    "mend it"
+)
 
 
 def told(error: BaseException) -> str:
@@ -289,6 +293,8 @@ def told(error: BaseException) -> str:
     What a database says is not for it: that has file names, addresses and the tables' insides.
     Nor is what a stranger says.
     """
+    if isinstance(error, DamagedRoomError):
+        return _DAMAGED_SECRET
     if isinstance(error, LedgerError):
         return _LEDGER_SECRET
     if isinstance(error, AppError | EngineError):
