@@ -13,7 +13,7 @@ from app.rooms import log
 from app.rooms.room import Room
 
 _MARKS: Final = frozenset({"who"})
-_PAGE: Final = 2000  # inputs read at once; commits wait meanwhile
+_PAGE: Final = 500  # inputs read and hashed at once; commits, then ticks, wait meanwhile
 
 
 async def read_log(sessions: Sessions, room: Room, *, marks: bool) -> AsyncIterator[bytes]:
