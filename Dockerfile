@@ -4,7 +4,6 @@ WORKDIR /src
 COPY pyproject.toml constraints.txt README.md LICENSE ./
 COPY engine engine
 COPY app app
-COPY benchmarks benchmarks
 COPY static static
 RUN python -m venv /opt/plinko \
  && /opt/plinko/bin/pip install --no-cache-dir -c constraints.txt '.[postgres]'

@@ -51,7 +51,7 @@ play: $(VENV)/.stamp-play
 test: $(VENV)/.stamp-test node_modules/.stamp
 	$(WITH_NODE) && node --test --test-reporter=spec $$(find tests/js -name '*.test.js' | sort)
 	tools/postgresql
-	chromium="$$(tools/chromium)" && \
+	chromium="$$(tools/chromium shell)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
 
 # The server is killed KILLS times under load, once over SQLite and once over PostgreSQL.
@@ -60,9 +60,11 @@ test-crash: $(VENV)/.stamp-test
 	LONG=1 PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s -m long tests/app/persistence
 
 # Each test that tries more with LONG=1 has the marker `long`, see tests/long.py: ten minutes of
-# soak, 10^5 malformed messages, hundreds of requests of each REST operation, every oracle file.
+# soak, 10^5 malformed messages, hundreds of requests of each REST operation, every oracle file,
+# axe on every screen.
 test-long: $(VENV)/.stamp-test
 	tools/postgresql
+	chromium="$$(tools/chromium shell)" && CHROMIUM="$$chromium" \
 	LONG=1 PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s -m long $(PYTEST_ARGS)
 
 # Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU; with the JIT and without.
@@ -77,11 +79,11 @@ lint: $(VENV)/.stamp-lint node_modules/.stamp
 	$(WITH_NODE) && node_modules/.bin/eslint .
 	$(WITH_NODE) && node_modules/.bin/tsc
 
-# Every table and plot of docs/benchmarks.md, anew; BENCH_ARGS=--quick for a trial.
+# Every table and plot of docs/benchmarks.md and docs/validation.md, anew; BENCH_ARGS=--quick for a trial.
 bench: $(VENV)/.stamp-bench
 	chromium="$$(tools/chromium)" && \
 	CHROMIUM="$$chromium" $(BIN)/plinko bench all --plots docs/images --page docs/benchmarks.md \
-		--readme README.md $(BENCH_ARGS)
+		--page docs/validation.md --readme README.md $(BENCH_ARGS)
 
 format: $(VENV)/.stamp-lint
 	$(BIN)/ruff check --fix-only --quiet .

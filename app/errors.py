@@ -3,8 +3,11 @@
 AppError                  `code` is its stable slug, `field` names the bad value's place
 ├── SettingError          a setting that cannot be used (start-up only)
 ├── MalformedError        not JSON, or a message of no known shape
-│   └── UnknownMessageError
+│   ├── UnknownMessageError
+│   └── HeadError         no HTTP request
 ├── InvalidValueError     well-formed, but a value is out of range
+│   └── CostError          it costs more than any one request may
+│       └── DeadlineError   it did, and was ended
 ├── NotFoundError
 │   ├── UnknownBoardError
 │   ├── UnknownRoomError
@@ -12,16 +15,25 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   └── ClosedRoomError    it was there, and its creator closed it
 ├── ResetError            a drop that a room's creator took back by resetting the room
 ├── OriginError           a page of another site asked
+├── HostError             asked under a name that is not this server's
+├── TooLateError          a request that does not arrive
 ├── TooLargeError         a body or a message over its limit
+│   └── HeadTooLargeError
 ├── LimitError            a limit was reached; `retry_after` seconds when waiting helps
 │   ├── RateLimitError
 │   │   └── MessageFloodError
 │   ├── BallLimitError
+│   ├── ConnectionLimitError
 │   ├── RoomFullError
 │   ├── QuotaError
+│   ├── BudgetError        this address has had computed what it may for now
 │   └── RoomLimitError
 ├── BusyError             the server cannot take more work now
+│   └── RebuildingError    the room is on its way back from the ledger
+├── EndedError            the process that computed it ended by itself
+├── GoneError             who asked has left before there was an answer
 ├── LedgerError           what must be kept cannot be written or read now
+│   └── DamagedRoomError   what the ledger has of one room contradicts itself
 ├── TokenError            only the creator of a room may do this
 │   └── NoTokenError      and no token was shown
 ├── AbuseError            a client that goes on sending what it was told not to
@@ -56,8 +68,20 @@ class UnknownMessageError(MalformedError):
     """A message whose `type` is not one of the protocol's."""
 
 
+class HeadError(MalformedError):
+    """What was received is no HTTP request."""
+
+
 class InvalidValueError(AppError):
     """A value out of its range or of the wrong type."""
+
+
+class CostError(InvalidValueError):
+    """What a request asks for costs more than one request may."""
+
+
+class DeadlineError(CostError):
+    """What was asked took longer than it may."""
 
 
 class NotFoundError(AppError):
@@ -88,8 +112,20 @@ class OriginError(AppError):
     """A request from a page of a site that is neither this one nor an allowed one."""
 
 
+class HostError(AppError):
+    """A request for a host that this server was not told it is."""
+
+
+class TooLateError(AppError):
+    """A request did not arrive in time."""
+
+
 class TooLargeError(AppError):
     """A body or a message over its limit."""
+
+
+class HeadTooLargeError(TooLargeError):
+    """A request's head is over its limit."""
 
 
 class LimitError(AppError):
@@ -108,12 +144,20 @@ class BallLimitError(LimitError):
     """The room holds as many balls as it may."""
 
 
+class ConnectionLimitError(LimitError):
+    """One client has as many connections as it may."""
+
+
 class RoomFullError(LimitError):
     """The room has as many clients as it may."""
 
 
 class QuotaError(LimitError):
     """One client has as many rooms as it may."""
+
+
+class BudgetError(LimitError):
+    """One client has had computed what it may for now."""
 
 
 class RoomLimitError(LimitError):
@@ -124,8 +168,24 @@ class BusyError(AppError):
     """The queue for heavy work is full."""
 
 
+class RebuildingError(BusyError):
+    """The room is on its way back from the ledger, and that takes longer than one waits."""
+
+
+class EndedError(AppError):
+    """A worker's process ended before it had an answer."""
+
+
+class GoneError(AppError):
+    """Who asked has left; nobody reads the answer."""
+
+
 class LedgerError(AppError):
     """The ledger cannot be written or read now; nothing of what was asked has been done."""
+
+
+class DamagedRoomError(LedgerError):
+    """What the ledger has of one room is not whole, or contradicts itself; others are sound."""
 
 
 class TokenError(AppError):
@@ -161,6 +221,8 @@ ANSWERS: dict[type[Exception], Answer] = {
     MalformedError: Answer(400, "malformed", "Malformed request", 1007),
     UnknownMessageError: Answer(400, "unknown-message", "Unknown message type"),
     InvalidValueError: Answer(422, "invalid-value", "Invalid value"),
+    CostError: Answer(422, "too-expensive", "Too expensive"),
+    DeadlineError: Answer(422, "too-long", "Took too long to compute"),
     NotFoundError: Answer(404, "not-found", "Not found", 4004),
     UnknownBoardError: Answer(404, "unknown-board", "Unknown board", 4004),
     UnknownRoomError: Answer(404, "unknown-room", "Unknown room", 4004),
@@ -168,6 +230,11 @@ ANSWERS: dict[type[Exception], Answer] = {
     ClosedRoomError: Answer(404, "room-closed", "The room was closed", 4004),
     ResetError: Answer(409, "room-reset", "The room was reset"),
     OriginError: Answer(403, "foreign-origin", "Foreign origin"),
+    HostError: Answer(421, "unknown-host", "Not this server's host"),
+    HeadError: Answer(400, "not-http", "Not an HTTP request"),
+    HeadTooLargeError: Answer(431, "head-too-large", "The request's head is too large"),
+    TooLateError: Answer(408, "too-late", "The request did not arrive in time"),
+    ConnectionLimitError: Answer(429, "too-many-connections", "Too many connections"),
     TooLargeError: Answer(413, "too-large", "Too large", 1009),
     LimitError: Answer(429, "limit-reached", "Limit reached", 1013),
     RateLimitError: Answer(429, "rate-limited", "Too many requests"),
@@ -175,9 +242,14 @@ ANSWERS: dict[type[Exception], Answer] = {
     BallLimitError: Answer(429, "too-many-balls", "Too many balls in the room", 1013),
     RoomFullError: Answer(429, "room-full", "The room is full", 1013),
     QuotaError: Answer(429, "room-quota", "Too many rooms of one client", 1013),
+    BudgetError: Answer(429, "budget-spent", "Too much to compute for one client"),
     RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),
     BusyError: Answer(503, "busy", "The server is busy", 1013),
+    RebuildingError: Answer(503, "room-rebuilding", "The room is being rebuilt", 1013),
+    EndedError: Answer(503, "worker-ended", "A worker ended", 1013),
+    GoneError: Answer(499, "client-gone", "The client has left"),
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),
+    DamagedRoomError: Answer(503, "room-damaged", "The room is set aside", 1013),
     TokenError: Answer(403, "not-yours", "Not your room"),
     NoTokenError: Answer(401, "token-missing", "A room's token is missing"),
     AbuseError: Answer(429, "abuse", "Too many bad messages"),
@@ -206,6 +278,22 @@ def retry_after(error: Exception) -> int | None:
         return None
     seconds = error.retry_after if isinstance(error, AppError) else None
     return max(1, int(-(-(RETRY_AFTER if seconds is None else seconds) // 1)))
+
+
+_LEDGER_SECRET = "the ledger cannot be used now, and nothing was done; the server's log says why"
+
+
+def told(error: BaseException) -> str:
+    """What a client may read of an error.
+
+    What a database says is not for it: that has file names, addresses and the tables' insides.
+    Nor is what a stranger says.
+    """
+    if isinstance(error, LedgerError):
+        return _LEDGER_SECRET
+    if isinstance(error, AppError | EngineError):
+        return str(error)
+    return "An error of the server's own, which it has logged."
 
 
 def shorten(value: object, limit: int = 40) -> str:

@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import functools
 import gc
-import importlib.metadata
 import signal
 import socket
 import sys
@@ -18,6 +17,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from starlette.middleware.cors import CORSMiddleware
 
+from app.computing.pool import Workers
 from app.errors import SettingError, shorten
 from app.live import transport
 from app.live.hub import Hub
@@ -25,29 +25,34 @@ from app.live.registry import Rooms
 from app.ops import logs
 from app.ops.metrics import Metrics
 from app.persistence.database import Database
+from app.persistence.integrity import Integrity
 from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
 from app.pictures.film import Cameras
-from app.pictures.workers import Workers
 from app.rooms.boards import Boards
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import DropCommand
 from app.rooms.touching.room import TouchingRoom
 from app.settings import Settings, static_directory
 from app.web import problems
-from app.web.limits import KeyedBuckets, Quota
-from app.web.middleware import BodyLimit, OriginCheck, SecurityHeaders
+from app.web.edge.addresses import Connections, Proxies
+from app.web.edge.choose import choose, counted
+from app.web.edge.guarded import Edge
+from app.web.edge.hosts import Hosts
+from app.web.limits import Budgets, KeyedBuckets, Quota
+from app.web.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
 from app.web.readings import readings
 from app.web.routes import boards, drops, health, live, page, pictures, rooms, scenes, simulate, ws
 from app.web.schemas.document import components
 from app.web.services import Services
 from app.web.tokens import Tokens, secret_of
-from engine import Board, World, drop, preset_names
+from engine import Board, World, __version__, drop, preset_names
 from engine.errors import BoardError
 
 COMPILING = "Plinko compiles its physics; the next start finds it done."
 _MOMENTS = 1 << 22  # bytes of single frames of rooms that are kept for who asks at the same moment
+_QUIET_START = 5.0  # s after which the workers are prepared, unless somebody asked before
 _PATIENCE = 2.0  # s of a silent start; longer, and someone at a terminal wonders
 
 _DESCRIPTION = """\
@@ -74,7 +79,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     settings = settings or Settings()
     app = FastAPI(
         title="Plinko",
-        version=version(),
+        version=__version__,
         summary="Seeded drops, replayable bit for bit",
         description=_DESCRIPTION,
         openapi_tags=_TAGS,
@@ -110,17 +115,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             expose_headers=["etag", "location", "retry-after"],
         )
     app.add_middleware(OriginCheck, allowed=settings.allowed_origins)
+    machine = socket.gethostname()
+    app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
     app.add_middleware(SecurityHeaders)
     app.openapi = functools.partial(_openapi, app)  # type: ignore[method-assign]
     return app
-
-
-def version() -> str:
-    """The installed release, or that there is none, in a checkout that was not installed."""
-    try:
-        return importlib.metadata.version("plinko-server")
-    except importlib.metadata.PackageNotFoundError:
-        return "0+checkout"
 
 
 def _services(settings: Settings) -> Services:
@@ -147,18 +146,20 @@ def _services(settings: Settings) -> Services:
     )
     server = Services(
         settings=settings,
-        version=version(),
+        version=__version__,
         boards=known,
         hub=hub,
         rooms=held,
         ledger=ledger,
+        integrity=Integrity(ledger),
         tokens=Tokens(secret_of(settings.secret, _secret_file(settings, database))),
         workers=workers,
-        pictures=Pictures(workers, settings.max_picture_bytes),
-        moments=Pictures(workers, _MOMENTS),
+        pictures=Pictures(settings.max_picture_bytes),
+        moments=Pictures(_MOMENTS),
         cameras=cameras,
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
         creators=Quota(settings.creator_rooms, "rooms of this address", held.is_open),
+        budgets=Budgets(settings.compute_rate, settings.compute_burst),
         metrics=metrics,
     )
     server.rooms.filmed = cameras.films
@@ -188,7 +189,7 @@ def _main_board(name: str) -> Board:
 
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Start the ticker once the physics is compiled and the rooms are back; stop all at the end."""
+    """Start the ticker once the physics is compiled and the ledger read; stop all at the end."""
     server: Services = app.state.services
     await asyncio.to_thread(_warm_up)
     server.warm = True
@@ -196,12 +197,17 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     server.ledger.start()
     await server.rooms.resume()
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
+    rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
+    checking = asyncio.create_task(server.integrity.look(), name="integrity")
+    preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
     try:
         yield
     finally:
-        server.ticking.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await server.ticking
+        preparing.cancel()
+        for task in (checking, rebuilding, server.ticking):
+            task.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await task
         server.rooms.leave()
         await server.ledger.close()
         server.cameras.close()
@@ -307,21 +313,38 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
 
     Raises SettingError when the transport that the settings demand does not work.
     """
-    kind = transport.choose(settings.transport)
-    app.state.services.transport = kind
+    server: Services = app.state.services
+    server.transport = kind = transport.choose(settings.transport)
+    proxies = Proxies(settings.trusted_proxies)
+    edge = _edge(server, proxies)
     return uvicorn.Config(
         app,
         host=settings.host,
         port=settings.port,
         loop="uvloop",
-        http="httptools",
-        ws=transport.protocol_class(kind),  # websockets-sansio
+        **choose(edge),  # httptools
+        ws=counted(transport.protocol_class(kind), edge.connections),  # websockets-sansio
         ws_per_message_deflate=False,  # costs five to eight times the frame
         ws_max_size=settings.max_message,
         access_log=False,
         log_config=None,  # app.ops.logs has it
         server_header=False,
+        proxy_headers=bool(proxies.names),
+        forwarded_allow_ips=proxies.names,
         timeout_graceful_shutdown=settings.shutdown_grace,
+    )
+
+
+def _edge(server: Services, proxies: Proxies) -> Edge:
+    """The limits of connections."""
+    settings = server.settings
+    return Edge(
+        head_bytes=settings.max_head,
+        head_seconds=settings.head_timeout,
+        body_seconds=settings.body_timeout,
+        unread_seconds=settings.unread_timeout,
+        connections=Connections(settings.address_connections, proxies),
+        refused=lambda code: server.metrics.errors.labels(code).inc(),
     )
 
 

@@ -37,6 +37,15 @@ class Settings:
     allowed_origins: tuple[str, ...] = _setting(
         (), "comma-separated origins of other sites whose pages may connect"
     )
+    hosts: tuple[str, ...] = _setting(
+        (),
+        "comma-separated names under which the server is reached, beside `localhost` and the "
+        "address it listens on; `*.example.org` for all below one, `*` for any",
+    )
+    trusted_proxies: tuple[str, ...] = _setting(
+        (),
+        "comma-separated addresses or networks of proxies whose `X-Forwarded-For` says who asks",
+    )
     data: str = _setting(
         "",
         "directory of the ledger's file and of the server's secret; "
@@ -56,9 +65,30 @@ class Settings:
         "kept beside the ledger",
         secret=True,
     )
+    metrics_token: str = _setting(
+        "",
+        "what `/metrics` is read with, as `Authorization: Bearer TOKEN`; when not given, whoever "
+        "reaches the server may read it",
+        secret=True,
+    )
     tick_rate: int = _setting(60, "ticks and snapshots a second, in Hz", 1, 1000)
     max_catch_up: int = _setting(5, "ticks run at once after a pause; the rest is given up", 1, 60)
     max_body: int = _setting(1 << 20, "largest request body, in bytes", 1024, 1 << 30)
+    max_head: int = _setting(
+        1 << 14, "largest head of a request: its line and its headers, in bytes", 1024, 1 << 20
+    )
+    head_timeout: float = _setting(
+        10.0, "seconds in which a request's head must arrive, a WebSocket's too", 0.1, 3600
+    )
+    body_timeout: float = _setting(
+        30.0, "seconds in which a request's body must arrive after its head", 0.1, 3600
+    )
+    unread_timeout: float = _setting(
+        30.0, "seconds after which a client that reads nothing of its answer is cut off", 0.1, 3600
+    )
+    address_connections: int = _setting(
+        500, "connections that one address may have open; a trusted proxy any", 1, 1_000_000
+    )
     max_message: int = _setting(4096, "largest WebSocket message taken, in bytes", 256, 1 << 20)
     message_rate: float = _setting(60.0, "messages a second from one client", 0.1, 1e6)
     drop_rate: float = _setting(20.0, "drops a second from one client", 0.1, 1e6)
@@ -68,9 +98,20 @@ class Settings:
         40.0, "changes a second from one client of a room whose balls touch each other", 0.1, 1e6
     )
     max_clients: int = _setting(1000, "clients in one room", 1, 1_000_000)
-    max_rooms: int = _setting(1000, "rooms held at once; idle ones make way", 1, 1_000_000)
+    max_rooms: int = _setting(
+        1000,
+        "players' own rooms held at once; those unused for `--room-rest` make way",
+        1,
+        1_000_000,
+    )
     creator_rooms: int = _setting(
         50, "open rooms that one address may have made since the server started", 1, 1_000_000
+    )
+    room_rest: float = _setting(
+        3600.0,
+        "seconds for which an unused room of a player's own makes way for no other",
+        0.0,
+        1e9,
     )
     room_idle: float = _setting(
         86400.0, "seconds after which an unused room of a player's own is closed", 1.0, 1e9
@@ -95,8 +136,14 @@ class Settings:
     client_linger: float = _setting(
         5.0, "seconds that a client closed for slowness has to read why", 0.0, 3600
     )
-    workers: int = _setting(2, "threads for drops, pictures and board checks", 1, 256)
-    max_jobs: int = _setting(64, "jobs waiting for those threads before 503", 1, 1_000_000)
+    workers: int = _setting(2, "processes for drops, pictures and board checks", 1, 256)
+    max_jobs: int = _setting(64, "jobs waiting for those processes before 503", 1, 1_000_000)
+    compute_rate: float = _setting(
+        0.5, "seconds that they compute for one address in each second", 0.001, 1e6
+    )
+    compute_burst: float = _setting(
+        30.0, "seconds that they compute for one address at once", 0.1, 1e6
+    )
     min_step: float = _setting(
         1e-4, "shortest substep of a stepped drop, in seconds; bounds the work", 1e-9, 0.1
     )

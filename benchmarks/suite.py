@@ -16,6 +16,7 @@ MODULES = {
     "page": "serving.page",
     "render": "serving.render",
     "stepped": "speed.stepped",
+    "literature": "literature.literature",
 }
 """Where in this package each benchmark is, in the order in which all of them run."""
 

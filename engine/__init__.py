@@ -13,10 +13,14 @@ from engine.drops.verify import Verification, verify
 from engine.errors import BoardError, EngineError, ParameterError, RecordError, SeedError
 
 if TYPE_CHECKING:
+    from engine.certified.certify import Certificate, certify
     from engine.multibody.arena import Arena
     from engine.multibody.settings import ArenaSettings
     from engine.multibody.static_geometry import Place
     from engine.world.world import World
+
+__version__ = "0.1.0"
+"""The release. What drops compute has a version of its own, PHYSICS_VERSION."""
 
 __all__ = [
     "PHYSICS_VERSION",
@@ -24,6 +28,7 @@ __all__ = [
     "ArenaSettings",
     "Board",
     "BoardError",
+    "Certificate",
     "Drop",
     "DropBatch",
     "EngineError",
@@ -34,6 +39,8 @@ __all__ = [
     "SeedError",
     "Verification",
     "World",
+    "__version__",
+    "certify",
     "drop",
     "drop_many",
     "occupancy",
@@ -44,10 +51,13 @@ __all__ = [
 _WHEN_ASKED_FOR: Final = {
     "Arena": "engine.multibody.arena",
     "ArenaSettings": "engine.multibody.settings",
+    "Certificate": "engine.certified.certify",
     "Place": "engine.multibody.static_geometry",
     "World": "engine.world.world",
+    "certify": "engine.certified.certify",
 }
-"""Names that a drop has no use for, and whose kernels take a twentieth of its start to load."""
+"""Names that a drop has no use for: their kernels take a twentieth of its start to load, and
+`certify` needs python-flint, which may not be installed."""
 
 
 if not TYPE_CHECKING:  # else every misspelt name would pass for one

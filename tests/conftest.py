@@ -5,6 +5,8 @@ which sets LONG=1: see tests/long.py.
 """
 
 import os
+import subprocess
+import sys
 
 import pytest
 from hypothesis import settings
@@ -21,14 +23,23 @@ os.environ.setdefault("PLINKO_DATABASE_URL", "sqlite://")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Compile all kernels in the first process, so that parallel ones find them on disk.
+    """Compile all kernels before there are workers, so that these find them on disk.
 
     Numba's cache holds up to processes that read it; those that compile one function for different
-    types at the same moment may take each other's code.
+    types at the same moment may take each other's code. Balls that touch have kernels of their own
+    and take the others for the same types, so that two processes may do this at once.
     """
     if hasattr(config, "workerinput"):
         return
-    from engine import Arena, Board, Place, World, drop, drop_many
+    touching = "from tests.conftest import compile_touching; compile_touching()"
+    beside = subprocess.Popen([sys.executable, "-c", touching], cwd=config.rootpath)
+    compile_alone()
+    assert beside.wait() == 0, "the kernels of touching balls do not compile"
+
+
+def compile_alone() -> None:
+    """Run everything once that follows balls one by one."""
+    from engine import Board, World, drop, drop_many
 
     board = Board.preset("triangle-8")
     for solver in ("exact", "stepped"):
@@ -37,7 +48,13 @@ def pytest_configure(config: pytest.Config) -> None:
         world = World(board, solver=solver)
         world.add(42)
         world.step()
-    arena = Arena(Place.of_board(board))
+
+
+def compile_touching() -> None:
+    """Run everything once that moves balls that touch."""
+    from engine import Arena, Board, Place
+
+    arena = Arena(Place.of_board(Board.preset("triangle-8")))
     arena.add(0.0, 0.0)
     arena.step()
     arena.diagnostics()

@@ -15,6 +15,7 @@ import click
 COMMANDS = (
     "serve",
     "drop",
+    "certify",
     "simulate",
     "render",
     "verify",

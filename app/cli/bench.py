@@ -1,5 +1,6 @@
-"""`plinko bench`: run time against error, speed, stability, and the price of each feature."""
+"""`plinko bench`: error, speed, stability, the price of each feature, the literature's figures."""
 
+import importlib.util
 import sys
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -14,7 +15,17 @@ if TYPE_CHECKING:
 
     from benchmarks.harness.report import Section
 
-WHAT = ("accuracy", "throughput", "stability", "features", "stream", "page", "render", "stepped")
+WHAT = (
+    "accuracy",
+    "throughput",
+    "stability",
+    "features",
+    "stream",
+    "page",
+    "render",
+    "stepped",
+    "literature",
+)
 
 
 @click.command(name="bench", short_help="Measure speed, accuracy and stability.")
@@ -28,13 +39,15 @@ WHAT = ("accuracy", "throughput", "stability", "features", "stream", "page", "re
 )
 @click.option(
     "--page",
+    "pages",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Put the results into this page, between its markers; with --plots.",
+    multiple=True,
+    help="Put the results into this page, between its markers; with --plots. May be repeated.",
 )
 @click.option(
     "--readme",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Put a short table and a plot of the page into this file, between its markers.",
+    help="Put a short table and a plot of the first page into this file, between its markers.",
 )
 @click.option(
     "--rounds",
@@ -53,7 +66,7 @@ def command(
     as_json: bool,
     quick: bool,
     plots: Path | None,
-    page: Path | None,
+    pages: tuple[Path, ...],
     readme: Path | None,
     rounds: int | None,
     long: bool,
@@ -62,18 +75,24 @@ def command(
 ) -> None:
     """Measure the engine, in turns with others where there are others.
 
-    Every table says how it was obtained; times are medians with their spread. The peers and the
-    oracle of `accuracy` and all plots need the `bench` extra.
+    Every table says how it was obtained; times are medians with their spread. The benchmarks are in
+    the source repository alone. The peers and the oracle of `accuracy` and all plots need the
+    `bench` extra.
     """
+    if importlib.util.find_spec("benchmarks") is None:
+        raise click.UsageError(
+            "the benchmarks are no part of the installed package: run `make bench` in a clone of "
+            "the source repository"
+        )
     from benchmarks import suite
     from benchmarks.accuracy import readme_table
     from benchmarks.harness import machine
     from benchmarks.harness.effort import Effort, MissingError
-    from benchmarks.harness.markers import fill
+    from benchmarks.harness.markers import fill_each
 
-    if page and not plots:
+    if pages and not plots:
         raise click.UsageError("--page shows the plots too: say with --plots where they are drawn")
-    if readme and not page:
+    if readme and not pages:
         raise click.UsageError("--readme takes its table from a page: say which with --page")
     names = WHAT if what == "all" else (what,)
     found = []
@@ -94,10 +113,10 @@ def command(
             except MissingError as error:
                 raise click.UsageError(f"{name}: {error}") from error
     drawn = suite.draw(found, plots) if plots else []
-    if page and plots:
-        fill(page, about, found, plots)
+    if pages and plots:
+        fill_each(pages, about, found, plots)
         if readme:
-            readme_table.renew(readme, page)
+            readme_table.renew(readme, pages[0])
     if as_json:
         common.print_json(_as_json(about, quick, found))
     else:

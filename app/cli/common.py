@@ -130,6 +130,16 @@ def load_board(name: str) -> "Board":
     )
 
 
+def need_certifier() -> None:
+    """Raise UsageError unless python-flint is there, which the certified solver computes with."""
+    from importlib.util import find_spec
+
+    if find_spec("flint") is None:
+        raise click.UsageError(
+            "proofs need python-flint, which is not installed: pip install 'plinko-server[certify]'"
+        )
+
+
 def read_seed(text: str) -> int:
     """`text` as a seed; raises SeedError naming it."""
     from engine.seeding import parse_seed

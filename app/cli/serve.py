@@ -27,9 +27,9 @@ def _flag(row: Option) -> click.Option:
 )
 def command(**flags: Any) -> None:
     """Run the game server and print its address; Ctrl-C stops it."""
-    origins = flags.get("allowed_origins")
-    if origins is not None:
-        flags["allowed_origins"] = tuple(filter(None, map(str.strip, origins.split(","))))
+    for row in options():
+        if isinstance(row.default, tuple) and flags.get(row.name) is not None:
+            flags[row.name] = tuple(filter(None, map(str.strip, flags[row.name].split(","))))
     settings = Settings.load(overrides=flags)
 
     from app.main import run

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
 
     from engine import Board
+    from engine.certified.many import Share
     from engine.drops.tally import Tally
 
 CHUNK = 1 << 18  # drops held at once: some 10 MB, and enough work for every core
@@ -27,6 +28,7 @@ BAR_WIDTH = 40  # characters of the longest bar of the printed histogram
 @click.option("--seed", default="0", show_default=True, help="Of the first; then one more each.")
 @common.solver_options
 @click.option("--threads", type=click.IntRange(min=1), help="Default: every core.")
+@click.option("--certify", is_flag=True, help="Prove each bin that rounding may decide.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     board: str,
@@ -37,21 +39,36 @@ def command(
     substeps: int | None,
     correction: float | None,
     threads: int | None,
+    certify: bool,
     as_json: bool,
 ) -> None:
     """Drop many balls on BOARD, seeds FIRST to FIRST + N - 1, and count where they land.
 
     The digest is over all outcomes in the order of the seeds: the same however the work was split.
-    The time is that of the drops alone, without start-up and compilation.
+    The time is that of the drops alone, without start-up and compilation. With --certify each drop
+    is also asked whether its bin is certain; those that are not are proven (milliseconds each).
     """
     how = common.read_solver(solver, dt, substeps, correction)
     first = common.read_seed(seed)
     common.read_seed(str(first + drops - 1))
+    if certify:
+        if solver != "exact":
+            raise click.UsageError("--certify belongs to --solver exact: a step has its own error")
+        common.need_certifier()
     tally, summary = _run(common.load_board(board), first, drops, how | {"threads": threads})
+    share = _certified(tally.board, first, drops) if certify else None
     if as_json:
-        common.print_json(summary)
+        common.print_json(summary | ({"certified": share.to_json()} if share else {}))
     else:
-        _print(tally, summary, first)
+        _print(tally, summary, first, share)
+
+
+def _certified(board: "Board", first: int, drops: int) -> "Share":
+    """How many of the bins are right; those that are not certain are proven."""
+    from engine.certified.many import certify_many
+
+    with _progress(drops, "proofs") as bar:
+        return certify_many(board, range(first, first + drops), progress=_after(0, bar))
 
 
 def _run(
@@ -85,14 +102,16 @@ def _after(done: int, bar: "ProgressBar[int] | None") -> Callable[[int], None] |
     return lambda more: bar.update(done + more - bar.pos)
 
 
-def _progress(drops: int) -> "AbstractContextManager[ProgressBar[int] | None]":
+def _progress(
+    drops: int, label: str = "drops"
+) -> "AbstractContextManager[ProgressBar[int] | None]":
     """A progress bar on stderr where somebody sees it, nothing elsewhere."""
     if not sys.stderr.isatty():
         return nullcontext()
-    return click.progressbar(length=drops, label="drops", file=sys.stderr)
+    return click.progressbar(length=drops, label=label, file=sys.stderr)
 
 
-def _print(tally: "Tally", summary: dict[str, Any], first: int) -> None:
+def _print(tally: "Tally", summary: dict[str, Any], first: int, share: "Share | None") -> None:
     pays = tally.board.bins.multipliers
     drops, histogram = tally.drops, summary["histogram"]
     longest = max(histogram) or 1
@@ -113,5 +132,16 @@ def _print(tally: "Tally", summary: dict[str, Any], first: int) -> None:
             "mean drop": f"{summary['mean_duration']:.4f} s, {summary['mean_impacts']:.2f} impacts",
             "speed": f"{summary['drops_per_second']:,.0f} drops/s, {summary['seconds']:.3f} s",
             "digest": summary["digest"],
+            **(_how_right(share) if share else {}),
         }
     )
+
+
+def _how_right(share: "Share") -> dict[str, str]:
+    """What the proofs say of double precision."""
+    undecided = f", {share.undecided} undecided" if share.undecided else ""
+    return {
+        "certain": f"{share.certain} of {share.drops} bins, by estimate",
+        "proven": f"the other {share.proven}: {share.right} right, {share.wrong} wrong{undecided}",
+        "right": f"{share.share_right:.2%} of the bins in double precision",
+    }

@@ -40,6 +40,7 @@ class OpenRooms:
         self.parked_public: dict[str, RoomRow] = {}
         self._max_rooms = settings.max_rooms
         self._idle_seconds = settings.room_idle
+        self._rest_seconds = settings.room_rest
         self._persistence = persistence
         self._needed = needed
         self._forget = forget
@@ -66,17 +67,27 @@ class OpenRooms:
                 self._park(unneeded)
 
     def make_place(self) -> None:
-        """Close the longest unused room if there are too many; raises RoomLimitError."""
+        """Close the longest unused room if players have too many; raises RoomLimitError.
+
+        A room that was used lately stays, however many would take its place.
+        """
         self.close_idle()
-        if len(self.in_memory) + len(self.parked) < self._max_rooms:
+        if self.free > 0:
             return
-        if self.parked:
+        before = self._persistence.now() - self._rest_seconds
+        if self.parked and next(iter(self.parked.values())).used < before:
             self._end(self.parked.popitem(last=False)[1], "room for another")
             return
-        room = self._unneeded(lambda _: True)
+        room = self._unneeded(functools.partial(self._idle, before))
         if room is None:
             raise RoomLimitError(f"all {self._max_rooms} rooms are in use")
         self._retire(room, "room for another")
+
+    @property
+    def free(self) -> int:
+        """How many more rooms players may open before one must make way."""
+        owned = sum(map(self._owned, self.in_memory.values()))
+        return max(0, self._max_rooms - owned - len(self.parked))
 
     def close_idle(self) -> None:
         """Close the rooms with owners that nobody has used for too long."""
@@ -90,6 +101,9 @@ class OpenRooms:
         record = self._persistence.sessions.of(room)
         return record.owned and record.used < before
 
+    def _owned(self, room: Room) -> bool:
+        return self._persistence.sessions.of(room).owned
+
     def _unneeded(self, also: Callable[[Room], bool]) -> Room | None:
         """The longest unused room that can be had again without loss, of those that fit."""
         for room in self.in_memory.values():
@@ -102,7 +116,7 @@ class OpenRooms:
         """Let the ledger have a sleeping room."""
         del self.in_memory[room.id]
         self._forget(room.id)
-        owned = self._persistence.sessions.of(room).owned
+        owned = self._owned(room)
         row = self._persistence.park(room)
         if row is not None and owned:
             self.parked[room.id] = Parked.of(row, room.origin.name)

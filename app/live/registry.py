@@ -1,6 +1,7 @@
 """Every room of the server: opens and finds them, and takes what is asked of them."""
 
 import asyncio
+import contextlib
 import functools
 import logging
 import secrets
@@ -10,14 +11,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
-from app.errors import AppError, ClosedRoomError, LedgerError, ResetError, UnknownRoomError, shorten
+from app.errors import (
+    AppError,
+    ClosedRoomError,
+    DamagedRoomError,
+    LedgerError,
+    RebuildingError,
+    ResetError,
+    UnknownRoomError,
+    shorten,
+)
 from app.live.broadcaster import Broadcaster
 from app.live.hub import Client, Hub
 from app.live.landings import Landings
 from app.live.open_rooms import OpenRooms
-from app.live.runner import Runner
+from app.live.runner import MAIN, Runner
 from app.live.ticker import Watcher
 from app.persistence.null_ledger import NullLedger
+from app.persistence.rebuild_queue import RebuildQueue, Turn, rebuilding
 from app.persistence.service import PersistenceService
 from app.protocol import messages
 from app.protocol.touching_messages import Change
@@ -29,8 +40,6 @@ from app.rooms.room import Ground, Room
 from app.rooms.touching.scene import GALTON, SANDBOX, Scene
 from app.settings import Settings
 from engine import Board, preset_names
-
-MAIN = "main"  # the room that is always there
 
 PUBLIC_SCENES = {"sandbox": SANDBOX, "galton-pile": GALTON}
 """Rooms of scenes that are always there, open to everybody."""
@@ -101,6 +110,7 @@ class Rooms:
         self._open = OpenRooms(
             settings, self.persistence, needed=self._needed, forget=self.broadcaster.forget
         )
+        self.rebuilding = RebuildQueue(self._rebuild)
         self._boards = boards
         self._main_board = main_board
         self._draw = draw
@@ -122,16 +132,26 @@ class Rooms:
         return list(self._open.parked.values())
 
     def is_open(self, room_id: str) -> bool:
-        """Whether there is a room of this id, in memory or parked."""
-        return room_id in self._open
+        """Whether there is a room of this id, in memory, parked or on its way back."""
+        return room_id in self._open or room_id in self.rebuilding
+
+    @property
+    def free(self) -> int:
+        """How many more rooms players may open before one must make way."""
+        return self._open.free
 
     def find(self, room_id: str) -> Room:
-        """The room of this id; a preset's name opens its public table. Raises UnknownRoomError."""
+        """The room of this id; a preset's name opens its public table. Raises UnknownRoomError.
+
+        RebuildingError for one that is on its way back, DamagedRoomError for one set aside.
+        """
         room = self._open.get(room_id)
         if room is not None:
             return room
+        self.persistence.recovery.check(room_id)
+        if room_id in self.rebuilding:
+            raise rebuilding(room_id)
         ground, mode = self._public(room_id)
-        self._open.make_place()
         row = self._open.parked_public.pop(room_id, None)
         if row is not None:
             room = self.persistence.recovery.restore(row, ground)
@@ -160,17 +180,41 @@ class Rooms:
     async def seek(self, room_id: str) -> Room:
         """`find`, in the ledger too. Raises UnknownRoomError, or LedgerError where it cannot tell.
 
-        RoomLimitError when all rooms in memory are in use.
+        RoomLimitError when all rooms in memory are in use, DamagedRoomError for one set aside,
+        RebuildingError for one that takes long to come back.
         """
         self._open.close_idle()
+        await self.rebuilding.need(room_id)
         if room_id in self._open.parked:
             async with self._loading:
                 if room_id in self._open.parked:
-                    room = await self.persistence.recovery.load(room_id)
-                    # Unless it was closed meanwhile.
-                    if self._open.parked.pop(room_id, None) is not None and room is not None:
-                        self._add(room)
+                    await self._load(room_id)
         return self.find(room_id)
+
+    async def _load(self, room_id: str) -> None:
+        """Take a parked room into memory; raises LedgerError, DamagedRoomError."""
+        try:
+            room = await self.persistence.recovery.load(room_id)
+        except DamagedRoomError:
+            self._open.parked.pop(room_id, None)
+            raise
+        # Unless it was closed meanwhile.
+        if self._open.parked.pop(room_id, None) is not None and room is not None:
+            self._add(room)
+
+    async def _rebuild(self, room_id: str, turn: Turn) -> None:
+        """Bring back a room that moved; raises LedgerError, DamagedRoomError."""
+        ground = self._ground_now(room_id)
+        room = await self.persistence.recovery.load(room_id, ground_now=ground, turn=turn)
+        if room is not None:
+            self._add(room)
+
+    def _ground_now(self, room_id: str) -> Ground | None:
+        """What the public room of this name is over; None for any other."""
+        try:
+            return self._public(room_id)[0]
+        except UnknownRoomError:
+            return None
 
     def owned(self, room: Room) -> bool:
         """Whether the room has a creator, who alone may change it."""
@@ -182,18 +226,17 @@ class Rooms:
     # Opening and closing.
 
     async def resume(self) -> None:
-        """Go on where the last server ended; raises LedgerError when the ledger cannot be read."""
-        recovery = self.persistence.recovery
-        for room in await recovery.resume():
-            self._add(room)
-        public = await recovery.public()
-        parked = await recovery.parked()
-        here = self._open.in_memory
-        self._open.parked_public = {each: public[each] for each in public if each not in here}
-        self._open.parked = OrderedDict((each.id, each) for each in parked if each.id not in here)
-        self.find(MAIN)
-        if self.runner.awake:
-            self.ticker.wake()
+        """Go on where the last server ended; raises LedgerError when the ledger cannot be read.
+
+        What moved then comes back one after another: see `rebuilding`.
+        """
+        left = await self.persistence.recovery.survey(self._ground_now)
+        self._open.parked_public = left.public
+        self._open.parked = OrderedDict((each.id, each) for each in left.owned)
+        self.rebuilding.fill(sorted(left.moving, key=lambda each: each.id != MAIN))
+        # Where it is set aside, who asks for it is told.
+        with contextlib.suppress(RebuildingError, DamagedRoomError):
+            self.find(MAIN)
 
     def leave(self) -> None:
         """The server stops: hand the ledger what it needs to go on from here."""

@@ -13,6 +13,12 @@ from typing import Any
 import msgspec
 
 _STANDARD = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}
+_AT_WILL = (
+    "Invalid UTF-8 sequence",
+    "Invalid HTTP request",
+    "Unsupported upgrade request",
+    "ASGI callable returned without completing handshake",  # said of refused ones too
+)
 _FOREIGN = ("uvicorn", "asyncio")  # their own information lines would show whole addresses
 
 
@@ -34,7 +40,7 @@ class _Quiet(logging.Filter):
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether the record is worth a line."""
-        return not record.getMessage().startswith("Invalid UTF-8 sequence")
+        return not record.getMessage().startswith(_AT_WILL)
 
 
 def particulars(record: logging.LogRecord) -> dict[str, Any]:

@@ -2,11 +2,16 @@
 
 service     what is told of the rooms in memory, and when
 sessions    what the ledger has heard of each room's session
-recovery    how rooms come back from it; rebuild replays one, pure
+recovery    how rooms come back from it, or are set aside; rebuild replays one, pure
+rebuild_queue  which of them comes back next, in the background
+ending      how a session ends that cannot go on: stakes back
+audit       every room's record held to its physics, for `plinko ledger check`
 room_log    a room's log as it is sent
 tables      what is kept, as SQLAlchemy Core tables
 store       statements: values in and out over a connection
 database    opening SQLite or PostgreSQL, one server at a time, and bringing its tables up to date
+fence       a number beside SQLite's file: nothing that was committed goes away unnoticed
+integrity   a look at the whole database at the start
 migrations  how the tables came to be, step by step, for Alembic
 writer      one thread, one commit for all that waits, failures and recovery
 null_ledger the same side of it for a server that keeps nothing

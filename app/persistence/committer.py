@@ -8,7 +8,7 @@ from typing import Final
 
 import sqlalchemy as sa
 
-from app.errors import LedgerError
+from app.errors import DamagedRoomError, LedgerError
 from app.persistence import store
 from app.persistence.commit_queue import CommitQueue, Fate, Job, RevokedError
 from app.persistence.database import Database, reason
@@ -133,6 +133,8 @@ class Committer:
         try:
             with self._database.transaction() as connection:
                 job.result = job.read(connection)
+        except DamagedRoomError as error:
+            failure = error  # the database is well, and so are other rooms
         except Exception as error:  # noqa: BLE001 - whoever asked is to hear of it
             failure = LedgerError(f"the ledger cannot be read: {reason(error)}")
         told, _ = self._queue.done([job])

@@ -14,6 +14,7 @@ from sqlalchemy.exc import ArgumentError, NoSuchModuleError
 from sqlalchemy.pool import NullPool, StaticPool
 
 from app.errors import LedgerError, SettingError
+from app.persistence.fence import Fence
 
 HEAD = "0002"  # the last step of `migrations`
 
@@ -56,6 +57,7 @@ class Database:
         self._connection: Connection | None = None
         self._inode: tuple[int, int] | None = None
         self._lock: int | None = None
+        self._fence: Fence | None = None
         self.is_open = False
 
     @property
@@ -83,8 +85,18 @@ class Database:
         try:
             if self.file is not None:
                 self.file.parent.mkdir(0o700, parents=True, exist_ok=True)
-                self._lock = _lock_file(self.file)
-            migrate(self._connected())
+                # As SQLite does: one file has one write-ahead log and one lock, whatever the links
+                # by which it is reached.
+                file = self.file.resolve()
+                _check_one_name(file)
+                self._lock = _lock_file(file)
+                self._fence = Fence(file)
+                self._fence.check_presence()
+                _own(file)
+            connection = self._connected()
+            if self._fence is not None:
+                self._fence.open(connection)
+            migrate(connection)
         except (sa.exc.SQLAlchemyError, OSError, LedgerError) as error:
             self.close()
             raise SettingError(
@@ -105,10 +117,16 @@ class Database:
                 self._check_file(self.file)
             connection = self._connected()
             with connection.begin():
+                if self._fence is not None:
+                    self._fence.begin(connection)
                 yield connection
+                if self._fence is not None:
+                    self._fence.count(connection)
         except BaseException:
             self.disconnect()
             raise
+        if self._fence is not None:
+            self._fence.committed()
 
     def compact(self) -> None:
         """Give the room of deleted rows back to the file system; PostgreSQL does so by itself."""
@@ -135,6 +153,9 @@ class Database:
             self._connection = None
         self._engine.dispose()
         self.is_open = False
+        if self._fence is not None:
+            self._fence.close()
+            self._fence = None
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
@@ -265,6 +286,29 @@ def _lock_file(file: Path) -> int:
             "another server uses it; give this one a --data directory or --database-url of its own"
         ) from None
     return descriptor
+
+
+def _own(file: Path) -> None:
+    """Have SQLite's file be its owner's alone; the ones it makes beside it are like it."""
+    os.close(os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
+    for each in (file, Path(f"{file}-wal"), Path(f"{file}-shm")):
+        # Not there yet, or another's, who lets this user write.
+        with contextlib.suppress(FileNotFoundError, PermissionError):
+            each.chmod(0o600)
+
+
+def _check_one_name(file: Path) -> None:
+    """Raise LedgerError for a file that has another name, under which another server may use it.
+
+    Links to the file's name are followed. Behind a second name in a directory (a hard link) SQLite
+    would keep a write-ahead log of its own, and what is in the first one's would be lost.
+    """
+    names = file.stat().st_nlink if file.exists() else 1
+    if names > 1:
+        raise LedgerError(
+            f"the file has {names} names (hard links); a database must have one, so remove the "
+            "others, or copy the file and use the copy"
+        )
 
 
 def _inode(file: Path) -> tuple[int, int]:

@@ -1,124 +1,183 @@
-"""How rooms come back from the ledger: all that moved at the start, one that sleeps when needed."""
+"""How rooms come back from the ledger: what sleeps when needed, what moved slice by slice.
+
+A room is replayed from its checkpoint in a thread, a few milliseconds at a time, and what is
+reached is kept: however often the server is killed on the way, the next one goes on from there.
+What the ledger has of one room may be damaged; then that room is set aside, untouched, and whoever
+asks for it is told so. The others play.
+"""
 
 import asyncio
 import functools
 import logging
-import math
-from dataclasses import replace
-from typing import Final
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, TypeVar
 
-from app.errors import LedgerError
+import sqlalchemy as sa
+from sqlalchemy import Connection
+
+from app.errors import DamagedRoomError, LedgerError
 from app.persistence import store
-from app.persistence.rebuild import Rebuilt, Taken, finish, rebuild
+from app.persistence.ending import voided
+from app.persistence.rebuild import Replay, rebuild
+from app.persistence.rebuild_queue import Turn
 from app.persistence.sessions import SessionRecord, Sessions
-from app.rooms.kinds import BallLimits, format_of, ground_of, make_room, most_balls
-from app.rooms.records import Close, Parked, RoomRow
+from app.rooms.kinds import BallLimits, format_of, ground_of, make_room
+from app.rooms.records import Close, Mark, Parked, RoomRow, Write
 from app.rooms.room import Ground, Room
 from engine import PHYSICS_VERSION
 
+T = TypeVar("T")
+
 _LONGEST_FALL: Final = 3600.0  # s of simulation to finish a room that cannot go on
+_SLICE: Final = 0.02  # s of replay between two looks at what else there is to do
+_TICKS: Final = 4  # replayed between two looks at the clock
+_PAGE: Final = 500  # inputs read at once; commits wait meanwhile
+_CHECKPOINT: Final = 10.0  # s of ticks replayed; what a kill during a rebuild may cost
 
 _log = logging.getLogger("plinko")
 
 
+@dataclass(frozen=True, slots=True)
+class Left:
+    """What the last server left: rooms that moved, sleeping rooms of nobody, and of creators."""
+
+    moving: list[Parked]
+    public: dict[str, RoomRow]
+    owned: list[Parked]
+
+
+async def _at_once() -> None:
+    """The turn of a rebuild that yields to nobody."""
+
+
 class Recovery:
-    """Makes rooms again from the ledger's rows; for the event loop's thread."""
+    """Makes rooms again from the ledger's rows; for the event loop's thread.
+
+    set_aside: what is wrong with each room that cannot be had, by id.
+    """
 
     def __init__(self, sessions: Sessions, *, tick_rate: int, limits: BallLimits) -> None:
         self.rebuilt = 0  # rooms in which something moved
+        self.set_aside: dict[str, str] = {}
         self._sessions = sessions
         self._ledger = sessions.ledger
         self._tick_rate = tick_rate
         self._limits = limits
 
-    async def resume(self) -> list[Room]:
-        """The rooms in which something moved when the last server ended, as they were.
+    async def survey(self, ground_now: Callable[[str], Ground | None]) -> Left:
+        """What there is to go on with; no room is rebuilt yet.
 
-        Raises LedgerError when the ledger cannot be read.
+        `ground_now` gives what a public room is over in this server, and None for other rooms. A
+        public room that cannot go on as it was counts as one that moved. Raises LedgerError when
+        the ledger cannot be read.
         """
         self._sessions.next_number = await self._ledger.read(store.last_number) + 1
-        rooms = []
-        for row in await self._ledger.read(store.awake_rooms):
-            try:
-                room = await self._resume(row)
-            except LedgerError:
-                raise
-            except Exception as error:  # noqa: BLE001
-                # One room's fault must not keep the others closed. Its rows stay in the ledger.
-                _log.exception("room cannot be rebuilt", extra={"room": row.id})
-                self._retire(row, f"it cannot be rebuilt: {error}")
-                continue
-            if room is not None:
-                rooms.append(room)
-        return rooms
+        moving = await self._ledger.read(store.awake_rooms)
+        public = {row.id: row for row in await self._ledger.read(store.public_rooms)}
+        for each in moving:
+            public.pop(each.id, None)
+        for row in [each for each in public.values() if self._outdated(each, ground_now(each.id))]:
+            moving.append(Parked.of(public.pop(row.id), row.id))
+        return Left(moving[::-1], public, await self._ledger.read(store.parked_rooms))
 
-    async def public(self) -> dict[str, RoomRow]:
-        """The public rooms that the ledger knows, by id."""
-        return {row.id: row for row in await self._ledger.read(store.public_rooms)}
+    def check(self, room_id: str) -> None:
+        """Raise DamagedRoomError for a room that was set aside."""
+        if room_id in self.set_aside:
+            raise self._refusal(room_id)
 
-    async def parked(self) -> list[Parked]:
-        """The open rooms with owners that the ledger knows, the longest unused first."""
-        return await self._ledger.read(store.parked_rooms)
+    def restore(self, row: RoomRow, ground: Ground) -> Room:
+        """A sleeping public room from its row; raises DamagedRoomError when it is set aside."""
+        try:
+            return self._enter(row, rebuild(row, ground, (), limits=self._limits))
+        except Exception as error:
+            raise self._put_aside(row.id, error) from error
 
-    async def load(self, room_id: str) -> Room | None:
-        """A room that sleeps in the ledger, or None when it knows no such open room.
+    async def load(
+        self, room_id: str, *, ground_now: Ground | None = None, turn: Turn = _at_once
+    ) -> Room | None:
+        """A room that is in the ledger, as it was; one with an owner that cannot go on begins anew.
 
-        Raises LedgerError when it cannot be read.
+        None when the ledger knows no such open room, or the room of nobody could not go on.
+        `ground_now` is what a public room is over in this server; `turn` is awaited now and then.
+        Raises LedgerError when the ledger cannot be read, DamagedRoomError when the room is set
+        aside.
         """
-        row = await self._ledger.read(functools.partial(store.open_room, room_id=room_id))
-        if row is None:
-            return None
-        return await (self._migrate(row) if self._outdated(row) else self._resume(row))
+        try:
+            row = await self._read(store.open_room, room_id=room_id)
+            if row is None:
+                return None
+            why = self._outdated(row, ground_now)
+            if why is not None:
+                return await self._succeed(row, why, turn)
+            return self._enter(row, await self._replayed(row, turn))
+        except LedgerError as error:
+            if isinstance(error, DamagedRoomError):
+                raise self._put_aside(room_id, error) from error
+            raise
+        except Exception as error:
+            raise self._put_aside(room_id, error) from error
 
-    def restore(self, row: RoomRow, ground: Ground) -> Room | None:
-        """A sleeping public room from its row; None when its session cannot go on."""
-        why = self._outdated(row)
-        if why is None and row.board != ground.digest:
-            why = "its board is another now"
-        if why is not None:
-            self._retire(row, why)
-            return None
-        return self._enter(row, rebuild(row, ground, (), limits=self._limits))
+    # Damage.
 
-    async def _resume(self, row: RoomRow) -> Room | None:
-        """A session's room, or None when it could not go on and was brought to an end."""
-        why = self._outdated(row)
-        if why is not None and not format_of(row.mode).has_results:
-            self._retire(row, why)
-            return None
-        ground, taken = await self._ground(row), await self._taken(row)
-        if why is not None and row.physics_version != PHYSICS_VERSION:
-            self._void(row, taken, why)
-            self._retire(row, why)
-            return None
-        rebuilt = await asyncio.to_thread(rebuild, row, ground, taken, limits=self._limits)
-        for difference in rebuilt.differences:
-            _log.error("a result is not reproduced: %s", difference, extra={"room": row.id})
-        if why is not None:
-            await asyncio.to_thread(finish, rebuilt, math.ceil(_LONGEST_FALL * row.tick_rate))
-            self._sessions.add_results(rebuilt.results)
-            self._retire(replace(row, tick=rebuilt.room.world.tick), why)
-            return None
-        self.rebuilt += row.awake
-        return self._enter(row, rebuilt)
+    def _put_aside(self, room_id: str, error: Exception) -> DamagedRoomError:
+        """One room's fault must not keep the others closed. Its rows stay as they are."""
+        self.set_aside[room_id] = str(error)
+        _log.error("room is set aside: %s", error, extra={"room": room_id}, exc_info=error)
+        return self._refusal(room_id)
 
-    async def _taken(self, row: RoomRow) -> Taken:
-        """The inputs since the checkpoint, and those before whose results are still of use."""
-        inputs = format_of(row.mode)
-        first = inputs.first_needed(row.checkpoint_drops, most_balls(row.mode, self._limits))
-        return await self._ledger.read(
-            functools.partial(store.taken, name=inputs.name, room=row.number, first=first)
+    def _refusal(self, room_id: str) -> DamagedRoomError:
+        return DamagedRoomError(
+            f"room {room_id!r} is set aside, as what the ledger has of it is damaged; "
+            "whoever runs the server can mend it",
+            field="room",
+            retry_after=60.0,
         )
 
-    def _void(self, row: RoomRow, taken: Taken, why: str) -> None:
-        """End what can no longer be computed as it was promised."""
-        inputs = format_of(row.mode)
-        void = (inputs.void(each, row.tick, why) for each, result in taken if result is None)
-        self._sessions.add_results([each for each in void if each is not None])
+    async def _read(self, read: Callable[..., T], **values: Any) -> T:
+        return await self._ledger.read(functools.partial(_sound, read, **values))
 
-    def _enter(self, row: RoomRow, rebuilt: Rebuilt) -> Room:
-        room = rebuilt.room
-        self._sessions.add_results(rebuilt.results)
+    # Rooms that go on.
+
+    async def _replayed(self, row: RoomRow, turn: Turn) -> Replay:
+        """The room at its last tick; raises DamagedRoomError where the ledger says otherwise."""
+        ground = await self._ground(row)
+        replay = await asyncio.to_thread(Replay, row, ground, limits=self._limits)
+        inputs = format_of(row.mode)
+        if inputs.has_results:
+            oldest, after = replay.oldest_in_flight, replay.first_tick
+            replay.expect(
+                await self._read(store.results, room=row.number, first=oldest, after=after)
+            )
+        saved_at = replay.first_tick
+        while True:
+            first = replay.next_input
+            page = await self._read(
+                store.taken, name=inputs.name, room=row.number, first=first, limit=_PAGE
+            )
+            replay.take(page)
+            to_end = len(page) < _PAGE
+            while not await asyncio.to_thread(_slice, functools.partial(replay.run, to_end=to_end)):
+                _compare(replay)
+                if replay.room.world.tick >= saved_at + _CHECKPOINT * row.tick_rate:
+                    saved_at = replay.room.world.tick
+                    self._keep(row, replay)
+                await turn()
+            _compare(replay)
+            if to_end:
+                return replay
+
+    def _keep(self, row: RoomRow, replay: Replay) -> None:
+        """Have the ledger know what is reached, so that it need not be replayed again."""
+        room = replay.room
+        self._sessions.add_results(replay.take_results())
+        checkpoint = room.checkpoint()
+        self._sessions.report([Mark(row.number, row.tick, True, row.used, checkpoint, room.taken)])
+
+    def _enter(self, row: RoomRow, replay: Replay) -> Room:
+        room = replay.room
+        self._sessions.add_results(replay.take_results())
         record = SessionRecord(
             number=row.number,
             owned=row.owned,
@@ -131,39 +190,89 @@ class Recovery:
             clean=not row.awake,
         )
         self._sessions.begin(row.id, record)
+        self.rebuilt += row.awake
         if row.awake and not room.awake:
             self._sessions.slept(room)
+        elif room.world.tick > replay.first_tick:
+            # A life may be shorter than the time between two checkpoints.
+            tick = max(row.tick, room.world.tick)
+            self._sessions.report([self._sessions.mark(room, record, tick, awake=True)])
         return room
 
-    def _outdated(self, row: RoomRow) -> str | None:
+    # Rooms that cannot go on.
+
+    def _outdated(self, row: RoomRow, ground_now: Ground | None) -> str | None:
         """Why a session cannot go on in this server, or None when it can."""
         if row.physics_version != PHYSICS_VERSION:
             return f"its physics was version {row.physics_version}, now it is {PHYSICS_VERSION}"
         if row.tick_rate != self._tick_rate:
             return f"it ran at {row.tick_rate} Hz, the server now at {self._tick_rate} Hz"
+        if not row.owned and ground_now is not None and row.board != ground_now.digest:
+            return "its board is another now"
         return None
 
-    def _retire(self, row: RoomRow, why: str) -> None:
+    async def _succeed(self, row: RoomRow, why: str, turn: Turn) -> Room | None:
+        """End a session that cannot go on, and begin the next where the room has an owner."""
+        writes = await self._end(row, why, turn)
         _log.warning("room starts anew: %s", why, extra={"room": row.id})
-        self._sessions.report([Close(row.number, row.tick, self._sessions.now())])
-
-    async def _migrate(self, row: RoomRow) -> Room:
-        """The same room in a new session, as the old one cannot go on."""
+        if not row.owned:
+            self._sessions.report(writes)
+            return None
         ground = await self._ground(row)
-        if row.awake:
-            await self._resume(row)
-        else:
-            self._retire(row, self._outdated(row) or "")
         room = make_room(row.id, ground, row.mode, tick_rate=self._tick_rate, limits=self._limits)
         record = self._sessions.of(room)
-        record.owned, record.opened, record.known = row.owned, row.opened, True
-        await self._ledger.commit(
-            *self._sessions.rows(room, record), undo=(Close(record.number, 0, row.used),)
-        )
+        record.owned, record.opened, record.known = True, row.opened, True
+        # In one transaction, so that the room is never without a session.
+        self._sessions.report([*writes, *self._sessions.rows(room, record)])
         return room
 
+    async def _end(self, row: RoomRow, why: str, turn: Turn) -> list[Write]:
+        """What ends a session: what is in flight lands first; what cannot, gets its stake back."""
+        tick = row.tick
+        if format_of(row.mode).has_results and row.awake and row.physics_version == PHYSICS_VERSION:
+            replay = await self._replayed(row, turn)
+            last = replay.room.world.tick + _LONGEST_FALL * row.tick_rate
+            while replay.room.world.tick < last:
+                if await asyncio.to_thread(_slice, replay.finish):
+                    break
+                await turn()
+            self._sessions.add_results(replay.take_results())
+            self._sessions.report([])
+            tick = replay.room.world.tick
+        unended = await self._read(voided, row=row, tick=tick, why=why)
+        return [*unended, Close(row.number, tick, self._sessions.now())]
+
     async def _ground(self, row: RoomRow) -> Ground:
-        text = await self._ledger.read(functools.partial(store.board, digest=row.board))
+        text = await self._read(store.board, digest=row.board)
         if text is None:
-            raise LedgerError(f"the ledger lacks board {row.board}")
-        return await asyncio.to_thread(ground_of, row.mode, text)
+            raise DamagedRoomError(f"the ledger lacks board {row.board}")
+        ground = await asyncio.to_thread(ground_of, row.mode, text)
+        if ground.digest != row.board:
+            raise DamagedRoomError(f"board {row.board} of the ledger has digest {ground.digest}")
+        return ground
+
+
+def _compare(replay: Replay) -> None:
+    """Raise DamagedRoomError when a result is not reproduced."""
+    if replay.differences:
+        raise DamagedRoomError(f"a result is not reproduced: {replay.differences[0]}")
+
+
+def _slice(run: Callable[[int], bool]) -> bool:
+    """Run for a moment; whether it is through."""
+    end = time.perf_counter() + _SLICE
+    while not run(_TICKS):
+        if time.perf_counter() >= end:
+            return False
+    return True
+
+
+def _sound(read: Callable[..., T], connection: Connection, **values: Any) -> T:
+    """What is read, where the pages that hold it are whole; else raises DamagedRoomError."""
+    try:
+        return read(connection, **values)
+    except sa.exc.DatabaseError as error:
+        # Its subclasses are what happens to a sound database, too.
+        if type(error) is not sa.exc.DatabaseError:
+            raise
+        raise DamagedRoomError("the database's pages that hold it are damaged") from error

@@ -12,15 +12,18 @@ from app.persistence.sessions import Sessions
 from app.rooms import log
 from app.rooms.room import Room
 
+_MARKS: Final = frozenset({"who"})
 _PAGE: Final = 2000  # inputs read at once; commits wait meanwhile
 
 
-async def read_log(sessions: Sessions, room: Room) -> AsyncIterator[bytes]:
+async def read_log(sessions: Sessions, room: Room, *, marks: bool) -> AsyncIterator[bytes]:
     """The room's log as JSON in pieces, up to this moment; raises LedgerError.
+
+    Players' `marks` are null in it unless they are asked for; no digest covers them.
 
     It is asked for whole before the first piece is given, but for later pages of a long one.
     """
-    pages = _Pages(sessions, room)
+    pages = _Pages(sessions, room, marks)
     sessions.report([])
     first = await pages.read(0)
     return pages.pieces(first)
@@ -29,7 +32,8 @@ async def read_log(sessions: Sessions, room: Room) -> AsyncIterator[bytes]:
 class _Pages:
     """A room's log as of now."""
 
-    def __init__(self, sessions: Sessions, room: Room) -> None:
+    def __init__(self, sessions: Sessions, room: Room, marks: bool) -> None:
+        self._marks = marks
         self._ledger = sessions.ledger
         self._session = sessions.of(room).number
         self._inputs = room.format
@@ -45,11 +49,15 @@ class _Pages:
 
     def _entries(self, connection: Connection, first: int, limit: int) -> list[dict[str, Any]]:
         found = store.taken(connection, self._inputs.name, self._session, first, limit)
-        return [self._inputs.entry(row, result, self._head["tick"]) for row, result in found]
+        page = [self._inputs.entry(row, result, self._head["tick"]) for row, result in found]
+        if not self._marks:
+            for entry in page:
+                entry.update(dict.fromkeys(_MARKS & entry.keys()))
+        return page
 
     async def pieces(self, page: list[dict[str, Any]]) -> AsyncIterator[bytes]:
         """All of it, from the first page on."""
-        digest = log.LogDigest(self._inputs, self._head["world_digest"])
+        digest = log.LogDigest(self._head)
         yield msgspec.json.encode(self._head)[:-1] + f',"{self._inputs.name}":['.encode()
         done = 0
         while page:

@@ -8,6 +8,7 @@ from typing import Any
 from sqlalchemy import Connection, Row, Select, delete, func, insert, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
+from app.errors import DamagedRoomError, shorten
 from app.persistence import tables
 from app.rooms.records import (
     BoardRow,
@@ -15,6 +16,7 @@ from app.rooms.records import (
     DropRow,
     InputRow,
     Mark,
+    OpenDrop,
     Parked,
     Pruned,
     Reopen,
@@ -63,14 +65,6 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
     return Pruned(sessions, drops, inputs)
 
 
-def awake_rooms(connection: Connection) -> list[RoomRow]:
-    """The sessions in which something moved when the ledger last heard of them."""
-    chosen = select(tables.rooms).where(
-        tables.rooms.c.awake.is_(True), tables.rooms.c.closed.is_(None)
-    )
-    return _rooms(connection, chosen.order_by(tables.rooms.c.number))
-
-
 def public_rooms(connection: Connection) -> list[RoomRow]:
     """The open sessions of rooms that belong to nobody."""
     chosen = select(tables.rooms).where(
@@ -90,6 +84,15 @@ def open_room(connection: Connection, room_id: str) -> RoomRow | None:
 
 def parked_rooms(connection: Connection) -> list[Parked]:
     """The open, sleeping sessions of rooms with owners, the longest unused first."""
+    return _parked(connection, awake=False, owned=True)
+
+
+def awake_rooms(connection: Connection) -> list[Parked]:
+    """The sessions in which something moved when last heard of, the longest unused first."""
+    return _parked(connection, awake=True)
+
+
+def _parked(connection: Connection, *, awake: bool, owned: bool | None = None) -> list[Parked]:
     room = tables.rooms.c
     chosen = (
         select(
@@ -102,10 +105,12 @@ def parked_rooms(connection: Connection) -> list[Parked]:
             room.checkpoint_drops,
             room.used,
         )
-        .join_from(tables.rooms, tables.boards)
-        .where(room.closed.is_(None), room.awake.is_(False), room.owned.is_(True))
+        .outerjoin_from(tables.rooms, tables.boards)
+        .where(room.closed.is_(None), room.awake.is_(awake))
         .order_by(room.used)
     )
+    if owned is not None:
+        chosen = chosen.where(room.owned.is_(owned))
     return [Parked(*row) for row in connection.execute(chosen)]
 
 
@@ -128,7 +133,7 @@ def drops(
 ) -> list[tuple[DropRow, ResultRow | None]]:
     """Drops of a session from ball number `first` on, in order, each with its result if it ended.
 
-    Raises ValueError when a number is missing: then this is no whole ledger.
+    Raises DamagedRoomError when a number is missing, or a seed is none.
     """
     drop, result = tables.drops.c, tables.results.c
     joined = tables.drops.outerjoin(
@@ -144,14 +149,52 @@ def drops(
     found = [(_drop(row), _result(row)) for row in connection.execute(chosen)]
     for number, (row, _) in enumerate(found, first):
         if row.ball != number:
-            raise ValueError(f"session {room} of the ledger lacks drop {number}")
+            raise DamagedRoomError(f"session {room} of the ledger lacks drop {number}")
     return found
+
+
+def results(connection: Connection, room: int, first: int, after: int) -> list[ResultRow]:
+    """Results of a session's drops from ball number `first` on that ended after tick `after`."""
+    result = tables.results.c
+    chosen = select(tables.results).where(
+        result.room == room, result.ball >= first, result.tick > after
+    )
+    return [ResultRow(**row) for row in connection.execute(chosen).mappings()]
+
+
+def session_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[int]:
+    """All sessions there ever were, or those of these rooms, in order."""
+    number, chosen = tables.rooms.c.number, select(tables.rooms.c.number)
+    if room_ids:
+        chosen = chosen.where(tables.rooms.c.id.in_(room_ids))
+    return list(connection.execute(chosen.order_by(number)).scalars())
+
+
+def session(connection: Connection, number: int) -> RoomRow:
+    """The session of this number, which is there."""
+    (row,) = _rooms(connection, select(tables.rooms).where(tables.rooms.c.number == number))
+    return row
+
+
+def unended_drops(connection: Connection, room: int) -> list[OpenDrop]:
+    """The drops of a session that have no result, in order."""
+    drop, result = tables.drops.c, tables.results.c
+    joined = tables.drops.outerjoin(
+        tables.results, (drop.room == result.room) & (drop.ball == result.ball)
+    )
+    chosen = (
+        select(drop.room, drop.ball, drop.stake)
+        .select_from(joined)
+        .where(drop.room == room, result.ball.is_(None))
+        .order_by(drop.ball)
+    )
+    return [OpenDrop(*row) for row in connection.execute(chosen)]
 
 
 def inputs(
     connection: Connection, room: int, first: int, limit: int | None = None
 ) -> list[InputRow]:
-    """Inputs of a session from `first` on, in order; raises ValueError when one is missing."""
+    """Inputs of a session from `first` on, in order; raises DamagedRoomError for a gap."""
     row = tables.inputs.c
     chosen = (
         select(tables.inputs)
@@ -162,7 +205,7 @@ def inputs(
     found = [InputRow(**each) for each in connection.execute(chosen).mappings()]
     for number, each in enumerate(found, first):
         if each.number != number:
-            raise ValueError(f"session {room} of the ledger lacks input {number}")
+            raise DamagedRoomError(f"session {room} of the ledger lacks input {number}")
     return found
 
 
@@ -180,6 +223,10 @@ def _rooms(connection: Connection, chosen: Select[Any]) -> list[RoomRow]:
 
 
 def _drop(row: Row[Any]) -> DropRow:
+    if not row.seed.isdecimal():
+        raise DamagedRoomError(
+            f"drop {row.ball} of session {row.room} has the seed {shorten(row.seed)}, no number"
+        )
     return DropRow(row.room, row.ball, row.tick, int(row.seed), row.x, row.stake, row.who)
 
 

@@ -113,7 +113,7 @@ def parse_x(value: object) -> float | None:
         number = math.inf
     if not math.isfinite(number):
         raise InvalidValueError(f"x {shorten(value)} is not a finite number of metres", field="x")
-    return number
+    return number + 0.0  # a negative zero is the same place
 
 
 def parse_stream(value: str | None) -> str:

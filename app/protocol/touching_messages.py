@@ -98,7 +98,7 @@ class StepMessage(_Message, frozen=True, tag="step"):
 class ResetMessage(_Message, frozen=True, tag="reset"):
     """Begin anew, as another scene where one is given."""
 
-    scene: dict[str, Any] | None = None
+    scene: dict[str, Any] | str | None = None
 
 
 class WatchMessage(_Message, frozen=True, tag="watch"):

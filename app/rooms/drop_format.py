@@ -6,14 +6,15 @@ from typing import Any, Final
 import msgspec
 
 from app.protocol import messages
-from app.rooms.input_format import InputFormat
+from app.rooms.input_format import InputFormat, check_known
 from app.rooms.pending import DropCommand, PendingInput
-from app.rooms.records import DropRow, ResultRow
-from app.rooms.stakes import parse_stake
+from app.rooms.records import DropRow, OpenDrop, ResultRow
+from app.rooms.stakes import parse_stake, parse_who
 from engine.drops.verify import Verification
 from engine.errors import RecordError
 from engine.seeding import parse_seed
 
+_ENTRY: Final = ("ball", "tick", "seed", "x", "stake", "who", "result")
 _RESULT: Final = ("tick", "bin", "score", "t", "x_end", "digest", "unsettled")
 
 
@@ -56,6 +57,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         for name in ("ball", "tick", "seed", "result"):
             if name not in entry:
                 raise RecordError(f"{where} lacks {name!r}", field=f"{where}.{name}")
+        check_known(entry, _ENTRY, where)
         if entry["ball"] != number:
             raise RecordError(
                 f"{where}.ball is {entry['ball']!r}: balls are numbered from 0, none left out",
@@ -69,8 +71,9 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
                 f"{where}.result is neither null nor an object with {', '.join(_RESULT)}",
                 field=f"{where}.result",
             )
+        check_known(result or {}, (*_RESULT, "payout"), f"{where}.result")
 
-    def line(self, entry: Mapping[str, Any]) -> bytes:
+    def first_line(self, entry: Mapping[str, Any]) -> bytes:
         """The digest of the drop's result."""
         result = entry["result"]
         digest: str = result["digest"] if result else "-"
@@ -78,8 +81,8 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
 
     def command(self, entry: Mapping[str, Any]) -> DropCommand:
         """The drop that an entry tells of; raises SeedError, InvalidValueError."""
-        stake = parse_stake(entry.get("stake"))
-        return DropCommand(parse_seed(entry["seed"]), entry.get("x"), stake, entry.get("who"))
+        stake, who = parse_stake(entry.get("stake")), parse_who(entry.get("who"))
+        return DropCommand(parse_seed(entry["seed"]), entry.get("x"), stake, who)
 
     def result(self, session: int, landed: messages.Landed) -> ResultRow:
         """What the ledger keeps of a landing."""
@@ -96,9 +99,20 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             payout=landed.paid,
         )
 
-    def void(self, row: DropRow, tick: int, why: str) -> ResultRow:
+    def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow:
         """The end of a drop that can no longer be computed as it was promised: stake back."""
-        return ResultRow(row.room, row.ball, tick, None, 1.0, 0.0, 0.0, "", why)
+        return ResultRow(
+            room=drop.room,
+            ball=drop.ball,
+            tick=tick,
+            bin=None,
+            score=1.0,
+            t=0.0,
+            x_end=0.0,
+            digest="",
+            unsettled=why,
+            payout=drop.stake,
+        )
 
     def compare(
         self, where: str, entry: Mapping[str, Any], landed: messages.Landed | None
@@ -115,7 +129,3 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             if said[name] != value:
                 return Verification(False, f"{where}.{name}", said[name], value)
         return None
-
-    def first_needed(self, taken: int, most_balls: int) -> int:
-        """Those in flight at the checkpoint too: their results are compared with the replay's."""
-        return max(0, taken - most_balls)

@@ -1,16 +1,25 @@
 """What differs between kinds of rooms in how their inputs are kept in the ledger and logged."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, ClassVar, Generic, TypeVar
 
 from app.protocol import messages
 from app.rooms.pending import PendingInput
-from app.rooms.records import ResultRow
+from app.rooms.records import OpenDrop, ResultRow
 from engine.drops.verify import Verification
+from engine.errors import RecordError
 
 Command = TypeVar("Command")
 Row = TypeVar("Row")
+
+
+def check_known(values: Mapping[str, Any], names: Collection[str], what: str) -> None:
+    """Raise RecordError naming the first of `values` that is none of `names`: nothing covers it."""
+    for name in values:
+        if name not in names:
+            known = ", ".join(names)
+            raise RecordError(f"{what} has {name!r}, which is none of: {known}", field=name)
 
 
 class InputFormat(ABC, Generic[Command, Row]):
@@ -21,6 +30,9 @@ class InputFormat(ABC, Generic[Command, Row]):
 
     needed: ClassVar[tuple[str, ...]]
     """What a log must have, in the order in which it is missed."""
+
+    optional: ClassVar[tuple[str, ...]] = ("kind", "room")
+    """What it may have besides."""
 
     replayed: ClassVar[str] = ""
     """The part of an entry that is named when it cannot be replayed."""
@@ -41,14 +53,14 @@ class InputFormat(ABC, Generic[Command, Row]):
         """Raise RecordError naming what is wrong with entry `number` of a log, found at `where`."""
 
     @abstractmethod
-    def line(self, entry: Mapping[str, Any]) -> bytes:
-        """What of an entry goes into the log's digest."""
+    def first_line(self, entry: Mapping[str, Any]) -> bytes:
+        """What of an entry went into the digest of a log of the first version."""
 
     def result(self, session: int, landed: messages.Landed) -> ResultRow | None:
         """What the ledger keeps of a landing in the session of this number, if anything."""
         return None
 
-    def void(self, row: Row, tick: int, why: str) -> ResultRow | None:
+    def void(self, drop: OpenDrop, tick: int, why: str) -> ResultRow | None:
         """The result of an input that can no longer be computed as it was promised, if any."""
         return None
 
@@ -57,7 +69,3 @@ class InputFormat(ABC, Generic[Command, Row]):
     ) -> Verification | None:
         """How what came of an entry differs from what its log says; None where it does not."""
         return None
-
-    def first_needed(self, taken: int, most_balls: int) -> int:
-        """The first input to read for a room whose checkpoint has taken so many."""
-        return taken

@@ -57,11 +57,6 @@ def make_room(
     return kind.room(room_id, ground, tick_rate=tick_rate, max_balls=kind.most_balls(limits))
 
 
-def most_balls(mode: str, limits: BallLimits) -> int:
-    """How many balls a room of this mode may hold."""
-    return _KINDS[mode].most_balls(limits)
-
-
 def format_of(mode: str) -> InputFormat[Any, Any]:
     """How the inputs of rooms of this mode are kept and logged."""
     return _KINDS[mode].format
@@ -74,5 +69,5 @@ def ground_of(mode: str, text: str) -> Ground:
 
 __all__ = [
     "INDEPENDENT", "INTERACTING", "MODES", "SCENE", "BallLimits", "format_of", "ground_of",
-    "make_room", "most_balls",
+    "make_room",
 ]  # fmt: skip

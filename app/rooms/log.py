@@ -1,7 +1,8 @@
 """A room's log: its inputs and what came of them, enough to replay all of it. Pure.
 
 `plinko verify` and whoever else reads one replays the inputs at their ticks, compares every result
-that a log of its kind has, and at the end the whole world, to the last bit.
+that a log of its kind has, and at the end the whole world, to the last bit. What no replay tells,
+as whose a drop was, is in the log's digest; a field that a log does not have is refused.
 """
 
 import hashlib
@@ -10,7 +11,8 @@ from typing import Any, Final
 
 from app.errors import AppError
 from app.protocol.messages import Landed
-from app.rooms.input_format import InputFormat
+from app.rooms.canonical import canonical
+from app.rooms.input_format import InputFormat, check_known
 from app.rooms.kinds import INDEPENDENT, INTERACTING, SCENE, BallLimits, format_of, make_room
 from app.rooms.room import Ground, Room
 from app.rooms.touching.scene import Scene
@@ -19,7 +21,10 @@ from engine.drops.verify import Verification, board_of
 from engine.errors import EngineError, RecordError
 
 KIND: Final = "plinko-room"
-VERSION: Final = 1
+VERSION: Final = 2
+FIRST_VERSION: Final = 1
+"""Logs of this version are still read. Their digest covers the world and the inputs alone: not the
+room's name, nor stakes and whose a drop was."""
 
 _NO_LIMIT: Final = 1 << 62  # balls; what the room once took, its replay takes
 
@@ -42,16 +47,16 @@ def head(room: Room) -> dict[str, Any]:
 
 
 class LogDigest:
-    """SHA-256 over a log's world and, in order, what counts of each entry."""
+    """SHA-256 over a log's lines as canonical JSON: its head, then each entry as it stands."""
 
-    def __init__(self, inputs: InputFormat[Any, Any], world_digest: str) -> None:
-        self._inputs = inputs
-        self._hash = hashlib.sha256(world_digest.encode())
+    def __init__(self, head: Mapping[str, Any]) -> None:
+        self._hash = hashlib.sha256()
+        self.add([head])
 
     def add(self, entries: Iterable[Mapping[str, Any]]) -> None:
         """Take in the next entries."""
         for each in entries:
-            self._hash.update(self._inputs.line(each) + b"\n")
+            self._hash.update(canonical(each) + b"\n")
 
     def hex(self) -> str:
         """64 hexadecimal digits."""
@@ -74,9 +79,10 @@ def verify_log(log: Mapping[str, Any]) -> Verification:
     for name in inputs.needed:
         if name not in log:
             raise RecordError(f"the log lacks {name!r}", field=name)
+    check_known(log, (*inputs.needed, *inputs.optional), "the log")
     room = _room_of(log, independent)
     mine = {
-        "version": VERSION,
+        "version": FIRST_VERSION if log["version"] == FIRST_VERSION else VERSION,
         "board_digest": room.origin.digest,
         "mode": room.mode,
         "solver": room.solver,
@@ -98,6 +104,8 @@ def _room_of(log: Mapping[str, Any], independent: bool) -> Room:
         if "board" not in log:
             raise RecordError("the log lacks 'board'", field="board")
         ground, mode = board_of(log), INDEPENDENT if independent else INTERACTING
+    elif log.get("board") is not None:
+        raise RecordError("a log has either a board or a scene", field="board")
     else:
         ground, mode = _scene_of(log["scene"], tick_rate), SCENE
     limits = BallLimits(_NO_LIMIT, _NO_LIMIT)
@@ -168,8 +176,21 @@ def _compare(
     world = room.world.digest()
     if log["world_digest"] != world:
         return Verification(False, "world_digest", log["world_digest"], world)
-    digest = LogDigest(inputs, world)
-    digest.add(entries)
-    if log["digest"] != digest.hex():
-        return Verification(False, "digest", log["digest"], digest.hex())
+    digest = _digest(log, entries, inputs)
+    if log["digest"] != digest:
+        return Verification(False, "digest", log["digest"], digest)
     return Verification(True)
+
+
+def _digest(
+    log: Mapping[str, Any], entries: Sequence[Mapping[str, Any]], inputs: InputFormat[Any, Any]
+) -> str:
+    """Digest of a log by the rule of its version."""
+    if log["version"] == FIRST_VERSION:
+        lines = (inputs.first_line(entry) + b"\n" for entry in entries)
+        world: str = log["world_digest"]
+        return hashlib.sha256(world.encode() + b"".join(lines)).hexdigest()
+    rest = (inputs.name, "digest")
+    digest = LogDigest({name: value for name, value in log.items() if name not in rest})
+    digest.add(entries)
+    return digest.hex()

@@ -76,6 +76,15 @@ class DropRow:
 
 
 @dataclass(frozen=True, slots=True)
+class OpenDrop:
+    """A drop that has no result yet: all that is needed to give its `stake` back."""
+
+    room: int
+    ball: int
+    stake: int
+
+
+@dataclass(frozen=True, slots=True)
 class InputRow:
     """Input `number` of a room whose balls touch each other, as JSON, carried out at `tick`."""
 

@@ -210,6 +210,18 @@ class Room(ABC):
 
     # Time.
 
+    @property
+    def ready(self) -> bool:
+        """Whether the next tick takes no more than it always does."""
+        return True
+
+    def look_ahead(self) -> bool:
+        """Do a little of what later ticks need; whether there is more that would help.
+
+        It changes nothing of what happens, only when it is computed: `step` does what is left.
+        """
+        return False
+
     @abstractmethod
     def step(self, *, watched: bool) -> list[messages.Event]:
         """One tick on; returns the events to announce, in order.

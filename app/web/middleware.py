@@ -1,13 +1,14 @@
-"""What holds for every request, as plain ASGI: origin check, body limit, security headers."""
+"""What holds for every request, as plain ASGI: host, origin, body limit, security headers."""
 
 import asyncio
+import re
 from collections.abc import Iterable, Mapping
-from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.errors import OriginError, TooLargeError, shorten
+from app.errors import AppError, HostError, OriginError, TooLargeError, shorten
+from app.web.edge.hosts import Hosts
 from app.web.problems import problem_response
 
 # Nothing from elsewhere, nothing inline: a board's name or a room's id that finds its way into the
@@ -24,6 +25,8 @@ SECURITY_HEADERS = {
     "cross-origin-opener-policy": "same-origin",
 }
 
+_AUTHORITY = re.compile(r"[^\s/?#@\\]+")
+
 _SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 
 # After a 413, what the client still sends is read and thrown away up to these bounds, so that one
@@ -37,8 +40,33 @@ def check_origin(headers: Mapping[str, str], allowed: Iterable[str]) -> None:
     origin = headers.get("origin")
     if origin is None or origin in allowed:
         return
-    if urlsplit(origin).netloc.lower() != headers.get("host", "").lower() or origin == "null":
+    if _authority(origin) != headers.get("host", "").lower():
         raise OriginError(f"origin {shorten(origin, 100)} may not use this server", field="origin")
+
+
+def _authority(origin: str) -> str | None:
+    """Host and port of an origin as a browser writes it; None for what is none, as `null`."""
+    scheme, separator, authority = origin.lower().partition("://")
+    whole = separator and scheme in ("http", "https") and _AUTHORITY.fullmatch(authority)
+    return authority if whole else None
+
+
+class HostCheck:
+    """Refuses requests under names that are not this server's, with 421: see edge/hosts.py."""
+
+    def __init__(self, app: ASGIApp, hosts: Hosts) -> None:
+        self.app = app
+        self.hosts = hosts
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or refuse it."""
+        if scope["type"] in ("http", "websocket"):
+            try:
+                self.hosts.check(Headers(scope=scope).get("host"))
+            except HostError as error:
+                await _refuse(scope, receive, send, error)
+                return
+        await self.app(scope, receive, send)
 
 
 class OriginCheck:
@@ -64,7 +92,7 @@ class OriginCheck:
         await self.app(scope, receive, send)
 
 
-async def _refuse(scope: Scope, receive: Receive, send: Send, error: OriginError) -> None:
+async def _refuse(scope: Scope, receive: Receive, send: Send, error: AppError) -> None:
     response = problem_response(error, scope["path"])
     if scope["type"] == "http":
         await response(scope, receive, send)

@@ -8,8 +8,9 @@ import msgspec
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
-from app.errors import AppError, InvalidValueError, answer, retry_after, shorten
+from app.errors import AppError, InvalidValueError, answer, retry_after, shorten, told
 from app.web.schemas.problem import Problem
 from engine.errors import EngineError
 
@@ -17,18 +18,19 @@ MEDIA_TYPE = "application/problem+json"
 
 _TYPE = "urn:plinko:problem:"
 
+_CLIENT_GONE = 499  # nginx's number for it; it only ever shows in logs
+
 _log = logging.getLogger("plinko")
 
 
 def problem_of(error: Exception, path: str = "") -> Problem:
     """The problem details of an error; a stranger's message stays inside."""
-    known = isinstance(error, AppError | EngineError)
     assigned = answer(error)
     return Problem(
         type=f"{_TYPE}{assigned.code}",
         title=assigned.title,
         status=assigned.status,
-        detail=str(error) if known else "An error of the server's own, which it has logged.",
+        detail=told(error),
         code=assigned.code,
         field=getattr(error, "field", "") or None,
         instance=path or None,
@@ -69,6 +71,12 @@ async def _unknown_error(request: Request, error: Exception) -> Response:
     return _answer(request, error)
 
 
+async def _gone(request: Request, error: Exception) -> Response:
+    """A client that left before its request was whole: nobody's failure, and nobody hears of it."""
+    _log.info("client left", extra=_about(request))
+    return Response(status_code=_CLIENT_GONE)
+
+
 async def _bad_parameter(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     return _answer(request, _named(error.errors()))
@@ -103,5 +111,6 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(AppError, _known_error)
     app.add_exception_handler(EngineError, _known_error)
     app.add_exception_handler(RequestValidationError, _bad_parameter)
+    app.add_exception_handler(ClientDisconnect, _gone)
     app.add_exception_handler(HTTPException, _http_error)
     app.add_exception_handler(Exception, _unknown_error)

@@ -36,7 +36,8 @@ def _clock(server: Services) -> Iterator[tuple[str, str, float]]:
 
 def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
     rooms = server.rooms
-    yield "rooms", "Open rooms.", len(rooms.all()) + len(rooms.parked())
+    coming = len(rooms.rebuilding.waiting)
+    yield "rooms", "Open rooms.", len(rooms.all()) + len(rooms.parked()) + coming
     yield "rooms_awake", "Rooms in which something moves.", len(rooms.runner.awake)
     yield "balls", "Balls in flight.", sum(room.world.count for room in rooms.runner.awake)
     yield "drops_total", "Drops accepted in rooms.", rooms.runner.accepted
@@ -49,8 +50,14 @@ def _ledger(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "ledger_up", "1 while the ledger takes writes.", ledger.up
     yield "ledger_commits_total", "Groups of writes made durable.", ledger.commits
     yield "ledger_failures_total", "Groups of writes refused or given up.", ledger.failures
-    rebuilt = server.rooms.persistence.recovery.rebuilt
-    yield "rooms_rebuilt", "Rooms that went on at the start.", rebuilt
+    sound = server.integrity.finding != "damaged"
+    yield "ledger_sound", "0 when the ledger's database found itself damaged.", sound
+    recovery = server.rooms.persistence.recovery
+    yield "rooms_rebuilt", "Rooms that moved before the start and went on.", recovery.rebuilt
+    waiting = len(server.rooms.rebuilding.waiting)
+    yield "rooms_rebuilding", "Rooms that moved before the start and are not back yet.", waiting
+    aside = len(recovery.set_aside)
+    yield "rooms_set_aside", "Rooms that cannot be had, as their record is damaged.", aside
 
 
 def _traffic(server: Services) -> Iterator[tuple[str, str, float]]:

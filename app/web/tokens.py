@@ -5,6 +5,7 @@ import hashlib
 import hmac
 import os
 import secrets
+import tempfile
 from pathlib import Path
 
 from app.errors import NoTokenError, SettingError, TokenError
@@ -30,15 +31,21 @@ class Tokens:
         NoTokenError when it bears none, TokenError when it is another's. The token shown is in
         neither message.
         """
-        scheme, _, shown = (authorization or "").partition(" ")
-        if scheme.lower() != "bearer" or not shown.strip():
+        shown = bearer_of(authorization)
+        if shown is None:
             raise NoTokenError(
                 f"room {room_id!r} is changed with the token that its creator was given, sent as "
                 "`Authorization: Bearer TOKEN`",
                 field="authorization",
             )
-        if not hmac.compare_digest(shown.strip().encode(), self.of(room_id).encode()):
+        if not hmac.compare_digest(shown.encode(), self.of(room_id).encode()):
             raise TokenError(f"the token is not that of room {room_id!r}", field="authorization")
+
+
+def bearer_of(authorization: str | None) -> str | None:
+    """The token that an Authorization header bears, if any."""
+    scheme, _, shown = (authorization or "").partition(" ")
+    return shown.strip() or None if scheme.lower() == "bearer" else None
 
 
 def secret_of(given: str, file: Path | None) -> bytes:
@@ -72,8 +79,8 @@ def _make(file: Path) -> None:
     """Write a new secret unless there is one; whole or not at all, whoever else tries it too."""
     if file.exists():
         return
-    draft = file.with_name(f"{file.name}.{os.getpid()}")
-    descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    # For its owner alone, and under a name that no other process has left behind.
+    descriptor, draft = tempfile.mkstemp(prefix=f"{file.name}.", dir=file.parent)
     try:
         with os.fdopen(descriptor, "w") as out:
             out.write(secrets.token_hex(_BYTES) + "\n")
@@ -84,4 +91,4 @@ def _make(file: Path) -> None:
     except FileExistsError:
         return
     finally:
-        draft.unlink()
+        os.unlink(draft)

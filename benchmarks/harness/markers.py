@@ -8,6 +8,16 @@ from benchmarks.harness.effort import MissingError
 from benchmarks.harness.report import Section
 
 
+def fill_each(
+    pages: Sequence[Path], machine: dict[str, str], sections: Sequence[Section], plots: Path
+) -> None:
+    """`fill`, each section in the first of the pages that has its markers; MissingError if none."""
+    texts = {page: page.read_text(encoding="utf-8") for page in pages}
+    for section in sections:
+        fitting = (page for page, text in texts.items() if f"<!-- {section.name} -->" in text)
+        fill(next(fitting, pages[-1]), machine, [section], plots)
+
+
 def fill(page: Path, machine: dict[str, str], sections: Sequence[Section], plots: Path) -> None:
     """Replace what stands between `<!-- NAME -->` and `<!-- /NAME -->` for each section's name.
 

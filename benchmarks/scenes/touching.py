@@ -79,6 +79,24 @@ def board(n: int = 500, radius: float = 0.06) -> Heap:
     return Heap(f"{n} on the 12-row board", geometry, x, y, radius)
 
 
+@dataclass(frozen=True)
+class Gas:
+    """A heap's balls in motion where nothing pulls, rubs or is lost; velocities in m/s."""
+
+    heap: Heap
+    vx: Floats
+    vy: Floats
+
+
+def gas(n: int = 500, radius: float = 0.08, speed: float = 2.0) -> Gas:
+    """The balls of `box`, all as fast, in directions by a fixed seed; their material is elastic."""
+    heap = box(n, radius)
+    angle = np.random.default_rng(3).uniform(0.0, 2.0 * np.pi, n)
+    elastic = replace(heap.place, peg_material=Material(1.0, 0.0), wall_material=Material(1.0, 0.0))
+    moving = replace(heap, name=f"{n} elastic balls", place=elastic)
+    return Gas(moving, speed * np.cos(angle), speed * np.sin(angle))
+
+
 def overlap(heap: Heap, x: Floats, y: Floats) -> float:
     """Deepest overlap in radii of balls at these places."""
     arena = Arena(heap.place)

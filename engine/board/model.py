@@ -9,17 +9,20 @@ from typing import Any
 from engine.board import digest as content
 from engine.board import json_form, presets, proven, values
 from engine.board.checks import playable
+from engine.board.drawing import board_svg
 from engine.board.fields import BoardFields
+from engine.notebooks import figure, png
 
 
-@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Board(BoardFields):
     """The fields of a board that can be played: each is checked, and the board as a whole.
 
-    Raises BoardError whose message and `field` name the value that is wrong.
+    Boards are equal if their digests are. Raises BoardError whose message and `field` name the
+    value that is wrong.
     """
 
-    digest: str = dataclasses.field(init=False, repr=False, compare=False)
+    digest: str = dataclasses.field(init=False)
     """SHA-256 of the content, 64 hex digits; the bytes are laid out in `engine.board.digest`."""
 
     def __post_init__(self) -> None:
@@ -47,8 +50,21 @@ class Board(BoardFields):
         if self.preset_name is None:
             playable.check(self)
 
+    def __eq__(self, other: object) -> bool:
+        return self.digest == other.digest if isinstance(other, Board) else NotImplemented
+
     def __hash__(self) -> int:
         return hash(self.digest)
+
+    def __repr__(self) -> str:
+        parts = f"{len(self.pegs)} pegs, {len(self.walls)} walls, {self.bins.count} bins"
+        return f"<Board {self.name!r}: {parts}, digest {self.digest[:12]}>"
+
+    def _repr_html_(self) -> str:
+        return figure(board_svg(self), repr(self))
+
+    def _repr_png_(self) -> bytes | None:
+        return png(self)
 
     @classmethod
     def of(cls, fields: BoardFields) -> "Board":
@@ -60,6 +76,23 @@ class Board(BoardFields):
     def preset(cls, name: str) -> "Board":
         """Return the preset `name`, one of `preset_names()`; BoardError if there is none."""
         return _preset(name)
+
+    @classmethod
+    def named(cls, board: object) -> "Board":
+        """Return `board`, or the preset of that name: what functions take that take a board.
+
+        Raises BoardError that says what to do with anything else, such as the path of a file.
+        """
+        if isinstance(board, Board):
+            return board
+        if isinstance(board, str) and board in presets.preset_names():
+            return _preset(board)
+        raise values.fail(
+            "board",
+            board,
+            "it must be a Board or the name of a preset (engine.preset_names() lists them); "
+            "Board.from_json reads one from a file, from JSON text or from a dict",
+        )
 
     @classmethod
     def from_json(cls, source: str | os.PathLike[str] | Mapping[str, Any]) -> "Board":

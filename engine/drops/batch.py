@@ -1,15 +1,18 @@
 """Many drops on all cores: the outcome of each depends on its own start alone."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from operator import index as as_index
+from typing import SupportsIndex, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from engine.board.model import Board
 from engine.drops.digest import outcomes_digest
-from engine.drops.drop import make_drop, start_of
+from engine.drops.drawing import histogram_svg
+from engine.drops.drop import Drop, make_drop, start_of
 from engine.drops.threads import share, thread_count
 from engine.errors import ParameterError, SeedError
 from engine.exact.board_arrays import BoardArrays, arrays_of
@@ -18,6 +21,7 @@ from engine.exact.initial_state import Ints, at_rest, in_flight
 from engine.exact.lockstep.trace import has_only_bounces, trace_bounces
 from engine.exact.outcome import LANDED, MAX_EVENTS, MAX_TIME, Results
 from engine.exact.trace import trace_many
+from engine.notebooks import figure, png
 from engine.parameters import (
     DEFAULT_CORRECTION,
     DEFAULT_DT,
@@ -44,12 +48,17 @@ PARTS = 2
 """A thread takes at most one in so many of the drops that are left for each: all end together."""
 
 
-@dataclass(frozen=True, eq=False)
+_OF_ALL = ("board", "solver", "explicit_x")  # fields of a batch that are one for all its drops
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class DropBatch:
-    """Outcomes of many drops in the order of their seeds; all arrays have shape (n,).
+    """Outcomes of many drops in the order of their seeds; all arrays have shape (n,), read-only.
 
     bin (-1 where the ball did not land), duration in s, impact_count, x_end in m, outcome
-    (engine.exact.outcome), x_start in m.
+    (engine.exact.outcome), x_start in m. `batch[3]` is the whole drop, computed anew from its
+    start; so are those that a loop over the batch gives. `batch[3:7]` is a batch. Batches are equal
+    if their digests are.
     """
 
     board: Board
@@ -65,6 +74,61 @@ class DropBatch:
 
     def __len__(self) -> int:
         return len(self.bin)
+
+    @overload
+    def __getitem__(self, which: SupportsIndex) -> Drop: ...
+
+    @overload
+    def __getitem__(self, which: slice) -> "DropBatch": ...
+
+    def __getitem__(self, which: SupportsIndex | slice) -> "Drop | DropBatch":
+        if isinstance(which, slice):
+            names = [field.name for field in fields(self) if field.name not in _OF_ALL]
+            return replace(self, **{name: getattr(self, name)[which] for name in names})
+        row = as_index(which)
+        if not -len(self) <= row < len(self):
+            raise IndexError(f"drop {row} of a batch of {len(self)}")
+        x = float(self.x_start[row]) if self.explicit_x else None
+        return make_drop(self.board, int(self.seeds[row]), x, self.solver)
+
+    def __iter__(self) -> Iterator[Drop]:
+        return (self[row] for row in range(len(self)))
+
+    def __eq__(self, other: object) -> bool:
+        return self.digest == other.digest if isinstance(other, DropBatch) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def __repr__(self) -> str:
+        mean = f"{self.scores.mean():.4g}" if len(self) else "none"
+        return (
+            f"<DropBatch of {len(self):,} on {self.board.name!r}: mean score {mean}, "
+            f"{self.unsettled} unsettled, digest {self.digest[:12]}>"
+        )
+
+    def _repr_html_(self) -> str:
+        return figure(histogram_svg(self.histogram.tolist()), repr(self))
+
+    def _repr_png_(self) -> bytes | None:
+        return png(self)
+
+    def to_columns(self) -> dict[str, npt.NDArray[np.generic]]:
+        """Columns by name, each of shape (n,): what a DataFrame of pandas or polars is made of.
+
+        seed, x_start (m), bin (-1: it did not land), score, duration (s), impact_count, x_end (m),
+        landed (bool).
+        """
+        return {
+            "seed": self.seeds,
+            "x_start": self.x_start,
+            "bin": self.bin,
+            "score": self.scores,
+            "duration": self.duration,
+            "impact_count": self.impact_count,
+            "x_end": self.x_end,
+            "landed": self.outcome == LANDED,
+        }
 
     @property
     def unsettled(self) -> int:
@@ -92,14 +156,11 @@ class DropBatch:
 
     def digests(self) -> list[str]:
         """Digest of every single drop, the same as `drop(board, seed).digest`."""
-        return [
-            make_drop(self.board, seed, x if self.explicit_x else None, self.solver).digest
-            for seed, x in zip(self.seeds.tolist(), self.x_start.tolist(), strict=True)
-        ]
+        return [drop.digest for drop in self]
 
 
 def drop_many(
-    board: Board,
+    board: Board | str,
     seeds: npt.ArrayLike,
     *,
     xs: npt.ArrayLike | None = None,
@@ -112,9 +173,11 @@ def drop_many(
 ) -> DropBatch:
     """Drop a ball for each of `seeds`, shape (n,), or from explicit starts `xs`, shape (n,), in m.
 
-    Runs on `threads` threads (default: as many as this process may use cores); the result does not
-    depend on their number. `progress` is called with the number of drops done, now and then.
+    `board` may be a preset's name. Runs on `threads` threads (default: as many as this process may
+    use cores); the result does not depend on their number. `progress` is called with the number of
+    drops done, now and then. Raises BoardError, SeedError or ParameterError naming the bad value.
     """
+    board = Board.named(board)
     chosen = make_solver(solver, dt, substeps, correction)
     numbers = seed_array(seeds)
     count = len(numbers)
@@ -132,6 +195,9 @@ def drop_many(
         outcome=np.empty(count, np.int8),
     )
     _fill(batch, thread_count(threads), progress)
+    for field in fields(batch):
+        if field.name not in _OF_ALL:
+            getattr(batch, field.name).setflags(write=False)
     return batch
 
 
@@ -157,7 +223,7 @@ def _are_seeds(first: int, last: int) -> bool:
 
 
 def _explicit_starts(board: Board, xs: npt.ArrayLike, count: int) -> npt.NDArray[np.float64]:
-    starts = np.asarray(xs, np.float64)
+    starts = np.asarray(xs, np.float64) + 0.0  # a copy, in which a negative zero is zero
     if starts.shape != (count,):
         raise ParameterError(f"xs has shape {starts.shape} for {count} seeds", field="xs")
     for x in starts[[starts.argmin(), starts.argmax()]] if count else ():

@@ -17,7 +17,7 @@ MARGIN = 16.0
 """A bin is sure if its edges are this many estimated errors away from the landing."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Certainty:
     """What small changes do to one drop of the exact solver.
 
@@ -29,6 +29,12 @@ class Certainty:
     trajectory: Trajectory
     growth: npt.NDArray[np.float64]
     errors: npt.NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        return (
+            f"<Certainty: certain {self.certain}, amplification {self.amplification}, "
+            f"error {self.error}>"
+        )
 
     @property
     def landed(self) -> bool:
@@ -78,8 +84,12 @@ def certainty_of(path: Trajectory) -> Certainty:
             field="solver",
         )
     moved = np.zeros((len(path.marks), sensitivity.TANGENTS))
+    # The kernels are compiled for arrays that may be written: they are given copies.
     sensitivity.sensitivity(
-        arrays_of(path.board), path.segments, path.events, path.marks, path.end,
-        0.5 * _unit(path), sensitivity.new_space(), moved,
+        arrays_of(path.board), path.segments.copy(), path.events.copy(), path.marks.copy(),
+        path.end.copy(), 0.5 * _unit(path), sensitivity.new_space(), moved,
     )  # fmt: skip
-    return Certainty(path, moved[:, sensitivity.PATH].copy(), moved[:, sensitivity.ERROR].copy())
+    growth, errors = moved[:, sensitivity.PATH].copy(), moved[:, sensitivity.ERROR].copy()
+    for array in (growth, errors):
+        array.setflags(write=False)
+    return Certainty(path, growth, errors)

@@ -12,9 +12,11 @@ from engine.board.model import Board
 from engine.constants import PHYSICS_VERSION
 from engine.drops.certainty import Certainty, certainty_of
 from engine.drops.digest import drop_digest
+from engine.drops.drawing import MOMENTS, path_svg
 from engine.drops.trajectory import Trajectory, at_start, follow, start_row
 from engine.errors import ParameterError
 from engine.exact.outcome import LANDED, REASONS
+from engine.notebooks import figure, png
 from engine.parameters import (
     DEFAULT_CORRECTION,
     DEFAULT_DT,
@@ -37,14 +39,39 @@ STATE = np.dtype([(name, "<f8") for name in ("t", "x", "y", "theta", "vx", "vy",
 _STATE_ORDER = (0, 1, 2, 5, 3, 4, 6)  # of the kernels' columns t x y vx vy theta omega in STATE
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Drop:
-    """The outcome of a drop. Made by `drop`; everything but its inputs follows from them."""
+    """The outcome of a drop. Made by `drop`; everything but its inputs follows from them.
+
+    Drops are equal if their digests are: one start on one board, by seed or by x.
+    """
 
     board: Board
     seed: int | None
     explicit_x: bool
     trajectory: Trajectory
+
+    def __eq__(self, other: object) -> bool:
+        return self.digest == other.digest if isinstance(other, Drop) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def __repr__(self) -> str:
+        start = f"x={self.x_start!r}" if self.explicit_x else f"seed={self.seed}"
+        end = self.unsettled or f"bin {self.bin}, score {self.score:g}"
+        return (
+            f"<Drop {start} on {self.board.name!r}: {end} after {self.duration:.3f} s and "
+            f"{len(self.impacts)} impacts, digest {self.digest[:12]}>"
+        )
+
+    def _repr_html_(self) -> str:
+        moments = np.linspace(0.0, self.duration, MOMENTS)
+        rows = self.states(np.union1d(moments, self.impacts["t"]))
+        return figure(path_svg(self.board, rows["x"], rows["y"]), repr(self))
+
+    def _repr_png_(self) -> bytes | None:
+        return png(self)
 
     @property
     def solver(self) -> Solver:
@@ -85,12 +112,13 @@ class Drop:
 
     @cached_property
     def impacts(self) -> npt.NDArray[np.void]:
-        """All events in order, shape (n,), dtype IMPACT; kinds are in `engine.constants`."""
+        """All events in order, shape (n,), dtype IMPACT, read-only; kinds: `engine.constants`."""
         rows = np.zeros(len(self.trajectory.events), IMPACT)
         for column, name in enumerate(("t", "x", "y", "vx", "vy", "omega")):
             rows[name] = self.trajectory.events[:, column]
         rows["kind"] = self.trajectory.marks[:, 0]
         rows["index"] = self.trajectory.marks[:, 1]
+        rows.setflags(write=False)
         return rows
 
     @cached_property
@@ -162,7 +190,7 @@ class Drop:
 
 
 def drop(
-    board: Board,
+    board: Board | str,
     seed: int | str | None = None,
     *,
     x: float | None = None,
@@ -173,17 +201,27 @@ def drop(
 ) -> Drop:
     """Drop a ball at rest from where `seed` says, or from an explicit `x` in m.
 
-    dt (s), substeps and correction are read by the stepped solver alone. Raises SeedError or
-    ParameterError that name the bad value.
+    `board` may be a preset's name. dt (s), substeps and correction are read by the stepped solver
+    alone. Raises BoardError, SeedError or ParameterError that name the bad value.
     """
     chosen = make_solver(solver, dt, substeps, correction)
-    return make_drop(board, None if seed is None else parse_seed(seed), x, chosen)
+    number = None if seed is None else parse_seed(seed)
+    return make_drop(Board.named(board), number, unsigned_zero(x), chosen)
 
 
 def make_drop(board: Board, seed: int | None, x: object, solver: Solver) -> Drop:
     """`drop` of a seed that has been parsed and a solver that has been made."""
     start = at_start(board, start_of(board, seed, x))
     return Drop(board, seed, x is not None, follow(board, start, solver))
+
+
+def unsigned_zero(x: object) -> object:
+    """`x`, but 0 where it is a negative zero: the two are one place, and so one start.
+
+    Whoever takes a new start asks this. What replays an old one does not: its digest has the bits
+    that it was once made of.
+    """
+    return 0.0 if isinstance(x, float) and x == 0.0 else x
 
 
 def start_of(board: Board, seed: int | None, x: object) -> float:

@@ -35,12 +35,12 @@ _FINE: Final = 10_000  # drops up to which the shortest step is taken
 _SEGMENTS: Final = 128 * CHUNK  # of a log: more than nearly all chunks have
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Occupancy:
     """Counts of looks at balls, shape (rows, columns), one row below the other from `top` m down.
 
-    Each look stands for `step` s. `histogram` has the number of balls in each bin, `unsettled` that
-    of balls that did not land.
+    Arrays are read-only. Each look stands for `step` s. `histogram` has the number of balls in each
+    bin, `unsettled` that of balls that did not land.
     """
 
     board: Board
@@ -55,6 +55,13 @@ class Occupancy:
     duration: float
     """s of all drops together."""
 
+    def __repr__(self) -> str:
+        rows, columns = self.counts.shape
+        return (
+            f"<Occupancy of {rows} x {columns} cells by {self.drops:,} drops on "
+            f"{self.board.name!r}, {self.unsettled} unsettled>"
+        )
+
     @property
     def seconds(self) -> npt.NDArray[np.float64]:
         """Time that the centre of an average ball spends in each cell, s."""
@@ -62,7 +69,7 @@ class Occupancy:
 
 
 def occupancy(
-    board: Board,
+    board: Board | str,
     seeds: npt.ArrayLike,
     *,
     left: float,
@@ -75,11 +82,12 @@ def occupancy(
 ) -> Occupancy:
     """Follow the exact solver's ball of each of `seeds` and count where its centre is.
 
-    The grid of `shape` (rows, columns) has its corner at (left, top) in m. `step` in s, by default
-    longer the more drops there are. Memory does not grow with the drops, and the counts do not
-    depend on `threads`. `progress` is called with the number of drops done, now and then. Raises
-    ParameterError and SeedError that name the bad value.
+    `board` may be a preset's name. The grid of `shape` (rows, columns) has its corner at (left,
+    top) in m. `step` in s, by default longer the more drops there are. Memory does not grow with
+    the drops, and the counts do not depend on `threads`. `progress` is called with the number of
+    drops done, now and then. Raises BoardError, ParameterError and SeedError naming the bad value.
     """
+    board = Board.named(board)
     starts = seed_array(seeds)
     rows, columns = _checked_shape(shape)
     chosen = _default_step(len(starts)) if step is None else number(step, "step", 1e-6, 1.0)
@@ -90,6 +98,10 @@ def occupancy(
     firsts = range(0, len(starts), CHUNK)
     share(firsts, lambda first, worker: work.run(first, grids[worker]), len(grids), progress)
     landed = work.bins[work.bins >= 0]
+    counts: npt.NDArray[np.int64] = np.sum(grids, axis=0, dtype=np.int64)
+    histogram = np.bincount(landed, minlength=board.bins.count).astype(np.int64)
+    for array in (counts, histogram):
+        array.setflags(write=False)
     return Occupancy(
         board=board,
         drops=len(starts),
@@ -97,8 +109,8 @@ def occupancy(
         left=corner[0],
         top=corner[1],
         cells_per_metre=cells,
-        counts=np.sum(grids, axis=0, dtype=np.int64),
-        histogram=np.bincount(landed, minlength=board.bins.count).astype(np.int64),
+        counts=counts,
+        histogram=histogram,
         unsettled=int(len(starts) - len(landed)),
         duration=float(work.durations.sum()),
     )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from engine.board.model import Board
+from engine.board.fields import BoardFields
 from engine.exact import event_log
 from engine.exact.board_arrays import arrays_of
 from engine.exact.event_log import new_log
@@ -23,15 +23,15 @@ Floats = npt.NDArray[np.float64]
 _ROOM = 256  # rows of a first log; a longer drop is traced again with the room it asked for
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Trajectory:
     """The whole motion of one ball.
 
     start and end: states, shape (7,): t, x, y, vx, vy, theta, omega. events, shape (n, 6), and
-    marks, shape (n, 2): the drop's log. segments: what `states_at` reads.
+    marks, shape (n, 2): the drop's log. segments: what `states_at` reads. All are read-only.
     """
 
-    board: Board
+    board: BoardFields
     solver: Solver
     start: Floats
     end: Floats
@@ -41,14 +41,22 @@ class Trajectory:
     marks: npt.NDArray[np.int32]
     segments: Floats
 
+    def __post_init__(self) -> None:
+        for array in (self.start, self.end, self.events, self.marks, self.segments):
+            array.setflags(write=False)
+
+    def __repr__(self) -> str:
+        return f"<Trajectory on {self.board.name!r} of {len(self.events)} events>"
+
     def states_at(self, times: Floats) -> Floats:
         """States at `times`, shape (n,), in s since the start, as an array of shape (n, 7)."""
         out = np.empty((len(times), body.SIZE))
         ended = times >= self.end[body.T]
         if not ended.all():
             rows = np.searchsorted(self.segments[:, body.T], times, side="right") - 1
+            # The kernels are compiled for arrays that may be written: they are given a copy.
             sample(
-                arrays_of(self.board), self.segments, rows, rows + 1, times,
+                arrays_of(self.board), self.segments.copy(), rows, rows + 1, times,
                 isinstance(self.solver, Stepped), new_series(), out,
             )  # fmt: skip
         out[ended] = self.end
@@ -56,7 +64,7 @@ class Trajectory:
         return out
 
 
-def at_start(board: Board, x: float) -> Floats:
+def at_start(board: BoardFields, x: float) -> Floats:
     """State of a ball at rest at x in m on the height of the start, shape (7,)."""
     state = np.zeros(body.SIZE)
     state[body.X] = x
@@ -64,10 +72,17 @@ def at_start(board: Board, x: float) -> Floats:
     return state
 
 
-def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EVENTS) -> Trajectory:
+def follow(
+    board: BoardFields,
+    start: Floats,
+    solver: Solver,
+    max_events: int = MAX_EVENTS,
+    max_time: float = MAX_TIME,
+) -> Trajectory:
     """Trajectory of one ball from the state `start`, shape (7,): t, x, y, vx, vy, theta, omega.
 
-    The kernels are those of many balls, given one. It ends after `max_events` events at the latest.
+    The kernels are those of many balls, given one. It ends after `max_events` events at the latest;
+    the exact solver ends it at the first event or stretch that begins after `max_time`, in s.
     """
     arrays = arrays_of(board)
     events, segments = _ROOM, 4 * _ROOM
@@ -81,7 +96,7 @@ def follow(board: Board, start: Floats, solver: Solver, max_events: int = MAX_EV
             )
         else:
             trace_many(
-                arrays, end, in_flight(1), max_events, MAX_TIME, new_series(), log,
+                arrays, end, in_flight(1), max_events, max_time, new_series(), log,
                 outcome, where, impacts,
             )  # fmt: skip
         all_events, all_segments = (

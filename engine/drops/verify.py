@@ -8,7 +8,14 @@ from engine.board.model import Board
 from engine.constants import PHYSICS_VERSION
 from engine.drops.drop import Drop, make_drop
 from engine.errors import EngineError, RecordError
-from engine.parameters import DEFAULT_CORRECTION, DEFAULT_DT, DEFAULT_SUBSTEPS, make_solver
+from engine.parameters import (
+    DEFAULT_CORRECTION,
+    DEFAULT_DT,
+    DEFAULT_SUBSTEPS,
+    Exact,
+    Stepped,
+    make_solver,
+)
 from engine.seeding import parse_seed
 
 FIELDS = (
@@ -22,6 +29,11 @@ FIELDS = (
     "digest",
 )
 """What a record claims, in the order of comparison; the rest says what to simulate."""
+
+HOW_SURE = ("amplification", "x_error", "certain")
+"""What a record may claim besides."""
+
+_ASKED = ("board", "seed", "x", "solver", "dt", "substeps", "correction")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,26 +50,42 @@ def verify(record: Mapping[str, Any]) -> Verification:
     """Recompute the drop that `record` describes and compare all that it claims.
 
     `expected` is what the record says, `actual` what comes out. Raises RecordError, naming the
-    field, for a record that lacks one or cannot be simulated.
+    field, for a record that lacks one, has one that no record has, or cannot be simulated.
     """
     if not isinstance(record, Mapping):
         raise RecordError("a record is a JSON object", field="")
     for name in ("board", "board_digest", "seed", "solver", "physics_version", "digest"):
         if name not in record:
             raise RecordError(f"the record lacks {name!r}", field=name)
+    _check_known(record)
     board = board_of(record)
     if record["board_digest"] != board.digest:
         return Verification(False, "board_digest", record["board_digest"], board.digest)
     if record["physics_version"] != PHYSICS_VERSION:
         return Verification(False, "physics_version", record["physics_version"], PHYSICS_VERSION)
-    actual = replay(record, board).record()
-    for name in FIELDS:
+    sure = any(record.get(name) is not None for name in HOW_SURE)
+    actual = replay(record, board).record(certainty=sure)
+    for name in (*FIELDS, *(HOW_SURE if sure else ())):
         if name not in record:
             continue
         difference = _difference(name, record[name], actual[name])
         if difference is not None:
             return difference
     return Verification(True)
+
+
+def _check_known(record: Mapping[str, Any]) -> None:
+    """Raise RecordError for what nothing would compare: an unknown field, or an idle one."""
+    for name in record:
+        if name not in (*_ASKED, *FIELDS, *HOW_SURE):
+            known = ", ".join((*_ASKED, *FIELDS, *HOW_SURE))
+            raise RecordError(f"the record has {name!r}, which is none of: {known}", field=name)
+    if record["solver"] == Exact.name:
+        for name in Stepped().fields():
+            if record.get(name) is not None:
+                raise RecordError(
+                    f"{name} belongs to the stepped solver: exact has no time step", field=name
+                )
 
 
 def board_of(record: Mapping[str, Any]) -> Board:

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from engine.board.fields import BoardFields
 from engine.board.materials import combine
-from engine.board.model import Board
 from engine.exact.grid import cell_at, cells_of
 from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics import surface
@@ -94,7 +94,7 @@ _CELLS_PER_WALL = 500.0  # along a wall at most: its box of cells stays small ho
 
 
 @lru_cache(maxsize=64)
-def arrays_of(board: Board) -> BoardArrays:
+def arrays_of(board: BoardFields) -> BoardArrays:
     """The kernels' form of `board`; kept for the boards used last."""
     items = _items(board)
     pitch = _pitch(board)
@@ -122,7 +122,7 @@ def arrays_of(board: Board) -> BoardArrays:
     )
 
 
-def _items(board: Board) -> npt.NDArray[np.float64]:
+def _items(board: BoardFields) -> npt.NDArray[np.float64]:
     """The pegs, then each wall's line and two ends; shared ends are the first one's item."""
     peg_count = len(board.pegs)
     items = np.zeros((peg_count + 3 * len(board.walls), surface.COLUMNS))
@@ -165,13 +165,13 @@ def _set_circle(row: npt.NDArray[np.float64], x: float, y: float, distance: floa
     row[surface.INVERSE] = 1.0 / distance
 
 
-def _longest_wall(board: Board) -> float:
+def _longest_wall(board: BoardFields) -> float:
     """The longer side of the largest wall's box, m; a ball's radius on a board without walls."""
     sides = [max(abs(w.x2 - w.x1), abs(w.y2 - w.y1)) for w in board.walls]
     return max([board.ball.radius, *sides])
 
 
-def _pitch(board: Board) -> float:
+def _pitch(board: BoardFields) -> float:
     """Mean spacing of the pegs, m; on a board without pegs an eighth of its width."""
     if len(board.pegs) < 2:
         return max(board.width / 8.0, 4.0 * board.ball.radius)

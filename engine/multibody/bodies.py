@@ -277,7 +277,8 @@ class BallTable:
         self.bodies = _room_for(max(n, _FIRST_ROOM))
         for name, array in self.bodies._asdict().items():
             parts = saved["bodies"][_SAVED_NAMES.get(name, name)]
-            array[:n] = np.frombuffer(parts, array.dtype).reshape(n, -1)
+            # The width by its number: of no balls at all it cannot be inferred.
+            array[:n] = np.frombuffer(parts, array.dtype).reshape(n, array.shape[1])
         lists = {
             name: np.frombuffer(saved["pairs"][_SAVED_NAMES.get(name, name)], np.int32).copy()
             for name in NeighbourList._fields

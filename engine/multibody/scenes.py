@@ -151,8 +151,9 @@ def galton(n: int = 400, *, seed: int = 0, **settings: Any) -> Arena:
     return arena
 
 
-def on_board(board: Board, **settings: Any) -> Arena:
-    """An empty arena on a board; a ball that crosses bins.y has landed and leaves."""
+def on_board(board: Board | str, **settings: Any) -> Arena:
+    """An empty arena on a board or preset; a ball that crosses bins.y has landed and leaves."""
+    board = Board.named(board)
     return Arena(
         StaticGeometry.of_board(board),
         ArenaSettings(**({"gravity": board.gravity, "drag": board.drag} | settings)),

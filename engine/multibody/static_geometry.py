@@ -25,7 +25,7 @@ long wall, coarser ones longer lists of pegs for a ball; 64 has a peg or two in 
 board."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class StaticGeometry:
     """Pegs and walls, what they are made of, bins where balls land, if any; metres, y down.
 
@@ -38,7 +38,7 @@ class StaticGeometry:
     peg_material: Material = field(default_factory=Material)
     wall_material: Material = field(default_factory=Material)
     bins: Bins | None = None
-    digest: str = field(init=False, repr=False, compare=False)
+    digest: str = field(init=False, compare=False)
     """SHA-256 of the content, 64 hex digits."""
 
     def __post_init__(self) -> None:
@@ -52,6 +52,11 @@ class StaticGeometry:
         for key, value in checked.items():
             object.__setattr__(self, key, value)
         object.__setattr__(self, "digest", _digest(self))
+
+    def __repr__(self) -> str:
+        bins = f"{self.bins.count} bins" if self.bins else "no bins"
+        parts = f"{len(self.pegs)} pegs, {len(self.walls)} walls, {bins}"
+        return f"<StaticGeometry of {parts}, digest {self.digest[:12]}>"
 
     @classmethod
     def box(
@@ -69,8 +74,9 @@ class StaticGeometry:
         )
 
     @classmethod
-    def of_board(cls, board: Board) -> "StaticGeometry":
-        """The pegs, walls and bins of `board`."""
+    def of_board(cls, board: Board | str) -> "StaticGeometry":
+        """The pegs, walls and bins of `board`, which may be a preset's name."""
+        board = Board.named(board)
         return cls(
             pegs=board.pegs,
             walls=board.walls,

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from engine.board.model import Board
 from engine.constants import KIND_WALL, PHYSICS_VERSION
-from engine.drops.drop import start_of
+from engine.drops.drop import start_of, unsigned_zero
 from engine.drops.trajectory import Trajectory
 from engine.errors import ParameterError, RecordError
 from engine.exact.outcome import LANDED, REASONS
@@ -85,19 +85,19 @@ class World:
 
     A ball starts at the tick at which it is added and leaves the world when its drop ends. With
     the exact solver dt only says when the world is looked at: each ball's path is that of `drop`.
-    Balls pass through each other; those of `Arena` do not.
+    Balls pass through each other; those of `Arena` do not. `board` may be a preset's name.
     """
 
     def __init__(
         self,
-        board: Board,
+        board: Board | str,
         *,
         solver: str = "exact",
         dt: float = DEFAULT_DT,
         substeps: int = DEFAULT_SUBSTEPS,
         correction: float = DEFAULT_CORRECTION,
     ) -> None:
-        self.board = board
+        self.board = board = Board.named(board)
         self.dt = number(dt, "dt", 1e-6, 0.1)
         self.solver = make_solver(solver, dt, substeps, correction)
         self.tick = 0
@@ -144,7 +144,7 @@ class World:
         if seed is None and x is None:
             raise ParameterError("a ball needs a seed or an explicit x", field="seed")
         chosen = None if seed is None else parse_seed(seed)
-        return self.add_at(start_of(self.board, chosen, x), chosen)
+        return self.add_at(start_of(self.board, chosen, unsigned_zero(x)), chosen)
 
     def add_at(self, start: float, seed: int | None) -> int:
         """`add` of a parsed `seed` with its `start` in m, which `drop.start_of` has found valid."""
@@ -157,16 +157,54 @@ class World:
         return ball.id
 
     def trajectory(self, ball: int) -> Trajectory:
-        """The whole motion of a live ball, known from its start on; times count from there.
+        """The whole motion of a live ball, its future included; times count from its start.
 
-        Raises ParameterError for a ball that is not live, and in a world of the stepped solver,
-        whose balls have no path before they have gone it.
+        It is followed to its end, which takes as long as `drop`. Raises ParameterError for a ball
+        that is not live, and in a world of the stepped solver, whose balls have no path before
+        they have gone it.
         """
+        return self._exact().whole(self._row(ball))
+
+    def ahead(self, ball: int) -> tuple[int, Trajectory]:
+        """What is known by now of a live ball's path, from where it is on.
+
+        Returns how many segments of the path lie before those of the trajectory, whose end is
+        where the ball is when what is known ends. Raises what `trajectory` raises.
+        """
+        return self._exact().ahead(self._row(ball))
+
+    @property
+    def known(self) -> list[float]:
+        """Time in s since its start before which each live ball's path is known."""
+        return self._exact().known
+
+    @property
+    def events_kept(self) -> int:
+        """Events of the live balls that are kept for their digests: 56 bytes each."""
+        return self._ball_set.events if isinstance(self._ball_set, ExactBalls) else 0
+
+    @property
+    def ready(self) -> bool:
+        """Whether the next step takes no more than moving the balls along what is known."""
+        return self._ball_set.ready
+
+    def look_ahead(self) -> bool:
+        """Follow some ball's path for some events more; whether there is more that would help.
+
+        It changes nothing of what happens, only when it is computed. `step` does by itself what
+        was not done before.
+        """
+        return self._ball_set.look_ahead()
+
+    def _exact(self) -> ExactBalls:
         if not isinstance(self._ball_set, ExactBalls):
             raise ParameterError("a stepped world knows no ball's path", field="solver")
+        return self._ball_set
+
+    def _row(self, ball: int) -> int:
         for row, live in enumerate(self._balls):
             if live.id == ball:
-                return self._ball_set.path(row)
+                return row
         raise ParameterError(f"ball {ball} is not in flight", field="ball")
 
     def step(self) -> None:

@@ -5,6 +5,16 @@ from typing import Any
 from axe_playwright_python.sync_playwright import Axe
 
 from tests.browser.screen import Screen
+from tests.long import LONG
+
+# Of the screens in looks.py, those that come in both colour schemes.
+_IN_BOTH = ("360x", "1280x")
+
+
+def check_axe_on(screen: Screen, name: str) -> None:
+    """`check_axe` on a screen of this name: with LONG=1 on each, else on those in both schemes."""
+    if LONG or name.startswith(_IN_BOTH):
+        check_axe(screen)
 
 
 def check_axe(screen: Screen) -> None:

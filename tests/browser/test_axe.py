@@ -3,11 +3,12 @@
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.axe import check_axe
+from tests.browser.axe import check_axe_on
 from tests.browser.conftest import Open, Quick
 from tests.browser.looks import SCREENS, context_for, each_screen
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("device", SCREENS)
 def test_axe_has_nothing_to_say(opened: Open, quick: Quick, device: str) -> None:
     screen = opened(quick.page, **context_for(device)).ready()
@@ -18,6 +19,5 @@ def test_axe_has_nothing_to_say(opened: Open, quick: Quick, device: str) -> None
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
     for name in each_screen(screen, device):
-        if name.startswith(("360", "1280")):
-            check_axe(screen)
+        check_axe_on(screen, name)
         screen.shot(f"whole-{name}", full_page=True)

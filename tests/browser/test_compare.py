@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import expect
 
 from engine import Board, Drop, drop
-from tests.browser.axe import check_axe
+from tests.browser.axe import check_axe_on
 from tests.browser.conftest import Complaints, Open
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
@@ -148,6 +148,7 @@ def test_reduced_motion_shows_both_paths_at_once(opened: Open) -> None:
     assert painted(screen, "board-marks") > 500
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("device", SCREENS)
 def test_the_comparison_fits_its_screens(opened: Open, device: str) -> None:
     options = context_for(device)
@@ -155,5 +156,5 @@ def test_the_comparison_fits_its_screens(opened: Open, device: str) -> None:
     screen.page.get_by_label("Time in the drops").fill("4")
     for name in each_screen(screen, device):
         check_fit(screen)
-        check_axe(screen)
+        check_axe_on(screen, name)
         screen.shot(f"compare-{name}")

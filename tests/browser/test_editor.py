@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Route, expect
 
 from engine import Board, drop_many
-from tests.browser.axe import check_axe
+from tests.browser.axe import check_axe, check_axe_on
 from tests.browser.conftest import Complaints, Open
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen
 from tests.browser.screen import Screen
@@ -464,6 +464,7 @@ def test_a_busy_server_is_told_and_the_board_is_kept(bench: Bench, complaints: C
     complaints.allow("503")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("device", SCREENS)
 def test_the_editor_fits_its_screens(opened: Open, device: str) -> None:
     options = context_for(device)
@@ -474,7 +475,7 @@ def test_the_editor_fits_its_screens(opened: Open, device: str) -> None:
     bench.press("PageDown", "PageDown")
     for name in each_screen(bench.screen, device):
         check_fit(bench.screen)
-        check_axe(bench.screen)
+        check_axe_on(bench.screen, name)
         bench.screen.shot(f"editor-{name}")
 
 

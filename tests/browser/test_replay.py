@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Route, expect
 
 from engine import Board, drop
-from tests.browser.axe import check_axe
+from tests.browser.axe import check_axe_on
 from tests.browser.conftest import Complaints, Open, Quick
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
@@ -298,6 +298,7 @@ def test_a_drop_that_cannot_be_is_told(
     complaints.allow("404|422")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("device", SCREENS)
 def test_the_replay_fits_its_screens(opened: Open, device: str) -> None:
     options = context_for(device)
@@ -307,7 +308,7 @@ def test_the_replay_fits_its_screens(opened: Open, device: str) -> None:
     screen.page.locator("#impacts tr").nth(3).click()
     for name in each_screen(screen, device):
         check_fit(screen)
-        check_axe(screen)
+        check_axe_on(screen, name)
         screen.shot(f"replay-{name}")
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.axe import check_axe
+from tests.browser.axe import check_axe_on
 from tests.browser.conftest import Open, ServerProcess
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
@@ -214,6 +214,7 @@ def test_a_board_whose_balls_knock_each_other_is_played_on_both_pages(opened: Op
     expect(screen.result).to_have_text(re.compile(r"fell into bin \d|came to rest"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("device", SCREENS)
 def test_fits_every_screen(box: Any, device: str) -> None:
     screen = box({"balls": 40}, **context_for(device))
@@ -222,8 +223,7 @@ def test_fits_every_screen(box: Any, device: str) -> None:
         screen.page.get_by_role("heading", name=panel).click()
     for name in each_screen(screen, device):
         check_fit(screen)
-        if name.startswith(("360", "1280")):
-            check_axe(screen)
+        check_axe_on(screen, name)
         screen.shot(f"sandbox-{name}")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.long import tries
 from tests.repository.readme import (
     PAGES,
     README,
@@ -38,7 +39,8 @@ def test_there_are_examples_of_every_kind() -> None:
     }
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.long  # a page of pictures repeats what the README draws, in each format
+@pytest.mark.parametrize("page", tries((README,), PAGES), ids=lambda page: page.name)
 def test_every_example_prints_what_the_page_says_and_draws_what_it_shows(
     run: Runner, page: Path
 ) -> None:

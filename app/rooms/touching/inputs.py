@@ -10,9 +10,12 @@ from typing import Any, ClassVar
 
 import msgspec
 
-from app.rooms.input_format import InputFormat
+from app.errors import InvalidValueError
+from app.rooms.input_format import InputFormat, check_known
 from app.rooms.pending import PendingInput
 from app.rooms.records import InputRow, ResultRow
+from app.rooms.stakes import parse_who
+from app.rooms.touching.scene import as_kept
 from engine.errors import RecordError
 
 _Number = float | msgspec.UnsetType
@@ -153,6 +156,7 @@ class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
         "version", "board_digest", "mode", "solver", "tick_rate", "physics_version", "tick",
         "inputs", "world_digest", "digest",
     )  # fmt: skip
+    optional = ("kind", "room", "board", "scene")
     replayed = ".input"
 
     def row(self, session: int, pending: PendingInput[TouchingCommand]) -> InputRow:
@@ -170,10 +174,16 @@ class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
             raise RecordError(f"{where} is not an object with tick and input", field=where)
         if not isinstance(entry["input"], Mapping) or "type" not in entry["input"]:
             raise RecordError(f"{where}.input is not an object with a type", field=where)
+        check_known(entry, ("tick", "who", "input"), where)
+        try:
+            parse_who(entry.get("who"))
+        except InvalidValueError as error:
+            raise RecordError(f"{where}.{error}", field=f"{where}.who") from error
 
-    def line(self, entry: Mapping[str, Any]) -> bytes:
+    def first_line(self, entry: Mapping[str, Any]) -> bytes:
         """The input with its tick."""
-        return msgspec.json.encode([entry["tick"], entry["input"]], order="sorted")
+        asked = msgspec.to_builtins(self.input(entry))
+        return msgspec.json.encode([entry["tick"], asked], order="sorted")
 
     def input(self, entry: Mapping[str, Any]) -> TouchingInput:
         """The input that an entry tells of; raises RecordError."""
@@ -181,4 +191,6 @@ class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
             found: TouchingInput = msgspec.convert(entry["input"], TouchingInput)
         except msgspec.ValidationError as error:
             raise RecordError(str(error), field="input") from error
+        if isinstance(found, Reset) and isinstance(found.scene, dict):
+            return Reset(scene=as_kept(found.scene))
         return found

@@ -11,6 +11,7 @@ import msgspec
 from app.errors import InvalidValueError, shorten
 from app.rooms.touching.values import BALL, SETTINGS, Range, check_work, checked
 from engine import Board
+from engine.errors import RecordError
 from engine.multibody.arena import Arena
 from engine.multibody.scenes import galton, sandbox
 from engine.seeding import parse_seed
@@ -23,6 +24,8 @@ SIDE: Final = Range(0.5, 20.0, "m")
 SPEED: Final = Range(0.0, 50.0, "m/s", 0.0)
 
 _GALTON: Final = Board.preset("galton")
+
+_WHOLE: Final = ("balls", "substeps")
 
 DEFAULTS: Final[dict[str, dict[str, Any]]] = {
     SANDBOX: {
@@ -122,6 +125,31 @@ class Scene:
         arena.configure(**values)
         arena.edit_all(restitution=bounce, **made_of)
         return arena
+
+
+def as_kept(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters as a log tells them, with the types that `Scene.of` gave them.
+
+    JavaScript writes 6.0 as 6; in a world's digest the two differ. Raises RecordError unless it is
+    all the parameters of a scene.
+    """
+    name = values.get("scene")
+    defaults = DEFAULTS.get(name) if isinstance(name, str) else None
+    if defaults is None:
+        raise RecordError(
+            f"scene {shorten(name)} is not one of: {', '.join(DEFAULTS)}", field="scene"
+        )
+    differs = ", ".join(sorted(values.keys() ^ {"scene", *defaults}))
+    if differs:
+        raise RecordError(f"scene {name!r} has all its parameters and no others, not so: {differs}")
+    return {name: value if name in _WHOLE else _as_float(value) for name, value in values.items()}
+
+
+def _as_float(value: Any) -> Any:
+    """Numbers, and those in a list, as floats."""
+    if isinstance(value, list):
+        return [_as_float(part) for part in value]
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 def _checked(values: dict[str, Any], max_balls: int) -> dict[str, Any]:

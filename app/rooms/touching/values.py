@@ -129,4 +129,4 @@ def _number(value: object, field: str) -> float:
         number = math.inf
     if not math.isfinite(number):
         raise InvalidValueError(f"{field} {shorten(value)} is not a finite number", field=field)
-    return number
+    return number + 0.0  # a negative zero, of which JavaScript writes no sign, is zero

@@ -1,34 +1,18 @@
 """The drop that an address asks for: what of the path and the query decides it, checked."""
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import Depends, Query
 
+from app.computing.tasks import Ask
 from app.web.routes.common import Server, check_step
-from engine import Board, Drop
-from engine.drops.drop import make_drop
-from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
+from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, make_solver
 from engine.seeding import parse_seed
 
 X = Annotated[float | None, Query(description="Explicit start in metres; else the seed decides.")]
 SolverName = Annotated[str, Query(description="`exact` or `stepped`.")]
 Dt = Annotated[float, Query(description="Step of the stepped solver, in seconds.")]
 Substeps = Annotated[int, Query(description="Substeps a step, of the stepped solver.")]
-
-
-@dataclass(frozen=True, slots=True)
-class Ask:
-    """Everything that decides a drop."""
-
-    board: Board
-    seed: int
-    x: float | None
-    solver: Solver
-
-    def drop(self) -> Drop:
-        """Compute it; raises ParameterError for a start outside of the drop zone."""
-        return make_drop(self.board, self.seed, self.x, self.solver)
 
 
 async def asked(

@@ -4,18 +4,18 @@ import functools
 import secrets
 from typing import Annotated, Any
 
-import numpy as np
-import numpy.typing as npt
 from fastapi import APIRouter, Query, Request, Response
 
-from app.errors import InvalidValueError
+from app.computing import prices, tasks
+from app.computing.tasks import Ask, Facts
 from app.protocol.client_messages import parse_x
-from app.web.routes.asked import Ask, Asked
+from app.web.routes.asked import Asked
 from app.web.routes.common import (
     Server,
     body_of,
     cache_headers,
     check_step,
+    compute,
     documented,
     is_current,
     not_modified,
@@ -25,12 +25,9 @@ from app.web.routes.common import (
     resolve_board,
 )
 from app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
-from engine import Drop, verify
 from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, make_solver
 
 router = APIRouter(prefix="/api/v1", tags=["drops"])
-
-_MAX_FRAMES = 100_000  # rows of one reply, about 10 MB of JSON
 
 Certainty = Annotated[bool, Query(description="Say also how sure the bin is (exact solver).")]
 Fps = Annotated[float, Query(gt=0, le=1000, description="Frames a second.")]
@@ -51,13 +48,13 @@ async def post_drop(request: Request, server: Server) -> Response:
     check_step(server, body.solver, body.dt, body.substeps)
     seed = optional_seed(body.seed)
     ask = Ask(
-        await resolve_board(server, body.board),
+        await resolve_board(request, body.board),
         secrets.randbits(64) if seed is None else seed,
         parse_x(body.x),
         make_solver(body.solver, body.dt, body.substeps),
     )
-    record = await server.workers.run(lambda: ask.drop().record(certainty=body.certainty))
-    return reply(record, headers={"etag": f'"{record["digest"]}"'})
+    digest, record = await _record(request, ask, body.certainty)
+    return reply(record, headers={"etag": f'"{digest}"'})
 
 
 @router.get(
@@ -65,16 +62,17 @@ async def post_drop(request: Request, server: Server) -> Response:
     summary="Sample a drop",
     responses=documented(Frames, 304, 404, 422, 503),
 )
-async def get_frames(request: Request, server: Server, ask: Asked, fps: Fps = 60.0) -> Response:
+async def get_frames(request: Request, ask: Asked, fps: Fps = 60.0) -> Response:
     """The ball's state at times 0, 1/fps, 2/fps … and at the landing; and right before each impact.
 
     The record has the state right after each impact: the two differ by what the impact gave.
     """
-    done = await server.workers.run(ask.drop)
-    etag = f"{done.digest}.frames.{fps!r}"
+    found = await facts_of(request, ask)
+    etag = f"{found.digest}.frames.{fps!r}"
     if is_current(request, etag):
         return not_modified(etag)
-    body = await server.workers.run(functools.partial(_sample, done, fps))
+    price = prices.one_drop(ask.board, ask.solver)
+    body = await compute(request, functools.partial(tasks.frames, ask, fps), price, quick=True)
     return reply(body, headers=cache_headers(etag))
 
 
@@ -83,12 +81,9 @@ async def get_frames(request: Request, server: Server, ask: Asked, fps: Fps = 60
     summary="Replay a drop",
     responses=documented(DropRecord, 304, 404, 422, 503),
 )
-async def get_drop(
-    request: Request, server: Server, ask: Asked, certainty: Certainty = False
-) -> Response:
+async def get_drop(request: Request, ask: Asked, certainty: Certainty = False) -> Response:
     """The record of a drop, decided by its address alone, and so cacheable; ETag is its digest."""
-    record = await server.workers.run(lambda: ask.drop().record(certainty=certainty))
-    digest = record["digest"]
+    digest, record = await _record(request, ask, certainty)
     if is_current(request, digest):
         return not_modified(digest)
     return reply(record, headers=cache_headers(digest))
@@ -112,44 +107,18 @@ async def post_verify(request: Request, server: Server) -> Response:
         record.get("dt", DEFAULT_DT),
         record.get("substeps", DEFAULT_SUBSTEPS),
     )
-    verdict = await server.workers.run(functools.partial(verify, record))
-    return reply(Verdict(verdict.ok, verdict.field, verdict.expected, verdict.actual))
+    price = prices.verification()
+    return reply(await compute(request, functools.partial(tasks.verdict, record), price))
 
 
-def _sample(done: Drop, fps: float) -> Frames:
-    """The states at `fps` and at the landing; raises InvalidValueError when they are too many."""
-    count = int(done.duration * fps) + 1
-    if count > _MAX_FRAMES:
-        raise InvalidValueError(
-            f"fps {fps:g} makes {count} frames of a drop of {done.duration:g} s; "
-            f"at most {_MAX_FRAMES}",
-            field="fps",
-        )
-    times = np.arange(count) / fps
-    if times[-1] < done.duration:
-        times = np.append(times, done.duration)
-    states = done.states(times)
-    return Frames(
-        board_digest=done.board.digest,
-        digest=done.digest,
-        fps=fps,
-        duration=done.duration,
-        fields=list(states.dtype.names or ()),
-        frames=states.tolist(),
-        before=_before(done).tolist(),
-    )
+async def facts_of(request: Request, ask: Ask) -> Facts:
+    """Digest and duration of a drop; raises what `compute` raises."""
+    price = prices.one_drop(ask.board, ask.solver)
+    return await compute(request, functools.partial(tasks.facts, ask), price, quick=True)
 
 
-def _before(done: Drop) -> npt.NDArray[np.void]:
-    """The state right before each impact, shape (n,), dtype STATE, in the impacts' order.
-
-    That is the state at the last instant before it that has a float64, or, of two impacts at one
-    instant, what the first made of it for the second.
-    """
-    impacts = done.impacts
-    rows = done.states(np.nextafter(impacts["t"], 0.0))
-    for i in range(1, len(impacts)):
-        if impacts["t"][i] == impacts["t"][i - 1]:
-            for name in ("t", "x", "y", "vx", "vy", "omega"):
-                rows[name][i] = impacts[name][i - 1]
-    return rows
+async def _record(request: Request, ask: Ask, certainty: bool) -> tuple[str, bytes]:
+    """The digest of a drop, and its record as JSON."""
+    price = prices.one_drop(ask.board, ask.solver)
+    work = functools.partial(tasks.record, ask, certainty)
+    return await compute(request, work, price, quick=True)

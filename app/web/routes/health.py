@@ -1,15 +1,20 @@
 """For those who run the server: does it answer, can it take drops, how does it do."""
 
-from fastapi import APIRouter, Request, Response
+import hmac
+
+from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import PlainTextResponse
 
-from app.errors import LedgerError
+from app.errors import LedgerError, NoTokenError, TokenError
 from app.web.routes.common import Server, documented, reply
-from app.web.schemas.health import Health, Readiness, TickerHealth
+from app.web.schemas.health import Health, Readiness, RoomsBack, TickerHealth
 from app.web.services import Services
+from app.web.tokens import bearer_of
 from engine import PHYSICS_VERSION
 
 router = APIRouter(tags=["health"])
+
+_NAMED = 100  # rooms that readiness names
 
 
 @router.get("/healthz", summary="Is it alive", responses=documented(Health))
@@ -35,7 +40,11 @@ async def healthz(server: Server) -> Response:
     },
 )
 async def readyz(server: Server) -> Response:
-    """200 when the physics is compiled, the ticker runs, work and drops are taken; else 503."""
+    """200 when the physics is compiled, the ticker runs, work and drops are taken; else 503.
+
+    `rooms` tells how the last server's rooms come back. One that is not back yet, or is set aside,
+    keeps nobody from playing in the others, so it makes the server no less ready.
+    """
     checks = {
         "ledger": await _writable(server),
         "physics": server.warm,
@@ -43,14 +52,34 @@ async def readyz(server: Server) -> Response:
         "workers": not server.workers.full,
     }
     ready = all(checks.values())
-    return reply(Readiness(ready, checks), 200 if ready else 503)
+    rooms = RoomsBack(
+        rebuilding=len(server.rooms.rebuilding.waiting),
+        set_aside=list(server.rooms.persistence.recovery.set_aside)[:_NAMED],
+    )
+    answer = Readiness(ready, checks, rooms, server.integrity.finding)
+    return reply(answer, 200 if ready else 503)
+
+
+def _may_read(request: Request, server: Server) -> None:
+    """Raise NoTokenError or TokenError unless the request may read the metrics."""
+    token = server.settings.metrics_token
+    if not token:
+        return
+    shown = bearer_of(request.headers.get("authorization"))
+    if shown is None:
+        raise NoTokenError("the metrics are read with a token", field="authorization")
+    if not hmac.compare_digest(shown.encode(), token.encode()):
+        raise TokenError("the token is not that of the metrics", field="authorization")
 
 
 @router.get(
     "/metrics",
     summary="How does it do",
     response_class=PlainTextResponse,
-    responses=documented(None, media_type="text/plain", description="Prometheus' text format"),
+    responses=documented(
+        None, 401, 403, media_type="text/plain", description="Prometheus' text format"
+    ),
+    dependencies=[Depends(_may_read)],
 )
 async def metrics(request: Request, server: Server) -> Response:
     """Counts and times for Prometheus; docs/operations.md says what each means."""

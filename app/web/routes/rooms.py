@@ -53,7 +53,9 @@ Token = Depends(
 async def list_rooms(server: Server) -> Response:
     """The open rooms. `main` is always there; every preset's name is a room too, once asked for."""
     rooms = [_summary(server, room) for room in server.rooms.all()]
-    return reply(RoomList([*map(_parked, server.rooms.parked()), *rooms]))
+    parked = [_parked(room) for room in server.rooms.parked()]
+    coming = [_parked(room, awake=True) for room in server.rooms.rebuilding.waiting]
+    return reply(RoomList([*parked, *coming, *rooms]))
 
 
 @router.post(
@@ -69,13 +71,13 @@ async def open_room(request: Request, server: Server) -> Response:
     """Open a room with an id of its own; watch it at `/ws/rooms/{id}`.
 
     Over any board, `mode` says whether its balls touch each other. Instead of a board a `scene`
-    may be asked for, with any of its parameters (`GET scenes` lists them).
+    may be asked for: its name, or `{"scene": name, ...}` with its parameters (`GET scenes`).
 
     The reply's `token` lets its holder change, reset and close the room.
     """
-    with server.creators.place(address_of(request)) as take:
+    with server.creators.place(address_of(request), server.rooms.free) as take:
         body = await read(request, RoomRequest)
-        ground, mode = await _ground(server, body)
+        ground, mode = await _ground(request, server, body)
         room = await server.rooms.create(ground, mode)
         take(room.id)
     view = msgspec.structs.asdict(_view(server, room))
@@ -101,7 +103,7 @@ async def change_room(room: str, request: Request, server: Server) -> Response:
     """Give a room another board. It begins anew, for everyone in it; for its creator alone."""
     found = await _own_room(room, request, server)
     body = await read(request, RoomChange)
-    board = await resolve_board(server, body.board)
+    board = await resolve_board(request, body.board)
     return reply(_view(server, await server.rooms.reset(found, board)))
 
 
@@ -133,15 +135,20 @@ async def close_room(room: str, request: Request, server: Server) -> Response:
 @router.get(
     "/{room}/log",
     summary="Read a room's log",
-    responses=documented(RoomLog, 404, 429, 503),
+    responses=documented(RoomLog, 401, 403, 404, 429, 503),
+    dependencies=[Token],
 )
-async def get_log(room: str, server: Server) -> Response:
+async def get_log(room: str, request: Request, server: Server) -> Response:
     """All drops since the room began, at their ticks, with their results.
 
-    `plinko verify` replays it and compares every digest.
+    `plinko verify` replays it and compares every digest. Players' marks (`who`) are null but for
+    who shows the room's token.
     """
     found = await server.rooms.seek(room)
-    body = await read_log(server.rooms.persistence.sessions, found)
+    shown = request.headers.get("authorization")
+    if shown is not None:
+        server.tokens.check(found.id, shown)
+    body = await read_log(server.rooms.persistence.sessions, found, marks=shown is not None)
     return StreamingResponse(body, media_type="application/json")
 
 
@@ -182,19 +189,23 @@ async def post_room_drop(
     return reply(drop, 202 if landed is None else 200)
 
 
-async def _ground(server: Services, body: RoomRequest) -> tuple[Ground, str]:
+async def _ground(request: Request, server: Services, body: RoomRequest) -> tuple[Ground, str]:
     """What a room is asked for over, and its mode."""
+    beside = {name: getattr(body, name) for name in SCENE_PARAMETERS}
+    beside = {name: value for name, value in beside.items() if value is not None}
     if body.scene is None:
-        for name in SCENE_PARAMETERS:
-            if getattr(body, name) is not None:
-                raise InvalidValueError(
-                    f"{name} is a parameter of a scene, not of a board", field=name
-                )
-        return await resolve_board(server, body.board), body.mode
+        for name in beside:
+            raise InvalidValueError(f"{name} is a parameter of a scene, not of a board", field=name)
+        return await resolve_board(request, body.board), body.mode
     if body.board is not None:
         raise InvalidValueError("a room has either a board or a scene", field="board")
-    values = {name: getattr(body, name) for name in SCENE_PARAMETERS}
-    return server.rooms.scene({"scene": body.scene, **values}), SCENE
+    if isinstance(body.scene, str):
+        return server.rooms.scene({"scene": body.scene, **beside}), SCENE
+    for name in beside:
+        raise InvalidValueError(
+            f"{name} belongs into the object `scene`, beside its name", field=name
+        )
+    return server.rooms.scene(body.scene), SCENE
 
 
 async def _own_room(room_id: str, request: Request, server: Services) -> Room:
@@ -220,14 +231,14 @@ def _summary(server: Services, room: Room) -> RoomSummary:
     )
 
 
-def _parked(room: Parked) -> RoomSummary:
+def _parked(room: Parked, *, awake: bool = False) -> RoomSummary:
     return RoomSummary(
         id=room.id,
         board_name=room.board_name,
         board_digest=room.board,
         mode=room.mode,
         tick=room.tick,
-        awake=False,
+        awake=awake,
         balls=0,
         clients=0,
         drops=room.drops,

@@ -22,6 +22,7 @@ from app.errors import (
     SlowClientError,
     answer,
     shorten,
+    told,
 )
 from app.live.hub import Client, Mailbox
 from app.live.transport import connection_of, sever
@@ -72,14 +73,14 @@ async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
     if isinstance(error, SlowClientError):
         sever(socket.scope, linger)
     # RFC 6455 leaves 123 bytes for the reason.
-    reason = str(error).encode()[:120].decode(errors="ignore")
+    reason = told(error).encode()[:120].decode(errors="ignore")
     with contextlib.suppress(WebSocketDisconnect, TimeoutError, RuntimeError):
         async with asyncio.timeout(_CLOSE_SECONDS):
             await socket.close(answer(error).close, reason)
 
 
 def _event(error: BaseException, ref: object = None) -> messages.Error:
-    return messages.Error(code=answer(error).code, detail=str(error), ref=ref)
+    return messages.Error(code=answer(error).code, detail=told(error), ref=ref)
 
 
 class RoomClient:

@@ -1,8 +1,9 @@
 """Bodies of the routes that say how the server is."""
 
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import msgspec
+from msgspec import Meta
 
 
 class TickerHealth(msgspec.Struct, frozen=True):
@@ -24,8 +25,20 @@ class Health(msgspec.Struct, frozen=True):
     ticker: TickerHealth
 
 
+class RoomsBack(msgspec.Struct, frozen=True):
+    """Rooms from before the start: how many are not back yet, and which were set aside."""
+
+    rebuilding: int
+    set_aside: Annotated[list[str], Meta(description="Their record is damaged; the first 100.")]
+
+
 class Readiness(msgspec.Struct, frozen=True):
-    """Whether the server can take drops; each check by itself."""
+    """Whether the server can take drops; each check by itself, and what of it is still going on."""
 
     ready: bool
     checks: dict[str, bool]
+    rooms: RoomsBack
+    integrity: Annotated[
+        Literal["checking", "sound", "damaged", "unknown"],
+        Meta(description="What the look at the ledger's database at the start has found."),
+    ]

@@ -23,8 +23,15 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Meta(description="Whether balls pass through each other or knock each other."),
     ] = "independent"
     scene: Annotated[
-        str | None,
-        Meta(description="`sandbox` or `galton`, instead of a board; the rest is for scenes."),
+        Any,
+        Meta(
+            description="Instead of a board: `sandbox` or `galton`, or an object with that name as "
+            "`scene` and the parameters that `GET scenes` lists. The message `reset`, a room's "
+            "view, its hello and its log have the same object. The fields below are the same "
+            "parameters as they were written before there was one spelling.",
+            examples=[{"scene": "sandbox", "balls": 40}],
+            extra_json_schema={"anyOf": [{"type": "string"}, {"type": "object"}, {"type": "null"}]},
+        ),
     ] = None
     balls: SceneValue = None
     seed: SceneValue = None

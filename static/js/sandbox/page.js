@@ -312,7 +312,7 @@ export class SandboxPage {
 
   async #openOwn() {
     try {
-      const reply = await postJson("rooms", this.scene.read(this.room.settings));
+      const reply = await postJson("rooms", { scene: this.scene.read(this.room.settings) });
       const { id, token } = /** @type {RoomReply} */ (reply);
       sessionStorage.setItem(TOKENS, JSON.stringify({ ...tokens(), [id]: token }));
       window.location.assign(`sandbox.html?${new URLSearchParams({ room: id })}`);

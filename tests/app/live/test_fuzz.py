@@ -53,7 +53,7 @@ async def torment(server: Served, seed: int, count: int) -> Counter[str]:
     for batch in garbled.batches(seed):
         reader, writer = await asyncio.open_connection(host, int(port))
         writer.write(
-            b"GET /ws/rooms/triangle-8 HTTP/1.1\r\nHost: h\r\nUpgrade: websocket\r\n"
+            b"GET /ws/rooms/triangle-8 HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n"
             b"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: "
             + base64.b64encode(os.urandom(16))
             + b"\r\n\r\n"

@@ -248,6 +248,24 @@ async def test_changes_too_fast_and_balls_too_many_are_refused() -> None:
             await player.until("pong")
 
 
+async def test_a_scene_is_spelt_alike_wherever_it_is_written_and_read(server: Running) -> None:
+    wanted = {"scene": "sandbox", "balls": 3, "gravity": "Mars", "seed": 5}
+    room = await opened(server, scene=wanted)
+    assert room["scene"] == (await opened(server, **wanted))["scene"], "as it was once written"
+    async with playing(server.socket(room["id"])) as player:
+        assert player.hello["arena"]["scene"] == room["scene"]
+        await mine(player, room)
+        for scene, balls in ((wanted | {"balls": 2}, 2), (room["scene"], 3), ("sandbox", 60)):
+            await player.send(type="reset", scene=scene)
+            hello = await player.until("hello")
+            assert hello["arena"]["scene"]["balls"] == balls
+    async with httpx.AsyncClient(base_url=server.url) as http:
+        again = (await http.get(f"/api/v1/rooms/{room['id']}")).json()["scene"]
+        log = (await http.get(f"/api/v1/rooms/{room['id']}/log")).json()
+    assert room["scene"] == again == log["scene"]
+    assert log["inputs"][1]["input"] == {"type": "reset", "scene": room["scene"]}
+
+
 @pytest.mark.parametrize(
     ("body", "field", "says"),
     [
@@ -258,6 +276,9 @@ async def test_changes_too_fast_and_balls_too_many_are_refused() -> None:
         ({"scene": "sandbox", "board": "classic"}, "board", "either a board or a scene"),
         ({"board": "classic", "gravity": 3}, "gravity", "parameter of a scene"),
         ({"scene": "galton", "radii": [0.1, 0.2]}, "scene", "'galton' has no 'radii'"),
+        ({"scene": {"scene": "sandbox"}, "balls": 3}, "balls", "into the object `scene`"),
+        ({"scene": {"balls": 3}}, "scene", "not one of: sandbox, galton"),
+        ({"scene": 7}, "scene", "not an object"),
     ],
 )
 def test_a_scene_that_cannot_be_is_refused(

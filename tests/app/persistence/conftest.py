@@ -9,6 +9,7 @@ import pytest
 
 from app.persistence.database import Database
 from tests.app.persistence import postgres
+from tests.app.persistence.server import POSTGRESQL, SQLITE
 
 
 @pytest.fixture(scope="session")
@@ -22,7 +23,7 @@ def cluster() -> Iterator[postgres.Cluster]:
         yield running
 
 
-@pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.postgresql)])
+@pytest.fixture(params=[SQLITE, POSTGRESQL])
 def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     """An empty database's address, of each kind in turn."""
     if request.param == "sqlite":

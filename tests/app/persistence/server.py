@@ -14,6 +14,7 @@ from typing import Any
 
 import httpx
 import msgspec
+import pytest
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
@@ -23,6 +24,11 @@ from tests.waiting import LIMIT, first_line
 
 KILLS = tries(1, int(os.environ.get("PLINKO_TEST_KILLS", "50")))
 """How often a crash test kills its server: once as it was begun, once as it was found again."""
+
+# Kinds of database to keep a ledger in, see the fixture `url`. Crash tests kill a server over both
+# in `make test-long`; in `make test` each is over one, so that each database is killed once.
+SQLITE = pytest.param("sqlite", id="sqlite")
+POSTGRESQL = pytest.param("postgresql", id="postgresql", marks=pytest.mark.postgresql)
 
 _SERVE = (
     *(sys.executable, "-m", "app.cli", "serve"),

@@ -11,7 +11,8 @@ import pytest
 
 from engine import Board
 from tests.app.persistence.oracle import hold
-from tests.app.persistence.server import KILLS, Heard, Served, play
+from tests.app.persistence.server import KILLS, POSTGRESQL, SQLITE, Heard, Served, play
+from tests.long import tries
 from tests.waiting import eventually
 
 ACKNOWLEDGED = 10  # drops at least, between one kill and the next
@@ -60,6 +61,7 @@ class Load:
         await asyncio.gather(*players, return_exceptions=True)
 
 
+@pytest.mark.parametrize("url", tries([SQLITE], [SQLITE, POSTGRESQL]), indirect=True)
 @pytest.mark.long
 @pytest.mark.timeout(3600)
 async def test_no_drop_that_was_acknowledged_is_lost_and_no_digest_changes(url: str) -> None:

@@ -12,7 +12,8 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from app.rooms import log as roomlog
-from tests.app.persistence.server import KILLS, Served
+from tests.app.persistence.server import KILLS, POSTGRESQL, SQLITE, Served
+from tests.long import tries
 from tests.waiting import eventually
 
 PLACED = 2  # balls at least, between one kill and the next
@@ -78,6 +79,7 @@ def log_of(server: Served, room: str) -> dict[str, Any]:
     return log
 
 
+@pytest.mark.parametrize("url", tries([POSTGRESQL], [SQLITE, POSTGRESQL]), indirect=True)
 @pytest.mark.long
 @pytest.mark.timeout(3600)
 async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> None:

@@ -7,7 +7,7 @@ import sqlalchemy as sa
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 
-from app.errors import SettingError
+from app.errors import DamagedRoomError, SettingError
 from app.persistence import store, tables
 from app.persistence.database import HEAD, Database, address
 from app.rooms.records import BoardRow, DropRow, RoomRow, Write
@@ -47,7 +47,7 @@ def test_a_gap_in_the_drops_is_no_ledger(url: str) -> None:
     rows: list[Write] = [board, room, DropRow(1, 0, 0, 1), DropRow(1, 2, 0, 1)]
     with database.transaction() as connection:
         store.apply(connection, rows)
-        with pytest.raises(ValueError, match="lacks drop 1"):
+        with pytest.raises(DamagedRoomError, match="lacks drop 1"):
             store.drops(connection, 1, 0)
     database.close()
 

@@ -1,6 +1,7 @@
 """Rooms of one's own over a real server: tokens, resets, logs, and what a restart finds again."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -16,7 +17,7 @@ from app.errors import SettingError
 from app.web.tokens import secret_of
 from engine import Board, drop
 from tests.app.conftest import TINY, Player, Running, playing, serving
-from tests.waiting import eventually
+from tests.waiting import eventually, until
 
 
 @pytest.fixture
@@ -119,6 +120,14 @@ def test_a_secret_is_made_once_for_its_owners_eyes_and_bad_ones_are_named(tmp_pa
     with pytest.raises(SettingError, match=r"Is a directory"):
         secret_of("", tmp_path)
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["secret"]
+
+
+def test_what_a_killed_process_of_the_same_number_left_behind_is_in_nobodys_way(
+    tmp_path: Path,
+) -> None:
+    """In a container every server is process 1."""
+    (tmp_path / f"secret.{os.getpid()}").write_text("half of a sec")
+    assert len(secret_of("", tmp_path / "secret")) >= 32
 
 
 # Changing, resetting, closing.
@@ -282,6 +291,7 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
         in_flight = http.post("/rooms/triangle-8/drops", json={"seed": 5}).json()
     with serving(**settings) as server:
         recovery = server.services.rooms.persistence.recovery
+        until(lambda: not server.services.rooms.rebuilding.waiting)
         assert recovery.rebuilt == 1, "what sleeps is not rebuilt"
         assert {room, asleep} <= {each.id for each in server.services.rooms.parked()}
         with client_of(server) as http:

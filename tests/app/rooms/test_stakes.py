@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from app.errors import InvalidValueError
 from app.rooms.independent import IndependentRoom
+from app.rooms.log import verify_log
 from app.rooms.pending import DropCommand
 from app.rooms.stakes import MAX_STAKE, parse_stake, parse_who, payout_of
 from engine import Board
@@ -60,7 +61,8 @@ def test_a_stake_survives_a_checkpoint_in_mid_flight() -> None:
 
 
 async def test_stakes_are_kept_told_and_paid(server: Running, http: httpx.Client) -> None:
-    room = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
+    opened = http.post("/api/v1/rooms", json={"board": TINY}).json()
+    room, headers = opened["id"], {"authorization": f"Bearer {opened['token']}"}
     async with playing(server.socket(room)) as player:
         await player.send(type="drop", seed=1, stake=100, who="ann")
         accepted = await player.until("accepted")
@@ -75,8 +77,13 @@ async def test_stakes_are_kept_told_and_paid(server: Running, http: httpx.Client
     assert "-5" in error["detail"]
     reply = http.post(f"/api/v1/rooms/{room}/drops?wait=1", json={"seed": 3, "stake": 7}).json()
     assert reply["landed"]["payout"] == payout_of(7, reply["landed"]["score"])
-    drops = http.get(f"/api/v1/rooms/{room}/log").json()["drops"]
+    drops = http.get(f"/api/v1/rooms/{room}/log", headers=headers).json()["drops"]
     assert [(each["stake"], each["who"]) for each in drops] == [(100, "ann"), (0, None), (7, None)]
     assert drops[0]["result"]["payout"] == landed["payout"]
+    for_all = http.get(f"/api/v1/rooms/{room}/log").json()
+    assert [each["who"] for each in for_all["drops"]] == [None] * 3, "marks are the creator's"
+    assert verify_log(for_all).ok
+    wrong = http.get(f"/api/v1/rooms/{room}/log", headers={"authorization": "Bearer guessed"})
+    assert (wrong.status_code, wrong.json()["code"]) == (403, "not-yours")
     refused = http.post(f"/api/v1/rooms/{room}/drops", json={"stake": 10**12})
     assert (refused.status_code, refused.json()["field"]) == (422, "stake")

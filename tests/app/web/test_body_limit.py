@@ -29,7 +29,7 @@ def answer(connection: socket.socket) -> tuple[int, dict[str, object]]:
 def test_an_announced_body_is_refused_before_any_of_it_is_sent(server: Running) -> None:
     with dial(server) as connection:
         connection.sendall(
-            b"POST /api/v1/drops HTTP/1.1\r\nHost: x\r\nContent-Length: 10000000\r\n\r\n"
+            b"POST /api/v1/drops HTTP/1.1\r\nHost: localhost\r\nContent-Length: 10000000\r\n\r\n"
         )
         status, problem = answer(connection)
     assert status == 413
@@ -41,7 +41,7 @@ def test_an_announced_body_is_refused_before_any_of_it_is_sent(server: Running) 
 def test_an_unannounced_body_is_refused_once_over_the_limit(server: Running) -> None:
     with dial(server) as connection:
         connection.sendall(
-            b"POST /api/v1/drops HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n"
+            b"POST /api/v1/drops HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n"
         )
         for _ in range(20):
             connection.sendall(b"10000\r\n" + bytes(65536) + b"\r\n")
@@ -58,7 +58,7 @@ def test_a_client_that_sends_it_all_still_sees_the_answer(http: httpx.Client, pa
 
 
 def test_one_that_does_not_listen_while_it_sends_meets_no_broken_pipe(server: Running) -> None:
-    head = b"POST /api/v1/drops HTTP/1.1\r\nHost: x\r\nContent-Length: 10000000\r\n\r\n"
+    head = b"POST /api/v1/drops HTTP/1.1\r\nHost: localhost\r\nContent-Length: 10000000\r\n\r\n"
     with dial(server) as connection:
         connection.sendall(head)
         for _ in range(100):

@@ -62,7 +62,7 @@ def test_a_quota_counts_what_is_open_and_what_is_in_the_making() -> None:
     with quota.place("me") as take:
         take("a")
     with quota.place("me") as take:
-        said = "2 rooms are open already, of 2 at most"
+        said = "2 rooms are open already, of 2 at most now"
         with pytest.raises(QuotaError, match=said), quota.place("me"):
             raise AssertionError("there was a place")
         with quota.place("you") as other:
@@ -89,3 +89,19 @@ def test_a_quota_forgets_those_who_have_nothing() -> None:
         with quota.place(f"client {number}") as take:
             take(str(number))
     assert len(quota._held) == 1
+
+
+def test_as_less_is_left_each_may_have_less_so_that_few_cannot_take_it_all() -> None:
+    held: dict[str, int] = {}
+    left = 1000
+    quota = Quota(50, "rooms", lambda _: True)
+    for client in map(str, range(40)):
+        with contextlib.suppress(QuotaError):
+            while True:
+                with quota.place(client, left) as take:
+                    take(f"{client} {left}")
+                left -= 1
+                held[client] = held.get(client, 0) + 1
+    assert max(held.values()) == 50
+    assert min(held.values()) >= 3, "even the last of them found room"
+    assert left > 0

@@ -1,0 +1,127 @@
+"""Which room comes back from the ledger next: one that is asked for, else the rest, by and by."""
+
+import asyncio
+from collections import Counter, OrderedDict
+from collections.abc import Awaitable, Callable, Iterable
+from typing import Final
+
+from app.errors import DamagedRoomError, LedgerError, RebuildingError
+from app.rooms.records import Parked
+
+_PATIENCE: Final = 10.0  # s that someone waits for a room before hearing that it takes longer
+_REST: Final = 0.02  # s of rest after each slice of a room that nobody waits for
+_RETRY: Final = 0.5  # s until the ledger is asked again that could not be read
+
+Turn = Callable[[], Awaitable[None]]
+"""Awaited between slices of a rebuild; returns when the next slice may be run."""
+
+
+class RebuildQueue:
+    """Rooms that moved when the last server ended; for the event loop's thread.
+
+    `rebuild` brings the room of this id back; it raises DamagedRoomError for one that is set aside,
+    LedgerError when the ledger cannot be read now. Those that are asked for are rebuilt at once,
+    and the others wait meanwhile, so that none of them holds up who came first.
+    """
+
+    def __init__(
+        self,
+        rebuild: Callable[[str, Turn], Awaitable[None]],
+        *,
+        patience: float = _PATIENCE,
+        sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
+    ) -> None:
+        self._rebuild = rebuild
+        self._patience = patience
+        self._sleep = sleep
+        self._waiting: OrderedDict[str, Parked] = OrderedDict()
+        self._tasks: dict[str, asyncio.Task[LedgerError | None]] = {}
+        self._asked: Counter[str] = Counter()
+        self._asking = asyncio.Event()  # set, and made anew, when `_asked` changes
+
+    @property
+    def waiting(self) -> list[Parked]:
+        """The rooms that are still to come back."""
+        return list(self._waiting.values())
+
+    def __contains__(self, room_id: str) -> bool:
+        """Whether this room is still to come back."""
+        return room_id in self._waiting
+
+    def fill(self, rooms: Iterable[Parked]) -> None:
+        """These are to come back, in this order."""
+        self._waiting.update((room.id, room) for room in rooms)
+
+    async def run(self) -> None:
+        """Bring all of them back, one after another; ends all that it began when cancelled."""
+        try:
+            while self._waiting:
+                error = await asyncio.shield(self._task(next(iter(self._waiting))))
+                if error is not None and not isinstance(error, DamagedRoomError):
+                    await self._sleep(_RETRY)
+        finally:
+            begun = list(self._tasks.values())
+            for task in begun:
+                task.cancel()
+            await asyncio.gather(*begun, return_exceptions=True)
+
+    async def need(self, room_id: str) -> None:
+        """Return once the room is back, or never was to come.
+
+        Raises DamagedRoomError, LedgerError, and RebuildingError when it takes too long to wait.
+        """
+        if room_id not in self._waiting:
+            return
+        self._ask(room_id, 1)
+        try:
+            async with asyncio.timeout(self._patience):
+                error = await asyncio.shield(self._task(room_id))
+        except TimeoutError:
+            raise rebuilding(room_id) from None
+        finally:
+            self._ask(room_id, -1)
+        if error is not None:
+            raise error
+
+    def _ask(self, room_id: str, change: int) -> None:
+        """So many more wait for this room."""
+        self._asked[room_id] += change
+        if not self._asked[room_id]:
+            del self._asked[room_id]
+        self._asking.set()
+        self._asking = asyncio.Event()
+
+    def _task(self, room_id: str) -> "asyncio.Task[LedgerError | None]":
+        """What brings a room back; it gives what went wrong, if anything did."""
+        if room_id not in self._tasks:
+            self._tasks[room_id] = asyncio.create_task(self._bring(room_id), name=room_id)
+        return self._tasks[room_id]
+
+    async def _bring(self, room_id: str) -> LedgerError | None:
+        try:
+            await self._rebuild(room_id, lambda: self._turn(room_id))
+        except DamagedRoomError as error:
+            del self._waiting[room_id]
+            return error
+        except LedgerError as error:
+            return error
+        else:
+            del self._waiting[room_id]
+            return None
+        finally:
+            del self._tasks[room_id]
+
+    async def _turn(self, room_id: str) -> None:
+        if room_id in self._asked:
+            return
+        # What nobody waits for leaves half of the time to those who play.
+        await self._sleep(_REST)
+        while self._asked and room_id not in self._asked:
+            await self._asking.wait()
+
+
+def rebuilding(room_id: str) -> RebuildingError:
+    """The answer to who asks for a room that is not back yet."""
+    return RebuildingError(
+        f"room {room_id!r} is being rebuilt from the ledger; it is not lost", field="room"
+    )

@@ -1,0 +1,17 @@
+"""The engine's values as PNG files for notebooks: the entry point that pyproject.toml names."""
+
+from app.render.histogram import histogram_picture
+from app.render.parts.board import board_pixels
+from app.render.parts.view import lay_out
+from app.render.raster import encode
+from app.render.still import DEFAULT_WIDTH, drop_picture
+from engine import Board, Drop, DropBatch
+
+
+def png(value: Board | Drop | DropBatch) -> bytes:
+    """The board, the drop's path over it, or the batch's histogram, as the page draws them."""
+    if isinstance(value, Board):
+        return encode.still(board_pixels(value, lay_out(value, DEFAULT_WIDTH), "light"), "png")
+    if isinstance(value, Drop):
+        return drop_picture(value)
+    return histogram_picture(value.board, value.histogram, unsettled=value.unsettled)

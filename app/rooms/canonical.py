@@ -1,0 +1,39 @@
+"""JSON as canonical bytes (RFC 8785), for digests: the same however a value was written.
+
+JavaScript writes 1.0 as 1, Python and JavaScript sort and space differently; here all agree. What
+msgspec writes is that form already, but for its order and for whole numbers of type float; those
+beyond 2^53, to which nothing in a log comes near, are refused.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import msgspec
+
+from engine.errors import RecordError
+
+LARGEST: Final = 2.0**53
+"""From here on JavaScript rounds the digits of a whole number."""
+
+_encoder: Final = msgspec.json.Encoder(order="sorted")
+
+
+def canonical(value: object) -> bytes:
+    """Bytes of a JSON value; integers of any size in full.
+
+    Raises RecordError for a number that is not finite or not below LARGEST.
+    """
+    return _encoder.encode(_plain(value))
+
+
+def _plain(value: Any) -> Any:
+    """`value` with whole numbers as integers."""
+    if isinstance(value, float):
+        if not -LARGEST < value < LARGEST:
+            raise RecordError(f"the number {value!r} is not within 2^53 of 0")
+        return int(value) if value.is_integer() else value
+    if isinstance(value, Mapping):
+        return {key: _plain(part) for key, part in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_plain(part) for part in value]
+    return value

@@ -1,0 +1,79 @@
+"""Clients by their address: whom a limit counts as one, and which of them are proxies. Pure."""
+
+import ipaddress
+from collections import Counter
+from collections.abc import Iterable
+
+from app.errors import SettingError, shorten
+
+_SITE = 64  # bits of an IPv6 address: what one subscriber has, who may use any address in it
+
+
+def one_client(host: str) -> str:
+    """By what a client is told from others: its IPv4 address, or its IPv6 network of 64 bits."""
+    try:
+        address = ipaddress.ip_address(host)
+    except ValueError:
+        return host  # of a socket that is no internet address
+    if isinstance(address, ipaddress.IPv4Address):
+        return host
+    if address.ipv4_mapped is not None:
+        return str(address.ipv4_mapped)
+    return str(ipaddress.ip_network((int(address), _SITE), strict=False))
+
+
+class Proxies:
+    """The proxies that are believed when they say for whom they ask; addresses or networks.
+
+    Raises SettingError naming what is neither.
+    """
+
+    def __init__(self, trusted: Iterable[str]) -> None:
+        self.names = list(trusted)
+        try:
+            self._networks = [ipaddress.ip_network(each, strict=False) for each in self.names]
+        except ValueError as error:
+            raise SettingError(
+                f"trusted_proxies {shorten(self.names)}: {error}", field="trusted_proxies"
+            ) from None
+
+    def __contains__(self, host: str) -> bool:
+        """Whether this is the address of one."""
+        if not self._networks:
+            return False
+        try:
+            address = ipaddress.ip_address(host)
+        except ValueError:
+            return False
+        return any(address in network for network in self._networks)
+
+
+class Connections:
+    """How many connections each client has open, and how many it may have.
+
+    A trusted proxy speaks for many and is not counted.
+    """
+
+    def __init__(self, most: int, proxies: Proxies) -> None:
+        self.most = most
+        self._proxies = proxies
+        self._open: Counter[str] = Counter()
+
+    def enter(self, host: str) -> bool:
+        """Count one more of this address; False, and it is not counted, when it has too many."""
+        key = one_client(host)
+        if self._open[key] >= self.most and host not in self._proxies:
+            return False
+        self._open[key] += 1
+        return True
+
+    def leave(self, host: str) -> None:
+        """One that was counted has ended."""
+        key = one_client(host)
+        self._open[key] -= 1
+        if self._open[key] <= 0:
+            del self._open[key]
+
+    def __len__(self) -> int:
+        """How many are open, of all clients."""
+        return self._open.total()

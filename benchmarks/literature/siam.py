@@ -1,0 +1,42 @@
+"""SIAM 100-Digit Challenge, problem 2: a photon among mirrors, asked for to ten digits and more.
+
+Mirrors of radius 1/3 stand at the integer points. A photon leaves (1/2, 1/10) for the east with
+speed 1: how far from the origin is it at t = 10? Each of its 14 reflections multiplies an error.
+"""
+
+from dataclasses import dataclass
+from math import hypot
+
+from engine.billiards import Billiard, path
+from engine.board.parts import BallSpec, Peg
+from engine.drops.certainty import certainty_of
+
+TRUTH = "0.9952629194433541608903118094267216210294669227341543498032088580729861796228306"
+"""Distance from the origin; Bornemann et al., The SIAM 100-Digit Challenge (2004), chapter 2."""
+
+START = ("1/2", "1/10")
+TIME = 10.0
+MIRRORS = range(-3, 4)
+"""Integers x and y of the mirrors that are looked at: the photon comes to (-2, 1.4) at most."""
+
+
+@dataclass(frozen=True)
+class DoublePrecision:
+    """Distance at t = 10, and how far off it may be by the engine's own estimate."""
+
+    distance: float
+    reflections: int
+    error: float
+    estimate: float
+
+
+def in_double_precision() -> DoublePrecision:
+    """The exact solver's answer; its estimate is that of the place of the last reflection."""
+    mirrors = tuple(Peg(float(x), float(y), 0.25) for x in MIRRORS for y in MIRRORS)
+    board = Billiard(pegs=mirrors, ball=BallSpec(radius=1.0 / 12.0, restitution=1.0))
+    found = path(board, (0.5, 0.1), (1.0, 0.0), TIME)
+    distance = hypot(float(found.end[1]), float(found.end[2]))
+    errors = certainty_of(found).errors
+    return DoublePrecision(
+        distance, len(found.events), abs(distance - float(TRUTH)), float(errors[-1])
+    )

@@ -1,0 +1,11 @@
+"""Balls that fly as in the literature's billiards: with a velocity, with or without gravity.
+
+The exact solver's flights and impacts, on open boards and on boards that repeat for ever. Imports
+drops, for one ball's path, and the exact solver. Start with billiard.py; flow.py moves many balls.
+"""
+
+from engine.billiards.billiard import Billiard
+from engine.billiards.flow import Flow, launch
+from engine.billiards.path import path
+
+__all__ = ["Billiard", "Flow", "launch", "path"]

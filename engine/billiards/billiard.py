@@ -1,0 +1,95 @@
+"""A billiard: pegs and walls without bins, that may repeat for ever; frozen, checked once."""
+
+import dataclasses
+import math
+from functools import cached_property
+from typing import Any, Final
+
+from engine.board import values
+from engine.board.fields import BoardFields
+from engine.board.materials import Material
+from engine.board.parts import BallSpec, Bins, Peg, Wall
+from engine.errors import BoardError
+
+Vector = tuple[float, float]
+
+ELASTIC: Final = Material(restitution=1.0, friction=0.0)
+
+_NO_BINS: Final = Bins(math.inf, (-1.0, 1.0), (0.0,))
+"""A line that no ball ever crosses, which costs the search one comparison in a window."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Billiard:
+    """What a ball moves among. SI units, x right, y down; raises BoardError that names the value.
+
+    ball: a disc; its centre moves as a point does among pegs larger by its radius. material: of
+    all pegs and walls. gravity in m/s^2, 0 or more; linear drag in 1/s. cell: two vectors in m by
+    which the pegs repeat in all directions, None for pegs and walls as they stand.
+    """
+
+    pegs: tuple[Peg, ...] = ()
+    walls: tuple[Wall, ...] = ()
+    ball: BallSpec = dataclasses.field(default_factory=lambda: BallSpec(restitution=1.0))
+    material: Material = ELASTIC
+    gravity: float = 0.0
+    drag: float = 0.0
+    cell: tuple[Vector, Vector] | None = None
+
+    def __post_init__(self) -> None:
+        """Put checked floats in place of what was given."""
+        checked: dict[str, Any] = {
+            "pegs": values.pegs(self.pegs),
+            "walls": values.walls(self.walls),
+            "ball": values.ball(self.ball),
+            "material": values.material(self.material, "material"),
+            "gravity": values.number(self.gravity, "gravity", 0.0, values.MAX_GRAVITY),
+            "drag": values.drag(self.drag),
+            "cell": None if self.cell is None else _cell(self.cell, self.pegs, self.walls),
+        }
+        for key, value in checked.items():
+            object.__setattr__(self, key, value)
+
+    @cached_property
+    def fields(self) -> BoardFields:
+        """The billiard as the exact solver's arrays are made of it; without the pegs' copies."""
+        return self.with_pegs(self.pegs)
+
+    def with_pegs(self, pegs: tuple[Peg, ...]) -> BoardFields:
+        """`fields` with other pegs: those of one cell and their copies around it."""
+        return BoardFields(
+            name="billiard",
+            gravity=self.gravity,
+            drag=self.drag,
+            ball=self.ball,
+            pegs=pegs,
+            peg_material=self.material,
+            walls=self.walls,
+            wall_material=self.material,
+            bins=_NO_BINS,
+        )
+
+
+def _cell(cell: Any, pegs: tuple[Peg, ...], walls: tuple[Wall, ...]) -> tuple[Vector, Vector]:
+    """Return `cell` as two vectors of floats that span an area; BoardError otherwise."""
+    if walls or not pegs:
+        raise BoardError(
+            f"cell is given with {len(pegs)} pegs and {len(walls)} walls: a billiard that repeats "
+            "has pegs, at least one, and no walls",
+            field="cell",
+        )
+    vectors = values.items(cell, "cell", 2)
+    wanted = "it must be two vectors, each of two numbers in m"
+    if len(vectors) != 2:
+        raise values.fail("cell", cell, wanted)
+    found: list[Vector] = []
+    for i, vector in enumerate(vectors):
+        parts = values.items(vector, f"cell[{i}]", 2)
+        if len(parts) != 2:
+            raise values.fail(f"cell[{i}]", vector, wanted)
+        x, y = (values.number(part, f"cell[{i}][{j}]") for j, part in enumerate(parts))
+        found.append((x, y))
+    (ax, ay), (bx, by) = found
+    if not abs(ax * by - ay * bx) >= values.MIN_RADIUS**2:
+        raise values.fail("cell", cell, "its two vectors must not be parallel")
+    return found[0], found[1]

@@ -1,0 +1,62 @@
+"""One ball of a billiard with all that it does: its path to an instant, rolling and sliding too."""
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.billiards.billiard import Billiard
+from engine.billiards.flow import MAX_SPEED, MAX_TIME
+from engine.board.values import MAX_COORDINATE
+from engine.drops.trajectory import Trajectory, follow
+from engine.errors import ParameterError
+from engine.exact.outcome import MAX_EVENTS, TIME_LIMIT
+from engine.parameters import Exact, number
+from engine.physics import body
+
+
+def path(
+    billiard: Billiard,
+    place: tuple[float, float],
+    velocity: tuple[float, float],
+    until: float,
+    *,
+    spin: float = 0.0,
+    max_events: int = MAX_EVENTS,
+) -> Trajectory:
+    """Follow one ball from `place` (m) with `velocity` (m/s) and `spin` (rad/s) to `until` (s).
+
+    All of the exact solver: flight, impacts, rolling and sliding. It ends before only where the
+    ball comes to rest, or after `max_events`; its `outcome` says which. Raises ParameterError for
+    a number out of range, and for a billiard that repeats: only `launch` follows balls in one.
+    """
+    if billiard.cell is not None:
+        raise ParameterError(
+            "a path is followed on an open billiard; in one that repeats launch a flow",
+            field="billiard",
+        )
+    start = np.zeros(body.SIZE)
+    start[body.X] = number(place[0], "place[0]", -MAX_COORDINATE, MAX_COORDINATE)
+    start[body.Y] = number(place[1], "place[1]", -MAX_COORDINATE, MAX_COORDINATE)
+    start[body.VX] = number(velocity[0], "velocity[0]", -MAX_SPEED, MAX_SPEED)
+    start[body.VY] = number(velocity[1], "velocity[1]", -MAX_SPEED, MAX_SPEED)
+    start[body.OMEGA] = number(spin, "spin", -MAX_SPEED, MAX_SPEED)
+    until = number(until, "until", 0.0, MAX_TIME)
+    found = follow(billiard.fields, start, Exact(), max_events, until)
+    return _cut(found, until) if found.outcome == TIME_LIMIT else found
+
+
+def _cut(path: Trajectory, until: float) -> Trajectory:
+    """The path up to `until`: the solver stops looking only after the window that time is in."""
+    events = int(np.searchsorted(path.events[:, 0], until, side="right"))
+    segments = int(np.searchsorted(path.segments[:, body.T], until, side="right"))
+    far = path.end.copy()
+    far[body.T] = np.inf
+    end: npt.NDArray[np.float64] = replace(path, end=far).states_at(np.array([until]))[0]
+    return replace(
+        path,
+        end=end,
+        events=path.events[:events],
+        marks=path.marks[:events],
+        segments=path.segments[:segments],
+    )

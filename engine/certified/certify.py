@@ -1,0 +1,211 @@
+"""The bin of a drop as a theorem: precision is doubled until every comparison is decided."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf, nextafter
+from typing import Any, NamedTuple
+
+from flint import arb, fmpq
+
+from engine.board.model import Board
+from engine.certified.balls import Proof, UndecidedError, precision
+from engine.certified.trace import Path, trace
+from engine.drops.drop import make_drop, start_of
+from engine.errors import ParameterError
+from engine.exact.outcome import EVENT_LIMIT, LANDED, REASONS
+from engine.parameters import Exact
+from engine.seeding import parse_seed
+
+FIRST_BITS = 160
+"""Of precision, at first: what most drops of the presets need."""
+
+MOST_BITS = 12_288
+"""Where a drop is given up: FIRST_BITS doubled six times, 3,700 digits."""
+
+MOST_COMPARISONS = 1_000_000
+"""In one drop at one precision. A drop of the presets takes a thousand; only a ball that bounces or
+rolls almost for ever takes so many."""
+
+DIGITS = 25
+"""Digits shown of a number that is enclosed more sharply than that."""
+
+
+@dataclass(frozen=True, slots=True)
+class Enclosure:
+    """A real number between `low` and `high`, and its first digits as text with the error bound."""
+
+    low: float
+    high: float
+    text: str
+
+    @classmethod
+    def of(cls, x: arb) -> "Enclosure":
+        """The ball x, rounded outwards."""
+        return cls(_down(x), -_down(-x), x.str(DIGITS))
+
+    def to_json(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {"low": self.low, "high": self.high, "text": self.text}
+
+
+def _down(x: arb) -> float:
+    """A float64 that is at most x, and next to it."""
+    low = x.lower()
+    near = float(low)
+    return near if arb(near) <= low else nextafter(near, -inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What was proven of a drop, about the board's float64 values as they stand.
+
+    bin: None unless the ball is proven to land. unsettled: why it does not land, proven too.
+    undecided: which comparison was left open at the last precision; then nothing is proven. ties:
+    what happened at the same instant by symmetry, and was decided by the surfaces' numbers.
+    agrees: whether the double-precision bin is the same; None if there is none to compare with.
+    """
+
+    board: Board
+    seed: int | None
+    x_start: str
+    bin: int | None
+    unsettled: str | None
+    undecided: str | None
+    x_end: Enclosure | None
+    duration: Enclosure | None
+    impacts: int
+    bits: int
+    comparisons: int
+    ties: tuple[str, ...]
+    double_bin: int | None
+    agrees: bool | None
+    path: Path | None
+
+    @property
+    def decided(self) -> bool:
+        """Whether there is a theorem: a bin, or that the ball does not land."""
+        return self.undecided is None
+
+    def to_json(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {
+            "certified": self.decided,
+            "x": self.x_start,
+            "bin": self.bin,
+            "unsettled": self.unsettled,
+            "undecided": self.undecided,
+            "x_end": self.x_end.to_json() if self.x_end else None,
+            "duration": self.duration.to_json() if self.duration else None,
+            "impacts": self.impacts,
+            "bits": self.bits,
+            "comparisons": self.comparisons,
+            "ties": list(self.ties),
+            "double_bin": self.double_bin,
+            "agrees": self.agrees,
+        }
+
+
+Start = float | int | str | Fraction
+"""An explicit start in m; text and fractions are taken exactly, to any number of digits."""
+
+
+class Effort(NamedTuple):
+    """How far to go: bits of precision, first and at most, and comparisons at each of them."""
+
+    first_bits: int = FIRST_BITS
+    most_bits: int = MOST_BITS
+    most_comparisons: int = MOST_COMPARISONS
+
+
+FULL = Effort()
+
+
+class Outcome(NamedTuple):
+    """What came of a proof: the path, or what was left undecided at the last precision."""
+
+    path: Path | None
+    proof: Proof
+    bits: int
+    undecided: str | None
+
+
+def certify(
+    board: Board,
+    seed: int | str | None = None,
+    *,
+    x: Start | None = None,
+    effort: Effort = FULL,
+) -> Certificate:
+    """Prove where the ball lands that is dropped from where `seed` says, or from an exact x in m.
+
+    Precision is doubled until every comparison is decided, as far as `effort` says. Raises
+    SeedError or ParameterError that name the bad value.
+    """
+    number = None if seed is None else parse_seed(seed)
+    if x is None:
+        return certify_start(board, number, Fraction(start_of(board, number, None)), False, effort)
+    exact = exact_start(x)
+    start_of(board, None, float(exact))
+    return certify_start(board, number, exact, True, effort)
+
+
+def exact_start(x: Start) -> Fraction:
+    """The number that is meant; ParameterError unless it is finite."""
+    try:
+        return Fraction(x)
+    except (ValueError, OverflowError, ZeroDivisionError):
+        raise ParameterError(
+            f"x {x!r} is no finite number, such as 0.125 or '1/3'", field="x"
+        ) from None
+
+
+def certify_start(
+    board: Board, seed: int | None, x: Fraction, explicit: bool, effort: Effort = FULL
+) -> Certificate:
+    """`certify` of a seed and a start that have been read."""
+    path, proof, bits, undecided = prove(board, x, effort=effort)
+    nearest = float(x)
+    double_bin = make_drop(board, seed, nearest if explicit else None, Exact()).bin
+    landed = path is not None and path.outcome == LANDED
+    last = path.events[-1].state if path is not None and landed else None
+    return Certificate(
+        board=board,
+        seed=seed,
+        x_start=str(nearest) if Fraction(nearest) == x else str(x),
+        bin=path.bin if path is not None and landed else None,
+        unsettled=None if path is None or landed else REASONS[path.outcome],
+        undecided=undecided,
+        x_end=Enclosure.of(last.x) if last else None,
+        duration=Enclosure.of(last.t) if last else None,
+        impacts=path.impacts if path is not None else 0,
+        bits=bits,
+        comparisons=proof.comparisons,
+        ties=tuple(proof.ties),
+        double_bin=double_bin,
+        agrees=None if path is None else double_bin == (path.bin if landed else None),
+        path=path,
+    )
+
+
+def prove(
+    board: Board, x: Fraction, radius: Fraction = Fraction(0), effort: Effort = FULL
+) -> Outcome:
+    """Follow the ball from all starts within `radius` of x, in m, at ever more bits."""
+    bits = effort.first_bits
+    while True:
+        proof = Proof(effort.most_comparisons)
+        try:
+            with precision(bits):
+                path = trace(board, _start(x, radius), bits, proof)
+            if path.outcome != EVENT_LIMIT:
+                return Outcome(path, proof, bits, None)
+            return Outcome(None, proof, bits, REASONS[EVENT_LIMIT])
+        except UndecidedError as error:
+            if 2 * bits > effort.most_bits:
+                return Outcome(None, proof, bits, error.what)
+        bits *= 2
+
+
+def _start(x: Fraction, radius: Fraction) -> arb:
+    middle = arb(fmpq(x.numerator, x.denominator))
+    return middle + arb(0, arb(fmpq(radius.numerator, radius.denominator)))

@@ -1,0 +1,214 @@
+"""What ends a stretch of rolling or sliding: each cause is the first fall of a series."""
+
+from enum import Enum
+from typing import NamedTuple
+
+from flint import arb
+
+from engine.certified.balls import ONE, ZERO, Proof
+from engine.certified.contact_series import (
+    ROLLING,
+    SLIDING,
+    Series,
+    Stretch,
+    linear,
+    square,
+)
+from engine.certified.scene import Circle, Face, Surface
+from engine.certified.series_root import first_fall
+
+
+class Cause(Enum):
+    """Why a stretch ends."""
+
+    STEP = "the series end"
+    LEAVES = "the normal force vanishes"
+    CHANGES = "rolling becomes sliding, or sliding rolling"
+    HITS = "another surface is touched"
+    PASSES = "a wall's face ends, or its end becomes a face"
+    LANDS = "the bins' line is crossed"
+
+
+class Known(NamedTuple):
+    """What is zero at the start of a stretch by what went before, whatever its ball says."""
+
+    slip_roots: int  # 0, 1, or 2 if a rolling ball just began to slip
+    joint: bool  # the ball has just come onto the surface over a wall's end
+    touched: tuple[Surface, ...]  # other surfaces, from which it moves away
+
+
+class Ending(NamedTuple):
+    """The first end of a stretch: when, in its own unit of time, why, and with what."""
+
+    share: arb
+    cause: Cause
+    slip_sign: int = 0
+    surface: Surface | None = None
+
+
+def first_ending(stretch: Stretch, known: Known, proof: Proof) -> Ending:
+    """What comes first on a stretch; the series' end if nothing does."""
+    found = [
+        *_force_endings(stretch, proof),
+        *_slip_endings(stretch, known, proof),
+        *_landings(stretch, proof),
+        *_passages(stretch, known, proof),
+        *_hits(stretch, known, proof),
+    ]
+    if not found:
+        return Ending(arb(stretch.end), Cause.STEP)
+    found.sort(key=lambda ending: float(ending.share))
+    first = found[0]
+    for other in found[1:]:
+        what = f"whether {first.cause.value} or {other.cause.value} first"
+        proof.require(bool(other.share > first.share), what)
+    return first
+
+
+def _force_endings(stretch: Stretch, proof: Proof) -> list[Ending]:
+    what = f"whether the ball leaves {stretch.surface.name}"
+    share = first_fall(stretch.force, 0, stretch.end, proof, what)
+    return [] if share is None else [Ending(share, Cause.LEAVES)]
+
+
+def _slip_endings(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
+    """Slip that comes to an end, or rolling that takes more friction than there is."""
+    scene, start = stretch.scene, stretch.start
+    if start.mode == SLIDING:
+        way = arb(start.slip_sign)
+        slip = linear(ZERO, (way, stretch.u), (-way * scene.radius, stretch.omega))
+        what = "whether the ball stops slipping"
+        share = first_fall(slip, known.slip_roots, stretch.end, proof, what)
+        return [] if share is None else [Ending(share, Cause.CHANGES)]
+    if start.mode != ROLLING:
+        return []
+    found = []
+    for sign in (1, -1):
+        spare = linear(
+            ZERO,
+            (3 * stretch.surface.pair.friction, stretch.force),
+            (-sign * scene.gravity, stretch.nx),
+            (sign * scene.drag, stretch.u),
+        )
+        share = first_fall(spare, 0, stretch.end, proof, "whether the ball begins to slip")
+        if share is not None:
+            found.append(Ending(share, Cause.CHANGES, sign))
+    return found
+
+
+def _landings(stretch: Stretch, proof: Proof) -> list[Ending]:
+    left = stretch.scene.bins_y - stretch.start.y
+    if isinstance(stretch.surface, Circle):
+        reach = stretch.surface.reach
+        height = linear(stretch.scene.bins_y - stretch.surface.y, (-reach, stretch.ny))
+    else:
+        height = linear(left, (-stretch.start.nx, stretch.way))
+    share = first_fall(height, 0, stretch.end, proof, "whether the ball lands")
+    return [] if share is None else [Ending(share, Cause.LANDS)]
+
+
+def _passages(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
+    """A face that ends in a circle, or a wall's end that goes over into a face."""
+    surface, start = stretch.surface, stretch.start
+    what = f"whether the ball comes to the end of {surface.name}"
+    found = []
+    if isinstance(surface, Face):
+        turn = 1 if start.nx * surface.ty - start.ny * surface.tx > 0 else -1
+        foot = surface.along(start.x, start.y)
+        for nth, end in enumerate(surface.ends):
+            sign = turn if nth == 0 else -turn
+            left = foot if nth == 0 else surface.length - foot
+            distance = linear(left, (arb(sign), stretch.way))
+            # Of the two ends a ball that has just come over one moves away from that one.
+            here = known.joint and left.contains(0)
+            share = first_fall(distance, 1 if here else 0, stretch.end, proof, what)
+            if share is not None:
+                found.append(Ending(share, Cause.PASSES, surface=end))
+        return found
+    for face, nth in stretch.scene.lines_at.get(surface, []):
+        if face.nx * start.nx + face.ny * start.ny < 0:
+            continue  # the wall's other face, which has the same end
+        out = arb(-1 if nth == 0 else 1)
+        outwards = linear(ZERO, (out * face.tx, stretch.nx), (out * face.ty, stretch.ny))
+        here = known.joint and outwards.terms[0].contains(0)
+        share = first_fall(outwards, 1 if here else 0, stretch.end, proof, what)
+        if share is not None:
+            found.append(Ending(share, Cause.PASSES, surface=face))
+    return found
+
+
+def _hits(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
+    """Other surfaces that are touched."""
+    start, end = stretch.start, stretch.at(arb(stretch.end))
+    terms = [abs(term).upper() for term in stretch.way.terms]
+    roam = sum((t * arb(stretch.end) ** i for i, t in enumerate(terms)), stretch.way.tail)
+    a, b = (float(start.x), float(start.y)), (float(end.x), float(end.y))
+    found = []
+    for other in stretch.scene.near(a, b, float(roam.upper())):
+        if other is stretch.surface or _belongs(stretch, other):
+            continue
+        distance = _distance(stretch, other)
+        if distance.terms[0] < 0 and isinstance(other, Face):
+            found += _way_out(stretch, other, distance, proof)
+            continue
+        share = _touch(stretch, other, distance, known, proof)
+        if share is not None:
+            found.append(Ending(share, Cause.HITS, surface=other))
+    return found
+
+
+def _way_out(stretch: Stretch, face: Face, distance: Series, proof: Proof) -> list[Ending]:
+    """A ball behind a wall's endless line, past its ends: the stretch is cut where it comes out."""
+    inside = linear(ZERO, (-ONE, distance))
+    what = f"whether the ball crosses the line of {face.name}"
+    share = first_fall(inside, 0, stretch.end, proof, what)
+    if share is None:
+        return []
+    return [Ending(share.upper() * (1 + arb(2) ** -30), Cause.STEP)]
+
+
+def _belongs(stretch: Stretch, other: Surface) -> bool:
+    """Whether `other` only continues the surface: a wall's end or faces."""
+    surface = stretch.surface
+    if isinstance(surface, Face):
+        if isinstance(other, Face):
+            return other.index == surface.index
+        return other in surface.ends
+    return any(face is other for face, _ in stretch.scene.lines_at.get(surface, []))
+
+
+def _touch(
+    stretch: Stretch, other: Surface, distance: Series, known: Known, proof: Proof
+) -> arb | None:
+    """When `other` is touched, or None."""
+    what = f"whether the ball on {stretch.surface.name} hits {other.name}"
+    share = first_fall(distance, int(other in known.touched), stretch.end, proof, what)
+    if share is None or isinstance(other, Circle):
+        return share
+    at = stretch.at(share)
+    along = other.along(at.x, at.y)
+    inside = proof.is_positive(along, what) and proof.is_positive(other.length - along, what)
+    return share if inside else None
+
+
+def _distance(stretch: Stretch, other: Surface) -> Series:
+    """How far the ball is from touching `other`, as `CircleDistance` and `LineDistance` say it."""
+    surface, start = stretch.surface, stretch.start
+    if isinstance(other, Circle):
+        if isinstance(surface, Circle):
+            px, py = surface.x - other.x, surface.y - other.y
+            apart = px * px + py * py + surface.reach**2 - other.reach**2
+            twice = 2 * surface.reach
+            return linear(apart, (twice * px, stretch.nx), (twice * py, stretch.ny))
+        dx, dy = start.x - other.x, start.y - other.y
+        apart = dx * dx + dy * dy - other.reach**2
+        along = 2 * (dy * start.nx - dx * start.ny)
+        return linear(apart, (along, stretch.way), (ONE, square(stretch.way, stretch.end)))
+    if isinstance(surface, Circle):
+        px, py = surface.x - other.x, surface.y - other.y
+        apart = px * other.nx + py * other.ny - other.reach
+        reach = surface.reach
+        return linear(apart, (reach * other.nx, stretch.nx), (reach * other.ny, stretch.ny))
+    dx, dy = start.x - other.x, start.y - other.y
+    gap = dx * other.nx + dy * other.ny - other.reach
+    return linear(gap, (other.ny * start.nx - other.nx * start.ny, stretch.way))

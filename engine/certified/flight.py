@@ -1,0 +1,276 @@
+"""Free flight in ball arithmetic, and how far the ball is from a circle or a line meanwhile.
+
+dv/dt = g - k v, so with a = g - k v at the start and phi, psi as in `engine/physics/flight.py`
+
+    v(s) = v + a phi(s)        r(s) = r + v s + a psi(s)
+
+A time s is a ball too. Its states are expanded about the middle m of it, by the identities
+phi(m + d) = phi(m) + e^(-km) phi(d) and psi(m + d) = psi(m) + phi(m) d + e^(-km) psi(d), so that
+the width of s counts once: with the velocity.
+"""
+
+from dataclasses import dataclass
+from math import frexp
+from typing import NamedTuple
+
+from flint import arb, ctx
+
+from engine.certified.balls import ONE, ZERO
+from engine.certified.scene import Circle, Face, Scene
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A ball at a moment: s, m, m/s and rad/s, each an enclosure."""
+
+    t: arb
+    x: arb
+    y: arb
+    vx: arb
+    vy: arb
+    omega: arb
+
+
+class Moment(NamedTuple):
+    """Place and velocity some time into a flight, and what is left of the acceleration there."""
+
+    x: arb
+    y: arb
+    vx: arb
+    vy: arb
+    decay: arb
+
+
+class Flight:
+    """The motion from `start` on until something is hit."""
+
+    def __init__(self, scene: Scene, start: State) -> None:
+        self.start = start
+        self.k = scene.drag
+        self.has_drag = bool(scene.drag > 0)
+        self.ax = -self.k * start.vx
+        self.ay = scene.gravity - self.k * start.vy
+        self.va = start.vx * self.ax + start.vy * self.ay
+        self.vv = start.vx * start.vx + start.vy * start.vy
+        self.aa = self.ax * self.ax + self.ay * self.ay
+
+    def basis(self, s: arb) -> tuple[arb, arb, arb]:
+        """e^(-ks), phi(s) and psi(s) at an exact time s."""
+        if not self.has_drag:
+            return ONE, s, s * s / 2
+        # Both subtractions cancel where ks is small: that many bits more.
+        bits = ctx.prec
+        ctx.prec = bits + 8 + max(0, -2 * frexp(float(self.k * s))[1])
+        lost = -((-self.k * s).expm1())
+        phi = lost / self.k
+        psi = (s - phi) / self.k
+        ctx.prec = bits
+        return 1 - lost, +phi, +psi
+
+    def moment(self, s: arb) -> Moment:
+        """The ball at time s."""
+        middle = s.mid()
+        start = self.start
+        decay, phi, psi = self.basis(middle)
+        x = start.x + start.vx * middle + self.ax * psi
+        y = start.y + start.vy * middle + self.ay * psi
+        vx, vy = start.vx + self.ax * phi, start.vy + self.ay * phi
+        if s.is_exact():
+            return Moment(x, y, vx, vy, decay)
+        d = s - middle
+        # For k|d| < 1/2, which `time_ball` sees to, |psi(d)| < d^2.
+        bend = decay * arb(0, (d * d).abs_upper())
+        gain = decay * d - self.k * bend
+        x = x + vx * d + self.ax * bend
+        y = y + vy * d + self.ay * bend
+        return Moment(x, y, vx + self.ax * gain, vy + self.ay * gain, decay - self.k * gain)
+
+    def at(self, s: arb) -> State:
+        """The whole state at time s."""
+        m = self.moment(s)
+        return State(self.start.t + s, m.x, m.y, m.vx, m.vy, self.start.omega)
+
+
+class CircleDistance:
+    """f(s) = |q(s)|^2 - D^2 of a flight, q from the circle's centre; its derivatives and bounds.
+
+    f' = 2 q.v, f'' = 2 (|v|^2 + q.a), f''' = 6 v.a - 2 k q.a.
+    """
+
+    def __init__(self, flight: Flight, circle: Circle, end: float) -> None:
+        self.flight, self.circle = flight, circle
+        self.square = circle.reach * circle.reach
+        start = flight.start
+        self.qx, self.qy = start.x - circle.x, start.y - circle.y
+        self.qa = self.qx * flight.ax + self.qy * flight.ay
+        horizon = arb(end)
+        low, size = 6 * _below_zero(flight.va), 6 * (abs(flight.va) + flight.aa * horizon)
+        if flight.has_drag:
+            rise = self.qa + flight.aa * horizon * horizon / 2 + _above_zero(flight.va) * horizon
+            low = low - 2 * flight.k * _above_zero(rise)
+            way = (abs(flight.va) + flight.aa * horizon / 2) * horizon
+            size = size + 2 * flight.k * (abs(self.qa) + way)
+        self.low3, self.size3 = low.lower(), size.upper()
+
+    def terms(self, s: arb) -> tuple[arb, arb, arb]:
+        """f, f' and f'' at s."""
+        m = self.flight.moment(s)
+        qx, qy = m.x - self.circle.x, m.y - self.circle.y
+        pull = m.decay * (qx * self.flight.ax + qy * self.flight.ay)
+        return (
+            qx * qx + qy * qy - self.square,
+            2 * (qx * m.vx + qy * m.vy),
+            2 * (m.vx * m.vx + m.vy * m.vy + pull),
+        )
+
+    def least_bend(self, bend: arb, h: arb) -> arb:
+        """m such that f(s + d) >= f + f' d + m d^2 / 2 for d up to h, f'' = `bend` at s."""
+        return bend + self.low3 * h / 3
+
+    def most_bend(self, bend: arb, h: arb) -> arb:
+        """At least f'' between s and s + h."""
+        return bend + self.size3 * h
+
+
+class ReboundDistance:
+    """g(s) = f(s) / s where f(0) = 0: the ball has just left the circle, the root is divided out.
+
+    With w = v + a psi / s: q = q0 + s w and g = 2 q0.w + s |w|^2. g is the mean of f' over [0, s],
+    so g'' is within a third of the bounds of f'''.
+    """
+
+    def __init__(self, flight: Flight, circle: Circle, off: arb, end: float) -> None:
+        """`off` is the speed off the circle at the start, which is sharper than its parts."""
+        self.flight, self.twice = flight, 2 * circle.reach
+        of_f = CircleDistance(flight, circle, end)
+        self.rate, self.qa = circle.reach * off, of_f.qa
+        self.low2, self.size2 = of_f.low3 / 3, of_f.size3 / 3
+
+    def terms(self, s: arb) -> tuple[arb, arb, arb]:
+        """g, g' and nothing at s."""
+        flight = self.flight
+        start = flight.start
+        if s.is_zero():
+            return 2 * self.rate, flight.vv + self.qa, ZERO
+        c, cd = _quotient(flight, s)
+        wx, wy = start.vx + flight.ax * c, start.vy + flight.ay * c
+        ww = wx * wx + wy * wy
+        wa = wx * flight.ax + wy * flight.ay
+        g = 2 * (self.rate + self.qa * c) + s * ww
+        return g, 2 * self.qa * cd + ww + 2 * s * cd * wa, ZERO
+
+    def approach(self, s: arb) -> arb:
+        """v.n at the root s of g, where f' = s g' and f' = 2 D v.n."""
+        return s * self.terms(s)[1] / self.twice
+
+    def least_bend(self, bend: arb, h: arb) -> arb:
+        """As of CircleDistance."""
+        return self.low2
+
+    def most_bend(self, bend: arb, h: arb) -> arb:
+        """As of CircleDistance."""
+        return self.size2
+
+
+class LineDistance:
+    """h(s) = h + h' s + h'' psi(s), in m, to a line; its second derivative keeps its sign."""
+
+    def __init__(self, flight: Flight, gap: arb, rate: arb, pull: arb) -> None:
+        self.flight, self.gap, self.rate, self.pull = flight, gap, rate, pull
+
+    @classmethod
+    def of_face(cls, flight: Flight, face: Face) -> "LineDistance":
+        """To the line on which a ball's centre is that touches the face."""
+        start, nx, ny = flight.start, face.nx, face.ny
+        gap = (start.x - face.x) * nx + (start.y - face.y) * ny - face.reach
+        rate = start.vx * nx + start.vy * ny
+        return cls(flight, gap, rate, flight.ax * nx + flight.ay * ny)
+
+    @classmethod
+    def to_bins(cls, flight: Flight, bins_y: arb) -> "LineDistance":
+        """To the line where drops end."""
+        return cls(flight, bins_y - flight.start.y, -flight.start.vy, -flight.ay)
+
+    def turned(self) -> "LineDistance":
+        """To the same line from its other side."""
+        return LineDistance(self.flight, -self.gap, -self.rate, -self.pull)
+
+    def terms(self, s: arb) -> tuple[arb, arb, arb]:
+        """h, h' and h'' at s."""
+        decay, phi, psi = _wide_basis(self.flight, s)
+        value = self.gap + self.rate * s + self.pull * psi
+        return value, self.rate + self.pull * phi, self.pull * decay
+
+    def least_bend(self, bend: arb, h: arb) -> arb:
+        """As of CircleDistance: h'' only shrinks."""
+        return _below_zero(bend)
+
+    def most_bend(self, bend: arb, h: arb) -> arb:
+        """As of CircleDistance."""
+        return _above_zero(bend)
+
+
+class LineRebound:
+    """h(s) / s where h(0) = 0: rate + pull psi(s) / s, whose second derivative is pull times what
+    lies between -k / 3 and 0."""
+
+    def __init__(self, line: LineDistance) -> None:
+        self.line = line
+        bend = -line.pull * line.flight.k / 3
+        self.low2, self.high2 = _below_zero(bend), _above_zero(bend)
+
+    def terms(self, s: arb) -> tuple[arb, arb, arb]:
+        """The quotient, its derivative and nothing at s."""
+        line = self.line
+        if s.is_zero():
+            return line.rate, line.pull / 2, ZERO
+        c, cd = _quotient(line.flight, s)
+        return line.rate + line.pull * c, line.pull * cd, ZERO
+
+    def approach(self, s: arb) -> arb:
+        """v.n at the root s, where h' = s times the derivative of the quotient."""
+        return s * self.terms(s)[1]
+
+    def least_bend(self, bend: arb, h: arb) -> arb:
+        """As of CircleDistance."""
+        return self.low2
+
+    def most_bend(self, bend: arb, h: arb) -> arb:
+        """As of CircleDistance."""
+        return self.high2
+
+
+def _wide_basis(flight: Flight, s: arb) -> tuple[arb, arb, arb]:
+    """`Flight.basis` at a time that may be a ball."""
+    middle = s.mid()
+    decay, phi, psi = flight.basis(middle)
+    if s.is_exact():
+        return decay, phi, psi
+    d = s - middle
+    bend = decay * arb(0, (d * d).abs_upper())
+    gain = decay * d - flight.k * bend
+    return decay - flight.k * gain, phi + gain, psi + phi * d + bend
+
+
+def _quotient(flight: Flight, s: arb) -> tuple[arb, arb]:
+    """psi(s) / s, whose derivative is between 0 and 1/2, and that, whose own is at least -k / 3."""
+    if not flight.has_drag:
+        return s / 2, ONE / 2
+    middle = s.mid()
+    _, phi, psi = flight.basis(middle)
+    c = psi / middle
+    cd = (phi - c) / middle
+    if s.is_exact():
+        return c, cd
+    d = s - middle
+    return c + d / 2, cd + d * flight.k / 3
+
+
+def _below_zero(x: arb) -> arb:
+    """min(x, 0), enclosed from below."""
+    return ZERO if x >= 0 else arb.min(x, ZERO).lower()
+
+
+def _above_zero(x: arb) -> arb:
+    """max(x, 0), enclosed from above."""
+    return ZERO if x <= 0 else arb.max(x, ZERO).upper()

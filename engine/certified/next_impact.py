@@ -1,0 +1,264 @@
+"""What a flight hits first, and when: proven by excluding everything else up to then."""
+
+from math import hypot
+from typing import NamedTuple
+
+from flint import arb
+
+from engine.certified.balls import ZERO, Proof, UndecidedError, upper
+from engine.certified.first_root import first_root
+from engine.certified.flight import (
+    CircleDistance,
+    Flight,
+    LineDistance,
+    LineRebound,
+    ReboundDistance,
+)
+from engine.certified.scene import (
+    SCREEN_MARGIN,
+    Circle,
+    Face,
+    Scene,
+    Surface,
+    travel_time,
+)
+
+# How a surface was left that the ball touches at the start of a flight: how many derivatives of
+# its distance are zero there, the distance itself included; or the ball is past it for good.
+BOUNCED = 1
+LIFTED = 2  # no speed off the surface, but no force onto it
+ROLLED_OFF = 3  # nor any force: the normal force has just vanished
+PAST = 0
+
+
+class Touch(NamedTuple):
+    """How a surface was left that a ball touches, and its speed off it in m/s."""
+
+    how: int
+    off: arb
+
+
+Touched = dict[Surface, Touch]
+"""The surfaces that are touched when a flight starts."""
+
+_MAX_WINDOWS = 100_000
+
+
+class Hit(NamedTuple):
+    """The end of a flight: when, and what is hit: the bins' line if nothing is.
+
+    There is more than one surface if symmetry makes the times equal; they are in the order in
+    which they count.
+    """
+
+    time: arb
+    surfaces: tuple[Surface, ...]
+    approach: arb | None  # the first one's v.n, where it is known better than by its parts
+
+
+class _Root(NamedTuple):
+    time: arb
+    surface: Surface | None  # None: the bins' line
+    approach: arb | None = None
+
+
+def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) -> Hit | None:
+    """What the ball hits first after the start of `flight`, where it touches `touched`.
+
+    None if it leaves the board for good.
+    """
+    start = 0.0
+    for _ in range(_MAX_WINDOWS):
+        at = flight.moment(arb(start))
+        speed, pull = upper(_length(at.vx, at.vy)), upper(_length(flight.ax, flight.ay))
+        end = start + travel_time(speed, pull, scene.smallest)
+        roots = []
+        if start == 0.0:
+            roots = _again(flight, touched, end, proof)
+            if roots:
+                end = min(end, *(upper(root.time) for root in roots))
+        to = flight.moment(arb(end))
+        a, b = (float(at.x), float(at.y)), (float(to.x), float(to.y))
+        bulge = pull * (end - start) ** 2 / 8.0
+        for surface in scene.near(a, b, bulge):
+            if _is_asked(surface, touched, start):
+                root = _entry(flight, surface, start, end, proof)
+                if root is not None:
+                    roots.append(_Root(root, surface))
+        if max(a[1], b[1]) + bulge + SCREEN_MARGIN >= float(scene.bins_y):
+            line = LineDistance.to_bins(flight, scene.bins_y)
+            root = first_root(line, start, end, proof, "the bins' line")
+            if root is not None:
+                roots.append(_Root(root, None))
+        if roots:
+            return _first(flight, roots, proof)
+        left, right, top = scene.box
+        if not (left < b[0] < right and top < b[1]):
+            return None
+        start = end
+    raise UndecidedError("whether a flight ends")
+
+
+def _is_asked(surface: Surface, touched: Touched, start: float) -> bool:
+    """Whether a surface is searched as any other, and not as one that has just been left."""
+    if surface not in touched:
+        return True
+    return start > 0.0 and (touched[surface].how == BOUNCED or isinstance(surface, Circle))
+
+
+def _length(x: arb, y: arb) -> arb:
+    return arb(hypot(upper(abs(x)), upper(abs(y))) * (1.0 + 1e-12))
+
+
+def _again(flight: Flight, touched: Touched, end: float, proof: Proof) -> list[_Root]:
+    """When the surfaces are hit again that the ball touches at the start."""
+    roots = []
+    for surface, touch in touched.items():
+        if touch.how == BOUNCED:
+            root = _rebound(flight, surface, touch.off, end, proof)
+            if root is not None:
+                roots.append(root)
+        elif touch.how == PAST:
+            continue
+        elif isinstance(surface, Circle):
+            time = _circle_again(flight, surface, touch.how, end, proof)
+            if time is not None:
+                roots.append(_Root(time, surface))
+        else:
+            # With no speed off a face and no pull onto it, its distance never falls.
+            pull = flight.ax * surface.nx + flight.ay * surface.ny
+            proof.require(bool(pull >= 0), f"whether the ball lifts off {surface.name}")
+    return roots
+
+
+def _rebound(flight: Flight, surface: Surface, off: arb, end: float, proof: Proof) -> _Root | None:
+    """When a surface is hit again off which the ball bounced, by its distance over the time."""
+    if isinstance(surface, Circle):
+        again = ReboundDistance(flight, surface, off, end)
+        time = first_root(again, 0.0, end, proof, surface.name)
+        return None if time is None else _Root(time, surface, again.approach(time))
+    pull = flight.ax * surface.nx + flight.ay * surface.ny
+    from_line = LineRebound(LineDistance(flight, ZERO, off, pull))
+    time = first_root(from_line, 0.0, end, proof, surface.name)
+    time = _on_face(flight, surface, time, proof)
+    return None if time is None else _Root(time, surface, from_line.approach(time))
+
+
+def _circle_again(
+    flight: Flight, circle: Circle, order: int, end: float, proof: Proof
+) -> arb | None:
+    """When a circle is hit again that the ball left without a speed.
+
+    f(s) / s^order is positive at the start, and for some time.
+    """
+    name = circle.name
+    distance = CircleDistance(flight, circle, end)
+    if order == LIFTED:
+        # f >= s^2 / 2 (f'' + min f''' s / 3)
+        lead = flight.vv + distance.qa
+        least = distance.low3 / 3
+        proof.require(bool(lead > 0), f"whether the ball lifts off {name}")
+        lead = 2 * lead
+    else:
+        # f >= s^3 / 6 (f''' + min f'''' s / 4), with q.a = -|v|^2 where the normal force vanishes
+        lead = 6 * flight.va + 2 * flight.k * flight.vv
+        least = _least_fourth(flight, circle, end) / 4
+        proof.require(bool(lead > 0), f"whether the ball leaves {name}")
+    if lead + least * arb(end) > 0:
+        return None
+    free = min(end, 0.5 * float((-lead / least).lower()))
+    proof.require(bool(lead + least * arb(free) > 0), f"whether the ball leaves {name}")
+    return first_root(distance, free, end, proof, name)
+
+
+def _least_fourth(flight: Flight, circle: Circle, end: float) -> arb:
+    """Lower bound of f'''' = 6 a.a - 8 k v.a + 2 k^2 q.a up to `end` for a ball on the circle."""
+    pull, horizon = flight.aa.sqrt(), arb(end)
+    speed = flight.vv.sqrt() + pull * horizon
+    far = circle.reach + speed * horizon
+    return (-8 * flight.k * speed * pull - 2 * flight.k**2 * pull * far).lower()
+
+
+def _entry(flight: Flight, surface: Surface, start: float, end: float, proof: Proof) -> arb | None:
+    """When a surface is first entered in (start, end], or None."""
+    if isinstance(surface, Circle):
+        distance = CircleDistance(flight, surface, end)
+        return first_root(distance, start, end, proof, surface.name)
+    line = LineDistance.of_face(flight, surface)
+    if start == 0.0 and line.gap.contains(0):
+        # The ball touches the wall's endless line; if its foot is off the wall, that is no contact.
+        proof.require(not _may_be_on(flight, surface, ZERO), f"whether {surface.name} is touched")
+    root = _line_entry(line, start, end, proof, surface.name)
+    return _on_face(flight, surface, root, proof)
+
+
+def _line_entry(
+    line: LineDistance, start: float, end: float, proof: Proof, what: str
+) -> arb | None:
+    """When a line is crossed from its own side; a ball behind it has to come out first.
+
+    The second derivative keeps its sign, so there is one such crossing at most.
+    """
+    side = f"which side of {what} the ball is on"
+    if proof.is_positive(line.terms(arb(start))[0], side):
+        return first_root(line, start, end, proof, what)
+    out = first_root(line.turned(), start, end, proof, what)
+    if out is None:
+        return None
+    after = upper(out)
+    while not line.terms(arb(after))[0] > 0:
+        if not proof.is_positive(line.terms(out)[1], what) or after >= end:
+            return None
+        after += max(2.0**-52 * after, 2.0 * (after - float(out)))
+    return first_root(line, after, end, proof, what) if after < end else None
+
+
+def _on_face(flight: Flight, face: Face, root: arb | None, proof: Proof) -> arb | None:
+    """The time, if the ball's foot is between the wall's ends then; else the face is not hit."""
+    if root is None:
+        return None
+    at = flight.moment(root)
+    along = face.along(at.x, at.y)
+    what = f"whether {face.name} or its end is hit"
+    inside = proof.is_positive(along, what) and proof.is_positive(face.length - along, what)
+    return root if inside else None
+
+
+def _may_be_on(flight: Flight, face: Face, time: arb) -> bool:
+    """Whether the ball's foot may be between the wall's ends."""
+    at = flight.moment(time)
+    along = face.along(at.x, at.y)
+    return not (along < 0 or along > face.length)
+
+
+def _first(flight: Flight, roots: list[_Root], proof: Proof) -> Hit:
+    """The earliest; those that are simultaneous by symmetry in the order of their ranks."""
+    roots.sort(key=lambda root: float(root.time))
+    first = roots[0]
+    tied = [first]
+    for other in roots[1:]:
+        proof.count()
+        if other.time > first.time:
+            continue
+        if not _are_mirrored(flight, first.surface, other.surface):
+            raise UndecidedError(f"whether {_name(first)} or {_name(other)} is hit first")
+        tied.append(other)
+    if first.surface is None:
+        return Hit(first.time, (), None)
+    surfaces = sorted((r.surface for r in tied if r.surface is not None), key=lambda s: s.rank)
+    if len(surfaces) > 1:
+        proof.ties.append(" and ".join(s.name for s in surfaces) + ", by symmetry")
+    return Hit(first.time, tuple(surfaces), first.approach if len(surfaces) == 1 else None)
+
+
+def _name(root: _Root) -> str:
+    return root.surface.name if root.surface is not None else "the bins' line"
+
+
+def _are_mirrored(flight: Flight, a: Surface | None, b: Surface | None) -> bool:
+    """Whether two circles mirror each other in the upright line along which the ball moves."""
+    if not (isinstance(a, Circle) and isinstance(b, Circle)) or not flight.start.vx.is_zero():
+        return False
+    x = flight.start.x
+    off = (a.x - x) + (b.x - x)
+    return off.is_zero() and (a.y - b.y).is_zero() and (a.reach - b.reach).is_zero()

@@ -1,0 +1,58 @@
+"""Drops as SVG text: the path of one over its board, and how many of a batch landed where."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.drawing import ACCENT, WIDTH, board_svg, disc, length
+from engine.board.fields import BoardFields
+
+Floats = npt.NDArray[np.float64]
+
+MOMENTS: Final = 400
+"""Points of a path that are drawn, besides those of its events."""
+
+_HEIGHT: Final = 160.0  # of a histogram, in units of its drawing
+_NUMBERS: Final = 14.0  # below it, the bins' numbers
+
+
+def path_svg(board: BoardFields, xs: Floats, ys: Floats) -> str:
+    """The board, and on it the way of a ball's centre through `xs` and `ys`, shape (n,) in m."""
+    points = " ".join(
+        f"{length(x)},{length(y)}" for x, y in zip(xs.tolist(), ys.tolist(), strict=True)
+    )
+    ball = disc(float(xs[-1]), float(ys[-1]), board.ball.radius)
+    return board_svg(
+        board,
+        (
+            f'<polyline points="{points}" fill="none" stroke="{ACCENT}" stroke-width="2.5"/>',
+            f'<path d="{ball}" fill="{ACCENT}"/>',
+        ),
+    )
+
+
+def histogram_svg(counts: Sequence[int]) -> str:
+    """Columns as high as the counts, each with its number below and its count as a tooltip."""
+    pitch = WIDTH / len(counts)
+    top = max(*counts, 1)
+    columns = "".join(
+        _column(i, count, i * pitch, pitch, _HEIGHT * count / top) for i, count in enumerate(counts)
+    )
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {_HEIGHT + _NUMBERS:g}" '
+        f'width="{WIDTH}" fill="currentColor" role="img">{columns}</svg>'
+    )
+
+
+def _column(number: int, count: int, left: float, pitch: float, height: float) -> str:
+    box = (
+        f'<rect x="{left + 0.05 * pitch:.1f}" y="{_HEIGHT - height:.1f}" '
+        f'width="{0.9 * pitch:.1f}" height="{height:.1f}" fill="{ACCENT}">'
+        f"<title>bin {number}: {count:,}</title></rect>"
+    )
+    if pitch < 10.0:  # px: no room for a number
+        return box
+    place = f'x="{left + 0.5 * pitch:.1f}" y="{_HEIGHT + 0.8 * _NUMBERS:.1f}"'
+    return f'{box}<text {place} font-size="9" text-anchor="middle">{number}</text>'

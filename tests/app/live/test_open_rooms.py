@@ -1,0 +1,63 @@
+"""Which rooms go when there are too many: those that nobody has used for long, and no others."""
+
+import pytest
+
+from app.errors import RoomLimitError
+from app.live.hub import Hub
+from app.live.registry import Rooms
+from app.persistence.null_ledger import NullLedger
+from app.persistence.service import PersistenceService
+from app.rooms.boards import Boards
+from app.rooms.kinds import BallLimits
+from app.settings import Settings
+from engine import Board
+
+BOARD = Board.preset("triangle-8")
+
+
+class Clock:
+    """Unix time, as told."""
+
+    now = 1e9
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def held_by(clock: Clock, **settings: float) -> Rooms:
+    chosen = Settings(**settings)  # type: ignore[arg-type]
+    service = PersistenceService(NullLedger(), tick_rate=60, limits=BallLimits(8, 8), now=clock)
+    return Rooms(chosen, Boards(8), Hub(8), BOARD, persistence=service)
+
+
+async def test_newcomers_do_not_close_a_room_that_was_used_lately() -> None:
+    clock = Clock()
+    held = held_by(clock, max_rooms=3, room_rest=3600.0)
+    mine = [(await held.create(BOARD)).id for _ in range(3)]
+    clock.now += 3599
+    for _ in range(100):
+        with pytest.raises(RoomLimitError, match="all 3 rooms are in use"):
+            await held.create(BOARD)
+    assert all(map(held.is_open, mine))
+
+
+async def test_the_longest_unused_makes_way_once_it_has_rested() -> None:
+    clock = Clock()
+    held = held_by(clock, max_rooms=2, room_rest=3600.0)
+    first, second = [(await held.create(BOARD)).id for _ in range(2)]
+    clock.now += 3000
+    held.find(first)  # its creator is there
+    clock.now += 700
+    await held.create(BOARD)
+    assert (held.is_open(first), held.is_open(second)) == (True, False)
+    with pytest.raises(RoomLimitError):
+        await held.create(BOARD)
+
+
+async def test_everybodys_rooms_open_however_many_rooms_players_have() -> None:
+    held = held_by(Clock(), max_rooms=1, room_rest=3600.0)
+    mine = await held.create(BOARD)
+    assert held.free == 0
+    for name in ("main", "triangle-9", "classic", "sandbox", "interacting-triangle-8"):
+        assert held.find(name).id == name
+    assert held.is_open(mine.id)

@@ -1,0 +1,142 @@
+"""One life of a server's rooms over a ledger: a real database, ticks by hand, no network."""
+
+import asyncio
+import contextlib
+import sqlite3
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+
+from app.live.hub import Hub
+from app.live.registry import Rooms
+from app.persistence import store
+from app.persistence.database import Database
+from app.persistence.service import PersistenceService
+from app.persistence.writer import Ledger
+from app.protocol import messages
+from app.rooms.boards import Boards
+from app.rooms.kinds import BallLimits
+from app.rooms.records import RoomRow
+from app.rooms.room import Room
+from app.settings import Settings
+from engine import Board
+from tests.waiting import eventually
+
+BOARD = Board.preset("triangle-8")
+
+
+@dataclass
+class Life:
+    """The rooms from a start until a kill."""
+
+    rooms: Rooms
+    ledger: Ledger
+
+    async def drop(self, room: Room, seed: int, **values: Any) -> messages.Accepted:
+        """Drop a ball, ticking until it is in."""
+        asked = self.rooms.drop(room, seed, None, **values)
+
+        def there() -> bool:
+            self.tick(1)
+            return asked.done()
+
+        await eventually(there)
+        return await asked
+
+    def tick(self, times: int) -> None:
+        for _ in range(times):
+            self.rooms.runner.tick(1)
+
+    async def run(self, room: Room, ticks: int) -> None:
+        """Tick until the room has come so far or sleeps; the ledger is written on the way."""
+        last = room.world.tick + ticks
+
+        def there() -> bool:
+            self.tick(min(20, last - room.world.tick))
+            return room.world.tick >= last or not room.awake
+
+        await eventually(there)
+
+    async def rest(self) -> None:
+        """Tick until nothing moves."""
+
+        def still() -> bool:
+            self.tick(20)
+            return not self.rooms.runner.awake
+
+        await eventually(still)
+
+    async def back(self) -> None:
+        """Wait until all rooms are back."""
+        await eventually(lambda: not self.rooms.rebuilding.waiting)
+
+    async def row(self, room_id: str) -> RoomRow:
+        """The room's session as the ledger has it."""
+        found = await self.ledger.read(lambda connection: store.open_room(connection, room_id))
+        assert found is not None
+        return found
+
+    async def leave(self) -> None:
+        """Stop in order; without, it is as if killed: what only memory knew is gone."""
+        self.rooms.leave()
+        await self.ledger.read(store.last_number)
+
+
+@contextlib.asynccontextmanager
+async def living(
+    url: str, *, board: Board = BOARD, rebuild: bool = True, **settings: Any
+) -> AsyncIterator[Life]:
+    """A life over the ledger at `url`; without `rebuild`, only rooms asked for come back."""
+    chosen = Settings(**settings)
+    limits = BallLimits(chosen.max_balls, chosen.max_touching)
+    ledger = Ledger(Database(url), period=0.0, patience=60.0)
+    service = PersistenceService(ledger, tick_rate=chosen.tick_rate, limits=limits)
+    rooms = Rooms(chosen, Boards(8), Hub(8), board, persistence=service)
+    await asyncio.to_thread(ledger.open)
+    ledger.start()
+    try:
+        await rooms.resume()
+        rebuilding = asyncio.create_task(rooms.rebuilding.run() if rebuild else asyncio.sleep(0))
+        try:
+            yield Life(rooms, ledger)
+        finally:
+            rebuilding.cancel()
+            await asyncio.gather(rebuilding, return_exceptions=True)
+    finally:
+        await ledger.close()
+
+
+def change(url: str, *statements: str) -> None:
+    """Do to a ledger what its server never would."""
+    database = Database(url)
+    database.open()
+    with database.transaction() as connection:
+        for statement in statements:
+            connection.execute(sa.text(statement))
+    database.close()
+
+
+def look(url: str, read: Callable[..., Any], *values: Any) -> Any:
+    """What `read` finds in a ledger that no server uses."""
+    database = Database(url)
+    database.open()
+    try:
+        with database.transaction() as connection:
+            return read(connection, *values)
+    finally:
+        database.close()
+
+
+def break_page(file: Path, table: str) -> None:
+    """Flip a bit of a table's first page, so that it is no page any more."""
+    with sqlite3.connect(file) as connection:
+        (size,) = connection.execute("PRAGMA page_size").fetchone()
+        wanted = "SELECT rootpage FROM sqlite_master WHERE name = ?"
+        (page,) = connection.execute(wanted, (table,)).fetchone()
+    connection.close()
+    found = bytearray(file.read_bytes())
+    found[(page - 1) * size] ^= 0x40
+    file.write_bytes(found)

@@ -1,0 +1,106 @@
+"""Logs of rooms that were played, as a server exports them, with no server."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+
+from app.protocol import messages
+from app.protocol.touching_messages import Change
+from app.rooms import log as roomlog
+from app.rooms.independent import IndependentRoom
+from app.rooms.pending import DropCommand
+from app.rooms.records import InputRow
+from app.rooms.room import Room
+from app.rooms.touching.room import TouchingRoom
+from app.rooms.touching.scene import Scene
+from engine import Board
+
+Log = dict[str, Any]
+
+TICKS = 60
+OWN = {
+    "name": "own",
+    "gravity": 10.0,
+    "ball": {"radius": 0.1, "density": 1.0, "friction": 0.2},
+    "pegs": [{"x": 0.0, "y": 2.0, "radius": 0.25}],
+    "bins": {"edges": [-1.0, 0.0, 1.0], "multipliers": [2.0, 0.5]},
+    "drop": {"jitter": 0.5},
+}
+SCENE = {"scene": "sandbox", "balls": 3, "width": 3.0, "height": 2.0, "radii": [0.1, 0.125]}
+
+
+def of_drops() -> Log:
+    """Drops of independent balls: landed and in flight, by seed and by x, staked and not."""
+    room = IndependentRoom("own-room", Board.from_json(OWN), tick_rate=TICKS, max_balls=9)
+    rows: list[Any] = []
+    results = {}
+    for command in (
+        DropCommand(2**63, stake=100, who="ann"),
+        DropCommand(7, x=0.25, who="ben"),
+        DropCommand(8),
+        DropCommand(9, stake=7, who="ann"),
+    ):
+        pending = room.plan_drop(command)
+        rows.append(room.format.row(1, pending))
+        pending.durable = True
+        room.enter()
+        for _ in range(30):
+            for event in room.step(watched=False):
+                assert isinstance(event, messages.Landed)
+                results[event.ball] = room.format.result(1, event)
+    assert 0 < len(results) < len(rows), "some have landed, some not"
+    entries = [room.format.entry(row, results.get(row.ball), room.world.tick) for row in rows]
+    return finished(room, entries)
+
+
+def of_inputs(room: TouchingRoom, told: Sequence[dict[str, Any] | DropCommand]) -> Log:
+    """What was told to a room whose balls touch, five ticks apart."""
+    rows: list[InputRow] = []
+    for what in told:
+        if isinstance(what, DropCommand):
+            pending = room.plan_drop(what)
+        else:
+            pending = room.plan_change(msgspec.convert(what, Change))
+        rows.append(room.format.row(1, pending))
+        pending.durable = True
+        room.enter()
+        for _ in range(5):
+            room.step(watched=False)
+    return finished(room, [room.format.entry(row, None, room.world.tick) for row in rows])
+
+
+def of_scene() -> Log:
+    """A sandbox in which whole numbers of type float are thrown, set and begun with."""
+    scene = Scene.of(SCENE, tick_rate=TICKS, max_balls=100)
+    room = TouchingRoom("box", scene, tick_rate=TICKS, max_balls=100)
+    return of_inputs(
+        room,
+        [
+            {"type": "add", "x": 0, "y": 1.0, "vx": 3.0, "radius": 0.1, "density": 80},
+            {"type": "kick", "ball": 0, "vy": -2.0, "omega": 1e-7},
+            {"type": "settings", "gravity": 5.0, "substeps": 6, "friction": 1.0},
+            {"type": "reset", "scene": {**SCENE, "width": 4.0, "gravity": 3.0, "seed": 2**60}},
+            {"type": "drag", "ball": 1, "x": -0.0, "y": 1.0},
+        ],
+    )
+
+
+def of_board() -> Log:
+    """Drops among balls that touch, with whose they are."""
+    board = Board.preset("triangle-8")
+    room = TouchingRoom("table", board, tick_rate=TICKS, max_balls=100)
+    return of_inputs(
+        room,
+        [DropCommand(1, who="ann"), DropCommand(2, x=0.0), {"type": "kick", "ball": 0, "vx": 1.0}],
+    )
+
+
+def finished(room: Room, entries: list[dict[str, Any]]) -> Log:
+    """A log of these entries, with its digest."""
+    digest = roomlog.LogDigest(roomlog.head(room))
+    digest.add(entries)
+    return {**roomlog.head(room), room.format.name: entries, "digest": digest.hex()}
+
+
+LOGS = {"drops": of_drops, "scene": of_scene, "board": of_board}

@@ -1,0 +1,212 @@
+"""A room's log: every field of it is covered or refused, in this version of it and in the first."""
+
+import copy
+import hashlib
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+import pytest
+import rfc8785
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.rooms.canonical import LARGEST, canonical
+from app.rooms.log import FIRST_VERSION, verify_log
+from engine import Drop, RecordError, drop, verify
+from engine.drops.verify import Verification
+from tests.app.rooms.logs import LOGS, Log, of_drops, of_scene
+
+Path = tuple[str | int, ...]
+
+
+def paths(value: Any, here: Path = ()) -> Iterator[Path]:
+    """Where every number, text and null of a JSON value is."""
+    if isinstance(value, dict | list):
+        for key, part in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from paths(part, (*here, key))
+    else:
+        yield here
+
+
+def objects(value: Any, here: Path = ()) -> Iterator[Path]:
+    """Where every object of a JSON value is."""
+    if isinstance(value, dict | list):
+        if isinstance(value, dict):
+            yield here
+        for key, part in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from objects(part, (*here, key))
+
+
+def at(value: Any, path: Path) -> Any:
+    for key in path:
+        value = value[key]
+    return value
+
+
+def other(value: Any) -> Any:
+    """Another value of the same kind, as near as it gets."""
+    match value:
+        case None:
+            return "someone"
+        case bool():
+            return not value
+        case int():
+            return value + 1
+        case float():
+            return value * (1 + 2**-52) if value else 2.0**-40
+        case str():
+            return f"{value[:-1]}{'1' if value[-1:] == '0' else '0'}"
+    raise AssertionError(value)
+
+
+def holds(log: Log) -> bool:
+    try:
+        return verify_log(log).ok
+    except RecordError:
+        return False
+
+
+@pytest.mark.parametrize("kind", LOGS)
+def test_a_log_holds_after_a_round_trip_through_json(kind: str) -> None:
+    log = LOGS[kind]()
+    assert log["version"] == 2
+    assert verify_log(log) == verify_log(json.loads(json.dumps(log))) == Verification(True)
+
+
+@pytest.mark.parametrize("kind", LOGS)
+def test_every_field_of_a_log_is_covered_or_refused(kind: str) -> None:
+    log = LOGS[kind]()
+    places = list(paths(log))
+    assert {"who", "tick_rate", "room"} <= {path[-1] for path in places}
+    unseen = []
+    for path in places:
+        changed = copy.deepcopy(log)
+        at(changed, path[:-1])[path[-1]] = other(at(log, path))
+        if holds(changed):
+            unseen.append(path)
+    assert unseen == []
+
+
+@pytest.mark.parametrize("kind", LOGS)
+def test_a_field_that_no_log_has_is_refused_wherever_it_stands(kind: str) -> None:
+    log = LOGS[kind]()
+    for path in objects(log):
+        changed = copy.deepcopy(log)
+        at(changed, path)["note"] = 1
+        with pytest.raises(RecordError, match=r"note|unknown"):
+            verify_log(changed)
+
+
+@pytest.mark.parametrize("kind", LOGS)
+def test_a_log_without_one_of_its_fields_does_not_hold(kind: str) -> None:
+    log = LOGS[kind]()
+    for path in objects(log):
+        for name in at(log, path):
+            changed = copy.deepcopy(log)
+            del at(changed, path)[name]
+            assert not holds(changed), (*path, name)
+
+
+def test_a_log_with_a_board_and_a_scene_is_refused() -> None:
+    with pytest.raises(RecordError, match="either a board or a scene"):
+        verify_log(of_scene() | {"board": "triangle-8"})
+
+
+@pytest.mark.parametrize("who", ["", "x" * 65, 5])
+@pytest.mark.parametrize("kind", LOGS)
+def test_a_mark_that_no_player_can_have_is_refused(kind: str, who: Any) -> None:
+    log = LOGS[kind]()
+    log["drops" if kind == "drops" else "inputs"][0]["who"] = who
+    with pytest.raises(RecordError, match="who"):
+        verify_log(log)
+
+
+# Logs of the first version.
+
+
+def of_first_version(log: Log) -> Log:
+    """The same log as releases before exported it."""
+    if "drops" in log:
+        lines = [(each["result"] or {"digest": "-"})["digest"].encode() for each in log["drops"]]
+    else:
+        parts = [[each["tick"], each["input"]] for each in log["inputs"]]
+        lines = [msgspec.json.encode(part, order="sorted") for part in parts]
+    whole = log["world_digest"].encode() + b"".join(line + b"\n" for line in lines)
+    return {**log, "version": FIRST_VERSION, "digest": hashlib.sha256(whole).hexdigest()}
+
+
+@pytest.mark.parametrize("kind", LOGS)
+def test_a_log_of_the_first_version_still_holds(kind: str) -> None:
+    old = of_first_version(LOGS[kind]())
+    assert verify_log(old).ok
+    assert not holds(old | {"digest": "0" * 64})
+    assert not holds(old | {"version": 2})
+    assert verify_log(old | {"version": 3}).field == "version"
+
+
+# The canonical form.
+
+NUMBERS = st.floats(-LARGEST, LARGEST, exclude_min=True, exclude_max=True)
+JSON = st.recursive(
+    st.none() | st.booleans() | st.text() | st.integers(-(2**53) + 1, 2**53 - 1) | NUMBERS,
+    lambda parts: st.lists(parts) | st.dictionaries(st.text("abcxyz_019"), parts),
+)
+
+
+@given(JSON)
+def test_the_canonical_form_is_that_of_rfc_8785(value: Any) -> None:
+    assert canonical(value) == rfc8785.dumps(value)
+
+
+@pytest.mark.parametrize("number", [float("inf"), float("nan"), 2.0**53, -1e300])
+def test_a_number_that_no_log_holds_is_refused(number: float) -> None:
+    with pytest.raises(RecordError, match="not within"):
+        canonical([{"x": number}])
+
+
+def test_integers_of_any_size_are_written_in_full() -> None:
+    assert canonical(10**18 + 1) == b"1000000000000000001"
+
+
+# Records of single drops.
+
+
+def records() -> dict[str, Drop]:
+    return {
+        "seed": drop("triangle-8", 1),
+        "x": drop("triangle-8", 1, x=0.1),
+        "stepped": drop("triangle-8", 1, solver="stepped", dt=0.01, substeps=3),
+    }
+
+
+@pytest.mark.parametrize("kind", records())
+def test_every_field_of_a_record_is_covered_or_refused(kind: str) -> None:
+    record = records()[kind].record(certainty=kind != "stepped")
+    assert verify(record).ok
+    unseen = []
+    for path in paths(record):
+        changed = copy.deepcopy(record)
+        at(changed, path[:-1])[path[-1]] = other(at(record, path))
+        try:
+            if verify(changed).ok:
+                unseen.append(path)
+        except RecordError:
+            continue
+    # Beside an x a seed decides nothing.
+    assert unseen == ([("seed",)] if kind == "x" else [])
+    with pytest.raises(RecordError, match="note"):
+        verify(record | {"note": 1})
+
+
+def test_a_time_step_beside_the_exact_solver_is_refused() -> None:
+    record = drop("triangle-8", 1).record()
+    assert verify(record | {"dt": None}).ok, "a client that writes every field writes null"
+    with pytest.raises(RecordError, match="dt belongs to the stepped solver"):
+        verify(record | {"dt": 0.01})
+
+
+def test_the_log_of_drops_tells_stakes_and_whose_they_are() -> None:
+    told = [(each["stake"], each["who"]) for each in of_drops()["drops"]]
+    assert told == [(100, "ann"), (0, "ben"), (0, None), (7, "ann")]

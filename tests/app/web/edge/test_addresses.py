@@ -1,0 +1,52 @@
+"""Who counts as one client, whom a proxy may speak for, and how many connections each may have."""
+
+import pytest
+
+from app.errors import SettingError
+from app.web.edge.addresses import Connections, Proxies, one_client
+
+
+def test_an_ipv6_subscriber_is_one_client_whatever_address_of_it_asks() -> None:
+    assert one_client("2001:db8:0:7::1") == one_client("2001:db8:0:7:ffff::2")
+    assert one_client("2001:db8:0:7::1") != one_client("2001:db8:0:8::1")
+
+
+def test_an_ipv4_address_is_itself_however_it_is_written() -> None:
+    assert one_client("192.0.2.7") == one_client("::ffff:192.0.2.7") == "192.0.2.7"
+    assert one_client("192.0.2.7") != one_client("192.0.2.8")
+
+
+@pytest.mark.parametrize("host", ["", "testclient", "/run/plinko.sock"])
+def test_what_is_no_address_stands_for_itself(host: str) -> None:
+    assert one_client(host) == host
+
+
+def test_a_client_has_so_many_connections_and_another_its_own() -> None:
+    connections = Connections(2, Proxies(()))
+    assert [connections.enter("192.0.2.7") for _ in range(3)] == [True, True, False]
+    assert connections.enter("192.0.2.8")
+    connections.leave("192.0.2.7")
+    assert connections.enter("192.0.2.7")
+    assert len(connections) == 3
+
+
+def test_what_has_ended_leaves_nothing_behind() -> None:
+    connections = Connections(2, Proxies(()))
+    for number in range(1000):
+        host = f"192.0.2.{number % 250}"
+        assert connections.enter(host)
+        connections.leave(host)
+    assert len(connections) == 0
+    assert not connections._open
+
+
+def test_a_trusted_proxy_speaks_for_many() -> None:
+    connections = Connections(1, Proxies(["10.0.0.0/8", "2001:db8::1"]))
+    assert all(connections.enter("10.1.2.3") for _ in range(5))
+    assert all(connections.enter("2001:db8::1") for _ in range(5))
+    assert [connections.enter("11.1.2.3") for _ in range(2)] == [True, False]
+
+
+def test_a_proxy_that_is_no_address_is_named() -> None:
+    with pytest.raises(SettingError, match="proxy\\.example"):
+        Proxies(["proxy.example"])

@@ -1,0 +1,166 @@
+"""What strangers try on a real server: foreign names, hasty departures, prying, hoarding."""
+
+import contextlib
+import json
+import logging
+import socket
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from app.errors import LedgerError, told
+from app.persistence.database import Database
+from app.web.problems import problem_of
+from tests.app.conftest import Running, serving
+from tests.waiting import until
+
+TOKEN = "scrape" * 6
+
+
+@pytest.fixture(scope="module")
+def edge() -> Iterator[Running]:
+    """A server with little patience, and a token for its metrics."""
+    with serving(
+        address_connections=8, head_timeout=0.2, metrics_token=TOKEN, hosts=("plinko.example",)
+    ) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def client(edge: Running) -> Iterator[httpx.Client]:
+    with httpx.Client(base_url=edge.url, timeout=60.0) as http:
+        yield http
+
+
+def dial(edge: Running) -> socket.socket:
+    host, port = edge.url.removeprefix("http://").split(":")
+    return socket.create_connection((host, int(port)), timeout=60.0)
+
+
+def metrics(client: httpx.Client) -> str:
+    return client.get("/metrics", headers={"authorization": f"Bearer {TOKEN}"}).text
+
+
+@pytest.mark.parametrize("path", ["/", "/api/v1/rooms", "/metrics", "/nothing"])
+def test_a_strangers_name_that_points_here_gets_nothing(client: httpx.Client, path: str) -> None:
+    """DNS rebinding: the browser asks in the name of the page's own site."""
+    port = client.base_url.port
+    headers = {"host": f"evil.example:{port}", "origin": f"http://evil.example:{port}"}
+    for method in ("GET", "HEAD", "POST", "OPTIONS"):
+        refused = client.request(method, path, headers=headers)
+        assert refused.status_code == 421
+        assert refused.headers["content-security-policy"]
+    assert client.get(path, headers=headers).json()["code"] == "unknown-host"
+
+
+def test_nor_does_it_get_a_socket(edge: Running) -> None:
+    address = edge.socket().replace("127.0.0.1", "evil.example")
+    with (
+        dial(edge) as line,
+        pytest.raises(InvalidStatus) as caught,
+        connect(address, sock=line, additional_headers={"Origin": "http://evil.example"}),
+    ):
+        raise AssertionError("it was let in")
+    assert caught.value.response.status_code == 421
+
+
+def test_a_name_that_the_server_was_told_is_its_own(client: httpx.Client) -> None:
+    headers = {"host": "plinko.example", "origin": "https://plinko.example"}
+    assert client.post("/api/v1/rooms/main/drops", headers=headers).status_code == 202
+
+
+@pytest.mark.parametrize("origin", ["http://[", "http://127.0.0.1:80000000", "null", "://"])
+def test_a_garbled_origin_is_a_foreign_one(edge: Running, origin: str) -> None:
+    with (
+        pytest.raises(InvalidStatus) as caught,
+        connect(edge.socket(), additional_headers={"Origin": origin}),
+    ):
+        raise AssertionError("it was let in")
+    assert caught.value.response.status_code == 403
+
+
+def test_an_aborted_request_is_nobodys_failure(
+    edge: Running, client: httpx.Client, caplog: pytest.LogCaptureFixture
+) -> None:
+    before = metrics(client)
+    with caplog.at_level(logging.INFO, "plinko"):
+        with dial(edge) as line:
+            line.sendall(
+                b"POST /api/v1/drops HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100\r\n\r\n{"
+            )
+            until(lambda: edge.connections > 1)
+        until(lambda: any(each.message == "client left" for each in caplog.records))
+    told = [each.levelname for each in caplog.records if each.name == "plinko"]
+    assert told == ["INFO"]
+    errors = [line for line in metrics(client).splitlines() if "server-error" in line]
+    assert errors == [line for line in before.splitlines() if "server-error" in line]
+
+
+def test_those_who_connect_and_say_nothing_are_few_and_soon_gone(
+    edge: Running, client: httpx.Client
+) -> None:
+    with contextlib.ExitStack() as held:
+        lines = [held.enter_context(dial(edge)) for _ in range(20)]
+        received = [line.recv(1000) for line in lines]  # each ends, told why or not at all
+        assert sum(b"429 Too Many" in each for each in received) >= 12
+        assert sum(not each for each in received) <= 8
+    until(lambda: client.get("/healthz").status_code == 200)
+
+
+def test_sockets_leave_the_count_when_they_end(edge: Running, client: httpx.Client) -> None:
+    for _ in range(20):
+        with connect(edge.socket()) as player:
+            player.recv()
+        until(lambda: edge.services.hub.count("main") == 0)
+    assert client.get("/healthz").status_code == 200
+
+
+def test_the_metrics_can_have_a_token(client: httpx.Client) -> None:
+    for headers, status in (
+        ({}, 401),
+        ({"authorization": "Bearer guessed"}, 403),
+        ({"authorization": f"Bearer {TOKEN}"}, 200),
+    ):
+        reply = client.get("/metrics", headers=headers)
+        assert reply.status_code == status
+        assert ("plinko_info" in reply.text) == (status == 200)
+        assert TOKEN not in reply.text
+
+
+@pytest.mark.parametrize(
+    "cause",
+    [
+        "the ledger cannot be written: unable to open database file /var/lib/plinko/plinko.db",
+        'connection to server at "10.0.0.7", port 5432 failed: Connection refused',
+        "the ledger refuses it: UNIQUE constraint failed: drops.room, drops.ball",
+    ],
+)
+def test_what_a_database_says_is_for_the_log_alone(cause: str) -> None:
+    told_outside = json.dumps(vars_of(problem_of(LedgerError(cause)))) + told(LedgerError(cause))
+    for secret in ("/var", "plinko.db", "10.0.0.7", "5432", "UNIQUE", "drops"):
+        assert secret not in told_outside
+    assert "the server's log says why" in told_outside
+
+
+def vars_of(problem: Any) -> dict[str, Any]:
+    return {name: getattr(problem, name) for name in problem.__struct_fields__}
+
+
+def test_the_ledgers_files_are_their_owners_alone(tmp_path: Path) -> None:
+    file = tmp_path / "plinko.db"
+    for old in ("plinko.db", "plinko.db-wal"):
+        (tmp_path / old).touch(0o644)
+    database = Database(f"sqlite:///{file}")
+    database.open()
+    try:
+        found = {each.name: stat.S_IMODE(each.stat().st_mode) for each in tmp_path.iterdir()}
+    finally:
+        database.close()
+    assert {"plinko.db", "plinko.db-wal", "plinko.db-shm", "plinko.db-lock"} <= found.keys()
+    assert set(found.values()) == {0o600}

@@ -1,0 +1,69 @@
+"""Under which names the server answers: its own, and no stranger's that points at it."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.errors import HostError
+from app.web.edge.hosts import Hosts, host_of
+
+
+def allowed(hosts: Hosts, header: str | None) -> bool:
+    try:
+        hosts.check(header)
+    except HostError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["localhost", "localhost:8000", "LOCALHOST", "localhost.", "game.localhost", "127.0.0.1:8000",
+     "127.9.9.9", "[::1]:8000", "[::1]", None],
+)  # fmt: skip
+@pytest.mark.parametrize("listening", ["127.0.0.1", "::1", "192.0.2.7", "0.0.0.0"])
+def test_this_machine_is_always_allowed(listening: str, header: str | None) -> None:
+    assert allowed(Hosts(listening, ()), header)
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["evil.example", "evil.example:8000", "localhost.evil.example", "127.0.0.1.evil.example",
+     "localhostevil", "", " ", "[", "[::1", "::1", "[evil]", "a b", "localhost:x", "localhost:8:1",
+     "http://localhost", "localhost/", "user@localhost", "evil.example#localhost", "-"],
+)  # fmt: skip
+@pytest.mark.parametrize("listening", ["127.0.0.1", "0.0.0.0", "::"])
+def test_a_strangers_name_and_what_is_no_name_are_refused(listening: str, header: str) -> None:
+    with pytest.raises(HostError, match="is not a name of this server; the setting `hosts`"):
+        Hosts(listening, (), "box").check(header)
+
+
+def test_an_address_is_allowed_where_the_server_listens_on_it() -> None:
+    assert allowed(Hosts("192.0.2.7", ()), "192.0.2.7:8000")
+    assert not allowed(Hosts("192.0.2.7", ()), "192.0.2.8:8000")
+    assert not allowed(Hosts("127.0.0.1", ()), "192.0.2.7:8000")
+    assert allowed(Hosts("0.0.0.0", ()), "192.0.2.7:8000")
+    assert allowed(Hosts("::", ()), "[2001:db8::1]:8000")
+
+
+def test_a_machine_that_listens_everywhere_has_its_own_name() -> None:
+    everywhere = Hosts("0.0.0.0", (), "Box.example.org")
+    assert [allowed(everywhere, each) for each in ("box", "BOX.local:8000")] == [True, True]
+    assert not allowed(everywhere, "box.example.org"), "such names are asked of the DNS"
+    assert not allowed(Hosts("127.0.0.1", (), "box"), "box")
+
+
+def test_names_are_allowed_as_they_are_told() -> None:
+    hosts = Hosts("127.0.0.1", ("plinko.example", "*.Play.example"))
+    for good in ("plinko.example", "Plinko.Example.:443", "a.play.example", "a.b.play.example"):
+        assert allowed(hosts, good), good
+    for bad in ("a.plinko.example", "play.example", "evilplay.example", "plinko.example.evil"):
+        assert not allowed(hosts, bad), bad
+    assert allowed(Hosts("127.0.0.1", ("*",)), "whatever [ is")
+
+
+@given(st.text(max_size=40))
+def test_any_header_is_allowed_or_refused_and_nothing_else(header: str) -> None:
+    allowed(Hosts("0.0.0.0", ("plinko.example",), "box"), header)
+    host = host_of(header)
+    assert host is None or host_of(f"[{host}]" if ":" in host else host) == host

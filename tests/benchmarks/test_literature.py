@@ -1,0 +1,127 @@
+"""The engine agrees with the literature: quick variants of what `plinko bench literature` asks."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.contestants.event_driven import Billiards, Ours
+from benchmarks.harness.effort import Effort, MissingError
+from benchmarks.harness.markers import fill_each
+from benchmarks.harness.report import Section, Table
+from benchmarks.literature import literature, lorentz, siam, textbook
+from benchmarks.literature.finding import Estimate, with_error
+from benchmarks.scenes.touching import DT, gas
+from benchmarks.speed.gas import cost_of_an_impact
+
+QUICK = Effort(quick=True, rounds=1, node=False)
+
+
+@pytest.fixture(scope="module")
+def section() -> Section:
+    return literature.run(QUICK)
+
+
+def rows(section: Section, key: str, part: str) -> list[dict[str, Any]]:
+    found = [row for row in section.data[key] if part in row["case"]]
+    assert found
+    return found
+
+
+@pytest.mark.parametrize("spacing", [2.1, 3.0, 6.0, 50.0])
+def test_a_two_disc_orbit_has_the_multiplier_of_the_textbook(spacing: float) -> None:
+    assert textbook.orbit_multiplier(spacing, 1.0).apart < 1e-12
+    assert textbook.orbit_multiplier(0.1 * spacing, 0.1).apart < 1e-12
+
+
+@pytest.mark.parametrize("speed", [1e-3, 0.1, 1.5])
+def test_a_ball_without_friction_leaves_a_peg_at_two_thirds(speed: float) -> None:
+    assert textbook.slider_leaves(speed).apart < 1e-14
+
+
+def test_a_ball_with_much_friction_leaves_a_peg_as_a_rolling_disc_would() -> None:
+    """What is left to 4/7 falls as one over the friction: extrapolated it is gone."""
+    off = {mu: textbook.roller_leaves(mu, 1e-3).apart for mu in (0.0, 1.0, 5.0, 10.0)}
+    assert off[0.0] == pytest.approx(2.0 / 3.0 - 4.0 / 7.0, abs=1e-6)
+    assert off[1.0] > off[5.0] > off[10.0] > 0.0
+    assert (10.0 * off[10.0] - 5.0 * off[5.0]) / 5.0 == pytest.approx(0.0, abs=3e-5)
+
+
+def test_falls_bounces_and_a_cradle_are_right_to_rounding() -> None:
+    for drag, time in ((1e-3, 1.0), (0.3, 2.0), (5.0, 0.01), (2.0, 30.0)):
+        assert textbook.falls_with_drag(drag, time).apart < 1e-15
+    for restitution in (0.1, 0.5, 0.8, 0.95):
+        assert textbook.bounces_end(restitution, 1.0).apart < 1e-14
+    assert textbook.cradle(7, 3.0).apart < 1e-12
+
+
+def test_double_precision_loses_eleven_digits_of_the_photon_and_says_so() -> None:
+    found = siam.in_double_precision()
+    assert found.reflections == 14
+    assert 1e-7 < found.error < found.estimate < 1e-4
+
+
+def test_the_lorentz_gas_has_its_mean_free_path_and_lyapunov_exponent(section: Section) -> None:
+    for row in rows(section, "lorentz", "mean free path") + rows(section, "lorentz", "Lyapunov"):
+        assert row["apart"] < 4.0, row  # standard errors
+
+
+def test_the_lorentz_gas_diffuses_about_as_machta_and_zwanzig_say(section: Section) -> None:
+    """Within a tenth at the narrowest gap, a third more at the widest; both known."""
+    for found, most in zip(section.data["lorentz_diffusion"], (0.1, 0.4, 0.4, 0.6), strict=True):
+        ratio = found["value"] / lorentz.machta_zwanzig(found["gap"])
+        slack = 4.0 * found["error"] / lorentz.machta_zwanzig(found["gap"])
+        assert 1.0 - most - slack < ratio < 1.0 + most + slack, found
+
+
+def test_balls_of_the_elastic_galton_board_gain_speed_as_they_should(section: Section) -> None:
+    speed, depth = section.data["galton"]
+    assert float(speed["found"].split("(")[0]) == pytest.approx(1.0 / 3.0, abs=0.06)
+    assert float(depth["found"].split("(")[0]) == pytest.approx(2.0 / 3.0, abs=0.12)
+    assert "came back up" in section.tables[-1].notes[0]
+
+
+def test_the_galton_board_is_drawn(section: Section, tmp_path: Path) -> None:
+    (draw,) = section.plots.values()
+    draw(str(tmp_path / "plot.png"))
+    assert (tmp_path / "plot.png").stat().st_size > 20_000
+
+
+def test_an_estimate_says_its_error_in_its_last_digit() -> None:
+    assert with_error(1.76049, 0.0007) == "1.7605(7)"
+    assert with_error(0.6667, 0.012) == "0.67(1)"
+    found = Estimate.of(np.array([1.0, 2.0, 3.0, 4.0]))
+    assert found.value == 2.5
+    assert found.error == pytest.approx(math.sqrt(5.0 / 3.0) / 2.0)
+    assert found.off(2.5 + 2.0 * found.error) == pytest.approx(2.0)
+
+
+def test_the_arena_moves_an_elastic_gas_as_an_event_driven_code_does() -> None:
+    scene = gas(30)
+    ours, other = Ours(scene), Billiards(scene)
+    ours.run(6 * DT)
+    other.run(6 * DT)
+    assert ours.impacts() == other.impacts() > 60
+    assert ours.places() == pytest.approx(other.places(), abs=1e-10)
+    assert ours.velocities() == pytest.approx(other.velocities(), abs=1e-8)
+
+
+def test_the_cost_of_an_impact_is_a_table() -> None:
+    section = Section("stepped")
+    cost_of_an_impact(section, QUICK)
+    assert [row[0] for row in section.tables[0].rows] == [Ours.name, Billiards.name]
+    assert section.data["gas"]["apart"][0]["apart"] < 1e-9
+
+
+def test_each_section_goes_to_the_page_that_has_its_place(tmp_path: Path) -> None:
+    pages = [tmp_path / "a.md", tmp_path / "b.md"]
+    pages[0].write_text("<!-- one -->\n<!-- /one -->\n")
+    pages[1].write_text("<!-- two -->\n<!-- /two -->\n")
+    found = [Section(name, [Table(f"Of {name}", ["x"], [["1"]])]) for name in ("two", "one")]
+    fill_each(pages, {"python": "3"}, found, tmp_path)
+    assert "Of one" in pages[0].read_text()
+    assert "Of two" in pages[1].read_text()
+    with pytest.raises(MissingError, match="three"):
+        fill_each(pages, {}, [Section("three")], tmp_path)

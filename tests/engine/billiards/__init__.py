@@ -1,0 +1,1 @@
+"""Balls with a velocity, without bins: one path, and flows of many on boards that repeat."""

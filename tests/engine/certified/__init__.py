@@ -1,0 +1,1 @@
+"""The certified solver held against the oracle and against itself with a law broken."""

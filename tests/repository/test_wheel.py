@@ -1,0 +1,110 @@
+"""The wheel, built and installed where nothing of the source is: what users get from an index."""
+
+import email
+import json
+import os
+import subprocess
+import sys
+import venv
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import engine
+from tests.golden.check import golden
+from tests.repository.test_repository import ROOT
+
+
+@dataclass(frozen=True)
+class Installed:
+    """A wheel's file and an environment in which it is installed."""
+
+    wheel: Path
+    folder: Path
+
+    def run(self, *command: str) -> subprocess.CompletedProcess[str]:
+        """A program of the environment; the source is neither on its path nor its folder."""
+        environment = {name: v for name, v in os.environ.items() if name != "PYTHONPATH"}
+        return subprocess.run(
+            [self.folder / "bin" / command[0], *command[1:]],
+            cwd=self.folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    def python(self, code: str) -> str:
+        done = self.run("python", "-c", code)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
+    """Built by the project's backend; what it needs is taken from the tests' own environment."""
+    folder = tmp_path_factory.mktemp("wheel")
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+    offline = ["--no-deps", "--no-index"]
+    build = [*pip, "wheel", *offline, "--no-build-isolation", "--wheel-dir", str(folder), str(ROOT)]
+    subprocess.run(build, check=True)
+    (wheel,) = folder.glob("*.whl")
+    fresh = folder / "fresh"
+    venv.create(fresh, with_pip=False)
+    # A line of a .pth file adds a folder, but not what .pth files in it add: not the source.
+    (site,) = fresh.glob("lib/python*/site-packages")
+    there = [path for path in sys.path if path.endswith("site-packages")]
+    (site / "dependencies.pth").write_text("\n".join(there) + "\n")
+    target = [*pip, "--python", str(fresh / "bin" / "python"), "install", *offline, str(wheel)]
+    subprocess.run(target, check=True)
+    return Installed(wheel, fresh)
+
+
+def test_the_wheel_has_the_engine_the_server_and_the_page_and_nothing_else(
+    installed: Installed,
+) -> None:
+    with zipfile.ZipFile(installed.wheel) as archive:
+        names = set(archive.namelist())
+        (metadata,) = (name for name in names if name.endswith(".dist-info/METADATA"))
+        told = email.message_from_bytes(archive.read(metadata))
+    assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {"engine", "app"}
+    assert {"engine/py.typed", "app/py.typed", "app/static/index.html"} <= names
+    assert (told["Name"], told["Version"]) == ("plinko-server", engine.__version__)
+    assert told["License-Expression"] == "MIT"
+
+
+def test_an_installed_package_computes_the_golden_drop_and_verifies_it(
+    installed: Installed,
+) -> None:
+    done = installed.run("plinko", "drop", "triangle-8", "--seed", "42", "--json")
+    record = json.loads(done.stdout)
+    assert record["digest"] == golden()["drops"]["triangle-8"]["exact"][0]
+    (installed.folder / "record.json").write_text(done.stdout)
+    assert installed.run("plinko", "verify", "record.json").returncode == 0
+    assert installed.run("plinko", "--version").stdout.strip() == engine.__version__
+
+
+def test_an_installed_package_is_found_where_it_was_installed_and_paints(
+    installed: Installed,
+) -> None:
+    code = (
+        "import engine, importlib.metadata as m\n"
+        "from app.settings import static_directory\n"
+        "print(engine.__file__)\n"
+        "print(static_directory())\n"
+        "print(engine.__version__ == m.version('plinko-server'))\n"
+        "print(engine.Board.preset('triangle-8')._repr_png_()[1:4])\n"
+    )
+    where, page, same, picture = installed.python(code).splitlines()
+    assert Path(where).is_relative_to(installed.folder)
+    assert (Path(page) / "theme.json").is_file()
+    assert Path(page).is_relative_to(installed.folder)
+    assert (same, picture) == ("True", "b'PNG'")
+
+
+def test_an_installed_package_says_where_the_benchmarks_are(installed: Installed) -> None:
+    done = installed.run("plinko", "bench", "throughput")
+    assert done.returncode == 2
+    assert "run `make bench` in a clone of the source repository" in done.stderr
