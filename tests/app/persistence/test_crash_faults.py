@@ -28,7 +28,7 @@ from tests.app.persistence.server import Heard, Served, play
 from tests.long import tries
 from tests.waiting import LIMIT, eventually
 
-FAULTS = tries(1, int(os.environ.get("PLINKO_TEST_FAULTS", "200")))
+FAULTS = tries(1, int(os.environ.get("PLINKO_TEST_FAULTS", "20")))
 TABLES = {"main": "triangle-16", "triangle-8": "triangle-8"}
 TOUCHING = "interacting-triangle-8"
 
