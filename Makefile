@@ -27,7 +27,7 @@ PINS := pyproject.toml constraints.txt
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
-.PHONY: help play test test-long test-crash test-arm64 lint format bench readme architecture pictures constraints clean
+.PHONY: help play test test-long test-crash test-arm64 lint docs links format bench readme architecture pictures constraints clean
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
@@ -36,6 +36,8 @@ help:
 	@echo 'make test-crash   of these, a server under load killed, stalled, cut off, full (KILLS=50 FAULTS=20)'
 	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
 	@echo 'make lint         style, format, types and import contracts'
+	@echo 'make docs         make the site of these pages in build/site; a warning fails'
+	@echo 'make links        ask every other site that the pages link to (needs the network)'
 	@echo 'make format       put the code in its format'
 	@echo 'make bench        measure speed and error, for docs/benchmarks.md and the README'
 	@echo 'make readme       run the examples of the pages and write what they print'
@@ -78,8 +80,18 @@ lint: $(VENV)/.stamp-lint node_modules/.stamp
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 	$(WITH_NODE) && node_modules/.bin/eslint .
 	$(WITH_NODE) && node_modules/.bin/tsc
+
+# Of the pages, docstrings and the tutorial, which is run. Links within are checked, all warnings fail.
+docs: $(VENV)/.stamp-docs
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d .cache/doctrees docs build/site
+	@echo 'build/site/index.html'
+
+links: $(VENV)/.stamp-docs
+	$(BIN)/python -m sphinx -b linkcheck --quiet -D nb_execution_mode=off -d .cache/doctrees docs build/links
 
 # Every table and plot of docs/benchmarks.md and docs/validation.md, anew; BENCH_ARGS=--quick for a trial.
 bench: $(VENV)/.stamp-bench
@@ -109,7 +121,7 @@ constraints:
 	rm -rf .cache/constraints
 	mkdir -p .cache
 	tools/make-venv $(PYTHON) .cache/constraints
-	.cache/constraints/bin/python -m pip --quiet install '.[test,lint,bench]'
+	.cache/constraints/bin/python -m pip --quiet install '.[test,lint,bench,docs]'
 	{ head -n 1 constraints.txt; \
 	  .cache/constraints/bin/python -m pip freeze --exclude plinko-server; } > .cache/constraints.txt
 	mv .cache/constraints.txt constraints.txt
@@ -132,6 +144,10 @@ $(VENV)/.stamp-test: $(PINS) | $(VENV)/.stamp-venv
 $(VENV)/.stamp-lint: $(PINS) | $(VENV)/.stamp-venv
 	$(PIP) install -c constraints.txt -e '.[test,lint]'
 	touch $@ $(VENV)/.stamp-test $(VENV)/.stamp-play
+
+$(VENV)/.stamp-docs: $(PINS) | $(VENV)/.stamp-venv
+	$(PIP) install -c constraints.txt -e '.[docs]'
+	touch $@ $(VENV)/.stamp-play
 
 $(VENV)/.stamp-bench: $(PINS) | $(VENV)/.stamp-venv
 	$(PIP) install -c constraints.txt -e '.[bench]'

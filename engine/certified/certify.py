@@ -130,7 +130,7 @@ class Outcome(NamedTuple):
 
 
 def certify(
-    board: Board,
+    board: Board | str,
     seed: int | str | None = None,
     *,
     x: Start | None = None,
@@ -138,9 +138,10 @@ def certify(
 ) -> Certificate:
     """Prove where the ball lands that is dropped from where `seed` says, or from an exact x in m.
 
-    Precision is doubled until every comparison is decided, as far as `effort` says. Raises
-    SeedError or ParameterError that name the bad value.
+    `board` may be a preset's name. Precision is doubled until every comparison is decided, as far
+    as `effort` says. Raises BoardError, SeedError or ParameterError that name the bad value.
     """
+    board = Board.named(board)
     number = None if seed is None else parse_seed(seed)
     if x is None:
         return certify_start(board, number, Fraction(start_of(board, number, None)), False, effort)

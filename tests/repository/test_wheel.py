@@ -46,9 +46,9 @@ class Installed:
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     """Built by the project's backend; what it needs is taken from the tests' own environment."""
     folder = tmp_path_factory.mktemp("wheel")
-    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
-    offline = ["--no-deps", "--no-index"]
-    build = [*pip, "wheel", *offline, "--no-build-isolation", "--wheel-dir", str(folder), str(ROOT)]
+    pip: list[str | Path] = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+    offline: list[str | Path] = ["--no-deps", "--no-index"]
+    build = [*pip, "wheel", *offline, "--no-build-isolation", "--wheel-dir", folder, ROOT]
     subprocess.run(build, check=True)
     (wheel,) = folder.glob("*.whl")
     fresh = folder / "fresh"
@@ -57,7 +57,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     (site,) = fresh.glob("lib/python*/site-packages")
     there = [path for path in sys.path if path.endswith("site-packages")]
     (site / "dependencies.pth").write_text("\n".join(there) + "\n")
-    target = [*pip, "--python", str(fresh / "bin" / "python"), "install", *offline, str(wheel)]
+    target = [*pip, "--python", fresh / "bin" / "python", "install", *offline, wheel]
     subprocess.run(target, check=True)
     return Installed(wheel, fresh)
 

@@ -16,7 +16,7 @@ from tests.long import tries
 
 def in_slices(path: SlicedPath, sizes: "list[int]") -> list[Slice]:
     """All slices to the end, of these sizes in turn."""
-    parts: list[Any] = []
+    parts: list[Slice] = []
     while not path.ended:
         parts.append(path.follow(sizes[len(parts) % len(sizes)]))
     return parts
