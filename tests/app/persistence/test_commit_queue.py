@@ -2,6 +2,7 @@
 
 import asyncio
 import shutil
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,13 @@ import pytest
 from app.errors import LedgerError
 from app.persistence.commit_queue import CommitQueue, Fate, Job, RevokedError
 from app.persistence.store import last_number
+from app.persistence.writer import Ledger
 from app.rooms.records import DropRow
 from engine import Board
 from tests.app.conftest import TINY
 from tests.app.persistence.oracle import Told
-from tests.app.persistence.stepped import PATIENCE, Table
+from tests.app.persistence.stepped import PATIENCE, Steps, Table
+from tests.waiting import LIMIT, eventually
 
 GONE = LedgerError("gone")
 
@@ -206,3 +209,24 @@ async def test_an_owner_that_fails_keeps_its_news_from_nobody(empty: Path, tmp_p
     table.work()
     assert told == [None]
     table.end()
+
+
+async def test_a_database_that_hangs_keeps_no_server_from_ending(
+    empty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.persistence.writer._FAREWELL", 0.01)
+    shutil.copy(empty, tmp_path / "plinko.db")
+    database = Steps(f"sqlite:///{tmp_path / 'plinko.db'}")
+    ledger = Ledger(database, period=0.0, patience=PATIENCE)
+    ledger.open()
+    on = threading.Event()
+    database.at = lambda step: _wait(on)
+    ledger.start()
+    ledger.defer([row(0)])
+    await ledger.close()
+    on.set()
+    await eventually(lambda: not database.is_open)
+
+
+def _wait(on: threading.Event) -> None:
+    assert on.wait(LIMIT)
