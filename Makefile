@@ -19,6 +19,7 @@ PYTEST_WORKERS ?= 3
 PYTEST_ARGS ?=
 BENCH_ARGS ?=
 KILLS ?= 50
+FAULTS ?= 20
 
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -32,7 +33,7 @@ help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
 	@echo 'make test         run every test, browser tests included (PYTEST_ARGS=...)'
 	@echo 'make test-long    try the claims of the tests marked "long" many more times (half an hour)'
-	@echo 'make test-crash   of these, the kills of a server under load at random moments (KILLS=50)'
+	@echo 'make test-crash   of these, a server under load killed, stalled, cut off, full (KILLS=50 FAULTS=20)'
 	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
 	@echo 'make lint         style, format, types and import contracts'
 	@echo 'make docs         make the site of these pages in build/site; a warning fails'
@@ -56,10 +57,11 @@ test: $(VENV)/.stamp-test node_modules/.stamp
 	chromium="$$(tools/chromium shell)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
 
-# The server is killed KILLS times under load, once over SQLite and once over PostgreSQL.
+# Under load, over SQLite and over PostgreSQL, the server is killed KILLS times and meets FAULTS
+# stalls, frozen backends, cut lines and full disks, of each kind; and every step of a commit fails.
 test-crash: $(VENV)/.stamp-test
 	tools/postgresql
-	LONG=1 PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s -m long tests/app/persistence
+	LONG=1 PLINKO_TEST_KILLS=$(KILLS) PLINKO_TEST_FAULTS=$(FAULTS) $(BIN)/python -m pytest -s -m long tests/app/persistence
 
 # Each test that tries more with LONG=1 has the marker `long`, see tests/long.py: ten minutes of
 # soak, 10^5 malformed messages, hundreds of requests of each REST operation, every oracle file,
@@ -67,7 +69,7 @@ test-crash: $(VENV)/.stamp-test
 test-long: $(VENV)/.stamp-test
 	tools/postgresql
 	chromium="$$(tools/chromium shell)" && CHROMIUM="$$chromium" \
-	LONG=1 PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s -m long $(PYTEST_ARGS)
+	LONG=1 PLINKO_TEST_KILLS=$(KILLS) PLINKO_TEST_FAULTS=$(FAULTS) $(BIN)/python -m pytest -s -m long $(PYTEST_ARGS)
 
 # Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU; with the JIT and without.
 test-arm64: $(VENV)/.stamp-play

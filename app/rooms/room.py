@@ -183,7 +183,9 @@ class Room(ABC):
         """Carry out the confirmed inputs whose tick it is; returns what to tell of each."""
         entered: list[Entered] = []
         while self.planned and self.planned[0].durable and self.held:
-            entered.append(self._carry_out(self.planned.popleft()))
+            # One that cannot be carried out stays planned: whoever asked for it is to hear.
+            entered.append(self._carry_out(self.planned[0]))
+            self.planned.popleft()
         return entered
 
     def drop(self, command: DropCommand) -> messages.Accepted:

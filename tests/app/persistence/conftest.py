@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from app.persistence.database import Database
 from tests.app.persistence import postgres
 from tests.app.persistence.server import POSTGRESQL, SQLITE
 
@@ -29,6 +30,16 @@ def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
         return f"sqlite:///{tmp_path / 'plinko.db'}"
     cluster: postgres.Cluster = request.getfixturevalue("cluster")
     return cluster.new_database()
+
+
+@pytest.fixture(scope="session")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A ledger in SQLite's file, with its tables and nothing in them."""
+    file = tmp_path_factory.mktemp("empty") / "plinko.db"
+    database = Database(f"sqlite:///{file}")
+    database.open()
+    database.close()
+    return file
 
 
 @pytest.fixture

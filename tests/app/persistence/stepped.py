@@ -136,7 +136,14 @@ class Table:
         )
         self.persistence.told = told
         board = Board.preset("triangle-8")
-        self.rooms = Rooms(Settings(), Boards(8), Hub(8), board, persistence=self.persistence)
+        self.rooms = Rooms(
+            Settings(),
+            Boards(8),
+            Hub(8),
+            board,
+            clock=lambda: self.loop.now,
+            persistence=self.persistence,
+        )
         self.ledger.start = lambda: None  # type: ignore[method-assign]
 
     def asks(self, room_id: str, seed: int, stake: int = 0) -> "asyncio.Future[Any] | None":

@@ -6,6 +6,7 @@ until it comes to its end without having met it.
 
 import asyncio
 import contextlib
+import random
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -13,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from app.errors import LedgerError
-from app.persistence.database import Database
 from app.rooms.kinds import INTERACTING
 from app.rooms.log import verify_log
 from engine import Board
@@ -30,16 +32,6 @@ PUBLIC = "triangle-8"
 
 class EndError(BaseException):
     """The process ends here."""
-
-
-@pytest.fixture(scope="session")
-def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A ledger with its tables and nothing in them."""
-    file = tmp_path_factory.mktemp("empty") / "plinko.db"
-    database = Database(f"sqlite:///{file}")
-    database.open()
-    database.close()
-    return file
 
 
 @dataclass
@@ -216,7 +208,7 @@ async def test_wherever_the_process_ends_the_next_one_has_all_that_was_told(
     await at_each_step(empty, tmp_path, fault, killed=True)
 
 
-SECONDS = tries((1.7, 2.2, 10.0), (0.5, 1.0, 1.7, 2.0, 2.2, 2.5, 3.0, 4.0, 6.0, 8.0, 10.0))
+SECONDS = tries((1.7, 10.0), (0.5, 1.0, 1.7, 2.0, 2.2, 2.5, 3.0, 4.0, 6.0, 8.0, 10.0))
 """s of a stall, on both sides of the ledger's patience."""
 
 STALLED = {
@@ -277,3 +269,58 @@ async def at_each_step(
         if met == tries("committed", ""):
             break
     assert step > tries(5, 50)
+
+
+@given(chance=st.randoms(use_true_random=False))
+@settings(max_examples=tries(3, 400), suppress_health_check=[HealthCheck.function_scoped_fixture])
+@pytest.mark.long
+def test_in_whatever_order_the_two_threads_do_it_nothing_is_lost(
+    chance: random.Random, empty: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "plinko.db"
+    for left in tmp_path.iterdir():
+        left.unlink()
+    shutil.copy(empty, file)
+    asyncio.run(_at_random(chance, f"sqlite:///{file}"))
+
+
+async def _at_random(chance: random.Random, url: str) -> None:
+    """Players, clock and database do what they like, the latter at every step."""
+
+    def anything(play: Play) -> None:
+        if not play.met:
+            return
+        play.met = ""  # no step within a step
+        match chance.randrange(40):
+            case 0:
+                raise failure()
+            case 1 | 2:
+                play.table.loop.pass_time(chance.uniform(0.1, 1.5 * PATIENCE))
+            case 3 | 4:
+                play.ask(chance.choice(list(play.told)))
+            case 5:
+                play.table.loop.deliver()
+            case 6:
+                play.table.tick(chance.randrange(30))
+            case 7:
+                play.table.loop.freeze(3.0)
+        play.met = "between two steps"
+
+    play = Play(url, anything, 0)
+    await play.begin()
+    table = play.table
+    table.database.at = lambda step: anything(play)
+    play.met = "between two steps"
+    for _ in range(40):
+        match chance.randrange(4):
+            case 0:
+                play.ask(*chance.choices(list(play.told), k=3))
+            case 1 if not table.ledger.idle:
+                table.turn()
+            case 2:
+                table.loop.deliver()
+            case 3:
+                table.tick(chance.randrange(20))
+    play.met = ""
+    await play.calm()
+    await play.check()
