@@ -104,6 +104,18 @@ class Certificate:
             "agrees": self.agrees,
         }
 
+    def event_rows(self) -> list[tuple[float, ...]]:
+        """Each event's kind, index, t, x, y and a bound of the error of these three, in s and m."""
+        events = self.path.events if self.path is not None else []
+        return [(e.kind, e.index, *_rounded(e.state.t, e.state.x, e.state.y)) for e in events]
+
+
+def _rounded(*balls: arb) -> tuple[float, ...]:
+    """The balls' middles as float64, and a bound of how far any number in one is from that."""
+    middles = [float(ball) for ball in balls]
+    errors = [abs(ball - arb(middle)).upper() for ball, middle in zip(balls, middles, strict=True)]
+    return *middles, max(nextafter(float(error), inf) for error in errors)
+
 
 Start = float | int | str | Fraction
 """An explicit start in m; text and fractions are taken exactly, to any number of digits."""
