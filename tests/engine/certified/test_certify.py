@@ -53,11 +53,11 @@ def test_a_start_is_taken_to_all_its_digits() -> None:
 
 
 def test_what_is_proven_of_a_wide_start_holds_for_all_starts_in_it() -> None:
-    middle, radius = Fraction(1, 100), Fraction(1, 10**42)
-    wide = prove(TRIANGLE, middle, radius, Effort(160, 160))
+    middle, radius = Fraction(1, 100), Fraction(1, 10**60)
+    wide = prove(TRIANGLE, middle, radius, Effort(320, 320))
     assert wide.path is not None
     for share in (-1, Fraction(1, 3), 1):
-        inside = prove(TRIANGLE, middle + share * radius)
+        inside = prove(TRIANGLE, middle + share * radius, effort=Effort(640))
         assert inside.path is not None
         assert inside.path.bin == wide.path.bin
         for event, around in zip(inside.path.events, wide.path.events, strict=True):
