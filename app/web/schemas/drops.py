@@ -99,6 +99,23 @@ class DropRecord(msgspec.Struct, frozen=True):
     ] = None
 
 
+class MapTile(msgspec.Struct, frozen=True):
+    """A row of pixels of the map of starts."""
+
+    x: Annotated[str, Meta(description="The start that is zoomed in on, m, exactly.")]
+    width: Annotated[str, Meta(description="Of the whole strip, m, exactly.")]
+    level: Annotated[int, Meta(description="Zooms by ten.")]
+    first: Annotated[int, Meta(description="The strip's pixel that comes first here.")]
+    bins: Annotated[
+        list[int],
+        Meta(description="From left to right; -1 stays, -2 undecided, -3 no start."),
+    ]
+    proofs: int
+    whole: Annotated[
+        int, Meta(description="Pixels proven for every start in them, not for the middle alone.")
+    ]
+
+
 State = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]
 
 

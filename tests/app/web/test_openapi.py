@@ -39,6 +39,9 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
             for kind in ("density", "histogram", "sheet")
             for fmt in ("png", "jpg", "webp")
         ),
+        ("/api/v1/boards/{board}/map", "get"),
+        ("/api/v1/boards/{board}/map.jpg", "get"),
+        ("/api/v1/boards/{board}/map.png", "get"),
         ("/api/v1/drops", "post"),
         ("/api/v1/drops/{board}/{seed}", "get"),
         ("/api/v1/drops/{board}/{seed}.png", "get"),

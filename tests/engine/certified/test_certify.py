@@ -111,6 +111,9 @@ def test_bad_starts_are_named() -> None:
         certify(TRIANGLE, x="left")
     with pytest.raises(ParameterError, match="x "):
         certify(TRIANGLE, x=1000)
+    for text in ("1e999999999", "1/0", "nan", "inf", "1" * 401, "1/1e-999999"):
+        with pytest.raises(ParameterError, match="is no finite number"):
+            certify(TRIANGLE, x=text)
 
 
 @pytest.mark.long
