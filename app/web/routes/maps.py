@@ -1,18 +1,18 @@
 """The map of a board's starts, each pixel proven at a bounded cost: tiles as JSON, a picture."""
 
 import functools
-import time
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 
-from app.errors import InvalidValueError
+from app.computing import prices, proofs
 from app.web.routes.certificates import require_certifier
 from app.web.routes.common import (
     Server,
     cache_headers,
+    compute,
     documented,
     is_current,
     not_modified,
@@ -20,7 +20,7 @@ from app.web.routes.common import (
 )
 from app.web.routes.pictures import STILLS, ThemeName, add_routes, picture_reply
 from app.web.schemas.drops import MapTile
-from engine import PHYSICS_VERSION, Board
+from engine import PHYSICS_VERSION
 
 router = APIRouter(prefix="/api/v1", tags=["drops"])
 
@@ -29,12 +29,6 @@ STRIP_PIXELS = 160
 
 MOST_PIXELS = 32
 """Of a tile: a second of one thread, or less."""
-
-MOST_PICTURED = 512
-"""Pixels of a picture, all strips together."""
-
-MAX_SECONDS = 10.0
-"""s of one thread. What is not proven by then is grey; only crowded boards take so long."""
 
 X = Annotated[str, Query(max_length=400, description="Zoom in on this start in metres, exact.")]
 Level = Annotated[int, Query(ge=0, le=40, description="Zooms by ten.")]
@@ -63,8 +57,8 @@ async def get_tile(
     etag = f"{found.digest}.{PHYSICS_VERSION}.map.{middle}.{level}.{first}.{count}"
     if is_current(request, etag):
         return not_modified(etag)
-    work = functools.partial(_tile, found, middle, level, first, count)
-    tile, in_time = await server.workers.run(work)
+    work = functools.partial(proofs.tile, found, middle, level, STRIP_PIXELS, first, count)
+    tile, in_time = await compute(request, work, prices.proofs(count))
     # Only what another try would not change is kept by caches.
     return reply(tile, headers=cache_headers(etag) if in_time else None)
 
@@ -73,25 +67,6 @@ def _start(x: str) -> Fraction:
     from engine.certified.certify import exact_start  # noqa: PLC0415
 
     return exact_start(x)
-
-
-def _tile(board: Board, x: Fraction, level: int, first: int, count: int) -> tuple[MapTile, bool]:
-    """The tile, and whether there was time for all of its proofs."""
-    from engine.certified.start_map import strip_at  # noqa: PLC0415
-
-    patience = _Patience()
-    strip = strip_at(board, x, level, STRIP_PIXELS, first, count, patience=patience)
-    return MapTile(**strip.to_json(), first=first, level=level), patience()
-
-
-class _Patience:
-    """Whether there is time left for another proof."""
-
-    def __init__(self) -> None:
-        self._until = time.monotonic() + MAX_SECONDS
-
-    def __call__(self) -> bool:
-        return time.monotonic() < self._until
 
 
 def _map(fmt: str) -> Callable[..., object]:
@@ -106,27 +81,13 @@ def _map(fmt: str) -> Callable[..., object]:
     ) -> Response:
         """The bin as a function of the start, strip below strip, each a tenth of the one above."""
         require_certifier()
-        if levels * pixels > MOST_PICTURED:
-            raise InvalidValueError(
-                f"{levels} levels of {pixels} pixels are more than {MOST_PICTURED} proofs; "
-                "plinko map takes more",
-                field="pixels",
-            )
+        price = prices.proofs(levels * pixels)
         found, middle = server.boards.find(board), _start(x)
         name = f"{found.digest}.{PHYSICS_VERSION}.map.{fmt}.{middle}.{levels}.{pixels}.{theme}"
-        draw = functools.partial(_draw, found, middle, levels, pixels, fmt, theme)
-        return await picture_reply(request, server, name, draw, STILLS[fmt])
+        draw = functools.partial(proofs.picture, found, middle, levels, pixels, fmt, theme)
+        return await picture_reply(request, server, name, draw, price, STILLS[fmt])
 
     return get_map
-
-
-def _draw(board: Board, x: Fraction, levels: int, pixels: int, fmt: str, theme: str) -> bytes:
-    from app.render.start_map import map_picture  # noqa: PLC0415
-    from engine.certified.start_map import strip_at  # noqa: PLC0415
-
-    patience = _Patience()
-    strips = [strip_at(board, x, level, pixels, patience=patience) for level in range(levels)]
-    return map_picture(board, strips, fmt, theme)
 
 
 add_routes(router, "/boards/{board}/map", STILLS, _map, "The map of starts", 501)

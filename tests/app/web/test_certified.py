@@ -74,7 +74,7 @@ def test_tiles_that_cannot_be_are_named(http: httpx.Client) -> None:
     problem(http.get(f"{base}?x=1e999999999"), 422, "bad-parameter", "digits")
     problem(http.get(f"{base}?first=150&count=32"), 422, "bad-parameter", "150 to 182")
     problem(http.get(f"{base}?count=33"), 422, "invalid-value", "33")
-    problem(http.get(f"{base}.png?levels=40&pixels=40"), 422, "invalid-value", "512")
+    problem(http.get(f"{base}.png?levels=40&pixels=40"), 422, "too-expensive", "512")
     problem(http.get("/api/v1/boards/nonagon/map"), 404, "unknown-board", "nonagon")
 
 
