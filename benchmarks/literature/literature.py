@@ -70,12 +70,12 @@ def _siam(section: Section, effort: Effort) -> None:
         for digits in DIGITS:
             proven = photon.with_digits(digits)
             data["certified"].append(asdict(proven) | {"asked": digits})
-            error = f"proven < {0.5 * 10.0**-digits:.0e}" if digits < 300 else "proven"
+            bound = f"proven < {0.5 * 10.0**-digits:.0e}" if digits < 300 else "proven"
             rows.append(
                 [
                     f"certified, {digits} digits",
                     _shown(proven.text),
-                    error,
+                    bound,
                     f"{1e3 * proven.seconds:.0f} ms",
                 ]
             )
