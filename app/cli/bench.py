@@ -25,6 +25,7 @@ WHAT = (
     "render",
     "stepped",
     "literature",
+    "attack",
 )
 
 
