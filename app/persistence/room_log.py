@@ -55,7 +55,8 @@ class RoomLogs:
     async def read(self, room: Room, reader: str, *, marks: bool) -> AsyncIterator[bytes]:
         """The room's log as JSON in pieces, up to this moment, for a `reader` (an address).
 
-        Players' `marks` are null in it unless they are asked for; no digest covers them. It is asked for whole before the first piece is given, but for later pages of a long one.
+        Players' `marks` are null in it unless they are asked for; no digest covers them. It
+        is asked for whole before the first piece is given, but for later pages of a long one.
         Raises LedgerError; BusyError and ReadersError when too many are read at a time.
         """
         if self.readers >= MOST_READERS:

@@ -17,7 +17,7 @@ from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table
 from benchmarks.serving.process import Served, can_watch, serving
 
-SECONDS: Final = 20.0  # that an attack of one kind lasts
+SECONDS: Final = 10.0  # that an attack of one kind lasts
 LATE: Final = 0.004  # s; a tick that comes later than this is a late one
 LOGGED: Final = 20_000  # drops of the room whose log is read
 
