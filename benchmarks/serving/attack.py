@@ -22,6 +22,7 @@ LATE: Final = 0.004  # s; a tick that comes later than this is a late one
 LOGGED: Final = 20_000  # drops of the room whose log is read
 
 _TIMEOUT: Final = 30.0
+_TRIES: Final = 10
 _SETTLES: Final = 1.0  # s after which a room that slept runs, and the player's clock is set
 _UNBOUND: Final = ("--drop-rate", "100000", "--message-rate", "100000")
 """So that a room gets a long log soon; the attacks have nothing of it that computes."""
@@ -85,6 +86,14 @@ class Attack:
         self.stopped.wait(0.02)
         return None
 
+    def must(self, path: str, body: Any) -> Any:
+        """`ask` until there is an answer: workers may have to compile first."""
+        for _ in range(_TRIES):
+            found = self.ask(path, body)
+            if found is not None:
+                return found
+        raise MissingError(f"POST {path} was not answered: {dict(self.answers)}")
+
     @property
     def _peer(self) -> tuple[str, int]:
         host, _, port = self.server.address.rpartition("/")[2].partition(":")
@@ -136,7 +145,7 @@ def _pictures(attack: Attack) -> "list[Callable[[int], None]]":
 
 def _expensive_board(attack: Attack) -> "list[Callable[[int], None]]":
     """Pictures, tallies and records of a board whose every drop takes a hundred thousand events."""
-    digest = attack.ask("/api/v1/boards", hall())["digest"]
+    digest = attack.must("/api/v1/boards", hall())["digest"]
 
     def act(number: int) -> None:
         seed = 10_000 * number
@@ -150,7 +159,7 @@ def _expensive_board(attack: Attack) -> "list[Callable[[int], None]]":
 
 def _stepped(attack: Attack) -> "list[Callable[[int], None]]":
     """Stepped drops with the shortest steps."""
-    digest = attack.ask("/api/v1/boards", hall(9.81))["digest"]
+    digest = attack.must("/api/v1/boards", hall(9.81))["digest"]
 
     def act(number: int) -> None:
         for board in (digest, "triangle-16"):
@@ -350,7 +359,7 @@ def _all(attack: Attack) -> "list[Callable[[int], None]]":
 def _room_with_log(server: Served, drops: int) -> str:
     """A room with so many drops in its log: their balls land at once."""
     fast = {**hall(), "name": "fast", "walls": hall()["walls"][:2]}
-    room: str = Attack(server).ask("/api/v1/rooms", {"board": fast})["id"]
+    room: str = Attack(server).must("/api/v1/rooms", {"board": fast})["id"]
 
     async def fill() -> None:
         from app.load.client import Clock, connect, room_url
