@@ -22,7 +22,7 @@ from app.errors import LedgerError
 from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.persistence.database import Database
-from app.persistence.room_log import read_log
+from app.persistence.room_log import RoomLogs
 from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
 from app.protocol import messages
