@@ -200,9 +200,8 @@ class Table:
         """A room's log, as a client gets it."""
 
         async def read() -> bytes:
-            pieces = await read_log(
-                self.persistence.sessions, await self.rooms.seek(room_id), marks=True
-            )
+            room = await self.rooms.seek(room_id)
+            pieces = await RoomLogs(self.persistence.sessions).read(room, "", marks=True)
             return b"".join([piece async for piece in pieces])
 
         log: dict[str, Any] = msgspec.json.decode(await self.until(read()))
