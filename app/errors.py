@@ -32,6 +32,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   └── RebuildingError    the room is on its way back from the ledger
 ├── EndedError            the process that computed it ended by itself
 ├── GoneError             who asked has left before there was an answer
+├── MissingPartError      a part of the program that is not installed here
 ├── LedgerError           what must be kept cannot be written or read now
 │   └── DamagedRoomError   what the ledger has of one room contradicts itself
 ├── TokenError            only the creator of a room may do this
@@ -180,6 +181,10 @@ class GoneError(AppError):
     """Who asked has left; nobody reads the answer."""
 
 
+class MissingPartError(AppError):
+    """Something asked for that needs a library which this server was installed without."""
+
+
 class LedgerError(AppError):
     """The ledger cannot be written or read now; nothing of what was asked has been done."""
 
@@ -248,6 +253,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     RebuildingError: Answer(503, "room-rebuilding", "The room is being rebuilt", 1013),
     EndedError: Answer(503, "worker-ended", "A worker ended", 1013),
     GoneError: Answer(499, "client-gone", "The client has left"),
+    MissingPartError: Answer(501, "not-installed", "Not installed on this server"),
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),
     DamagedRoomError: Answer(503, "room-damaged", "The room is set aside", 1013),
     TokenError: Answer(403, "not-yours", "Not your room"),
@@ -281,6 +287,10 @@ def retry_after(error: Exception) -> int | None:
 
 
 _LEDGER_SECRET = "the ledger cannot be used now, and nothing was done; the server's log says why"
+_DAMAGED_SECRET = (
+    "the room is set aside, as what the ledger has of it is damaged; whoever runs the server can "
+    "mend it"
+)
 
 
 def told(error: BaseException) -> str:
@@ -289,6 +299,8 @@ def told(error: BaseException) -> str:
     What a database says is not for it: that has file names, addresses and the tables' insides.
     Nor is what a stranger says.
     """
+    if isinstance(error, DamagedRoomError):
+        return _DAMAGED_SECRET
     if isinstance(error, LedgerError):
         return _LEDGER_SECRET
     if isinstance(error, AppError | EngineError):

@@ -43,7 +43,19 @@ from app.web.edge.hosts import Hosts
 from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
 from app.web.readings import readings
-from app.web.routes import boards, drops, health, live, page, pictures, rooms, scenes, simulate, ws
+from app.web.routes import (
+    boards,
+    drops,
+    health,
+    live,
+    maps,
+    page,
+    pictures,
+    rooms,
+    scenes,
+    simulate,
+    ws,
+)
 from app.web.schemas.document import components
 from app.web.services import Services
 from app.web.tokens import Tokens, secret_of
@@ -96,6 +108,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         pictures.router,
         drops.router,
         simulate.router,
+        maps.router,
         live.router,
         rooms.router,
         scenes.router,

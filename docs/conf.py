@@ -47,11 +47,18 @@ ARRAY_LIKE = stringify_annotation(npt.ArrayLike, "smart")
 ARRAY = re.compile(r"~numpy\.ndarray\[tuple\[~typing\.Any, \.\.\.\], ~numpy\.dtype\[(.*?)\]\]")
 
 
+def _expression(signature: str) -> str:
+    return signature.replace("<factory>", "...").replace(ARRAY_LIKE, "~numpy.typing.ArrayLike")
+
+
 def _as_written(_app: Sphinx, _what: str, _name: str, _value: object, *rest: object) -> object:
-    """A signature with numpy's names for arrays, not with what these stand for."""
+    """A signature with numpy's names for arrays, not with what these stand for.
+
+    A default that a factory makes is no expression, with which nothing of it would be read.
+    """
     _options, *both = rest
     return tuple(
-        ARRAY.sub(r"~numpy.typing.NDArray[\1]", text.replace(ARRAY_LIKE, "~numpy.typing.ArrayLike"))
+        ARRAY.sub(r"~numpy.typing.NDArray[\1]", _expression(text))
         if isinstance(text, str)
         else text
         for text in both

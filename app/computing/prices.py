@@ -29,6 +29,9 @@ DROP_EVENTS: Final = 1e7
 ARENA: Final = 100_000.0
 """Balls that touch each other times substeps a second, of one room: some 5 ms of each tick."""
 
+PROOFS: Final = 512.0
+"""Bins that are proven for one request."""
+
 _EVENTS_A_DROP: Final = 60.0  # on the presets; the estimate for any board
 _BOUNCES: Final = 2.0  # by which bouncing makes a fall longer than one in free flight, about
 
@@ -39,6 +42,7 @@ _KEPT_SUBSTEP: Final = 4e-7
 _PIXEL: Final = 6e-8
 _PIXEL_FRAME: Final = 1.6e-8
 _SURFACE: Final = 2e-4
+_PROOF: Final = 0.04
 _ONCE: Final = 1e-3  # what any request takes
 
 
@@ -86,6 +90,11 @@ def one_drop(board: Board, solver: Solver) -> Price:
 def verification() -> Price:
     """A record that is computed again, whatever its board: as an exact drop."""
     return Price("events", _EVENTS_A_DROP, DROP_EVENTS, _ONCE)
+
+
+def proofs(count: int) -> Price:
+    """Bins that are proven; where one proof holds for many pixels of a map, it takes less."""
+    return Price("proofs", float(count), PROOFS, _ONCE + _PROOF * count, "pixels")
 
 
 def stepped_drop(substeps: float) -> Price:

@@ -13,13 +13,13 @@ from app.rooms import log
 from app.rooms.room import Room
 
 _MARKS: Final = frozenset({"who"})
-_PAGE: Final = 2000  # inputs read at once; commits wait meanwhile
+_PAGE: Final = 500  # inputs read and hashed at once; commits, then ticks, wait meanwhile
 
 
 async def read_log(sessions: Sessions, room: Room, *, marks: bool) -> AsyncIterator[bytes]:
     """The room's log as JSON in pieces, up to this moment; raises LedgerError.
 
-    Players' `marks` are null in it unless they are asked for; no digest covers them.
+    Players' `marks` are null in it unless they are asked for; its digest is of the log as given.
 
     It is asked for whole before the first piece is given, but for later pages of a long one.
     """

@@ -36,6 +36,7 @@ _FAILURES = {
     413: "The body is too large",
     422: "A bad value; `detail` and `field` name it",
     429: "A limit was reached; `Retry-After` says when to come back",
+    501: "This server was installed without what it takes",
     503: "The server is busy; `Retry-After` says when to come back",
 }
 

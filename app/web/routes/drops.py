@@ -6,10 +6,11 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
 
-from app.computing import prices, tasks
+from app.computing import prices, proofs, tasks
 from app.computing.tasks import Ask, Facts
 from app.protocol.client_messages import parse_x
 from app.web.routes.asked import Asked
+from app.web.routes.certificates import check_certified
 from app.web.routes.common import (
     Server,
     body_of,
@@ -30,13 +31,14 @@ from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, make_solver
 router = APIRouter(prefix="/api/v1", tags=["drops"])
 
 Certainty = Annotated[bool, Query(description="Say also how sure the bin is (exact solver).")]
+Certified = Annotated[bool, Query(description="Prove the bin as well (exact solver).")]
 Fps = Annotated[float, Query(gt=0, le=1000, description="Frames a second.")]
 
 
 @router.post(
     "/drops",
     summary="Compute a drop",
-    responses=documented(DropRecord, 400, 404, 413, 422, 503),
+    responses=documented(DropRecord, 400, 404, 413, 422, 501, 503),
     openapi_extra=body_of(DropRequest, {"board": "triangle-16", "seed": "42"}),
 )
 async def post_drop(request: Request, server: Server) -> Response:
@@ -53,7 +55,7 @@ async def post_drop(request: Request, server: Server) -> Response:
         parse_x(body.x),
         make_solver(body.solver, body.dt, body.substeps),
     )
-    digest, record = await _record(request, ask, body.certainty)
+    digest, record = await _record(request, ask, body.certainty, body.certified)
     return reply(record, headers={"etag": f'"{digest}"'})
 
 
@@ -79,11 +81,13 @@ async def get_frames(request: Request, ask: Asked, fps: Fps = 60.0) -> Response:
 @router.get(
     "/drops/{board}/{seed}",
     summary="Replay a drop",
-    responses=documented(DropRecord, 304, 404, 422, 503),
+    responses=documented(DropRecord, 304, 404, 422, 501, 503),
 )
-async def get_drop(request: Request, ask: Asked, certainty: Certainty = False) -> Response:
+async def get_drop(
+    request: Request, ask: Asked, certainty: Certainty = False, certified: Certified = False
+) -> Response:
     """The record of a drop, decided by its address alone, and so cacheable; ETag is its digest."""
-    digest, record = await _record(request, ask, certainty)
+    digest, record = await _record(request, ask, certainty, certified)
     if is_current(request, digest):
         return not_modified(digest)
     return reply(record, headers=cache_headers(digest))
@@ -117,8 +121,14 @@ async def facts_of(request: Request, ask: Ask) -> Facts:
     return await compute(request, functools.partial(tasks.facts, ask), price, quick=True)
 
 
-async def _record(request: Request, ask: Ask, certainty: bool) -> tuple[str, bytes]:
+async def _record(
+    request: Request, ask: Ask, certainty: bool, certified: bool
+) -> tuple[str, bytes]:
     """The digest of a drop, and its record as JSON."""
+    if certified:
+        check_certified(ask)
+        work = functools.partial(proofs.record, ask, certainty)
+        return await compute(request, work, prices.proofs(1))
     price = prices.one_drop(ask.board, ask.solver)
     work = functools.partial(tasks.record, ask, certainty)
     return await compute(request, work, price, quick=True)

@@ -4,11 +4,13 @@ import pytest
 
 from app.live.hub import Mailbox
 from app.protocol import messages
+from app.protocol.client_messages import parse_x
 from app.protocol.wire import WireMessage
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
 from app.rooms.room import QUIET, Room
 from app.rooms.touching.room import TouchingRoom
+from app.rooms.touching.values import MOTION
 from engine import Board, drop
 from engine.constants import KIND_LANDING
 from tests.outsider import decoder
@@ -124,3 +126,8 @@ def test_the_index_of_a_landing_is_its_bin_and_no_landing_has_no_row() -> None:
     assert tuple(landed.impacts[-1].tolist()[6:]) == (KIND_LANDING, landed.bin)
     assert balanced.bin is None
     assert KIND_LANDING not in balanced.impacts["kind"]
+
+
+def test_zero_is_one_place_in_rooms_too() -> None:
+    assert str(parse_x(-0.0)) == str(parse_x(0)) == "0.0"
+    assert str(MOTION["vx"].check(-0.0, "vx")) == "0.0"

@@ -174,6 +174,13 @@ def test_every_setting_of_a_drop_counts(http: httpx.Client) -> None:
     assert (got["solver"], got["dt"], got["substeps"], got["x"]) == ("stepped", 0.01, 2, 0.1)
 
 
+def test_zero_is_one_place_to_start_from_over_http_too(http: httpx.Client) -> None:
+    got = http.get("/api/v1/drops/triangle-8/42?x=-0.0").json()
+    assert got["digest"] == drop("triangle-8", x=0.0).digest
+    body = {"board": "triangle-8", "seed": "42", "x": -0.0}
+    assert http.post("/api/v1/drops", json=body).json() == got
+
+
 def test_without_a_seed_the_server_draws_one_and_says_which(http: httpx.Client) -> None:
     first, second = (
         http.post("/api/v1/drops", json={"board": "triangle-16"}).json() for _ in range(2)
