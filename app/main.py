@@ -26,6 +26,7 @@ from app.ops import logs
 from app.ops.metrics import Metrics
 from app.persistence.database import Database
 from app.persistence.integrity import Integrity
+from app.persistence.room_log import RoomLogs
 from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
@@ -173,6 +174,7 @@ def _services(settings: Settings) -> Services:
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
         creators=Quota(settings.creator_rooms, "rooms of this address", held.is_open),
         budgets=Budgets(settings.compute_rate, settings.compute_burst),
+        logs=RoomLogs(persistence.sessions),
         metrics=metrics,
     )
     server.rooms.filmed = cameras.films

@@ -8,7 +8,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
-MEMORY: Final = 200 << 20
+MEMORY: Final = 320 << 20
 """Bytes that a worker may take beyond what it was started with."""
 
 _GRACE: Final = 1  # s after its deadline at which the system ends a worker nobody waits for

@@ -1,40 +1,108 @@
-"""A room's log as it is sent: in pieces, of which a long one's later pages are read on the way."""
+"""A room's log as it is sent: in pieces, of which a long one's later pages are read on the way.
 
+Commits wait while a page is read. So there is one page at a time for all who read, each is short,
+and the ledger rests after it: a thousand readers slow down each other and no drop.
+"""
+
+import asyncio
 import functools
-from collections.abc import AsyncIterator
+import time
+import weakref
+from collections import Counter
+from collections.abc import AsyncIterator, Callable
 from typing import Any, Final
 
 import msgspec
 from sqlalchemy import Connection
 
+from app.errors import BusyError, ReadersError
 from app.persistence import store
 from app.persistence.sessions import Sessions
 from app.rooms import log
 from app.rooms.room import Room
 
 _MARKS: Final = frozenset({"who"})
-_PAGE: Final = 500  # inputs read and hashed at once; commits, then ticks, wait meanwhile
+_PAGE: Final = 250  # inputs read at once: some 5 ms
+_REST: Final = 3.0  # times as long as a page took, the ledger has for others before the next
+_LONGEST_REST: Final = 1.0  # s
+
+MOST_READERS: Final = 32
+MOST_OF_ONE: Final = 4
 
 
-async def read_log(sessions: Sessions, room: Room, *, marks: bool) -> AsyncIterator[bytes]:
-    """The room's log as JSON in pieces, up to this moment; raises LedgerError.
+class RoomLogs:
+    """The logs that are being read; for the event loop's thread. `clock` gives s."""
 
-    Players' `marks` are null in it unless they are asked for; its digest is of the log as given.
+    def __init__(
+        self,
+        sessions: Sessions,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: "Callable[[float], Any]" = asyncio.sleep,
+    ) -> None:
+        self._sessions = sessions
+        self._clock = clock
+        self._sleep = sleep
+        self._turn = asyncio.Lock()
+        self._free = 0.0  # when the next page may be read
+        self._readers: Counter[str] = Counter()
 
-    It is asked for whole before the first piece is given, but for later pages of a long one.
-    """
-    pages = _Pages(sessions, room, marks)
-    sessions.report([])
-    first = await pages.read(0)
-    return pages.pieces(first)
+    @property
+    def readers(self) -> int:
+        """How many read now."""
+        return self._readers.total()
+
+    async def read(self, room: Room, reader: str, *, marks: bool) -> AsyncIterator[bytes]:
+        """The room's log as JSON in pieces, up to this moment, for a `reader` (an address).
+
+        Players' `marks` are null in it unless they are asked for; its digest is of the log
+        as given. It is asked for whole before the first piece is given, but for later pages of a
+        long one. Raises LedgerError; BusyError and ReadersError when too many are read at a time.
+        """
+        if self.readers >= MOST_READERS:
+            raise BusyError(f"{MOST_READERS} logs of rooms are being read already")
+        if self._readers[reader] >= MOST_OF_ONE:
+            raise ReadersError(f"{MOST_OF_ONE} logs of rooms are being read by this address")
+        self._readers[reader] += 1
+        place = _Place(functools.partial(self._left, reader))
+        pages = _Pages(self._sessions, room, self._paced, marks=marks)
+        self._sessions.report([])
+        return pages.pieces(await pages.read(0), place)
+
+    def _left(self, reader: str) -> None:
+        self._readers[reader] -= 1
+        if not self._readers[reader]:
+            del self._readers[reader]
+
+    async def _paced(self, read: "Callable[[], Any]") -> Any:
+        """What `read()` gives, in its turn and after the ledger's rest."""
+        async with self._turn:
+            if (rest := self._free - self._clock()) > 0.0:
+                await self._sleep(rest)
+            began = self._clock()
+            try:
+                return await read()
+            finally:
+                ended = self._clock()
+                self._free = ended + min(_REST * (ended - began), _LONGEST_REST)
+
+
+class _Place:
+    """A reader's place, given up when nobody holds it any more: what was never begun, too."""
+
+    def __init__(self, leave: Callable[[], None]) -> None:
+        weakref.finalize(self, leave)
 
 
 class _Pages:
-    """A room's log as of now."""
+    """A room's log as of now; `paced` reads a page in its turn."""
 
-    def __init__(self, sessions: Sessions, room: Room, marks: bool) -> None:
+    def __init__(
+        self, sessions: Sessions, room: Room, paced: "Callable[..., Any]", *, marks: bool
+    ) -> None:
         self._marks = marks
         self._ledger = sessions.ledger
+        self._paced = paced
         self._session = sessions.of(room).number
         self._inputs = room.format
         self._count = room.taken
@@ -45,7 +113,11 @@ class _Pages:
         if first >= self._count:
             return []
         limit = min(_PAGE, self._count - first)
-        return await self._ledger.read(functools.partial(self._entries, first=first, limit=limit))
+        entries = functools.partial(self._entries, first=first, limit=limit)
+        found: list[dict[str, Any]] = await self._paced(
+            functools.partial(self._ledger.read, entries)
+        )
+        return found
 
     def _entries(self, connection: Connection, first: int, limit: int) -> list[dict[str, Any]]:
         found = store.taken(connection, self._inputs.name, self._session, first, limit)
@@ -55,8 +127,8 @@ class _Pages:
                 entry.update(dict.fromkeys(_MARKS & entry.keys()))
         return page
 
-    async def pieces(self, page: list[dict[str, Any]]) -> AsyncIterator[bytes]:
-        """All of it, from the first page on."""
+    async def pieces(self, page: list[dict[str, Any]], _place: _Place) -> AsyncIterator[bytes]:
+        """All of it, from the first page on; for as long as this goes on a place is held."""
         digest = log.LogDigest(self._head)
         yield msgspec.json.encode(self._head)[:-1] + f',"{self._inputs.name}":['.encode()
         done = 0

@@ -8,7 +8,6 @@ from fastapi.responses import StreamingResponse
 from fastapi.security import HTTPBearer
 
 from app.errors import InvalidValueError, TokenError
-from app.persistence.room_log import read_log
 from app.protocol.client_messages import parse_x
 from app.rooms.kinds import SCENE
 from app.rooms.records import Parked
@@ -18,6 +17,7 @@ from app.rooms.touching.scene import Scene
 from app.web.routes.common import (
     Server,
     address_of,
+    attended,
     body_of,
     documented,
     documented_failures,
@@ -148,7 +148,8 @@ async def get_log(room: str, request: Request, server: Server) -> Response:
     shown = request.headers.get("authorization")
     if shown is not None:
         server.tokens.check(found.id, shown)
-    body = await read_log(server.rooms.persistence.sessions, found, marks=shown is not None)
+    reading = server.logs.read(found, address_of(request), marks=shown is not None)
+    body = await attended(request, reading)
     return StreamingResponse(body, media_type="application/json")
 
 
