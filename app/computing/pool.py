@@ -94,8 +94,8 @@ class Workers:
         """Drop what waits and end what runs."""
         self._closed = True
         for job in [*self._quick, *self._long]:
-            job.future.cancel()
             self._drop(job)
+            job.future.set_exception(BusyError("the server is stopping"))
         for job in self._running:
             if job.worker is not None:
                 job.worker.end()

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import http.client
 import json
+import re
 import socket
 import threading
 import time
@@ -81,7 +82,8 @@ class Attack:
         problem = json.loads(found or b"{}")
         self.answers[f"{answer.status} {problem.get('code', '')}"] += 1
         if answer.status == 422:
-            self.prices[path.partition("?")[0]] = problem["detail"]
+            plain = re.sub(r"/[0-9a-f]{64}", "/BOARD", path.partition("?")[0])
+            self.prices[re.sub(r"/[0-9]+\b", "/SEED", plain)] = problem["detail"]
         # A client that is told to wait and does not is one more request, no more work.
         self.stopped.wait(0.02)
         return None

@@ -111,7 +111,8 @@ async def test_closing_ends_what_runs_and_what_waits() -> None:
     await running_for(workers, 1)
     (pid,) = workers.pids
     workers.close()
-    await asyncio.wait(asking)
+    ends = await asyncio.gather(*asking, return_exceptions=True)
+    assert [answer(end).status for end in ends if isinstance(end, Exception)] == [503] * 3
     await eventually(lambda: not lives(pid))
     with pytest.raises(BusyError):
         await workers.run(os.getpid)

@@ -3,8 +3,12 @@
 import asyncio
 from typing import Any
 
+import pytest
+
+from app.errors import BallLimitError
 from app.live.hub import Hub
 from app.live.registry import Rooms
+from app.rooms import independent
 from app.rooms.boards import Boards
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
@@ -50,6 +54,17 @@ async def test_forty_drops_of_a_dear_board_are_computed_in_turns() -> None:
         await asyncio.sleep(0)
     assert 0 < dear.world.tick < 60
     assert all(each.done() for each in asked[:41])
+
+
+def test_a_room_whose_balls_bounce_for_ever_takes_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(independent, "MOST_EVENTS", 500)
+    room = IndependentRoom("dear", HALL, tick_rate=60, max_balls=9)
+    for seed in (0, 1):
+        room.drop(DropCommand(seed))
+    while room.world.events_kept <= 500:
+        room.step(watched=False)
+    with pytest.raises(BallLimitError, match=r"have \d+ events behind them, of which it keeps 500"):
+        room.plan_drop(DropCommand(2))
 
 
 def test_a_dear_ball_lands_as_its_drop_says() -> None:
