@@ -6,6 +6,6 @@ drops, for one ball's path, and the exact solver. Start with billiard.py; flow.p
 
 from engine.billiards.billiard import Billiard
 from engine.billiards.flow import Flow, launch
-from engine.billiards.path import path
+from engine.billiards.one_ball import path
 
 __all__ = ["Billiard", "Flow", "launch", "path"]

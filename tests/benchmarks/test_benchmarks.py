@@ -362,8 +362,9 @@ def test_the_readme_is_that_of_the_recorded_run() -> None:
     assert readme_table.summary(recorded, "docs/benchmarks.md") in text
 
 
-def test_the_page_shows_every_plot_that_is_kept() -> None:
-    recorded = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+def test_the_pages_show_every_plot_that_is_kept() -> None:
+    pages = (ROOT / "docs" / name for name in ("benchmarks.md", "validation.md"))
+    recorded = "".join(page.read_text(encoding="utf-8") for page in pages)
     kept = sorted(path.name for path in (ROOT / "docs" / "images").glob("bench-*.png"))
     assert kept
     assert [name for name in kept if f"](images/{name})" not in recorded] == []
