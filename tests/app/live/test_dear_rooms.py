@@ -13,7 +13,7 @@ from app.rooms.boards import Boards
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
 from app.settings import Settings
-from benchmarks.serving.attack import hall
+from benchmarks.serving.attackers import hall
 from engine import Board, World, drop
 
 MAIN = Board.preset("triangle-8")
