@@ -218,6 +218,14 @@ class Rooms:
         except UnknownRoomError:
             return None
 
+    def is_own(self, room_id: str) -> bool:
+        """Whether a room of this id would be a player's own, and not everybody's."""
+        try:
+            self._public(room_id)
+        except UnknownRoomError:
+            return True
+        return False
+
     def owned(self, room: Room) -> bool:
         """Whether the room has a creator, who alone may change it."""
         return self.persistence.sessions.of(room).owned

@@ -2,13 +2,15 @@
 
 import functools
 from collections.abc import AsyncIterator
+from dataclasses import dataclass
 from typing import Any, Final
 
 import msgspec
 from sqlalchemy import Connection
 
 from app.persistence import store
-from app.persistence.sessions import Sessions
+from app.persistence.null_ledger import NullLedger
+from app.persistence.writer import Ledger
 from app.rooms import log
 from app.rooms.room import Room
 
@@ -16,41 +18,61 @@ _MARKS: Final = frozenset({"who"})
 _PAGE: Final = 2000  # inputs read at once; commits wait meanwhile
 
 
-async def read_log(sessions: Sessions, room: Room, *, marks: bool) -> AsyncIterator[bytes]:
-    """The room's log as JSON in pieces, up to this moment; raises LedgerError.
+@dataclass(frozen=True, slots=True)
+class LogPart:
+    """Which of a room's inputs are asked for: `limit` of them from `first` on, None for all.
 
-    Players' `marks` are null in it unless they are asked for; no digest covers them.
+    Players' `marks` are null unless they are asked for; no digest covers them.
+    """
+
+    first: int = 0
+    limit: int | None = None
+    marks: bool = False
+
+    @property
+    def whole(self) -> bool:
+        """Whether that is the log itself, whose digest can be told."""
+        return self.first == 0 and self.limit is None
+
+
+async def read_log(
+    ledger: Ledger | NullLedger, room: Room, session: int, part: LogPart
+) -> AsyncIterator[bytes]:
+    """The log of a room's session as JSON in pieces, up to this moment; raises LedgerError.
 
     It is asked for whole before the first piece is given, but for later pages of a long one.
     """
-    pages = _Pages(sessions, room, marks)
-    sessions.report([])
-    first = await pages.read(0)
+    pages = _Pages(ledger, room, session, part)
+    first = await pages.read(part.first)
     return pages.pieces(first)
 
 
 class _Pages:
     """A room's log as of now."""
 
-    def __init__(self, sessions: Sessions, room: Room, marks: bool) -> None:
-        self._marks = marks
-        self._ledger = sessions.ledger
-        self._session = sessions.of(room).number
+    def __init__(
+        self, ledger: Ledger | NullLedger, room: Room, session: int, part: LogPart
+    ) -> None:
+        self._ledger = ledger
+        self._session = session
+        self._part = part
         self._inputs = room.format
-        self._count = room.taken
+        count = room.taken
+        self._end = count if part.limit is None else min(count, part.first + part.limit)
+        self._next = self._end if self._end < count else None
         self._head = log.head(room)
 
     async def read(self, first: int) -> list[dict[str, Any]]:
         """Entries from `first` on, as many as a page has."""
-        if first >= self._count:
+        if first >= self._end:
             return []
-        limit = min(_PAGE, self._count - first)
+        limit = min(_PAGE, self._end - first)
         return await self._ledger.read(functools.partial(self._entries, first=first, limit=limit))
 
     def _entries(self, connection: Connection, first: int, limit: int) -> list[dict[str, Any]]:
         found = store.taken(connection, self._inputs.name, self._session, first, limit)
         page = [self._inputs.entry(row, result, self._head["tick"]) for row, result in found]
-        if not self._marks:
+        if not self._part.marks:
             for entry in page:
                 entry.update(dict.fromkeys(_MARKS & entry.keys()))
         return page
@@ -59,10 +81,14 @@ class _Pages:
         """All of it, from the first page on."""
         digest = log.LogDigest(self._head)
         yield msgspec.json.encode(self._head)[:-1] + f',"{self._inputs.name}":['.encode()
-        done = 0
+        done = self._part.first
         while page:
             digest.add(page)
-            yield (b"," if done else b"") + msgspec.json.encode(page)[1:-1]
+            yield (b"," if done > self._part.first else b"") + msgspec.json.encode(page)[1:-1]
             done += len(page)
             page = await self.read(done)
-        yield b'],"digest":"' + digest.hex().encode() + b'"}\n'
+        if self._part.whole:
+            yield b'],"digest":"' + digest.hex().encode() + b'"}\n'
+        else:
+            rest = {"first": self._part.first, "next": self._next, "digest": None}
+            yield b"]," + msgspec.json.encode(rest)[1:] + b"\n"

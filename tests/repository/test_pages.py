@@ -1,4 +1,4 @@
-"""Tables of the documentation hold what the code holds: the board's JSON, the scenes' parameters."""
+"""Tables of the documentation hold what the code holds: boards' JSON, scenes' parameters."""
 
 import json
 import re

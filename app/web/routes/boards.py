@@ -4,7 +4,17 @@ from typing import Any
 
 from fastapi import APIRouter, Request, Response
 
-from app.web.routes.common import Server, body_of, checked_board, documented, read, reply
+from app.web.routes.common import (
+    Server,
+    body_of,
+    cache_headers,
+    checked_board,
+    documented,
+    is_current,
+    not_modified,
+    read,
+    reply,
+)
 from app.web.schemas.boards import BoardList, BoardSummary, BoardView
 from engine import Board
 
@@ -30,10 +40,13 @@ async def list_boards(server: Server) -> Response:
     return reply(BoardList([_summary(board) for board in boards]))
 
 
-@router.get("/{board}", summary="Get a board", responses=documented(BoardView, 404))
-async def get_board(board: str, server: Server) -> Response:
-    """The whole board of a preset's name or of a digest."""
-    return reply(_view(server.boards.find(board)))
+@router.get("/{board}", summary="Get a board", responses=documented(BoardView, 304, 404))
+async def get_board(board: str, request: Request, server: Server) -> Response:
+    """The whole board of a preset's name or of a digest; ETag is its digest."""
+    found = server.boards.find(board)
+    if is_current(request, found.digest):
+        return not_modified(found.digest)
+    return reply(_view(found), headers=cache_headers(found.digest))
 
 
 @router.post(

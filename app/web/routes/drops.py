@@ -2,6 +2,7 @@
 
 import functools
 import secrets
+import time
 from typing import Annotated, Any
 
 import numpy as np
@@ -10,13 +11,16 @@ from fastapi import APIRouter, Query, Request, Response
 
 from app.errors import InvalidValueError
 from app.protocol.client_messages import parse_x
+from app.rooms.log import is_log, verify_log
 from app.web.routes.asked import Ask, Asked
 from app.web.routes.common import (
     Server,
     body_of,
     cache_headers,
     check_step,
+    chosen_solver,
     documented,
+    either,
     is_current,
     not_modified,
     optional_seed,
@@ -24,9 +28,11 @@ from app.web.routes.common import (
     reply,
     resolve_board,
 )
+from app.web.routes.simulate import MAX_SECONDS
 from app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
+from app.web.schemas.rooms import RoomLog
 from engine import Drop, verify
-from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, make_solver
+from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
 
 router = APIRouter(prefix="/api/v1", tags=["drops"])
 
@@ -42,19 +48,19 @@ Fps = Annotated[float, Query(gt=0, le=1000, description="Frames a second.")]
     responses=documented(DropRecord, 400, 404, 413, 422, 503),
     openapi_extra=body_of(DropRequest, {"board": "triangle-16", "seed": "42"}),
 )
-async def post_drop(request: Request, server: Server) -> Response:
+async def compute_drop(request: Request, server: Server) -> Response:
     """Drop a ball and reply with the whole record: start, every impact, bin, score and digest.
 
     Without a seed the server draws one; the record names it, so the drop can be replayed.
     """
     body = await read(request, DropRequest)
-    check_step(server, body.solver, body.dt, body.substeps)
+    solver = chosen_solver(server, body.solver, body.dt, body.substeps)
     seed = optional_seed(body.seed)
     ask = Ask(
         await resolve_board(server, body.board),
         secrets.randbits(64) if seed is None else seed,
         parse_x(body.x),
-        make_solver(body.solver, body.dt, body.substeps),
+        solver,
     )
     record = await server.workers.run(lambda: ask.drop().record(certainty=body.certainty))
     return reply(record, headers={"etag": f'"{record["digest"]}"'})
@@ -65,7 +71,7 @@ async def post_drop(request: Request, server: Server) -> Response:
     summary="Sample a drop",
     responses=documented(Frames, 304, 404, 422, 503),
 )
-async def get_frames(request: Request, server: Server, ask: Asked, fps: Fps = 60.0) -> Response:
+async def sample_drop(request: Request, server: Server, ask: Asked, fps: Fps = 60.0) -> Response:
     """The ball's state at times 0, 1/fps, 2/fps … and at the landing; and right before each impact.
 
     The record has the state right after each impact: the two differ by what the impact gave.
@@ -96,16 +102,25 @@ async def get_drop(
 
 @router.post(
     "/verify",
-    summary="Verify a drop's record",
+    summary="Verify a drop's record or a room's log",
     responses=documented(Verdict, 400, 413, 422, 503),
-    openapi_extra=body_of(DropRecord, None),
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {"application/json": {"schema": either(DropRecord, RoomLog)}},
+        }
+    },
 )
-async def post_verify(request: Request, server: Server) -> Response:
-    """Compute the drop of a record again and say whether every bit of it is reproduced.
+async def verify_record(request: Request, server: Server) -> Response:
+    """Compute the drop of a record, or all of a room's log, again: is every bit reproduced?
 
     A record that does not hold is no error: `ok` is false and `field` the first that differs.
     """
     record = await read(request, dict[str, Any])
+    if is_log(record):
+        check = functools.partial(verify_log, record, _Patience())
+        verdict = await server.workers.run(check)
+        return reply(Verdict(verdict.ok, verdict.field, verdict.expected, verdict.actual))
     check_step(
         server,
         record.get("solver"),
@@ -114,6 +129,21 @@ async def post_verify(request: Request, server: Server) -> Response:
     )
     verdict = await server.workers.run(functools.partial(verify, record))
     return reply(Verdict(verdict.ok, verdict.field, verdict.expected, verdict.actual))
+
+
+class _Patience:
+    """Called with each tick that is replayed; raises InvalidValueError when it takes too long."""
+
+    def __init__(self) -> None:
+        self._started = time.monotonic()
+
+    def __call__(self, tick: int) -> None:
+        if time.monotonic() - self._started > MAX_SECONDS:
+            raise InvalidValueError(
+                f"the log takes too long: {tick} ticks were replayed after {MAX_SECONDS:g} s; "
+                "plinko verify takes its time",
+                field="tick",
+            )
 
 
 def _sample(done: Drop, fps: float) -> Frames:

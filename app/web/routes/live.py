@@ -38,7 +38,16 @@ def _frame(fmt: str) -> Callable[..., object]:
     return get_frame
 
 
-add_routes(router, "/{room}/frame", STILLS, _frame, "A room", 429, description="The frame")
+add_routes(
+    router,
+    "/{room}/frame",
+    STILLS,
+    _frame,
+    "A room",
+    "get_room_frame",
+    429,
+    description="The frame",
+)
 
 
 @router.get(
@@ -49,7 +58,7 @@ add_routes(router, "/{room}/frame", STILLS, _frame, "A room", 429, description="
         None, 404, 422, 429, 503, description="One part a frame, without end", media_type=STREAM
     ),
 )
-async def get_stream(
+async def get_room_stream(
     room: str,
     server: Server,
     width: Width = 760,

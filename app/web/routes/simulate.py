@@ -9,7 +9,7 @@ from app.errors import InvalidValueError
 from app.web.routes.common import (
     Server,
     body_of,
-    check_step,
+    chosen_solver,
     documented,
     read,
     reply,
@@ -18,7 +18,7 @@ from app.web.routes.common import (
 from app.web.schemas.drops import Simulation, SimulationRequest
 from engine import Board, drop_many
 from engine.drops.tally import Tally
-from engine.parameters import Solver, make_solver
+from engine.parameters import Solver
 from engine.seeding import parse_seed
 
 router = APIRouter(prefix="/api/v1", tags=["drops"])
@@ -31,11 +31,10 @@ MAX_SECONDS = 10.0
 @router.post(
     "/simulate",
     summary="Compute many drops",
-    operation_id="posttally_of_api_v1_simulate_post",  # as generated clients know it
     responses=documented(Simulation, 400, 404, 413, 422, 503),
     openapi_extra=body_of(SimulationRequest, {"board": "triangle-16", "drops": 100, "seed": "0"}),
 )
-async def post_simulation(request: Request, server: Server) -> Response:
+async def simulate(request: Request, server: Server) -> Response:
     """Drop balls with the seeds `seed`, `seed` + 1, … and count where they land.
 
     Up to the server's `--max-simulation`; for more there is `plinko simulate`, whose numbers are
@@ -47,10 +46,9 @@ async def post_simulation(request: Request, server: Server) -> Response:
         raise InvalidValueError(
             f"drops {body.drops} is not from 1 to {most}; plinko simulate takes more", field="drops"
         )
-    check_step(server, body.solver, body.dt, body.substeps)
+    solver = chosen_solver(server, body.solver, body.dt, body.substeps)
     first = parse_seed(body.seed)
     parse_seed(first + body.drops - 1)
-    solver = make_solver(body.solver, body.dt, body.substeps)
     board = await resolve_board(server, body.board)
     run = functools.partial(tally_of, board, first, body.drops, solver)
     return reply(Simulation(**(await server.workers.run(run)).summary()))

@@ -275,7 +275,7 @@ async def test_a_scene_is_spelt_alike_wherever_it_is_written_and_read(server: Ru
         ({"scene": "sandbox", "seed": -1}, "seed", "-1"),
         ({"scene": "sandbox", "board": "classic"}, "board", "either a board or a scene"),
         ({"board": "classic", "gravity": 3}, "gravity", "parameter of a scene"),
-        ({"scene": "galton", "radii": [0.1, 0.2]}, "scene", "'galton' has no 'radii'"),
+        ({"scene": "galton", "radii": [0.1, 0.2]}, "radii", "'galton' has no 'radii'"),
         ({"scene": {"scene": "sandbox"}, "balls": 3}, "balls", "into the object `scene`"),
         ({"scene": {"balls": 3}}, "scene", "not one of: sandbox, galton"),
         ({"scene": 7}, "scene", "not an object"),
