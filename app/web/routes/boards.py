@@ -15,6 +15,7 @@ from app.web.routes.common import (
     read,
     reply,
 )
+from app.web.schemas.board_form import BoardForm
 from app.web.schemas.boards import BoardList, BoardSummary, BoardView
 from engine import Board
 
@@ -56,7 +57,7 @@ async def get_board(board: str, request: Request, server: Server) -> Response:
         **documented(BoardView, 400, 413, 422, 503, description="It was known already"),
         **documented(BoardView, status=201, description="Registered"),
     },
-    openapi_extra=body_of(None, _EXAMPLE),
+    openapi_extra=body_of(BoardForm, _EXAMPLE),
 )
 async def register_board(request: Request, server: Server) -> Response:
     """Check a board and keep it under its digest.
@@ -75,7 +76,7 @@ async def register_board(request: Request, server: Server) -> Response:
     "/check",
     summary="Check a board",
     responses=documented(BoardView, 400, 413, 422, 503, description="It can be played"),
-    openapi_extra=body_of(None, _EXAMPLE),
+    openapi_extra=body_of(BoardForm, _EXAMPLE),
 )
 async def check_board(request: Request, server: Server) -> Response:
     """Check a board without keeping it; the reply has its digest and every default filled in."""

@@ -193,12 +193,9 @@ def documented_failures(*failures: int) -> dict[int | str, dict[str, Any]]:
     return responses
 
 
-def body_of(
-    kind: type[msgspec.Struct] | None, example: Any, *, required: bool = True
-) -> dict[str, Any]:
-    """OpenAPI's `requestBody` of a route; None for any JSON object."""
-    schema = _reference(kind) if kind else {"type": "object"}
-    content = {"application/json": {"schema": schema, "example": example}}
+def body_of(kind: type[msgspec.Struct], example: Any, *, required: bool = True) -> dict[str, Any]:
+    """OpenAPI's `requestBody` of a route."""
+    content = {"application/json": {"schema": _reference(kind), "example": example}}
     return {"requestBody": {"required": required, "content": content}}
 
 
