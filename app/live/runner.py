@@ -2,6 +2,7 @@
 
 import itertools
 import logging
+import math
 from collections.abc import Callable, Sequence
 
 from app.live.broadcaster import Broadcaster
@@ -13,13 +14,16 @@ from app.protocol import messages
 from app.rooms.room import Room
 from app.settings import Settings
 
+_ALONE = 10.0  # s; who reloads the page finds the scene going on
+
 _log = logging.getLogger("plinko")
 
 
 class Runner:
     """Runs every room in which something moves, and none that sleeps.
 
-    `failed` hears of a room whose step raised: it does not run any more.
+    `failed` hears of a room whose step raised: it does not run any more; `renewed` of one that an
+    input made begin anew. `watched` says whether somebody sees a room of this id.
     """
 
     def __init__(
@@ -33,6 +37,8 @@ class Runner:
         clock: Callable[[], float],
         watchers: Sequence[Watcher],
         failed: Callable[[Room], None],
+        renewed: Callable[[Room], None],
+        watched: Callable[[str], bool],
     ) -> None:
         self.accepted = 0  # drops, in all rooms there ever were
         self.landed = 0
@@ -45,6 +51,10 @@ class Runner:
         self._landings = landings
         self._clock = clock
         self._failed = failed
+        self._renewed = renewed
+        self._watched = watched
+        self._patience = math.ceil(_ALONE * settings.tick_rate)
+        self._alone: dict[str, int] = {}  # ticks for which nobody watched a scene
 
     @property
     def awake(self) -> list[Room]:
@@ -53,9 +63,14 @@ class Runner:
 
     def wake(self, room: Room) -> None:
         """See to it that a room ticks in which something moves."""
+        self._alone.pop(room.id, None)
         if room.awake:
             self._awake[room.id] = room
             self.ticker.wake()
+
+    def runs(self, room: Room) -> bool:
+        """Whether the room ticks."""
+        return self._awake.get(room.id) is room
 
     def drop_out(self, room: Room) -> None:
         """Run a room no more."""
@@ -72,7 +87,7 @@ class Runner:
                 self.accepted += isinstance(event, messages.Accepted)
                 first = first or own
             if entered.begins_anew:
-                self._broadcaster.greet_all(room)
+                self._renewed(room)
             requester.carried_out(first)
             self._awake[room.id] = room
             self.ticker.wake()
@@ -106,11 +121,24 @@ class Runner:
             room.tick_time = self._clock()
         self._pass_on(room, events, with_snapshot=stepped or room.touched)
         self._broadcaster.diagnose(room, before)
-        if not room.awake:
+        if not room.awake or self._is_left(room, due):
             del self._awake[room.id]
+            self._alone.pop(room.id, None)
             self._persistence.slept(room)
         elif room.held:
             self.admit(room)
+
+    def _is_left(self, room: Room, due: int) -> bool:
+        """Whether all that moves in a room moves for nobody, and has for a while.
+
+        Its clock then stands still until somebody comes: in a scene nothing is waited for, and
+        without friction it would move for ever.
+        """
+        if not room.is_scene or room.planned or self._watched(room.id):
+            self._alone.pop(room.id, None)
+            return False
+        self._alone[room.id] = self._alone.get(room.id, 0) + due
+        return self._alone[room.id] > self._patience
 
     def _pass_on(
         self, room: Room, events: list[messages.Event], *, with_snapshot: bool = False

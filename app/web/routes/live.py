@@ -72,7 +72,9 @@ async def get_room_stream(
     """
     found = await server.rooms.seek(room)
     shot = Shot(found.id, width, theme, fps)
-    return _Stream(server.cameras, *await server.cameras.open(found, shot))
+    camera, seen, part = await server.cameras.open(found, shot)
+    server.rooms.runner.wake(found)
+    return _Stream(server.cameras, camera, seen, part)
 
 
 class _Stream(Response):

@@ -174,7 +174,7 @@ def test_rooms_come_in_pages_that_miss_none(http: httpx.Client) -> None:
     found: list[str] = []
     after = ""
     while True:
-        query = {"limit": 2, **({"after": after} if after else {})}
+        query: dict[str, str | int] = {"limit": 2, **({"after": after} if after else {})}
         page = http.get("/api/v1/rooms", params=query).json()
         assert len(page["rooms"]) <= 2
         found += [room["id"] for room in page["rooms"]]
