@@ -19,6 +19,7 @@ PYTEST_WORKERS ?= 3
 PYTEST_ARGS ?=
 BENCH_ARGS ?=
 KILLS ?= 50
+FAULTS ?= 20
 
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -26,15 +27,17 @@ PINS := pyproject.toml constraints.txt
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
-.PHONY: help play test test-long test-crash test-arm64 lint format bench readme architecture pictures constraints clean
+.PHONY: help play test test-long test-crash test-arm64 lint docs links format bench readme architecture pictures constraints clean
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
 	@echo 'make test         run every test, browser tests included (PYTEST_ARGS=...)'
 	@echo 'make test-long    try the claims of the tests marked "long" many more times (half an hour)'
-	@echo 'make test-crash   of these, the kills of a server under load at random moments (KILLS=50)'
+	@echo 'make test-crash   of these, a server under load killed, stalled, cut off, full (KILLS=50 FAULTS=20)'
 	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
 	@echo 'make lint         style, format, types and import contracts'
+	@echo 'make docs         make the site of these pages in build/site; a warning fails'
+	@echo 'make links        ask every other site that the pages link to (needs the network)'
 	@echo 'make format       put the code in its format'
 	@echo 'make bench        measure speed and error, for docs/benchmarks.md and the README'
 	@echo 'make readme       run the examples of the pages and write what they print'
@@ -54,10 +57,11 @@ test: $(VENV)/.stamp-test node_modules/.stamp
 	chromium="$$(tools/chromium shell)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
 
-# The server is killed KILLS times under load, once over SQLite and once over PostgreSQL.
+# Under load, over SQLite and over PostgreSQL, the server is killed KILLS times and meets FAULTS
+# stalls, frozen backends, cut lines and full disks, of each kind; and every step of a commit fails.
 test-crash: $(VENV)/.stamp-test
 	tools/postgresql
-	LONG=1 PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s -m long tests/app/persistence
+	LONG=1 PLINKO_TEST_KILLS=$(KILLS) PLINKO_TEST_FAULTS=$(FAULTS) $(BIN)/python -m pytest -s -m long tests/app/persistence
 
 # Each test that tries more with LONG=1 has the marker `long`, see tests/long.py: ten minutes of
 # soak, 10^5 malformed messages, hundreds of requests of each REST operation, every oracle file,
@@ -65,7 +69,7 @@ test-crash: $(VENV)/.stamp-test
 test-long: $(VENV)/.stamp-test
 	tools/postgresql
 	chromium="$$(tools/chromium shell)" && CHROMIUM="$$chromium" \
-	LONG=1 PLINKO_TEST_KILLS=$(KILLS) $(BIN)/python -m pytest -s -m long $(PYTEST_ARGS)
+	LONG=1 PLINKO_TEST_KILLS=$(KILLS) PLINKO_TEST_FAULTS=$(FAULTS) $(BIN)/python -m pytest -s -m long $(PYTEST_ARGS)
 
 # Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU; with the JIT and without.
 test-arm64: $(VENV)/.stamp-play
@@ -76,8 +80,18 @@ lint: $(VENV)/.stamp-lint node_modules/.stamp
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 	$(WITH_NODE) && node_modules/.bin/eslint .
 	$(WITH_NODE) && node_modules/.bin/tsc
+
+# Of the pages, docstrings and the tutorial, which is run. Links within are checked, all warnings fail.
+docs: $(VENV)/.stamp-docs
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d .cache/doctrees docs build/site
+	@echo 'build/site/index.html'
+
+links: $(VENV)/.stamp-docs
+	$(BIN)/python -m sphinx -b linkcheck --quiet -D nb_execution_mode=off -d .cache/doctrees docs build/links
 
 # Every table and plot of docs/benchmarks.md and docs/validation.md, anew; BENCH_ARGS=--quick for a trial.
 bench: $(VENV)/.stamp-bench
@@ -107,7 +121,7 @@ constraints:
 	rm -rf .cache/constraints
 	mkdir -p .cache
 	tools/make-venv $(PYTHON) .cache/constraints
-	.cache/constraints/bin/python -m pip --quiet install '.[test,lint,bench]'
+	.cache/constraints/bin/python -m pip --quiet install '.[test,lint,bench,docs]'
 	{ head -n 1 constraints.txt; \
 	  .cache/constraints/bin/python -m pip freeze --exclude plinko-server; } > .cache/constraints.txt
 	mv .cache/constraints.txt constraints.txt
@@ -130,6 +144,10 @@ $(VENV)/.stamp-test: $(PINS) | $(VENV)/.stamp-venv
 $(VENV)/.stamp-lint: $(PINS) | $(VENV)/.stamp-venv
 	$(PIP) install -c constraints.txt -e '.[test,lint]'
 	touch $@ $(VENV)/.stamp-test $(VENV)/.stamp-play
+
+$(VENV)/.stamp-docs: $(PINS) | $(VENV)/.stamp-venv
+	$(PIP) install -c constraints.txt -e '.[docs]'
+	touch $@ $(VENV)/.stamp-play
 
 $(VENV)/.stamp-bench: $(PINS) | $(VENV)/.stamp-venv
 	$(PIP) install -c constraints.txt -e '.[bench]'

@@ -6,6 +6,8 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   ├── UnknownMessageError
 │   └── HeadError         no HTTP request
 ├── InvalidValueError     well-formed, but a value is out of range
+│   └── CostError          it costs more than any one request may
+│       └── DeadlineError   it did, and was ended
 ├── NotFoundError
 │   ├── UnknownBoardError
 │   ├── UnknownRoomError
@@ -24,9 +26,13 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   ├── ConnectionLimitError
 │   ├── RoomFullError
 │   ├── QuotaError
+│   ├── BudgetError        this address has had computed what it may for now
 │   └── RoomLimitError
 ├── BusyError             the server cannot take more work now
 │   └── RebuildingError    the room is on its way back from the ledger
+├── EndedError            the process that computed it ended by itself
+├── GoneError             who asked has left before there was an answer
+├── MissingPartError      a part of the program that is not installed here
 ├── LedgerError           what must be kept cannot be written or read now
 │   └── DamagedRoomError   what the ledger has of one room contradicts itself
 ├── TokenError            only the creator of a room may do this
@@ -69,6 +75,14 @@ class HeadError(MalformedError):
 
 class InvalidValueError(AppError):
     """A value out of its range or of the wrong type."""
+
+
+class CostError(InvalidValueError):
+    """What a request asks for costs more than one request may."""
+
+
+class DeadlineError(CostError):
+    """What was asked took longer than it may."""
 
 
 class NotFoundError(AppError):
@@ -143,6 +157,10 @@ class QuotaError(LimitError):
     """One client has as many rooms as it may."""
 
 
+class BudgetError(LimitError):
+    """One client has had computed what it may for now."""
+
+
 class RoomLimitError(LimitError):
     """The server holds as many rooms as it may, all in use."""
 
@@ -153,6 +171,18 @@ class BusyError(AppError):
 
 class RebuildingError(BusyError):
     """The room is on its way back from the ledger, and that takes longer than one waits."""
+
+
+class EndedError(AppError):
+    """A worker's process ended before it had an answer."""
+
+
+class GoneError(AppError):
+    """Who asked has left; nobody reads the answer."""
+
+
+class MissingPartError(AppError):
+    """Something asked for that needs a library which this server was installed without."""
 
 
 class LedgerError(AppError):
@@ -196,6 +226,8 @@ ANSWERS: dict[type[Exception], Answer] = {
     MalformedError: Answer(400, "malformed", "Malformed request", 1007),
     UnknownMessageError: Answer(400, "unknown-message", "Unknown message type"),
     InvalidValueError: Answer(422, "invalid-value", "Invalid value"),
+    CostError: Answer(422, "too-expensive", "Too expensive"),
+    DeadlineError: Answer(422, "too-long", "Took too long to compute"),
     NotFoundError: Answer(404, "not-found", "Not found", 4004),
     UnknownBoardError: Answer(404, "unknown-board", "Unknown board", 4004),
     UnknownRoomError: Answer(404, "unknown-room", "Unknown room", 4004),
@@ -215,9 +247,13 @@ ANSWERS: dict[type[Exception], Answer] = {
     BallLimitError: Answer(429, "too-many-balls", "Too many balls in the room", 1013),
     RoomFullError: Answer(429, "room-full", "The room is full", 1013),
     QuotaError: Answer(429, "room-quota", "Too many rooms of one client", 1013),
+    BudgetError: Answer(429, "budget-spent", "Too much to compute for one client"),
     RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),
     BusyError: Answer(503, "busy", "The server is busy", 1013),
     RebuildingError: Answer(503, "room-rebuilding", "The room is being rebuilt", 1013),
+    EndedError: Answer(503, "worker-ended", "A worker ended", 1013),
+    GoneError: Answer(499, "client-gone", "The client has left"),
+    MissingPartError: Answer(501, "not-installed", "Not installed on this server"),
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),
     DamagedRoomError: Answer(503, "room-damaged", "The room is set aside", 1013),
     TokenError: Answer(403, "not-yours", "Not your room"),
@@ -251,6 +287,10 @@ def retry_after(error: Exception) -> int | None:
 
 
 _LEDGER_SECRET = "the ledger cannot be used now, and nothing was done; the server's log says why"
+_DAMAGED_SECRET = (
+    "the room is set aside, as what the ledger has of it is damaged; whoever runs the server can "
+    "mend it"
+)
 
 
 def told(error: BaseException) -> str:
@@ -259,6 +299,8 @@ def told(error: BaseException) -> str:
     What a database says is not for it: that has file names, addresses and the tables' insides.
     Nor is what a stranger says.
     """
+    if isinstance(error, DamagedRoomError):
+        return _DAMAGED_SECRET
     if isinstance(error, LedgerError):
         return _LEDGER_SECRET
     if isinstance(error, AppError | EngineError):

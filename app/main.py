@@ -18,6 +18,7 @@ from fastapi.openapi.utils import get_openapi
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
 
+from app.computing.pool import Workers
 from app.errors import SettingError, shorten
 from app.live import transport
 from app.live.hub import Hub
@@ -30,7 +31,6 @@ from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
 from app.pictures.film import Cameras
-from app.pictures.workers import Workers
 from app.rooms.boards import Boards
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import DropCommand
@@ -42,10 +42,22 @@ from app.web.edge.choose import choose, counted
 from app.web.edge.guarded import Edge
 from app.web.edge.hosts import Hosts
 from app.web.head import HeadAsGet
-from app.web.limits import KeyedBuckets, Quota
+from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
 from app.web.readings import readings
-from app.web.routes import boards, drops, health, live, page, pictures, rooms, scenes, simulate, ws
+from app.web.routes import (
+    boards,
+    drops,
+    health,
+    live,
+    maps,
+    page,
+    pictures,
+    rooms,
+    scenes,
+    simulate,
+    ws,
+)
 from app.web.routes.queries import listed_queries
 from app.web.schemas.document import components
 from app.web.services import Services
@@ -55,6 +67,7 @@ from engine.errors import BoardError
 
 COMPILING = "Plinko compiles its physics; the next start finds it done."
 _MOMENTS = 1 << 22  # bytes of single frames of rooms that are kept for who asks at the same moment
+_QUIET_START = 5.0  # s after which the workers are prepared, unless somebody asked before
 _PATIENCE = 2.0  # s of a silent start; longer, and someone at a terminal wonders
 
 _COMPRESSED = 1024  # bytes; below, compression saves less than it costs
@@ -113,6 +126,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         pictures.router,
         drops.router,
         simulate.router,
+        maps.router,
         live.router,
         rooms.router,
         scenes.router,
@@ -179,11 +193,12 @@ def _services(settings: Settings) -> Services:
         integrity=Integrity(ledger),
         tokens=Tokens(secret_of(settings.secret, _secret_file(settings, database))),
         workers=workers,
-        pictures=Pictures(workers, settings.max_picture_bytes),
-        moments=Pictures(workers, _MOMENTS),
+        pictures=Pictures(settings.max_picture_bytes),
+        moments=Pictures(_MOMENTS),
         cameras=cameras,
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
         creators=Quota(settings.creator_rooms, "rooms of this address", held.is_open),
+        budgets=Budgets(settings.compute_rate, settings.compute_burst),
         metrics=metrics,
     )
     server.rooms.filmed = cameras.films
@@ -223,9 +238,11 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
     rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
+    preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
     try:
         yield
     finally:
+        preparing.cancel()
         for task in (checking, rebuilding, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):

@@ -136,8 +136,14 @@ class Settings:
     client_linger: float = _setting(
         5.0, "seconds that a client closed for slowness has to read why", 0.0, 3600
     )
-    workers: int = _setting(2, "threads for drops, pictures and board checks", 1, 256)
-    max_jobs: int = _setting(64, "jobs waiting for those threads before 503", 1, 1_000_000)
+    workers: int = _setting(2, "processes for drops, pictures and board checks", 1, 256)
+    max_jobs: int = _setting(64, "jobs waiting for those processes before 503", 1, 1_000_000)
+    compute_rate: float = _setting(
+        0.5, "seconds that they compute for one address in each second", 0.001, 1e6
+    )
+    compute_burst: float = _setting(
+        30.0, "seconds that they compute for one address at once", 0.1, 1e6
+    )
     min_step: float = _setting(
         1e-4, "shortest substep of a stepped drop, in seconds; bounds the work", 1e-9, 0.1
     )

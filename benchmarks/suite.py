@@ -9,6 +9,7 @@ from benchmarks.harness.report import Section
 
 MODULES = {
     "accuracy": "accuracy.accuracy",
+    "certified": "accuracy.certified",
     "throughput": "speed.throughput",
     "stability": "stability.stability",
     "features": "speed.features",

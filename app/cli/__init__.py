@@ -18,6 +18,7 @@ COMMANDS = (
     "certify",
     "simulate",
     "render",
+    "map",
     "verify",
     "boards",
     "calibrate",

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 WHAT = (
     "accuracy",
+    "certified",
     "throughput",
     "stability",
     "features",

@@ -25,7 +25,7 @@ from app.live.broadcaster import Broadcaster
 from app.live.hub import Client, Hub
 from app.live.landings import Landings
 from app.live.open_rooms import OpenRooms
-from app.live.runner import Runner
+from app.live.runner import MAIN, Runner
 from app.live.ticker import Watcher
 from app.persistence.null_ledger import NullLedger
 from app.persistence.rebuild_queue import RebuildQueue, Turn, rebuilding
@@ -40,8 +40,6 @@ from app.rooms.room import Ground, Room
 from app.rooms.touching.scene import GALTON, SANDBOX, Scene
 from app.settings import Settings
 from engine import Board, preset_names
-
-MAIN = "main"  # the room that is always there
 
 PUBLIC_SCENES = {"sandbox": SANDBOX, "galton-pile": GALTON}
 """Rooms of scenes that are always there, open to everybody."""
@@ -398,13 +396,14 @@ class Rooms:
     def _kept(self, room: Room, pending: PendingInput[Any], error: LedgerError | None) -> None:
         """A planned input is in the ledger, or will not be."""
         if self._open.in_memory.get(room.id) is not room:
-            error = error or LedgerError(f"room {room.id!r} was closed before the drop was kept")
-        if error is None:
+            gone = LedgerError(f"room {room.id!r} was closed before the drop was kept")
+            pending.requester.refused(error or gone)
+        elif error is None:
             pending.durable = True
-            self.runner.admit(room)
-            return
-        room.refuse(pending)
-        pending.requester.refused(error)
+            self.runner.admit_now(room)
+        else:
+            room.refuse(pending)
+            pending.requester.refused(error)
 
 
 def _request(client: int | None, key: str, ref: Any) -> _Request:

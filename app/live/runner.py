@@ -4,10 +4,12 @@ import itertools
 import logging
 import math
 from collections.abc import Callable, Sequence
+from typing import Final
 
 from app.live.broadcaster import Broadcaster
 from app.live.hub import Hub
 from app.live.landings import Landings
+from app.live.shares import Shares
 from app.live.ticker import Schedule, Ticker, Watcher
 from app.persistence.service import PersistenceService
 from app.protocol import messages
@@ -15,6 +17,14 @@ from app.rooms.room import Room
 from app.settings import Settings
 
 _ALONE = 10.0  # s; who reloads the page finds the scene going on
+
+MAIN: Final = "main"  # the room that is always there, and has its turn first
+
+_SHARE: Final = 0.5
+"""Of the time between two ticks, for all rooms together; requests have the rest. Whose turn has
+come by then may end it late."""
+
+_LOOK: Final = 0.002  # s that a room may follow paths in its turn; those of most drops take 0.1 ms
 
 _log = logging.getLogger("plinko")
 
@@ -55,6 +65,7 @@ class Runner:
         self._watched = watched
         self._patience = math.ceil(_ALONE * settings.tick_rate)
         self._alone: dict[str, int] = {}  # ticks for which nobody watched a scene
+        self.shares = Shares(_SHARE / settings.tick_rate)
 
     @property
     def awake(self) -> list[Room]:
@@ -92,15 +103,34 @@ class Runner:
             self._awake[room.id] = room
             self.ticker.wake()
 
+    def admit_now(self, room: Room) -> None:
+        """`admit` between two ticks; a room that cannot go on fails as it would in its tick."""
+        try:
+            self.admit(room)
+        except Exception:  # noqa: BLE001 - as in `tick`
+            self._fail(room)
+
+    def _fail(self, room: Room) -> None:
+        where = {"room": room.id, "tick": room.world.tick}
+        _log.exception("room failed and is closed", extra=where)
+        self._failed(room)
+
     def tick(self, due: int) -> bool:
-        """Run `due` ticks of every room that is awake; True while one still is."""
-        for room in self.awake:
+        """Run `due` ticks of every room that is awake; True while one still is.
+
+        When there is not time enough for all, those wait that have had most of it.
+        """
+        began = self._clock()
+        for room_id in self.shares.order(self._awake, MAIN):
+            room = self._awake.get(room_id)
+            turn = self._clock()
+            if room is None or not (room_id == MAIN or self.shares.may_run(room_id, turn - began)):
+                continue
             try:
                 self._advance(room, due)
             except Exception:  # noqa: BLE001 - one room's fault must not stop the others' clock
-                where = {"room": room.id, "tick": room.world.tick}
-                _log.exception("room failed and is closed", extra=where)
-                self._failed(room)
+                self._fail(room)
+            self.shares.ran(room_id, self._clock() - turn)
         self._persistence.ticked(due, self._awake.values())
         return bool(self._awake)
 
@@ -108,12 +138,15 @@ class Runner:
         watched = self._hub.count(room.id) > 0
         events: list[messages.Event] = []
         before = room.world.tick
+        until = self._clock() + _LOOK
         for _ in range(due):
             if room.held:
                 self._pass_on(room, events)
                 events = []
                 self.admit(room)
             if room.held or not room.awake or not self._persistence.may_step(room):
+                break
+            if not self._prepared(room, until):
                 break
             events += room.step(watched=watched)
         stepped = room.world.tick > before
@@ -139,6 +172,12 @@ class Runner:
             return False
         self._alone[room.id] = self._alone.get(room.id, 0) + due
         return self._alone[room.id] > self._patience
+
+    def _prepared(self, room: Room, until: float) -> bool:
+        """Compute ahead what a room needs, until a time of the clock; whether it can step."""
+        while self._clock() < until and room.look_ahead():
+            pass
+        return room.ready
 
     def _pass_on(
         self, room: Room, events: list[messages.Event], *, with_snapshot: bool = False

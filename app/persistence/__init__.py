@@ -13,7 +13,9 @@ database    opening SQLite or PostgreSQL, one server at a time, and bringing its
 fence       a number beside SQLite's file: nothing that was committed goes away unnoticed
 integrity   a look at the whole database at the start
 migrations  how the tables came to be, step by step, for Alembic
-writer      one thread, one commit for all that waits, failures and recovery
+writer      writes and reads as the event loop asks for them, and how long it waits
+commit_queue  what waits to be committed, and what becomes of it
+committer   the thread that commits it, one transaction for all that waits
 null_ledger the same side of it for a server that keeps nothing
 
 Imports rooms (whose records are the rows) and the protocol. Start with service.py.

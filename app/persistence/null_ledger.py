@@ -6,7 +6,7 @@ from typing import Any, NoReturn, TypeVar
 from sqlalchemy import Connection
 
 from app.errors import LedgerError
-from app.persistence.writer import Done
+from app.persistence.commit_queue import Done
 from app.rooms.records import Write
 
 T = TypeVar("T")
@@ -19,7 +19,14 @@ class NullLedger:
     lag = 0.0
     up = True
 
-    def submit(self, writes: Sequence[Write], done: Done, *, undo: Sequence[Write] = ()) -> None:
+    def submit(
+        self,
+        writes: Sequence[Write],
+        done: Done,
+        *,
+        undo: Sequence[Write] = (),
+        line: int | None = None,
+    ) -> None:
         """Call `done` at once."""
         done(None)
 

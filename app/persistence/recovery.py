@@ -141,8 +141,7 @@ class Recovery:
 
     def _refusal(self, room_id: str) -> DamagedRoomError:
         return DamagedRoomError(
-            f"room {room_id!r} is set aside, as what the ledger has of it is damaged; "
-            "whoever runs the server can mend it",
+            f"room {room_id!r} is set aside: {self.set_aside[room_id]}",
             field="room",
             retry_after=60.0,
         )

@@ -15,14 +15,14 @@ from app.rooms import log
 from app.rooms.room import Room
 
 _MARKS: Final = frozenset({"who"})
-_PAGE: Final = 2000  # inputs read at once; commits wait meanwhile
+_PAGE: Final = 500  # inputs read and hashed at once; commits, then ticks, wait meanwhile
 
 
 @dataclass(frozen=True, slots=True)
 class LogPart:
     """Which of a room's inputs are asked for: `limit` of them from `first` on, None for all.
 
-    Players' `marks` are null unless they are asked for; no digest covers them.
+    Players' `marks` are null unless they are asked for; a digest is of the log as given.
     """
 
     first: int = 0

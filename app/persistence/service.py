@@ -12,10 +12,11 @@ from dataclasses import replace
 from typing import Any, Final
 
 from app.errors import LedgerError
+from app.persistence.commit_queue import Done
 from app.persistence.null_ledger import NullLedger
 from app.persistence.recovery import Recovery
 from app.persistence.sessions import SessionRecord, Sessions
-from app.persistence.writer import Done, Ledger
+from app.persistence.writer import Ledger
 from app.protocol import messages
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import PendingInput
@@ -82,17 +83,18 @@ class PersistenceService:
         now = self.now()
         number = self.sessions.number()
         following = SessionRecord(number, record.owned, record.opened, now, known=True)
+        self.sessions.report([])
         await self.ledger.commit(
-            *self.sessions.take_results(),
             self.sessions.closing(old),
             *self.sessions.rows(new, following),
-            undo=(Close(number, 0, now),),
+            undo=(Close(number, 0, now), self.sessions.reopening(old)),
         )
         self.sessions.begin(new.id, following)
 
     async def end(self, room: Room) -> None:
         """Close the room's session for good; raises LedgerError."""
-        await self.ledger.commit(*self.sessions.take_results(), self.sessions.closing(room))
+        self.sessions.report([])
+        await self.ledger.commit(self.sessions.closing(room), undo=(self.sessions.reopening(room),))
         self.sessions.forget(room)
 
     def abandon(self, room: Room) -> None:
@@ -156,6 +158,7 @@ class PersistenceService:
             ],
             functools.partial(self._submitted, room, record.number, tick, bool(rows), done),
             undo=undo,
+            line=record.number,
         )
         record.known = True
         record.clean = False
@@ -180,6 +183,8 @@ class PersistenceService:
                 record.known = False
                 record.number = self.sessions.number()
         done(error)
+        if error is not None and record is not None and not room.awake:
+            self.slept(room)  # what was refused may have told the ledger that it is awake
 
     def may_step(self, room: Room) -> bool:
         """Whether the ledger has heard of the room's next tick; not asked for while it is lost.

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import msgspec
 
 from app.errors import LedgerError
+from app.persistence.commit_queue import Done
 from app.persistence.null_ledger import NullLedger
-from app.persistence.writer import Done, Ledger
-from app.rooms.records import BoardRow, Close, Mark, ResultRow, RoomRow, Write
+from app.persistence.writer import Ledger
+from app.rooms.records import BoardRow, Close, Mark, Reopen, ResultRow, RoomRow, Write
 from app.rooms.room import Room
 from engine import PHYSICS_VERSION
 
@@ -107,6 +108,11 @@ class Sessions:
     def closing(self, room: Room) -> Close:
         """The end of a room's session."""
         return Close(self.of(room).number, room.world.tick, self.now())
+
+    def reopening(self, room: Room) -> Reopen:
+        """What undoes the end of a room's session."""
+        record = self.of(room)
+        return Reopen(record.number, max(record.marked, room.world.tick))
 
     def board_row(self, room: Room) -> BoardRow:
         """What the room was opened over."""

@@ -19,6 +19,7 @@ from app.rooms.records import (
     OpenDrop,
     Parked,
     Pruned,
+    Reopen,
     ResultRow,
     RoomRow,
     TakenRow,
@@ -315,6 +316,16 @@ def _close(connection: Connection, rows: list[Close]) -> None:
         )
 
 
+def _reopen(connection: Connection, rows: list[Reopen]) -> None:
+    # As awake: whoever rebuilds it finds out whether something moves.
+    for row in rows:
+        connection.execute(
+            update(tables.rooms)
+            .where(tables.rooms.c.number == row.room)
+            .values(closed=None, awake=True, tick=row.tick)
+        )
+
+
 _APPLY: dict[type, Callable[[Connection, Any], None]] = {
     BoardRow: _add_boards,
     RoomRow: _add_rooms,
@@ -324,4 +335,5 @@ _APPLY: dict[type, Callable[[Connection, Any], None]] = {
     Mark: _mark,
     Undo: _undo,
     Close: _close,
+    Reopen: _reopen,
 }

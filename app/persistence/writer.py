@@ -1,89 +1,89 @@
 """The ledger as the event loop sees it: writes handed to one thread, one commit for all that waits.
 
-What is submitted is either durable or refused when its caller hears of it. When a commit fails or
-does not come back, all that waits is refused at once, later submissions too, and the thread tries
-by itself until the database takes writes again. What a refused submission may have left behind, as
-nobody knows what became of a commit that was cut off, is taken out before anything else is written.
-Deferred writes (results, how far rooms have come) wait for as long as that takes; they follow from
-what is in the ledger, so a crash in between loses nothing.
+What is submitted is either durable or refused when its caller hears of it; `commit_queue` decides
+which, at one stroke for all that hangs together. When a commit fails or does not come back, all
+that waits is refused, later submissions too, and the thread tries by itself until the database
+takes writes again. What a refused submission may have left behind, as nobody knows what became of
+a commit that was cut off, is taken out before anything else is written. Deferred writes (results,
+how far rooms have come) wait for as long as that takes; they follow from what is in the ledger, so
+a crash in between loses nothing.
 """
 
 import asyncio
 import logging
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
-import sqlalchemy as sa
 from sqlalchemy import Connection
 
-from app.errors import DamagedRoomError, LedgerError
-from app.persistence import store
-from app.persistence.database import Database, reason
+from app.errors import LedgerError
+from app.persistence.commit_queue import CommitQueue, Done, Job
+from app.persistence.committer import Answers, Committer
+from app.persistence.database import Database
 from app.rooms.records import Write
 
 T = TypeVar("T")
-Done = Callable[[LedgerError | None], None]
 
-_RETRY = (0.25, 2.0)  # s between attempts while the database is lost: at first, and at most
-_FORGET = 0.9  # what a commit leaves of the longest latency before it
+_FORGET: Final = 0.9  # what a commit leaves of the longest latency before it
+_LOOKS: Final = 4  # at the thread within one patience; a process that was stopped counts as one
+_FAREWELL: Final = 10.0  # s to write what waits at the end; the next start computes it again
 
 _log = logging.getLogger("plinko")
 
-_FAILURES = (sa.exc.SQLAlchemyError, OSError, LedgerError)
 
+class Loop(Protocol):
+    """What the ledger needs of an event loop."""
 
-class _Job:
-    """Writes to commit together, or something to read."""
+    def call_soon_threadsafe(self, callback: Callable[..., Any], *args: Any) -> Any:
+        """Call back in the loop's thread, in the order of these calls."""
 
-    __slots__ = ("asked", "done", "given_up", "keep", "read", "result", "timer", "undo", "writes")
+    def call_later(self, delay: float, callback: Callable[..., Any]) -> Any:
+        """Call back so many seconds later."""
 
-    def __init__(
-        self,
-        writes: Sequence[Write] = (),
-        *,
-        undo: Sequence[Write] = (),
-        done: Done | None = None,
-        keep: bool = False,
-        read: Callable[[Connection], Any] | None = None,
-    ) -> None:
-        self.writes = writes
-        self.undo = undo
-        self.done = done
-        self.keep = keep
-        self.read = read
-        self.result: Any = None
-        self.asked = 0.0
-        self.given_up = False
-        self.timer: asyncio.TimerHandle | None = None
+    def is_closed(self) -> bool:
+        """Whether nothing will be called back any more."""
 
 
 class Ledger:
     """All methods but `open` are for the event loop's thread; none of them blocks it.
 
-    At most one commit starts in each `period` seconds, so drops of one tick share one. A commit
-    that takes longer than `patience` seconds counts as failed.
+    At most one commit starts in each `period` seconds of `clock`, so drops of one tick share one.
+    When the thread comes back with nothing for `patience` seconds, all that waits is refused.
     """
 
     keeps = True
 
-    def __init__(self, database: Database, *, period: float, patience: float) -> None:
+    def __init__(
+        self,
+        database: Database,
+        *,
+        period: float,
+        patience: float,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.database = database
-        self.period = period
         self.patience = patience
         self.commits = 0
         self.failures = 0
         self.lag = 0.0  # s from submission to durability, the longest of late
         self.on_commit: Callable[[float], None] = lambda seconds: None
-        self._problem: str | None = "the ledger is not open"
-        self._stuck = False
-        self._jobs: deque[_Job] = deque()
-        self._changed = threading.Condition()
-        self._closing = False
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._thread = threading.Thread(target=self._run, name="ledger", daemon=True)
+        self._clock = clock
+        self._queue = CommitQueue()
+        self._watched = False
+        self._seen = 0  # progress at the last look
+        self._silence = 0  # looks since then
+        self._loop: Loop | None = None
+        answers = Answers(
+            call=self._call,
+            committed=self._committed,
+            refused=self._refused,
+            read=_tell,
+            mended=self._mended,
+        )
+        self.committer = Committer(database, self._queue, answers, period=period, clock=clock)
+        self._thread = threading.Thread(target=self.committer.run, name="ledger", daemon=True)
 
     def open(self) -> None:
         """Open the database unless it is; blocks. Raises SettingError when it cannot be used."""
@@ -92,30 +92,46 @@ class Ledger:
 
     def start(self) -> None:
         """Begin to take writes, in the running event loop."""
-        self._loop = asyncio.get_running_loop()
-        self._problem = None
+        self.attach(asyncio.get_running_loop())
         self._thread.start()
+
+    def attach(self, loop: Loop) -> None:
+        """Begin to take writes, for whoever gives `committer` its turns."""
+        self._loop = loop
+        self._queue.open()
 
     @property
     def problem(self) -> str | None:
         """Why nothing can be written now; None while all is well."""
-        if self._stuck:
-            return f"the ledger has not answered for {self.patience:g} seconds"
-        return self._problem
+        failure = self._queue.failure
+        return None if failure is None else str(failure)
 
     @property
     def up(self) -> bool:
         """Whether writes are taken."""
-        return self.problem is None
+        return self._queue.failure is None
 
-    def submit(self, writes: Sequence[Write], done: Done, *, undo: Sequence[Write] = ()) -> None:
+    @property
+    def idle(self) -> bool:
+        """Whether nothing waits for the committer."""
+        return self._queue.empty
+
+    def submit(
+        self,
+        writes: Sequence[Write],
+        done: Done,
+        *,
+        undo: Sequence[Write] = (),
+        line: int | None = None,
+    ) -> None:
         """Have `writes` made durable in one transaction, then call `done(None)`, or with why not.
 
-        `undo` takes them out again should it remain open whether they were committed. Raises
+        `undo` takes them out again should it remain open whether they were committed; it must do
+        nothing where they were not. Of what is submitted for the same `line`, a session's number,
+        a refusal takes all that is not durable yet, and the latest hears of it first. Raises
         LedgerError when the ledger cannot be written now; `done` is then not called.
         """
-        self._check()
-        self._put(_Job(writes, undo=undo, done=done))
+        self._put(Job(writes, undo, done, line))
 
     async def commit(self, *writes: Write, undo: Sequence[Write] = ()) -> None:
         """Return once `writes` are durable; raises LedgerError when they will not be."""
@@ -124,19 +140,14 @@ class Ledger:
         await future
 
     def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
-        """Have `writes` made durable some time; they outlast every failure but the process's.
-
-        `done` is called unless the ledger failed in between.
-        """
+        """Have `writes` made durable some time; they outlast every failure but the process's."""
         if writes:
-            self._put(_Job(writes, done=done, keep=True), patient=True)
+            self._put(Job(writes, done=done, keep=True))
 
     async def read(self, read: Callable[[Connection], T]) -> T:
         """What `read` finds after all that was submitted before; raises LedgerError."""
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        if self._stuck or self._closing:
-            raise LedgerError(self.problem or "the server is stopping")
-        job = _Job(read=read, done=_settle(future))
+        job = Job(read=read, done=_settle(future))
         self._put(job)
         await future
         result: T = job.result
@@ -147,186 +158,85 @@ class Ledger:
         await self.commit()
 
     async def close(self) -> None:
-        """Write what waits, then let go of the database."""
-        with self._changed:
-            self._closing = True
-            self._changed.notify()
-        await asyncio.to_thread(self._thread.join)
+        """Write what waits, then let go of the database; one that hangs is left as it is."""
+        self._queue.close()
+        await asyncio.to_thread(self._thread.join, _FAREWELL)
+        if self._thread.is_alive():
+            _log.error("the ledger %s does not come back; the server ends", self.database.name)
 
-    def _check(self) -> None:
-        if self._closing:
-            raise LedgerError("the server is stopping")
-        if self.problem is not None:
-            raise LedgerError(self.problem)
+    def _put(self, job: Job) -> None:
+        job.asked = self._clock()
+        self._queue.put(job)
+        if not job.keep and not self._watched:
+            self._seen, self._silence = self._queue.progress, 0
+            self._look_later()
 
-    def _put(self, job: _Job, *, patient: bool = False) -> None:
+    # How long the thread may be away. Only looks are counted: a process that was stopped and goes
+    # on has looked once, and cannot say that the database was slow.
+
+    def _look_later(self) -> None:
         assert self._loop is not None
-        job.asked = time.monotonic()
-        if not patient:
-            job.timer = self._loop.call_later(self.patience, self._give_up, job)
-        with self._changed:
-            self._jobs.append(job)
-            self._changed.notify()
+        self._watched = True
+        self._loop.call_later(self.patience / _LOOKS, self._look)
 
-    def _give_up(self, job: _Job) -> None:
+    def _look(self) -> None:
+        self._watched = False
+        if not self._queue.awaited:
+            return
+        seen, self._seen = self._seen, self._queue.progress
+        self._silence = self._silence + 1 if seen == self._seen else 0
+        if self._silence < _LOOKS:
+            self._look_later()
+        else:
+            self._give_up()
+
+    def _give_up(self) -> None:
         """The thread hangs: refuse what waits, and all else until it is back."""
-        job.given_up = True
-        self._stuck = True
-        self.failures += 1
-        if job.done is not None:
-            job.done(LedgerError(str(self.problem)))
-
-    def _finish(self, jobs: Sequence[_Job], error: LedgerError | None, began: float) -> None:
-        """On the event loop: the thread is through with these jobs, one way or the other."""
-        now = time.monotonic()
-        self._stuck = False
-        if error is None:
-            self.commits += 1
-            self.on_commit(now - began)
-        else:
-            self.failures += 1
-        for job in jobs:
-            if job.timer is not None:
-                job.timer.cancel()
-            if job.given_up:
-                if error is None and job.undo:
-                    self.defer(job.undo)
-            elif job.done is not None:
-                self.lag = max(now - job.asked, _FORGET * self.lag)
-                job.done(error)
-
-    def _recovered(self) -> None:
-        _log.warning("the ledger %s takes writes again", self.database.name)
-        self._problem = None
-
-    # The rest is the thread's.
-
-    def _run(self) -> None:
-        started = 0.0
-        while self._wait_for_work():
-            pause = started + self.period - time.monotonic()
-            if pause > 0.0:
-                time.sleep(pause)
-            started = time.monotonic()
-            with self._changed:
-                jobs = list(self._jobs)
-                self._jobs.clear()
-            self._work([job for job in jobs if not job.given_up])
-        self.database.close()
-
-    def _wait_for_work(self) -> bool:
-        with self._changed:
-            while not self._jobs and not self._closing:
-                self._changed.wait()
-            return bool(self._jobs)
-
-    def _work(self, jobs: list[_Job]) -> None:
-        """Commit all writes, then read what is asked for."""
-        writing = [job for job in jobs if job.read is None]
-        if writing:
-            self._write(writing)
-        for job in jobs:
-            if job.read is not None:
-                self._read(job)
-
-    def _write(self, jobs: list[_Job]) -> None:
-        began = time.monotonic()
-        try:
-            self._commit(jobs)
-        except (sa.exc.IntegrityError, sa.exc.DataError) as error:
-            if len(jobs) == 1:
-                # The database is well; it is this one that it will never take.
-                _log.error("the ledger refuses %r: %s", jobs[0].writes, reason(error))
-                self._tell(jobs, LedgerError(f"the ledger refuses it: {reason(error)}"), began)
-                return
-            for job in jobs:
-                self._write([job])
-        except _FAILURES as error:
-            self._suffer(jobs, error, began)
-        else:
-            self._tell(jobs, None, began)
-
-    def _commit(self, jobs: Sequence[_Job]) -> None:
-        with self.database.transaction() as connection:
-            writes = [write for job in jobs for write in job.writes]
-            if not writes:
-                store.probe(connection)
-            store.apply(connection, writes)
-
-    def _read(self, job: _Job) -> None:
-        assert job.read is not None
-        began = time.monotonic()
-        try:
-            with self.database.transaction() as connection:
-                job.result = job.read(connection)
-        except DamagedRoomError as error:
-            self._tell([job], error, began)  # the database is well, and so are other rooms
-        except (*_FAILURES, ValueError) as error:
-            self._tell([job], LedgerError(f"the ledger cannot be read: {reason(error)}"), began)
-        else:
-            self._tell([job], None, began)
-
-    def _suffer(self, jobs: list[_Job], error: BaseException, began: float) -> None:
-        """Refuse all that waits, and try until the database takes writes again."""
-        failure = LedgerError(f"the ledger cannot be written: {reason(error)}")
-        _log.error("%s", failure)
-        self._problem = str(failure)
-        kept: list[_Job] = []
-        self._refuse(jobs, failure, kept, began)
-        delay = _RETRY[0]
-        retry_at = began + delay
-        while not self._closing:
-            with self._changed:
-                pause = max(0.0, retry_at - time.monotonic())
-                self._changed.wait_for(lambda: bool(self._closing or self._jobs), pause)
-                jobs = list(self._jobs)
-                self._jobs.clear()
-            # Submitted before the loop heard of the failure.
-            self._refuse(jobs, failure, kept, began)
-            for job in jobs:
-                if job.read is not None and not job.given_up:
-                    self._read(job)
-            if time.monotonic() < retry_at:
-                continue
-            try:
-                self._commit([])
-                self._commit_kept(kept)
-            except _FAILURES as again:
-                self._problem = f"the ledger cannot be written: {reason(again)}"
-                delay = min(2.0 * delay, _RETRY[1])
-                retry_at = time.monotonic() + delay
-            else:
-                self._call(self._recovered)
-                return
-
-    def _commit_kept(self, kept: Sequence[_Job]) -> None:
-        """Commit what outlasted the failure; what the database will never take is left out."""
-        try:
-            self._commit(kept)
-        except (sa.exc.IntegrityError, sa.exc.DataError) as error:
-            if len(kept) > 1:
-                for job in kept:
-                    self._commit_kept([job])
-            else:
-                _log.error("the ledger refuses %r: %s", kept[0].writes, reason(error))
-
-    def _refuse(
-        self, jobs: Sequence[_Job], failure: LedgerError, kept: list[_Job], began: float
-    ) -> None:
-        """Tell those who wait for a commit, and see to it that nothing of theirs remains."""
-        kept += [job for job in jobs if job.keep]
-        refused = [job for job in jobs if not job.keep and job.read is None]
-        kept += [_Job(job.undo, keep=True) for job in refused if job.undo]
+        failure = LedgerError(f"the ledger has not answered for {self.patience:g} seconds")
+        refused = self._queue.give_up(failure)
         if refused:
-            self._tell(refused, failure, began)
+            _log.error("%s", failure)
+            self._refused(refused, failure)
 
-    def _tell(self, jobs: Sequence[_Job], error: LedgerError | None, began: float) -> None:
-        self._call(self._finish, jobs, error, began)
+    # What the committer says, on the event loop.
 
     def _call(self, function: Callable[..., None], *values: Any) -> None:
+        """From the committer's thread."""
         assert self._loop is not None
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(function, *values)
+
+    def _committed(self, jobs: Sequence[Job], seconds: float) -> None:
+        now = self._clock()
+        self.commits += 1
+        self.on_commit(seconds)
+        for job in jobs:
+            if not job.keep:
+                self.lag = max(now - job.asked, _FORGET * self.lag)
+        _tell(jobs, None)
+
+    def _refused(self, jobs: Sequence[Job], failure: LedgerError) -> None:
+        """Tell the owners, the latest first: numbers are given back as they were given."""
+        self.failures += 1
+        _tell(jobs[::-1], failure)
+        for line in {job.line for job in jobs if job.line is not None}:
+            self._queue.mend(line)
+
+    def _mended(self, failure: LedgerError) -> None:
+        self._queue.open(failure)
+        if self.up:
+            _log.warning("the ledger %s takes writes again", self.database.name)
+
+
+def _tell(jobs: Sequence[Job], failure: LedgerError | None) -> None:
+    """Let the owners hear; what one of them makes of it keeps nothing from the others."""
+    for job in jobs:
+        if job.done is None:
+            continue
+        try:
+            job.done(failure)
+        except Exception:  # noqa: BLE001
+            _log.exception("the owner of %r failed", job.writes)
 
 
 def _settle(future: "asyncio.Future[None]") -> Done:

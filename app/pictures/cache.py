@@ -1,51 +1,69 @@
-"""Pictures that were asked for: drawn once in a worker, shared by all who ask, kept a while."""
+"""Pictures that were asked for: drawn once, shared by all who ask, kept a while."""
 
 import asyncio
 import functools
 import hashlib
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from app.pictures.workers import Workers
 from app.settings import static_directory
+
+
+@dataclass(slots=True)
+class _Job:
+    """A picture in the making, and how many wait for it."""
+
+    making: "asyncio.Task[bytes]"
+    waiting: int = 0
 
 
 class Pictures:
     """Pictures by name, the longest unused making way when they take too many bytes.
 
-    For the event loop's thread only; the drawing is done by the workers.
+    For the event loop's thread only; the drawing is done elsewhere.
     """
 
-    def __init__(self, workers: Workers, max_bytes: int) -> None:
+    def __init__(self, max_bytes: int) -> None:
         self.max_bytes = max_bytes
         self.size = 0  # bytes kept
         self.drawn = 0
-        self._workers = workers
         self._kept: OrderedDict[str, bytes] = OrderedDict()
-        self._jobs: dict[str, asyncio.Task[bytes]] = {}
+        self._jobs: dict[str, _Job] = {}
 
-    async def get(self, name: str, draw: Callable[[], bytes]) -> bytes:
-        """The picture of this name, which says all that decides it; `draw()` makes it.
+    async def get(self, name: str, make: Callable[[], Coroutine[Any, Any, bytes]]) -> bytes:
+        """The picture of this name, which says all that decides it; `make()` has it drawn.
 
-        Raises BusyError when too much work waits, and what `draw` raises.
+        Raises what `make` raises. It is cancelled when all are gone who wait for it.
         """
         if name in self._kept:
             self._kept.move_to_end(name)
             return self._kept[name]
         job = self._jobs.get(name)
         if job is None:
-            job = asyncio.create_task(self._draw(name, draw))
-            job.add_done_callback(_seen)
+            job = _Job(asyncio.create_task(self._draw(name, make)))
+            job.making.add_done_callback(_seen)
             self._jobs[name] = job
-        # One who goes away must not take the picture from the others who wait for it.
-        return await asyncio.shield(job)
-
-    async def _draw(self, name: str, draw: Callable[[], bytes]) -> bytes:
+        job.waiting += 1
         try:
-            picture = await self._workers.run(draw)
+            # One who goes away must not take the picture from the others who wait for it.
+            return await asyncio.shield(job.making)
         finally:
-            del self._jobs[name]
+            job.waiting -= 1
+            if not job.waiting and not job.making.done():
+                job.making.cancel()
+                if self._jobs.get(name) is job:
+                    del self._jobs[name]  # who asks from now on begins anew
+
+    async def _draw(self, name: str, make: Callable[[], Coroutine[Any, Any, bytes]]) -> bytes:
+        try:
+            picture = await make()
+        finally:
+            job = self._jobs.get(name)
+            if job is not None and job.making is asyncio.current_task():
+                del self._jobs[name]
         self.drawn += 1
         self._keep(name, picture)
         return picture

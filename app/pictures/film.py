@@ -286,6 +286,10 @@ class Cameras:
         """Frames drawn so far, by all cameras there ever were."""
         return self.frames + sum(camera.frames for camera, _ in self._cameras.values())
 
+    async def draw(self, frame: Callable[[], bytes]) -> bytes:
+        """A single frame, drawn in its turn among those of the cameras; raises BusyError."""
+        return await self._workers.run(frame)
+
     def films(self, room_id: str) -> bool:
         """Whether somebody watches pictures of this room."""
         return any(shot.room == room_id for shot in self._cameras)

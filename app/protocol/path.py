@@ -15,6 +15,7 @@ import numpy.typing as npt
 from engine.constants import KIND_PEG, KIND_WALL
 from engine.drops.trajectory import Trajectory
 from engine.exact import event_log
+from engine.exact.outcome import RUNNING
 from engine.physics import body
 from engine.physics.flight import basis
 
@@ -78,15 +79,28 @@ def later(segment: Segment, s: float, *, gravity: float, drag: float) -> Segment
 
 def segments_of(path: Trajectory, ball: int) -> list[Segment]:
     """The segments of an exact drop's path in the order of their times."""
-    return _Cutter(path, ball).cut()
+    return cut(path, ball, 0, 0, math.inf)[0]
+
+
+def cut(
+    path: Trajectory, ball: int, passed: int, first: int, until: float
+) -> tuple[list[Segment], int]:
+    """The segments of what is known of a path by now; and how many of its rows that were.
+
+    passed: rows of the path before those of the trajectory; first: rows that were cut before. What
+    may go on beyond what is known is left for later, unless it begins before `until`, s.
+    """
+    cutter = _Cutter(path, ball, passed)
+    return cutter.segments, passed + cutter.cut(max(first - passed, 0), until)
 
 
 class _Cutter:
     """Walks along the rows of the solver's trace and writes down segments."""
 
-    def __init__(self, path: Trajectory, ball: int) -> None:
+    def __init__(self, path: Trajectory, ball: int, passed: int) -> None:
         self.path = path
         self.ball = ball
+        self.passed = passed
         self.rows = path.segments
         self.starts: list[float] = self.rows[:, body.T].tolist()
         self.ends = [*self.starts[1:], float(path.end[body.T])]
@@ -96,8 +110,8 @@ class _Cutter:
         self.short = math.sqrt(8.0 * TOLERANCE / max(path.board.gravity, 1e-9))
         self.segments: list[Segment] = []
 
-    def cut(self) -> list[Segment]:
-        first = 0
+    def cut(self, first: int, until: float) -> int:
+        """Cut from a row on; returns the first that is left."""
         while first < len(self.rows):
             last = first
             while last < len(self.rows) and not self._is_long_flight(last):
@@ -105,10 +119,17 @@ class _Cutter:
             if last == first:
                 self._fly(first)
                 last += 1
+            elif last == len(self.rows) and self._goes_on and self.starts[first] >= until:
+                break
             else:
                 self._bend(first, last)
             first = last
-        return self.segments
+        return first
+
+    @property
+    def _goes_on(self) -> bool:
+        """Whether more is to come than is known."""
+        return self.path.outcome == RUNNING
 
     def _is_long_flight(self, row: int) -> bool:
         return self.flies[row] and self.ends[row] - self.starts[row] > self.short
@@ -120,11 +141,13 @@ class _Cutter:
 
     def _origin(self, row: int) -> tuple[int, int]:
         """What a flight begins with: the kind and the index of the peg or wall."""
-        if row == 0:
+        if self.passed + row == 0:
             return DROPPED, 0
         hit = self.hits.get(self.starts[row])
         if hit is not None:
             return hit
+        if row == 0:
+            return UNDER_WAY, 0
         kind, index = self._surface(row - 1)
         return (LEFT_PEG if kind == OFF_PEG else LEFT_WALL), index
 

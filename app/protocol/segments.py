@@ -6,11 +6,13 @@ from where the ball is at such a step, so that rounding its time moves nothing.
 
 import math
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from app.protocol.messages import Extent
-from app.protocol.path import UNDER_WAY, Segment, later, segments_of
+from app.protocol.path import UNDER_WAY, Segment, cut, later
 from engine.drops.trajectory import Trajectory
+from engine.exact.outcome import RUNNING
+from engine.physics import body
 
 MAGIC = 0x53
 VERSION = 2
@@ -52,31 +54,64 @@ class _Due:
     segment: Segment
 
 
+@dataclass(slots=True)
+class _Course:
+    """One ball's path, as far as it was cut."""
+
+    start_tick: int
+    told: int  # what was due up to this tick is known to all who watch
+    cut: int = 0  # rows of the path
+    known: float = 0.0
+    rows: list[_Due] = field(default_factory=list)  # from that on which the ball is
+
+    def at(self, tick: int) -> _Due | None:
+        """The segment that the ball is on at this tick, if it is known."""
+        while len(self.rows) > 1 and self.rows[1].tick <= tick:
+            del self.rows[0]
+        return self.rows[0] if self.rows else None
+
+
 class SegmentStream:
     """What of each ball's path is to be sent at which tick of a room; `now` is the room's tick."""
 
     def __init__(self, scale: Scale, now: int) -> None:
         self._scale = scale
         self._next = now + 1
-        self._paths: dict[int, list[_Due]] = {}
+        self._courses: dict[int, _Course] = {}
         self._due: dict[int, list[_Due]] = {}
 
-    def add(self, ball: int, start_tick: int, path: Trajectory, now: int) -> None:
+    def add(self, ball: int, start_tick: int, now: int) -> None:
         """Follow a ball: what begins after tick `now`, or at a start that is now, will be sent."""
-        rate = self._scale.tick_rate
-        # The tick that ends when or after the segment begins, as for its bounce's event.
-        rows = [
-            _Due(start_tick + math.ceil(segment.t * rate), start_tick + segment.t * rate, segment)
-            for segment in segments_of(path, ball)
-        ]
-        self._paths[ball] = rows
-        for row in rows:
-            if row.tick > now or start_tick == now:
-                self._due.setdefault(max(row.tick, now + 1), []).append(row)
+        self._courses[ball] = _Course(start_tick, now if start_tick < now else -1)
+
+    def hears(self, ball: int, known: float) -> bool:
+        """Whether `extend` would bring news of a ball whose path is known up to a time, in s.
+
+        That is the case too when something has to be told before all of it is known.
+        """
+        course = self._courses[ball]
+        if course.known == math.inf:
+            return False
+        return known > course.known or not course.rows or course.rows[-1].tick < self._next
+
+    def extend(self, ball: int, passed: int, path: Trajectory) -> None:
+        """Take what is known of a ball's path; `passed` rows of it lie before the trajectory's."""
+        course, rate = self._courses[ball], self._scale.tick_rate
+        until = (self._next + 1 - course.start_tick) / rate
+        pieces, course.cut = cut(path, ball, passed, course.cut, until)
+        course.known = float(path.end[body.T]) if path.outcome == RUNNING else math.inf
+        for segment in pieces:
+            begin = course.start_tick + segment.t * rate
+            # The tick that ends when or after the segment begins, as for its bounce's event.
+            row = _Due(course.start_tick + math.ceil(segment.t * rate), begin, segment)
+            course.rows.append(row)
+            if row.tick > course.told:
+                self._due.setdefault(max(row.tick, self._next), []).append(row)
+        course.at(self._next - 1)
 
     def forget(self, ball: int) -> None:
         """A ball has landed."""
-        self._paths.pop(ball, None)
+        self._courses.pop(ball, None)
 
     def take(self, tick: int, seq: int) -> bytes | None:
         """The message of all that became due up to this tick; None when nothing did."""
@@ -88,11 +123,9 @@ class SegmentStream:
 
     def full(self, tick: int, seq: int) -> bytes:
         """The message of the segment that every ball is on at this tick."""
-        current = []
-        for rows in self._paths.values():
-            begun = [row for row in rows if row.tick <= tick] or rows[:1]
-            current.append(begun[-1])
-        return _message(tick, seq, current, FULL, self._scale)
+        current = (course.at(tick) for course in self._courses.values())
+        rows = [row for row in current if row is not None]
+        return _message(tick, seq, rows, FULL, self._scale)
 
 
 def _message(tick: int, seq: int, rows: list[_Due], flags: int, scale: Scale) -> bytes:

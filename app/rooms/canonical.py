@@ -5,7 +5,6 @@ msgspec writes is that form already, but for its order and for whole numbers of 
 beyond 2^53, to which nothing in a log comes near, are refused.
 """
 
-from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import msgspec
@@ -19,7 +18,7 @@ _encoder: Final = msgspec.json.Encoder(order="sorted")
 
 
 def canonical(value: object) -> bytes:
-    """Bytes of a JSON value; integers of any size in full.
+    """Bytes of a JSON value of dicts, lists and plain values; integers of any size in full.
 
     Raises RecordError for a number that is not finite or not below LARGEST.
     """
@@ -32,8 +31,8 @@ def _plain(value: Any) -> Any:
         if not -LARGEST < value < LARGEST:
             raise RecordError(f"the number {value!r} is not within 2^53 of 0")
         return int(value) if value.is_integer() else value
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         return {key: _plain(part) for key, part in value.items()}
-    if isinstance(value, Sequence) and not isinstance(value, str):
+    if isinstance(value, list | tuple):
         return [_plain(part) for part in value]
     return value

@@ -19,7 +19,6 @@ from app.rooms.stakes import payout_of
 from engine import Board, World
 from engine.drops.drop import start_of
 from engine.world.events import Contact, Landing
-from engine.world.world import Ball
 
 INDEPENDENT: Final = "independent"
 
@@ -101,16 +100,16 @@ class IndependentRoom(Room):
         self._check_turn(pending)
         command = pending.command
         assert command.start is not None
-        number = self.world.add_at(command.start, command.seed)
-        if number != pending.number:
-            raise RuntimeError(f"{pending} entered as ball {number}")
+        if self.world.next_id != pending.number:
+            raise RuntimeError(f"{pending} would enter as ball {self.world.next_id}")
+        self.world.add_at(command.start, command.seed)
         ball = self.world.balls[-1]
         if command.stake:
             self._stakes[ball.id] = command.stake
         self.drops += 1
         self.seq += 1
         if self._segments is not None:
-            self._follow(self._segments, ball)
+            self._segments.add(ball.id, ball.tick, self.world.tick)
         accepted = messages.Accepted(
             ball=ball.id,
             seed=str(ball.seed),
@@ -122,6 +121,15 @@ class IndependentRoom(Room):
         return Entered(pending, [accepted])
 
     # Time.
+
+    @property
+    def ready(self) -> bool:
+        """Whether the next tick takes no more than moving the balls along their paths."""
+        return self.world.ready
+
+    def look_ahead(self) -> bool:
+        """Follow some path for some events more; whether there is more that would help."""
+        return self.world.look_ahead()
 
     def step(self, *, watched: bool) -> list[messages.Event]:
         """One tick on; returns the events to announce, in order.
@@ -187,24 +195,31 @@ class IndependentRoom(Room):
         elif self._segments is None:
             self._segments = SegmentStream(self.scale, self.world.tick)
             for ball in self.world.balls:
-                self._follow(self._segments, ball)
+                self._segments.add(ball.id, ball.tick, self.world.tick)
 
     def segments(self) -> bytes | None:
         """The message of the pieces that began since the last one; None if none did."""
-        return None if self._segments is None else self._segments.take(self.world.tick, self.seq)
+        if self._segments is None:
+            return None
+        self._extend(self._segments)
+        return self._segments.take(self.world.tick, self.seq)
 
     def keyframe(self) -> bytes:
         """The message of the piece that each ball in flight is on."""
         self.watch_segments(True)
         assert self._segments is not None
+        self._extend(self._segments)
         return self._segments.full(self.world.tick, self.seq)
 
     def first_message(self, stream: str) -> bytes | None:
         """A client of the segments needs those that the balls are on."""
         return self.keyframe() if stream == messages.SEGMENTS else None
 
-    def _follow(self, segments: SegmentStream, ball: Ball) -> None:
-        segments.add(ball.id, ball.tick, self.world.trajectory(ball.id), self.world.tick)
+    def _extend(self, segments: SegmentStream) -> None:
+        """Have what is known of the paths by now cut into pieces."""
+        for ball, known in zip(self.world.balls, self.world.known, strict=True):
+            if segments.hears(ball.id, known):
+                segments.extend(ball.id, *self.world.ahead(ball.id))
 
     # Saving.
 

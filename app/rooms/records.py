@@ -153,4 +153,12 @@ class Close:
     closed: float
 
 
-Write = BoardRow | RoomRow | DropRow | InputRow | ResultRow | Mark | Undo | Close
+@dataclass(frozen=True, slots=True)
+class Reopen:
+    """A session goes on whose end was refused or may be, as if it had not been closed."""
+
+    room: int
+    tick: int
+
+
+Write = BoardRow | RoomRow | DropRow | InputRow | ResultRow | Mark | Undo | Close | Reopen

@@ -176,14 +176,21 @@ class Room(ABC):
         return self.world.awake
 
     def refuse(self, pending: PendingInput[Any]) -> None:
-        """Take a planned input back, as if it had never been asked for."""
-        self.planned.remove(pending)
+        """Take back the input that was planned last, as if it had never been asked for.
+
+        Raises RuntimeError for any other: those after it have numbers that follow on from its own.
+        """
+        if not self.planned or self.planned[-1] is not pending:
+            raise RuntimeError(f"{pending} was refused, but not those that were planned after it")
+        self.planned.pop()
 
     def enter(self) -> list[Entered]:
         """Carry out the confirmed inputs whose tick it is; returns what to tell of each."""
         entered: list[Entered] = []
         while self.planned and self.planned[0].durable and self.held:
-            entered.append(self._carry_out(self.planned.popleft()))
+            # One that cannot be carried out stays planned: whoever asked for it is to hear.
+            entered.append(self._carry_out(self.planned[0]))
+            self.planned.popleft()
         return entered
 
     def drop(self, command: DropCommand) -> messages.Accepted:
@@ -209,6 +216,18 @@ class Room(ABC):
             raise RuntimeError(f"{pending} came as input {self.taken} at tick {self.world.tick}")
 
     # Time.
+
+    @property
+    def ready(self) -> bool:
+        """Whether the next tick takes no more than it always does."""
+        return True
+
+    def look_ahead(self) -> bool:
+        """Do a little of what later ticks need; whether there is more that would help.
+
+        It changes nothing of what happens, only when it is computed: `step` does what is left.
+        """
+        return False
 
     @abstractmethod
     def step(self, *, watched: bool) -> list[messages.Event]:

@@ -5,7 +5,7 @@ from collections import Counter, OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from app.errors import QuotaError, RateLimitError
+from app.errors import BudgetError, QuotaError, RateLimitError
 
 _ALWAYS = 3  # things that each key may have, however few are left
 
@@ -23,12 +23,20 @@ class TokenBucket:
 
     def take(self, now: float) -> bool:
         """Spend one token at time `now` (seconds); False when none is left."""
-        self._tokens = min(self.burst, self._tokens + max(0.0, now - self._at) * self.rate)
-        self._at = now
-        if self._tokens < 1.0:
+        if self.left(now) < 1.0:
             return False
         self._tokens -= 1.0
         return True
+
+    def left(self, now: float) -> float:
+        """Tokens there are at time `now`; below 0 by what was charged beyond."""
+        self._tokens = min(self.burst, self._tokens + max(0.0, now - self._at) * self.rate)
+        self._at = now
+        return self._tokens
+
+    def charge(self, tokens: float) -> None:
+        """Take so many tokens whether there are as many or not; give some back with a negative."""
+        self._tokens = min(self.burst, self._tokens - tokens)
 
     def wait(self) -> float:
         """Seconds until the next token, counted from the last `take`."""
@@ -46,13 +54,44 @@ class KeyedBuckets:
 
     def take(self, key: str, now: float, what: str) -> None:
         """Spend one token of `key`; raises RateLimitError naming `what` and the rate."""
+        spend(self.bucket(key, now), now, what)
+
+    def bucket(self, key: str, now: float) -> TokenBucket:
+        """The bucket of `key`, a full one where there is none yet."""
         bucket = self._buckets.get(key)
         if bucket is None:
             bucket = self._buckets[key] = TokenBucket(self.rate, self.burst, now)
             if len(self._buckets) > self.size:
                 self._buckets.popitem(last=False)
         self._buckets.move_to_end(key)
-        spend(bucket, now, what)
+        return bucket
+
+
+class Budgets:
+    """How many seconds of a core each key (a client's address) may have computed, as they come.
+
+    What a request takes is only known afterwards: its price is charged before, the difference
+    then. Who has overdrawn by one request waits until that is paid.
+    """
+
+    def __init__(self, rate: float, burst: float) -> None:
+        self._buckets = KeyedBuckets(rate, burst)
+
+    def charge(self, key: str, now: float, seconds: float, what: str) -> None:
+        """Charge a request's price; raises BudgetError that names it when nothing is left."""
+        bucket = self._buckets.bucket(key, now)
+        left = bucket.left(now)
+        if left <= 0.0:
+            raise BudgetError(
+                f"{what} takes about {seconds:.2g} s to compute, and this address has had "
+                f"{bucket.burst:g} s and {bucket.rate:g} more each second",
+                retry_after=(min(seconds, bucket.burst) - left) / bucket.rate,
+            )
+        bucket.charge(seconds)
+
+    def settle(self, key: str, now: float, seconds: float) -> None:
+        """Charge what a request took beyond its price, in s; what it took less is given back."""
+        self._buckets.bucket(key, now).charge(seconds)
 
 
 class Quota:

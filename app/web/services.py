@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import count
 
+from app.computing.pool import Workers
 from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.ops.metrics import Metrics
@@ -12,10 +13,9 @@ from app.persistence.integrity import Integrity
 from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
 from app.pictures.film import Cameras
-from app.pictures.workers import Workers
 from app.rooms.boards import Boards
 from app.settings import Settings
-from app.web.limits import KeyedBuckets, Quota
+from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.tokens import Tokens
 
 
@@ -37,6 +37,7 @@ class Services:
     cameras: Cameras
     room_drops: KeyedBuckets
     creators: Quota
+    budgets: Budgets
     metrics: Metrics
     warm: bool = False
     transport: str = "public"  # how clients are written to; see app.live.transport

@@ -1,6 +1,9 @@
 """The engine held against the literature: every figure beside the published one, with its error."""
 
+from collections.abc import Callable
+from dataclasses import asdict
 from math import sqrt
+from typing import Any
 
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
@@ -14,12 +17,15 @@ CHERNOV = "Chernov, J. Stat. Phys. 88, 1 (1997): π · area / perimeter"
 CHERNOV_DOLGOPYAT = "Chernov and Dolgopyat, J. Amer. Math. Soc. 22, 821 (2009)"
 BORNEMANN = "Bornemann et al., The SIAM 100-Digit Challenge (2004), problem 2"
 
+DIGITS = (10, 30, 100, 1000)
+"""Proven digits asked for."""
+
 
 def run(effort: Effort) -> Section:
     """All cases."""
     section = Section("literature")
     _textbook(section, effort)
-    _siam(section)
+    _siam(section, effort)
     gases = [
         lorentz.measure(gap, effort.size(2000, 60), effort.size(600, 6), effort)
         for gap in lorentz.GAPS
@@ -47,35 +53,62 @@ def _textbook(section: Section, effort: Effort) -> None:
     _add(section, "textbook", "To rounding", findings, notes)
 
 
-def _siam(section: Section) -> None:
+def _siam(section: Section, effort: Effort) -> None:
+    """Problem 2, in double precision and proven; the latter needs python-flint."""
     found = siam.in_double_precision()
-    section.data["siam"] = {
-        "distance": found.distance,
-        "error": found.error,
-        "estimate": found.estimate,
-        "reflections": found.reflections,
-    }
     rows = [
-        ["published", siam.TRUTH[:32] + "…", "", ""],
-        [
-            "double precision",
-            f"{found.distance:.16f}",
-            f"{found.error:.1e}",
-            f"{found.estimate:.1e}, its own estimate",
-        ],
+        ["published", _shown(siam.TRUTH), "", ""],
+        ["double precision", f"{found.distance:.16f}", f"{found.error:.1e}", ""],
+        ["its own estimate", "", f"{found.estimate:.1e}", ""],
     ]
+    data: dict[str, Any] = {"double": asdict(found), "certified": []}
+    try:
+        from benchmarks.literature import photon
+    except ImportError as error:
+        section.absent.append(f"proven digits: {error}; pip install '.[certify]'")
+    else:
+        for digits in DIGITS:
+            proven = photon.with_digits(digits)
+            data["certified"].append(asdict(proven) | {"asked": digits})
+            bound = f"proven < {0.5 * 10.0**-digits:.0e}" if digits < 300 else "proven"
+            rows.append(
+                [
+                    f"certified, {digits} digits",
+                    _shown(proven.text),
+                    bound,
+                    f"{1e3 * proven.seconds:.0f} ms",
+                ]
+            )
+        section.plots["bench-digits.png"] = _digits_plotter(section, effort)
+    section.data["siam"] = data
     section.tables.append(
         Table(
             "SIAM 100-Digit Challenge, problem 2: where the photon is at t = 10",
-            ["", "distance from the origin", "off by", "said to be within"],
+            ["", "distance from the origin", "off by", "time"],
             rows,
             [
                 f"{found.reflections} reflections off mirrors of radius 1/3 multiply what rounding "
-                "does to the first; double precision keeps five of its sixteen digits. "
-                f"{BORNEMANN}."
+                "does to the first: double precision keeps five of its sixteen digits. Time: from "
+                f"nothing, precision doubled until all are proven. {BORNEMANN}."
             ],
         )
     )
+
+
+def _shown(digits: str) -> str:
+    return digits if len(digits) <= 34 else f"{digits[:34]}…"
+
+
+def _digits_plotter(section: Section, effort: Effort) -> Callable[[str], None]:
+    """Measure error against cost now, to be drawn later."""
+    from benchmarks.literature import digits, digits_plot
+
+    drops, photon = digits.of_drops(effort), digits.of_the_photon(effort)
+    section.data["digits"] = {
+        "drops": [asdict(point) for point in drops],
+        "photon": [asdict(point) for point in photon],
+    }
+    return lambda path: digits_plot.draw(drops, photon, path)
 
 
 def _lorentz(section: Section, gases: list[LorentzGas]) -> None:

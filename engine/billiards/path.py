@@ -10,9 +10,11 @@ from engine.billiards.flow import MAX_SPEED, MAX_TIME
 from engine.board.values import MAX_COORDINATE
 from engine.drops.trajectory import Trajectory, follow
 from engine.errors import ParameterError
-from engine.exact.outcome import MAX_EVENTS, TIME_LIMIT
+from engine.exact.outcome import EVENT_LIMIT, MAX_EVENTS, TIME_LIMIT
 from engine.parameters import Exact, number
 from engine.physics import body
+
+_FIRST_EVENTS = 256
 
 
 def path(
@@ -42,12 +44,29 @@ def path(
     start[body.VY] = number(velocity[1], "velocity[1]", -MAX_SPEED, MAX_SPEED)
     start[body.OMEGA] = number(spin, "spin", -MAX_SPEED, MAX_SPEED)
     until = number(until, "until", 0.0, MAX_TIME)
-    found = follow(billiard.fields, start, Exact(), max_events, until)
-    return _cut(found, until) if found.outcome == TIME_LIMIT else found
+    found = _followed(billiard, start, until, max_events)
+    passed = found.outcome == TIME_LIMIT or found.end[body.T] > until
+    return _cut(found, until) if passed else found
+
+
+def _followed(
+    billiard: Billiard, start: npt.NDArray[np.float64], until: float, max_events: int
+) -> Trajectory:
+    """The path to `until` and somewhat beyond.
+
+    The solver looks at the time only after a stretch of flight without impacts, and a ball in a
+    narrow gap has none: so it is asked for ever more events until they reach as far.
+    """
+    events = min(_FIRST_EVENTS, max_events)
+    while True:
+        found = follow(billiard.fields, start, Exact(), events, until)
+        if found.outcome != EVENT_LIMIT or found.end[body.T] > until or events == max_events:
+            return found
+        events = min(4 * events, max_events)
 
 
 def _cut(path: Trajectory, until: float) -> Trajectory:
-    """The path up to `until`: the solver stops looking only after the window that time is in."""
+    """The path up to `until` of one that goes beyond it, or ends in the flight that does."""
     events = int(np.searchsorted(path.events[:, 0], until, side="right"))
     segments = int(np.searchsorted(path.segments[:, body.T], until, side="right"))
     far = path.end.copy()
@@ -55,6 +74,8 @@ def _cut(path: Trajectory, until: float) -> Trajectory:
     end: npt.NDArray[np.float64] = replace(path, end=far).states_at(np.array([until]))[0]
     return replace(
         path,
+        outcome=TIME_LIMIT,
+        bin=-1,
         end=end,
         events=path.events[:events],
         marks=path.marks[:events],

@@ -1,6 +1,7 @@
 """The bin of a drop as a theorem: precision is doubled until every comparison is decided."""
 
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 from math import inf, nextafter
 from typing import Any, NamedTuple
@@ -25,6 +26,9 @@ MOST_BITS = 12_288
 MOST_COMPARISONS = 1_000_000
 """In one drop at one precision. A drop of the presets takes a thousand; only a ball that bounces or
 rolls almost for ever takes so many."""
+
+MOST_DIGITS = 400
+"""Of a start given as text: enough for a map of 1e-300 m."""
 
 DIGITS = 25
 """Digits shown of a number that is enclosed more sharply than that."""
@@ -104,6 +108,18 @@ class Certificate:
             "agrees": self.agrees,
         }
 
+    def event_rows(self) -> list[tuple[float, ...]]:
+        """Each event's kind, index, t, x, y and a bound of the error of these three, in s and m."""
+        events = self.path.events if self.path is not None else []
+        return [(e.kind, e.index, *_rounded(e.state.t, e.state.x, e.state.y)) for e in events]
+
+
+def _rounded(*balls: arb) -> tuple[float, ...]:
+    """The balls' middles as float64, and a bound of how far any number in one is from that."""
+    middles = [float(ball) for ball in balls]
+    errors = [abs(ball - arb(middle)).upper() for ball, middle in zip(balls, middles, strict=True)]
+    return *middles, max(nextafter(float(error), inf) for error in errors)
+
 
 Start = float | int | str | Fraction
 """An explicit start in m; text and fractions are taken exactly, to any number of digits."""
@@ -130,7 +146,7 @@ class Outcome(NamedTuple):
 
 
 def certify(
-    board: Board,
+    board: Board | str,
     seed: int | str | None = None,
     *,
     x: Start | None = None,
@@ -138,9 +154,10 @@ def certify(
 ) -> Certificate:
     """Prove where the ball lands that is dropped from where `seed` says, or from an exact x in m.
 
-    Precision is doubled until every comparison is decided, as far as `effort` says. Raises
-    SeedError or ParameterError that name the bad value.
+    `board` may be a preset's name. Precision is doubled until every comparison is decided, as far
+    as `effort` says. Raises BoardError, SeedError or ParameterError that name the bad value.
     """
+    board = Board.named(board)
     number = None if seed is None else parse_seed(seed)
     if x is None:
         return certify_start(board, number, Fraction(start_of(board, number, None)), False, effort)
@@ -150,13 +167,25 @@ def certify(
 
 
 def exact_start(x: Start) -> Fraction:
-    """The number that is meant; ParameterError unless it is finite."""
+    """The number that is meant, in m; ParameterError unless it is finite and of a sane size."""
     try:
-        return Fraction(x)
-    except (ValueError, OverflowError, ZeroDivisionError):
+        return _exact(x) if isinstance(x, str) else Fraction(x)
+    except (ArithmeticError, ValueError):
+        shown = repr(x) if len(repr(x)) <= 40 else repr(x)[:37] + "..."
         raise ParameterError(
-            f"x {x!r} is no finite number, such as 0.125 or '1/3'", field="x"
+            f"x {shown} is no finite number of {MOST_DIGITS} digits at most, such as 0.125 or 1/3",
+            field="x",
         ) from None
+
+
+def _exact(text: str) -> Fraction:
+    """A decimal, or a fraction of two; ValueError for what would fill the memory with digits."""
+    if len(text) > MOST_DIGITS:
+        raise ValueError(text)
+    parts = [Decimal(part) for part in text.split("/", 1)]
+    if not all(part.is_finite() and abs(part.adjusted()) <= MOST_DIGITS for part in parts):
+        raise ValueError(text)
+    return Fraction(parts[0]) / (Fraction(parts[1]) if len(parts) > 1 else 1)
 
 
 def certify_start(

@@ -5,7 +5,6 @@ positive up to some time: there the search goes on. Once the distance falls ever
 root, that root is the first, and interval Newton encloses it.
 """
 
-from math import inf, sqrt
 from typing import Protocol
 
 from flint import arb, ctx
@@ -15,7 +14,7 @@ from engine.certified.balls import Proof, UndecidedError
 _MAX_STEPS = 400
 _MAX_POLISH = 40
 _SHARES = (1.0 - 2.0**-20, 0.9, 0.5, 0.1, 0.01)
-"""Of a step towards the root, tried in turn: float64's rounding may carry it too far."""
+"""Of a step towards the root, tried in turn: rounding may carry it too far."""
 
 
 class Distance(Protocol):
@@ -36,47 +35,52 @@ def first_root(distance: Distance, start: float, end: float, proof: Proof, what:
 
     Raises UndecidedError, naming `what`, unless it is positive at the start and all is proven.
     """
-    s = start
+    s, last = arb(start), arb(end)  # float64 is too coarse for the two roots of a graze
     for _ in range(_MAX_STEPS):
-        value, slope, bend = distance.terms(arb(s))
+        value, slope, bend = distance.terms(s)
         proof.require(bool(value > 0), f"whether the ball is outside of {what}")
-        left = arb(end) - arb(s)
+        left = last - s
         m = distance.least_bend(bend, left)
-        step = _parabola_root(float(value), float(slope), float(m))
-        if step > end - s and _stays_positive(value, slope, m, left):
+        step = _parabola_root(value, slope, m)
+        if not step < left and _stays_positive(value, slope, m, left):
             proof.count()
             return None
-        to = min(s + 2.0 * step, end)
-        if _falls(distance, slope, bend, arb(to) - arb(s)):
-            at_end = distance.terms(arb(to))[0]
+        to = _earlier(s + 2 * step, last)
+        if _falls(distance, slope, bend, to - s):
+            at_end = distance.terms(to)[0]
             if not proof.is_positive(at_end, f"whether {what} is hit before a stretch ends"):
-                return _root_within(distance, arb(s), arb(min(s + step, to)), arb(to), proof, what)
+                return _root_within(distance, s, _earlier(s + step, to), to, proof, what)
             following = to
         else:
-            following = _root_free_until(s, min(step, end - s), value, slope, m)
-            proof.require(following > s, f"whether {what} is hit")
+            following = _root_free_until(s, _earlier(s + step, last), value, slope, m)
+            proof.require(bool(following > s), f"whether {what} is hit")
         s = following
-        if s >= end:
+        if not s < last:
             return None
     raise UndecidedError(f"when {what} is hit")
 
 
-def _root_free_until(s: float, step: float, value: arb, slope: arb, m: arb) -> float:
-    """A time, at most s + step, until which the parabola is positive, with proof; s if none is."""
+def _earlier(a: arb, b: arb) -> arb:
+    """The earlier of two times, as an exact number."""
+    return a.mid() if a < b else b
+
+
+def _root_free_until(s: arb, to: arb, value: arb, slope: arb, m: arb) -> arb:
+    """A time, at most `to`, until which the parabola is positive, with proof; s if none is."""
     for share in _SHARES:
-        following = s + share * step
-        if _stays_positive(value, slope, m, arb(following) - arb(s)):
+        following = (s + share * (to - s)).mid()
+        if _stays_positive(value, slope, m, following - s):
             return following
     return s
 
 
-def _parabola_root(value: float, slope: float, m: float) -> float:
-    """First positive root of value + slope d + m d^2 / 2, inf if there is none."""
-    square = slope * slope - 2.0 * m * value
-    if square < 0.0:
-        return inf
-    down = sqrt(square) - slope
-    return 2.0 * value / down if down > 0.0 else inf
+def _parabola_root(value: arb, slope: arb, m: arb) -> arb:
+    """About the first positive root of value + slope d + m d^2 / 2, infinite if there is none."""
+    square = (slope * slope - 2 * m * value).mid()
+    if square < 0:
+        return arb.pos_inf()
+    down = (square.sqrt() - slope).mid()
+    return (2 * value / down).mid() if down > 0 else arb.pos_inf()
 
 
 def _stays_positive(value: arb, slope: arb, m: arb, h: arb) -> bool:

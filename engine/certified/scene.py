@@ -4,6 +4,7 @@ A peg is a circle of radius r + R. A wall is the stadium about its segment: two 
 and a circle of radius R about each end. The board's float64 values are taken as they stand.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, sqrt
@@ -13,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from flint import arb
 
+from engine.board.fields import BoardFields
 from engine.board.materials import Material
-from engine.board.model import Board
 from engine.certified.balls import ZERO
 from engine.constants import KIND_PEG, KIND_WALL
 
@@ -121,7 +122,8 @@ def unit_vector(nx: arb, ny: arb) -> tuple[arb, arb]:
 class Scene:
     """All of a board that decides where a ball goes, at the precision that was set."""
 
-    def __init__(self, board: Board) -> None:
+    def __init__(self, board: BoardFields, others: Sequence[Circle] = ()) -> None:
+        """`others`: circles besides those of the board, whose numbers need not be float64."""
         self.gravity, self.drag = arb(board.gravity), arb(board.drag)
         self.radius = arb(board.ball.radius)
         self.start_y, self.bins_y = arb(board.drop.y), arb(board.bins.y)
@@ -136,11 +138,12 @@ class Scene:
             reach = arb(p.radius) + self.radius
             self.circles.append(Circle(arb(p.x), arb(p.y), reach, KIND_PEG, index, index, peg))
         self._add_walls(board, wall)
+        self.circles += others
         self._screen = _Screen(self.circles, self.faces)
         self.smallest = min([float(c.reach) for c in self.circles], default=board.ball.radius)
         self.box = _box(board)
 
-    def _add_walls(self, board: Board, pair: Pair) -> None:
+    def _add_walls(self, board: BoardFields, pair: Pair) -> None:
         ends: dict[tuple[float, float], Circle] = {}
         for index, w in enumerate(board.walls):
             rank = len(board.pegs) + 3 * index
@@ -179,7 +182,7 @@ def _pair(ball: Material, other: Material) -> Pair:
     return Pair(arb(max(ball.restitution, other.restitution)), friction)
 
 
-def _box(board: Board) -> tuple[float, float, float]:
+def _box(board: BoardFields) -> tuple[float, float, float]:
     """x_min, x_max and y_min, m: a ball beyond these has left the board for good."""
     left, right, top, _ = board.extent
     size = max(right - left, board.bins.y - top)
@@ -224,7 +227,7 @@ class _Screen:
 
 
 @lru_cache(maxsize=16)
-def scene_of(board: Board, bits: int) -> Scene:
+def scene_of(board: BoardFields, bits: int) -> Scene:
     """The board at a precision of `bits`, which must be the one that is set."""
     return Scene(board)
 

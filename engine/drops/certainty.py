@@ -43,7 +43,7 @@ class Certainty:
 
     @property
     def amplification(self) -> float | None:
-        """|dx_end / dx_start|; None if the ball did not land."""
+        """Metres that x_end moves per metre that the start moves; None if the ball did not land."""
         return float(self.growth[-1]) if self.landed else None
 
     @property

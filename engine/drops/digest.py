@@ -25,6 +25,36 @@ from engine.parameters import Solver
 _EVENT = np.dtype([("floats", "<f8", (6,)), ("marks", "<i4", (2,))])
 
 
+class DropDigest:
+    """Digest of one drop, fed with its events in parts; how they are cut does not matter."""
+
+    def __init__(
+        self,
+        board_digest: str,
+        solver: Solver,
+        start: npt.ArrayLike,
+        outcome: int,
+        events: int,
+    ) -> None:
+        self._sha = hashlib.sha256(b"plinko drop")
+        self._sha.update(bytes.fromhex(board_digest))
+        self._sha.update(struct.pack("<I", PHYSICS_VERSION))
+        self._sha.update(solver.encoded())
+        self._sha.update(float_bits(start).tobytes())
+        self._sha.update(struct.pack("<BQ", outcome, events))
+
+    def add(self, events: npt.NDArray[np.float64], marks: npt.NDArray[np.int32]) -> None:
+        """Take the next events, shape (n, 6), and their marks, shape (n, 2), from a log."""
+        rows = np.zeros(len(events), _EVENT)
+        rows["floats"] = float_bits(events)
+        rows["marks"] = marks
+        self._sha.update(rows.tobytes())
+
+    def hexdigest(self) -> str:
+        """Return the digest once all events were taken, 64 hex digits."""
+        return self._sha.hexdigest()
+
+
 def drop_digest(
     board_digest: str,
     solver: Solver,
@@ -34,17 +64,9 @@ def drop_digest(
     marks: npt.NDArray[np.int32],
 ) -> str:
     """Hex digest of one drop; events, shape (n, 6), and marks, shape (n, 2), from its log."""
-    rows = np.zeros(len(events), _EVENT)
-    rows["floats"] = float_bits(events)
-    rows["marks"] = marks
-    sha = hashlib.sha256(b"plinko drop")
-    sha.update(bytes.fromhex(board_digest))
-    sha.update(struct.pack("<I", PHYSICS_VERSION))
-    sha.update(solver.encoded())
-    sha.update(float_bits(start).tobytes())
-    sha.update(struct.pack("<BQ", outcome, len(rows)))
-    sha.update(rows.tobytes())
-    return sha.hexdigest()
+    digest = DropDigest(board_digest, solver, start, outcome, len(events))
+    digest.add(events, marks)
+    return digest.hexdigest()
 
 
 _OUTCOME = np.dtype([("bin", "<i4"), ("duration", "<f8"), ("impacts", "<i4"), ("x_end", "<f8")])

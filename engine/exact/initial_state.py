@@ -1,4 +1,4 @@
-"""Where in their drops balls are when a solver takes them up."""
+"""Where in their drops balls are when a solver takes them up, or leaves them for a while."""
 
 import numpy as np
 import numpy.typing as npt
@@ -9,12 +9,19 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 # Columns of `initial`, beside the rows of `states`.
-HIT = 0  # the surface that the ball is just hitting, NONE if it is in flight
+HIT = 0  # the surface that the ball is just hitting, NONE if it hits none
 HIT_SIDE = 1  # of a line, 1 or -1
 IMPACTS_BEFORE = 2
-COLUMNS = 3
+# Where nothing is being hit, what follows says how a ball goes on that was left in between.
+SURFACE = 3  # that it left last or lies on, NONE if it has touched nothing yet
+SIDE = 4  # of a line, 1 or -1
+PHASE = 5  # in flight, by how it left (FREE, BOUNCED, ROLLED_OFF of next_impact), or LYING
+SLIP_ROOTS = 6  # of a ball that lies: what `follow_contact` knows of its slip
+SLIP_SIGN = 7
+COLUMNS = 8
 
 NONE = -1
+LYING = 3
 
 
 def at_rest(xs: Floats, y: float) -> Floats:
@@ -28,5 +35,5 @@ def at_rest(xs: Floats, y: float) -> Floats:
 def in_flight(count: int) -> Ints:
     """`initial`, shape (count, COLUMNS), of balls in flight that have hit nothing yet."""
     initial = np.zeros((count, COLUMNS), np.int64)
-    initial[:, HIT] = NONE
+    initial[:, [HIT, SURFACE]] = NONE
     return initial

@@ -184,23 +184,22 @@ def follow_contact(
     state: npt.NDArray[np.float64],
     item: int,
     side: float,
-    sticks: bool,
+    skip: int,
+    slip_sign: float,
     max_time: float,
     event_limit: int,
     log: Log,
 ) -> tuple[int, int, float, int, float]:
     """Move a ball that lies on `item` until its contact phase ends.
 
-    `sticks` says that the impact before stopped the slip. Returns the cause, the surface and side
-    it was on last, and the surface and side that it hit if it hit one.
+    skip: how many roots the slip has at the start of the stretch by what went before: none
+    (computed), one (it is zero: an impact stopped it), two (a rolling ball just began to slip, in
+    the direction slip_sign). Returns the cause, the surface and side it was on last, and the
+    surface and side that it hit if it hit one; for OUT_OF_EVENTS skip and slip_sign to go on with.
     """
-    # How many roots the slip has at the start of the stretch by what went before: none (computed),
-    # one (it is zero), two (a rolling ball just began to slip, in the direction slip_sign).
-    skip = 1 if sticks else 0
-    slip_sign = 0.0
     while True:
         if log.counts[event_log.EVENTS] >= event_limit:
-            return OUT_OF_EVENTS, item, side, item, side
+            return OUT_OF_EVENTS, item, side, skip, slip_sign
         if not state[body.T] <= max_time:
             return OUT_OF_TIME, item, side, item, side
         if cell_of(board, state[body.X], state[body.Y]) < 0:

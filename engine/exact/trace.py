@@ -47,6 +47,9 @@ def trace_many(
     may have gone before. Writes down how each drop ended, its bin, -1 if it did not land, and its
     number of impacts, all of shape (n,). `series` is work space. One function for one ball and for
     many: the machine code of all of a drop is then made once.
+
+    A ball that ended with EVENT_LIMIT can be gone on with: its row of `initial` says from where,
+    and the bits are those of a drop that was never interrupted.
     """
     for i in range(len(states)):
         state = states[i]
@@ -55,20 +58,32 @@ def trace_many(
         impacts_before = log.counts[event_log.IMPACTS] - before
         item = int(initial[i, initial_state.HIT])
         side = float(initial[i, initial_state.HIT_SIDE])
-        how = next_impact.FREE
         touching = item != initial_state.NONE
+        how = int(initial[i, initial_state.PHASE])
+        if not touching:
+            item = int(initial[i, initial_state.SURFACE])
+            side = float(initial[i, initial_state.SIDE])
+        roots = int(initial[i, initial_state.SLIP_ROOTS])
+        slip_sign = float(initial[i, initial_state.SLIP_SIGN])
         outcome = RUNNING
         bins[i] = -1
         while outcome == RUNNING:
-            end, item, side, sticks = free_flight.follow_flight(
-                board, state, item, side, how, touching, event_limit, max_time, log
-            )
-            if end != free_flight.ON_SURFACE:
-                outcome = _ends_in_flight(end)
-                break
-            note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
+            if how != initial_state.LYING:
+                bounces = log.counts[event_log.IMPACTS]
+                end, item, side, sticks = free_flight.follow_flight(
+                    board, state, item, side, how, touching, event_limit, max_time, log
+                )
+                if end != free_flight.ON_SURFACE:
+                    outcome = _ends_in_flight(end)
+                    if log.counts[event_log.IMPACTS] > bounces:
+                        how = next_impact.BOUNCED
+                    break
+                note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
+                roots = 1 if sticks else 0
+                slip_sign = 0.0
+            how = next_impact.BOUNCED
             cause, item, side, hit, hit_side = sustained_contact.follow_contact(
-                board, series, state, item, side, sticks, max_time, event_limit, log
+                board, series, state, item, side, roots, slip_sign, max_time, event_limit, log
             )
             touching = cause == sustained_contact.HIT
             if touching:
@@ -78,6 +93,10 @@ def trace_many(
                 side = hit_side
                 continue
             outcome = _ends_in_contact(cause)
+            if outcome == EVENT_LIMIT:
+                how = initial_state.LYING
+                roots = hit
+                slip_sign = hit_side
             if outcome == RUNNING:
                 how = (
                     next_impact.ROLLED_OFF
@@ -87,6 +106,13 @@ def trace_many(
                 note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
         if outcome == LANDED:
             bins[i] = land(board, state, log)
+        if outcome == EVENT_LIMIT:
+            initial[i, initial_state.HIT] = initial_state.NONE
+            initial[i, initial_state.SURFACE] = item
+            initial[i, initial_state.SIDE] = int(side)
+            initial[i, initial_state.PHASE] = how
+            initial[i, initial_state.SLIP_ROOTS] = roots
+            initial[i, initial_state.SLIP_SIGN] = int(slip_sign)
         outcomes[i] = outcome
         impacts[i] = log.counts[event_log.IMPACTS] - impacts_before
         end_ball(log, i)

@@ -39,6 +39,13 @@ class BallSet(Protocol):
     states: Floats
     """Shape (n, 7): t (s since the ball's own start), x, y, vx, vy, theta, omega."""
 
+    @property
+    def ready(self) -> bool:
+        """Whether the next step takes no more than moving the balls."""
+
+    def look_ahead(self) -> bool:
+        """Do a little of what later steps need; whether there is more that would help."""
+
     def add(self, x: float) -> None:
         """Append a ball at rest at (x, drop.y), m."""
 

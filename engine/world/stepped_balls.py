@@ -33,6 +33,15 @@ class SteppedBalls:
         self._marks: list[list[npt.NDArray[np.int32]]] = []
         self.states = np.zeros((0, body.SIZE))
 
+    @property
+    def ready(self) -> bool:
+        """Always: nothing of it can be done beforehand."""
+        return True
+
+    def look_ahead(self) -> bool:
+        """Nothing."""
+        return False
+
     def add(self, x: float) -> None:
         """Append a ball at rest at (x, drop.y)."""
         self._append(at_start(self._board, x), 0, x)

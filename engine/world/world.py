@@ -125,6 +125,11 @@ class World:
         return bool(self._balls)
 
     @property
+    def next_id(self) -> int:
+        """The id that the next ball will have."""
+        return self._next_id
+
+    @property
     def count(self) -> int:
         """Number of live balls."""
         return len(self._balls)
@@ -152,16 +157,54 @@ class World:
         return ball.id
 
     def trajectory(self, ball: int) -> Trajectory:
-        """The whole motion of a live ball, known from its start on; times count from there.
+        """The whole motion of a live ball, its future included; times count from its start.
 
-        Raises ParameterError for a ball that is not live, and in a world of the stepped solver,
-        whose balls have no path before they have gone it.
+        It is followed to its end, which takes as long as `drop`. Raises ParameterError for a ball
+        that is not live, and in a world of the stepped solver, whose balls have no path before
+        they have gone it.
         """
+        return self._exact().whole(self._row(ball))
+
+    def ahead(self, ball: int) -> tuple[int, Trajectory]:
+        """What is known by now of a live ball's path, from where it is on.
+
+        Returns how many segments of the path lie before those of the trajectory, whose end is
+        where the ball is when what is known ends. Raises what `trajectory` raises.
+        """
+        return self._exact().ahead(self._row(ball))
+
+    @property
+    def known(self) -> list[float]:
+        """Time in s since its start before which each live ball's path is known."""
+        return self._exact().known
+
+    @property
+    def events_kept(self) -> int:
+        """Events of the live balls that are kept for their digests: 56 bytes each."""
+        return self._ball_set.events if isinstance(self._ball_set, ExactBalls) else 0
+
+    @property
+    def ready(self) -> bool:
+        """Whether the next step takes no more than moving the balls along what is known."""
+        return self._ball_set.ready
+
+    def look_ahead(self) -> bool:
+        """Follow some ball's path for some events more; whether there is more that would help.
+
+        It changes nothing of what happens, only when it is computed. `step` does by itself what
+        was not done before.
+        """
+        return self._ball_set.look_ahead()
+
+    def _exact(self) -> ExactBalls:
         if not isinstance(self._ball_set, ExactBalls):
             raise ParameterError("a stepped world knows no ball's path", field="solver")
+        return self._ball_set
+
+    def _row(self, ball: int) -> int:
         for row, live in enumerate(self._balls):
             if live.id == ball:
-                return self._ball_set.path(row)
+                return row
         raise ParameterError(f"ball {ball} is not in flight", field="ball")
 
     def step(self) -> None:

@@ -73,7 +73,9 @@ def serving(**settings: Any) -> Iterator[Running]:
 
 @pytest.fixture(scope="session")
 def server() -> Iterator[Running]:
-    with serving(drop_rate=1000.0, message_rate=1000.0, creator_rooms=1000) as running:
+    with serving(
+        drop_rate=1000.0, message_rate=1000.0, creator_rooms=1000, compute_burst=1e6
+    ) as running:
         yield running
 
 

@@ -1,6 +1,7 @@
 """The engine agrees with the literature: quick variants of what `plinko bench literature` asks."""
 
 import math
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from benchmarks.contestants.event_driven import Billiards, Ours
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.markers import fill_each
 from benchmarks.harness.report import Section, Table
-from benchmarks.literature import literature, lorentz, siam, textbook
+from benchmarks.literature import literature, lorentz, photon, siam, textbook
 from benchmarks.literature.finding import Estimate, with_error
 from benchmarks.scenes.touching import DT, gas
 from benchmarks.speed.gas import cost_of_an_impact
@@ -83,10 +84,34 @@ def test_balls_of_the_elastic_galton_board_gain_speed_as_they_should(section: Se
     assert "came back up" in section.tables[-1].notes[0]
 
 
-def test_the_galton_board_is_drawn(section: Section, tmp_path: Path) -> None:
-    (draw,) = section.plots.values()
-    draw(str(tmp_path / "plot.png"))
-    assert (tmp_path / "plot.png").stat().st_size > 20_000
+def test_its_figures_are_drawn(section: Section, tmp_path: Path) -> None:
+    assert list(section.plots) == ["bench-digits.png", "bench-galton-board.png"]
+    for name, draw in section.plots.items():
+        draw(str(tmp_path / name))
+        assert (tmp_path / name).stat().st_size > 20_000
+
+
+def test_the_photon_s_digits_are_proven_as_many_as_are_asked_for() -> None:
+    for digits in (5, 12, 40, 79):
+        found = photon.with_digits(digits)
+        assert found.digits == digits
+        assert found.text == f"{Decimal(siam.TRUTH):.{digits}f}"
+        assert found.reflections == 14
+    longer = photon.with_digits(400)
+    assert longer.text.startswith(siam.TRUTH[:-1])
+    assert len(longer.text) == 402
+    assert photon.with_bits(24, 5) is None, "too few bits decide nothing, and claim nothing"
+
+
+def test_a_place_is_proven_to_thirty_digits_where_double_precision_has_twelve(
+    section: Section,
+) -> None:
+    drops = section.data["digits"]["drops"]
+    proven = [point["error"] for point in drops if point["way"] == "certified"]
+    (double,) = (point["error"] for point in drops if point["way"] == "double")
+    assert 1e-17 < double < 1e-9
+    assert min(proven) < 1e-30
+    assert proven == sorted(proven, reverse=True)
 
 
 def test_an_estimate_says_its_error_in_its_last_digit() -> None:

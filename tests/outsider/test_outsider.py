@@ -2,6 +2,7 @@
 
 import ast
 import json
+import struct
 import sys
 from pathlib import Path
 from typing import Any
@@ -62,7 +63,7 @@ def test_every_golden_message_of_segments_is_decoded_to_the_last_bit() -> None:
 
 @pytest.mark.parametrize("data", ["", "50", "5001010000000000000000", "530100005802000011000000"])
 def test_what_is_no_snapshot_is_refused(data: str) -> None:
-    with pytest.raises((ValueError, decoder.struct.error)):
+    with pytest.raises((ValueError, struct.error)):
         decoder.snapshot(bytes.fromhex(data), {}, 1.0)
 
 
@@ -149,7 +150,7 @@ def test_defaults_are_what_the_page_says(form: dict[str, Any]) -> None:
 def test_starts_and_batches_are_what_the_page_says() -> None:
     form = Board.preset("triangle-9").to_dict()
     for options in ({"solver": "exact"}, {"solver": "stepped", "dt": 0.01, "substeps": 2}):
-        many = drop_many("triangle-9", [*range(20), 2**64 - 1], **options)  # type: ignore[arg-type]
+        many = drop_many("triangle-9", [*range(20), 2**64 - 1], **options)
         records = [one.record() for one in many]
         assert checker.batch_digest(records) == many.digest
         for record, x in zip(records, many.x_start.tolist(), strict=True):

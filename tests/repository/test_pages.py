@@ -1,4 +1,4 @@
-"""Tables of the documentation hold what the code holds: boards' JSON, scenes' parameters."""
+"""Tables of the documentation hold what the code holds: boards, and scenes with parameters."""
 
 import json
 import re

@@ -149,12 +149,6 @@ class TouchingRoom(Room):
             made_of=self.table.made_of,
         )
 
-    def refuse(self, pending: PendingInput[Any]) -> None:
-        """Take a planned input back, as if it had never been asked for."""
-        super().refuse(pending)
-        for number, later in enumerate(self.planned, self.taken):
-            later.number = number
-
     def replay(self, entry: Mapping[str, Any]) -> None:
         """Take an input that a room has taken before; its tick is now."""
         command = TouchingCommand(self.format.input(entry))

@@ -1,14 +1,11 @@
 """The drop that an address asks for: what of the path and the query decides it, checked."""
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import Depends, Query
 
+from app.computing.tasks import Ask
 from app.web.routes.common import Server, chosen_solver
-from engine import Board, Drop
-from engine.drops.drop import make_drop, unsigned_zero
-from engine.parameters import Solver
 from engine.seeding import parse_seed
 
 X = Annotated[float | None, Query(description="Explicit start in metres; else the seed decides.")]
@@ -19,20 +16,6 @@ Dt = Annotated[
 Substeps = Annotated[
     int | None, Query(description="Substeps a step, of the stepped solver alone; 4.")
 ]
-
-
-@dataclass(frozen=True, slots=True)
-class Ask:
-    """Everything that decides a drop."""
-
-    board: Board
-    seed: int
-    x: float | None
-    solver: Solver
-
-    def drop(self) -> Drop:
-        """Compute it; raises ParameterError for a start outside of the drop zone."""
-        return make_drop(self.board, self.seed, unsigned_zero(self.x), self.solver)
 
 
 async def asked(

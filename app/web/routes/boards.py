@@ -66,7 +66,7 @@ async def register_board(request: Request, server: Server) -> Response:
     bounded number of boards; the longest unused is forgotten and can be registered again.
     """
     data = await read(request, dict[str, Any])
-    board = await checked_board(server, data)
+    board = await checked_board(request, data)
     new = server.boards.register(board)
     headers = {"location": f"/api/v1/boards/{board.digest}"}
     return reply(_view(board), 201 if new else 200, headers)
@@ -78,10 +78,10 @@ async def register_board(request: Request, server: Server) -> Response:
     responses=documented(BoardView, 400, 413, 422, 503, description="It can be played"),
     openapi_extra=body_of(BoardForm, _EXAMPLE),
 )
-async def check_board(request: Request, server: Server) -> Response:
+async def check_board(request: Request) -> Response:
     """Check a board without keeping it; the reply has its digest and every default filled in."""
     data = await read(request, dict[str, Any])
-    return reply(_view(await checked_board(server, data)))
+    return reply(_view(await checked_board(request, data)))
 
 
 def _summary(board: Board) -> BoardSummary:

@@ -1,15 +1,18 @@
 """What the routes share: their services, request bodies, replies, and how both are documented."""
 
+import asyncio
 import functools
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from typing import Annotated, Any, TypeVar
 
 import msgspec
 from fastapi import Depends, Request, Response
 from starlette.requests import HTTPConnection
 
-from app.errors import InvalidValueError, TooLargeError, shorten
+from app.computing import prices, tasks
+from app.computing.prices import Price
+from app.errors import DeadlineError, GoneError, InvalidValueError, TooLargeError, shorten
 from app.web.edge.addresses import one_client
 from app.web.schemas.body import decode
 from app.web.schemas.problem import Problem
@@ -34,6 +37,7 @@ _FAILURES = {
     413: "The body is too large",
     422: "A bad value; `detail` and `field` name it",
     429: "A limit was reached; `Retry-After` says when to come back",
+    501: "This server was installed without what it takes",
     503: "The server is busy; `Retry-After` says when to come back",
 }
 
@@ -57,7 +61,73 @@ async def read(request: Request, kind: type[T], empty: T | None = None) -> T:
         return empty
     if len(body) <= _INLINE_BODY:
         return decode(body, kind)
-    return await services(request).workers.run(functools.partial(decode, body, kind))
+    return await asyncio.to_thread(decode, body, kind)
+
+
+async def compute(
+    request: Request,
+    work: Callable[[], T],
+    price: Price,
+    *,
+    quick: bool = False,
+) -> T:
+    """The result of `work()`, done in a worker and charged to the client's address.
+
+    `quick`: before what takes longer. Raises CostError for a price over its limit, BudgetError,
+    BusyError, GoneError when the client leaves meanwhile, which ends the work, and what it raises.
+    """
+    making = charged(services(request), address_of(request), work, price, quick=quick)
+    return await attended(request, making)
+
+
+async def charged(
+    server: Services,
+    address: str,
+    work: Callable[[], T],
+    price: Price,
+    *,
+    quick: bool = False,
+) -> T:
+    """`compute` for whoever is at this address, as long as it is not cancelled."""
+    price.check()
+    began = time.monotonic()
+    server.budgets.charge(address, began, price.seconds, price.what)
+    spent = price.seconds
+    try:
+        done = await server.workers.measured(work, quick=quick)
+        spent = done.seconds
+    except (DeadlineError, asyncio.CancelledError):
+        spent = time.monotonic() - began
+        raise
+    finally:
+        server.budgets.settle(address, time.monotonic(), spent - price.seconds)
+    if done.error is not None:
+        raise done.error
+    result: T = done.value
+    return result
+
+
+async def attended(request: Request, work: Coroutine[Any, Any, T]) -> T:
+    """The result of `work`, which is cancelled when the client leaves: GoneError is raised then.
+
+    For a request whose body has been read, or that has none.
+    """
+    doing, leaving = asyncio.create_task(work), asyncio.create_task(_left(request))
+    try:
+        await asyncio.wait((doing, leaving), return_when=asyncio.FIRST_COMPLETED)
+        if not doing.done():
+            raise GoneError("the client has left")
+        return doing.result()
+    finally:
+        doing.cancel()
+        leaving.cancel()
+        await asyncio.gather(doing, leaving, return_exceptions=True)
+
+
+async def _left(request: Request) -> None:
+    """Return when the client is gone."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
 
 
 def reply(value: Any, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
@@ -81,16 +151,16 @@ def address_of(connection: HTTPConnection) -> str:
     return one_client(connection.client.host) if connection.client else ""
 
 
-async def resolve_board(server: Services, board: object) -> Board:
+async def resolve_board(request: Request, board: object) -> Board:
     """The board that a body names: a preset's name, a digest, or a whole object.
 
-    Raises UnknownBoardError, or BoardError for an object that cannot be played. An object is
-    checked in a thread.
+    Raises UnknownBoardError, or BoardError for an object that cannot be played, and what
+    `compute` raises: an object is checked by a worker.
     """
     if isinstance(board, str):
-        return server.boards.find(board)
+        return services(request).boards.find(board)
     if isinstance(board, dict):
-        return await checked_board(server, board)
+        return await checked_board(request, board)
     raise BoardError(
         f"board {shorten(board)} is not a name, a digest or a board object", field="board"
     )
@@ -129,12 +199,13 @@ def check_step(server: Services, solver: Any, dt: Any, substeps: Any) -> None:
         )
 
 
-async def checked_board(server: Services, form: dict[str, Any]) -> Board:
-    """A board from its JSON form, checked in a thread.
+async def checked_board(request: Request, form: dict[str, Any]) -> Board:
+    """A board from its JSON form, checked by a worker.
 
     Raises TooLargeError when it has more pegs and walls than the server takes, BoardError when it
-    cannot be played.
+    cannot be played, and what `compute` raises.
     """
+    server = services(request)
     parts = (form.get(name) for name in ("pegs", "walls"))
     surfaces = sum(len(part) for part in parts if isinstance(part, list))
     if surfaces > server.settings.max_surfaces:
@@ -143,7 +214,8 @@ async def checked_board(server: Services, form: dict[str, Any]) -> Board:
             f"{server.settings.max_surfaces}",
             field="board",
         )
-    return await server.workers.run(functools.partial(Board.from_json, form))
+    work = functools.partial(tasks.board_of, form)
+    return await compute(request, work, prices.check(surfaces), quick=True)
 
 
 def cache_headers(etag: str) -> dict[str, str]:

@@ -10,7 +10,7 @@ from starlette.types import Receive, Scope, Send
 
 from app.pictures.cache import look
 from app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot, moment_of, still_of
-from app.web.routes.common import Server, documented, is_current
+from app.web.routes.common import Server, attended, documented, is_current
 from app.web.routes.pictures import STILLS, ThemeName, Width, add_routes
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
@@ -32,7 +32,8 @@ def _frame(fmt: str) -> Callable[..., object]:
             return Response(status_code=304, headers=headers)
         still = still_of(found)
         draw = functools.partial(server.cameras.stages.draw, found, still, fmt, width, theme)
-        picture = await server.moments.get(etag, draw)
+        make = functools.partial(server.cameras.draw, draw)
+        picture = await attended(request, server.moments.get(etag, make))
         return Response(picture, headers=headers, media_type=STILLS[fmt])
 
     return get_frame

@@ -1,20 +1,31 @@
 """Drops as pictures: stills, moments, animations, and many drops in one; an address a format."""
 
 import functools
-import time
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
+from app.computing import prices, tasks
+from app.computing.prices import Price
+from app.computing.tasks import Many
 from app.errors import InvalidValueError
 from app.pictures.cache import look
 from app.web.routes.asked import Asked
-from app.web.routes.common import Server, cache_headers, documented, is_current, not_modified
-from app.web.routes.simulate import MAX_SECONDS, tally_of
+from app.web.routes.common import (
+    Server,
+    address_of,
+    attended,
+    cache_headers,
+    charged,
+    documented,
+    is_current,
+    not_modified,
+)
+from app.web.routes.drops import facts_of
 from app.web.services import Services
-from engine import PHYSICS_VERSION, Board, Drop
+from engine import PHYSICS_VERSION, Board
 from engine.parameters import Exact
 from engine.seeding import parse_seed
 
@@ -35,19 +46,39 @@ MANY = {**STILLS, "webp": "image/webp"}
 """The same of pictures of many drops."""
 
 DEFAULT_DROPS = 10_000
+LONGEST = 60.0  # s of a fall that an animation shows
+MOST_FPS = 60
+_MOST_SHEET = 1 << 23  # pixels of a sheet of many drops, about
 
 ANIMATIONS = {"gif": "image/gif", "webp": "image/webp", "apng": "image/apng"}
 
 
 async def picture_reply(
-    request: Request, server: Services, name: str, draw: Callable[[], bytes], media_type: str
+    request: Request,
+    server: Services,
+    name: str,
+    draw: Callable[[], bytes],
+    price: Price,
+    media_type: str,
 ) -> Response:
-    """The picture called `name`, or 304; drawn in a worker if nobody asked for it lately."""
+    """The picture called `name`, or 304; drawn by a worker if nobody asked for it lately.
+
+    Who asks first is charged. Raises what `compute` raises.
+    """
     etag = f"{name}.{look()}"
     if is_current(request, etag):
         return not_modified(etag)
-    picture = await server.pictures.get(etag, draw)
+    make = functools.partial(charged, server, address_of(request), draw, price)
+    picture = await attended(request, server.pictures.get(etag, make))
     return Response(picture, headers=cache_headers(etag), media_type=media_type)
+
+
+def pixels_of(board: Board, width: int) -> int:
+    """Pixels of a board's picture; a width that is none counts as the nearest that is one."""
+    from app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out  # noqa: PLC0415
+
+    view = lay_out(board, min(max(width, LEAST_WIDTH), MOST_WIDTH))
+    return view.width * view.height
 
 
 def add_routes(
@@ -91,10 +122,11 @@ def _still(fmt: str) -> Callable[..., object]:
         t: Moment = None,
     ) -> Response:
         """The whole path of the ball over the board with its contacts and its end; or a moment."""
-        done = await server.workers.run(ask.drop)
-        name = f"{done.digest}.{fmt}.{width}.{theme}.{t!r}"
-        draw = functools.partial(_draw_still, done, fmt, width, theme, t)
-        return await picture_reply(request, server, name, draw, STILLS[fmt])
+        found = await facts_of(request, ask)
+        name = f"{found.digest}.{fmt}.{width}.{theme}.{t!r}"
+        draw = functools.partial(tasks.still, ask, fmt, width, theme, t)
+        price = prices.still(pixels_of(ask.board, width))
+        return await picture_reply(request, server, name, draw, price, STILLS[fmt])
 
     return get_still
 
@@ -109,47 +141,20 @@ def _animation(fmt: str) -> Callable[..., object]:
         fps: Fps = 30,
     ) -> Response:
         """The ball as it falls, at real speed, then the whole drop for two seconds."""
-        done = await server.workers.run(ask.drop)
-        name = f"{done.digest}.{fmt}.{width}.{theme}.{fps}"
-        draw = functools.partial(_draw_animation, done, fmt, width, fps, theme)
-        return await picture_reply(request, server, name, draw, ANIMATIONS[fmt])
+        found = await facts_of(request, ask)
+        name = f"{found.digest}.{fmt}.{width}.{theme}.{fps}"
+        draw = functools.partial(tasks.animation, ask, fmt, width, fps, theme)
+        # A rate that is none is the drawing's to refuse, as is a width.
+        frames = math.ceil(min(found.duration, LONGEST) * min(max(fps, 1), MOST_FPS)) + 1
+        price = prices.animation(pixels_of(ask.board, width), frames)
+        return await picture_reply(request, server, name, draw, price, ANIMATIONS[fmt])
 
     return get_animation
 
 
-class _Patience:
-    """Called with the drops done so far; raises InvalidValueError when they take too long."""
-
-    def __init__(self, drops: int) -> None:
-        self._drops = drops
-        self._started = time.monotonic()
-
-    def __call__(self, done: int) -> None:
-        if done < self._drops and time.monotonic() - self._started > MAX_SECONDS:
-            raise InvalidValueError(
-                f"drops {self._drops} take too long on this board: {done} were done after "
-                f"{MAX_SECONDS:g} s; plinko render takes its time",
-                field="drops",
-            )
-
-
-@dataclass(frozen=True, slots=True)
-class _Many:
-    """The drops of a picture of many: `drops` seeds from `first` on."""
-
-    board: Board
-    drops: int
-    first: int
-
-    @property
-    def name(self) -> str:
-        """All that decides what they do."""
-        return f"{self.board.digest}.{PHYSICS_VERSION}.{self.drops}.{self.first}"
-
-    @property
-    def seeds(self) -> range:
-        """All of them."""
-        return range(self.first, self.first + self.drops)
+def _name_of(many: Many) -> str:
+    """All that decides what the drops do."""
+    return f"{many.board.digest}.{PHYSICS_VERSION}.{many.drops}.{many.first}"
 
 
 async def _many(
@@ -157,7 +162,7 @@ async def _many(
     server: Server,
     drops: Annotated[int | None, Query(description="How many; at most `--max-simulation`.")] = None,
     seed: Annotated[str, Query(description="Of the first drop; then one more each.")] = "0",
-) -> _Many:
+) -> Many:
     """The drops of a request; raises the errors of what cannot be."""
     most = server.settings.max_simulation
     count = min(DEFAULT_DROPS, most) if drops is None else drops
@@ -167,14 +172,14 @@ async def _many(
         )
     first = parse_seed(seed)
     parse_seed(first + count - 1)
-    return _Many(server.boards.find(board), count, first)
+    return Many(server.boards.find(board), count, first)
 
 
-Many = Annotated[_Many, Depends(_many)]
+ManyAsked = Annotated[Many, Depends(_many)]
 
 
 def _of_many(
-    what: str, draw: Callable[[_Many, str, int, str], bytes], about: str
+    what: str, draw: Callable[[Many, str, int, str], bytes], about: str
 ) -> Callable[[str], Callable[..., object]]:
     """For each format the endpoint of a picture of many drops, called `what`."""
 
@@ -182,13 +187,15 @@ def _of_many(
         async def get_picture(
             request: Request,
             server: Server,
-            many: Many,
+            many: ManyAsked,
             width: Width = 760,
             theme: ThemeName = "light",
         ) -> Response:
-            name = f"{many.name}.{what}.{fmt}.{width}.{theme}"
+            name = f"{_name_of(many)}.{what}.{fmt}.{width}.{theme}"
             work = functools.partial(draw, many, fmt, width, theme)
-            return await picture_reply(request, server, name, work, MANY[fmt])
+            prices.many_drops(many.board, many.drops, Exact()).check()
+            price = prices.still(pixels_of(many.board, width), many.drops)
+            return await picture_reply(request, server, name, work, price, MANY[fmt])
 
         get_picture.__doc__ = about
         return get_picture
@@ -212,58 +219,22 @@ def _sheet(fmt: str) -> Callable[..., object]:
         """The whole paths of many drops side by side, each with its seed and what it paid."""
         first = parse_seed(seed)
         parse_seed(first + drops - 1)
-        many = _Many(server.boards.find(board), drops, first)
-        name = f"{many.name}.sheet.{fmt}.{columns}.{width}.{theme}"
-        draw = functools.partial(_draw_sheet, many, fmt, width, theme, columns)
-        return await picture_reply(request, server, name, draw, MANY[fmt])
+        many = Many(server.boards.find(board), drops, first)
+        name = f"{_name_of(many)}.sheet.{fmt}.{columns}.{width}.{theme}"
+        draw = functools.partial(tasks.sheet, many, fmt, width, theme, columns)
+        price = prices.still(_MOST_SHEET, drops)
+        return await picture_reply(request, server, name, draw, price, MANY[fmt])
 
     return get_sheet
 
 
-# Imported when the first picture is asked for: without one, Pillow is never loaded.
-
-
-def _draw_still(d: Drop, fmt: str, width: int, theme: str, t: float | None) -> bytes:
-    from app.render import drop_picture  # noqa: PLC0415
-
-    return drop_picture(d, fmt, width, theme, t)
-
-
-def _draw_animation(d: Drop, fmt: str, width: int, fps: int, theme: str) -> bytes:
-    from app.render import drop_animation  # noqa: PLC0415
-
-    return drop_animation(d, fmt, width, fps, theme)
-
-
-def _draw_density(many: _Many, fmt: str, width: int, theme: str) -> bytes:
-    from app.render import density_picture  # noqa: PLC0415
-
-    patience = _Patience(many.drops)
-    return density_picture(many.board, many.seeds, fmt, width, theme, 1, patience)
-
-
-def _draw_histogram(many: _Many, fmt: str, width: int, theme: str) -> bytes:
-    from app.render import histogram_picture  # noqa: PLC0415
-
-    found = tally_of(many.board, many.first, many.drops, Exact()).summary()
-    landed, unsettled = found["histogram"], found["unsettled"]
-    return histogram_picture(many.board, landed, fmt, width, theme, unsettled)
-
-
-def _draw_sheet(many: _Many, fmt: str, width: int, theme: str, columns: int | None) -> bytes:
-    from app.render import contact_sheet  # noqa: PLC0415
-
-    patience = _Patience(many.drops)
-    return contact_sheet(many.board, many.seeds, fmt, width, theme, columns, patience)
-
-
 density = _of_many(
     "density",
-    _draw_density,
+    tasks.density,
     "Where the balls of many drops spend their time, as light on the board.",
 )
 histogram = _of_many(
-    "histogram", _draw_histogram, "How many balls land in each bin, beside what is expected."
+    "histogram", tasks.histogram, "How many balls land in each bin, beside what is expected."
 )
 
 add_routes(router, "/drops/{board}/{seed}", STILLS, _still, "A drop", "get_drop")

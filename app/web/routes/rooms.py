@@ -92,7 +92,7 @@ async def open_room(request: Request, server: Server) -> Response:
     """
     with server.creators.place(address_of(request), server.rooms.free) as take:
         body = await read(request, RoomRequest)
-        ground, mode = await _ground(server, body)
+        ground, mode = await _ground(request, server, body)
         room = await server.rooms.create(ground, mode)
         take(room.id)
     view = msgspec.structs.asdict(_view(server, room))
@@ -118,7 +118,7 @@ async def change_room(room: str, request: Request, server: Server) -> Response:
     """Give a room another board. It begins anew, for everyone in it; for its creator alone."""
     found = await _own_room(room, request, server)
     body = await read(request, RoomChange)
-    board = await resolve_board(server, body.board)
+    board = await resolve_board(request, body.board)
     return reply(_view(server, await server.rooms.reset(found, board)))
 
 
@@ -215,14 +215,14 @@ async def drop_into_room(
     return reply(drop, 202 if landed is None else 200)
 
 
-async def _ground(server: Services, body: RoomRequest) -> tuple[Ground, str]:
+async def _ground(request: Request, server: Services, body: RoomRequest) -> tuple[Ground, str]:
     """What a room is asked for over, and its mode."""
     beside = {name: getattr(body, name) for name in SCENE_PARAMETERS}
     beside = {name: value for name, value in beside.items() if value is not None}
     if body.scene is None:
         for name in beside:
             raise InvalidValueError(f"{name} is a parameter of a scene, not of a board", field=name)
-        return await resolve_board(server, body.board), body.mode
+        return await resolve_board(request, body.board), body.mode
     if body.board is not None:
         raise InvalidValueError("a room has either a board or a scene", field="board")
     if isinstance(body.scene, str):

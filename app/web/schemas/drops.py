@@ -25,6 +25,40 @@ class DropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     dt: Dt = None
     substeps: Substeps = None
     certainty: Annotated[bool, Meta(description="Say also how sure the bin is.")] = False
+    certified: Annotated[bool, Meta(description="Prove the bin as well.")] = False
+
+
+class Enclosed(msgspec.Struct, frozen=True):
+    """A real number that is proven to lie between two float64."""
+
+    low: float
+    high: float
+    text: Annotated[str, Meta(description="Its first digits and the bound of their error.")]
+
+
+EventRow = Annotated[tuple[float, ...], Meta(min_length=6, max_length=6)]
+
+
+class Proven(msgspec.Struct, frozen=True):
+    """What is proven of a drop about the board's numbers as they stand: a theorem."""
+
+    certified: Annotated[bool, Meta(description="False when arithmetic did not decide it.")]
+    x: Annotated[str, Meta(description="The start in metres, exactly.")]
+    bin: int | None
+    unsettled: Annotated[str | None, Meta(description="Why it does not land, proven too.")]
+    undecided: Annotated[str | None, Meta(description="The comparison that was left open.")]
+    x_end: Enclosed | None
+    duration: Enclosed | None
+    impacts: int
+    bits: Annotated[int, Meta(description="Of precision that decided it.")]
+    comparisons: Annotated[int, Meta(description="That were proven.")]
+    ties: Annotated[list[str], Meta(description="Simultaneous by symmetry.")]
+    double_bin: Annotated[int | None, Meta(description="The bin in double precision.")]
+    agrees: Annotated[bool | None, Meta(description="Whether that is the proven one.")]
+    events: Annotated[
+        list[EventRow],
+        Meta(description="[kind, index, t, x, y, error]: enclosed within error, in s and m."),
+    ]
 
 
 class DropRecord(msgspec.Struct, frozen=True):
@@ -64,6 +98,26 @@ class DropRecord(msgspec.Struct, frozen=True):
             "place; only on request."
         ),
     ] = None
+    certificate: Annotated[
+        Proven | None, Meta(description="What is proven of the drop; only on request.")
+    ] = None
+
+
+class MapTile(msgspec.Struct, frozen=True):
+    """A row of pixels of the map of starts."""
+
+    x: Annotated[str, Meta(description="The start that is zoomed in on, m, exactly.")]
+    width: Annotated[str, Meta(description="Of the whole strip, m, exactly.")]
+    level: Annotated[int, Meta(description="Zooms by ten.")]
+    first: Annotated[int, Meta(description="The strip's pixel that comes first here.")]
+    bins: Annotated[
+        list[int],
+        Meta(description="From left to right; -1 stays, -2 undecided, -3 no start."),
+    ]
+    proofs: int
+    whole: Annotated[
+        int, Meta(description="Pixels proven for every start in them, not for the middle alone.")
+    ]
 
 
 State = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]

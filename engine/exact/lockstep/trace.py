@@ -21,7 +21,7 @@ from engine.exact.lockstep.lanes import (
     reach_bins,
 )
 from engine.exact.lockstep.search import Space, new_space, search_marked
-from engine.exact.next_impact import BINS, length_bound
+from engine.exact.next_impact import BINS, FREE, length_bound
 from engine.exact.outcome import LANDED, Results
 from engine.jit.decorator import kernel, lean_kernel
 from engine.physics import body
@@ -92,6 +92,9 @@ def _leave(
     initial[row, initial_state.HIT] = initial_state.NONE
     initial[row, initial_state.HIT_SIDE] = 0
     initial[row, initial_state.IMPACTS_BEFORE] = 0
+    initial[row, initial_state.SURFACE] = initial_state.NONE
+    initial[row, initial_state.SIDE] = 0
+    initial[row, initial_state.PHASE] = FREE
     if stays:
         states[row, body.T] = w[lanes.T0 + i]
         states[row, body.X] = w[lanes.X0 + i]

@@ -11,6 +11,7 @@ from app.live.hub import Client, Hub, Mailbox
 from app.live.registry import Rooms
 from app.protocol.wire import WireMessage
 from app.rooms.boards import Boards
+from app.rooms.independent import IndependentRoom
 from app.settings import Settings
 from engine import Board, World, drop
 
@@ -81,6 +82,19 @@ async def test_nothing_is_encoded_when_nobody_watches(monkeypatch: pytest.Monkey
     await held.drop(held.find("main"), 1, None)
     await finish(held)
     assert held.find("main").stats().drops == 1
+
+
+async def test_who_asked_for_what_a_room_failed_at_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    held = rooms()
+    room = held.find("triangle-8")
+
+    def fail(room: IndependentRoom, pending: object) -> None:
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr(IndependentRoom, "_carry_out", fail)
+    with pytest.raises(AppError, match="failed and was closed"):
+        await held.drop(room, 42, None)
+    assert not held.is_open("triangle-8")
 
 
 async def test_a_room_that_fails_is_closed_and_the_others_go_on(

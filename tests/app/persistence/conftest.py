@@ -1,10 +1,13 @@
 """Databases to keep a ledger in: SQLite's file, and a real PostgreSQL where it is installed."""
 
+import shutil
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from app.persistence.database import Database
 from tests.app.persistence import postgres
 from tests.app.persistence.server import POSTGRESQL, SQLITE
 
@@ -27,3 +30,30 @@ def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
         return f"sqlite:///{tmp_path / 'plinko.db'}"
     cluster: postgres.Cluster = request.getfixturevalue("cluster")
     return cluster.new_database()
+
+
+@pytest.fixture(scope="session")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A ledger in SQLite's file, with its tables and nothing in them."""
+    file = tmp_path_factory.mktemp("empty") / "plinko.db"
+    database = Database(f"sqlite:///{file}")
+    database.open()
+    database.close()
+    return file
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A real file system of a few megabytes."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mount = shutil.which("mount")
+    done = subprocess.run(
+        [mount or "false", "-t", "tmpfs", "-o", "size=16m", "plinko-test", place],
+        capture_output=True,
+        check=False,
+    )
+    if done.returncode:
+        pytest.skip("mounting a small tmpfs needs root")
+    yield place
+    subprocess.run(["umount", place], check=True)

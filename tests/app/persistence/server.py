@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +18,7 @@ import pytest
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
+from tests.app.persistence.oracle import Told
 from tests.long import tries
 from tests.waiting import LIMIT, first_line
 
@@ -86,59 +88,54 @@ class Served:
 
 
 @dataclass
-class Told:
-    """All that was ever told of one room, over every connection and every life of the server."""
+class Heard(Told):
+    """What is told over sockets."""
 
-    room: str
-    accepted: dict[int, dict[str, Any]] = field(default_factory=dict)
-    landed: dict[int, dict[str, Any]] = field(default_factory=dict)
     tick: int = 0  # the latest one heard of
-    hellos: list[dict[str, Any]] = field(default_factory=list)
 
-    def hear(self, frame: str | bytes) -> None:
+    def frame(self, frame: str | bytes) -> None:
         if isinstance(frame, bytes):
             self.tick = max(self.tick, int.from_bytes(frame[4:8], "little"))
             return
         value = msgspec.json.decode(frame)
         for event in value if isinstance(value, list) else [value]:
             self._event(event)
+            self.tick = max(self.tick, event.get("tick", 0))
 
     def _event(self, event: dict[str, Any]) -> None:
-        kind = event["type"]
-        if kind == "hello":
-            assert event["tick"] >= self.tick, "a tick that was shown was taken back"
-            for ball in event["balls"]:
-                told = self.accepted.get(ball["ball"])
-                assert told is None or all(told[key] == ball[key] for key in ball)
-            self.hellos.append(event)
-        elif kind == "accepted":
-            assert event["ball"] not in self.accepted, "a ball's number was given twice"
-            self.accepted[event["ball"]] = {k: event[k] for k in ("ball", "seed", "x", "tick")}
-        elif kind == "landed":
-            event.pop("type")
-            before = self.landed.setdefault(event["ball"], event)
-            assert before == event, "a ball landed twice, and differently"
-        else:
-            assert event.get("code") in (None, "too-many-balls"), event
-        self.tick = max(self.tick, event.get("tick", 0))
+        match event["type"]:
+            case "hello":
+                assert event["tick"] >= self.tick, "a tick that was shown was taken back"
+                for ball in event["balls"]:
+                    told = self.accepted.get(ball["ball"])
+                    assert told is None or all(told[key] == ball[key] for key in ball)
+            case "accepted" | "landed":
+                self.hear(event)
+            case "error":
+                assert event["code"] in ("too-many-balls", "ledger-unavailable"), event
+                self.refused.add(event["ref"])
 
 
-async def play(server: Served, told: Told, seeds: Any, pause: float) -> None:
+async def play(
+    server: Served, told: Heard, seeds: Iterator[int], pause: float, *, stakes: bool = True
+) -> None:
     """Drop ball after ball, and write down what comes, until the line breaks or it is cancelled."""
     url = f"ws{server.address.removeprefix('http')}/ws/rooms/{told.room}"
     with contextlib.suppress(ConnectionClosed, InvalidHandshake, OSError):
         async with connect(url, compression=None, max_size=None, max_queue=None) as line:
 
             async def drop() -> None:
-                while True:
-                    message = {"type": "drop", "seed": next(seeds)}
+                for seed in seeds:
+                    message = {"type": "drop", "seed": seed, "ref": str(seed)}
+                    if stakes:
+                        message["stake"] = seed % 1000
                     await line.send(msgspec.json.encode(message).decode())
                     await asyncio.sleep(pause)  # no wait: a player's pace
 
             dropping = asyncio.create_task(drop())
             try:
                 async for frame in line:
-                    told.hear(frame)
+                    told.frame(frame)
             finally:
                 dropping.cancel()
                 await asyncio.gather(dropping, return_exceptions=True)

@@ -5,7 +5,6 @@ import os
 import shutil
 import signal
 import sqlite3
-import subprocess
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
@@ -24,23 +23,6 @@ from tests.waiting import LIMIT, eventually, until
 
 Break = Callable[[], AbstractContextManager[None]]
 ROOM = "triangle-8"
-
-
-@pytest.fixture
-def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A real file system of one megabyte."""
-    place = tmp_path / "disk"
-    place.mkdir()
-    mount = shutil.which("mount")
-    done = subprocess.run(
-        [mount or "false", "-t", "tmpfs", "-o", "size=1m", "plinko-test", place],
-        capture_output=True,
-        check=False,
-    )
-    if done.returncode:
-        pytest.skip("mounting a small tmpfs needs root")
-    yield place
-    subprocess.run(["umount", place], check=True)
 
 
 async def suffers_and_heals(
@@ -189,20 +171,22 @@ def test_a_commit_that_came_through_after_it_was_given_up_is_undone(url: str) ->
         httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0) as http,
     ):
         ledger = server.services.ledger
-        commit, patience = ledger._commit, ledger.patience
+        transaction, patience = ledger.database.transaction, ledger.patience
         refusal = threading.Event()
 
-        def slow(jobs: Any) -> None:
+        @contextlib.contextmanager
+        def slow() -> Iterator[Any]:
+            with transaction() as connection:
+                yield connection
             assert refusal.wait(LIMIT)
-            commit(jobs)
 
-        ledger._commit = slow  # type: ignore[method-assign]
+        ledger.database.transaction = slow  # type: ignore[method-assign]
         ledger.patience = 0.1
         refused = http.post(f"/rooms/{ROOM}/drops", json={"seed": 1})
         assert (refused.status_code, refused.json()["code"]) == (503, "ledger-unavailable")
-        refusal.set()
-        ledger._commit = commit  # type: ignore[method-assign]
+        ledger.database.transaction = transaction  # type: ignore[method-assign]
         ledger.patience = patience
+        refusal.set()
         again = f"/rooms/{ROOM}/drops?wait=1"
         until(lambda: http.post(again, json={"seed": 2}).status_code == 200)
         log = http.get(f"/rooms/{ROOM}/log").json()

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from app.errors import LedgerError
 from app.live.hub import Hub
 from app.live.registry import Rooms
+from app.persistence.commit_queue import Done
 from app.persistence.null_ledger import NullLedger
 from app.persistence.rebuild import Taken, rebuild
 from app.persistence.service import PersistenceService
-from app.persistence.writer import Done
 from app.protocol.messages import Landed
 from app.rooms.boards import Boards
 from app.rooms.independent import IndependentRoom
@@ -34,7 +34,14 @@ class Patient(NullLedger):
         self.waiting: list[tuple[Sequence[Write], Done]] = []
         self.written: list[Write] = []
 
-    def submit(self, writes: Sequence[Write], done: Done, *, undo: Sequence[Write] = ()) -> None:
+    def submit(
+        self,
+        writes: Sequence[Write],
+        done: Done,
+        *,
+        undo: Sequence[Write] = (),
+        line: int | None = None,
+    ) -> None:
         self.waiting.append((writes, done))
 
     def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:

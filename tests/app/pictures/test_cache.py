@@ -1,6 +1,7 @@
 """Pictures over HTTP: every format, cacheable, shared by all who ask, refused with the reason."""
 
 import asyncio
+import functools
 import io
 import math
 import threading
@@ -10,11 +11,13 @@ import httpx
 import pytest
 from PIL import Image
 
-from app.errors import BusyError
+from app.computing import tasks
+from app.errors import BusyError, InvalidValueError
 from app.pictures.cache import Pictures, look
 from app.pictures.workers import Workers
 from engine import Board, drop, drop_many
 from tests.app.conftest import TINY, Running
+from tests.waiting import eventually
 
 BOARD = Board.preset("triangle-12")
 DROP = "/api/v1/drops/triangle-12/42"
@@ -157,15 +160,12 @@ def test_many_drops_that_cannot_be_drawn_are_named(
     assert named in refused.json()["detail"]
 
 
-def test_drops_that_take_too_long_are_given_up(
-    http: httpx.Client, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("draw", [tasks.density, functools.partial(tasks.sheet, columns=None)])
+def test_drops_that_take_too_long_are_given_up(draw: Callable[..., bytes]) -> None:
     """A clock that runs fast stands for a board on which balls bounce for ever."""
-    monkeypatch.setattr("app.web.routes.pictures.MAX_SECONDS", -1.0)
-    for kind in ("density", "sheet"):
-        refused = http.get(f"/api/v1/boards/triangle-12/{kind}.png?drops=150&seed=77")
-        assert (refused.status_code, refused.json()["field"]) == (422, "drops")
-        assert "too long" in refused.json()["detail"]
+    with pytest.raises(InvalidValueError, match="too long") as refused:
+        draw(tasks.Many(BOARD, 150, 77), "png", 760, "light", seconds=-1.0)
+    assert refused.value.field == "drops"
 
 
 # made once
@@ -185,45 +185,73 @@ def held() -> tuple[Callable[[], bytes], threading.Event, list[int]]:
 
 async def test_those_who_ask_at_once_share_one_drawing() -> None:
     workers = Workers(1, 4)
-    pictures = Pictures(workers, 100)
+    pictures = Pictures(100)
     draw, go, started = held()
-    asking = [asyncio.create_task(pictures.get("a", draw)) for _ in range(20)]
+    make = functools.partial(workers.run, draw)
+    asking = [asyncio.create_task(pictures.get("a", make)) for _ in range(20)]
     await asyncio.sleep(0)  # they all begin
     asking[0].cancel()
     go.set()
     assert await asyncio.gather(*asking[1:]) == [b"picture"] * 19
     assert (len(started), pictures.drawn) == (1, 1)
-    assert await pictures.get("a", draw) == b"picture"
+    assert await pictures.get("a", make) == b"picture"
     assert len(started) == 1
     workers.close()
 
 
 async def test_pictures_kept_are_bounded_in_bytes_and_the_unused_go_first() -> None:
-    workers = Workers(1, 4)
-    pictures = Pictures(workers, 100)
+    async def picture(size: int) -> bytes:
+        return bytes(size)
+
+    pictures = Pictures(100)
     for name in ("a", "b"):
-        await pictures.get(name, lambda: bytes(45))
-    await pictures.get("a", lambda: b"")
-    await pictures.get("c", lambda: bytes(45))
+        await pictures.get(name, lambda: picture(45))
+    await pictures.get("a", lambda: picture(0))
+    await pictures.get("c", lambda: picture(45))
     assert pictures.size == 90
     drawn = pictures.drawn
-    await pictures.get("a", lambda: b"")
+    await pictures.get("a", lambda: picture(0))
     assert pictures.drawn == drawn
-    await pictures.get("b", lambda: bytes(45))
-    await pictures.get("too large", lambda: bytes(101))
+    await pictures.get("b", lambda: picture(45))
+    await pictures.get("too large", lambda: picture(101))
     assert pictures.drawn == drawn + 2
     assert pictures.size <= 100
-    workers.close()
+
+
+async def test_a_picture_that_nobody_waits_for_any_more_is_not_drawn() -> None:
+    begun, ended = asyncio.Event(), asyncio.Event()
+
+    async def draw() -> bytes:
+        begun.set()
+        try:
+            await asyncio.Event().wait()
+        finally:
+            ended.set()
+        return b""
+
+    async def again() -> bytes:
+        return b"again"
+
+    pictures = Pictures(100)
+    asking = [asyncio.create_task(pictures.get("a", draw)) for _ in range(2)]
+    await begun.wait()
+    asking[0].cancel()
+    await asyncio.wait(asking[:1])
+    assert not ended.is_set()
+    asking[1].cancel()
+    await ended.wait()
+    assert await pictures.get("a", again) == b"again"
 
 
 async def test_a_full_queue_refuses_and_a_failed_drawing_is_tried_again() -> None:
     workers = Workers(1, 1)
-    pictures = Pictures(workers, 100)
+    pictures = Pictures(100)
     draw, go, _ = held()
-    asking = [asyncio.create_task(pictures.get(name, draw)) for name in "ab"]
-    await asyncio.sleep(0)  # they all begin
+    make = functools.partial(workers.run, draw)
+    asking = [asyncio.create_task(pictures.get(name, make)) for name in "ab"]
+    await eventually(lambda: workers.full)
     with pytest.raises(BusyError):
-        await pictures.get("c", draw)
+        await pictures.get("c", make)
     go.set()
     await asyncio.gather(*asking)
 
@@ -231,14 +259,14 @@ async def test_a_full_queue_refuses_and_a_failed_drawing_is_tried_again() -> Non
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        await pictures.get("c", fail)
-    assert await pictures.get("c", lambda: b"now") == b"now"
+        await pictures.get("c", functools.partial(workers.run, fail))
+    assert await pictures.get("c", functools.partial(workers.run, lambda: b"now")) == b"now"
     workers.close()
 
 
 def test_a_busy_server_says_when_to_come_back(server: Running, http: httpx.Client) -> None:
     workers = server.services.workers
-    jobs, workers.jobs = workers.jobs, workers.max_jobs + workers.threads
+    jobs, workers.jobs = workers.jobs, workers.max_jobs + workers.processes
     try:
         refused = http.get(f"{DROP}.gif?width=241")
     finally:

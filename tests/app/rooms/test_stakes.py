@@ -87,3 +87,31 @@ async def test_stakes_are_kept_told_and_paid(server: Running, http: httpx.Client
     assert (wrong.status_code, wrong.json()["code"]) == (403, "not-yours")
     refused = http.post(f"/api/v1/rooms/{room}/drops", json={"stake": 10**12})
     assert (refused.status_code, refused.json()["field"]) == (422, "stake")
+
+
+async def test_a_stake_of_nothing_is_none(server: Running, http: httpx.Client) -> None:
+    room = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
+    async with playing(server.socket(room)) as player:
+        await player.send(type="drop", seed=1, stake=0)
+        assert "stake" not in await player.until("accepted")
+        assert "payout" not in await player.until("landed")
+    (told,) = http.get(f"/api/v1/rooms/{room}/log").json()["drops"]
+    assert (told["stake"], told["result"]["payout"]) == (0, 0)
+
+
+async def test_a_ball_in_flight_at_a_reset_never_lands_and_is_not_paid(
+    server: Running, http: httpx.Client
+) -> None:
+    opened = http.post("/api/v1/rooms", json={"board": TINY}).json()
+    room, head = opened["id"], {"authorization": f"Bearer {opened['token']}"}
+    async with playing(server.socket(room)) as player:
+        await player.send(type="drop", seed=1, stake=100)
+        await player.until("accepted", stake=100)
+        assert http.post(f"/api/v1/rooms/{room}/reset", headers=head).status_code == 200
+        hello = await player.until("hello")
+        assert (hello["balls"], hello["stats"]["drops"]) == ([], 0)
+        await player.send(type="drop", seed=2)
+        landed = await player.until("landed")
+        assert (landed["ball"], landed["seed"]) == (0, "2")
+        assert player.kinds().count("landed") == 1, "the one before the reset is gone"
+    assert [each["seed"] for each in http.get(f"/api/v1/rooms/{room}/log").json()["drops"]] == ["2"]

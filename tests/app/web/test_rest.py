@@ -7,9 +7,12 @@ import httpx
 import msgspec
 import pytest
 
+from app.computing import tasks
+from app.errors import InvalidValueError
 from app.protocol.messages import Landed
 from app.web.schemas.problem import Problem
 from engine import Board, drop, drop_many, preset_names
+from engine.parameters import Exact
 from tests.app.conftest import TINY, Running, serving
 
 BOARD = Board.preset("triangle-16")
@@ -169,6 +172,13 @@ def test_every_setting_of_a_drop_counts(http: httpx.Client) -> None:
     board = Board.preset("triangle-8")
     assert got["digest"] == drop(board, 42, x=0.1, solver="stepped", dt=0.01, substeps=2).digest
     assert (got["solver"], got["dt"], got["substeps"], got["x"]) == ("stepped", 0.01, 2, 0.1)
+
+
+def test_zero_is_one_place_to_start_from_over_http_too(http: httpx.Client) -> None:
+    got = http.get("/api/v1/drops/triangle-8/42?x=-0.0").json()
+    assert got["digest"] == drop("triangle-8", x=0.0).digest
+    body = {"board": "triangle-8", "seed": "42", "x": -0.0}
+    assert http.post("/api/v1/drops", json=body).json() == got
 
 
 def test_without_a_seed_the_server_draws_one_and_says_which(http: httpx.Client) -> None:
@@ -397,13 +407,10 @@ def test_bad_simulations_are_named(
     assert named in response.json()["detail"]
 
 
-def test_a_simulation_that_takes_too_long_is_refused(
-    http: httpx.Client, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("app.web.routes.simulate.MAX_SECONDS", 0.0)
-    response = http.post("/api/v1/simulate", json={"board": "triangle-8", "drops": 101})
-    body = problem(response, 422, "invalid-value", "101", "100 were done")
-    assert body["field"] == "drops"
+def test_a_simulation_that_takes_too_long_is_refused() -> None:
+    with pytest.raises(InvalidValueError, match=r"101 .* 100 were done") as refused:
+        tasks.tally(Board.preset("triangle-8"), 0, 101, Exact(), seconds=0.0)
+    assert refused.value.field == "drops"
 
 
 # Verification.

@@ -10,7 +10,7 @@ from engine.board.materials import Material
 from engine.board.parts import BallSpec, Peg, Wall
 from engine.constants import KIND_CONTACT_BEGIN, KIND_PEG
 from engine.errors import ParameterError
-from engine.exact.outcome import BALANCED, TIME_LIMIT
+from engine.exact.outcome import BALANCED, EVENT_LIMIT, TIME_LIMIT
 from engine.physics import body
 from tests.engine.billiards.scenes import box, lattice, patch
 
@@ -66,6 +66,17 @@ def test_a_ball_between_walls_is_where_reflection_folds_it_to() -> None:
     assert len(found.events) == 10
     turned = path(box(2.0), (0.0, 0.5), (3.0, 0.0), 6.5)
     assert turned.end[[body.X, body.Y]].tolist() == pytest.approx([-0.5, 0.5], abs=1e-12)
+
+
+def test_a_path_ends_in_time_however_often_the_ball_bounces() -> None:
+    """In a gap of a millimetre all of a flight is one stretch of the search."""
+    narrow = path(box(1e-3), (0.0, 0.0), (1.0, 0.0), 1.0)
+    assert narrow.end[body.T] == 1.0
+    assert len(narrow.events) == 1000
+    assert path(box(1e-3), (0.0, 0.0), (1.0, 0.0), 1.0, max_events=300).outcome == EVENT_LIMIT
+    few = path(box(1e-3), (0.0, 0.0), (1.0, 0.0), 0.0042)
+    assert few.outcome == TIME_LIMIT
+    assert len(few.events) == 4
 
 
 def test_a_ball_that_comes_to_rest_stays_there() -> None:

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pandas
+import polars
 import pytest
 
 from engine import (
@@ -14,6 +16,7 @@ from engine import (
     DropBatch,
     Place,
     World,
+    certify,
     drop,
     drop_many,
     occupancy,
@@ -139,12 +142,21 @@ def test_a_batch_has_columns_for_tables() -> None:
         )
 
 
+def test_pandas_and_polars_take_the_columns_as_they_are() -> None:
+    many = drop_many(BOARD, [3, 4, 2**64 - 1])
+    for frame in (pandas.DataFrame(many.to_columns()), polars.DataFrame(many.to_columns())):
+        assert list(frame.columns) == list(many.to_columns())
+        assert frame["seed"].to_list() == [3, 4, 2**64 - 1]
+        assert frame["score"].mean() == many.scores.mean()
+
+
 Takes = Callable[[Any], Any]
 
 TAKES: dict[str, Takes] = {
     "drop": lambda board: drop(board, 1).digest,
     "drop_many": lambda board: drop_many(board, range(9)).digest,
     "occupancy": lambda board: occupancy(board, range(2), **GRID).counts.tolist(),
+    "certify": lambda board: certify(board, 1).to_json(),
     "World": lambda board: World(board).digest(),
     "Place.of_board": lambda board: Place.of_board(board).digest,
     "on_board": lambda board: on_board(board).digest(),

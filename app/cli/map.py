@@ -1,0 +1,52 @@
+"""`plinko map`: the bin as a function of the start, zoomed by factors of ten, as a picture."""
+
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+
+import click
+
+from app.cli import common
+
+
+@click.command(name="map", short_help="Draw the bin as a function of the start, proven.")
+@common.board_argument
+@click.argument("out", metavar="OUT")
+@click.option("--x", default="0", show_default=True, help="Zoom in on this start (metres), exact.")
+@click.option(
+    "--levels",
+    type=click.IntRange(1, 41),
+    default=31,
+    show_default=True,
+    help="Strips; each shows a tenth of the one above it.",
+)
+@click.option(
+    "--pixels", type=click.IntRange(1, 4096), default=256, show_default=True, help="Of a strip."
+)
+@click.option("--theme", default="light", show_default=True, help="The page's light or dark.")
+def command(board: str, out: str, x: str, levels: int, pixels: int, theme: str) -> None:
+    """Draw into OUT (.png, .jpg, .webp) which bin each start on BOARD leads to.
+
+    Each pixel is proven: strip by strip ten times nearer to --x, down to far less than what double
+    precision can tell apart. A pixel takes some hundredths of a second, unless one proof holds for
+    many. White is a ball that stays on the board, grey what arithmetic does not decide.
+    """
+    path = Path(out)
+    if path.suffix not in (".png", ".jpg", ".webp"):
+        raise click.UsageError(f"OUT {out!r} ends in {path.suffix!r}, not in .png, .jpg or .webp")
+    common.need_certifier()
+    from app.render.start_map import map_picture
+    from engine.certified.start_map import strip_at
+
+    chosen = common.load_board(board)
+    shown = sys.stderr.isatty()
+    progress = click.progressbar(length=levels, label="strips", file=sys.stderr)
+    strips = []
+    with progress if shown else nullcontext() as bar:
+        for level in range(levels):
+            strips.append(strip_at(chosen, x, level, pixels))
+            if bar is not None:
+                bar.update(1)
+    picture = map_picture(chosen, strips, path.suffix[1:], theme)
+    path.write_bytes(picture)
+    click.echo(f"{out}: {len(picture):,} bytes, {sum(strip.proofs for strip in strips):,} proofs")

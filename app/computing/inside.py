@@ -1,0 +1,56 @@
+"""A worker process from within: takes work from a pipe, does it, sends back what came of it."""
+
+import contextlib
+import resource
+import signal
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, Final
+
+MEMORY: Final = 200 << 20
+"""Bytes that a worker may take beyond what it was started with."""
+
+_GRACE: Final = 1  # s after its deadline at which the system ends a worker nobody waits for
+
+
+def serve(pipe: Connection) -> None:
+    """Do what comes through the pipe until it is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends this
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    _limit_memory()
+    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
+        while True:
+            work, seconds = pipe.recv()
+            # Its end is the system's business: no kernel looks at a clock.
+            signal.setitimer(signal.ITIMER_REAL, seconds + _GRACE)
+            began = time.process_time()
+            answer = _answer(work)
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            _send(pipe, (*answer, time.process_time() - began))
+
+
+def _answer(work: Any) -> tuple[bool, Any]:
+    try:
+        return True, work()
+    except Exception as error:  # noqa: BLE001 - it is raised again where it was asked for
+        return False, error
+
+
+def _send(pipe: Connection, answer: tuple[bool, Any, float]) -> None:
+    try:
+        pipe.send(answer)
+    except (TypeError, AttributeError) as error:  # what cannot be pickled
+        pipe.send((False, RuntimeError(f"{answer[1]!r}: {error}"), answer[2]))
+
+
+def _limit_memory() -> None:
+    """Let what takes too much fail by itself, where the system can tell how much that is."""
+    statistics = Path("/proc/self/status")
+    if not statistics.exists():
+        return
+    for line in statistics.read_text().splitlines():
+        if line.startswith("VmData:"):
+            limit = int(line.split()[1]) * 1024 + MEMORY
+            resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))

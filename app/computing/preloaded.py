@@ -1,0 +1,42 @@
+"""What all workers need: loaded once, by the fork server that imports this and makes them.
+
+Every worker is a fork of it that shares its memory, so that one more costs little, and one that had
+to be ended is replaced within milliseconds.
+"""
+
+import gc
+from typing import Final
+
+import app.render  # noqa: F401
+from engine import Board, drop, drop_many, occupancy
+
+
+def warm_up() -> None:
+    """Load the kernels of each kind of work, so that no request waits for them."""
+    smooth = Board.from_json(_SMOOTH)
+    for board in (Board.preset("triangle-8"), smooth):
+        drop(board, seed=0).record(certainty=True)
+        drop(board, seed=0).states([0.1])
+        drop_many(board, [0], threads=1)
+    drop(smooth, seed=0, solver="stepped")
+    drop_many(smooth, [0], solver="stepped", threads=1)
+    occupancy(smooth, [0], left=0.0, top=0.0, cells_per_metre=1.0, shape=(2, 2), threads=1)
+
+
+_SMOOTH: Final = {
+    "name": "smooth",
+    "width": 3.0,
+    "height": 2.0,
+    "pegs": [{"x": 0.0, "y": 1.0, "radius": 0.05}],
+    "walls": [
+        {"x1": -1.5, "y1": -1.0, "x2": -1.5, "y2": 2.0},
+        {"x1": 1.5, "y1": -1.0, "x2": 1.5, "y2": 2.0},
+    ],
+    "bins": {"y": 2.0, "edges": [-1.5, 0.0, 1.5], "multipliers": [1.0, 2.0]},
+    "drop": {"x": 0.0, "y": 0.0, "jitter": 0.5},
+}
+"""A board without drag and friction, whose drops go by kernels of their own."""
+
+warm_up()
+gc.collect()
+gc.freeze()  # what is there now stays shared: a collection would write to all of it

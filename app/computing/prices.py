@@ -1,0 +1,133 @@
+"""What a request will take, counted before it is taken. Pure.
+
+A price is an amount of the work that a request's cost grows with: events, substeps, pixels times
+frames. One over its limit is refused; what is taken is charged in s of a core, first by estimate,
+then by what it took.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from app.errors import CostError
+from engine import Board
+from engine.parameters import Solver, Stepped
+
+PIXEL_FRAMES: Final = 4e8
+"""Pixels times frames of an animation: some 6 s. One of 760 pixels and 30 frames/s of a preset's
+drop has 1e8; the page asks for no larger ones."""
+
+SUBSTEPS: Final = 1e6
+"""Of one stepped drop: 88 bytes each are kept of its path."""
+
+DROP_SUBSTEPS: Final = 3e8
+"""Of many stepped drops together, whose paths are not kept: some 10 s."""
+
+DROP_EVENTS: Final = 1e7
+"""Of many exact drops, by estimate; a board on which they have more runs into its deadline."""
+
+ARENA: Final = 100_000.0
+"""Balls that touch each other times substeps a second, of one room: some 5 ms of each tick."""
+
+PROOFS: Final = 512.0
+"""Bins that are proven for one request."""
+
+_EVENTS_A_DROP: Final = 60.0  # on the presets; the estimate for any board
+_BOUNCES: Final = 2.0  # by which bouncing makes a fall longer than one in free flight, about
+
+# Of a core, measured: s for one of what is counted.
+_EVENT: Final = 2e-6
+_SUBSTEP: Final = 5e-8
+_KEPT_SUBSTEP: Final = 4e-7
+_PIXEL: Final = 6e-8
+_PIXEL_FRAME: Final = 1.6e-8
+_SURFACE: Final = 2e-4
+_PROOF: Final = 0.04
+_ONCE: Final = 1e-3  # what any request takes
+
+
+@dataclass(frozen=True, slots=True)
+class Price:
+    """An amount of `what` is counted in, of `limit` at most, and the s of a core it may take."""
+
+    what: str
+    amount: float
+    limit: float
+    seconds: float
+    field: str = ""
+
+    def check(self) -> "Price":
+        """The price; raises CostError that names it and the limit when it is over."""
+        if not self.amount <= self.limit:
+            raise CostError(
+                f"this takes {self.amount:.3g} {self.what}, and one request may take "
+                f"{self.limit:.3g}; the command line has no such limit",
+                field=self.field,
+            )
+        return self
+
+
+def fall_time(board: Board) -> float:
+    """About how long a ball falls, in s: no drop ends sooner, most take twice that."""
+    height = max(board.bins.y - board.drop.y, 0.0)
+    if board.gravity <= 0.0:
+        return math.inf
+    return max(math.sqrt(2.0 * height / board.gravity), height * board.drag / board.gravity)
+
+
+def substeps_of(board: Board, solver: Stepped) -> float:
+    """About how many substeps a stepped drop takes."""
+    return _BOUNCES * fall_time(board) / solver.h
+
+
+def one_drop(board: Board, solver: Solver) -> Price:
+    """A single drop, its path kept."""
+    if isinstance(solver, Stepped):
+        return stepped_drop(substeps_of(board, solver))
+    return Price("events", _EVENTS_A_DROP, DROP_EVENTS, _ONCE)
+
+
+def verification() -> Price:
+    """A record that is computed again, whatever its board: as an exact drop."""
+    return Price("events", _EVENTS_A_DROP, DROP_EVENTS, _ONCE)
+
+
+def proofs(count: int) -> Price:
+    """Bins that are proven; where one proof holds for many pixels of a map, it takes less."""
+    return Price("proofs", float(count), PROOFS, _ONCE + _PROOF * count, "pixels")
+
+
+def stepped_drop(substeps: float) -> Price:
+    """A stepped drop of so many substeps."""
+    return Price("substeps", substeps, SUBSTEPS, _ONCE + _KEPT_SUBSTEP * substeps, "dt")
+
+
+def many_drops(board: Board, drops: int, solver: Solver) -> Price:
+    """Drops of which only the outcomes are kept."""
+    if isinstance(solver, Stepped):
+        amount = drops * substeps_of(board, solver)
+        return Price("drops x substeps", amount, DROP_SUBSTEPS, _ONCE + _SUBSTEP * amount, "drops")
+    events = drops * _EVENTS_A_DROP
+    return Price("drops x events", events, DROP_EVENTS, _ONCE + _EVENT * events, "drops")
+
+
+def still(pixels: int, drops: int = 1) -> Price:
+    """A picture of so many pixels, of one drop or of many."""
+    seconds = _ONCE + _PIXEL * pixels + _EVENT * _EVENTS_A_DROP * drops
+    return Price("pixels", float(pixels), math.inf, seconds)
+
+
+def animation(pixels: int, frames: int) -> Price:
+    """A picture that moves."""
+    amount = float(pixels) * frames
+    return Price("pixels x frames", amount, PIXEL_FRAMES, _ONCE + _PIXEL_FRAME * amount, "fps")
+
+
+def check(surfaces: int) -> Price:
+    """A board that is looked at whether it can be played."""
+    return Price("pegs and walls", float(surfaces), math.inf, _ONCE + _SURFACE * surfaces, "board")
+
+
+def arena(balls: int, substeps: float) -> Price:
+    """Balls that touch each other, with so many substeps a second."""
+    return Price("balls x substeps a second", balls * substeps, ARENA, 0.0, "settings")

@@ -1,0 +1,69 @@
+"""Proofs that workers are asked for: of one drop, and of the pixels of a map of starts.
+
+The certified solver is loaded when the first is asked for: it may not be installed.
+"""
+
+import time
+from fractions import Fraction
+from typing import Any, Final
+
+import msgspec
+
+from app.computing.tasks import Ask, known
+from engine import Board
+
+MOST_BITS: Final = 1280
+"""Of a proof over HTTP: 380 digits, where the presets' drops take 50."""
+
+MOST_COMPARISONS: Final = 20_000
+"""Of a proof over HTTP, at each precision: some seconds."""
+
+MAX_SECONDS: Final = 8.0
+"""s of many proofs, after which the rest is left undecided; `pool.DEADLINE` is not reached."""
+
+
+def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
+    """A drop's digest, and its record as JSON with what is proven of it."""
+    found = ask.drop().record(certainty=certainty)
+    return found["digest"], msgspec.json.encode(found | {"certificate": certificate(ask)})
+
+
+def certificate(ask: Ask) -> dict[str, Any]:
+    """What can be proven of a drop, as JSON values with the enclosed events."""
+    from engine.certified.certify import Effort, certify  # noqa: PLC0415
+
+    effort = Effort(most_bits=MOST_BITS, most_comparisons=MOST_COMPARISONS)
+    found = certify(known(ask.board), ask.seed, x=ask.x, effort=effort)
+    return found.to_json() | {"events": found.event_rows()}
+
+
+class _Patience:
+    """Whether there is time left for another proof."""
+
+    def __init__(self) -> None:
+        self._until = time.monotonic() + MAX_SECONDS
+
+    def __call__(self) -> bool:
+        return time.monotonic() < self._until
+
+
+def tile(
+    board: Board, x: Fraction, level: int, pixels: int, first: int, count: int
+) -> tuple[bytes, bool]:
+    """Some pixels of a strip of the map as JSON, and whether there was time for all of them."""
+    from engine.certified.start_map import strip_at  # noqa: PLC0415
+
+    patience = _Patience()
+    strip = strip_at(known(board), x, level, pixels, first, count, patience=patience)
+    return msgspec.json.encode(strip.to_json() | {"level": level, "first": first}), patience()
+
+
+def picture(board: Board, x: Fraction, levels: int, pixels: int, fmt: str, theme: str) -> bytes:
+    """The strips of the map, one below the other; grey where the time was not enough."""
+    from app.render.start_map import map_picture  # noqa: PLC0415
+    from engine.certified.start_map import strip_at  # noqa: PLC0415
+
+    patience = _Patience()
+    same = known(board)
+    strips = [strip_at(same, x, level, pixels, patience=patience) for level in range(levels)]
+    return map_picture(same, strips, fmt, theme)

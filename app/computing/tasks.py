@@ -1,0 +1,242 @@
+"""What workers are asked for: functions of a module, values in, bytes and small values out.
+
+What is large leaves a worker as the bytes that are sent: to take it apart once more would keep the
+event loop.
+"""
+
+import functools
+import time
+from dataclasses import dataclass
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from app.computing import prices
+from app.errors import InvalidValueError
+from app.rooms.log import verify_log
+from engine import Board, Drop, drop_many, verify
+from engine.drops.drop import make_drop, unsigned_zero
+from engine.drops.tally import Tally
+from engine.parameters import Exact, Solver, Stepped
+
+MAX_SECONDS: Final = 9.0
+"""s of many drops, after which it is said how many were done; `pool.DEADLINE` ends the rest."""
+
+MAX_FRAMES: Final = 100_000  # rows of one reply, about 10 MB of JSON
+
+_CHUNK: Final = 100  # drops between two looks at the clock: a few ms on any preset
+
+
+@functools.lru_cache(maxsize=32)
+def known(board: Board) -> Board:
+    """The board that was given first and is equal: what is derived from it is kept with it."""
+    return board
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """Everything that decides a drop."""
+
+    board: Board
+    seed: int
+    x: float | None
+    solver: Solver
+
+    def drop(self) -> Drop:
+        """Compute it; raises ParameterError for a bad start, CostError for too long a path."""
+        board = known(self.board)
+        if isinstance(self.solver, Stepped):
+            # Followed once without keeping the path, which may be more than there is memory for.
+            starts = None if self.x is None else [self.x]
+            how: dict[str, Any] = {"solver": "stepped", "threads": 1, **self.solver.fields()}
+            found = drop_many(board, [self.seed], xs=starts, **how)
+            prices.stepped_drop(float(found.duration[0]) / self.solver.h).check()
+        return make_drop(board, self.seed, unsigned_zero(self.x), self.solver)
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What is asked of a drop before it is drawn or sampled; the duration in s."""
+
+    digest: str
+    duration: float
+
+
+@dataclass(frozen=True, slots=True)
+class Many:
+    """Drops of a board with the exact solver: as many seeds from `first` on."""
+
+    board: Board
+    drops: int
+    first: int
+
+    @property
+    def seeds(self) -> range:
+        """All of them."""
+        return range(self.first, self.first + self.drops)
+
+
+def facts(ask: Ask) -> Facts:
+    """Digest and duration of a drop."""
+    done = ask.drop()
+    return Facts(done.digest, done.duration)
+
+
+def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
+    """A drop's digest, and its record as JSON."""
+    found = ask.drop().record(certainty=certainty)
+    return found["digest"], msgspec.json.encode(found)
+
+
+def verdict(claimed: dict[str, Any]) -> bytes:
+    """As JSON whether every bit of a drop's record is reproduced."""
+    found = verify(claimed)
+    names = ("ok", "field", "expected", "actual")
+    return msgspec.json.encode({name: getattr(found, name) for name in names})
+
+
+def log_verdict(log: dict[str, Any]) -> bytes:
+    """As JSON whether a room's log is reproduced; raises InvalidValueError when that takes long."""
+    started = time.monotonic()
+
+    def check(tick: int) -> None:
+        if time.monotonic() - started > MAX_SECONDS:
+            raise InvalidValueError(
+                f"the log takes too long: {tick} ticks were replayed after {MAX_SECONDS:g} s; "
+                "plinko verify takes its time",
+                field="tick",
+            )
+
+    found = verify_log(log, check)
+    names = ("ok", "field", "expected", "actual")
+    return msgspec.json.encode({name: getattr(found, name) for name in names})
+
+
+def board_of(form: dict[str, Any]) -> Board:
+    """A board from its JSON form; raises BoardError when it cannot be played."""
+    return Board.from_json(form)
+
+
+def frames(ask: Ask, fps: float) -> bytes:
+    """The states at `fps` and at the landing as JSON; raises InvalidValueError for too many."""
+    done = ask.drop()
+    count = int(done.duration * fps) + 1
+    if count > MAX_FRAMES:
+        raise InvalidValueError(
+            f"fps {fps:g} makes {count} frames of a drop of {done.duration:g} s; "
+            f"at most {MAX_FRAMES}",
+            field="fps",
+        )
+    times = np.arange(count) / fps
+    if times[-1] < done.duration:
+        times = np.append(times, done.duration)
+    states = done.states(times)
+    return msgspec.json.encode(
+        {
+            "board_digest": done.board.digest,
+            "digest": done.digest,
+            "fps": fps,
+            "duration": done.duration,
+            "fields": list(states.dtype.names or ()),
+            "frames": states.tolist(),
+            "before": _before(done).tolist(),
+        }
+    )
+
+
+def _before(done: Drop) -> npt.NDArray[np.void]:
+    """The state right before each impact, shape (n,), dtype STATE, in the impacts' order.
+
+    That is the state at the last instant before it that has a float64, or, of two impacts at one
+    instant, what the first made of it for the second.
+    """
+    impacts = done.impacts
+    rows = done.states(np.nextafter(impacts["t"], 0.0))
+    for i in range(1, len(impacts)):
+        if impacts["t"][i] == impacts["t"][i - 1]:
+            for name in ("t", "x", "y", "vx", "vy", "omega"):
+                rows[name][i] = impacts[name][i - 1]
+    return rows
+
+
+class Patience:
+    """Called with the drops done so far; raises InvalidValueError after so many `seconds`."""
+
+    def __init__(self, drops: int, seconds: float) -> None:
+        self._drops = drops
+        self._seconds = seconds
+        self._started = time.monotonic()
+
+    def __call__(self, done: int) -> None:
+        """So many are done."""
+        if done < self._drops and time.monotonic() - self._started > self._seconds:
+            raise InvalidValueError(
+                f"drops {self._drops} take too long on this board: {done} were done after "
+                f"{self._seconds:g} s; the command line takes its time",
+                field="drops",
+            )
+
+
+def tally(
+    board: Board, first: int, drops: int, solver: Solver, seconds: float = MAX_SECONDS
+) -> dict[str, Any]:
+    """The summary of many drops; raises InvalidValueError when they take longer than `seconds`."""
+    found = Tally(known(board), solver)
+    patience = Patience(drops, seconds)
+    how: dict[str, Any] = {"solver": solver.name, "threads": 1, **solver.fields()}
+    while found.drops < drops:
+        seeds = range(first + found.drops, first + min(found.drops + _CHUNK, drops))
+        found.add(drop_many(found.board, seeds, **how))
+        patience(found.drops)
+    return found.summary()
+
+
+# Pillow is loaded when the first picture is asked for, where it was not before.
+
+
+def still(ask: Ask, fmt: str, width: int, theme: str, at: float | None) -> bytes:
+    """A drop as a picture."""
+    from app.render import drop_picture  # noqa: PLC0415
+
+    return drop_picture(ask.drop(), fmt, width, theme, at)
+
+
+def animation(ask: Ask, fmt: str, width: int, fps: int, theme: str) -> bytes:
+    """A drop as it falls."""
+    from app.render import drop_animation  # noqa: PLC0415
+
+    return drop_animation(ask.drop(), fmt, width, fps, theme)
+
+
+def density(many: Many, fmt: str, width: int, theme: str, seconds: float = MAX_SECONDS) -> bytes:
+    """Where the balls of many drops are, as a picture."""
+    from app.render import density_picture  # noqa: PLC0415
+
+    patience = Patience(many.drops, seconds)
+    return density_picture(known(many.board), many.seeds, fmt, width, theme, 1, patience)
+
+
+def histogram(many: Many, fmt: str, width: int, theme: str) -> bytes:
+    """How many balls land in each bin, as a picture."""
+    from app.render import histogram_picture  # noqa: PLC0415
+
+    found = tally(many.board, many.first, many.drops, Exact())
+    landed, unsettled = found["histogram"], found["unsettled"]
+    return histogram_picture(known(many.board), landed, fmt, width, theme, unsettled)
+
+
+def sheet(
+    many: Many,
+    fmt: str,
+    width: int,
+    theme: str,
+    columns: int | None,
+    seconds: float = MAX_SECONDS,
+) -> bytes:
+    """The whole paths of many drops side by side, as a picture."""
+    from app.render import contact_sheet  # noqa: PLC0415
+
+    patience = Patience(many.drops, seconds)
+    return contact_sheet(known(many.board), many.seeds, fmt, width, theme, columns, patience)

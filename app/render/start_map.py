@@ -1,0 +1,55 @@
+"""The bin as a function of the start, strips of it zoomed by ten, one below the other."""
+
+import colorsys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.render.raster import encode
+from app.render.raster.canvas import Canvas
+from app.render.theme import Colour, named
+from engine import Board
+
+if TYPE_CHECKING:
+    from engine.certified.start_map import Strip
+
+LABELS: Final = 96  # px, beside the strips
+STRIP: Final = 16  # px, the height of one
+GAP: Final = 2  # px, between two
+HEAD: Final = 34  # px, above the strips
+SPREAD: Final = 0.82  # of the circle of hues: the outermost bins are told apart
+GREY: Final[Colour] = (128, 128, 128)
+
+
+def map_picture(
+    board: Board, strips: Sequence["Strip"], fmt: str = "png", theme: str = "light"
+) -> bytes:
+    """The strips as a picture in `fmt`: `png`, `jpg` or `webp`; a pixel of theirs is one of it."""
+    look = named(theme)
+    pixels = max(len(strip.bins) for strip in strips)
+    height = HEAD + len(strips) * (STRIP + GAP)
+    canvas = Canvas.blank(LABELS + pixels + GAP, height, look["tray"])
+    proofs = sum(strip.proofs for strip in strips)
+    title = f"{board.name}: the bin of each start, by {proofs:,} proofs"
+    canvas.text(8.0, HEAD / 2.0, title, 13.0, look["trayInk"], "lm")
+    for row, strip in enumerate(strips):
+        top = HEAD + row * (STRIP + GAP)
+        words = f"{float(strip.width):.0e} m"
+        canvas.text(LABELS - 10.0, top + STRIP / 2.0, words, 11.0, look["trayInk"], "rm")
+        colours = np.array([colour_of(int(b), board.bins.count, look["tray"]) for b in strip.bins])
+        canvas.pixels[top : top + STRIP, LABELS : LABELS + len(strip.bins)] = colours[None]
+    return encode.still(canvas.bytes(), fmt)
+
+
+def colour_of(number: int, bins: int, outside: Colour) -> Colour:
+    """Of a bin: a hue from left to right, every other one darker; white for a ball that stays,
+    grey for what is not decided, `outside` for what is no start."""
+    from engine.certified.start_map import OUTSIDE, UNDECIDED, UNSETTLED  # noqa: PLC0415
+
+    plain = {UNSETTLED: (255, 255, 255), UNDECIDED: GREY, OUTSIDE: outside}
+    if number in plain:
+        return plain[number]
+    hue = SPREAD * number / max(bins - 1, 1)
+    red, green, blue = colorsys.hsv_to_rgb(hue, 0.72, 0.95 if number % 2 else 0.72)
+    return round(255.0 * red), round(255.0 * green), round(255.0 * blue)

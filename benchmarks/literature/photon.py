@@ -1,0 +1,104 @@
+"""The photon of problem 2 in ball arithmetic: as many digits as are asked for, with proof.
+
+The flights and impacts are those of the certified solver; the mirrors' radius is 1/3 itself, which
+no float64 is.
+"""
+
+import time
+from dataclasses import dataclass, replace
+
+from flint import arb
+
+from benchmarks.literature.siam import MIRRORS, TIME
+from engine.billiards import Billiard
+from engine.certified.balls import ONE, ZERO, Proof, UndecidedError, precision
+from engine.certified.flight import Flight, State
+from engine.certified.impulse import bounce
+from engine.certified.next_impact import BOUNCED, Touch, Touched, next_impact
+from engine.certified.scene import Circle, Pair, Scene
+from engine.constants import KIND_PEG
+
+ELASTIC = Pair(ONE, ZERO)
+NO_BOARD = Billiard().fields
+"""Nothing but an empty plane without gravity, to which the mirrors are added."""
+
+
+@dataclass(frozen=True)
+class Certified:
+    """The distance's digits that are proven, and what that took."""
+
+    text: str
+    digits: int  # how many were asked for and are proven, after the point; 0 if not all are
+    error: float  # 0 below what float64 knows
+    bits: int
+    comparisons: int
+    reflections: int
+    seconds: float
+
+
+def with_digits(digits: int) -> Certified:
+    """The distance at t = 10, proven to so many digits: precision is doubled until it is."""
+    start = time.perf_counter()
+    bits = 64
+    while True:
+        found = with_bits(bits, digits)
+        if found is not None and found.digits >= digits:
+            taken = time.perf_counter() - start
+            return replace(found, seconds=taken)
+        bits *= 2
+
+
+def with_bits(bits: int, digits: int) -> Certified | None:
+    """What is proven of the distance at a precision of `bits`; None if a comparison is left open.
+
+    The text has at most so many digits, and fewer where they are not proven.
+    """
+    start = time.perf_counter()
+    proof = Proof()
+    with precision(bits):
+        try:
+            place, reflections = _fly(proof)
+        except UndecidedError:
+            return None
+        distance = (place.x * place.x + place.y * place.y).sqrt()
+        text = distance.str(digits, radius=False)
+        proven = digits if distance.rad() < arb(10) ** -digits / 2 else 0
+        error = float(distance.rad())
+    taken = time.perf_counter() - start
+    return Certified(text, proven, error, bits, proof.comparisons, reflections, taken)
+
+
+def _mirrors() -> Scene:
+    """The mirrors at the precision that is set."""
+    places = [(x, y) for x in MIRRORS for y in MIRRORS]
+    return Scene(
+        NO_BOARD,
+        [
+            Circle(arb(x), arb(y), ONE / 3, KIND_PEG, i, i, ELASTIC)
+            for i, (x, y) in enumerate(places)
+        ],
+    )
+
+
+def _fly(proof: Proof) -> tuple[State, int]:
+    """Where the photon is at t = 10, and its reflections; UndecidedError if bits are wanting."""
+    scene = _mirrors()
+    state = State(ZERO, ONE / 2, ONE / 10, ONE, ZERO, ZERO)
+    touched: Touched = {}
+    reflections = 0
+    while True:
+        flight = Flight(scene, state)
+        hit = next_impact(scene, flight, touched, proof)
+        left = arb(TIME) - state.t
+        if hit is None or proof.is_positive(hit.time - left, "whether time ends first"):
+            return flight.at(left), reflections
+        state = flight.at(hit.time)
+        (mirror,) = hit.surfaces
+        nx, ny = mirror.normal(state.x, state.y)
+        approach, along = state.vx * nx + state.vy * ny, state.vy * nx - state.vx * ny
+        after = bounce(approach, along, ZERO, mirror.pair, scene.radius, proof)
+        x, y = mirror.at_contact(state.x, state.y, nx, ny)
+        vx, vy = after.off * nx - after.along * ny, after.off * ny + after.along * nx
+        state = State(state.t, x, y, vx, vy, ZERO)
+        touched = {mirror: Touch(BOUNCED, after.off)}
+        reflections += 1

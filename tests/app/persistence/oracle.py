@@ -1,0 +1,68 @@
+"""What must hold of a ledger whatever was done to it: told, stored and computed are the same."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from app.persistence import store
+from app.persistence.database import Database
+from app.rooms.stakes import payout_of
+from engine import Board, drop
+
+_START = ("ball", "seed", "x", "tick")
+
+
+@dataclass
+class Told:
+    """All that was ever told of one room, over every connection and every life of the server."""
+
+    room: str
+    accepted: dict[int, dict[str, Any]] = field(default_factory=dict)
+    landed: dict[int, dict[str, Any]] = field(default_factory=dict)
+    refused: set[str] = field(default_factory=set)  # seeds, which are each asked for once
+
+    def hear(self, event: dict[str, Any]) -> None:
+        """An `accepted` or a `landed`."""
+        event = {key: value for key, value in event.items() if key != "type"}
+        if "explicit_x" in event:
+            assert event["ball"] not in self.accepted, "a ball's number was given twice"
+            stake = event.get("stake", 0)
+            self.accepted[event["ball"]] = {key: event[key] for key in _START} | {"stake": stake}
+        else:
+            before = self.landed.setdefault(event["ball"], event)
+            assert before == event, "a ball landed twice, and differently"
+
+
+def hold(url: str, told: Told, board: Board, *, killed: bool = False) -> int:
+    """Hold what the ledger says against what players were told and against the physics.
+
+    killed: the server ended amid a commit, so that a drop may be there whose player never heard
+    of it, or that was refused just then. Returns how many drops are in the ledger.
+    """
+    database = Database(url)
+    database.open()
+    try:
+        with database.transaction() as connection:
+            row = store.open_room(connection, told.room)
+            kept = [] if row is None else store.drops(connection, row.number, 0)
+    finally:
+        database.close()
+    for ball, event in told.accepted.items():
+        found = kept[ball][0]
+        stored = (found.ball, str(found.seed), found.tick, found.stake)
+        assert stored == (ball, event["seed"], event["tick"], event["stake"])
+    for each, result in kept:
+        if not killed:
+            assert each.ball in told.accepted, f"{each} was never told"
+            assert str(each.seed) not in told.refused, f"{each} was refused"
+        alone = drop(board, each.seed, x=each.x)
+        assert result is not None, f"ball {each.ball} never landed"
+        assert (result.digest, result.bin) == (alone.digest, alone.bin)
+        assert result.payout == payout_of(each.stake, alone.score)
+        heard = told.landed.get(each.ball)
+        if heard is not None:
+            same = {"seed": str(each.seed), "payout": result.payout} | {
+                name: getattr(result, name) for name in ("digest", "tick", "bin", "score")
+            }
+            assert {name: heard.get(name, 0) for name in same} == same
+    assert told.landed.keys() <= {each.ball for each, _ in kept}, "a ball landed that is not there"
+    return len(kept)

@@ -1,0 +1,221 @@
+"""A server under load whose database or whose own process stalls, is cut off or full at random.
+
+It is not killed, so everything must be as it was told, to the last drop: one that was refused is
+not in the ledger, and one that is there was told to all.
+"""
+
+import asyncio
+import contextlib
+import itertools
+import os
+import random
+import signal
+import sqlite3
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import AbstractAsyncContextManager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import httpx
+import psycopg
+import pytest
+
+from app.rooms.log import verify_log
+from engine import Board
+from tests.app.persistence.oracle import hold
+from tests.app.persistence.server import Heard, Served, play
+from tests.long import LONG, tries
+from tests.waiting import LIMIT, eventually
+
+FAULTS = tries(1, int(os.environ.get("PLINKO_TEST_FAULTS", "20")))
+SECONDS = tries((2.5,), (0.5, 1.0, 1.7, 2.0, 2.2, 2.5, 3.0, 4.0, 6.0, 10.0))
+TABLES = {"main": "triangle-16", "triangle-8": "triangle-8"}
+TOUCHING = "interacting-triangle-8"
+
+Fault = Callable[["Load", float], AbstractAsyncContextManager[None]]
+
+
+@dataclass
+class Load:
+    """Players at three rooms of a server that is not to lose them."""
+
+    server: Served
+    chance: random.Random
+    file: Path | None = None  # SQLite's
+    rooms: dict[str, Heard] = field(
+        default_factory=lambda: {name: Heard(name) for name in (*TABLES, TOUCHING)}
+    )
+
+    @property
+    def taken(self) -> int:
+        """Drops that players were told of as accepted."""
+        return sum(len(told.accepted) for told in self.rooms.values())
+
+    @contextlib.asynccontextmanager
+    async def playing(self) -> AsyncIterator[list["asyncio.Task[None]"]]:
+        seeds = itertools.count(self.chance.randrange(1 << 60))
+        stop = asyncio.Event()
+
+        def playing(name: str, told: Heard) -> Coroutine[Any, Any, None]:
+            until_stopped = itertools.takewhile(lambda _: not stop.is_set(), seeds)
+            return play(self.server, told, until_stopped, 0.3, stakes=name in TABLES)
+
+        players = [asyncio.create_task(playing(*each)) for each in self.rooms.items()]
+        try:
+            yield players
+            stop.set()
+            await eventually(lambda: self._still)
+            # What was said last is on its way.
+            await eventually(lambda: all(t.accepted.keys() == t.landed.keys() for t in self.tables))
+        finally:
+            for player in players:
+                player.cancel()
+            await asyncio.gather(*players, return_exceptions=True)
+
+    @property
+    def tables(self) -> list[Heard]:
+        """The rooms whose balls land one by one."""
+        return [self.rooms[name] for name in TABLES]
+
+    @property
+    def _still(self) -> bool:
+        return not any(room["awake"] for room in self.server.get("/api/v1/rooms")["rooms"])
+
+    async def ready(self) -> None:
+        """Until the server says so, and takes drops in every room."""
+        async with httpx.AsyncClient(base_url=self.server.address, timeout=LIMIT) as http:
+            while (await http.get("/readyz")).status_code != 200:
+                await asyncio.sleep(0.05)
+        before = {name: len(told.accepted) for name, told in self.rooms.items()}
+        await eventually(
+            lambda: all(len(told.accepted) > before[name] for name, told in self.rooms.items())
+        )
+
+
+@contextlib.asynccontextmanager
+async def locked_file(load: Load, seconds: float) -> AsyncIterator[None]:
+    assert load.file is not None
+    other = sqlite3.connect(load.file, isolation_level=None, timeout=LIMIT, check_same_thread=False)
+    with contextlib.closing(other):
+        await asyncio.to_thread(other.execute, "BEGIN IMMEDIATE")
+        yield
+        other.execute("ROLLBACK")
+
+
+@contextlib.asynccontextmanager
+async def full_disk(load: Load, seconds: float) -> AsyncIterator[None]:
+    assert load.file is not None
+    filler = load.file.with_name("filler")
+    with filler.open("wb", buffering=0) as file, contextlib.suppress(OSError):
+        while True:
+            file.write(b"x" * 512)
+    yield
+    filler.unlink()
+
+
+@contextlib.asynccontextmanager
+async def locked_tables(load: Load, seconds: float) -> AsyncIterator[None]:
+    async with await psycopg.AsyncConnection.connect(load.server.url) as connection:
+        await connection.execute("LOCK TABLE rooms IN ACCESS EXCLUSIVE MODE")
+        yield
+
+
+async def _backend(load: Load) -> int:
+    """The process that PostgreSQL has for the server's connection."""
+    async with await psycopg.AsyncConnection.connect(load.server.url) as connection:
+        while True:
+            found = await connection.execute(
+                "SELECT pid FROM pg_stat_activity WHERE application_name = 'plinko' "
+                "AND datname = current_database()"
+            )
+            row = await found.fetchone()
+            if row is not None:
+                return int(row[0])
+            await asyncio.sleep(0.05)
+
+
+@contextlib.asynccontextmanager
+async def frozen_backend(load: Load, seconds: float) -> AsyncIterator[None]:
+    backend = await _backend(load)
+    os.kill(backend, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(backend, signal.SIGCONT)
+
+
+@contextlib.asynccontextmanager
+async def cut_line(load: Load, seconds: float) -> AsyncIterator[None]:
+    os.kill(await _backend(load), signal.SIGTERM)
+    yield
+
+
+@contextlib.asynccontextmanager
+async def frozen_server(load: Load, seconds: float) -> AsyncIterator[None]:
+    assert load.server.process is not None
+    load.server.process.send_signal(signal.SIGSTOP)
+    yield
+    load.server.process.send_signal(signal.SIGCONT)
+
+
+KINDS: dict[str, dict[str, Fault]] = {
+    "sqlite": {
+        "locked file": locked_file,
+        "full disk": full_disk,
+        "frozen server": frozen_server,
+    },
+    "postgresql": {
+        "locked tables": locked_tables,
+        "frozen backend": frozen_backend,
+        "cut line": cut_line,
+        "frozen server": frozen_server,
+    },
+}
+
+
+CASES = [
+    pytest.param(database, kind, marks=[pytest.mark.postgresql] * (database == "postgresql"))
+    for database, kinds in KINDS.items()
+    for kind in kinds
+    if LONG or kind == "frozen backend"
+]
+
+
+@pytest.mark.long
+@pytest.mark.timeout(7200)
+@pytest.mark.parametrize(("database", "kind"), CASES)
+async def test_no_stall_and_no_full_disk_makes_the_ledger_differ_from_what_was_told(
+    database: str, kind: str, small_disk: Path, request: pytest.FixtureRequest
+) -> None:
+    file = small_disk / "plinko.db" if database == "sqlite" else None
+    url = f"sqlite:///{file}" if file else request.getfixturevalue("cluster").new_database()
+    seed = int(os.environ.get("PLINKO_TEST_SEED", "1"))
+    load = Load(Served(url), random.Random(f"{kind} {seed}"), file)
+    with load.server as server:
+        async with load.playing() as players:
+            for _ in range(FAULTS):
+                await load.ready()
+                seconds = load.chance.choice(SECONDS)
+                await asyncio.sleep(load.chance.uniform(0.0, 0.3))  # no wait: left to chance
+                async with KINDS[database][kind](load, seconds):
+                    await asyncio.sleep(seconds)  # no wait: how long it takes is the claim
+            await load.ready()
+            assert not any(player.done() for player in players), "no player was sent away"
+        logs = {name: server.get(f"/api/v1/rooms/{name}/log") for name in load.rooms}
+        assert all(verify_log(log).ok for log in logs.values())
+        said = [(each["seed"], each["tick"]) for each in load.rooms[TOUCHING].accepted.values()]
+        inputs = logs[TOUCHING]["inputs"]
+        assert sorted(said) == sorted((each["input"]["seed"], each["tick"]) for each in inputs)
+        assert server.end(signal.SIGTERM) == 0
+        server.start()
+        assert {name: server.get(f"/api/v1/rooms/{name}")["stats"]["drops"] for name in TABLES} == {
+            name: len(load.rooms[name].accepted) for name in TABLES
+        }
+        assert server.end(signal.SIGTERM) == 0
+    drops = sum(hold(url, load.rooms[name], Board.preset(TABLES[name])) for name in TABLES)
+    refused = sum(len(told.refused) for told in load.rooms.values())
+    print(  # noqa: T201
+        f"{kind} on {database}: {FAULTS} faults, {load.taken} drops taken, {refused} refused, "
+        f"{drops} computed again, all as they were told"
+    )

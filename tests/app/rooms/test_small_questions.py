@@ -1,0 +1,133 @@
+"""What docs/protocol.md answers about appearing, stalls and flags, as rooms do it."""
+
+import pytest
+
+from app.live.hub import Mailbox
+from app.protocol import messages
+from app.protocol.client_messages import parse_x
+from app.protocol.wire import WireMessage
+from app.rooms.independent import IndependentRoom
+from app.rooms.pending import DropCommand
+from app.rooms.room import QUIET, Room
+from app.rooms.touching.room import TouchingRoom
+from app.rooms.touching.values import MOTION
+from engine import Board, drop
+from engine.constants import KIND_LANDING
+from tests.outsider import decoder
+
+BOARD = Board.preset("triangle-8")
+
+
+def independent() -> IndependentRoom:
+    return IndependentRoom("r", BOARD, tick_rate=60, max_balls=99)
+
+
+def seen(room: Room) -> decoder.Row:
+    """The room's snapshot, as a client reads it."""
+    box = {name: getattr(room.extent, name) for name in ("x_min", "x_max", "y_min", "y_max")}
+    return decoder.snapshot(room.snapshot(), box, room.velocity_scale)
+
+
+def test_a_ball_is_first_in_the_snapshot_after_the_tick_at_which_it_starts() -> None:
+    room = independent()
+    room.drop(DropCommand(1))
+    room.step(watched=True)
+    before = seen(room)
+    planned = room.plan_drop(DropCommand(2))
+    planned.durable = True
+    ((accepted,),) = (entered.events for entered in room.enter())
+    assert [ball["id"] for ball in before["balls"]] == [0]
+    assert accepted.tick == before["tick"]  # type: ignore[attr-defined]
+    room.step(watched=True)
+    after = seen(room)
+    assert after["tick"] == before["tick"] + 1
+    (_, second) = after["balls"]
+    fallen = 0.5 * BOARD.gravity / 60**2
+    assert second["y"] - BOARD.drop.y == pytest.approx(fallen, rel=0.05)
+
+
+def test_a_flight_begins_at_the_tick_of_its_drop_and_comes_with_the_next() -> None:
+    room = independent()
+    room.watch_segments(True)
+    for _ in range(3):
+        room.step(watched=True)
+    tick = room.drop(DropCommand(1)).tick
+    room.step(watched=True)
+    message = room.segments()
+    assert message is not None
+    hello = {
+        "extent": {
+            name: getattr(room.extent, name) for name in ("x_min", "x_max", "y_min", "y_max")
+        },
+        "velocity_scale": room.velocity_scale,
+        "spin_scale": room.spin_scale,
+        "tick_rate": 60,
+    }
+    told = decoder.segments(message, hello)
+    (flight,) = told["flights"]
+    assert (told["tick"], flight["kind"], flight["t"]) == (tick + 1, 4, tick / 60)
+
+
+def test_bit_0_marks_impacts_too_soft_to_be_told() -> None:
+    form = BOARD.to_dict()
+    dull = {"restitution": 0.3, "friction": 0.2}
+    form |= {"ball": form["ball"] | dull, "peg_material": dull, "wall_material": dull}
+    room = IndependentRoom("r", Board.from_json(form), tick_rate=240, max_balls=9)
+    room.drop(DropCommand(3))
+    marked, told = set(), set()
+    while room.awake:
+        told |= {
+            event.tick for event in room.step(watched=True) if isinstance(event, messages.Contact)
+        }
+        found = seen(room)
+        marked |= {found["tick"] for ball in found["balls"] if ball["bounced"]}
+    path = drop(Board.from_json(form), 3)
+    hits = path.impacts[path.impacts["kind"] <= 1]
+    assert marked == {int(t * 240) + 1 for t in hits["t"]}
+    assert told < marked, f"some impacts are slower than {QUIET} m/s"
+
+
+def test_what_the_server_makes_up_for_comes_with_its_own_ticks_and_one_marked_snapshot() -> None:
+    room = independent()
+    room.drop(DropCommand(1))
+    hit = drop(BOARD, 1).impacts["t"][0]
+    while room.world.tick < int(hit * 60) - 1:
+        room.step(watched=True)
+    seen(room)
+    events = [event for _ in range(4) for event in room.step(watched=True)]
+    (ball,) = seen(room)["balls"]
+    assert ball["bounced"]
+    (contact, *_) = events
+    assert contact.tick == int(hit * 60) + 1 < room.world.tick  # type: ignore[attr-defined]
+    (still,) = seen(room)["balls"]
+    assert not still["bounced"], "a mark is of the snapshot before"
+
+
+def test_of_snapshots_a_client_could_not_take_the_newest_is_kept_and_of_events_all() -> None:
+    mailbox = Mailbox(max_events=9, max_bytes=999)
+    for number in range(3):
+        mailbox.post(WireMessage.of_text(f'"{number}"'.encode()))
+        mailbox.show(WireMessage.of_bytes(bytes([number])))
+    taken = [message.payload for message in iter(mailbox.take, None)]
+    assert taken == [b'"0"', b'"1"', b'"2"', b"\x02"]
+
+
+def test_a_stopped_clock_shows_a_drop_at_once() -> None:
+    room = TouchingRoom("t", BOARD, tick_rate=60, max_balls=9)
+    room.paused = True
+    tick = room.drop(DropCommand(1)).tick
+    assert room.touched
+    found = seen(room)
+    assert (found["tick"], len(found["balls"])) == (tick, 1)
+
+
+def test_the_index_of_a_landing_is_its_bin_and_no_landing_has_no_row() -> None:
+    landed, balanced = drop(BOARD, 1), drop("classic", x=0.0)
+    assert tuple(landed.impacts[-1].tolist()[6:]) == (KIND_LANDING, landed.bin)
+    assert balanced.bin is None
+    assert KIND_LANDING not in balanced.impacts["kind"]
+
+
+def test_zero_is_one_place_in_rooms_too() -> None:
+    assert str(parse_x(-0.0)) == str(parse_x(0)) == "0.0"
+    assert str(MOTION["vx"].check(-0.0, "vx")) == "0.0"

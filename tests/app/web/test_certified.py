@@ -1,0 +1,87 @@
+"""Proofs over HTTP: what they say, what may not be asked, and what they may cost."""
+
+import io
+
+import httpx
+import pytest
+from PIL import Image
+
+from app.errors import MissingPartError
+from app.render.start_map import HEAD, LABELS, colour_of
+from app.web.routes import certificates
+from app.web.schemas.drops import Proven
+from engine import Board, certify
+from tests.app.web.test_rest import problem
+
+DROP = "/api/v1/drops/triangle-8/42"
+
+
+def test_a_drop_is_proven_when_asked(http: httpx.Client) -> None:
+    plain = http.get(DROP).json()
+    asked = http.get(f"{DROP}?certified=true").json()
+    certificate = asked.pop("certificate")
+    assert asked == plain
+    expected = certify(Board.preset("triangle-8"), 42)
+    rows = [list(row) for row in expected.event_rows()]
+    assert certificate == expected.to_json() | {"events": rows}
+    assert set(certificate) == set(Proven.__struct_fields__)
+    assert certificate["certified"]
+    assert certificate["x_end"]["low"] <= plain["x_end"] + 1e-6
+    wanted = {"board": "triangle-8", "seed": "42", "certified": True}
+    assert http.post("/api/v1/drops", json=wanted).json()["certificate"] == certificate
+
+
+def test_only_the_exact_solver_is_proven(http: httpx.Client) -> None:
+    response = http.get(f"{DROP}?solver=stepped&certified=true")
+    problem(response, 422, "invalid-value", "'stepped'")
+
+
+def test_a_server_without_the_library_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(certificates, "_is_installed", lambda: False)
+    with pytest.raises(MissingPartError, match="pip install"):
+        certificates.require_certifier()
+
+
+def test_a_proof_that_costs_too_much_is_given_up() -> None:
+    from engine.certified.certify import Effort
+
+    effort = Effort(first_bits=64, most_bits=128, most_comparisons=20)
+    found = certify(Board.preset("triangle-8"), 42, effort=effort)
+    assert not found.decided
+    assert found.bin is None
+    assert found.undecided == "more than 20 comparisons"
+    assert (found.bits, found.agrees, found.x_end) == (128, None, None)
+
+
+TILE = "/api/v1/boards/triangle-8/map?x=1/100&level=40&first=4&count=2"
+
+
+def test_a_tile_of_the_map_is_proven_and_cached(http: httpx.Client) -> None:
+    response = http.get(TILE)
+    tile = response.json()
+    proven = certify(Board.preset("triangle-8"), x="0.01").bin
+    assert tile["bins"] == [proven, proven]
+    assert (tile["x"], tile["level"], tile["first"]) == ("1/100", 40, 4)
+    again = http.get(TILE, headers={"if-none-match": response.headers["etag"]})
+    assert again.status_code == 304
+
+
+def test_tiles_that_cannot_be_are_named(http: httpx.Client) -> None:
+    base = "/api/v1/boards/triangle-8/map"
+    problem(http.get(f"{base}?x=left"), 422, "bad-parameter", "'left'")
+    problem(http.get(f"{base}?x=1e999999999"), 422, "bad-parameter", "digits")
+    problem(http.get(f"{base}?first=150&count=32"), 422, "bad-parameter", "150 to 182")
+    problem(http.get(f"{base}?count=33"), 422, "invalid-value", "33")
+    problem(http.get(f"{base}.png?levels=40&pixels=40"), 422, "too-expensive", "512")
+    problem(http.get("/api/v1/boards/nonagon/map"), 404, "unknown-board", "nonagon")
+
+
+def test_the_map_is_drawn(http: httpx.Client) -> None:
+    response = http.get("/api/v1/boards/triangle-8/map.png?x=1/100&levels=2&pixels=2")
+    assert response.status_code == 200
+    with Image.open(io.BytesIO(response.content)) as picture:
+        colours = {picture.convert("RGB").getpixel((LABELS, y)) for y in (HEAD + 4, HEAD + 22)}
+    bins = range(Board.preset("triangle-8").bins.count)
+    assert colours <= {colour_of(number, len(bins), (0, 0, 0)) for number in bins}

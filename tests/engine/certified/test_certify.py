@@ -1,0 +1,240 @@
+"""What a certificate claims, and that a wrong law or a tie would not pass for a theorem."""
+
+from fractions import Fraction
+
+import pytest
+from flint import arb
+
+from engine import Board, ParameterError, SeedError, certify, drop
+from engine.board.parts import Bins, Peg, Wall
+from engine.certified import contact_series, flight, impulse, trace
+from engine.certified.balls import ZERO, Proof, UndecidedError, precision
+from engine.certified.certify import Effort, prove
+from engine.certified.many import certify_many
+from engine.certified.scene import Pair
+from tests.engine.oracle import golden
+from tests.engine.oracle.random_scenes import random_scene
+from tests.engine.oracle.scenes import scene
+from tests.long import tries
+
+TRIANGLE = Board.preset("triangle-8")
+
+
+def test_a_seed_gives_a_theorem_that_more_bits_do_not_change() -> None:
+    few, many = (certify(TRIANGLE, 42, effort=Effort(bits, 4096)) for bits in (160, 640))
+    assert few.decided
+    assert (few.bin, few.impacts, few.agrees) == (many.bin, many.impacts, True)
+    assert few.bin == drop(TRIANGLE, 42).bin
+    for name in ("x_end", "duration"):
+        narrow, wide = getattr(many, name), getattr(few, name)
+        assert wide.low <= narrow.low <= narrow.high <= wide.high
+    assert few.comparisons > 100
+
+
+def test_precision_is_doubled_until_all_is_decided() -> None:
+    found = certify(TRIANGLE, 42, effort=Effort(first_bits=30, most_bits=960))
+    assert found.decided
+    assert found.bits in (60, 120, 240, 480, 960)
+    starved = certify(TRIANGLE, 42, effort=Effort(first_bits=30, most_bits=30))
+    assert (starved.decided, starved.bin, starved.x_end, starved.agrees) == (False,) + (None,) * 3
+    assert starved.undecided
+
+
+def test_a_start_is_taken_to_all_its_digits() -> None:
+    """Starts that float64 cannot tell apart land at places that are told apart."""
+    near = certify(TRIANGLE, x="0.01", effort=Effort(400))
+    far = certify(TRIANGLE, x=Fraction(1, 100) + Fraction(1, 10**40), effort=Effort(400))
+    assert near.path is not None
+    assert far.path is not None
+    with precision(400):
+        gap = far.path.events[-1].state.x - near.path.events[-1].state.x
+        assert 0 < abs(gap) < arb("1e-15")
+    assert near.x_start == "1/100"
+
+
+def test_what_is_proven_of_a_wide_start_holds_for_all_starts_in_it() -> None:
+    middle, radius = Fraction(1, 100), Fraction(1, 10**60)
+    wide = prove(TRIANGLE, middle, radius, Effort(320, 320))
+    assert wide.path is not None
+    for share in (-1, Fraction(1, 3), 1):
+        inside = prove(TRIANGLE, middle + share * radius, effort=Effort(640))
+        assert inside.path is not None
+        assert inside.path.bin == wide.path.bin
+        for event, around in zip(inside.path.events, wide.path.events, strict=True):
+            assert around.state.x.contains(event.state.x)
+            assert around.state.vy.contains(event.state.vy)
+    assert prove(TRIANGLE, middle, Fraction(1, 100), Effort(160, 160)).path is None
+
+
+def test_a_ball_in_perfect_balance_is_proven_to_rest() -> None:
+    found = certify(Board.preset("triangle-16"), x=0)
+    assert (found.decided, found.bin, found.unsettled) == (
+        True,
+        None,
+        "balanced: at rest on a surface",
+    )
+
+
+def test_what_happens_at_once_by_symmetry_is_recognised_and_said() -> None:
+    """Two pegs at the same distance on both sides: the first in the board's order counts first."""
+    board = scene(pegs=(Peg(-0.14, 0.0, 0.05), Peg(0.14, 0.0, 0.05)), restitution=0.5)
+    found = certify(board, x=0.0)
+    assert found.ties[0] == "peg 0 and peg 1, by symmetry"
+    lone = certify(board, x=2.0**-60)
+    assert lone.decided
+    assert lone.ties == ()
+
+
+def test_a_landing_on_an_edge_belongs_to_the_bin_on_its_right() -> None:
+    board = scene(bins=Bins(2.0, (-50.0, 0.25, 50.0), (1.0, 1.0)))
+    assert certify(board, x=0.25).bin == 1
+    assert certify(board, x=Fraction(1, 4) - Fraction(1, 10**50)).bin == 0
+
+
+def test_a_graze_is_decided_however_narrow() -> None:
+    """A ball that falls past a peg at 1e-30 m more or less than the sum of the radii."""
+    board = scene(pegs=(Peg(0.0, 0.0, 0.5),), radius=0.25, restitution=0.5)
+    at = Fraction(3, 4)
+    past = certify(board, x=at + Fraction(1, 10**30))
+    hit = certify(board, x=at - Fraction(1, 10**30))
+    assert (past.impacts, hit.impacts) == (0, 1)
+    assert past.decided
+    assert hit.decided
+
+
+def test_bad_starts_are_named() -> None:
+    with pytest.raises(SeedError, match="-1"):
+        certify(TRIANGLE, -1)
+    with pytest.raises(ParameterError, match="seed or an explicit x"):
+        certify(TRIANGLE)
+    with pytest.raises(ParameterError, match="x 'left' is no finite number"):
+        certify(TRIANGLE, x="left")
+    with pytest.raises(ParameterError, match="x "):
+        certify(TRIANGLE, x=1000)
+    for text in ("1e999999999", "1/0", "nan", "inf", "1" * 401, "1/1e-999999"):
+        with pytest.raises(ParameterError, match="is no finite number"):
+            certify(TRIANGLE, x=text)
+
+
+@pytest.mark.long
+def test_on_boards_thrown_together_proofs_and_certain_bins_agree() -> None:
+    """Pegs and walls of any size and slope; both ways decide most of them."""
+    decided = 0
+    seeds = range(tries(6, 400))
+    for seed in seeds:
+        board, x = random_scene(seed)
+        found = certify(board, x=x, effort=Effort(160, 320, 4000))
+        if found.decided:
+            decided += 1
+            assert found.agrees or not drop(board, 0, x=x).certain, seed
+    assert decided > 0.7 * len(seeds)
+
+
+def test_the_share_of_right_bins_is_counted() -> None:
+    done: list[int] = []
+    seeds = range(6)
+    share = certify_many(TRIANGLE, seeds, everything=True, progress=done.append)
+    assert done == [1, 2, 3, 4, 5, 6]
+    proven = [certify(TRIANGLE, seed) for seed in seeds]
+    assert (share.drops, share.proven, share.undecided) == (6, 6, 0)
+    assert share.right == sum(bool(found.agrees) for found in proven)
+    assert share.certain == sum(drop(TRIANGLE, seed).certain for seed in seeds)
+    only = certify_many(TRIANGLE, seeds)
+    assert only.proven == 6 - only.certain
+    assert share.share_right == share.right / 6
+
+
+# A law that is wrong by a sign, a factor or a bound must not agree with the oracle.
+
+
+def _traced(name: str, number: int) -> tuple[str, bool]:
+    """The turns of an oracle's drop as they are traced now, and whether its landing is enclosed."""
+    head, drops = golden.load(name)
+    asked = drops[number]
+    with precision(160):
+        try:
+            board = Board.from_json(head["board"])
+            path = trace.trace(board, arb(asked.x), 160, Proof())
+        except UndecidedError:
+            return "", False
+        marks = " ".join(f"{e.kind}" if e.kind == 5 else f"{e.kind}:{e.index}" for e in path.events)
+        return marks, bool(path.events[-1].state.x.overlaps(arb(asked.x_end)))
+
+
+def _agrees(name: str, number: int) -> bool:
+    marks, enclosed = _traced(name, number)
+    return enclosed and marks == golden.load(name)[1][number].turns
+
+
+def test_the_right_laws_agree() -> None:
+    assert _agrees("triangle-16", 0)
+    assert _agrees("trial-12", 1)
+
+
+def test_a_bounce_with_friction_of_the_wrong_sign_does_not_agree(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    right = impulse.bounce
+
+    def wrong(
+        approach: arb, along: arb, omega: arb, pair: Pair, radius: arb, proof: Proof
+    ) -> impulse.Rebound:
+        return right(approach, along, -omega, pair, radius, proof)
+
+    monkeypatch.setattr(trace, "bounce", wrong)
+    assert not _agrees("triangle-16", 0)
+
+
+def test_drag_of_the_wrong_sign_does_not_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = flight.Flight.basis
+
+    def wrong(self: flight.Flight, s: arb) -> tuple[arb, arb, arb]:
+        decay, phi, psi = right(self, s)
+        return 2 - decay, 2 * s - phi, s * s - psi
+
+    monkeypatch.setattr(flight.Flight, "basis", wrong)
+    assert not _agrees("triangle-16", 0)
+
+
+def test_rolling_with_another_share_of_gravity_does_not_agree(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A ring (1/2) instead of a disc (2/3)."""
+    right = contact_series.Stretch._expand
+
+    def wrong(self: contact_series.Stretch, terms: int) -> list[list[arb]]:
+        self.scene.gravity = self.scene.gravity * 3 / 4
+        try:
+            return right(self, terms)
+        finally:
+            self.scene.gravity = self.scene.gravity * 4 / 3
+
+    monkeypatch.setattr(contact_series.Stretch, "_expand", wrong)
+    assert not _agrees("triangle-16", 0)
+
+
+def test_a_normal_force_without_its_centripetal_part_does_not_agree(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    nothing = contact_series.Series([ZERO], ZERO)
+    monkeypatch.setattr(contact_series, "square", lambda series, end: nothing)
+    assert not _agrees("triangle-16", 0)
+
+
+def test_a_ball_on_walls_and_their_ends_goes_where_double_precision_says() -> None:
+    """Down a ramp, over its end, and on."""
+    board = scene(
+        walls=(Wall(-0.5, 0.2, 0.3, 0.5), Wall(0.3, 0.5, 0.6, 0.8)),
+        restitution=0.2,
+        friction=0.4,
+        drag=0.5,
+    )
+    found = certify(board, x=-0.3)
+    assert found.decided
+    asked = drop(board, 0, x=-0.3)
+    assert found.path is not None
+    marks = [(event.kind, event.index) for event in found.path.events]
+    assert marks == [(int(e["kind"]), int(e["index"])) for e in asked.impacts]
+    for event, row in zip(found.path.events, asked.impacts, strict=True):
+        assert abs(float(event.state.x) - row["x"]) < 1e-9
+        assert abs(float(event.state.omega) - row["omega"]) < 1e-6

@@ -1,0 +1,64 @@
+"""The map of starts: each pixel is what the drop from there proves, however deep the zoom."""
+
+from fractions import Fraction
+
+import pytest
+
+from engine import ParameterError, certify
+from engine.board.parts import Bins, Peg
+from engine.certified.start_map import DEEPEST, OUTSIDE, UNDECIDED, strip_at, widest
+from tests.engine.oracle.scenes import scene
+
+BOARD = scene(
+    pegs=(Peg(0.0, 0.0, 0.05), Peg(-0.4, 0.6, 0.05), Peg(0.4, 0.6, 0.05)),
+    restitution=0.5,
+    drag=0.3,
+    bins=Bins(2.0, (-50.0, -0.5, 0.0, 0.5, 50.0), (1.0,) * 4),
+)
+
+
+def test_a_pixel_is_the_proven_bin_of_its_middle() -> None:
+    strip = strip_at(BOARD, "0.01", 2, 8)
+    width = widest(BOARD) / 100
+    left = Fraction(1, 100) - width / 2
+    assert (strip.width, strip.x) == (width, Fraction(1, 100))
+    for number in (0, 5):
+        middle = left + width * (2 * number + 1) / 16
+        assert strip.bins[number] == certify(BOARD, x=middle).bin
+    assert strip.proofs >= 8
+
+
+def test_deep_zooms_are_proven_whole() -> None:
+    """One proof for all starts in a strip that is far narrower than float64 can tell apart."""
+    strip = strip_at(BOARD, "0.01", DEEPEST, 64)
+    assert set(strip.bins) == {certify(BOARD, x="0.01").bin}
+    assert (strip.proofs, strip.whole) == (1, 64)
+
+
+def test_a_part_of_a_strip_is_the_same_as_the_whole() -> None:
+    whole = strip_at(BOARD, "0.01", 1, 8)
+    part = strip_at(BOARD, "0.01", 1, 8, first=4, count=2)
+    assert part.bins.tolist() == whole.bins[4:6].tolist()
+
+
+def test_what_is_no_start_is_left_out() -> None:
+    edge = Fraction(BOARD.drop.x) + Fraction(BOARD.drop.span)
+    strip = strip_at(BOARD, edge, 8, 2)
+    assert strip.bins[1] == OUTSIDE
+    assert strip.bins[0] >= 0
+
+
+def test_patience_bounds_the_cost() -> None:
+    left = iter([True, False, False, False, False, False, False])
+    strip = strip_at(BOARD, "0.01", 0, 2, patience=lambda: next(left))
+    assert strip.bins.tolist() == [UNDECIDED, UNDECIDED]
+    assert strip.proofs == 1
+
+
+@pytest.mark.parametrize(
+    ("level", "first", "count", "words"),
+    [(41, 0, 8, "level 41"), (-1, 0, 8, "level -1"), (0, 7, 2, "pixels 7 to 9"), (0, 0, 0, "0")],
+)
+def test_bad_tiles_are_named(level: int, first: int, count: int, words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        strip_at(BOARD, 0, level, 8, first, count)

@@ -1,0 +1,119 @@
+"""A path followed in slices has the bits of one followed at once, wherever it is cut."""
+
+import numpy as np
+import pytest
+
+from benchmarks.scenes.contact_scenes import scene, scene_names
+from benchmarks.scenes.random_boards import random_board
+from engine import Board, World
+from engine.drops.drop import start_of
+from engine.drops.sliced import Slice, SlicedPath
+from engine.drops.trajectory import at_start, follow
+from engine.exact.outcome import EVENT_LIMIT
+from engine.parameters import Exact
+from tests.long import tries
+
+
+def in_slices(path: SlicedPath, sizes: "list[int]") -> list[Slice]:
+    """All slices to the end, of these sizes in turn."""
+    parts: list[Slice] = []
+    while not path.ended:
+        parts.append(path.follow(sizes[len(parts) % len(sizes)]))
+    return parts
+
+
+def assert_same(board: Board, x: float, sizes: "list[int]", most: int = 100_000) -> int:
+    """How many events the drop has, which is the same drop however it is cut."""
+    whole = follow(board, at_start(board, x), Exact(), most)
+    path = SlicedPath(board, x, most)
+    parts = in_slices(path, sizes)
+    for name in ("events", "marks", "segments"):
+        joined = np.concatenate([getattr(part, name) for part in parts])
+        assert joined.tobytes() == getattr(whole, name).tobytes(), name
+    assert path.state.tobytes() == whole.end.tobytes()
+    assert (path.outcome, path.bin) == (whole.outcome, whole.bin)
+    assert path.events == len(whole.events)
+    return len(whole.events)
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_a_drop_may_be_cut_at_any_event(name: str) -> None:
+    found = scene(name)
+    x = start_of(found.board, None if found.x is not None else 1, found.x)
+    most = tries(2000, 100_000)
+    for sizes in ([1], [2], [3, 1, 7]):
+        assert_same(found.board, x, sizes, most)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(tries(12, 400)))
+def test_any_drop_on_any_board_may_be_cut_anywhere(seed: int) -> None:
+    board = random_board(seed)
+    sizes = np.random.default_rng(seed).integers(1, 9, 50).tolist()
+    for ball in range(3):
+        assert_same(board, start_of(board, ball, None), sizes, 3000)
+
+
+def test_a_drop_without_end_ends_at_the_same_event() -> None:
+    board = scene("storm").board
+    x = start_of(board, 5, None)
+    whole = len(follow(board, at_start(board, x), Exact()).events)
+    for most in range(1, whole):
+        assert_same(board, x, [4], most)
+    limited = SlicedPath(board, x, 2)
+    in_slices(limited, [1])
+    assert limited.outcome == EVENT_LIMIT
+
+
+def test_a_world_is_the_same_however_far_ahead_it_was_followed() -> None:
+    board = scene("storm").board
+    worlds = [World(board, dt=1 / 60) for _ in range(2)]
+    chance = np.random.default_rng(1)
+    for tick in range(600):
+        for world in worlds:
+            if tick % 40 == 0:
+                world.add(seed=tick)
+            world.step()
+        for _ in range(chance.integers(0, 4)):
+            worlds[0].look_ahead()
+        assert worlds[0].digest() == worlds[1].digest()
+        assert worlds[0].bodies.tobytes() == worlds[1].bodies.tobytes()
+        assert worlds[0].take_events() == worlds[1].take_events()
+
+
+def test_a_world_that_is_ready_follows_nothing_more_in_its_step() -> None:
+    world = World(scene("storm").board, dt=1 / 60)
+    assert world.ready
+    world.add(seed=3)
+    assert not world.ready
+    while world.look_ahead():
+        pass
+    assert world.ready
+    before = world.known
+    world.step()
+    assert world.known == before
+
+
+def test_a_restored_world_goes_on_as_if_it_had_never_been_saved() -> None:
+    board = scene("storm").board
+    one, other = World(board, dt=1 / 60), World(board, dt=1 / 60)
+    for seed in range(5):
+        one.add(seed=seed)
+        for _ in range(30):
+            one.step()
+    other.restore(one.snapshot())
+    one.take_events()
+    for _ in range(300):
+        one.step()
+        other.step()
+        assert one.bodies.tobytes() == other.bodies.tobytes()
+        assert one.take_events() == other.take_events()
+
+
+def test_what_has_ended_has_nothing_more() -> None:
+    path = SlicedPath(Board.preset("triangle-8"), 0.01)
+    in_slices(path, [1000])
+    end = path.state.copy()
+    part = path.follow(10)
+    assert (len(part.events), len(part.segments)) == (0, 0)
+    assert path.state.tobytes() == end.tobytes()

@@ -1,0 +1,141 @@
+"""What others publish and cite the project by: workflows, the citation, and the site's pages."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import nbformat
+import pytest
+import yaml
+from nbclient import NotebookClient
+
+import engine
+from engine import Board, drop, drop_many
+from tests.repository.test_repository import PROJECT, ROOT
+
+WORKFLOWS = {path.name: path for path in (ROOT / ".github" / "workflows").glob("*.yml")}
+DOCS = ROOT / "docs"
+PAGES = sorted(path.stem for path in (*DOCS.glob("*.md"), *DOCS.glob("*.ipynb")))
+
+
+def loaded(path: Path) -> Any:
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+def steps(workflow: Any) -> list[dict[str, Any]]:
+    return [step for job in workflow["jobs"].values() for step in job.get("steps", ())]
+
+
+# Workflows. `make lint` holds them to the schema that their host publishes.
+
+
+@pytest.mark.parametrize("path", WORKFLOWS.values(), ids=WORKFLOWS)
+def test_a_workflow_takes_each_action_at_a_version_and_may_do_what_it_says(path: Path) -> None:
+    workflow = loaded(path)
+    used = [step["uses"] for step in steps(workflow) if "uses" in step]
+    assert used
+    assert [use for use in used if not re.fullmatch(r"[\w.-]+/[\w./-]+@v\d+(\.\d+)*", use)] == []
+    assert workflow["permissions"] == {"contents": "read"}, "more is for single jobs"
+    assert all("timeout-minutes" in job for job in workflow["jobs"].values() if "uses" not in job)
+
+
+def test_every_check_runs_on_x86_and_on_arm() -> None:
+    job = loaded(WORKFLOWS["check.yml"])["jobs"]["run"]
+    assert job["strategy"]["matrix"]["machine"] == ["ubuntu-24.04", "ubuntu-24.04-arm"]
+    assert "bash .ci/run" in [step.get("run") for step in job["steps"]]
+
+
+def test_nothing_is_published_that_was_not_checked() -> None:
+    workflow = loaded(WORKFLOWS["publish.yml"])
+    jobs = workflow["jobs"]
+    assert jobs["check"]["uses"] == "./.github/workflows/check.yml"
+    assert "workflow_call" in loaded(WORKFLOWS["check.yml"])[True]  # YAML 1.1 reads `on` as true
+    assert set(jobs["pypi"]["needs"]) == {"check", "build"}
+    assert jobs["image"]["needs"] == "check"
+    assert jobs["pypi"]["permissions"] == {"id-token": "write"}, "no token is kept"
+    assert {"linux/${{ matrix.platform }}"} == {
+        step["with"]["platforms"]
+        for step in jobs["image"]["steps"]
+        if "build-push" in step.get("uses", "")
+    }
+
+
+# The citation.
+
+
+def test_the_citation_is_of_this_version_and_license() -> None:
+    citation = loaded(ROOT / "CITATION.cff")
+    assert str(citation["version"]) == engine.__version__
+    assert citation["license"] == PROJECT["project"]["license"]
+    assert [one["name"] for one in citation["authors"]] == [
+        one["name"] for one in PROJECT["project"]["authors"]
+    ]
+
+
+# The site. `make docs` makes it, and fails on a link that leads nowhere.
+
+
+def test_every_page_is_in_the_sites_contents() -> None:
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    listed = [name for block in re.findall(r"```{toctree}\n(.*?)```", index, re.DOTALL)
+              for name in block.splitlines() if re.fullmatch(r"[a-z]+", name)]  # fmt: skip
+    assert sorted([*listed, "index"]) == PAGES, "docs/index.md lists every page of docs/"
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    page = (DOCS / "python.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^\.\. auto\w+:: engine\.([\w.]+)$", page, re.MULTILINE)
+    assert len(set(shown)) == len(shown)
+    missing = {name for name in engine.__all__ if not name.endswith("Error")} - set(shown)
+    assert missing == set(), "docs/python.md shows every public name"
+    assert "errors" in shown
+
+
+def test_the_pages_own_example_runs_as_it_stands() -> None:
+    page = (DOCS / "python.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(code.replace("100_000", "1_000"), "python.md", "exec"), names)
+    assert names["d"] == drop("triangle-16", 42)
+    assert names["batch"] == drop_many("triangle-16", range(1000))
+
+
+# The tutorial.
+
+TUTORIAL = DOCS / "tutorial.ipynb"
+
+
+def tutorial() -> nbformat.NotebookNode:
+    return nbformat.read(TUTORIAL, as_version=4)  # type: ignore[no-untyped-call,no-any-return]
+
+
+def test_the_tutorial_is_kept_small_and_without_what_it_prints() -> None:
+    assert TUTORIAL.stat().st_size < 20_000
+    kept = tutorial()
+    nbformat.validate(kept)
+    for cell in kept.cells:
+        assert cell.metadata == {}
+        if cell.cell_type == "code":
+            assert (cell.outputs, cell.execution_count) == ([], None)
+    text = json.dumps(json.loads(TUTORIAL.read_text()), indent=1, ensure_ascii=False)
+    assert TUTORIAL.read_text() == f"{text}\n"
+
+
+async def test_the_tutorial_goes_from_a_drop_to_a_histogram_to_chaos() -> None:
+    told = tutorial()
+    client = NotebookClient(told, kernel_name="python3", timeout=None)
+    client.create_kernel_manager().transport = "ipc"
+    await client.async_execute()
+    outputs = [output for cell in told.cells for output in cell.get("outputs", ())]
+    shown = [output.data for output in outputs if "data" in output]
+    board = Board.preset("triangle-16")
+    drawn = [data["text/plain"] for data in shown if "<svg" in data.get("text/html", "")]
+    assert drawn == [
+        repr(value)
+        for value in (board, drop(board, 42), drop_many(board, range(20_000)), drop(board, 7))
+    ]
+    assert any("image/png" in data for data in shown), "the distance of two balls, plotted"
+    said = "".join(output.text for output in outputs if output.output_type == "stream")
+    assert "impacts on pegs, each by a factor of" in said
+    assert [output for output in outputs if output.get("name") == "stderr"] == []
