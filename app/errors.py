@@ -26,6 +26,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   ├── ConnectionLimitError
 │   ├── RoomFullError
 │   ├── QuotaError
+│   ├── ReadersError       one client reads as many logs at a time as it may
 │   ├── BudgetError        this address has had computed what it may for now
 │   └── RoomLimitError
 ├── BusyError             the server cannot take more work now
@@ -161,6 +162,10 @@ class BudgetError(LimitError):
     """One client has had computed what it may for now."""
 
 
+class ReadersError(LimitError):
+    """One client reads as many logs of rooms at a time as it may."""
+
+
 class RoomLimitError(LimitError):
     """The server holds as many rooms as it may, all in use."""
 
@@ -247,6 +252,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     BallLimitError: Answer(429, "too-many-balls", "Too many balls in the room", 1013),
     RoomFullError: Answer(429, "room-full", "The room is full", 1013),
     QuotaError: Answer(429, "room-quota", "Too many rooms of one client", 1013),
+    ReadersError: Answer(429, "too-many-logs", "Too many logs read at a time"),
     BudgetError: Answer(429, "budget-spent", "Too much to compute for one client"),
     RoomLimitError: Answer(429, "too-many-rooms", "Too many rooms", 1013),
     BusyError: Answer(503, "busy", "The server is busy", 1013),

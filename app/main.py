@@ -27,6 +27,7 @@ from app.ops import logs
 from app.ops.metrics import Metrics
 from app.persistence.database import Database
 from app.persistence.integrity import Integrity
+from app.persistence.room_log import RoomLogs
 from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
@@ -67,6 +68,7 @@ from engine.errors import BoardError
 
 COMPILING = "Plinko compiles its physics; the next start finds it done."
 _MOMENTS = 1 << 22  # bytes of single frames of rooms that are kept for who asks at the same moment
+_ENDS_WORK = 0.7  # of the grace at shutdown, that what is computed may go on
 _QUIET_START = 5.0  # s after which the workers are prepared, unless somebody asked before
 _PATIENCE = 2.0  # s of a silent start; longer, and someone at a terminal wonders
 
@@ -199,6 +201,7 @@ def _services(settings: Settings) -> Services:
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
         creators=Quota(settings.creator_rooms, "rooms of this address", held.is_open),
         budgets=Budgets(settings.compute_rate, settings.compute_burst),
+        logs=RoomLogs(persistence.sessions),
         metrics=metrics,
     )
     server.rooms.filmed = cameras.films
@@ -310,8 +313,13 @@ class Server(uvicorn.Server):
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop; streams have no end of their own and are ended before requests are waited for."""
         app: Any = self.config.app
-        app.state.services.cameras.close()
+        server: Services = app.state.services
+        server.cameras.close()
+        # What is still computed shortly before the grace ends is ended, and its client told so.
+        patience = _ENDS_WORK * server.settings.shutdown_grace
+        ending = asyncio.get_running_loop().call_later(patience, server.workers.close)
         await super().shutdown(sockets)
+        ending.cancel()
 
 
 _SWITCH = 0.0005

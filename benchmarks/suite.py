@@ -18,6 +18,7 @@ MODULES = {
     "render": "serving.render",
     "stepped": "speed.stepped",
     "literature": "literature.literature",
+    "attack": "serving.attack",
 }
 """Where in this package each benchmark is, in the order in which all of them run."""
 

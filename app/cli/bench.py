@@ -26,6 +26,7 @@ WHAT = (
     "render",
     "stepped",
     "literature",
+    "attack",
 )
 
 

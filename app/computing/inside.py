@@ -1,6 +1,7 @@
 """A worker process from within: takes work from a pipe, does it, sends back what came of it."""
 
 import contextlib
+import os
 import resource
 import signal
 import time
@@ -8,8 +9,10 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
-MEMORY: Final = 200 << 20
+MEMORY: Final = 320 << 20
 """Bytes that a worker may take beyond what it was started with."""
+
+_POLITE: Final = 10  # where there are fewer cores than work, the event loop has its time first
 
 _GRACE: Final = 1  # s after its deadline at which the system ends a worker nobody waits for
 
@@ -19,6 +22,7 @@ def serve(pipe: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends this
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    os.nice(_POLITE)
     _limit_memory()
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         while True:

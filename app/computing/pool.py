@@ -49,6 +49,12 @@ class Workers:
         """Whether more work would be refused."""
         return self.jobs >= self.max_jobs + self.processes
 
+    @property
+    def pids(self) -> list[int]:
+        """Of the processes that compute something now."""
+        found = (job.worker.pid for job in self._running if job.worker is not None)
+        return [pid for pid in found if pid is not None]
+
     def prepare(self) -> None:
         """Begin to load what the processes need."""
         if not self._closed:
@@ -88,8 +94,8 @@ class Workers:
         """Drop what waits and end what runs."""
         self._closed = True
         for job in [*self._quick, *self._long]:
-            job.future.cancel()
             self._drop(job)
+            job.future.set_exception(BusyError("the server is stopping"))
         for job in self._running:
             if job.worker is not None:
                 job.worker.end()

@@ -45,7 +45,8 @@ class WorkerProcess:
     @property
     def pid(self) -> int | None:
         """Of the process, if there is one."""
-        return None if self._process is None else self._process.pid
+        process = self._process
+        return None if process is None else process.pid
 
     def do(self, work: Callable[[], Any], seconds: float) -> Done:
         """What came of `work()`; blocks. `work` is a function of a module, with picklable values.

@@ -136,7 +136,9 @@ class Recovery:
     def _put_aside(self, room_id: str, error: Exception) -> DamagedRoomError:
         """One room's fault must not keep the others closed. Its rows stay as they are."""
         self.set_aside[room_id] = str(error)
-        _log.error("room is set aside: %s", error, extra={"room": room_id}, exc_info=error)
+        # Where damage was expected, it says all there is; elsewhere one wants to know where.
+        trace = None if isinstance(error, DamagedRoomError) else error
+        _log.error("room is set aside: %s", error, extra={"room": room_id}, exc_info=trace)
         return self._refusal(room_id)
 
     def _refusal(self, room_id: str) -> DamagedRoomError:

@@ -1,4 +1,4 @@
-"""Heavy work off the event loop: a few threads, a bounded queue before them, 503 beyond it."""
+"""Frames of live rooms off the event loop: threads, a bounded queue before them, 503 beyond it."""
 
 import asyncio
 from collections.abc import Callable

@@ -10,6 +10,7 @@ from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.ops.metrics import Metrics
 from app.persistence.integrity import Integrity
+from app.persistence.room_log import RoomLogs
 from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
 from app.pictures.film import Cameras
@@ -38,6 +39,7 @@ class Services:
     room_drops: KeyedBuckets
     creators: Quota
     budgets: Budgets
+    logs: RoomLogs
     metrics: Metrics
     warm: bool = False
     transport: str = "public"  # how clients are written to; see app.live.transport

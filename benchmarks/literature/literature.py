@@ -10,6 +10,7 @@ from benchmarks.harness.report import Section, Table
 from benchmarks.literature import galton, lorentz, siam, textbook
 from benchmarks.literature.finding import Finding, statistical, table
 from benchmarks.literature.galton import GaltonBoard
+from benchmarks.literature.gas import cost_of_an_impact
 from benchmarks.literature.lorentz import LorentzGas
 
 MACHTA_ZWANZIG = "Machta and Zwanzig, Phys. Rev. Lett. 50, 1959 (1983)"
@@ -32,6 +33,7 @@ def run(effort: Effort) -> Section:
     ]
     _lorentz(section, gases)
     _galton(section, galton.measure(effort.size(1000, 200), effort.size(10_000, 1000), effort))
+    cost_of_an_impact(section, effort)
     return section
 
 

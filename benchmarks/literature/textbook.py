@@ -147,7 +147,7 @@ def cradle(balls: int, speed: float) -> Finding:
     off = float(hypot(*(velocities - wanted).tolist()))
     return Finding(
         f"cradle of {balls}: speed of the last, m/s", f"{speed:g}", f"{velocities[-1]:.15g}",
-        f"{off / speed:.0e}", "Herrmann and Seitz, Am. J. Phys. 50, 977 (1982)", off / speed,
+        f"{off / speed:.0e}", "Herrmann and Schmälzle, Am. J. Phys. 49, 761 (1981)", off / speed,
     )  # fmt: skip
 
 

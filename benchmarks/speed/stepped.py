@@ -17,7 +17,6 @@ from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, length, spread
 from benchmarks.scenes import touching as scenes
 from benchmarks.scenes.contact_scenes import scene
-from benchmarks.speed.gas import cost_of_an_impact
 from engine.drops.trajectory import at_start, follow
 from engine.multibody.scenes import GRAVITY_PRESETS, sandbox
 from engine.parameters import Exact, Stepped
@@ -37,7 +36,6 @@ def run(effort: Effort) -> Section:
     section = Section("stepped")
     _beside_others(section, effort)
     _with_more_steps(section, effort)
-    cost_of_an_impact(section, effort)
     _growth(section, effort)
     _pile(section, effort)
     _elastic(section, effort)

@@ -6,11 +6,11 @@ from flint import arb
 
 from engine.board.model import Board
 from engine.certified.balls import ZERO, Proof
+from engine.certified.contact.phase import contact_index, follow_contact
 from engine.certified.flight import Flight, State
 from engine.certified.impulse import Rebound, bounce
 from engine.certified.next_impact import BOUNCED, LIFTED, Touch, Touched, next_impact
 from engine.certified.scene import Scene, Surface, scene_of
-from engine.certified.sustained_contact import contact_index, follow_contact
 from engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_LANDING,

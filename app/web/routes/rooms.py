@@ -9,7 +9,7 @@ from fastapi.responses import StreamingResponse
 from fastapi.security import HTTPBearer
 
 from app.errors import InvalidValueError, TokenError, UnknownRoomError
-from app.persistence.room_log import LogPart, read_log
+from app.persistence.room_log import LogPart
 from app.protocol.client_messages import parse_x
 from app.rooms.kinds import SCENE
 from app.rooms.records import Parked
@@ -19,6 +19,7 @@ from app.rooms.touching.scene import Scene
 from app.web.routes.common import (
     Server,
     address_of,
+    attended,
     body_of,
     documented,
     documented_failures,
@@ -166,15 +167,14 @@ async def get_room_log(
     shown = request.headers.get("authorization")
     if shown is not None:
         server.tokens.check(found.id, shown)
-    part = LogPart(first, limit, marks=shown is not None)
-    etag = f"{session}.{found.world.tick}.{found.taken}.{first}.{limit}.{part.marks:d}"
+    part, marks = LogPart(first, limit), shown is not None
+    etag = f"{session}.{found.world.tick}.{found.taken}.{first}.{limit}.{marks:d}"
     headers = {"etag": f'"{etag}"', "cache-control": "private, no-cache"}
     if is_current(request, etag):
         return Response(status_code=304, headers=headers)
-    sessions = server.rooms.persistence.sessions
-    sessions.report([])  # what has landed is asked for after it is written
     number = int(session.partition("-")[0])
-    body = await read_log(sessions.ledger, found, number, part)
+    reading = server.logs.read(found, address_of(request), marks=marks, part=part, session=number)
+    body = await attended(request, reading)
     return StreamingResponse(body, media_type="application/json", headers=headers)
 
 

@@ -3,10 +3,12 @@
 import { fillBoards, openPage, showState, tableLink } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
+import { partingWords } from "../model/certificate.js";
 import { upTo } from "../model/motion/drop.js";
 import { emptyScene } from "../model/scene.js";
 import { complaintOf, MAX_SEED, readSeed } from "../model/seed.js";
-import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
+import { ApiError, getJson } from "../net/api.js";
+import { dropPath, dropSearch, readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath } from "../paint/marks.js";
 import { boardOf, Replay } from "../replay/replay.js";
 import { Transport } from "../replay/transport.js";
@@ -21,6 +23,7 @@ import {
 import { readShift, secondStart } from "./second-start.js";
 
 /** @import { Board } from "../model/board.js" */
+/** @import { Certificate } from "../model/certificate.js" */
 /** @import { State } from "../model/motion/flight.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
@@ -32,6 +35,13 @@ const BITS = 12; // shown of a start's 64
 const DEFAULT_BOARD = "galton";
 const DEFAULT_SEED = "42";
 const TRIES = 40; // seeds looked at for one that parts
+
+/** @param {DropAddress} drop @returns {Promise<Certificate>} */
+async function certificateOf(drop) {
+  const path = dropPath(drop, "", new URLSearchParams({ certified: "true" }));
+  const { certificate } = /** @type {{certificate: Certificate}} */ (await getJson(path));
+  return certificate;
+}
 
 /**
  * Both drops and what is measured of them.
@@ -57,6 +67,7 @@ class ComparePage {
     this.stage = new Stage(theme, () => this.loop.wake());
     this.transport = new Transport(() => this.loop.wake());
     this.chart = new Chart(byId("distance", HTMLCanvasElement), theme, (x) => this.#seek(x));
+    byId("certify").addEventListener("click", () => this.#certify());
     for (const radio of radiosOf("against")) {
       radio.addEventListener("change", () => this.#plot());
     }
@@ -92,6 +103,20 @@ class ComparePage {
       this.transport.seek(longest.duration);
     } else {
       this.transport.play();
+    }
+  }
+
+  /** Asks for proofs of both drops, and shows where they part. */
+  async #certify() {
+    if (!this.#pair) return;
+    const note = byId("proven");
+    note.textContent = "The server proves both paths…";
+    try {
+      const [one, two] = await Promise.all(this.#pair.drops.map(certificateOf));
+      note.textContent = partingWords(one, two);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      note.textContent = error.message;
     }
   }
 

@@ -3,10 +3,11 @@
 import { DEFAULT_BOARD, fillBoards, openPage, showState, tableLink } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
+import { provenWords } from "../model/certificate.js";
 import { upTo } from "../model/motion/drop.js";
 import { complaintOf, readSeed } from "../model/seed.js";
-import { ApiError, postJson } from "../net/api.js";
-import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
+import { ApiError, getJson, postJson } from "../net/api.js";
+import { dropPath, dropSearch, readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath, paintRing } from "../paint/marks.js";
 import { byId, fieldOf, fillFacts, inputOf } from "../util/dom.js";
 import { multiplier, seconds } from "../util/format.js";
@@ -18,6 +19,7 @@ import { ImpactList } from "./impact-list.js";
 import { boardOf, Replay } from "./replay.js";
 import { Transport } from "./transport.js";
 
+/** @import { Certificate } from "../model/certificate.js" */
 /** @import { DropRecord } from "../model/motion/drop.js" */
 /** @import { State } from "../model/motion/flight.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
@@ -35,6 +37,8 @@ class ReplayPage {
   #replay = null;
   /** @type {State[]} */
   #path = [];
+  /** @type {DropAddress | null} */
+  #drop = null;
 
   /** @param {Theme} theme */
   constructor(theme) {
@@ -50,6 +54,7 @@ class ReplayPage {
     this.withCloseUp.addEventListener("change", () => this.loop.wake());
     this.withHeight.addEventListener("change", () => this.#plotEnergy());
     byId("verify").addEventListener("click", () => this.#verify());
+    byId("certify").addEventListener("click", () => this.#certify());
     byId("board").addEventListener("pointerdown", (event) => this.#pick(event));
     for (const id of ["impact-back", "impact-on"]) {
       byId(id).addEventListener("click", () => this.#chooseAfterStep());
@@ -65,6 +70,8 @@ class ReplayPage {
     const drop = { ...asked, board: address, seed: asked.seed || DEFAULT_SEED };
     const replay = await Replay.load(board, drop);
     this.#replay = replay;
+    this.#drop = drop;
+    byId("certify").hidden = drop.solver === "stepped";
     this.#path = replay.motion.line(0, replay.duration, PATH_RATE);
     this.stage.setBoard(board);
     this.list.load(replay);
@@ -235,6 +242,24 @@ class ReplayPage {
         board: board.value, seed: wanted, x: x.value.trim(), solver: solver.value,
       }));
     });
+  }
+
+  /** Asks for a proof of the bin, and shows it with its enclosure. */
+  async #certify() {
+    if (!this.#drop) return;
+    const note = byId("verdict");
+    note.dataset.tone = "";
+    note.textContent = "The server proves the bin…";
+    try {
+      const path = dropPath(this.#drop, "", new URLSearchParams({ certified: "true" }));
+      const { certificate } = /** @type {{certificate: Certificate}} */ (await getJson(path));
+      note.dataset.tone = certificate.certified && certificate.agrees ? "good" : "bad";
+      note.textContent = provenWords(certificate);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      note.dataset.tone = "bad";
+      note.textContent = error.message;
+    }
   }
 
   async #verify() {

@@ -10,6 +10,7 @@ import pytest
 from app.persistence.database import Database
 from tests.app.persistence import postgres
 from tests.app.persistence.server import POSTGRESQL, SQLITE
+from tests.long import tries
 
 
 @pytest.fixture(scope="session")
@@ -49,7 +50,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     place.mkdir()
     mount = shutil.which("mount")
     done = subprocess.run(
-        [mount or "false", "-t", "tmpfs", "-o", "size=16m", "plinko-test", place],
+        [mount or "false", "-t", "tmpfs", "-o", f"size={tries(1, 16)}m", "plinko-test", place],
         capture_output=True,
         check=False,
     )

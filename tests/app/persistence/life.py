@@ -23,7 +23,7 @@ from app.rooms.records import RoomRow
 from app.rooms.room import Room
 from app.settings import Settings
 from engine import Board
-from tests.waiting import eventually
+from tests.waiting import LIMIT, eventually
 
 BOARD = Board.preset("triangle-8")
 
@@ -38,36 +38,34 @@ class Life:
     async def drop(self, room: Room, seed: int, **values: Any) -> messages.Accepted:
         """Drop a ball, ticking until it is in."""
         asked = self.rooms.drop(room, seed, None, **values)
-
-        def there() -> bool:
-            self.tick(1)
-            return asked.done()
-
-        await eventually(there)
+        await self.heard()
+        await self.until(asked.done, 1)
         return await asked
 
     def tick(self, times: int) -> None:
         for _ in range(times):
             self.rooms.runner.tick(1)
 
+    async def heard(self) -> None:
+        """Wait until the ledger has heard of all so far: ticks here are faster than a clock's."""
+        await self.ledger.read(store.last_number)
+
+    async def until(self, condition: Callable[[], object], ticks: int = 20) -> None:
+        """Tick, and let the ledger hear of it, until the condition holds."""
+        async with asyncio.timeout(LIMIT):
+            while not condition():
+                self.tick(ticks)
+                await self.heard()
+
     async def run(self, room: Room, ticks: int) -> None:
-        """Tick until the room has come so far or sleeps; the ledger is written on the way."""
+        """Tick until the room has come so far or sleeps."""
         last = room.world.tick + ticks
-
-        def there() -> bool:
-            self.tick(min(20, last - room.world.tick))
-            return room.world.tick >= last or not room.awake
-
-        await eventually(there)
+        await self.until(lambda: room.world.tick + 20 > last or not room.awake)
+        await self.until(lambda: room.world.tick >= last or not room.awake, 1)
 
     async def rest(self) -> None:
         """Tick until nothing moves."""
-
-        def still() -> bool:
-            self.tick(20)
-            return not self.rooms.runner.awake
-
-        await eventually(still)
+        await self.until(lambda: not self.rooms.runner.awake)
 
     async def back(self) -> None:
         """Wait until all rooms are back."""
@@ -82,7 +80,7 @@ class Life:
     async def leave(self) -> None:
         """Stop in order; without, it is as if killed: what only memory knew is gone."""
         self.rooms.leave()
-        await self.ledger.read(store.last_number)
+        await self.heard()
 
 
 @contextlib.asynccontextmanager

@@ -22,7 +22,7 @@ from app.errors import LedgerError
 from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.persistence.database import Database
-from app.persistence.room_log import read_log
+from app.persistence.room_log import RoomLogs
 from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
 from app.protocol import messages
@@ -200,9 +200,8 @@ class Table:
         """A room's log, as a client gets it."""
 
         async def read() -> bytes:
-            pieces = await read_log(
-                self.persistence.sessions, await self.rooms.seek(room_id), marks=True
-            )
+            room = await self.rooms.seek(room_id)
+            pieces = await RoomLogs(self.persistence.sessions).read(room, "", marks=True)
             return b"".join([piece async for piece in pieces])
 
         log: dict[str, Any] = msgspec.json.decode(await self.until(read()))

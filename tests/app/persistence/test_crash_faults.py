@@ -107,9 +107,11 @@ async def locked_file(load: Load, seconds: float) -> AsyncIterator[None]:
 async def full_disk(load: Load, seconds: float) -> AsyncIterator[None]:
     assert load.file is not None
     filler = load.file.with_name("filler")
-    with filler.open("wb", buffering=0) as file, contextlib.suppress(OSError):
-        while True:
-            file.write(b"x" * 512)
+    with filler.open("wb", buffering=0) as file:
+        for size in (1 << 16, 512):
+            with contextlib.suppress(OSError):
+                while True:
+                    file.write(b"x" * size)
     yield
     filler.unlink()
 

@@ -24,6 +24,9 @@ from tests.waiting import until
 
 OTHER = Board.preset("triangle-9")
 
+on_sqlite = pytest.mark.parametrize("url", ["sqlite"], indirect=True)
+"""For what is the same over every database."""
+
 
 async def busy(life: Life, room: Room, seeds: range, ticks: int = 20) -> None:
     """Balls one after another, and some ticks after the last."""
@@ -41,6 +44,7 @@ def kept(url: str, session: int) -> list[tuple[DropRow, ResultRow | None]]:
 
 
 @pytest.mark.parametrize("orderly", [True, False])
+@on_sqlite
 async def test_a_touching_room_without_a_ball_comes_back_and_takes_the_next(
     url: str, orderly: bool
 ) -> None:
@@ -110,6 +114,7 @@ async def test_drops_of_another_tick_rate_land_and_their_room_begins_anew(url: s
         assert result.payout == payout_of(row.stake, alone.score)
 
 
+@on_sqlite
 async def test_main_with_another_board_lets_its_balls_land_and_begins_anew(url: str) -> None:
     async with living(url) as life:
         main = life.rooms.find("main")
@@ -122,6 +127,7 @@ async def test_main_with_another_board_lets_its_balls_land_and_begins_anew(url: 
     assert all(result is not None and result.digest for _, result in kept(url, number))
 
 
+@on_sqlite
 async def test_a_ball_in_flight_for_long_gets_its_stake_back_however_many_came_after(
     url: str,
 ) -> None:
@@ -147,6 +153,7 @@ async def test_a_ball_in_flight_for_long_gets_its_stake_back_however_many_came_a
 # Time.
 
 
+@on_sqlite
 async def test_lives_too_short_for_a_checkpoint_leave_one_all_the_same(url: str) -> None:
     """So what a start has to replay is what the life before played, and never adds up."""
     taken = []
@@ -160,6 +167,7 @@ async def test_lives_too_short_for_a_checkpoint_leave_one_all_the_same(url: str)
     assert taken == [3, 6, 9]
 
 
+@on_sqlite
 async def test_a_rebuild_that_is_cut_short_is_not_begun_again(
     url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -195,6 +203,7 @@ async def test_a_rebuild_that_is_cut_short_is_not_begun_again(
         assert result.digest == drop(BOARD, row.seed).digest
 
 
+@on_sqlite
 async def test_a_start_waits_for_no_room_and_lists_those_to_come(url: str) -> None:
     async with living(url) as life:
         own = await life.rooms.create(BOARD, INDEPENDENT)
@@ -313,6 +322,7 @@ async def test_a_damaged_room_that_sleeps_is_set_aside_when_it_is_asked_for(url:
             assert (await life.drop(await life.rooms.seek(room_id), 2)).tick > 0, "once mended"
 
 
+@on_sqlite
 async def test_a_room_that_moved_and_is_asked_for_by_many_comes_back_once(url: str) -> None:
     async with living(url) as life:
         await busy(life, life.rooms.find("main"), range(3))

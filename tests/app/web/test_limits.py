@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.errors import QuotaError, RateLimitError, retry_after
-from app.web.limits import KeyedBuckets, Quota, TokenBucket, spend
+from app.errors import BudgetError, QuotaError, RateLimitError, retry_after
+from app.web.limits import Budgets, KeyedBuckets, Quota, TokenBucket, spend
 
 
 @given(st.lists(st.floats(0.0, 2.0), max_size=200), st.floats(0.1, 100.0), st.integers(1, 50))
@@ -105,3 +105,25 @@ def test_as_less_is_left_each_may_have_less_so_that_few_cannot_take_it_all() -> 
     assert max(held.values()) == 50
     assert min(held.values()) >= 3, "even the last of them found room"
     assert left > 0
+
+
+def test_a_budget_is_spent_by_prices_and_comes_back_with_time() -> None:
+    budgets = Budgets(rate=0.5, burst=10.0)
+    budgets.charge("a", 0.0, 8.0, "pixels")
+    budgets.charge("a", 0.0, 8.0, "pixels")  # who has something left may overdraw it once
+    with pytest.raises(BudgetError, match=r"takes about 8 s .* 10 s and 0\.5 more") as refused:
+        budgets.charge("a", 0.0, 8.0, "pixels")
+    assert refused.value.retry_after == pytest.approx(28.0)
+    budgets.charge("b", 0.0, 8.0, "pixels")
+    budgets.charge("a", 12.5, 0.1, "pixels")
+
+
+def test_what_a_request_took_counts_and_not_its_price() -> None:
+    budgets = Budgets(rate=0.5, burst=10.0)
+    for _ in range(100):
+        budgets.charge("a", 0.0, 5.0, "events")
+        budgets.settle("a", 0.0, -4.99)
+    budgets.charge("a", 0.0, 0.1, "events")
+    budgets.settle("a", 0.0, 20.0)
+    with pytest.raises(BudgetError):
+        budgets.charge("a", 0.0, 0.1, "events")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from flint import arb
 
 from engine.certified.balls import ONE, ZERO, Proof
-from engine.certified.contact_series import (
+from engine.certified.contact.series import (
     ROLLING,
     SLIDING,
     Series,
@@ -14,8 +14,8 @@ from engine.certified.contact_series import (
     linear,
     square,
 )
+from engine.certified.contact.series_root import first_fall
 from engine.certified.scene import Circle, Face, Surface
-from engine.certified.series_root import first_fall
 
 
 class Cause(Enum):

@@ -7,8 +7,8 @@ from typing import NamedTuple
 from flint import arb
 
 from engine.certified.balls import ZERO, Proof, UndecidedError
-from engine.certified.contact_end import Cause, Ending, Known, first_ending
-from engine.certified.contact_series import (
+from engine.certified.contact.endings import Cause, Ending, Known, first_ending
+from engine.certified.contact.series import (
     FRICTIONLESS,
     ROLLING,
     SLIDING,

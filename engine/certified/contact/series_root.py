@@ -3,7 +3,7 @@
 from flint import arb, arb_poly, ctx
 
 from engine.certified.balls import Proof, UndecidedError
-from engine.certified.contact_series import Series
+from engine.certified.contact.series import Series
 
 _MAX_DEPTH = 200
 _MAX_POLISH = 40

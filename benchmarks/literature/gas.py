@@ -74,14 +74,10 @@ def _cost_table(scene: Gas, times: dict[str, Sample], rounds: int) -> Table:
             for name, sample in times.items()
         ],
         [
-            "The box and the balls of the heaps above, elastic, each at 2 m/s: all that event-"
-            "driven molecular dynamics knows; it has no gravity, friction or rest. Processor "
+            "The balls and box that `plinko bench stepped` has, elastic, each at 2 m/s: all that "
+            "event-driven molecular dynamics knows; it has no gravity, friction or rest. Processor "
             f"seconds of one core over impacts, median (smallest to largest) of {rounds} round(s); "
-            "ours counts its steps and substeps, which such codes do not have. billiards 0.5 is "
-            "the only such code in PyPI that installs (it keeps a table of all pairs, in NumPy); "
-            "DynamO, PackLSD and EDMD are in neither PyPI nor Debian. Smallenburg's EDMD (Eur. "
-            "Phys. J. E 45, 22 (2022); C, spheres in three dimensions, the fastest published) "
-            "compares its speed to theirs; [validation](validation.md) has what it took here."
+            "ours counts its steps and substeps, which such codes do not have."
         ],
     )
 

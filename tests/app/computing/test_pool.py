@@ -1,0 +1,118 @@
+"""Workers: another process, quick things first, and an end to everything."""
+
+import asyncio
+import functools
+import os
+import time
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.computing.pool import Workers
+from app.errors import BusyError, CostError, DeadlineError, EndedError, InvalidValueError, answer
+from engine import Board, drop
+from tests.waiting import eventually
+
+FOR_EVER = functools.partial(time.sleep, 3600.0)
+
+
+@pytest.fixture
+async def workers() -> AsyncIterator[Workers]:
+    made = Workers(2, 4)
+    yield made
+    made.close()
+
+
+def refuse() -> None:
+    raise InvalidValueError("7 is too many", field="balls")
+
+
+def lives(pid: int) -> bool:
+    """Whether there is such a process that is not only waited for."""
+    status = Path(f"/proc/{pid}/stat")
+    return status.exists() and ") Z " not in status.read_text()
+
+
+async def running_for(workers: Workers, count: int) -> None:
+    await eventually(lambda: len(workers.pids) == count)
+
+
+async def test_work_is_done_in_another_process_and_its_errors_come_back(workers: Workers) -> None:
+    assert await workers.run(os.getpid) != os.getpid()
+    with pytest.raises(InvalidValueError, match="7 is too many") as caught:
+        await workers.run(refuse)
+    assert caught.value.field == "balls"
+    assert workers.jobs == 0
+
+
+async def test_a_drop_has_the_same_bits_there(workers: Workers) -> None:
+    board = Board.preset("triangle-16")
+    assert (await workers.run(functools.partial(drop, board, 42))).digest == drop(board, 42).digest
+
+
+async def test_what_takes_too_long_is_ended_and_the_next_is_done(workers: Workers) -> None:
+    pid = await workers.run(os.getpid)
+    with pytest.raises(DeadlineError, match=r"longer than the 0\.1 s"):
+        await workers.run(FOR_EVER, deadline=0.1)
+    assert not lives(pid)
+    assert await workers.run(os.getpid) != pid
+
+
+async def test_who_goes_away_ends_the_work(workers: Workers) -> None:
+    asking = asyncio.create_task(workers.run(FOR_EVER))
+    await running_for(workers, 1)
+    (pid,) = workers.pids
+    asking.cancel()
+    await asyncio.wait([asking])
+    await eventually(lambda: workers.jobs == 0)
+    assert not lives(pid)
+
+
+async def test_what_takes_long_leaves_a_worker_for_what_is_quick(workers: Workers) -> None:
+    long = [asyncio.create_task(workers.run(FOR_EVER)) for _ in range(3)]
+    assert await workers.run(os.getpid, quick=True) != os.getpid()
+    assert len(workers.pids) == 1
+    for each in long:
+        each.cancel()
+    await asyncio.wait(long)
+
+
+async def test_a_full_queue_refuses_and_takes_work_again_once_it_drains(workers: Workers) -> None:
+    asking = [asyncio.create_task(workers.run(FOR_EVER)) for _ in range(6)]
+    await eventually(lambda: workers.full)
+    with pytest.raises(BusyError) as caught:
+        await workers.run(os.getpid)
+    assert answer(caught.value).status == 503
+    for each in asking:
+        each.cancel()
+    await asyncio.wait(asking)
+    await eventually(lambda: not workers.jobs)
+    assert await workers.run(os.getpid) != os.getpid()
+
+
+async def test_memory_has_a_bound(workers: Workers) -> None:
+    with pytest.raises(CostError, match="more memory"):
+        await workers.run(functools.partial(np.ones, 10**9))
+    assert await workers.run(os.getpid) != os.getpid()
+
+
+async def test_a_worker_that_dies_is_replaced(workers: Workers) -> None:
+    with pytest.raises(EndedError) as caught:
+        await workers.run(functools.partial(os._exit, 1))
+    assert answer(caught.value).status == 503
+    assert await workers.run(os.getpid) != os.getpid()
+
+
+async def test_closing_ends_what_runs_and_what_waits() -> None:
+    workers = Workers(1, 4)
+    asking = [asyncio.create_task(workers.run(FOR_EVER)) for _ in range(3)]
+    await running_for(workers, 1)
+    (pid,) = workers.pids
+    workers.close()
+    ends = await asyncio.gather(*asking, return_exceptions=True)
+    assert [answer(end).status for end in ends if isinstance(end, Exception)] == [503] * 3
+    await eventually(lambda: not lives(pid))
+    with pytest.raises(BusyError):
+        await workers.run(os.getpid)

@@ -1,0 +1,64 @@
+"""What requests cost: the ones that once kept a server for minutes are refused, plain ones not."""
+
+import pytest
+
+from app.computing import prices, tasks
+from app.errors import CostError, answer
+from engine import Board, preset_names
+from engine.parameters import Exact, make_solver
+from tests.app.conftest import TINY
+
+BOARD = Board.preset("triangle-16")
+WIDE = 2048 * 2270  # pixels of that board's largest picture
+PAGE = 760 * 840
+
+
+def frames(seconds: float, fps: int) -> int:
+    return int(min(seconds, 60.0) * fps) + 1
+
+
+@pytest.mark.parametrize(("seconds", "fps"), [(1000.0, 60), (6.0, 60)])
+def test_the_largest_animations_are_refused(seconds: float, fps: int) -> None:
+    """They took 269 s and 23 s."""
+    price = prices.animation(WIDE, frames(seconds, fps))
+    assert price.seconds > 10.0
+    with pytest.raises(CostError, match="pixels x frames, and one request may take 3e") as refused:
+        price.check()
+    assert f"{price.amount:.3g}" in str(refused.value)
+    assert answer(refused.value).status == 422
+
+
+@pytest.mark.parametrize(("pixels", "fps"), [(PAGE, 30), (PAGE, 60), (WIDE, 10)])
+def test_animations_as_people_ask_for_them_are_drawn(pixels: int, fps: int) -> None:
+    assert prices.animation(pixels, frames(6.0, fps)).check().seconds < 9.0
+
+
+def test_a_stepped_drop_that_would_take_gigabytes_is_refused_before_it_is_kept() -> None:
+    """Of 1,000 s in steps of 0.1 ms 1.9 GB were kept."""
+    with pytest.raises(CostError, match="1e\\+07 substeps"):
+        prices.stepped_drop(1000.0 / 1e-4).check()
+    hovering = Board.from_json({**TINY, "gravity": 2e-4})
+    ask = tasks.Ask(hovering, 1, None, make_solver("stepped", 1e-4, 1, 0.5))
+    with pytest.raises(CostError, match="substeps"):
+        ask.drop()
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_single_drops_of_every_preset_are_computed(name: str) -> None:
+    board = Board.preset(name)
+    for solver in (Exact(), make_solver("stepped", 1e-4, 1, 0.5)):
+        assert prices.one_drop(board, solver).check().seconds < 0.2
+
+
+def test_many_drops_in_the_shortest_steps_are_refused() -> None:
+    shortest = make_solver("stepped", 1e-4, 1, 0.5)
+    with pytest.raises(CostError, match="drops x substeps") as refused:
+        prices.many_drops(BOARD, 10_000, shortest).check()
+    assert refused.value.field == "drops"
+    assert prices.many_drops(BOARD, 10_000, Exact()).check().seconds < 2.0
+
+
+def test_a_fall_takes_as_long_as_gravity_and_drag_say() -> None:
+    falling = prices.fall_time(Board.from_json(TINY))
+    assert falling == pytest.approx((2.0 * 2.0 / 9.81) ** 0.5)
+    assert prices.fall_time(Board.from_json({**TINY, "drag": 50.0})) == pytest.approx(100.0 / 9.81)

@@ -1,0 +1,95 @@
+"""Reading logs of rooms takes turns, rests in between, and has a bound for one address and for all.
+
+A hundred readers of a room of 20,000 drops once stopped `main`.
+"""
+
+import asyncio
+import gc
+from typing import Any
+
+import msgspec
+import pytest
+
+from app.errors import BusyError, ReadersError
+from app.persistence.room_log import MOST_OF_ONE, MOST_READERS, RoomLogs
+from app.persistence.sessions import Sessions
+from app.rooms.independent import IndependentRoom
+from engine import Board
+
+ENTRY = {"ball": 0, "who": "x", "result": None}
+
+
+class Disk:
+    """A ledger whose every page takes 10 ms of a clock of its own."""
+
+    keeps = True
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.rested = 0.0
+        self.reading = self.most = 0
+        self.pages: list[int] = []
+
+    async def read(self, entries: Any) -> list[dict[str, Any]]:
+        self.reading += 1
+        self.most = max(self.most, self.reading)
+        await asyncio.sleep(0)
+        self.time += 0.010
+        self.reading -= 1
+        self.pages.append(entries.keywords["limit"])
+        return [dict(ENTRY) for _ in range(entries.keywords["limit"])]
+
+    def defer(self, writes: Any, done: Any = None) -> None:
+        pass
+
+    async def sleep(self, seconds: float) -> None:
+        self.rested += seconds
+        self.time += seconds
+
+
+def opened(drops: int) -> tuple[RoomLogs, IndependentRoom, Disk]:
+    disk = Disk()
+    logs = RoomLogs(Sessions(disk), clock=lambda: disk.time, sleep=disk.sleep)  # type: ignore[arg-type]
+    room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
+    room.drops = drops
+    return logs, room, disk
+
+
+async def whole(logs: RoomLogs, room: IndependentRoom, reader: str) -> dict[str, Any]:
+    pieces = [piece async for piece in await logs.read(room, reader, marks=False)]
+    found: dict[str, Any] = msgspec.json.decode(b"".join(pieces))
+    return found
+
+
+async def test_a_long_log_is_whole_and_read_in_short_pages_with_rests() -> None:
+    logs, room, disk = opened(2100)
+    found = await whole(logs, room, "a")
+    assert len(found["drops"]) == 2100
+    assert sum(disk.pages) == 2100
+    assert max(disk.pages) <= 250
+    busy = 0.010 * len(disk.pages)
+    assert disk.rested == pytest.approx(3.0 * (busy - 0.010))
+    assert logs.readers == 0
+
+
+async def test_of_many_readers_one_reads_at_a_time() -> None:
+    logs, room, disk = opened(1000)
+    await asyncio.gather(*(whole(logs, room, f"{n}") for n in range(20)))
+    assert disk.most == 1
+    assert logs.readers == 0
+
+
+async def test_one_address_reads_a_few_logs_and_all_together_not_too_many() -> None:
+    logs, room, _ = opened(1000)
+    held = [await logs.read(room, "a", marks=False) for _ in range(MOST_OF_ONE)]
+    with pytest.raises(ReadersError, match="by this address"):
+        await logs.read(room, "a", marks=False)
+    for n in range(MOST_READERS - MOST_OF_ONE):
+        held.append(await logs.read(room, f"b{n}", marks=False))
+    with pytest.raises(BusyError):
+        await logs.read(room, "c", marks=False)
+    # Who leaves before the first piece was sent gives up the place, too.
+    held.clear()
+    gc.collect()
+    assert logs.readers == 0
+    assert await whole(logs, room, "a")
