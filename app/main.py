@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import uvicorn
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from fastapi.openapi.utils import get_openapi
 from starlette.middleware.cors import CORSMiddleware
+from starlette.middleware.gzip import GZipMiddleware
 
 from app.computing.pool import Workers
 from app.errors import SettingError, shorten
@@ -41,6 +42,7 @@ from app.web.edge.addresses import Connections, Proxies
 from app.web.edge.choose import choose, counted
 from app.web.edge.guarded import Edge
 from app.web.edge.hosts import Hosts
+from app.web.head import HeadAsGet
 from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
 from app.web.readings import readings
@@ -57,6 +59,7 @@ from app.web.routes import (
     simulate,
     ws,
 )
+from app.web.routes.queries import listed_queries
 from app.web.schemas.document import components
 from app.web.services import Services
 from app.web.tokens import Tokens, secret_of
@@ -68,6 +71,19 @@ _MOMENTS = 1 << 22  # bytes of single frames of rooms that are kept for who asks
 _ENDS_WORK = 0.7  # of the grace at shutdown, that what is computed may go on
 _QUIET_START = 5.0  # s after which the workers are prepared, unless somebody asked before
 _PATIENCE = 2.0  # s of a silent start; longer, and someone at a terminal wonders
+
+_COMPRESSED = 1024  # bytes; below, compression saves less than it costs
+_EFFORT = 5  # of zlib; 9 takes three times as long for two percent
+_ASIDE = 1 << 14  # bytes; from here on compressed in a thread, as the ticker would wait
+_PACKED = (
+    "image/png",
+    "image/jpeg",
+    "image/gif",
+    "image/webp",
+    "image/apng",
+    "multipart/*",
+    "font/*",
+)
 
 _DESCRIPTION = """\
 A Plinko board whose physics is true. The same board and seed give the same path, to the last bit,
@@ -101,10 +117,12 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         # policy forbids; /openapi.json opens in any such tool.
         docs_url=None,
         redoc_url=None,
+        generate_unique_id_function=lambda route: route.name,
         lifespan=_lifespan,
     )
     app.state.services = _services(settings)
     problems.install(app)
+    listed = [Depends(listed_queries)]
     for router in (
         boards.router,
         pictures.router,
@@ -114,10 +132,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         live.router,
         rooms.router,
         scenes.router,
-        health.router,
-        ws.router,
     ):
-        app.include_router(router)
+        app.include_router(router, dependencies=listed)
+    app.include_router(health.router)
+    app.include_router(ws.router)
     app.mount("/", page.Page(static_directory()), name="page")
     # The last one added is the first to see a request.
     app.add_middleware(BodyLimit, max_body=settings.max_body)
@@ -131,6 +149,14 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         )
     app.add_middleware(OriginCheck, allowed=settings.allowed_origins)
     machine = socket.gethostname()
+    app.add_middleware(
+        GZipMiddleware,
+        minimum_size=_COMPRESSED,
+        compresslevel=_EFFORT,
+        thread_minimum_size=_ASIDE,
+        exclude_content_types=_PACKED,
+    )
+    app.add_middleware(HeadAsGet)
     app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
     app.add_middleware(SecurityHeaders)
     app.openapi = functools.partial(_openapi, app)  # type: ignore[method-assign]

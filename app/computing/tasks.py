@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from app.computing import prices
 from app.errors import InvalidValueError
+from app.rooms.log import verify_log
 from engine import Board, Drop, drop_many, verify
 from engine.drops.drop import make_drop, unsigned_zero
 from engine.drops.tally import Tally
@@ -92,6 +93,23 @@ def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
 def verdict(claimed: dict[str, Any]) -> bytes:
     """As JSON whether every bit of a drop's record is reproduced."""
     found = verify(claimed)
+    names = ("ok", "field", "expected", "actual")
+    return msgspec.json.encode({name: getattr(found, name) for name in names})
+
+
+def log_verdict(log: dict[str, Any]) -> bytes:
+    """As JSON whether a room's log is reproduced; raises InvalidValueError when that takes long."""
+    started = time.monotonic()
+
+    def check(tick: int) -> None:
+        if time.monotonic() - started > MAX_SECONDS:
+            raise InvalidValueError(
+                f"the log takes too long: {tick} ticks were replayed after {MAX_SECONDS:g} s; "
+                "plinko verify takes its time",
+                field="tick",
+            )
+
+    found = verify_log(log, check)
     names = ("ok", "field", "expected", "actual")
     return msgspec.json.encode({name: getattr(found, name) for name in names})
 

@@ -35,9 +35,13 @@ class Broadcaster:
         """A room is not in memory any more."""
         self._recent.pop(room_id, None)
 
-    def missed(self, room: Room, run: str, since: int, key: str) -> messages.Missed:
-        """What a client with this key has missed after event number `since` of `run`."""
-        return messages.Missed(since=since, events=self._recent[room.id].since(run, since, key))
+    def missed(self, room: Room, client: Client, run: str, since: int, key: str) -> messages.Missed:
+        """What the client missed after event number `since` of `run`, where its key was `key`.
+
+        Up to its hello: what came after that it has heard.
+        """
+        events = self._recent[room.id].since(run, since, key, client.greeted)
+        return messages.Missed(since=since, until=client.greeted, events=events)
 
     def greet(self, room: Room, client: Client) -> None:
         """Give a client the full state to start from."""
@@ -46,6 +50,7 @@ class Broadcaster:
             run=self._recent[room.id].run,
             key=client.key,
         )
+        client.greeted = room.seq
         client.post(WireMessage.of_text(messages.encode_event(hello)))
         first = room.first_message(client.stream)
         if first is not None:
@@ -61,9 +66,9 @@ class Broadcaster:
     ) -> messages.Event:
         """Send everyone what came of an input; its note goes to the requester alone."""
         own = event
-        noted = isinstance(event, messages.Accepted | messages.Placed)
+        noted = messages.has_ref(event)
         self._recent[room.id].add(seq, event, requester.key if noted else "", requester.ref)
-        if isinstance(event, messages.Accepted | messages.Placed):
+        if noted:
             own = msgspec.structs.replace(event, ref=requester.ref)
         if requester.client is not None:
             self._hub.notify(room.id, requester.client, messages.encode_event(own))

@@ -102,6 +102,7 @@ class Client:
         self.id = client_id
         self.stream = stream
         self.key = key  # by which it is known when it comes back
+        self.greeted = 0  # events announced before its latest hello
         self.mailbox = mailbox
         self._connection = connection
         self._grace = grace

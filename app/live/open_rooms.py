@@ -23,8 +23,8 @@ _log = logging.getLogger("plinko")
 class OpenRooms:
     """Rooms by id, the longest unused first.
 
-    `needed` says whether somebody needs a sleeping room now; `forget` hears of one that leaves the
-    memory.
+    `runs` says whether a room ticks, `needed` whether somebody needs one that does not now;
+    `forget` hears of one that leaves the memory.
     """
 
     def __init__(
@@ -32,6 +32,7 @@ class OpenRooms:
         settings: Settings,
         persistence: PersistenceService,
         *,
+        runs: Callable[[Room], bool],
         needed: Callable[[Room], bool],
         forget: Callable[[str], None],
     ) -> None:
@@ -42,6 +43,7 @@ class OpenRooms:
         self._idle_seconds = settings.room_idle
         self._rest_seconds = settings.room_rest
         self._persistence = persistence
+        self._runs = runs
         self._needed = needed
         self._forget = forget
 
@@ -107,7 +109,7 @@ class OpenRooms:
     def _unneeded(self, also: Callable[[Room], bool]) -> Room | None:
         """The longest unused room that can be had again without loss, of those that fit."""
         for room in self.in_memory.values():
-            used = room.awake or self._needed(room)
+            used = self._runs(room) or bool(room.planned) or self._needed(room)
             if not used and self._persistence.parkable(room) and also(room):
                 return room
         return None

@@ -105,10 +105,16 @@ class Rooms:
             clock=clock,
             watchers=watchers,
             failed=self._close,
+            renewed=self._renew,
+            watched=self._is_watched,
         )
         self.ticker = self.runner.ticker
         self._open = OpenRooms(
-            settings, self.persistence, needed=self._needed, forget=self.broadcaster.forget
+            settings,
+            self.persistence,
+            runs=self.runner.runs,
+            needed=self._needed,
+            forget=self.broadcaster.forget,
         )
         self.rebuilding = RebuildQueue(self._rebuild)
         self._boards = boards
@@ -216,12 +222,23 @@ class Rooms:
         except UnknownRoomError:
             return None
 
+    def is_own(self, room_id: str) -> bool:
+        """Whether a room of this id would be a player's own, and not everybody's."""
+        try:
+            self._public(room_id)
+        except UnknownRoomError:
+            return True
+        return False
+
     def owned(self, room: Room) -> bool:
         """Whether the room has a creator, who alone may change it."""
         return self.persistence.sessions.of(room).owned
 
     def _needed(self, room: Room) -> bool:
-        return room.id == MAIN or self.hub.count(room.id) > 0 or self.filmed(room.id)
+        return room.id == MAIN or self._is_watched(room.id)
+
+    def _is_watched(self, room_id: str) -> bool:
+        return self.hub.count(room_id) > 0 or self.filmed(room_id)
 
     # Opening and closing.
 
@@ -275,6 +292,11 @@ class Rooms:
         self.broadcaster.greet_all(new)
         return new
 
+    def _renew(self, room: Room) -> None:
+        """A room has begun anew: its events have another life, and everyone there starts over."""
+        self.broadcaster.begin(room, self._new_id())
+        self.broadcaster.greet_all(room)
+
     def _close(self, room: Room) -> None:
         """A room failed."""
         error = AppError(f"room {room.id!r} failed and was closed")
@@ -312,6 +334,7 @@ class Rooms:
         """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
         self.hub.join(room.id, client)
         self.broadcaster.greet(room, client)
+        self.runner.wake(room)
 
     def exit(self, room_id: str, client: Client) -> None:
         """A client watches no more."""

@@ -33,14 +33,14 @@ class Recent:
             self._lost = self._events[0][0]
         self._events.append((seq, event, key, ref))
 
-    def since(self, run: str, seq: int, key: str) -> list[messages.Event] | None:
-        """The events after number `seq`, or None when not all of them are known any more."""
+    def since(self, run: str, seq: int, key: str, until: int) -> list[messages.Event] | None:
+        """The events after number `seq` up to `until`; None when not all are known any more."""
         if run != self.run or seq < self._lost:
             return None
         return [
             _with_ref(event, ref) if key and key == owner else event
             for number, event, owner, ref in self._events
-            if number > seq
+            if seq < number <= until
         ]
 
 

@@ -2,6 +2,7 @@
 
 import itertools
 import logging
+import math
 from collections.abc import Callable, Sequence
 from typing import Final
 
@@ -14,6 +15,8 @@ from app.persistence.service import PersistenceService
 from app.protocol import messages
 from app.rooms.room import Room
 from app.settings import Settings
+
+_ALONE = 10.0  # s; who reloads the page finds the scene going on
 
 MAIN: Final = "main"  # the room that is always there, and has its turn first
 
@@ -29,7 +32,8 @@ _log = logging.getLogger("plinko")
 class Runner:
     """Runs every room in which something moves, and none that sleeps.
 
-    `failed` hears of a room whose step raised: it does not run any more.
+    `failed` hears of a room whose step raised: it does not run any more; `renewed` of one that an
+    input made begin anew. `watched` says whether somebody sees a room of this id.
     """
 
     def __init__(
@@ -43,6 +47,8 @@ class Runner:
         clock: Callable[[], float],
         watchers: Sequence[Watcher],
         failed: Callable[[Room], None],
+        renewed: Callable[[Room], None],
+        watched: Callable[[str], bool],
     ) -> None:
         self.accepted = 0  # drops, in all rooms there ever were
         self.landed = 0
@@ -55,6 +61,10 @@ class Runner:
         self._landings = landings
         self._clock = clock
         self._failed = failed
+        self._renewed = renewed
+        self._watched = watched
+        self._patience = math.ceil(_ALONE * settings.tick_rate)
+        self._alone: dict[str, int] = {}  # ticks for which nobody watched a scene
         self.shares = Shares(_SHARE / settings.tick_rate)
 
     @property
@@ -64,9 +74,14 @@ class Runner:
 
     def wake(self, room: Room) -> None:
         """See to it that a room ticks in which something moves."""
+        self._alone.pop(room.id, None)
         if room.awake:
             self._awake[room.id] = room
             self.ticker.wake()
+
+    def runs(self, room: Room) -> bool:
+        """Whether the room ticks."""
+        return self._awake.get(room.id) is room
 
     def drop_out(self, room: Room) -> None:
         """Run a room no more."""
@@ -83,7 +98,7 @@ class Runner:
                 self.accepted += isinstance(event, messages.Accepted)
                 first = first or own
             if entered.begins_anew:
-                self._broadcaster.greet_all(room)
+                self._renewed(room)
             requester.carried_out(first)
             self._awake[room.id] = room
             self.ticker.wake()
@@ -139,11 +154,24 @@ class Runner:
             room.tick_time = self._clock()
         self._pass_on(room, events, with_snapshot=stepped or room.touched)
         self._broadcaster.diagnose(room, before)
-        if not room.awake:
+        if not room.awake or self._is_left(room, due):
             del self._awake[room.id]
+            self._alone.pop(room.id, None)
             self._persistence.slept(room)
         elif room.held:
             self.admit(room)
+
+    def _is_left(self, room: Room, due: int) -> bool:
+        """Whether all that moves in a room moves for nobody, and has for a while.
+
+        Its clock then stands still until somebody comes: in a scene nothing is waited for, and
+        without friction it would move for ever.
+        """
+        if not room.is_scene or room.planned or self._watched(room.id):
+            self._alone.pop(room.id, None)
+            return False
+        self._alone[room.id] = self._alone.get(room.id, 0) + due
+        return self._alone[room.id] > self._patience
 
     def _prepared(self, room: Room, until: float) -> bool:
         """Compute ahead what a room needs, until a time of the clock; whether it can step."""

@@ -119,6 +119,18 @@ class Recovery:
         except Exception as error:
             raise self._put_aside(room_id, error) from error
 
+    async def closed(self, room_id: str) -> tuple[int, Room] | None:
+        """The last session of a room that was closed, by number, and the room as it ended.
+
+        None when the ledger knows none, or when its physics was another. Nothing goes on in it: it
+        is there to be read. Raises LedgerError, DamagedRoomError.
+        """
+        row = await self._read(store.closed_room, room_id=room_id)
+        if row is None or row.physics_version != PHYSICS_VERSION:
+            return None
+        replay = await self._replayed(row, _at_once, over=True)
+        return row.number, replay.room
+
     # Damage.
 
     def _put_aside(self, room_id: str, error: Exception) -> DamagedRoomError:
@@ -141,8 +153,11 @@ class Recovery:
 
     # Rooms that go on.
 
-    async def _replayed(self, row: RoomRow, turn: Turn) -> Replay:
-        """The room at its last tick; raises DamagedRoomError where the ledger says otherwise."""
+    async def _replayed(self, row: RoomRow, turn: Turn, *, over: bool = False) -> Replay:
+        """The room at its last tick; of a session that is `over` the ledger is told nothing more.
+
+        Raises DamagedRoomError where the ledger says otherwise.
+        """
         ground = await self._ground(row)
         replay = await asyncio.to_thread(Replay, row, ground, limits=self._limits)
         inputs = format_of(row.mode)
@@ -161,7 +176,8 @@ class Recovery:
             to_end = len(page) < _PAGE
             while not await asyncio.to_thread(_slice, functools.partial(replay.run, to_end=to_end)):
                 _compare(replay)
-                if replay.room.world.tick >= saved_at + _CHECKPOINT * row.tick_rate:
+                due = saved_at + _CHECKPOINT * row.tick_rate
+                if replay.room.world.tick >= due and not over:
                     saved_at = replay.room.world.tick
                     self._keep(row, replay)
                 await turn()

@@ -10,6 +10,7 @@ import time
 import weakref
 from collections import Counter
 from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
 from typing import Any, Final
 
 import msgspec
@@ -17,7 +18,9 @@ from sqlalchemy import Connection
 
 from app.errors import BusyError, ReadersError
 from app.persistence import store
+from app.persistence.null_ledger import NullLedger
 from app.persistence.sessions import Sessions
+from app.persistence.writer import Ledger
 from app.rooms import log
 from app.rooms.room import Room
 
@@ -28,6 +31,22 @@ _LONGEST_REST: Final = 1.0  # s
 
 MOST_READERS: Final = 32
 MOST_OF_ONE: Final = 4
+
+
+@dataclass(frozen=True, slots=True)
+class LogPart:
+    """Which of a room's inputs are asked for: `limit` of them from `first` on, None for all."""
+
+    first: int = 0
+    limit: int | None = None
+
+    @property
+    def whole(self) -> bool:
+        """Whether that is the log itself, whose digest can be told."""
+        return self.first == 0 and self.limit is None
+
+
+WHOLE: Final = LogPart()
 
 
 class RoomLogs:
@@ -52,8 +71,18 @@ class RoomLogs:
         """How many read now."""
         return self._readers.total()
 
-    async def read(self, room: Room, reader: str, *, marks: bool) -> AsyncIterator[bytes]:
+    async def read(
+        self,
+        room: Room,
+        reader: str,
+        *,
+        marks: bool,
+        part: LogPart = WHOLE,
+        session: int | None = None,
+    ) -> AsyncIterator[bytes]:
         """The room's log as JSON in pieces, up to this moment, for a `reader` (an address).
+
+        Of the session that goes on in the room, or of the one of this number, which is over.
 
         Players' `marks` are null in it unless they are asked for; its digest is of the log
         as given. It is asked for whole before the first piece is given, but for later pages of a
@@ -65,9 +94,10 @@ class RoomLogs:
             raise ReadersError(f"{MOST_OF_ONE} logs of rooms are being read by this address")
         self._readers[reader] += 1
         place = _Place(functools.partial(self._left, reader))
-        pages = _Pages(self._sessions, room, self._paced, marks=marks)
+        number = self._sessions.of(room).number if session is None else session
+        pages = _Pages(self._sessions.ledger, number, room, self._paced, marks=marks, part=part)
         self._sessions.report([])
-        return pages.pieces(await pages.read(0), place)
+        return pages.pieces(await pages.read(part.first), place)
 
     def _left(self, reader: str) -> None:
         self._readers[reader] -= 1
@@ -98,21 +128,31 @@ class _Pages:
     """A room's log as of now; `paced` reads a page in its turn."""
 
     def __init__(
-        self, sessions: Sessions, room: Room, paced: "Callable[..., Any]", *, marks: bool
+        self,
+        ledger: Ledger | NullLedger,
+        session: int,
+        room: Room,
+        paced: "Callable[..., Any]",
+        *,
+        marks: bool,
+        part: LogPart,
     ) -> None:
         self._marks = marks
-        self._ledger = sessions.ledger
+        self._part = part
+        self._ledger = ledger
         self._paced = paced
-        self._session = sessions.of(room).number
+        self._session = session
         self._inputs = room.format
-        self._count = room.taken
+        count = room.taken
+        self._end = count if part.limit is None else min(count, part.first + part.limit)
+        self._next = self._end if self._end < count else None
         self._head = log.head(room)
 
     async def read(self, first: int) -> list[dict[str, Any]]:
         """Entries from `first` on, as many as a page has."""
-        if first >= self._count:
+        if first >= self._end:
             return []
-        limit = min(_PAGE, self._count - first)
+        limit = min(_PAGE, self._end - first)
         entries = functools.partial(self._entries, first=first, limit=limit)
         found: list[dict[str, Any]] = await self._paced(
             functools.partial(self._ledger.read, entries)
@@ -131,10 +171,14 @@ class _Pages:
         """All of it, from the first page on; for as long as this goes on a place is held."""
         digest = log.LogDigest(self._head)
         yield msgspec.json.encode(self._head)[:-1] + f',"{self._inputs.name}":['.encode()
-        done = 0
+        done = self._part.first
         while page:
             digest.add(page)
-            yield (b"," if done else b"") + msgspec.json.encode(page)[1:-1]
+            yield (b"," if done > self._part.first else b"") + msgspec.json.encode(page)[1:-1]
             done += len(page)
             page = await self.read(done)
-        yield b'],"digest":"' + digest.hex().encode() + b'"}\n'
+        if self._part.whole:
+            yield b'],"digest":"' + digest.hex().encode() + b'"}\n'
+        else:
+            rest = {"first": self._part.first, "next": self._next, "digest": None}
+            yield b"]," + msgspec.json.encode(rest)[1:] + b"\n"

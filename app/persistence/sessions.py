@@ -89,6 +89,7 @@ class Sessions:
         """Nothing moves in the room any more."""
         record = self.of(room)
         record.version += 1
+        record.clean = False
         record.checkpoint_tick = record.marked = room.world.tick
         record.horizon = min(record.horizon, room.world.tick)
         mark = self.mark(room, record, room.world.tick, awake=False)

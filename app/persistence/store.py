@@ -82,6 +82,15 @@ def open_room(connection: Connection, room_id: str) -> RoomRow | None:
     return found[0] if found else None
 
 
+def closed_room(connection: Connection, room_id: str) -> RoomRow | None:
+    """The last session of the room `room_id` that was closed."""
+    chosen = select(tables.rooms).where(
+        tables.rooms.c.id == room_id, tables.rooms.c.closed.is_not(None)
+    )
+    found = _rooms(connection, chosen.order_by(tables.rooms.c.number.desc()).limit(1))
+    return found[0] if found else None
+
+
 def parked_rooms(connection: Connection) -> list[Parked]:
     """The open, sleeping sessions of rooms with owners, the longest unused first."""
     return _parked(connection, awake=False, owned=True)

@@ -191,6 +191,13 @@ class Claimed(Event, frozen=True, tag="claimed", kw_only=True):
     ref: Any = None
 
 
+class Done(Event, frozen=True, tag="done", kw_only=True):
+    """A change that had a `ref` was carried out at this tick; its own events came before."""
+
+    tick: int
+    ref: Any
+
+
 class Diagnostics(Event, frozen=True, tag="diagnostics", kw_only=True):
     """Energies in J (potential: zero at y = 0), momentum in kg m/s, angular in kg m^2/s.
 
@@ -221,9 +228,13 @@ class Error(Event, frozen=True, tag="error", kw_only=True):
 
 
 class Missed(Event, frozen=True, tag="missed", kw_only=True):
-    """Answer to `resume`: what was announced since, in order; null when that is not known."""
+    """Answer to `resume`: what was announced after `since`, up to `until`, in order.
+
+    `until` is this connection's hello; what came after it was heard. Null when it is not known.
+    """
 
     since: int
+    until: int
     events: list[Any] | None
 
 
@@ -234,6 +245,11 @@ class Pong(Event, frozen=True, tag="pong", kw_only=True):
     tick: int
     tick_time: float
     server_time: float
+
+
+def has_ref(event: Event | None) -> bool:
+    """Whether an event is told to who asked for it with their own note."""
+    return isinstance(event, Accepted | Placed)
 
 
 _encoder = msgspec.json.Encoder()

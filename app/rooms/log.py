@@ -6,7 +6,7 @@ as whose a drop was, is in the log's digest; a field that a log does not have is
 """
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from app.errors import AppError
@@ -68,11 +68,14 @@ def is_log(record: Mapping[str, Any]) -> bool:
     return record.get("kind") == KIND
 
 
-def verify_log(log: Mapping[str, Any]) -> Verification:
+def verify_log(
+    log: Mapping[str, Any], progress: Callable[[int], None] = lambda tick: None
+) -> Verification:
     """Replay the room that `log` describes and compare all that it claims.
 
     `expected` is what the log says, `actual` what comes out, `field` the first place where they
-    differ. Raises RecordError, naming the field, for a log that lacks one or cannot be replayed.
+    differ. Raises RecordError, naming the field, for a log that lacks one or cannot be replayed,
+    and what `progress` raises, which is called with each tick that is replayed.
     """
     independent = log.get("mode", INDEPENDENT) == INDEPENDENT
     inputs = format_of(INDEPENDENT if independent else INTERACTING)
@@ -92,7 +95,7 @@ def verify_log(log: Mapping[str, Any]) -> Verification:
         if log[name] != value:
             return Verification(False, name, log[name], value)
     entries = _entries(inputs, log[inputs.name])
-    landings = _replay(room, entries, _whole(log, "tick", 0))
+    landings = _replay(room, entries, _whole(log, "tick", 0), progress)
     return _compare(log, entries, room, landings)
 
 
@@ -136,7 +139,9 @@ def _whole(values: Mapping[str, Any], name: str, least: int, where: str = "") ->
     return value
 
 
-def _replay(room: Room, entries: Sequence[Mapping[str, Any]], last: int) -> dict[int, Landed]:
+def _replay(
+    room: Room, entries: Sequence[Mapping[str, Any]], last: int, progress: Callable[[int], None]
+) -> dict[int, Landed]:
     """Carry the inputs out at their ticks, go on to tick `last`; returns the landings by ball."""
     landings: dict[int, Landed] = {}
     for number, entry in enumerate(entries):
@@ -144,18 +149,21 @@ def _replay(room: Room, entries: Sequence[Mapping[str, Any]], last: int) -> dict
         tick = _whole(entry, "tick", room.world.tick, f"{where}.")
         if tick > last:
             raise RecordError(f"{where}.tick {tick} is after the log's tick {last}", field="tick")
-        _advance(room, tick, landings)
+        _advance(room, tick, landings, progress)
         try:
             room.replay(entry)
         except (EngineError, AppError, TypeError) as error:
             where += room.format.replayed
             raise RecordError(f"{where}: {error}", field=where) from error
-    _advance(room, last, landings)
+    _advance(room, last, landings, progress)
     return landings
 
 
-def _advance(room: Room, tick: int, landings: dict[int, Landed]) -> None:
+def _advance(
+    room: Room, tick: int, landings: dict[int, Landed], progress: Callable[[int], None]
+) -> None:
     while room.world.tick < tick:
+        progress(room.world.tick)
         for event in room.step(watched=False):
             if isinstance(event, Landed):
                 landings[event.ball] = event

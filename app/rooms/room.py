@@ -114,6 +114,11 @@ class Room(ABC):
         return bool(self.planned) or self.world.awake
 
     @property
+    def is_scene(self) -> bool:
+        """Whether it is there to be looked at alone: no drop in it is waited for."""
+        return False
+
+    @property
     def held(self) -> bool:
         """Whether the next tick has to wait until it is known what becomes of a planned input."""
         return bool(self.planned) and self.planned[0].tick <= self.world.tick

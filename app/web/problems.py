@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Sequence
 from typing import Any
+from urllib.parse import quote
 
 import msgspec
 from fastapi import FastAPI, Request, Response
@@ -20,6 +21,8 @@ _TYPE = "urn:plinko:problem:"
 
 _CLIENT_GONE = 499  # nginx's number for it; it only ever shows in logs
 
+_PATH = "/:@!$&'()*+,;=~"  # what a path may hold as it is (RFC 3986, 3.3)
+
 _log = logging.getLogger("plinko")
 
 
@@ -33,7 +36,7 @@ def problem_of(error: Exception, path: str = "") -> Problem:
         detail=told(error),
         code=assigned.code,
         field=getattr(error, "field", "") or None,
-        instance=path or None,
+        instance=quote(path, safe=_PATH) or None,
     )
 
 
@@ -100,7 +103,7 @@ async def _http_error(request: Request, error: Exception) -> Response:
         status=error.status_code,
         detail=f"{request.method} {shorten(request.url.path, 200)}: {error.detail}",
         code=code,
-        instance=request.url.path,
+        instance=quote(request.url.path, safe=_PATH),
     )
     headers = dict(error.headers or {})
     return Response(msgspec.json.encode(problem), problem.status, headers, MEDIA_TYPE)

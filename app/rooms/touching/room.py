@@ -94,6 +94,11 @@ class TouchingRoom(Room):
         return [fall.start for fall in self.table.falls.values()]
 
     @property
+    def is_scene(self) -> bool:
+        """Whether it has no board to drop balls on."""
+        return isinstance(self.origin, Scene)
+
+    @property
     def box(self) -> Box | None:
         """What stands where there is no board."""
         if isinstance(self.ground, Scene):
@@ -315,9 +320,16 @@ class TouchingRoom(Room):
             paused=self.paused,
             owned=self.owned,
             balls=columns | {name: [row[name] for row in rows] for name in names},
-            ranges=values.table(),
+            ranges=values.table(**self._usual_ball),
             presets={name: dict(presets) for name, presets in values.PRESETS.items()},
         )
+
+    @property
+    def _usual_ball(self) -> dict[str, float]:
+        """What a ball is made of that is put in without saying so."""
+        ground = self.ground
+        radius = ground.radius if isinstance(ground, Scene) else ground.ball.radius
+        return {**self.table.made_of, "radius": radius}
 
     # Saving.
 

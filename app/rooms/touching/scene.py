@@ -75,7 +75,7 @@ class Scene:
             if key != "scene" and key not in defaults:
                 known = ", ".join(defaults)
                 raise InvalidValueError(
-                    f"scene {name!r} has no {shorten(key)}; it has: {known}", field="scene"
+                    f"scene {name!r} has no {shorten(key)}; it has: {known}", field=key
                 )
         found = _checked({**defaults, **given}, max_balls)
         check_work(found["balls"], found["dt"], found["substeps"], tick_rate)

@@ -104,15 +104,15 @@ def check_work(balls: int, dt: float, substeps: float, tick_rate: int) -> None:
         )
 
 
-def table() -> dict[str, dict[str, dict[str, Any]]]:
-    """All ranges, for those who draw sliders."""
+def table(**usual: float) -> dict[str, dict[str, dict[str, Any]]]:
+    """All ranges, for those who draw sliders; `usual` is what a ball has in this room, by name."""
     return {
         group: {
             name: {
                 "low": entry.low,
                 "high": entry.high,
                 "unit": entry.unit,
-                "default": entry.default,
+                "default": usual.get(name, entry.default) if group == "ball" else entry.default,
             }
             for name, entry in ranges.items()
         }

@@ -5,14 +5,17 @@ from typing import Annotated
 from fastapi import Depends, Query
 
 from app.computing.tasks import Ask
-from app.web.routes.common import Server, check_step
-from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, make_solver
+from app.web.routes.common import Server, chosen_solver
 from engine.seeding import parse_seed
 
 X = Annotated[float | None, Query(description="Explicit start in metres; else the seed decides.")]
 SolverName = Annotated[str, Query(description="`exact` or `stepped`.")]
-Dt = Annotated[float, Query(description="Step of the stepped solver, in seconds.")]
-Substeps = Annotated[int, Query(description="Substeps a step, of the stepped solver.")]
+Dt = Annotated[
+    float | None, Query(description="Step in seconds, of the stepped solver alone; 1/60.")
+]
+Substeps = Annotated[
+    int | None, Query(description="Substeps a step, of the stepped solver alone; 4.")
+]
 
 
 async def asked(
@@ -21,13 +24,12 @@ async def asked(
     server: Server,
     x: X = None,
     solver: SolverName = "exact",
-    dt: Dt = DEFAULT_DT,
-    substeps: Substeps = DEFAULT_SUBSTEPS,
+    dt: Dt = None,
+    substeps: Substeps = None,
 ) -> Ask:
     """The drop of a request; raises the errors of what cannot be found or computed."""
-    check_step(server, solver, dt, substeps)
-    found, number = server.boards.find(board), parse_seed(seed)
-    return Ask(found, number, x, make_solver(solver, dt, substeps))
+    how = chosen_solver(server, solver, dt, substeps)
+    return Ask(server.boards.find(board), parse_seed(seed), x, how)
 
 
 Asked = Annotated[Ask, Depends(asked)]

@@ -4,7 +4,18 @@ from typing import Any
 
 from fastapi import APIRouter, Request, Response
 
-from app.web.routes.common import Server, body_of, checked_board, documented, read, reply
+from app.web.routes.common import (
+    Server,
+    body_of,
+    cache_headers,
+    checked_board,
+    documented,
+    is_current,
+    not_modified,
+    read,
+    reply,
+)
+from app.web.schemas.board_form import BoardForm
 from app.web.schemas.boards import BoardList, BoardSummary, BoardView
 from engine import Board
 
@@ -30,10 +41,13 @@ async def list_boards(server: Server) -> Response:
     return reply(BoardList([_summary(board) for board in boards]))
 
 
-@router.get("/{board}", summary="Get a board", responses=documented(BoardView, 404))
-async def get_board(board: str, server: Server) -> Response:
-    """The whole board of a preset's name or of a digest."""
-    return reply(_view(server.boards.find(board)))
+@router.get("/{board}", summary="Get a board", responses=documented(BoardView, 304, 404))
+async def get_board(board: str, request: Request, server: Server) -> Response:
+    """The whole board of a preset's name or of a digest; ETag is its digest."""
+    found = server.boards.find(board)
+    if is_current(request, found.digest):
+        return not_modified(found.digest)
+    return reply(_view(found), headers=cache_headers(found.digest))
 
 
 @router.post(
@@ -43,7 +57,7 @@ async def get_board(board: str, server: Server) -> Response:
         **documented(BoardView, 400, 413, 422, 503, description="It was known already"),
         **documented(BoardView, status=201, description="Registered"),
     },
-    openapi_extra=body_of(None, _EXAMPLE),
+    openapi_extra=body_of(BoardForm, _EXAMPLE),
 )
 async def register_board(request: Request, server: Server) -> Response:
     """Check a board and keep it under its digest.
@@ -62,7 +76,7 @@ async def register_board(request: Request, server: Server) -> Response:
     "/check",
     summary="Check a board",
     responses=documented(BoardView, 400, 413, 422, 503, description="It can be played"),
-    openapi_extra=body_of(None, _EXAMPLE),
+    openapi_extra=body_of(BoardForm, _EXAMPLE),
 )
 async def check_board(request: Request) -> Response:
     """Check a board without keeping it; the reply has its digest and every default filled in."""

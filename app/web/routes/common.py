@@ -19,6 +19,7 @@ from app.web.schemas.problem import Problem
 from app.web.services import Services
 from engine import Board
 from engine.errors import BoardError
+from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
 from engine.seeding import parse_seed
 
 T = TypeVar("T")
@@ -165,6 +166,24 @@ async def resolve_board(request: Request, board: object) -> Board:
     )
 
 
+def chosen_solver(server: Services, name: str, dt: float | None, substeps: int | None) -> Solver:
+    """The solver of a request; what is None was not given.
+
+    Raises InvalidValueError for a parameter of the stepped solver beside another, as it would not
+    do what it says; ParameterError, and what `check_step` raises.
+    """
+    for field, value in (("dt", dt), ("substeps", substeps)):
+        if value is not None and name != "stepped":
+            raise InvalidValueError(
+                f"{field} {shorten(value)} belongs to the solver 'stepped', not to {shorten(name)}",
+                field=field,
+            )
+    dt = DEFAULT_DT if dt is None else dt
+    substeps = DEFAULT_SUBSTEPS if substeps is None else substeps
+    check_step(server, name, dt, substeps)
+    return make_solver(name, dt, substeps)
+
+
 def check_step(server: Services, solver: Any, dt: Any, substeps: Any) -> None:
     """Raise InvalidValueError for steps so short that the drop would keep a thread for minutes.
 
@@ -246,13 +265,15 @@ def documented_failures(*failures: int) -> dict[int | str, dict[str, Any]]:
     return responses
 
 
-def body_of(
-    kind: type[msgspec.Struct] | None, example: Any, *, required: bool = True
-) -> dict[str, Any]:
-    """OpenAPI's `requestBody` of a route; None for any JSON object."""
-    schema = _reference(kind) if kind else {"type": "object"}
-    content = {"application/json": {"schema": schema, "example": example}}
+def body_of(kind: type[msgspec.Struct], example: Any, *, required: bool = True) -> dict[str, Any]:
+    """OpenAPI's `requestBody` of a route."""
+    content = {"application/json": {"schema": _reference(kind), "example": example}}
     return {"requestBody": {"required": required, "content": content}}
+
+
+def either(*kinds: type[msgspec.Struct]) -> dict[str, Any]:
+    """The schema of a body that is one of several."""
+    return {"anyOf": [_reference(kind) for kind in kinds]}
 
 
 def _reference(kind: type[msgspec.Struct]) -> dict[str, str]:

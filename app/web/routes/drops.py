@@ -9,6 +9,7 @@ from fastapi import APIRouter, Query, Request, Response
 from app.computing import prices, proofs, tasks
 from app.computing.tasks import Ask, Facts
 from app.protocol.client_messages import parse_x
+from app.rooms.log import is_log
 from app.web.routes.asked import Asked
 from app.web.routes.certificates import check_certified
 from app.web.routes.common import (
@@ -16,8 +17,10 @@ from app.web.routes.common import (
     body_of,
     cache_headers,
     check_step,
+    chosen_solver,
     compute,
     documented,
+    either,
     is_current,
     not_modified,
     optional_seed,
@@ -26,7 +29,8 @@ from app.web.routes.common import (
     resolve_board,
 )
 from app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
-from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, make_solver
+from app.web.schemas.rooms import RoomLog
+from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
 
 router = APIRouter(prefix="/api/v1", tags=["drops"])
 
@@ -41,19 +45,19 @@ Fps = Annotated[float, Query(gt=0, le=1000, description="Frames a second.")]
     responses=documented(DropRecord, 400, 404, 413, 422, 501, 503),
     openapi_extra=body_of(DropRequest, {"board": "triangle-16", "seed": "42"}),
 )
-async def post_drop(request: Request, server: Server) -> Response:
+async def compute_drop(request: Request, server: Server) -> Response:
     """Drop a ball and reply with the whole record: start, every impact, bin, score and digest.
 
     Without a seed the server draws one; the record names it, so the drop can be replayed.
     """
     body = await read(request, DropRequest)
-    check_step(server, body.solver, body.dt, body.substeps)
+    solver = chosen_solver(server, body.solver, body.dt, body.substeps)
     seed = optional_seed(body.seed)
     ask = Ask(
         await resolve_board(request, body.board),
         secrets.randbits(64) if seed is None else seed,
         parse_x(body.x),
-        make_solver(body.solver, body.dt, body.substeps),
+        solver,
     )
     digest, record = await _record(request, ask, body.certainty, body.certified)
     return reply(record, headers={"etag": f'"{digest}"'})
@@ -64,7 +68,7 @@ async def post_drop(request: Request, server: Server) -> Response:
     summary="Sample a drop",
     responses=documented(Frames, 304, 404, 422, 503),
 )
-async def get_frames(request: Request, ask: Asked, fps: Fps = 60.0) -> Response:
+async def sample_drop(request: Request, ask: Asked, fps: Fps = 60.0) -> Response:
     """The ball's state at times 0, 1/fps, 2/fps … and at the landing; and right before each impact.
 
     The record has the state right after each impact: the two differ by what the impact gave.
@@ -95,16 +99,24 @@ async def get_drop(
 
 @router.post(
     "/verify",
-    summary="Verify a drop's record",
+    summary="Verify a drop's record or a room's log",
     responses=documented(Verdict, 400, 413, 422, 503),
-    openapi_extra=body_of(DropRecord, None),
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {"application/json": {"schema": either(DropRecord, RoomLog)}},
+        }
+    },
 )
-async def post_verify(request: Request, server: Server) -> Response:
-    """Compute the drop of a record again and say whether every bit of it is reproduced.
+async def verify_record(request: Request, server: Server) -> Response:
+    """Compute the drop of a record, or all of a room's log, again: is every bit reproduced?
 
     A record that does not hold is no error: `ok` is false and `field` the first that differs.
     """
     record = await read(request, dict[str, Any])
+    if is_log(record):
+        work = functools.partial(tasks.log_verdict, record)
+        return reply(await compute(request, work, prices.verification()))
     check_step(
         server,
         record.get("solver"),

@@ -6,6 +6,7 @@ from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import PlainTextResponse
 
 from app.errors import LedgerError, NoTokenError, TokenError
+from app.protocol import asyncapi
 from app.web.routes.common import Server, documented, reply
 from app.web.schemas.health import Health, Readiness, RoomsBack, TickerHealth
 from app.web.services import Services
@@ -58,6 +59,12 @@ async def readyz(server: Server) -> Response:
     )
     answer = Readiness(ready, checks, rooms, server.integrity.finding)
     return reply(answer, 200 if ready else 503)
+
+
+@router.get("/asyncapi.json", include_in_schema=False)
+async def asyncapi_document(server: Server) -> Response:
+    """The WebSocket's messages, as an AsyncAPI document."""
+    return reply(asyncapi.document(server.version))
 
 
 def _may_read(request: Request, server: Server) -> None:

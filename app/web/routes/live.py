@@ -39,7 +39,16 @@ def _frame(fmt: str) -> Callable[..., object]:
     return get_frame
 
 
-add_routes(router, "/{room}/frame", STILLS, _frame, "A room", 429, description="The frame")
+add_routes(
+    router,
+    "/{room}/frame",
+    STILLS,
+    _frame,
+    "A room",
+    "get_room_frame",
+    429,
+    description="The frame",
+)
 
 
 @router.get(
@@ -50,7 +59,7 @@ add_routes(router, "/{room}/frame", STILLS, _frame, "A room", 429, description="
         None, 404, 422, 429, 503, description="One part a frame, without end", media_type=STREAM
     ),
 )
-async def get_stream(
+async def get_room_stream(
     room: str,
     server: Server,
     width: Width = 760,
@@ -64,7 +73,9 @@ async def get_stream(
     """
     found = await server.rooms.seek(room)
     shot = Shot(found.id, width, theme, fps)
-    return _Stream(server.cameras, *await server.cameras.open(found, shot))
+    camera, seen, part = await server.cameras.open(found, shot)
+    server.rooms.runner.wake(found)
+    return _Stream(server.cameras, camera, seen, part)
 
 
 class _Stream(Response):

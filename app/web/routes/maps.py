@@ -39,7 +39,7 @@ Level = Annotated[int, Query(ge=0, le=40, description="Zooms by ten.")]
     summary="A tile of the map of starts",
     responses=documented(MapTile, 304, 404, 422, 501, 503),
 )
-async def get_tile(
+async def get_map_tile(
     board: str,
     request: Request,
     server: Server,
@@ -90,4 +90,4 @@ def _map(fmt: str) -> Callable[..., object]:
     return get_map
 
 
-add_routes(router, "/boards/{board}/map", STILLS, _map, "The map of starts", 501)
+add_routes(router, "/boards/{board}/map", STILLS, _map, "The map of starts", "get_map", 501)

@@ -31,7 +31,13 @@ class Page(StaticFiles):
             if not allowed:
                 raise HTTPException(404)
             raise HTTPException(405, headers={"allow": ", ".join(sorted(allowed))})
-        response = await super().get_response(path, scope)
+        try:
+            response = await super().get_response(path, scope)
+        except HTTPException as error:
+            allowed = _methods_of_others(scope) if error.status_code == 404 else set()
+            if not allowed:
+                raise
+            raise HTTPException(405, headers={"allow": ", ".join(sorted(allowed))}) from error
         response.headers.setdefault("cache-control", "no-cache")
         return response
 
@@ -39,8 +45,9 @@ class Page(StaticFiles):
 def _methods_of_others(scope: Scope) -> set[str]:
     """By which methods another route would take this path."""
     others = [route for route in scope["app"].routes if not isinstance(route, Mount)]
-    return {
+    allowed = {
         method
         for method in _METHODS
         if any(route.matches({**scope, "method": method})[0] is Match.FULL for route in others)
     }
+    return allowed | {"HEAD"} if "GET" in allowed else allowed

@@ -87,17 +87,18 @@ def add_routes(
     formats: dict[str, str],
     endpoint: Callable[[str], Callable[..., object]],
     title: str,
+    name: str,
     *failures: int,
     description: str = "The picture",
 ) -> None:
-    """One GET route for each format, `path` followed by its name; and how each may fail besides."""
+    """One GET route a format, `path` and `name` followed by it; and how each may fail besides."""
     for fmt, media_type in formats.items():
         routes.add_api_route(
             f"{path}.{fmt}",
             endpoint(fmt),
             summary=f"{title} as {fmt.upper()}",
             response_class=Response,
-            name=f"{title} {fmt}",
+            name=f"{name}_{fmt}",
             responses=documented(
                 None,
                 304,
@@ -236,8 +237,17 @@ histogram = _of_many(
     "histogram", tasks.histogram, "How many balls land in each bin, beside what is expected."
 )
 
-add_routes(router, "/drops/{board}/{seed}", STILLS, _still, "A drop")
-add_routes(router, "/drops/{board}/{seed}", ANIMATIONS, _animation, "A drop's fall")
-add_routes(router, "/boards/{board}/density", MANY, density, "The density of many drops")
-add_routes(router, "/boards/{board}/histogram", MANY, histogram, "The histogram of many drops")
-add_routes(router, "/boards/{board}/sheet", MANY, _sheet, "Many drops")
+add_routes(router, "/drops/{board}/{seed}", STILLS, _still, "A drop", "get_drop")
+add_routes(router, "/drops/{board}/{seed}", ANIMATIONS, _animation, "A drop's fall", "get_drop")
+add_routes(
+    router, "/boards/{board}/density", MANY, density, "The density of many drops", "get_density"
+)
+add_routes(
+    router,
+    "/boards/{board}/histogram",
+    MANY,
+    histogram,
+    "The histogram of many drops",
+    "get_histogram",
+)
+add_routes(router, "/boards/{board}/sheet", MANY, _sheet, "Many drops", "get_sheet")

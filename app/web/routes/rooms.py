@@ -1,5 +1,6 @@
 """Rooms over REST: list, open, look at, drop a ball into; change, reset, close; read the log."""
 
+import bisect
 from typing import Annotated
 
 import msgspec
@@ -7,7 +8,8 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import StreamingResponse
 from fastapi.security import HTTPBearer
 
-from app.errors import InvalidValueError, TokenError
+from app.errors import InvalidValueError, TokenError, UnknownRoomError
+from app.persistence.room_log import LogPart
 from app.protocol.client_messages import parse_x
 from app.rooms.kinds import SCENE
 from app.rooms.records import Parked
@@ -21,6 +23,7 @@ from app.web.routes.common import (
     body_of,
     documented,
     documented_failures,
+    is_current,
     limit_drops,
     optional_seed,
     read,
@@ -43,19 +46,32 @@ from app.web.services import Services
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 
+After = Annotated[str, Query(description="The id after which the page begins.")]
+Limit = Annotated[int, Query(ge=1, le=1000, description="How many rooms, at most.")]
+First = Annotated[int, Query(ge=0, description="The number of the first drop told.")]
+LogLimit = Annotated[int | None, Query(ge=1, description="How many drops, at most; else all.")]
+
 # Only documents the scheme: what is missing or wrong is said by `app.web.tokens`.
 Token = Depends(
-    HTTPBearer(scheme_name="room token", description="What `POST rooms` gave.", auto_error=False)
+    HTTPBearer(scheme_name="roomToken", description="What `POST rooms` gave.", auto_error=False)
 )
 
 
-@router.get("", summary="List the rooms", responses=documented(RoomList))
-async def list_rooms(server: Server) -> Response:
-    """The open rooms. `main` is always there; every preset's name is a room too, once asked for."""
-    rooms = [_summary(server, room) for room in server.rooms.all()]
-    parked = [_parked(room) for room in server.rooms.parked()]
-    coming = [_parked(room, awake=True) for room in server.rooms.rebuilding.waiting]
-    return reply(RoomList([*parked, *coming, *rooms]))
+@router.get("", summary="List the rooms", responses=documented(RoomList, 422))
+async def list_rooms(server: Server, after: After = "", limit: Limit = 1000) -> Response:
+    """The open rooms, a page at a time: those of nobody, then players' own, each by their ids.
+
+    `main` is always there; every preset's name is a room too, once asked for. `next` is the `after`
+    of the following page, null on the last.
+    """
+    rooms = {room.id: room for room in server.rooms.all()}
+    parked = {room.id: _parked(room) for room in server.rooms.parked()}
+    parked |= {room.id: _parked(room, awake=True) for room in server.rooms.rebuilding.waiting}
+    order = sorted((server.rooms.is_own(name), name) for name in {**rooms, **parked})
+    begin = bisect.bisect_right(order, (server.rooms.is_own(after), after)) if after else 0
+    names = [name for _, name in order[begin : begin + limit]]
+    page = [_summary(server, rooms[name]) if name in rooms else parked[name] for name in names]
+    return reply(RoomList(page, names[-1] if begin + limit < len(order) else None))
 
 
 @router.post(
@@ -135,22 +151,31 @@ async def close_room(room: str, request: Request, server: Server) -> Response:
 @router.get(
     "/{room}/log",
     summary="Read a room's log",
-    responses=documented(RoomLog, 401, 403, 404, 429, 503),
+    responses=documented(RoomLog, 304, 401, 403, 404, 422, 429, 503),
     dependencies=[Token],
 )
-async def get_log(room: str, request: Request, server: Server) -> Response:
-    """All drops since the room began, at their ticks, with their results.
+async def get_room_log(
+    room: str, request: Request, server: Server, first: First = 0, limit: LogLimit = None
+) -> Response:
+    """All drops since the room began, at their ticks, with their results; of a closed room, too.
 
-    `plinko verify` replays it and compares every digest. Players' marks (`who`) are null but for
-    who shows the room's token.
+    `plinko verify` replays it and compares every digest. With `first` or `limit` it is a part:
+    `next` is where the following one begins, and `digest`, which covers all, is null. Players'
+    marks (`who`) are null but for who shows the room's token.
     """
-    found = await server.rooms.seek(room)
+    session, found = await _logged(server, room)
     shown = request.headers.get("authorization")
     if shown is not None:
         server.tokens.check(found.id, shown)
-    reading = server.logs.read(found, address_of(request), marks=shown is not None)
+    part, marks = LogPart(first, limit), shown is not None
+    etag = f"{session}.{found.world.tick}.{found.taken}.{first}.{limit}.{marks:d}"
+    headers = {"etag": f'"{etag}"', "cache-control": "private, no-cache"}
+    if is_current(request, etag):
+        return Response(status_code=304, headers=headers)
+    number = int(session.partition("-")[0])
+    reading = server.logs.read(found, address_of(request), marks=marks, part=part, session=number)
     body = await attended(request, reading)
-    return StreamingResponse(body, media_type="application/json")
+    return StreamingResponse(body, media_type="application/json", headers=headers)
 
 
 @router.post(
@@ -163,7 +188,7 @@ async def get_log(room: str, request: Request, server: Server) -> Response:
     },
     openapi_extra=body_of(RoomDropRequest, {"seed": "42"}, required=False),
 )
-async def post_room_drop(
+async def drop_into_room(
     room: str,
     request: Request,
     server: Server,
@@ -207,6 +232,23 @@ async def _ground(request: Request, server: Services, body: RoomRequest) -> tupl
             f"{name} belongs into the object `scene`, beside its name", field=name
         )
     return server.rooms.scene(body.scene), SCENE
+
+
+async def _logged(server: Services, room_id: str) -> tuple[str, Room]:
+    """A room whose log is asked for, open or closed, and its session: a number and its beginning.
+
+    A ledger in memory counts from one again after a restart, hence the beginning.
+    """
+    persistence = server.rooms.persistence
+    try:
+        room = await server.rooms.seek(room_id)
+    except UnknownRoomError:
+        closed = await persistence.recovery.closed(room_id)
+        if closed is None:
+            raise
+        return f"{closed[0]}-closed", closed[1]
+    record = persistence.sessions.of(room)
+    return f"{record.number}-{record.opened:.6f}", room
 
 
 async def _own_room(room_id: str, request: Request, server: Services) -> Room:

@@ -9,7 +9,7 @@ from app.errors import InvalidValueError
 from app.web.routes.common import (
     Server,
     body_of,
-    check_step,
+    chosen_solver,
     compute,
     documented,
     read,
@@ -17,7 +17,6 @@ from app.web.routes.common import (
     resolve_board,
 )
 from app.web.schemas.drops import Simulation, SimulationRequest
-from engine.parameters import make_solver
 from engine.seeding import parse_seed
 
 router = APIRouter(prefix="/api/v1", tags=["drops"])
@@ -26,11 +25,10 @@ router = APIRouter(prefix="/api/v1", tags=["drops"])
 @router.post(
     "/simulate",
     summary="Compute many drops",
-    operation_id="posttally_of_api_v1_simulate_post",  # as generated clients know it
     responses=documented(Simulation, 400, 404, 413, 422, 503),
     openapi_extra=body_of(SimulationRequest, {"board": "triangle-16", "drops": 100, "seed": "0"}),
 )
-async def post_simulation(request: Request, server: Server) -> Response:
+async def simulate(request: Request, server: Server) -> Response:
     """Drop balls with the seeds `seed`, `seed` + 1, … and count where they land.
 
     Up to the server's `--max-simulation`; for more there is `plinko simulate`, whose numbers are
@@ -42,10 +40,9 @@ async def post_simulation(request: Request, server: Server) -> Response:
         raise InvalidValueError(
             f"drops {body.drops} is not from 1 to {most}; plinko simulate takes more", field="drops"
         )
-    check_step(server, body.solver, body.dt, body.substeps)
+    solver = chosen_solver(server, body.solver, body.dt, body.substeps)
     first = parse_seed(body.seed)
     parse_seed(first + body.drops - 1)
-    solver = make_solver(body.solver, body.dt, body.substeps)
     board = await resolve_board(request, body.board)
     run = functools.partial(tasks.tally, board, first, body.drops, solver)
     price = prices.many_drops(board, body.drops, solver)

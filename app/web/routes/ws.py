@@ -164,7 +164,8 @@ class RoomClient:
             case client_messages.PingMessage():
                 self._tell(self._pong(message))
             case client_messages.ResumeMessage(run=run, since=since, key=key):
-                self._tell(self.server.rooms.broadcaster.missed(self.room, run, since, key))
+                broadcaster = self.server.rooms.broadcaster
+                self._tell(broadcaster.missed(self.room, self.client, run, since, key))
             case client_messages.DropMessage():
                 self._drop(message)
             case ClaimMessage():
@@ -195,10 +196,14 @@ class RoomClient:
         asked.add_done_callback(functools.partial(self._kept, ref))
 
     def _kept(self, ref: object, asked: "asyncio.Future[Any]") -> None:
-        """Tell the player what could not be kept; what was kept, the room has told."""
+        """Tell the player what could not be kept, or that it is done if no event says so."""
         error = None if asked.cancelled() else asked.exception()
         if error is not None:
             event = messages.encode_event(_event(error, ref))
+            self.server.hub.notify(self.room_id, self.client.id, event)
+        elif ref is not None and not asked.cancelled() and not messages.has_ref(asked.result()):
+            done = messages.Done(tick=self.room.world.tick, ref=ref)
+            event = messages.encode_event(done)
             self.server.hub.notify(self.room_id, self.client.id, event)
 
     def _pong(self, ping: client_messages.PingMessage) -> messages.Pong:

@@ -1,11 +1,11 @@
 """Bodies of the routes of boards."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
 
-from app.web.schemas.fields import Digest
+from app.web.schemas.fields import Digest, WholeBoard
 
 
 class BoardSummary(msgspec.Struct, frozen=True):
@@ -35,4 +35,4 @@ class BoardView(msgspec.Struct, frozen=True):
 
     name: str
     digest: Digest
-    board: Annotated[Any, Meta(extra_json_schema={"type": "object"})]
+    board: WholeBoard

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import re
 from typing import NoReturn, TypeVar
 
 import msgspec
@@ -20,11 +21,22 @@ def decode(body: bytes, kind: type[T]) -> T:
     try:
         return msgspec.json.decode(body, type=kind)
     except msgspec.ValidationError as error:
-        raise InvalidValueError(f"body: {error}", field="body") from None
+        raise InvalidValueError(f"body: {error}", field=_field(str(error))) from None
     except RecursionError:
         raise MalformedError("the body's JSON is nested too deeply", field="body") from None
     except (msgspec.DecodeError, ValueError) as error:
         _explain(body, error)
+
+
+_PLACE = re.compile(r" - at `(?:key in )?\$\.?(?P<path>[^`]*)`")
+_NAME = re.compile(r"(?:unknown|required) field `(?P<name>[^`]*)`")
+
+
+def _field(message: str) -> str:
+    """Which field a decoder's message is about; `body` if it is the whole."""
+    place, name = _PLACE.search(message), _NAME.search(message)
+    parts = [place["path"] if place else "", name["name"] if name else ""]
+    return ".".join(filter(None, parts)) or "body"
 
 
 def _explain(body: bytes, error: Exception) -> NoReturn:

@@ -4,6 +4,7 @@ from typing import Any
 
 import msgspec
 
+from app.web.schemas.board_form import BoardForm
 from app.web.schemas.boards import BoardList, BoardView
 from app.web.schemas.drops import (
     DropRecord,
@@ -30,6 +31,7 @@ from app.web.schemas.rooms import (
 
 DOCUMENTED = (
     Problem,
+    BoardForm,
     BoardList,
     BoardView,
     DropRequest,

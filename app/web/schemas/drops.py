@@ -5,8 +5,14 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
-from app.web.schemas.fields import BoardRef, Digest, SeedIn, Solver, StartIn
-from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
+from app.web.schemas.fields import BoardRef, Digest, PhysicsVersion, SeedIn, Solver, StartIn
+
+Dt = Annotated[
+    float | None, Meta(description="Step in seconds, of the stepped solver alone; 1/60.")
+]
+Substeps = Annotated[
+    int | None, Meta(description="Substeps a step, of the stepped solver alone; 4.")
+]
 
 
 class DropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -16,10 +22,8 @@ class DropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     seed: SeedIn = None
     x: StartIn = None
     solver: Solver = "exact"
-    dt: Annotated[float, Meta(description="Step in seconds, of the stepped solver.")] = DEFAULT_DT
-    substeps: Annotated[int, Meta(description="Substeps a step, of the stepped solver.")] = (
-        DEFAULT_SUBSTEPS
-    )
+    dt: Dt = None
+    substeps: Substeps = None
     certainty: Annotated[bool, Meta(description="Say also how sure the bin is.")] = False
     certified: Annotated[bool, Meta(description="Prove the bin as well.")] = False
 
@@ -64,7 +68,7 @@ class DropRecord(msgspec.Struct, frozen=True):
     board_digest: Digest
     seed: Annotated[str | None, Meta(description="The seed, as a decimal string.")]
     solver: Solver
-    physics_version: Any
+    physics_version: PhysicsVersion
     bin: Annotated[int | None, Meta(description="Bin landed in; null when it never settles.")]
     score: Annotated[float, Meta(description="The bin's multiplier; 1 when it never settles.")]
     duration: Annotated[float, Meta(description="Seconds from start to landing.")]
@@ -156,10 +160,8 @@ class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
         ),
     ] = "0"
     solver: Solver = "exact"
-    dt: Annotated[float, Meta(description="Step in seconds, of the stepped solver.")] = DEFAULT_DT
-    substeps: Annotated[int, Meta(description="Substeps a step, of the stepped solver.")] = (
-        DEFAULT_SUBSTEPS
-    )
+    dt: Dt = None
+    substeps: Substeps = None
 
 
 class Simulation(msgspec.Struct, frozen=True):

@@ -8,14 +8,26 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
+_BOARD_FORM = {"$ref": "#/components/schemas/BoardForm"}
+_NAMED_BOARD = "A preset's name, the digest of a registered board, or a whole board."
+
 BoardRef = Annotated[
     Any,
     Meta(
-        description="A preset's name, the digest of a registered board, or a whole board object.",
+        description=_NAMED_BOARD,
         examples=["triangle-16"],
-        extra_json_schema={"anyOf": [{"type": "string"}, {"type": "object"}]},
+        extra_json_schema={"anyOf": [{"type": "string"}, _BOARD_FORM]},
     ),
 ]
+OptionalBoard = Annotated[
+    Any,
+    Meta(
+        description=_NAMED_BOARD,
+        examples=["triangle-16"],
+        extra_json_schema={"anyOf": [{"type": "string"}, _BOARD_FORM, {"type": "null"}]},
+    ),
+]
+WholeBoard = Annotated[Any, Meta(extra_json_schema=_BOARD_FORM)]
 SeedIn = Annotated[
     Any,
     Meta(
@@ -36,6 +48,13 @@ StartIn = Annotated[
 Seed = Annotated[str, Meta(description="The seed, as a decimal string.", examples=["42"])]
 Digest = Annotated[
     str, Meta(description="SHA-256, 64 hexadecimal digits.", pattern="^[0-9a-f]{64}$")
+]
+PhysicsVersion = Annotated[
+    Any,
+    Meta(
+        description="Digests are comparable only under the same one.",
+        extra_json_schema={"anyOf": [{"type": "integer"}, {"type": "string"}]},
+    ),
 ]
 Solver = Annotated[
     Literal["exact", "stepped"],

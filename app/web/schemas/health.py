@@ -1,9 +1,11 @@
 """Bodies of the routes that say how the server is."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
+
+from app.web.schemas.fields import PhysicsVersion
 
 
 class TickerHealth(msgspec.Struct, frozen=True):
@@ -21,7 +23,7 @@ class Health(msgspec.Struct, frozen=True):
 
     status: str
     version: str
-    physics_version: Any
+    physics_version: PhysicsVersion
     ticker: TickerHealth
 
 

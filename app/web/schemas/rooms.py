@@ -7,7 +7,17 @@ from msgspec import Meta
 
 from app.protocol.messages import BallStart, Extent, Stats
 from app.rooms.stakes import MAX_STAKE, MAX_WHO
-from app.web.schemas.fields import BoardRef, Digest, Seed, SeedIn, Solver, StartIn
+from app.web.schemas.fields import (
+    BoardRef,
+    Digest,
+    OptionalBoard,
+    PhysicsVersion,
+    Seed,
+    SeedIn,
+    Solver,
+    StartIn,
+    WholeBoard,
+)
 
 SceneValue = Annotated[
     Any, Meta(description="A parameter of the scene, as `GET scenes` lists them.")
@@ -17,7 +27,7 @@ SceneValue = Annotated[
 class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A room to open, over a board or as a scene."""
 
-    board: BoardRef = None
+    board: OptionalBoard = None
     mode: Annotated[
         Literal["independent", "interacting"],
         Meta(description="Whether balls pass through each other or knock each other."),
@@ -94,9 +104,10 @@ class RoomSummary(msgspec.Struct, frozen=True):
 
 
 class RoomList(msgspec.Struct, frozen=True):
-    """The open rooms. Every preset's name is also a room, opened when first asked for."""
+    """Open rooms. Every preset's name is also a room, opened when first asked for."""
 
     rooms: list[RoomSummary]
+    next: Annotated[str | None, Meta(description="`after` of the next page; null on the last.")]
 
 
 class RoomView(msgspec.Struct, frozen=True):
@@ -155,26 +166,53 @@ class LoggedDrop(msgspec.Struct, frozen=True):
     result: Annotated[LoggedResult | None, Meta(description="Null while it is in flight.")]
 
 
+class LoggedInput(msgspec.Struct, frozen=True):
+    """A message that changed a room in which balls touch each other."""
+
+    tick: Annotated[int, Meta(description="The room's tick at which it was carried out.")]
+    who: str | None
+    input: Annotated[dict[str, Any], Meta(description="Its `type` and fields.")]
+
+
 class RoomLog(msgspec.Struct, frozen=True):
     """All that a room was told, and what came of it: enough to replay it to the last bit."""
 
     kind: str
     version: int
     room: str
-    board: BoardRef
     board_digest: Digest
     mode: str
     solver: Solver
     tick_rate: int
-    physics_version: Any
+    physics_version: PhysicsVersion
     tick: Annotated[int, Meta(description="The tick at which the log ends.")]
     world_digest: Annotated[
         str, Meta(description="SHA-256 of the whole state at that tick, balls in flight included.")
     ]
-    drops: list[LoggedDrop]
     digest: Annotated[
-        str, Meta(description="SHA-256 over the world's digest and each drop's, in order.")
+        str | None,
+        Meta(description="SHA-256 over the world's digest and each drop's; null of a part."),
     ]
+    board: Annotated[WholeBoard | msgspec.UnsetType, Meta(description="Not in a scene.")] = (
+        msgspec.UNSET
+    )
+    scene: Annotated[
+        dict[str, Any] | msgspec.UnsetType | None, Meta(description="A scene's parameters.")
+    ] = msgspec.UNSET
+    drops: Annotated[
+        list[LoggedDrop] | msgspec.UnsetType, Meta(description="Where balls pass each other.")
+    ] = msgspec.UNSET
+    inputs: Annotated[
+        list[LoggedInput] | msgspec.UnsetType,
+        Meta(description="Where balls touch each other: the messages that changed the room."),
+    ] = msgspec.UNSET
+    first: Annotated[
+        int | msgspec.UnsetType, Meta(description="Of a part: the number of its first entry.")
+    ] = msgspec.UNSET
+    next: Annotated[
+        int | msgspec.UnsetType | None,
+        Meta(description="Of a part: `first` of the following one; null on the last."),
+    ] = msgspec.UNSET
 
 
 class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

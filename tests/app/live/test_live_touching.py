@@ -275,7 +275,7 @@ async def test_a_scene_is_spelt_alike_wherever_it_is_written_and_read(server: Ru
         ({"scene": "sandbox", "seed": -1}, "seed", "-1"),
         ({"scene": "sandbox", "board": "classic"}, "board", "either a board or a scene"),
         ({"board": "classic", "gravity": 3}, "gravity", "parameter of a scene"),
-        ({"scene": "galton", "radii": [0.1, 0.2]}, "scene", "'galton' has no 'radii'"),
+        ({"scene": "galton", "radii": [0.1, 0.2]}, "radii", "'galton' has no 'radii'"),
         ({"scene": {"scene": "sandbox"}, "balls": 3}, "balls", "into the object `scene`"),
         ({"scene": {"balls": 3}}, "scene", "not one of: sandbox, galton"),
         ({"scene": 7}, "scene", "not an object"),
@@ -297,3 +297,51 @@ def test_another_board_for_a_scene_is_refused_in_words(http: httpx.Client) -> No
     assert reply.status_code == 422
     assert "scene" in reply.json()["detail"]
     assert http.post(f"/api/v1/rooms/{room['id']}/reset", headers=head).status_code == 200
+
+
+async def test_changes_with_a_note_are_answered_and_those_without_are_not(
+    server: Running, http: httpx.Client
+) -> None:
+    room = http.post("/api/v1/rooms", json={"scene": "sandbox", "balls": 0}).json()
+    async with playing(server.socket(room["id"])) as player:
+        usual = player.hello["arena"]["ranges"]["ball"]["radius"]["default"]
+        await player.send(type="claim", token=room["token"])
+        await player.until("claimed")
+        await player.send(type="add", x=0.0, y=1.0, ref="mine")
+        placed = await player.until("placed")
+        assert (placed["ref"], placed["radius"]) == ("mine", usual)
+        ball = placed["ball"]
+        changes: list[dict[str, Any]] = [
+            {"type": "kick", "ball": ball, "vx": 0.1},
+            {"type": "drag", "ball": ball, "x": 0.0, "y": 1.0},
+            {"type": "release", "ball": ball},
+            {"type": "edit", "ball": ball, "density": 5.0},
+            {"type": "pause", "paused": True},
+            {"type": "step"},
+            {"type": "settings", "gravity": 1.0},
+            {"type": "clear"},
+        ]
+        for number, change in enumerate(changes):
+            if change["type"] != "clear":
+                await player.send(**change)
+            await player.send(**change, ref=[number])
+            assert (await player.until("done"))["ref"] == [number]
+        assert player.kinds().count("done") == len(changes)
+        assert player.kinds().count("error") == 0
+
+
+async def test_a_scene_that_is_reset_has_another_run_whichever_way(
+    server: Running, http: httpx.Client
+) -> None:
+    room = http.post("/api/v1/rooms", json={"scene": "sandbox", "balls": 1}).json()
+    token = {"authorization": f"Bearer {room['token']}"}
+    async with playing(server.socket(room["id"])) as player:
+        runs = [player.hello["run"]]
+        await player.send(type="claim", token=room["token"])
+        await player.send(type="reset")
+        runs.append((await player.until("hello"))["run"])
+        assert http.post(f"/api/v1/rooms/{room['id']}/reset", headers=token).status_code == 200
+        runs.append((await player.until("hello"))["run"])
+        await player.send(type="resume", run=runs[0], since=0, key=player.hello["key"])
+        assert (await player.until("missed"))["events"] is None
+    assert len(set(runs)) == 3

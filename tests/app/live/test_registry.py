@@ -135,3 +135,36 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
     assert isinstance(sound.origin, Board)
     assert landed.digest == drop(sound.origin, 42).digest
     assert held.find("triangle-8") is not broken, "asked for again, it opens afresh"
+
+
+async def test_a_scene_that_moves_for_nobody_stands_still_until_somebody_comes() -> None:
+    """Without friction and gravity it would move for ever."""
+    held = rooms(tick_rate=60)
+    values = {"scene": "sandbox", "balls": 3, "gravity": 0.0, "speed": 1.0, "restitution": 1.0}
+    room = await held.create(held.scene(values), "scene")
+    watcher = Watcher()
+    held.enter(room, watcher.client)
+    for _ in range(700):
+        held.runner.tick(1)
+    assert held.runner.runs(room), "somebody watches"
+    before = room.world.tick
+    held.exit(room.id, watcher.client)
+    for _ in range(700):
+        held.runner.tick(1)
+    assert (room.awake, held.runner.runs(room)) == (True, False)
+    left = room.world.tick
+    assert before + 600 <= left <= before + 602
+    assert not held.runner.tick(1), "no clock runs"
+    held.enter(room, watcher.client)
+    for _ in range(30):  # the ledger hears of it first
+        held.runner.tick(1)
+    assert room.world.tick > left
+
+
+async def test_a_table_goes_on_for_nobody_as_drops_are_to_land() -> None:
+    held = rooms(tick_rate=60)
+    room = held.find("interacting-triangle-8")
+    await held.drop(room, 1, None)
+    await finish(held)
+    stats = room.stats()
+    assert stats.drops == sum(stats.histogram) + stats.unsettled == 1

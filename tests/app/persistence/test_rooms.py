@@ -342,12 +342,19 @@ async def test_a_client_that_comes_back_hears_what_it_missed(
         assert again.hello["key"] != hello["key"]
         asking = {"type": "resume", "run": hello["run"], "since": since}
         await again.send(**asking, key=hello["key"])
-        missed = (await again.until("missed"))["events"]
+        answer = await again.until("missed")
+        assert (answer["since"], answer["until"]) == (since, again.hello["seq"])
+        missed = answer["events"]
         assert [(e["type"], e["ball"]) for e in missed if e["type"] == "accepted"] == [
             ("accepted", 1)
         ]
         assert missed[0]["ref"] == "two", "its own note, as before"
         assert {e["ball"] for e in missed if e["type"] == "landed"} == {0, 1}
+        await again.send(type="drop", seed=3)
+        await again.until("landed")
+        await again.send(**asking, key=hello["key"])
+        answer = await again.until("missed")
+        assert (answer["until"], answer["events"]) == (again.hello["seq"], missed), "heard since"
         await again.send(**asking, key="another")
         assert (await again.until("missed"))["events"][0]["ref"] is None
         await again.send(**asking | {"since": again.hello["seq"]}, key=hello["key"])
@@ -369,11 +376,14 @@ def test_only_so_much_is_remembered_and_what_is_lost_is_said() -> None:
 
     recent = Recent("r")
     recent.begin(10)
-    assert recent.since("r", 9, "") is None, "from before this life"
+    assert recent.since("r", 9, "", 10) is None, "from before this life"
     for seq in range(11, 11 + KEPT):
         recent.add(seq, accepted(seq))
-    assert len(recent.since("r", 10, "") or ()) == KEPT
+    assert len(recent.since("r", 10, "", 11 + KEPT) or ()) == KEPT
     recent.add(11 + KEPT, accepted(0))
-    assert recent.since("r", 10, "") is None
-    assert len(recent.since("r", 11, "") or ()) == KEPT
-    assert recent.since("other", 11, "") is None
+    assert recent.since("r", 10, "", 11 + KEPT) is None
+    assert len(recent.since("r", 11, "", 11 + KEPT) or ()) == KEPT
+    told = recent.since("r", 11, "", 20) or []
+    heard = [event.ball for event in told if isinstance(event, messages.Accepted)]
+    assert heard == [*range(12, 21)], "what came later was heard"
+    assert recent.since("other", 11, "", 11 + KEPT) is None

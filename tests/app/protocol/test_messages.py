@@ -22,6 +22,8 @@ KINDS = {
     "settings": messages.RoomSettings,
     "claimed": messages.Claimed,
     "diagnostics": messages.Diagnostics,
+    "done": messages.Done,
+    "missed": messages.Missed,
 }
 
 

@@ -376,8 +376,9 @@ async def test_segments_are_stamped_with_the_events_so_far(server: Running) -> N
         assert seen[-1] > player.hello["seq"] + 1
         hello = player.hello
         asked = {"run": hello["run"], "key": hello["key"], "since": seen[-1]}
-        await player.send(type="resume", **asked)
-        missed = await player.until("missed")
+    async with playing(server.socket("triangle-8?stream=segments")) as again:
+        await again.send(type="resume", **asked)
+        missed = await again.until("missed")
     assert [event["ball"] for event in missed["events"]] == [landed["ball"]]
 
 

@@ -1,15 +1,19 @@
 """The OpenAPI document: loads, reads well, and says what the server does."""
 
+import json
 import re
 from typing import Any
 
 import httpx
 import pytest
+from openapi_schema_validator import OAS31Validator
+from openapi_spec_validator import OpenAPIV31SpecValidator
 
 from app.main import create_app
 from app.web.schemas.document import components
 from app.web.schemas.drops import DropRecord
-from engine import Board, drop
+from engine import Board, BoardError, drop, preset_names
+from tests.app.conftest import TINY
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +72,74 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/readyz", "get"),
         ("/metrics", "get"),
     }
+
+
+def test_it_is_valid_openapi_3_1(document: dict[str, Any]) -> None:
+    assert document["openapi"].startswith("3.1")
+    assert [str(error) for error in OpenAPIV31SpecValidator(document).iter_errors()] == []
+
+
+def test_operations_have_names_that_one_would_write(document: dict[str, Any]) -> None:
+    names = [operation["operationId"] for _, _, operation in operations(document)]
+    assert len(names) == len(set(names))
+    assert [name for name in names if not re.fullmatch(r"[a-z]+(_[a-z]+)*", name)] == []
+    assert {"list_boards", "get_drop", "get_drop_png", "drop_into_room", "get_room_log"} <= {*names}
+
+
+def board_validator() -> OAS31Validator:
+    return OAS31Validator(
+        {"$ref": "#/components/schemas/BoardForm", "components": {"schemas": components()}}
+    )
+
+
+def test_every_preset_is_what_the_boards_schema_describes() -> None:
+    validator = board_validator()
+    for name in preset_names():
+        assert [str(error) for error in validator.iter_errors(Board.preset(name).to_dict())] == []
+
+
+@pytest.mark.parametrize(
+    ("path", "bad"),
+    [
+        (("gravty",), 9.81),
+        (("gravity",), 0.0),
+        (("drag",), -0.1),
+        (("name",), ""),
+        (("ball", "radius"), 0.0),
+        (("ball", "restitution"), 1.1),
+        (("ball", "density"), "heavy"),
+        (("pegs",), [{"x": 0.0, "y": 1.0}]),
+        (("bins", "edges"), [0.0]),
+        (("bins", "multipliers"), [-1.0, 1.0]),
+        (("drop", "jitter"), -1.0),
+        (("peg_material", "friction"), 11.0),
+    ],
+)
+def test_what_the_boards_schema_refuses_the_server_refuses(path: tuple[str, ...], bad: Any) -> None:
+    form = json.loads(json.dumps(TINY))
+    assert board_validator().is_valid(form)
+    place = form
+    for key in path[:-1]:
+        place = place.setdefault(key, {})
+    place[path[-1]] = bad
+    assert not board_validator().is_valid(form)
+    with pytest.raises(BoardError):
+        Board.from_json(form)
+
+
+def test_the_boards_schema_has_the_servers_defaults() -> None:
+    """A board of nothing but defaults is the same as one that spells them all out."""
+
+    def filled(name: str) -> dict[str, Any]:
+        result = {}
+        for key, schema in components()[name]["properties"].items():
+            if "default" in schema:
+                result[key] = schema["default"]
+            elif "$ref" in schema:
+                result[key] = filled(schema["$ref"].rpartition("/")[2])
+        return result
+
+    assert Board.from_json(filled("BoardForm")) == Board.from_json({})
 
 
 def test_every_operation_reads_well(document: dict[str, Any]) -> None:

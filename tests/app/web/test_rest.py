@@ -552,7 +552,7 @@ def test_an_unknown_path_and_method_are_problems_too(http: httpx.Client) -> None
     problem(http.get("/api/v1/nothing"), 404, "not-found", "/api/v1/nothing")
     refused = http.delete("/api/v1/boards")
     problem(refused, 405, "method-not-allowed", "DELETE")
-    assert refused.headers["allow"] == "GET, POST"
+    assert refused.headers["allow"] == "GET, HEAD, POST"
     problem(http.get("/nothing.js"), 404, "not-found")
     problem(http.get("/../app/main.py"), 404, "not-found")
 

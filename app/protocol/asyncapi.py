@@ -1,0 +1,78 @@
+"""The WebSocket of a room as an AsyncAPI document, made of the messages' own types."""
+
+from typing import Any, Final
+
+import msgspec
+
+from app.protocol import messages
+from app.protocol.client_messages import Message
+
+VERSION: Final = "3.0.0"
+
+_SCHEMAS: Final = "#/components/schemas/{name}"
+_CHANNEL: Final = "room"
+
+
+def document(version: str) -> dict[str, Any]:
+    """The document for a server of this release; docs/protocol.md says what it means."""
+    events = _by_name(*messages.Event.__subclasses__())
+    said = _by_name(*Message.__args__)
+    return {
+        "asyncapi": VERSION,
+        "info": {
+            "title": "Plinko: the WebSocket of a room",
+            "version": version,
+            "description": "Text messages are JSON: one event or an array of them from the server, "
+            "one message from the client. Binary messages, the snapshots or segments of all balls, "
+            "are described in docs/protocol.md byte by byte.",
+        },
+        "defaultContentType": "application/json",
+        "channels": {
+            _CHANNEL: {
+                "address": "/ws/rooms/{room}",
+                "parameters": {
+                    "room": {"description": "`main`, a preset's name, or what `POST rooms` gave."}
+                },
+                "messages": {
+                    name: {"$ref": f"#/components/messages/{name}"} for name in (*events, *said)
+                },
+            }
+        },
+        "operations": {
+            "hear": _operation("send", "What the server tells.", events),
+            "say": _operation("receive", "What a client may say.", said),
+        },
+        "components": {
+            "messages": {name: _message(kind) for name, kind in (*events.items(), *said.items())},
+            "schemas": schemas(),
+        },
+    }
+
+
+def schemas() -> dict[str, Any]:
+    """The JSON Schemas of all events and messages, by name."""
+    kinds = [*messages.Event.__subclasses__(), *Message.__args__]
+    return msgspec.json.schema_components(kinds, ref_template=_SCHEMAS)[1]
+
+
+def _by_name(*kinds: Any) -> dict[str, Any]:
+    return {kind.__name__: kind for kind in kinds}
+
+
+def _message(kind: Any) -> dict[str, Any]:
+    name = kind.__name__
+    return {
+        "name": kind.__struct_config__.tag,
+        "title": name,
+        "summary": (kind.__doc__ or "").partition("\n")[0],
+        "payload": {"$ref": _SCHEMAS.format(name=name)},
+    }
+
+
+def _operation(action: str, summary: str, kinds: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "action": action,
+        "summary": summary,
+        "channel": {"$ref": f"#/channels/{_CHANNEL}"},
+        "messages": [{"$ref": f"#/channels/{_CHANNEL}/messages/{name}"} for name in kinds],
+    }

@@ -1,0 +1,248 @@
+"""HTTP as its standards have it: HEAD, compressed and conditional replies, pages, queries."""
+
+import gzip
+import json
+from typing import Any
+
+import httpx
+import pytest
+
+from app.computing import tasks
+from app.errors import InvalidValueError
+from app.rooms.log import verify_log
+from app.web.schemas.body import decode
+from app.web.schemas.drops import DropRequest, SimulationRequest
+from app.web.schemas.rooms import RoomRequest
+from engine import Board
+from tests.app.conftest import TINY, Running
+
+DROP = "/api/v1/drops/triangle-8/42"
+
+
+def opened(http: httpx.Client, **body: Any) -> tuple[str, dict[str, str]]:
+    """A new room's path and the headers that open it."""
+    room = http.post("/api/v1/rooms", json=body or {"board": TINY}).json()
+    return f"/api/v1/rooms/{room['id']}", {"authorization": f"Bearer {room['token']}"}
+
+
+def land(http: httpx.Client, room: str, *seeds: int) -> None:
+    for seed in seeds:
+        reply = http.post(f"{room}/drops?wait=1", json={"seed": seed})
+        assert reply.status_code == 200, reply.text
+
+
+# HEAD.
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["/", "/js/play/main.js", "/healthz", "/readyz", "/metrics", "/openapi.json", "/api/v1/boards",
+     "/api/v1/boards/classic", "/api/v1/rooms", "/api/v1/rooms/main", "/api/v1/rooms/main/log",
+     "/api/v1/scenes", DROP, f"{DROP}.png", f"{DROP}/frames", "/api/v1/rooms/main/frame.png"],
+)  # fmt: skip
+def test_head_says_what_get_would_and_sends_no_body(http: httpx.Client, path: str) -> None:
+    head = http.head(path)
+    assert (head.status_code, head.content) == (200, b"")
+    got = http.get(path)
+    for name in ("content-type", "etag", "cache-control", "vary", "content-encoding"):
+        assert head.headers.get(name) == got.headers.get(name), name
+
+
+def test_head_of_what_is_not_there_is_not_found(http: httpx.Client) -> None:
+    for path in ("/api/v1/rooms/nope", "/api/v1/nothing", "/nothing.js"):
+        assert http.head(path).status_code == 404
+    refused = http.head("/api/v1/drops")
+    assert (refused.status_code, refused.headers["allow"]) == (405, "POST")
+
+
+def test_head_of_a_stream_without_end_ends(http: httpx.Client, server: Running) -> None:
+    head = http.head("/api/v1/rooms/main/stream.mjpg?width=240")
+    assert (head.status_code, head.content) == (200, b"")
+    assert head.headers["content-type"].startswith("multipart/x-mixed-replace")
+
+
+# Queries.
+
+
+@pytest.mark.parametrize(
+    ("path", "field", "says"),
+    [
+        (f"{DROP}?solvr=stepped", "solvr", "x, solver, dt, substeps"),
+        (f"{DROP}?x=0&x=1", "x", "given 2 times: '0', '1'"),
+        (f"{DROP}?dt=0.01", "dt", "belongs to the solver 'stepped', not to 'exact'"),
+        (f"{DROP}?solver=exact&substeps=4", "substeps", "belongs to the solver 'stepped'"),
+        (f"{DROP}.png?widht=300", "widht", "width, theme"),
+        (f"{DROP}/frames?fps=60&FPS=1", "FPS", "fps"),
+        ("/api/v1/boards?limit=3", "limit", "there is: none"),
+        ("/api/v1/rooms?page=2", "page", "after, limit"),
+        ("/api/v1/rooms/main/log?from=3", "from", "first, limit"),
+        ("/api/v1/scenes?scene=sandbox", "scene", "none"),
+    ],
+)
+def test_a_query_that_would_not_do_what_it_says_is_refused(
+    http: httpx.Client, path: str, field: str, says: str
+) -> None:
+    refused = http.get(path)
+    assert (refused.status_code, refused.json()["field"]) == (422, field), refused.text
+    assert says in refused.json()["detail"]
+
+
+def test_the_stepped_solver_has_its_own_parameters(http: httpx.Client) -> None:
+    plain = http.get(f"{DROP}?solver=stepped").json()
+    asked = http.get(f"{DROP}?solver=stepped&dt={1 / 60}&substeps=4").json()
+    assert plain == asked
+    finer = http.get(f"{DROP}?solver=stepped&dt=0.01").json()
+    assert (finer["dt"], finer["substeps"]) == (0.01, 4)
+
+
+@pytest.mark.parametrize("path", ["drops", "simulate"])
+def test_a_body_with_a_step_for_the_exact_solver_is_refused(http: httpx.Client, path: str) -> None:
+    refused = http.post(f"/api/v1/{path}", json={"board": "triangle-8", "dt": 0.01})
+    assert (refused.status_code, refused.json()["field"]) == (422, "dt")
+
+
+@pytest.mark.parametrize(
+    ("kind", "body", "field"),
+    [
+        (DropRequest, {"board": "classic", "sede": 1}, "sede"),
+        (DropRequest, {"seed": 1}, "board"),
+        (DropRequest, {"board": "classic", "solver": "magic"}, "solver"),
+        (SimulationRequest, {"board": "classic", "drops": "many"}, "drops"),
+        (RoomRequest, {"mode": 5}, "mode"),
+        (RoomRequest, [], "body"),
+    ],
+)
+def test_field_names_what_is_unknown_missing_or_wrong(kind: Any, body: Any, field: str) -> None:
+    with pytest.raises(InvalidValueError) as caught:
+        decode(json.dumps(body).encode(), kind)
+    assert caught.value.field == field
+
+
+def test_instance_is_an_address_whatever_was_asked_for(http: httpx.Client) -> None:
+    refused = http.get("/api/v1/boards/%C3%BC%20%22%3C").json()
+    assert refused["instance"] == "/api/v1/boards/%C3%BC%20%22%3C"
+    missing = http.get("/no%20such").json()
+    assert missing["instance"] == "/no%20such"
+
+
+# Compressed and conditional replies.
+
+
+@pytest.mark.parametrize(
+    "path", [f"{DROP}/frames?fps=1000", "/api/v1/boards", "/js/play/main.js", "/openapi.json"]
+)
+def test_text_is_compressed_for_who_takes_it(http: httpx.Client, path: str) -> None:
+    with http.stream("GET", path, headers={"accept-encoding": "gzip"}) as small:
+        packed = b"".join(small.iter_raw())
+    plain = http.get(path, headers={"accept-encoding": "identity"})
+    assert small.headers["content-encoding"] == "gzip"
+    assert "content-encoding" not in plain.headers
+    for reply in (small, plain):
+        assert "accept-encoding" in reply.headers["vary"].lower()
+    assert gzip.decompress(packed) == plain.content
+    assert len(packed) < len(plain.content) / 2
+    assert small.headers.get("etag") == plain.headers.get("etag")
+
+
+@pytest.mark.parametrize("path", [f"{DROP}.png", f"{DROP}.webp?width=240&fps=2", "/healthz"])
+def test_what_is_small_or_packed_already_is_sent_as_it_is(http: httpx.Client, path: str) -> None:
+    assert "content-encoding" not in http.get(path).headers
+
+
+def test_a_boards_etag_is_its_digest(http: httpx.Client) -> None:
+    digest = Board.preset("classic").digest
+    for path in ("/api/v1/boards/classic", f"/api/v1/boards/{digest}"):
+        assert http.get(path).headers["etag"] == f'"{digest}"'
+        again = http.get(path, headers={"if-none-match": f'"{digest}"'})
+        assert (again.status_code, again.content) == (304, b"")
+
+
+def test_a_logs_etag_changes_when_something_happened(http: httpx.Client) -> None:
+    room, _ = opened(http)
+    first = http.get(f"{room}/log").headers["etag"]
+    assert http.get(f"{room}/log", headers={"if-none-match": first}).status_code == 304
+    land(http, room, 1)
+    after = http.get(f"{room}/log", headers={"if-none-match": first})
+    assert after.status_code == 200
+    assert after.headers["etag"] != first
+
+
+# Pages.
+
+
+def test_rooms_come_in_pages_that_miss_none(http: httpx.Client) -> None:
+    mine = {opened(http)[0].rpartition("/")[2] for _ in range(5)}
+    found: list[str] = []
+    after = ""
+    while True:
+        query: dict[str, str | int] = {"limit": 2, **({"after": after} if after else {})}
+        page = http.get("/api/v1/rooms", params=query).json()
+        assert len(page["rooms"]) <= 2
+        found += [room["id"] for room in page["rooms"]]
+        if page["next"] is None:
+            break
+        after = page["next"]
+    assert mine <= set(found)
+    assert len(found) == len(set(found))
+    assert "main" in found
+    assert found == [room["id"] for room in http.get("/api/v1/rooms").json()["rooms"]]
+
+
+def test_a_log_comes_in_parts(http: httpx.Client) -> None:
+    room, _ = opened(http)
+    land(http, room, 1, 2, 3, 4, 5)
+    whole = http.get(f"{room}/log").json()
+    parts = []
+    first: int | None = 0
+    while first is not None:
+        part = http.get(f"{room}/log", params={"first": first, "limit": 2}).json()
+        assert (part["first"], part["digest"]) == (first, None)
+        assert part["world_digest"] == whole["world_digest"]
+        parts += part["drops"]
+        first = part["next"]
+    assert parts == whole["drops"]
+    assert "next" not in whole
+    beyond = http.get(f"{room}/log?first=9").json()
+    assert (beyond["drops"], beyond["next"]) == ([], None)
+
+
+# Logs of closed rooms, and what verifies.
+
+
+def test_a_closed_rooms_log_stays_readable_and_verifies(http: httpx.Client) -> None:
+    room, token = opened(http)
+    land(http, room, 1, 2)
+    http.post(f"{room}/drops", json={"seed": 3, "who": "ann"})
+    assert http.delete(room, headers=token).status_code == 204
+    assert http.get(room).status_code == 404
+    log = http.get(f"{room}/log").json()
+    assert [each["seed"] for each in log["drops"]] == ["1", "2", "3"]
+    assert [each["result"] is None for each in log["drops"]] == [False, False, True]
+    assert [each["who"] for each in log["drops"]] == [None] * 3
+    assert verify_log(log).ok
+    shown = http.get(f"{room}/log", headers=token).json()
+    assert shown["drops"][2]["who"] == "ann"
+
+
+@pytest.mark.parametrize("kind", [{"board": TINY}, {"scene": "sandbox", "balls": 3}])
+def test_verify_takes_a_rooms_log(http: httpx.Client, kind: dict[str, Any]) -> None:
+    room, token = opened(http, **kind)
+    if "board" in kind:
+        land(http, room, 7)
+    log = http.get(f"{room}/log", headers=token).json()
+    good = http.post("/api/v1/verify", json=log)
+    assert (good.status_code, good.json()["ok"]) == (200, True)
+    log["world_digest"] = "0" * 64
+    bad = http.post("/api/v1/verify", json=log).json()
+    assert (bad["ok"], bad["field"], bad["expected"]) == (False, "world_digest", "0" * 64)
+
+
+def test_a_log_that_would_be_replayed_for_ever_is_given_up(
+    http: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tasks, "MAX_SECONDS", 0.05)
+    room, _ = opened(http)
+    log = {**http.get(f"{room}/log").json(), "tick": 10**15}
+    with pytest.raises(InvalidValueError, match="plinko verify takes its time") as caught:
+        tasks.log_verdict(log)
+    assert caught.value.field == "tick"
