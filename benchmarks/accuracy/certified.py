@@ -34,7 +34,7 @@ def _right_bins(section: Section, effort: Effort) -> None:
     """All bins of a sample proven: those that were called certain too."""
     from engine.certified.many import certify_many
 
-    drops = effort.size(1000, 10)
+    drops = effort.size(1000, 3)
     board = Board.preset(BOARD)
     started = time.process_time()
     share = certify_many(board, range(drops), everything=True)
@@ -74,7 +74,7 @@ def _needs(section: Section, effort: Effort) -> None:
     found: dict[str, list[tuple[int, int]]] = defaultdict(list)
     for name in (BOARD, "triangle-8"):
         board = Board.preset(name)
-        for seed in range(effort.size(100, 3)):
+        for seed in range(effort.size(100, 1)):
             x = Fraction(start_of(board, seed, None))
             bits = LEAST
             while True:
