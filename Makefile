@@ -27,7 +27,7 @@ PINS := pyproject.toml constraints.txt
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
-.PHONY: help play test test-long test-crash test-arm64 lint docs links format bench readme architecture pictures constraints clean
+.PHONY: help play test test-long test-crash test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
@@ -43,6 +43,7 @@ help:
 	@echo 'make readme       run the examples of the pages and write what they print'
 	@echo 'make architecture draw the packages and what they may import'
 	@echo 'make pictures     take and draw the pictures of the documentation anew'
+	@echo 'make kernels      compile the kernels that pages run to WebAssembly, when a kernel changed'
 	@echo 'make constraints  pin the newest versions that work together'
 	@echo 'make clean        remove the environment and all caches'
 
@@ -115,6 +116,10 @@ architecture: $(VENV)/.stamp-test
 pictures: $(VENV)/.stamp-test
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.photographs
 	$(BIN)/python -m tests.repository.readme docs/pictures.md
+
+# engine/artifact/kernels.wasm and the page's copy of it; a test says when they are stale.
+kernels: $(VENV)/.stamp-play
+	$(BIN)/python -m engine.artifact.make
 
 # The newest versions that the ranges in pyproject.toml allow, tried and written down together.
 constraints:

@@ -8,7 +8,7 @@ import js from "@eslint/js";
 import { importX } from "eslint-plugin-import-x";
 
 /** Folders of static/js from the ground up. */
-export const LAYERS = ["util", "model", "net", "paint", "board", "instruments"];
+export const LAYERS = ["util", "model", "solver", "net", "paint", "board", "instruments"];
 export const PAGES = ["play", "replay", "compare", "map", "editor", "sandbox"];
 
 /** @param {string} folder @returns {string[]} what it must not import */

@@ -78,6 +78,19 @@ export class ImpactList {
     ]);
   }
 
+  /**
+   * Marks the first impacts as verified, one by one, a frame of the screen each.
+   * @param {number} count
+   */
+  async turnGreen(count) {
+    const rows = this.#rows;
+    for (const { row } of rows) delete row.dataset.verified;
+    for (const { row } of rows.slice(0, count)) {
+      row.dataset.verified = "true";
+      await new Promise(requestAnimationFrame);
+    }
+  }
+
   get chosen() {
     return this.#chosen;
   }

@@ -6,7 +6,7 @@ import { Chart } from "../instruments/chart.js";
 import { provenWords } from "../model/certificate.js";
 import { upTo } from "../model/motion/drop.js";
 import { complaintOf, readSeed } from "../model/seed.js";
-import { ApiError, getJson, postJson } from "../net/api.js";
+import { ApiError, getJson } from "../net/api.js";
 import { dropPath, dropSearch, readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath, paintRing } from "../paint/marks.js";
 import { byId, fieldOf, fillFacts, inputOf } from "../util/dom.js";
@@ -18,12 +18,12 @@ import { describeEnergy, energyPlot } from "./energy-plot.js";
 import { ImpactList } from "./impact-list.js";
 import { boardOf, Replay } from "./replay.js";
 import { Transport } from "./transport.js";
+import { Verifier } from "./verify.js";
 
 /** @import { Certificate } from "../model/certificate.js" */
 /** @import { DropRecord } from "../model/motion/drop.js" */
 /** @import { State } from "../model/motion/flight.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
-/** @import { Verification } from "../net/replies.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Fact } from "../util/dom.js" */
@@ -47,13 +47,16 @@ class ReplayPage {
     this.stage = new Stage(theme, () => this.loop.wake());
     this.transport = new Transport(() => this.loop.wake());
     this.list = new ImpactList((index) => this.#choose(index));
+    this.verifier = new Verifier(this.list);
     this.energy = new Chart(byId("energy", HTMLCanvasElement), theme, (t) => this.transport.seek(t));
     this.closeUp = new CloseUp(byId("closeup", HTMLCanvasElement), theme);
     this.withCloseUp = byId("with-closeup", HTMLInputElement);
     this.withHeight = byId("with-height", HTMLInputElement);
     this.withCloseUp.addEventListener("change", () => this.loop.wake());
     this.withHeight.addEventListener("change", () => this.#plotEnergy());
-    byId("verify").addEventListener("click", () => this.#verify());
+    byId("verify").addEventListener("click", () => {
+      if (this.#replay) this.verifier.verify(this.#replay);
+    });
     byId("certify").addEventListener("click", () => this.#certify());
     byId("board").addEventListener("pointerdown", (event) => this.#pick(event));
     for (const id of ["impact-back", "impact-on"]) {
@@ -255,27 +258,6 @@ class ReplayPage {
       const { certificate } = /** @type {{certificate: Certificate}} */ (await getJson(path));
       note.dataset.tone = certificate.certified && certificate.agrees ? "good" : "bad";
       note.textContent = provenWords(certificate);
-    } catch (error) {
-      if (!(error instanceof ApiError)) throw error;
-      note.dataset.tone = "bad";
-      note.textContent = error.message;
-    }
-  }
-
-  async #verify() {
-    const replay = this.#replay;
-    if (!replay) return;
-    const note = byId("verdict");
-    note.dataset.tone = "";
-    note.textContent = "The server computes…";
-    try {
-      // The record goes back as it came, to the last bit of its numbers.
-      const reply = await postJson("verify", replay.text);
-      const { ok, field, expected, actual } = /** @type {Verification} */ (reply);
-      note.dataset.tone = ok ? "good" : "bad";
-      note.textContent = ok
-        ? `Reproduced, every bit of ${replay.record.impacts.length} impacts: digest ${replay.record.digest}.`
-        : `Not reproduced: ${field} is ${expected} here, ${actual} there.`;
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       note.dataset.tone = "bad";

@@ -25,7 +25,9 @@ const MAX_SAMPLES = 90_000;
  *   index: number]} ImpactRow
  *
  * @typedef {object} DropRecord what the server says of a drop
+ * @property {string} board_digest
  * @property {string} seed
+ * @property {number} [x] m, where the start was given and not the seed's
  * @property {"exact" | "stepped"} solver
  * @property {number} [dt] s, of the stepped solver
  * @property {number} [substeps]

@@ -1,0 +1,211 @@
+"""What the artifact exports: kernels of the exact solver over addresses, for hosts without arrays.
+
+WebAssembly passes numbers alone. So a board, a log and results are blocks of memory, each of values
+of one type, and these functions tell the kernels where in them their arrays are. A host fills the
+blocks: `engine/artifact/host.py` and `static/js/solver/kernels.js`.
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, Final
+
+import numba
+import numpy as np
+
+from engine.exact import initial_state, sampling, sensitivity
+from engine.exact.board_arrays import BoardArrays
+from engine.exact.event_log import COUNTS, EVENT_SIZE, SEGMENT_SIZE, Log
+from engine.exact.outcome import MAX_EVENTS, MAX_TIME
+from engine.exact.sensitivity import TANGENTS, Space
+from engine.exact.trace import trace_many
+from engine.jit.webassembly import (
+    BYTES,
+    FLOAT,
+    FLOATS,
+    INT,
+    INTS,
+    LONGS,
+    WORDS,
+    Export,
+    further,
+    part,
+)  # fmt: skip
+from engine.physics import body, contact, surface, tangent
+
+_numba: Any = numba  # its types know no addresses of these kinds
+carray = _numba.carray
+long: Any = np.int64
+
+Address = Any
+"""Where values of one type begin: what `engine.jit.webassembly` calls FLOATS, WORDS and so on."""
+
+NUMBERS: Final = 13
+"""Floats of a board ahead of its surfaces: its fields that are floats, in the tuple's order."""
+
+SIZES: Final = 6
+"""Words of a board ahead of its grid: surfaces, columns, rows, pegs, members and edges."""
+
+_ROWS = contact.ROWS
+_TERMS = contact.ORDER + 1
+_VARIATION_ROWS = tangent.VARIATION_ROWS
+
+
+@part
+def _board(floats: Address, words: Address) -> BoardArrays:
+    """A board whose two blocks begin there.
+
+    floats: NUMBERS, then surfaces, centres and edges. words: SIZES, then starts, members, heads.
+    """
+    number = carray(floats, NUMBERS)
+    size = carray(words, SIZES)
+    surfaces = long(size[0])
+    columns = long(size[1])
+    rows = long(size[2])
+    members = long(size[4])
+    edges = long(size[5])
+    at_items = further(floats, NUMBERS)
+    at_centres = further(at_items, surfaces * surface.COLUMNS)
+    at_starts = further(words, SIZES)
+    at_members = further(at_starts, columns * rows + 2)
+    return BoardArrays(
+        carray(at_items, (surfaces, surface.COLUMNS)),
+        number[0], number[1], number[2],
+        columns, rows,
+        carray(at_starts, columns * rows + 2),
+        carray(at_members, members),
+        carray(further(at_members, members), columns * rows + 1),
+        carray(at_centres, (surfaces + 1, 3)),
+        long(size[3]),
+        number[3], number[4], number[5], number[6], number[7], number[8], number[9], number[10],
+        number[11], number[12],
+        carray(further(at_centres, (surfaces + 1) * 3), edges),
+    )  # fmt: skip
+
+
+def trace(
+    floats: Address,
+    words: Address,
+    balls: int,
+    states: Address,
+    initial: Address,
+    events: Address,
+    marks: Address,
+    event_room: int,
+    segments: Address,
+    segment_room: int,
+    counts: Address,
+    ends: Address,
+    outcomes: Address,
+    series: Address,
+) -> None:
+    """`trace_many` of so many balls that have touched nothing yet.
+
+    `initial` is work space; `ends` takes each one's bin, then each one's impacts.
+    """
+    begun = carray(initial, (balls, initial_state.COLUMNS))
+    for i in range(balls):
+        for column in range(initial_state.COLUMNS):
+            begun[i, column] = 0
+        begun[i, initial_state.HIT] = initial_state.NONE
+        begun[i, initial_state.SURFACE] = initial_state.NONE
+    log = Log(
+        carray(events, (event_room, EVENT_SIZE)),
+        carray(marks, (event_room, 2)),
+        carray(segments, (segment_room, SEGMENT_SIZE)),
+        carray(counts, COUNTS),
+        carray(counts, (0, COUNTS)),
+    )
+    trace_many(
+        _board(floats, words),
+        carray(states, (balls, body.SIZE)),
+        begun,
+        MAX_EVENTS,
+        MAX_TIME,
+        carray(series, (_ROWS, _TERMS)),
+        log,
+        carray(outcomes, balls),
+        carray(ends, balls),
+        carray(further(ends, balls), balls),
+    )
+
+
+def sample(
+    floats: Address,
+    words: Address,
+    segments: Address,
+    segment_count: int,
+    rows: Address,
+    times: Address,
+    count: int,
+    series: Address,
+    out: Address,
+) -> None:
+    """`sampling.sample` of one ball at so many times; `rows` has each one's row and the next."""
+    sampling.sample(
+        _board(floats, words),
+        carray(segments, (segment_count, SEGMENT_SIZE)),
+        carray(rows, count),
+        carray(further(rows, count), count),
+        carray(times, count),
+        False,
+        carray(series, (_ROWS, _TERMS)),
+        carray(out, (count, body.SIZE)),
+    )
+
+
+def certainty(
+    floats: Address,
+    words: Address,
+    segments: Address,
+    segment_count: int,
+    events: Address,
+    marks: Address,
+    event_count: int,
+    end: Address,
+    start_rounding: float,
+    space: Address,
+    out: Address,
+) -> None:
+    """`sensitivity.sensitivity` of one drop; `space` is zeros, its arrays one after the other."""
+    variation = further(space, _ROWS * _TERMS)
+    tangents = further(variation, _VARIATION_ROWS * _TERMS)
+    rates = further(tangents, TANGENTS * tangent.TANGENT_SIZE)
+    delays = further(rates, tangent.TANGENT_SIZE)
+    sensitivity.sensitivity(
+        _board(floats, words),
+        carray(segments, (segment_count, SEGMENT_SIZE)),
+        carray(events, (event_count, EVENT_SIZE)),
+        carray(marks, (event_count, 2)),
+        carray(end, body.SIZE),
+        start_rounding,
+        Space(
+            carray(space, (_ROWS, _TERMS)),
+            carray(variation, (_VARIATION_ROWS, _TERMS)),
+            carray(tangents, (TANGENTS, tangent.TANGENT_SIZE)),
+            carray(rates, tangent.TANGENT_SIZE),
+            carray(delays, TANGENTS),
+            carray(further(delays, TANGENTS), body.SIZE),
+        ),
+        carray(out, (event_count, TANGENTS)),
+    )
+
+
+EXPORTS: Final[Mapping[str, Export]] = MappingProxyType(
+    {
+        "trace": Export(
+            trace,
+            (
+                FLOATS, WORDS, INT, FLOATS, LONGS, FLOATS, INTS, INT, FLOATS, INT, LONGS,
+                INTS, BYTES, FLOATS,
+            ),
+        ),
+        "sample": Export(
+            sample, (FLOATS, WORDS, FLOATS, INT, LONGS, FLOATS, INT, FLOATS, FLOATS)
+        ),
+        "certainty": Export(
+            certainty,
+            (FLOATS, WORDS, FLOATS, INT, FLOATS, INTS, INT, FLOATS, FLOAT, FLOATS, FLOATS),
+        ),
+    }
+)  # fmt: skip
+"""Name of each function that the artifact exports: the function, and what it takes."""

@@ -1,0 +1,82 @@
+// Verify: the drop is computed anew in this page, and by the server if it answers, and compared.
+
+import { ApiError, messageOf, postJson } from "../net/api.js";
+import { compareRecords } from "../solver/difference.js";
+import { openSolver } from "../solver/solver.js";
+import { byId } from "../util/dom.js";
+
+/** @import { Verification } from "../net/replies.js" */
+/** @import { Difference } from "../solver/difference.js" */
+/** @import { ImpactList } from "./impact-list.js" */
+/** @import { Replay } from "./replay.js" */
+
+/** The button and what it says. The solver is loaded with the page, so that no server is needed. */
+export class Verifier {
+  #solver = openSolver().catch(messageOf);
+
+  /** @param {ImpactList} list whose impacts turn green */
+  constructor(list) {
+    this.list = list;
+  }
+
+  /** @param {Replay} replay */
+  async verify(replay) {
+    show("", "Computing…");
+    const here = await this.#here(replay);
+    if (here.tone === "bad") {
+      show("bad", here.text);
+      return;
+    }
+    show(here.tone, here.text);
+    const { tone, text } = await atServer(replay);
+    show(tone === "" ? here.tone : tone, `${here.text} ${text}`);
+  }
+
+  /** @param {Replay} replay @returns {Promise<Said>} */
+  async #here({ board, record }) {
+    if (record.solver !== "exact") return { tone: "", text: "This page computes exact drops alone." };
+    const solver = await this.#solver;
+    if (typeof solver === "string") return { tone: "", text: `Not computed here: ${solver}` };
+    const start = { seed: record.seed, x: record.x };
+    const computed = solver.drop(board, start).record();
+    const { same, difference } = compareRecords({ ...record }, computed);
+    await this.list.turnGreen(same);
+    if (difference) return { tone: "bad", text: denied(difference, "in this page") };
+    return {
+      tone: "good",
+      text: `Reproduced in this page, every bit of ${same} impacts: digest ${computed.digest}.`,
+    };
+  }
+}
+
+/** @typedef {{tone: "" | "good" | "bad", text: string}} Said */
+
+/** @param {Replay} replay @returns {Promise<Said>} */
+async function atServer({ text, record }) {
+  try {
+    // The record goes back as it came, to the last bit of its numbers.
+    const reply = /** @type {Verification} */ (await postJson("verify", text));
+    const { ok, field, expected, actual } = reply;
+    if (!ok) return { tone: "bad", text: denied({ field: field ?? "", expected, actual }, "at the server") };
+    return {
+      tone: "good",
+      text: `Reproduced by the server, every bit of ${record.impacts.length} impacts: ` +
+        `digest ${record.digest}.`,
+    };
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    return { tone: error.status === 0 ? "" : "bad", text: error.message };
+  }
+}
+
+/** @param {Difference} difference @param {string} where */
+function denied({ field, expected, actual }, where) {
+  return `Not reproduced: ${field} is ${String(expected)} in the record, ${String(actual)} ${where}.`;
+}
+
+/** @param {string} tone @param {string} text */
+function show(tone, text) {
+  const note = byId("verdict");
+  note.dataset.tone = tone;
+  note.textContent = text;
+}

@@ -1,0 +1,68 @@
+// Digests of a board and of a drop: SHA-256 over the canonical bytes that the engine's have, too.
+
+import { Bytes } from "./bytes.js";
+import { sha256 } from "./sha256.js";
+
+/** @import { Material } from "../model/board.js" */
+/** @import { WholeBoard } from "./board-values.js" */
+/** @import { Traced } from "./kernels.js" */
+
+export const PHYSICS_VERSION = 4;
+const EXACT = 0;
+
+/** @param {WholeBoard} board @returns {string} 64 hexadecimal digits */
+export function boardDigest(board) {
+  const { ball, bins, drop } = board;
+  const out = new Bytes();
+  const name = new Bytes();
+  const length = name.text(board.name);
+  out.text("plinko-board/1\n");
+  out.word(length);
+  out.bytes(name.written);
+  out.floats([board.width, board.height, board.gravity, board.drag]);
+  out.floats([ball.radius, ball.density, ball.restitution, ball.friction]);
+  out.word(board.pegs.length);
+  out.floats(board.pegs.flatMap(({ x, y, radius }) => [x, y, radius]));
+  out.floats(pair(board.peg_material));
+  out.word(board.walls.length);
+  out.floats(board.walls.flatMap(({ x1, y1, x2, y2 }) => [x1, y1, x2, y2]));
+  out.floats(pair(board.wall_material));
+  out.floats([bins.y]);
+  for (const values of [bins.edges, bins.multipliers]) counted(out, values);
+  out.floats([drop.x, drop.y, drop.jitter]);
+  counted(out, drop.slots);
+  out.floats(drop.reach === 0 ? [] : [drop.reach]);
+  return sha256(out.written);
+}
+
+/** @param {Material} material */
+const pair = ({ restitution, friction }) => [restitution, friction];
+
+/** @param {Bytes} out @param {number[]} values */
+function counted(out, values) {
+  out.word(values.length);
+  out.floats(values);
+}
+
+/**
+ * @param {string} board its digest
+ * @param {{x: number, y: number}} start at rest, m
+ * @param {Pick<Traced, "outcome" | "impacts">} traced
+ * @returns {string} 64 hexadecimal digits
+ */
+export function dropDigest(board, { x, y }, { outcome, impacts }) {
+  const out = new Bytes();
+  out.text("plinko drop");
+  out.hex(board);
+  out.word(PHYSICS_VERSION);
+  out.bytes([EXACT]);
+  out.floats([x, y, 0, 0, 0]);
+  out.bytes([outcome]);
+  out.long(impacts.length);
+  for (const row of impacts) {
+    out.floats(row.slice(0, 6));
+    out.word(row[6]);
+    out.word(row[7]);
+  }
+  return sha256(out.written);
+}

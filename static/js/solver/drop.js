@@ -1,0 +1,128 @@
+// One drop that the solver computed: its outcome, impacts, digest, record, and states at any time.
+
+import { dropDigest, PHYSICS_VERSION } from "./digest.js";
+import { ParameterError } from "./errors.js";
+
+/** @import { WholeBoard } from "./board-values.js" */
+/** @import { Traced } from "./kernels.js" */
+
+/**
+ * @typedef {{t: number, x: number, y: number, theta: number, vx: number, vy: number, omega: number}} BallState
+ *   s, m, rad, m/s, rad/s
+ *
+ * @typedef {{board: WholeBoard, digest: string, seed: bigint | null, x: number, explicit: boolean,
+ *   traced: Traced}} Made digest: the board's; explicit: the start is x, not the seed's
+ */
+
+const LANDED = 0;
+const REASONS = [
+  "",
+  "wedged: at rest between two surfaces",
+  "balanced: at rest on a surface",
+  "escaped: too far from the board",
+  "event limit: no end in sight after the allowed number of events",
+  "time limit: no end in sight after the allowed time",
+];
+
+/** The outcome of a drop; everything but its inputs follows from them. */
+export class Drop {
+  #made;
+  #sample;
+  /** @type {string | null} */
+  #digest = null;
+
+  /** @param {Made} made @param {(times: number[]) => number[][]} sample */
+  constructor(made, sample) {
+    this.#made = made;
+    this.#sample = sample;
+  }
+
+  /** Where the ball started, m. */
+  get xStart() {
+    return this.#made.x;
+  }
+
+  /** Number of the bin from the left, null if the ball did not land. */
+  get bin() {
+    const { outcome, bin } = this.#made.traced;
+    return outcome === LANDED ? bin : null;
+  }
+
+  /** Why the ball did not land, null if it did. */
+  get unsettled() {
+    const { outcome } = this.#made.traced;
+    return outcome === LANDED ? null : REASONS[outcome];
+  }
+
+  /** The bin's multiplier; 1, the stake back, if the ball did not land. */
+  get score() {
+    return this.bin === null ? 1 : this.#made.board.bins.multipliers[this.bin];
+  }
+
+  /** From the start to the end, s. */
+  get duration() {
+    return this.#made.traced.end[0];
+  }
+
+  /** Where the centre crossed the bins' line, or came to its end, m. */
+  get xEnd() {
+    return this.#made.traced.end[1];
+  }
+
+  /** All events in order: t, x, y, vx, vy, omega after it, its kind, and what was hit. */
+  get impacts() {
+    return this.#made.traced.impacts;
+  }
+
+  /** SHA-256 of board, start and every event: 64 hexadecimal digits, the same as the server's. */
+  get digest() {
+    const { board, digest, x, traced } = this.#made;
+    this.#digest ??= dropDigest(digest, { x, y: board.drop.y }, traced);
+    return this.#digest;
+  }
+
+  /** The board's digest, 64 hexadecimal digits. */
+  get boardDigest() {
+    return this.#made.digest;
+  }
+
+  /**
+   * @param {number[]} times s since the start; from the end on the ball stays where it ended
+   * @returns {BallState[]}
+   */
+  states(times) {
+    const bad = times.find((time) => !(time >= 0));
+    if (bad !== undefined) {
+      throw new ParameterError(`time ${bad} is before the start of the drop`, "times");
+    }
+    const { end } = this.#made.traced;
+    const moving = times.filter((time) => time < this.duration);
+    const rows = this.#sample(moving);
+    let next = 0;
+    return times.map((time) => {
+      const row = time < this.duration ? rows[next] : end;
+      if (row !== end) next += 1;
+      const [, x, y, vx, vy, theta, omega] = row;
+      return { t: time, x, y, theta, vx, vy, omega };
+    });
+  }
+
+  /** The drop as `plinko drop --json` and REST give it. */
+  record() {
+    const { digest, seed, explicit, board } = this.#made;
+    return {
+      board,
+      board_digest: digest,
+      seed: seed === null ? null : String(seed),
+      ...(explicit ? { x: this.xStart } : {}),
+      solver: "exact",
+      physics_version: PHYSICS_VERSION,
+      bin: this.bin,
+      score: this.score,
+      duration: this.duration,
+      x_end: this.xEnd,
+      impacts: this.impacts,
+      digest: this.digest,
+    };
+  }
+}

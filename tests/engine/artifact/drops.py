@@ -1,0 +1,32 @@
+"""Drops that whatever runs the artifact must give to the last bit: presets and random boards."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from benchmarks.scenes.random_boards import random_board
+from engine import Board, drop, preset_names
+from tests.long import tries
+
+PRESET_SEEDS = tries(10, 500)
+RANDOM_BOARDS = tries(20, 200)
+RANDOM_SEEDS = tries(5, 20)
+
+
+def played() -> Iterator[tuple[Board, int]]:
+    """Each board, and for how many seeds it is compared."""
+    for name in preset_names():
+        yield Board.preset(name), PRESET_SEEDS
+    for number in range(RANDOM_BOARDS):
+        yield random_board(number), RANDOM_SEEDS
+
+
+def cases() -> list[dict[str, Any]]:
+    """As JSON: boards, their digests, and those of their drops with the seeds 0, 1, 2 …"""
+    return [
+        {
+            "board": board.to_dict(),
+            "board_digest": board.digest,
+            "digests": [drop(board, seed).digest for seed in range(count)],
+        }
+        for board, count in played()
+    ]

@@ -1,0 +1,88 @@
+"""The artifact: made from the kernels that are there, small, needing nothing, right to the bit."""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine import Board, drop
+from engine.artifact import make, stamp
+from engine.drops.digest import drop_digest
+from engine.drops.trajectory import start_row
+from engine.exact.board_arrays import arrays_of
+from engine.jit import wasm_sections
+from tests.engine.artifact.drops import played
+from tests.engine.artifact.host import Host
+
+ROOMY = (4096, 16384)  # rows of a log: events and segments, more than any of these drops has
+
+
+def compare(host: Host) -> int:
+    """How many drops were compared, of all that `played` names."""
+    compared = 0
+    for board, seeds in played():
+        host.load(arrays_of(board))
+        for seed in range(seeds):
+            done = drop(board, seed)
+            run = host.trace(done.trajectory.start.reshape(1, -1), *ROOMY)
+            events, segments, impacts = run.counts.tolist()
+            digest = drop_digest(
+                board.digest, done.solver, start_row(done.trajectory), int(run.outcomes[0]),
+                run.events[:events], run.marks[:events],
+            )  # fmt: skip
+            assert digest == done.digest, (board.name, seed)
+            assert int(run.impacts[0]) == impacts
+            assert run.segments[:segments].tobytes() == done.trajectory.segments.tobytes()
+            assert run.states[0].tobytes() == done.trajectory.end.tobytes()
+            compared += 1
+    return compared
+
+
+def test_the_artifact_gives_numba_s_bits_in_another_compiler() -> None:
+    assert compare(Host()) >= 390
+
+
+@pytest.mark.long
+def test_an_artifact_made_anew_gives_the_same_bits() -> None:
+    assert compare(Host(make.made())) >= 390
+
+
+def test_the_artifact_was_made_from_the_kernels_that_are_there() -> None:
+    made_from = stamp.stamp_of(stamp.FILE.read_bytes())
+    assert made_from == stamp.current(), "kernels have changed since: `make kernels`"
+
+
+def test_the_page_has_the_same_artifact() -> None:
+    assert make.PAGE.read_bytes() == stamp.FILE.read_bytes(), "`make kernels` writes both"
+
+
+def test_a_change_of_any_kernel_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = stamp.current()
+    names = {path.name for path in stamp.sources()}
+    assert {"trace.py", "sampling.py", "circle_impact.py", "contact.py", "entries.py"} <= names
+    changed = tmp_path / "trace.py"
+    trace = next(path for path in stamp.sources() if path.name == "trace.py")
+    changed.write_bytes(trace.read_bytes() + b"\n")
+    others = [changed if path == trace else path for path in stamp.sources()]
+    monkeypatch.setattr(stamp, "sources", lambda: others)
+    assert stamp.current() != before
+
+
+def test_the_artifact_is_small_and_asks_for_memory_alone() -> None:
+    module = stamp.FILE.read_bytes()
+    assert len(gzip.compress(module)) <= make.MOST_GZIPPED
+    assert wasm_sections.imports(module) == ["env.__linear_memory", "env.__stack_pointer"]
+    with pytest.raises(ValueError, match="section 'plinko'"):
+        stamp.stamp_of(module[: module.index(b"\x06plinko") - 3])
+
+
+def test_many_balls_go_as_each_alone() -> None:
+    board = Board.preset("triangle-16")
+    drops = [drop(board, seed) for seed in range(50)]
+    host = Host()
+    host.load(arrays_of(board))
+    run = host.trace(np.stack([each.trajectory.start for each in drops]))
+    assert run.bins.tolist() == [each.bin for each in drops]
+    assert run.states[:, 0].tolist() == [each.duration for each in drops]
+    assert run.states[:, 1].tolist() == [each.x_end for each in drops]

@@ -1,0 +1,152 @@
+"""The page's own solver, held to the engine's: boards, arrays, digests, states, refusals."""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine import Board, BoardError, drop
+from engine.exact.board_arrays import arrays_of
+from tests.engine.artifact.drops import cases, played
+from tests.engine.artifact.host import blocks_of
+from tests.engine.board.forms import EXAMPLE, changed
+from tests.js.conftest import Run
+
+_OPEN = """
+const { readFileSync } = await import("node:fs");
+const bytes = readFileSync(new URL("solver/kernels.wasm", MODULES_URL));
+const solver = await openSolver(bytes);
+"""
+
+
+def opened(body: str) -> str:
+    """A function whose `solver` is open."""
+    from tests.js.conftest import MODULES
+
+    start = _OPEN.replace("MODULES_URL", json.dumps(f"{MODULES.as_uri()}/"))
+    return f"async ({{ openSolver }}, given) => {{ {start} {body} }}"
+
+
+def test_a_page_computes_every_drop_to_the_engine_s_last_bit(run: Run) -> None:
+    expected = cases()
+    given = [{"board": each["board"], "seeds": len(each["digests"])} for each in expected]
+    found = run(
+        "solver/solver.js",
+        opened("""return given.map(({ board, seeds }) => {
+          const drops = Array.from({ length: seeds }, (_, seed) => solver.drop(board, { seed }));
+          return { board_digest: drops[0].boardDigest, digests: drops.map((d) => d.digest) };
+        });"""),
+        given,
+    )
+    for mine, true in zip(found, expected, strict=True):
+        name = true["board"]["name"]
+        assert mine["board_digest"] == true["board_digest"], name
+        wrong = [s for s, d in enumerate(true["digests"]) if mine["digests"][s] != d]
+        assert not wrong, f"{name}: seeds {wrong[:5]}"
+
+
+def test_a_page_makes_the_kernels_arrays_of_a_board_as_the_engine_does(run: Run) -> None:
+    boards = [board for board, _ in played()]
+    found = run(
+        "solver/board-arrays.js",
+        """async ({ arraysOf }, boards, load) => {
+          const { readBoard } = await load("solver/board-values.js");
+          const { Bytes } = await load("solver/bytes.js");
+          const { sha256 } = await load("solver/sha256.js");
+          return boards.map((board) => {
+            const { floats, words } = arraysOf(readBoard(board));
+            const out = new Bytes();
+            out.floats(floats);
+            for (const word of words) out.word(word);
+            return sha256(out.written);
+          });
+        }""",
+        [board.to_dict() for board in boards],
+    )
+    for board, mine in zip(boards, found, strict=True):
+        assert mine == _sha256(*blocks_of(arrays_of(board))), board.name
+
+
+def _sha256(*arrays: Any) -> str:
+    import hashlib
+
+    return hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()
+
+
+def test_states_at_any_time_and_the_record_are_the_engine_s(run: Run) -> None:
+    board = Board.preset("triangle-12")
+    drops = [drop(board, 2**64 - 1), drop(board, x=board.drop.x + 0.01)]
+    asked: list[dict[str, Any]] = []
+    for each in drops:
+        times = [*np.linspace(0.0, each.duration + 1.0, 300), *each.impacts["t"].tolist()]
+        seed = None if each.seed is None else str(each.seed)
+        x = each.x_start if each.explicit_x else None
+        asked.append({"board": board.to_dict(), "start": {"seed": seed, "x": x}, "times": times})
+    found = run(
+        "solver/solver.js",
+        opened("""return given.map(({ board, start, times }) => {
+          const drop = solver.drop(board, start);
+          return { record: drop.record(), states: drop.states(times) };
+        });"""),
+        asked,
+    )
+    for each, request, mine in zip(drops, asked, found, strict=True):
+        record = each.record()
+        assert mine["record"] | {"board": board.name} == record
+        for true, got in zip(each.states(request["times"]), mine["states"], strict=True):
+            assert got == {name: float(true[name]) for name in got}, got["t"]
+
+
+WRONG: list[tuple[tuple[str | int, ...], Any]] = [
+    (("gravity",), 0),
+    (("gravity",), "9.81"),
+    (("drag",), -1),
+    (("name",), ""),
+    (("name",), "a\nb"),
+    (("width",), None),
+    (("ball", "radius"), 0),
+    (("ball", "friction"), 11),
+    (("ball", "colour"), "red"),
+    (("pegs",), {}),
+    (("pegs", 0), {"x": 1.0, "y": 1.0}),
+    (("pegs", 0, "radius"), -0.1),
+    (("walls", 0, "x2"), 1e7),
+    (("walls", 0), {"x1": 0.0, "y1": 0.0, "x2": 0.0, "y2": 0.0}),
+    (("peg_material", "restitution"), 1.5),
+    (("bins", "edges"), [0.0]),
+    (("bins", "edges"), [0.0, 1.0, 1.0]),
+    (("bins", "multipliers"), [1.0]),
+    (("drop", "jitter"), -1),
+    (("drop", "slots"), ["0"]),
+    (("colour",), "red"),
+]
+
+
+def test_a_board_with_a_wrong_value_is_refused_and_the_value_named(run: Run) -> None:
+    boards = [changed(EXAMPLE, path, value) for path, value in WRONG]
+    fields = run(
+        "solver/board-values.js",
+        """({ readBoard }, boards) => boards.map((board) => {
+          try { readBoard(board); return null; } catch (error) { return error.field; }
+        })""",
+        boards,
+    )
+    for board, field in zip(boards, fields, strict=True):
+        with pytest.raises(BoardError) as caught:
+            Board.from_json(board)
+        assert field == caught.value.field
+
+
+def test_what_a_board_leaves_out_is_what_the_engine_puts_in(run: Run) -> None:
+    bare = {
+        "bins": {"multipliers": [1, 2, 1]},
+        "drop": {"x": -0.0},
+        "pegs": [{"x": 0, "y": 1, "radius": 0.1}],
+    }
+    filled = run("solver/board-values.js", "({ readBoard }, board) => readBoard(board)", bare)
+    true = Board.from_json(bare).to_dict()
+    true["drop"] |= {"slots": [], "reach": 0.0}
+    assert filled == true
+    assert math.copysign(1.0, filled["drop"]["x"]) == 1.0
