@@ -193,7 +193,10 @@ def test_the_server_reproduces_the_digest(opened: Open) -> None:
     expect(verdict).to_contain_text(screen.api("drops/triangle-8/42")["digest"])
 
 
-def test_a_page_loaded_once_verifies_a_drop_with_the_network_cut(opened: Open) -> None:
+def test_a_page_loaded_once_verifies_a_drop_with_the_network_cut(
+    opened: Open, complaints: Complaints
+) -> None:
+    complaints.allow("ERR_INTERNET_DISCONNECTED")
     screen = paused(opened(LINK))
     digest = screen.api("drops/triangle-8/42")["digest"]
     screen.page.context.set_offline(True)
