@@ -29,6 +29,7 @@ def opened(body: str) -> str:
     return f"async ({{ openSolver }}, given) => {{ {start} {body} }}"
 
 
+@pytest.mark.long
 def test_a_page_computes_every_drop_to_the_engine_s_last_bit(run: Run) -> None:
     expected = cases()
     given = [{"board": each["board"], "seeds": len(each["digests"])} for each in expected]

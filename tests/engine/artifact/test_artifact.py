@@ -14,6 +14,7 @@ from engine.exact.board_arrays import arrays_of
 from engine.jit import wasm_sections
 from tests.engine.artifact.drops import played
 from tests.engine.artifact.host import Host
+from tests.long import LONG
 
 ROOMY = (4096, 16384)  # rows of a log: events and segments, more than any of these drops has
 
@@ -39,11 +40,13 @@ def compare(host: Host) -> int:
     return compared
 
 
+@pytest.mark.long
 def test_the_artifact_gives_numba_s_bits_in_another_compiler() -> None:
     assert compare(Host()) >= 390
 
 
 @pytest.mark.long
+@pytest.mark.skipif(not LONG, reason="it compiles for a minute")
 def test_an_artifact_made_anew_gives_the_same_bits() -> None:
     assert compare(Host(make.made())) >= 390
 
