@@ -12,11 +12,11 @@ from typing import Any, Final
 import numba
 import numpy as np
 
-from engine.exact import initial_state, sampling, sensitivity
+from engine.exact import event_log, initial_state, sampling, sensitivity
 from engine.exact.board_arrays import BoardArrays
-from engine.exact.event_log import COUNTS, EVENT_SIZE, SEGMENT_SIZE, Log
+from engine.exact.event_log import Log
 from engine.exact.outcome import MAX_EVENTS, MAX_TIME
-from engine.exact.sensitivity import TANGENTS, Space
+from engine.exact.sensitivity import Space
 from engine.exact.trace import trace_many
 from engine.jit.webassembly import (
     BYTES,
@@ -109,11 +109,11 @@ def trace(
         begun[i, initial_state.HIT] = initial_state.NONE
         begun[i, initial_state.SURFACE] = initial_state.NONE
     log = Log(
-        carray(events, (event_room, EVENT_SIZE)),
+        carray(events, (event_room, event_log.EVENT_SIZE)),
         carray(marks, (event_room, 2)),
-        carray(segments, (segment_room, SEGMENT_SIZE)),
-        carray(counts, COUNTS),
-        carray(counts, (0, COUNTS)),
+        carray(segments, (segment_room, event_log.SEGMENT_SIZE)),
+        carray(counts, event_log.COUNTS),
+        carray(counts, (0, event_log.COUNTS)),
     )
     trace_many(
         _board(floats, words),
@@ -143,7 +143,7 @@ def sample(
     """`sampling.sample` of one ball at so many times; `rows` has each one's row and the next."""
     sampling.sample(
         _board(floats, words),
-        carray(segments, (segment_count, SEGMENT_SIZE)),
+        carray(segments, (segment_count, event_log.SEGMENT_SIZE)),
         carray(rows, count),
         carray(further(rows, count), count),
         carray(times, count),
@@ -169,24 +169,24 @@ def certainty(
     """`sensitivity.sensitivity` of one drop; `space` is zeros, its arrays one after the other."""
     variation = further(space, _ROWS * _TERMS)
     tangents = further(variation, _VARIATION_ROWS * _TERMS)
-    rates = further(tangents, TANGENTS * tangent.TANGENT_SIZE)
+    rates = further(tangents, sensitivity.TANGENTS * tangent.TANGENT_SIZE)
     delays = further(rates, tangent.TANGENT_SIZE)
     sensitivity.sensitivity(
         _board(floats, words),
-        carray(segments, (segment_count, SEGMENT_SIZE)),
-        carray(events, (event_count, EVENT_SIZE)),
+        carray(segments, (segment_count, event_log.SEGMENT_SIZE)),
+        carray(events, (event_count, event_log.EVENT_SIZE)),
         carray(marks, (event_count, 2)),
         carray(end, body.SIZE),
         start_rounding,
         Space(
             carray(space, (_ROWS, _TERMS)),
             carray(variation, (_VARIATION_ROWS, _TERMS)),
-            carray(tangents, (TANGENTS, tangent.TANGENT_SIZE)),
+            carray(tangents, (sensitivity.TANGENTS, tangent.TANGENT_SIZE)),
             carray(rates, tangent.TANGENT_SIZE),
-            carray(delays, TANGENTS),
-            carray(further(delays, TANGENTS), body.SIZE),
+            carray(delays, sensitivity.TANGENTS),
+            carray(further(delays, sensitivity.TANGENTS), body.SIZE),
         ),
-        carray(out, (event_count, TANGENTS)),
+        carray(out, (event_count, sensitivity.TANGENTS)),
     )
 
 
