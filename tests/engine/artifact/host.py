@@ -12,7 +12,6 @@ import wasmtime
 from engine.artifact import stamp
 from engine.exact import event_log, initial_state
 from engine.exact.board_arrays import BoardArrays
-from engine.exact.event_log import EVENT_SIZE, SEGMENT_SIZE
 from engine.physics import body, contact
 
 PAGE: Final = 65_536
@@ -82,9 +81,9 @@ class Host:
         shapes = {
             "states": (np.float64, (balls, body.SIZE)),
             "initial": (np.int64, (balls, initial_state.COLUMNS)),
-            "events": (np.float64, (events, EVENT_SIZE)),
+            "events": (np.float64, (events, event_log.EVENT_SIZE)),
             "marks": (np.int32, (events, 2)),
-            "segments": (np.float64, (segments, SEGMENT_SIZE)),
+            "segments": (np.float64, (segments, event_log.SEGMENT_SIZE)),
             "counts": (np.int64, (event_log.COUNTS,)),
             "ends": (np.int32, (2, balls)),
             "outcomes": (np.int8, (balls,)),
