@@ -199,13 +199,16 @@ def test_a_page_loaded_once_verifies_a_drop_with_the_network_cut(
     complaints.allow("ERR_INTERNET_DISCONNECTED")
     screen = paused(opened(LINK))
     digest = screen.api("drops/triangle-8/42")["digest"]
-    screen.page.context.set_offline(True)
-    screen.page.get_by_role("button", name="Verify").click()
-    expect(screen.page.locator("#verdict")).to_contain_text("Reproduced in this page")
-    expect(screen.page.locator("#verdict")).to_contain_text(digest)
-    expect(screen.page.locator("#verdict")).to_contain_text("The server does not answer")
-    rows = screen.page.locator("#impacts tr")
-    expect(screen.page.locator("#impacts tr[data-verified]")).to_have_count(rows.count())
+    screen.page.context.set_offline(True)  # of all tests: they share one
+    try:
+        screen.page.get_by_role("button", name="Verify").click()
+        expect(screen.page.locator("#verdict")).to_contain_text("Reproduced in this page")
+        expect(screen.page.locator("#verdict")).to_contain_text(digest)
+        expect(screen.page.locator("#verdict")).to_contain_text("The server does not answer")
+        rows = screen.page.locator("#impacts tr")
+        expect(screen.page.locator("#impacts tr[data-verified]")).to_have_count(rows.count())
+    finally:
+        screen.page.context.set_offline(False)
 
 
 def test_a_record_that_was_tampered_with_is_not_reproduced(opened: Open) -> None:
