@@ -51,9 +51,9 @@ def test_a_page_computes_every_drop_to_the_engine_s_last_bit(run: Run) -> None:
 def test_a_page_makes_the_kernels_arrays_of_a_board_as_the_engine_does(run: Run) -> None:
     boards = [board for board, _ in played()]
     found = run(
-        "solver/board-arrays.js",
+        "solver/input/arrays.js",
         """async ({ arraysOf }, boards, load) => {
-          const { readBoard } = await load("solver/board-values.js");
+          const { readBoard } = await load("solver/input/values.js");
           const { Bytes } = await load("solver/bytes.js");
           const { sha256 } = await load("solver/sha256.js");
           return boards.map((board) => {
@@ -128,7 +128,7 @@ WRONG: list[tuple[tuple[str | int, ...], Any]] = [
 def test_a_board_with_a_wrong_value_is_refused_and_the_value_named(run: Run) -> None:
     boards = [changed(EXAMPLE, path, value) for path, value in WRONG]
     fields = run(
-        "solver/board-values.js",
+        "solver/input/values.js",
         """({ readBoard }, boards) => boards.map((board) => {
           try { readBoard(board); return null; } catch (error) { return error.field; }
         })""",
@@ -146,7 +146,7 @@ def test_what_a_board_leaves_out_is_what_the_engine_puts_in(run: Run) -> None:
         "drop": {"x": -0.0},
         "pegs": [{"x": 0, "y": 1, "radius": 0.1}],
     }
-    filled = run("solver/board-values.js", "({ readBoard }, board) => readBoard(board)", bare)
+    filled = run("solver/input/values.js", "({ readBoard }, board) => readBoard(board)", bare)
     true = Board.from_json(bare).to_dict()
     true["drop"] |= {"slots": [], "reach": 0.0}
     assert filled == true

@@ -4,7 +4,7 @@ import { Bytes } from "./bytes.js";
 import { sha256 } from "./sha256.js";
 
 /** @import { Material } from "../model/board.js" */
-/** @import { WholeBoard } from "./board-values.js" */
+/** @import { WholeBoard } from "./input/values.js" */
 /** @import { Traced } from "./kernels.js" */
 
 export const PHYSICS_VERSION = 4;

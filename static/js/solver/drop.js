@@ -3,7 +3,7 @@
 import { dropDigest, PHYSICS_VERSION } from "./digest.js";
 import { ParameterError } from "./errors.js";
 
-/** @import { WholeBoard } from "./board-values.js" */
+/** @import { WholeBoard } from "./input/values.js" */
 /** @import { Traced } from "./kernels.js" */
 
 /**

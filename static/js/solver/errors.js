@@ -15,6 +15,3 @@ export class BoardError extends InputError {}
 
 /** A seed, a start or a time that is out of range. */
 export class ParameterError extends InputError {}
-
-/** A record of a drop that is malformed, or of a solver that is not here. */
-export class RecordError extends InputError {}

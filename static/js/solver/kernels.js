@@ -1,6 +1,6 @@
 // The engine's own kernels, as WebAssembly: their memory, and calls of them on one board at a time.
 
-/** @typedef {{floats: Float64Array, words: Uint32Array}} Arrays a board's, from board-arrays.js */
+/** @typedef {{floats: Float64Array, words: Uint32Array}} Arrays a board's, from input/arrays.js */
 
 /**
  * What the kernels wrote of one ball.

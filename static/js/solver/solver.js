@@ -7,15 +7,15 @@
 //
 // Needs nothing but this folder and an engine with WebAssembly.
 
-import { arraysOf } from "./board-arrays.js";
-import { readBoard } from "./board-values.js";
+import { arraysOf } from "./input/arrays.js";
+import { readBoard } from "./input/values.js";
 import { boardDigest } from "./digest.js";
 import { Drop } from "./drop.js";
 import { ParameterError } from "./errors.js";
 import { Kernels } from "./kernels.js";
 import { seedOf, startX } from "./seed.js";
 
-/** @import { WholeBoard } from "./board-values.js" */
+/** @import { WholeBoard } from "./input/values.js" */
 
 /** @typedef {{seed?: string | bigint | number | null, x?: number | null}} Start x goes before seed */
 

@@ -1,6 +1,6 @@
 // The surfaces that a ball may touch, as rows of numbers: pegs, then each wall's line and two ends.
 
-/** @import { Peg, Wall } from "../model/board.js" */
+/** @import { Peg, Wall } from "../../model/board.js" */
 
 // Columns of a row; see engine/physics/surface.py.
 export const X = 0;

@@ -5,8 +5,8 @@
 import { gridOf } from "./grid.js";
 import { COLUMNS, DISTANCE, DISTANCE2, X, Y, surfacesOf } from "./surfaces.js";
 
-/** @import { Material } from "../model/board.js" */
-/** @import { WholeBoard } from "./board-values.js" */
+/** @import { Material } from "../../model/board.js" */
+/** @import { WholeBoard } from "./values.js" */
 
 const HALF_WAY = 0.503;
 const CELLS_PER_PITCH = 8;

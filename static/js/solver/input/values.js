@@ -3,9 +3,9 @@
 // The same rules as the engine's. How the parts stand to each other, whether a ball can wedge or
 // miss the bins, is not looked at here: such a drop ends all the same, in no bin if need be.
 
-import { BoardError } from "./errors.js";
+import { BoardError } from "../errors.js";
 
-/** @import { Bins, Board, DropZone, Material } from "../model/board.js" */
+/** @import { Bins, Board, DropZone, Material } from "../../model/board.js" */
 
 /** @typedef {Record<string, unknown>} Form a JSON object */
 /** @typedef {Omit<Board, "drop"> & {drop: Required<DropZone>}} WholeBoard with nothing left out */
