@@ -1,9 +1,8 @@
-"""The application and how it is run: parts put together here, started and stopped here."""
+"""The application, put together, and run: started and stopped here."""
 
 import asyncio
 import contextlib
 import functools
-import gc
 import signal
 import socket
 import sys
@@ -12,7 +11,6 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
-import uvicorn
 from fastapi import Depends, FastAPI
 from fastapi.openapi.utils import get_openapi
 from starlette.middleware.cors import CORSMiddleware
@@ -20,7 +18,7 @@ from starlette.middleware.gzip import GZipMiddleware
 
 from app.computing.pool import Workers
 from app.errors import SettingError, shorten
-from app.live import transport
+from app.listening import Server, listen, server_config
 from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.ops import logs
@@ -38,9 +36,6 @@ from app.rooms.pending import DropCommand
 from app.rooms.touching.room import TouchingRoom
 from app.settings import Settings, static_directory
 from app.web import problems
-from app.web.edge.addresses import Connections, Proxies
-from app.web.edge.choose import choose, counted
-from app.web.edge.guarded import Edge
 from app.web.edge.hosts import Hosts
 from app.web.head import HeadAsGet
 from app.web.limits import Budgets, KeyedBuckets, Quota
@@ -68,7 +63,6 @@ from engine.errors import BoardError
 
 COMPILING = "Plinko compiles its physics; the next start finds it done."
 _MOMENTS = 1 << 22  # bytes of single frames of rooms that are kept for who asks at the same moment
-_ENDS_WORK = 0.7  # of the grace at shutdown, that what is computed may go on
 _QUIET_START = 5.0  # s after which the workers are prepared, unless somebody asked before
 _PATIENCE = 2.0  # s of a silent start; longer, and someone at a terminal wonders
 
@@ -292,36 +286,6 @@ def _openapi(app: FastAPI) -> dict[str, Any]:
     return app.openapi_schema
 
 
-class Server(uvicorn.Server):
-    """uvicorn's server, which says where it is once it can be used."""
-
-    def __init__(self, config: uvicorn.Config) -> None:
-        super().__init__(config)
-        self.listening = threading.Event()
-
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start, then leave what lives for good out of every later garbage collection."""
-        await super().startup(sockets)
-        # A full collection walks every live object, numba's included, and holds up the ticker for
-        # some 50 ms; frozen objects are not walked.
-        gc.collect()
-        gc.freeze()
-        for listener in sockets or ():
-            print(f"Plinko is at {_address(listener)}", flush=True)  # noqa: T201 - it says where
-        self.listening.set()
-
-    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop; streams have no end of their own and are ended before requests are waited for."""
-        app: Any = self.config.app
-        server: Services = app.state.services
-        server.cameras.close()
-        # What is still computed shortly before the grace ends is ended, and its client told so.
-        patience = _ENDS_WORK * server.settings.shutdown_grace
-        ending = asyncio.get_running_loop().call_later(patience, server.workers.close)
-        await super().shutdown(sockets)
-        ending.cancel()
-
-
 _SWITCH = 0.0005
 """s for which a worker's thread may keep the interpreter to itself while the loop waits for it.
 Python's own 5 ms are more than a tick may be late; shorter ones would cost the workers more."""
@@ -353,71 +317,3 @@ def _compile() -> None:
         _warm_up()
     finally:
         notice.cancel()
-
-
-def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
-    """How uvicorn is to serve: fast parser and loop, no compression, no log line a request.
-
-    Raises SettingError when the transport that the settings demand does not work.
-    """
-    server: Services = app.state.services
-    server.transport = kind = transport.choose(settings.transport)
-    proxies = Proxies(settings.trusted_proxies)
-    edge = _edge(server, proxies)
-    return uvicorn.Config(
-        app,
-        host=settings.host,
-        port=settings.port,
-        loop="uvloop",
-        **choose(edge),  # httptools
-        ws=counted(transport.protocol_class(kind), edge.connections),  # websockets-sansio
-        ws_per_message_deflate=False,  # costs five to eight times the frame
-        ws_max_size=settings.max_message,
-        access_log=False,
-        log_config=None,  # app.ops.logs has it
-        server_header=False,
-        proxy_headers=bool(proxies.names),
-        forwarded_allow_ips=proxies.names,
-        timeout_graceful_shutdown=settings.shutdown_grace,
-    )
-
-
-def _edge(server: Services, proxies: Proxies) -> Edge:
-    """The limits of connections."""
-    settings = server.settings
-    return Edge(
-        head_bytes=settings.max_head,
-        head_seconds=settings.head_timeout,
-        body_seconds=settings.body_timeout,
-        unread_seconds=settings.unread_timeout,
-        connections=Connections(settings.address_connections, proxies),
-        refused=lambda code: server.metrics.errors.labels(code).inc(),
-    )
-
-
-def listen(settings: Settings) -> socket.socket:
-    """A listening socket; raises SettingError naming the address that cannot be had."""
-    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
-    listener = socket.socket(family, socket.SOCK_STREAM)
-    try:
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        if settings.send_buffer:
-            # Connections inherit it. What the kernel holds for a client is as stale as it is long.
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, settings.send_buffer)
-        listener.bind((settings.host, settings.port))
-        listener.listen(2048)
-        listener.setblocking(False)
-    except OSError as error:
-        listener.close()
-        raise SettingError(
-            f"cannot listen on {settings.host} port {settings.port}: {error.strerror or error}",
-            field="port",
-        ) from error
-    return listener
-
-
-def _address(listener: socket.socket) -> str:
-    """The address to open in a browser; the wildcard is this machine too."""
-    host, port = listener.getsockname()[:2]
-    host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
-    return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"

@@ -8,7 +8,6 @@ import secrets
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, cast
 
 from app.errors import (
@@ -27,6 +26,7 @@ from app.live.landings import Landings
 from app.live.open_rooms import OpenRooms
 from app.live.runner import MAIN, Runner
 from app.live.ticker import Watcher
+from app.live.waiting_requester import WaitingRequester
 from app.persistence.null_ledger import NullLedger
 from app.persistence.rebuild_queue import RebuildQueue, Turn, rebuilding
 from app.persistence.service import PersistenceService
@@ -34,7 +34,7 @@ from app.protocol import messages
 from app.protocol.touching_messages import Change
 from app.rooms.boards import Boards
 from app.rooms.kinds import INDEPENDENT, INTERACTING, SCENE, BallLimits, make_room
-from app.rooms.pending import DropCommand, PendingInput, Requester
+from app.rooms.pending import DropCommand, PendingInput
 from app.rooms.records import Parked
 from app.rooms.room import Ground, Room
 from app.rooms.touching.scene import GALTON, SANDBOX, Scene
@@ -48,23 +48,6 @@ TOUCHING = "interacting-"
 """Before a preset's name: the public table on which balls knock each other."""
 
 _log = logging.getLogger("plinko")
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Request(Requester):
-    """A requester who waits to hear what becomes of the input."""
-
-    settled: "asyncio.Future[messages.Event | None]"
-
-    def carried_out(self, event: messages.Event | None) -> None:
-        """Hear the first event that came of the input, if any did."""
-        if not self.settled.done():
-            self.settled.set_result(event)
-
-    def refused(self, error: Exception) -> None:
-        """Hear why the input will not be carried out."""
-        if not self.settled.done():
-            self.settled.set_exception(error)
 
 
 class Rooms:
@@ -364,7 +347,7 @@ class Rooms:
         came in between. Raises BallLimitError, LedgerError and the engine's errors.
         """
         command = DropCommand(self._draw() if seed is None else seed, x, stake, who)
-        request = _request(client, key, ref)
+        request = WaitingRequester.now(client, key, ref)
         self._submit(room, room.plan_drop(command, self.persistence.lead, request))
         return cast("asyncio.Future[messages.Accepted]", request.settled)
 
@@ -382,7 +365,7 @@ class Rooms:
         The future has the first event that came of it, if any. Raises InvalidValueError,
         BallLimitError, LedgerError.
         """
-        request = _request(client, key, ref)
+        request = WaitingRequester.now(client, key, ref)
         self._submit(room, room.plan_change(change, self.persistence.lead, request))
         return request.settled
 
@@ -404,8 +387,3 @@ class Rooms:
         else:
             room.refuse(pending)
             pending.requester.refused(error)
-
-
-def _request(client: int | None, key: str, ref: Any) -> _Request:
-    settled = asyncio.get_running_loop().create_future()
-    return _Request(client=client, key=key, ref=ref, settled=settled)

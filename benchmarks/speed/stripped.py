@@ -185,7 +185,7 @@ def without(feature: str) -> Iterator[ModuleType]:
 def copy(package: str, cut: _Cut, folder: Path) -> None:
     """Write the cut copy into a folder; LostTouchError if there was nothing to cut."""
     target = folder / package
-    shutil.copytree(SOURCE, target, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(SOURCE, target, ignore=shutil.ignore_patterns("__pycache__", "artifact"))
     rename = _Rename(package)
     for path in target.rglob("*.py"):
         tree = rename.visit(ast.parse(path.read_text()))

@@ -53,7 +53,7 @@ def sources() -> list[Path]:
     """All files of Python that machine code is made of."""
     engine = Path(__file__).parent.parent
     found = [engine / "constants.py"]
-    for package in ("jit", "physics", "exact", "stepped", "multibody"):
+    for package in ("jit", "physics", "exact", "stepped", "multibody", "billiards"):
         found += (engine / package).rglob("*.py")
     return sorted(found)
 

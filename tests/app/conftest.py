@@ -12,7 +12,8 @@ import msgspec
 import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
-from app.main import Server, create_app, listen, server_config
+from app.listening import Server, listen, server_config
+from app.main import create_app
 from app.protocol.messages import Extent
 from app.settings import Settings
 from app.web.services import Services

@@ -13,7 +13,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from app.errors import SettingError
-from app.main import COMPILING, create_app, listen
+from app.listening import listen
+from app.main import COMPILING, create_app
 from app.settings import Settings
 from tests.waiting import LIMIT, first_line
 

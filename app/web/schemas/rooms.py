@@ -16,7 +16,6 @@ from app.web.schemas.fields import (
     SeedIn,
     Solver,
     StartIn,
-    WholeBoard,
 )
 
 SceneValue = Annotated[
@@ -193,9 +192,7 @@ class RoomLog(msgspec.Struct, frozen=True):
         str | None,
         Meta(description="SHA-256 over the world's digest and each drop's; null of a part."),
     ]
-    board: Annotated[WholeBoard | msgspec.UnsetType, Meta(description="Not in a scene.")] = (
-        msgspec.UNSET
-    )
+    board: BoardRef | msgspec.UnsetType = msgspec.UNSET  # not in a scene
     scene: Annotated[
         dict[str, Any] | msgspec.UnsetType | None, Meta(description="A scene's parameters.")
     ] = msgspec.UNSET

@@ -49,11 +49,11 @@ def test_a_failing_request_is_logged_without_its_query(
 
     monkeypatch.setattr("app.rooms.boards.Boards.find", fail)
     with serving() as server, caplog.at_level(logging.INFO):
-        answer = httpx.get(f"{server.url}/api/v1/boards/triangle-8?token=hidden")
+        answer = httpx.get(f"{server.url}/api/v1/drops/triangle-8/1?x=0.0625")
     assert answer.status_code == 500
     assert "a bug" not in answer.text
     assert "ZeroDivisionError" in caplog.text
     ours = [each for each in caplog.records if not each.name.startswith("http")]
-    assert "hidden" not in " ".join(TextFormatter().format(each) for each in ours)
+    assert "0.0625" not in " ".join(TextFormatter().format(each) for each in ours)
     (line,) = [each for each in ours if each.getMessage() == "request failed"]
-    assert vars(line)["path"] == "/api/v1/boards/triangle-8"
+    assert vars(line)["path"] == "/api/v1/drops/triangle-8/1"

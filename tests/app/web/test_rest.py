@@ -578,7 +578,7 @@ def test_every_reply_carries_the_security_headers(http: httpx.Client) -> None:
         policy = headers["content-security-policy"]
         assert "default-src 'none'" in policy
         assert "script-src 'self' 'wasm-unsafe-eval';" in policy
-        assert "unsafe" not in policy
+        assert policy.count("unsafe") == 1, "it may compile WebAssembly, and evaluate nothing"
         assert "http" not in policy
         assert headers["x-content-type-options"] == "nosniff"
         assert "server" not in headers
