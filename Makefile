@@ -14,8 +14,8 @@ PYTHON ?= python3
 VENV ?= .venv
 HOST ?= 127.0.0.1
 PORT ?= 8000
-# More than cores: many tests wait for balls that fall, for databases that hang, for processes.
-PYTEST_WORKERS ?= 4
+# One more than cores: many tests wait for balls that fall.
+PYTEST_WORKERS ?= 3
 PYTEST_ARGS ?=
 BENCH_ARGS ?=
 KILLS ?= 50

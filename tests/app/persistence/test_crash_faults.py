@@ -188,9 +188,11 @@ CASES = [
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize(("database", "kind"), CASES)
 async def test_no_stall_and_no_full_disk_makes_the_ledger_differ_from_what_was_told(
-    database: str, kind: str, small_disk: Path, request: pytest.FixtureRequest
+    database: str, kind: str, request: pytest.FixtureRequest
 ) -> None:
-    file = small_disk / "plinko.db" if database == "sqlite" else None
+    # A small disk takes root, PostgreSQL does not.
+    on_disk = database == "sqlite"
+    file = request.getfixturevalue("small_disk") / "plinko.db" if on_disk else None
     url = f"sqlite:///{file}" if file else request.getfixturevalue("cluster").new_database()
     seed = int(os.environ.get("PLINKO_TEST_SEED", "1"))
     load = Load(Served(url), random.Random(f"{kind} {seed}"), file)
