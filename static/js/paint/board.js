@@ -207,6 +207,7 @@ function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, sha
  */
 function paintBin(ctx, geometry, board, bin, colour) {
   const { x, y, width, height } = binBox(geometry, board, bin);
+  if (width <= 0) return; // a canvas that is not laid out yet, or a sliver of one
   ctx.fillStyle = colour.fill;
   roundedBox(ctx, x, y, width, height, Math.min(8, 0.22 * width));
   paintLabel(ctx, geometry, board, bin, colour.ink, { x, y, width, height });
