@@ -43,8 +43,9 @@ def test_a_seed_keeps_every_digit(opened: Open, quick: Quick) -> None:
         expect(screen.rows).to_have_count(count)
         screen.landed(screen.api(f"drops/{quick.board}/{sent}")["bin"])
     # A page whose line is slow asks for other things, too.
-    sent = [message for frame in screen.sent if (message := json.loads(frame))["type"] == "drop"]
-    assert [drop["seed"] for drop in sent] == list(wanted.values())
+    messages = [json.loads(frame) for frame in screen.sent]
+    seeds = [message["seed"] for message in messages if message["type"] == "drop"]
+    assert seeds == list(wanted.values())
 
 
 def test_a_seed_of_the_list_can_be_used_again(opened: Open, quick: Quick) -> None:
