@@ -35,5 +35,6 @@ def at_rest(xs: Floats, y: float) -> Floats:
 def in_flight(count: int) -> Ints:
     """`initial`, shape (count, COLUMNS), of balls in flight that have hit nothing yet."""
     initial = np.zeros((count, COLUMNS), np.int64)
-    initial[:, [HIT, SURFACE]] = NONE
+    initial[:, HIT] = NONE
+    initial[:, SURFACE] = NONE
     return initial
