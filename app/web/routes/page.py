@@ -1,22 +1,54 @@
 """The page and its files, as they lie in static/; and what to say of paths that nobody serves."""
 
+import hashlib
+import os
+import re
 from pathlib import Path
 
+from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 from starlette.routing import Match, Mount
-from starlette.staticfiles import StaticFiles
+from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
 _READING = frozenset({"GET", "HEAD"})
 _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 
+# Where all files stand once more, for good: v-<digest of all of them>/<path>.
+_RELEASE = re.compile("v-([0-9a-f]{16})/(.+)")
+_FOR_GOOD = "public, max-age=31536000, immutable"
+_OWN_PARTS = re.compile('(href|src)="((?:css|js)/)')
+
 
 class Page(StaticFiles):
-    """Static files that a browser keeps but asks about each time: a new release shows at once."""
+    """Static files. A page is asked about each time, so that a new release shows at once.
+
+    What a page is made of it takes from under v-<release>/, where files never change: a browser
+    asks for them once. Modules and styles name each other by relative paths, and so stay there.
+    """
 
     def __init__(self, directory: Path) -> None:
         super().__init__(directory=directory, html=True)
+        self.release = _digest_of(directory)
+
+    def file_response(
+        self,
+        full_path: str | os.PathLike[str],
+        stat_result: os.stat_result,
+        scope: Scope,
+        status_code: int = 200,
+    ) -> Response:
+        """The file; a page with its parts as those of this release."""
+        if not str(full_path).endswith(".html"):
+            return super().file_response(full_path, stat_result, scope, status_code)
+        text = Path(full_path).read_text(encoding="utf-8")
+        text = _OWN_PARTS.sub(rf'\1="v-{self.release}/\2', text)
+        etag = hashlib.sha256(text.encode()).hexdigest()[:32]
+        page = Response(text, status_code, {"etag": f'"{etag}"'}, "text/html")
+        if self.is_not_modified(page.headers, Headers(scope=scope)):
+            return NotModifiedResponse(page.headers)
+        return page
 
     async def get_response(self, path: str, scope: Scope) -> Response:
         """The file, with a cache header; raises HTTPException 404, or 405 naming what is allowed.
@@ -31,6 +63,8 @@ class Page(StaticFiles):
             if not allowed:
                 raise HTTPException(404)
             raise HTTPException(405, headers={"allow": ", ".join(sorted(allowed))})
+        of_release = _RELEASE.fullmatch(path)
+        path = of_release[2] if of_release else path
         try:
             response = await super().get_response(path, scope)
         except HTTPException as error:
@@ -38,8 +72,20 @@ class Page(StaticFiles):
             if not allowed:
                 raise
             raise HTTPException(405, headers={"allow": ", ".join(sorted(allowed))}) from error
-        response.headers.setdefault("cache-control", "no-cache")
+        # Another release's file is given as it is now: a page and its server may be of two.
+        for_good = of_release is not None and of_release[1] == self.release
+        response.headers.setdefault("cache-control", _FOR_GOOD if for_good else "no-cache")
         return response
+
+
+def _digest_of(directory: Path) -> str:
+    """Of every file's path and contents, 16 hex digits."""
+    digest = hashlib.sha256()
+    for path in sorted(path for path in directory.rglob("*") if path.is_file()):
+        contents = path.read_bytes()
+        digest.update(f"{path.relative_to(directory).as_posix()}\n{len(contents)}\n".encode())
+        digest.update(contents)
+    return digest.hexdigest()[:16]
 
 
 def _methods_of_others(scope: Scope) -> set[str]:

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import re
 from typing import Any
 
 import httpx
@@ -126,6 +127,21 @@ def test_instance_is_an_address_whatever_was_asked_for(http: httpx.Client) -> No
 
 
 # Compressed and conditional replies.
+
+
+def test_a_pages_parts_are_kept_for_good_and_the_page_is_asked_about(http: httpx.Client) -> None:
+    page = http.get("/")
+    assert page.headers["cache-control"] == "no-cache"
+    assert http.get("/", headers={"if-none-match": page.headers["etag"]}).status_code == 304
+    parts = re.findall('(?:href|src)="(v-[0-9a-f]{16}/[^"]+)"', page.text)
+    assert {part.rsplit(".", 1)[1] for part in parts} == {"css", "js"}
+    for part in parts:
+        kept = http.get(f"/{part}")
+        assert kept.headers["cache-control"] == "public, max-age=31536000, immutable"
+        now = http.get("/" + part.partition("/")[2])
+        assert (now.content, now.headers["cache-control"]) == (kept.content, "no-cache")
+    other = http.get("/v-0123456789abcdef/js/play/main.js")
+    assert other.headers["cache-control"] == "no-cache", "of another release, as it is now"
 
 
 @pytest.mark.parametrize(
