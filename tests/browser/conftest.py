@@ -117,12 +117,16 @@ class Quick:
 
 @pytest.fixture
 def quick(server: ServerProcess) -> Quick:
+    return quick_table(server, "triangle-8")
+
+
+def quick_table(server: ServerProcess, preset: str, mode: str = "independent") -> Quick:
     # 25 times the gravity and five times the drag: the same paths, run five times as fast.
-    board = Board.preset("triangle-8").to_dict()
+    board = Board.preset(preset).to_dict()
     board.update(name="quick", gravity=25 * board["gravity"], drag=5 * board["drag"])
     request = urllib.request.Request(
         f"{server.url}/api/v1/rooms",
-        json.dumps({"board": board}).encode(),
+        json.dumps({"board": board, "mode": mode}).encode(),
         {"content-type": "application/json"},
     )
     with urllib.request.urlopen(request) as reply:

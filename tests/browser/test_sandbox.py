@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.axe import check_axe_on
-from tests.browser.conftest import Open, ServerProcess
+from tests.browser.conftest import Open, ServerProcess, quick_table
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
 
@@ -200,16 +200,23 @@ def test_another_scene_is_begun_from_the_form(box: Any) -> None:
     expect(screen.result).to_contain_text("4000")
 
 
-def test_a_board_whose_balls_knock_each_other_is_played_on_both_pages(opened: Open) -> None:
+def test_another_table_has_balls_that_knock_each_other(opened: Open) -> None:
     table = opened("/?room=triangle-8").ready()
     table.page.get_by_role("radio", name="Knock each other").check(force=True)
     expect(table.page).to_have_url(re.compile("room=interacting-triangle-8"))
     table.ready()
+
+
+def test_a_board_whose_balls_knock_each_other_is_played_on_both_pages(
+    opened: Open, server: ServerProcess
+) -> None:
+    quick = quick_table(server, "triangle-8", "interacting")
+    table = opened(quick.page).ready()
     table.drop.click()
     expect(table.rows).to_have_count(1)
     expect(table.rows.first).to_contain_text("knocked")
-    screen = opened("/sandbox.html?room=interacting-triangle-8")
-    expect(screen.page.locator("#title")).to_contain_text("triangle-8")
+    screen = opened(f"/sandbox.html?room={quick.room}")
+    expect(screen.page.locator("#title")).to_contain_text("quick")
     screen.page.get_by_role("button", name="Drop one").click()
     expect(screen.result).to_have_text(re.compile(r"fell into bin \d|came to rest"))
 

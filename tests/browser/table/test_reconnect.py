@@ -24,7 +24,7 @@ def server() -> Iterator[ServerProcess]:
 def test_play_goes_on_after_the_server_was_killed_and_started_again(
     opened: Open, server: ServerProcess, complaints: Complaints
 ) -> None:
-    screen = opened().ready()
+    screen = opened("/?room=triangle-8").ready()
     screen.seed.fill("42")
     server.kill(signal.SIGKILL)
     screen.state("reconnecting")
@@ -37,7 +37,7 @@ def test_play_goes_on_after_the_server_was_killed_and_started_again(
     expect(screen.result).to_have_text("Back at the table.")
     expect(screen.seed).to_have_value("42")
     screen.drop.click()
-    screen.landed(screen.api("drops/triangle-16/42")["bin"])
+    screen.landed(screen.api("drops/triangle-8/42")["bin"])
     expect(screen.rows).to_have_count(1)
     complaints.allow(GONE)
 
@@ -45,7 +45,7 @@ def test_play_goes_on_after_the_server_was_killed_and_started_again(
 def test_a_ball_in_flight_is_paid_though_the_server_died_meanwhile(
     opened: Open, server: ServerProcess, complaints: Complaints
 ) -> None:
-    screen = opened().ready()
+    screen = opened("/?room=triangle-8").ready()
     screen.seed.fill("43")
     screen.drop.click()
     screen.state("live")
@@ -53,7 +53,7 @@ def test_a_ball_in_flight_is_paid_though_the_server_died_meanwhile(
     screen.state("reconnecting")
     expect(screen.rows).to_have_count(0)
     server.start()
-    record = screen.api("drops/triangle-16/43")
+    record = screen.api("drops/triangle-8/43")
     screen.landed(record["bin"])
     expect(screen.page.locator("#returned")).to_have_text(f"{record['score']:.2f}")
     complaints.allow(GONE)
