@@ -16,7 +16,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    ConsoleMessage,
+    Page,
+    ViewportSize,
+    sync_playwright,
+)
 
 from engine import Board
 from tests.browser.screen import Screen
@@ -35,6 +42,9 @@ FLAGS = [
     "--disable-sync",
     "--process-per-site",  # pages of one profile share a renderer, see Profile
 ]
+
+# The smallest that shows a page as on a desk: without a graphics card each pixel costs.
+SMALL: ViewportSize = {"width": 1040, "height": 560}
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -108,7 +118,12 @@ class Quick:
     """A fresh table where balls land in a second, for tests that need no certain board."""
 
     room: str
-    board: str
+    token: str
+    whole: Board
+
+    @property
+    def board(self) -> str:
+        return self.whole.digest
 
     @property
     def page(self) -> str:
@@ -130,7 +145,14 @@ def quick_table(server: ServerProcess, preset: str, mode: str = "independent") -
         {"content-type": "application/json"},
     )
     with urllib.request.urlopen(request) as reply:
-        return Quick(json.load(reply)["id"], Board.from_json(board).digest)
+        room = json.load(reply)
+    return Quick(room["id"], room["token"], Board.from_json(board))
+
+
+def holding(room: str, token: str) -> str:
+    """What a page is to run before its own, so that it may do in the room what its owner may."""
+    tokens = json.dumps(json.dumps({room: token}))
+    return f"sessionStorage.setItem('plinko.tokens.1', {tokens})"
 
 
 @dataclass
@@ -216,7 +238,7 @@ class Profile:
 
 @pytest.fixture(scope="package")
 def profile(browser: Browser) -> Iterator[Profile]:
-    context = browser.new_context()
+    context = browser.new_context(viewport=SMALL)
     yield Profile(context)
     context.close()
 
@@ -236,7 +258,7 @@ def opened(
         if not options and not shared:
             shared.append(profile.new_page(server.url))
             return shared[0]
-        contexts.append(browser.new_context(**options))
+        contexts.append(browser.new_context(**{"viewport": SMALL, **options}))
         return contexts[-1].new_page()
 
     def open_page(path: str = "/", *, before: str | None = None, **options: Any) -> Screen:

@@ -106,7 +106,7 @@ class Bench:
 
 @pytest.fixture
 def bench(opened: Open) -> Bench:
-    return Bench(opened("/editor.html"))
+    return Bench(opened("/editor.html", viewport={"width": 1280, "height": 720}))
 
 
 def test_pegs_are_placed_moved_and_deleted_with_the_pointer(bench: Bench) -> None:

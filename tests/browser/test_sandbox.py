@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.axe import check_axe_on
-from tests.browser.conftest import Open, ServerProcess, quick_table
+from tests.browser.conftest import Open, ServerProcess, holding, quick_table
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
 
@@ -26,8 +26,7 @@ def own_room(server: ServerProcess, **scene: Any) -> tuple[str, str]:
     )
     with urllib.request.urlopen(request) as reply:
         room = json.load(reply)
-    token = json.dumps(json.dumps({room["id"]: room["token"]}))
-    return room["id"], f"sessionStorage.setItem('plinko.tokens.1', {token})"
+    return room["id"], holding(room["id"], room["token"])
 
 
 @pytest.fixture
@@ -215,7 +214,7 @@ def test_a_board_whose_balls_knock_each_other_is_played_on_both_pages(
     table.drop.click()
     expect(table.rows).to_have_count(1)
     expect(table.rows.first).to_contain_text("knocked")
-    screen = opened(f"/sandbox.html?room={quick.room}")
+    screen = opened(f"/sandbox.html?room={quick.room}", before=holding(quick.room, quick.token))
     expect(screen.page.locator("#title")).to_contain_text("quick")
     screen.page.get_by_role("button", name="Drop one").click()
     expect(screen.result).to_have_text(re.compile(r"fell into bin \d|came to rest"))

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
+from engine import drop
 from tests.browser.conftest import Open, Quick, ServerProcess, quick_table
 from tests.browser.screen import COUNT_FRAMES, HEAR
 
@@ -139,12 +140,13 @@ def test_classic_offers_nine_slots(opened: Open) -> None:
 def test_the_ball_starts_in_the_chosen_slot(opened: Open, server: ServerProcess) -> None:
     quick = quick_table(server, "classic")
     screen = opened(quick.page).ready()
-    slots = screen.api(f"boards/{quick.board}")["board"]["drop"]["slots"]
+    slots = quick.whole.drop.slots
     screen.page.get_by_role("radio", name="Slot 3").check()
     screen.seed.fill("7")
     screen.drop.click()
-    record = screen.api(f"drops/{quick.board}/7?x={slots[2]!r}")
-    screen.landed(record["bin"])
+    bin_there = drop(quick.whole, 7, x=slots[2]).bin
+    assert bin_there is not None
+    screen.landed(bin_there)
     link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
     assert f"x={slots[2]!r}" in link
 
