@@ -43,7 +43,7 @@ class Trajectory:
 
     def __post_init__(self) -> None:
         for array in (self.start, self.end, self.events, self.marks, self.segments):
-            array.setflags(False)  # its `write`; by name it takes twice as long
+            array.setflags(write=False)
 
     def __repr__(self) -> str:
         return f"<Trajectory on {self.board.name!r} of {len(self.events)} events>"
