@@ -1,7 +1,7 @@
 // How the page's scripts are written, and which folder may use which.
 //
 // static/js is a stack: a folder uses those before it in LAYERS and itself, never one after it. A
-// page's own folder is used by no other, but for compare, which shows two replays side by side.
+// page's own folder is used by no other, but by compare and embed, which show replays.
 // Types that JSDoc imports follow the same rule; tests/js/folders.test.js sees to those.
 
 import js from "@eslint/js";
@@ -9,13 +9,13 @@ import { importX } from "eslint-plugin-import-x";
 
 /** Folders of static/js from the ground up. */
 export const LAYERS = ["util", "model", "solver", "net", "paint", "board", "instruments"];
-export const PAGES = ["play", "replay", "compare", "map", "editor", "sandbox"];
+export const PAGES = ["play", "replay", "compare", "embed", "map", "editor", "sandbox"];
 
 /** @param {string} folder @returns {string[]} what it must not import */
 export function forbidden(folder) {
   const at = LAYERS.indexOf(folder);
   const above = at < 0 ? [] : LAYERS.slice(at + 1);
-  const used = folder === "compare" ? ["compare", "replay"] : [folder];
+  const used = ["compare", "embed"].includes(folder) ? [folder, "replay"] : [folder];
   return [...above, ...PAGES.filter((page) => !used.includes(page))];
 }
 

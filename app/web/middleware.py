@@ -13,18 +13,22 @@ from app.web.problems import problem_response
 
 # Nothing from elsewhere, nothing inline: a board's name or a room's id that finds its way into the
 # page stays text.
+_OWN_ALONE = (
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "
+    "img-src 'self' data: blob:; "
+    "font-src 'self'; connect-src 'self'; manifest-src 'self'; media-src 'self'; "
+    "form-action 'none'; "
+)
 SECURITY_HEADERS = {
-    "content-security-policy": (
-        "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "
-        "img-src 'self' data: blob:; "
-        "font-src 'self'; connect-src 'self'; manifest-src 'self'; media-src 'self'; "
-        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-    ),
+    "content-security-policy": f"{_OWN_ALONE}base-uri 'none'; frame-ancestors 'none'",
     "x-content-type-options": "nosniff",
     "x-frame-options": "DENY",
     "referrer-policy": "same-origin",
     "cross-origin-opener-policy": "same-origin",
 }
+_FRAMED = "frame-ancestors *"
+EMBEDDED = {"content-security-policy": f"{_OWN_ALONE}base-uri 'self'; {_FRAMED}"}
+"""Headers of the one page that other sites may show in a frame."""
 
 _AUTHORITY = re.compile(r"[^\s/?#@\\]+")
 
@@ -121,6 +125,8 @@ class SecurityHeaders:
                 headers = MutableHeaders(scope=message)
                 for name, value in SECURITY_HEADERS.items():
                     headers.setdefault(name, value)
+                if _FRAMED in headers["content-security-policy"]:
+                    del headers["x-frame-options"]  # which knows no word for it
             await send(message)
 
         await self.app(scope, receive, send_with_headers)

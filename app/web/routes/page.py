@@ -5,12 +5,16 @@ import os
 import re
 from pathlib import Path
 
-from starlette.datastructures import Headers
+from starlette.datastructures import Headers, QueryParams
 from starlette.exceptions import HTTPException
+from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Match, Mount
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
+
+from app.web.middleware import EMBEDDED
+from app.web.unfurl import card
 
 _READING = frozenset({"GET", "HEAD"})
 _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
@@ -18,6 +22,7 @@ _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 # Where all files stand once more, for good: v-<digest of all of them>/<path>.
 _RELEASE = re.compile("v-([0-9a-f]{16})/(.+)")
 _FOR_GOOD = "public, max-age=31536000, immutable"
+_EMBED = {"embed/replay": "embed.html"}  # what other sites may show in a frame, and nothing else
 _OWN_PARTS = re.compile('(href|src)="((?:css|js)/)')
 
 
@@ -44,6 +49,9 @@ class Page(StaticFiles):
             return super().file_response(full_path, stat_result, scope, status_code)
         text = Path(full_path).read_text(encoding="utf-8")
         text = _OWN_PARTS.sub(rf'\1="v-{self.release}/\2', text)
+        if Path(full_path).name == "replay.html":
+            about = card(QueryParams(scope["query_string"]), str(Request(scope).base_url))
+            text = text.replace("  </head>", f"{about}  </head>")
         etag = hashlib.sha256(text.encode()).hexdigest()[:32]
         page = Response(text, status_code, {"etag": f'"{etag}"'}, "text/html")
         if self.is_not_modified(page.headers, Headers(scope=scope)):
@@ -65,6 +73,8 @@ class Page(StaticFiles):
             raise HTTPException(405, headers={"allow": ", ".join(sorted(allowed))})
         of_release = _RELEASE.fullmatch(path)
         path = of_release[2] if of_release else path
+        embedded = _EMBED.get(path)
+        path = embedded or path
         try:
             response = await super().get_response(path, scope)
         except HTTPException as error:
@@ -75,6 +85,8 @@ class Page(StaticFiles):
         # Another release's file is given as it is now: a page and its server may be of two.
         for_good = of_release is not None and of_release[1] == self.release
         response.headers.setdefault("cache-control", _FOR_GOOD if for_good else "no-cache")
+        if embedded:
+            response.headers.update(EMBEDDED)
         return response
 
 

@@ -1,0 +1,51 @@
+"""What other sites show of a link to a drop: title, text and picture, by the Open Graph protocol.
+
+Source: https://ogp.me. Nothing is looked up: a link that no drop answers to has a picture missing.
+"""
+
+import html
+import re
+from collections.abc import Mapping
+from urllib.parse import quote, urlencode
+
+_BOARD = re.compile("[a-z0-9-]{1,64}")  # a preset's name or a digest
+_SEED = re.compile("[0-9]{1,20}")
+_CHOICES = ("x", "solver", "dt", "substeps")  # the rest of a drop's address
+_MOST = 32  # characters of one of them
+_WIDTH = 1200  # pixels, which large cards are drawn with
+
+
+def card(query: Mapping[str, str], base: str) -> str:
+    """`<meta>` elements for the replay at the address `query`; `base`: the site's own, with a `/`.
+
+    The title says which drop it is and the text not where it lands. Without a seed and a board that
+    an address may name (one in a link's fragment never comes here) there is no picture.
+    """
+    board, seed = query.get("board", ""), query.get("seed", "")
+    about = {"og:type": "website", "og:site_name": "Plinko"}
+    if not (_BOARD.fullmatch(board) and _SEED.fullmatch(seed)):
+        about |= {"og:title": "A Plinko drop", "og:description": _INVITATION}
+        return _elements(about)
+    choices = {name: query[name] for name in _CHOICES if 0 < len(query.get(name, "")) <= _MOST}
+    link = {"board": board, "seed": seed} | choices
+    picture = f"{base}api/v1/drops/{quote(board)}/{quote(seed)}.png?"
+    about |= {
+        "og:title": f"Seed {seed} on {board}",
+        "og:description": _INVITATION,
+        "og:url": f"{base}replay.html?{urlencode(link)}",
+        "og:image": picture + urlencode(choices | {"width": str(_WIDTH)}),
+        "og:image:type": "image/png",
+        "og:image:alt": f"The path of one ball through the board {board}",
+        "twitter:card": "summary_large_image",
+    }
+    return _elements(about)
+
+
+_INVITATION = "One ball, one seed, exact physics. Guess the bin, then watch it fall."
+
+
+def _elements(about: Mapping[str, str]) -> str:
+    return "".join(
+        f'    <meta property="{name}" content="{html.escape(content)}">\n'
+        for name, content in about.items()
+    )

@@ -1,0 +1,104 @@
+// A drop that another site shows in a frame: guess where it lands, let it fall, see.
+
+import { DEFAULT_BOARD, openPage, showState } from "../board/page.js";
+import { Stage } from "../board/stage.js";
+import { upTo } from "../model/motion/drop.js";
+import { replayLink, readDrop } from "../net/drop-address.js";
+import { paintPath } from "../paint/marks.js";
+import { boardOf, Replay } from "../replay/replay.js";
+import { byId } from "../util/dom.js";
+import { multiplier } from "../util/format.js";
+import { FrameLoop } from "../util/frame-loop.js";
+
+/** @import { State } from "../model/motion/flight.js" */
+/** @import { DropAddress } from "../net/drop-address.js" */
+/** @import { Geometry } from "../paint/geometry.js" */
+/** @import { Theme } from "../paint/theme.js" */
+
+const PATH_RATE = 120; // points a second of the drawn path
+const DEFAULT_SEED = "42";
+
+class EmbeddedDrop {
+  /** @type {Replay | null} */
+  #replay = null;
+  /** @type {State[]} */
+  #path = [];
+  #t = 0;
+  #lastMs = 0;
+  #falling = false;
+
+  /** @param {Theme} theme */
+  constructor(theme) {
+    this.theme = theme;
+    this.loop = new FrameLoop((now) => this.#draw(now));
+    this.stage = new Stage(theme, () => this.loop.wake());
+    this.button = byId("drop", HTMLButtonElement);
+    this.button.addEventListener("click", () => this.#fall());
+  }
+
+  /** @param {DropAddress} asked @param {string} hash */
+  async open(asked, hash) {
+    const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, hash);
+    const drop = { ...asked, board: address, seed: asked.seed || DEFAULT_SEED };
+    const replay = await Replay.load(board, drop);
+    this.#replay = replay;
+    this.#path = replay.motion.line(0, replay.duration, PATH_RATE);
+    this.stage.setBoard(board);
+    byId("more", HTMLAnchorElement).href = hash ? `replay.html?seed=${drop.seed}${hash}` : replayLink(drop);
+    document.title = `Seed ${drop.seed} on ${board.name} – Plinko`;
+    showState("replay", "Ready");
+    byId("result").textContent = "Guess where it lands.";
+    this.button.disabled = false;
+    this.loop.wake();
+  }
+
+  #fall() {
+    const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.#t = calm ? (this.#replay?.end ?? 0) : 0;
+    this.#lastMs = 0;
+    this.#falling = true;
+    this.button.disabled = true;
+    byId("result").textContent = "Falling…";
+    this.loop.wake();
+  }
+
+  /** @param {number} now ms */
+  #draw(now) {
+    const replay = this.#replay;
+    if (!replay) return false;
+    if (this.#falling) {
+      this.#t += this.#lastMs ? (now - this.#lastMs) / 1000 : 0;
+      this.#lastMs = now;
+      if (this.#t >= replay.duration) this.#tell(replay);
+    }
+    this.stage.draw(replay.sceneAt(this.#t), (ctx, geometry) => this.#paintPath(ctx, geometry, replay));
+    if (this.#t >= replay.end) this.#falling = false;
+    return this.#falling;
+  }
+
+  /** @param {Replay} replay whose ball is down */
+  #tell({ record: { bin, score } }) {
+    const text = bin === null ? "It comes to rest in no bin." : `Bin ${bin} pays ${multiplier(score)}.`;
+    const result = byId("result");
+    if (result.textContent !== text) result.textContent = text;
+    this.button.disabled = false;
+    this.button.textContent = "Again";
+  }
+
+  /**
+   * What it has fallen so far; what is to come stays untold.
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {Geometry} geometry
+   * @param {Replay} replay
+   */
+  #paintPath(ctx, geometry, replay) {
+    const width = Math.max(1.5, 0.2 * replay.board.ball.radius * geometry.scale);
+    const past = upTo(this.#path, replay.motion.stateAt(Math.min(this.#t, replay.duration)));
+    paintPath(ctx, geometry, past, { colour: this.theme.palette.trayMark, width, alpha: 0.8 });
+  }
+}
+
+openPage((theme) => {
+  const search = new URLSearchParams(window.location.search);
+  return new EmbeddedDrop(theme).open(readDrop(search), window.location.hash);
+});
