@@ -17,6 +17,7 @@ import { CloseUp, paintImpact } from "./closeup.js";
 import { describeEnergy, energyPlot } from "./energy-plot.js";
 import { ImpactList } from "./impact-list.js";
 import { boardOf, Replay } from "./replay.js";
+import { Share } from "./share.js";
 import { Transport } from "./transport.js";
 import { Verifier } from "./verify.js";
 
@@ -48,6 +49,7 @@ class ReplayPage {
     this.transport = new Transport(() => this.loop.wake());
     this.list = new ImpactList((index) => this.#choose(index));
     this.verifier = new Verifier(this.list);
+    this.share = new Share();
     this.energy = new Chart(byId("energy", HTMLCanvasElement), theme, (t) => this.transport.seek(t));
     this.closeUp = new CloseUp(byId("closeup", HTMLCanvasElement), theme);
     this.withCloseUp = byId("with-closeup", HTMLInputElement);
@@ -84,6 +86,7 @@ class ReplayPage {
     const stops = replay.motion.events.map(({ t }) => t);
     this.transport.load({ duration: replay.duration, end: replay.end, stops });
     this.#showRecord(replay, drop);
+    this.share.load(drop, hash);
     if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
       this.transport.seek(replay.duration);
     } else {

@@ -1,0 +1,72 @@
+"""A drop is handed on: by link, as pictures, as a record, in a frame on another site."""
+
+import threading
+import urllib.request
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Complaints, Open, ServerProcess
+
+DROP = "board=triangle-8&seed=42"
+
+
+@pytest.fixture
+def other_site(server: ServerProcess) -> Iterator[str]:
+    """Address of another site whose page shows one of ours in a frame: whichever is asked for."""
+
+    class Blog(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("content-type", "text/html")
+            self.end_headers()
+            page = f'<iframe src="{server.url}{self.path}" width="520" height="580"></iframe>'
+            self.wfile.write(page.encode())
+
+        def log_message(self, *_: object) -> None:
+            """Say nothing."""
+
+    site = ThreadingHTTPServer(("127.0.0.1", 0), Blog)
+    thread = threading.Thread(target=site.serve_forever)
+    thread.start()
+    yield f"http://127.0.0.1:{site.server_port}"
+    site.shutdown()
+    site.server_close()
+    thread.join()
+
+
+def test_another_site_shows_a_drop_in_a_frame_and_its_end_only_at_the_end(
+    opened: Open, other_site: str, complaints: Complaints
+) -> None:
+    screen = opened()
+    screen.page.goto(f"{other_site}/embed/replay?{DROP}")
+    frame = screen.page.frame_locator("iframe")
+    result = frame.locator("#result")
+    expect(result).to_have_text("Guess where it lands.")
+    frame.get_by_role("button", name="Drop").click()
+    expect(result).to_have_text("Falling…")
+    record = screen.api("drops/triangle-8/42")
+    expect(result).to_have_text(f"Bin {record['bin']} pays {record['score']:g}×.")
+    expect(frame.get_by_role("link")).to_have_attribute("href", f"replay.html?{DROP}")
+
+    screen.page.goto(f"{other_site}/replay.html?{DROP}")
+    expect(screen.page.frame_locator("iframe").locator("#result")).to_have_count(0)
+    complaints.allow("frame-ancestors")
+
+
+def test_a_drop_is_handed_on_as_link_and_frame_poster_film_and_record(opened: Open) -> None:
+    screen = opened(f"/replay.html?{DROP}").state("replay")
+    page = screen.page
+    text = page.get_by_role("textbox", name="What was copied")
+    page.get_by_role("button", name="Copy link").click()
+    expect(text).to_have_value(f"{screen.url}/replay.html?{DROP}")
+    page.get_by_role("button", name="Copy HTML frame").click()
+    source = f"{screen.url}/embed/replay?{DROP}".replace("&", "&amp;")
+    assert f'<iframe src="{source}" title="Seed 42 – Plinko"' in text.input_value()
+    kinds = {"Poster": "image/png", "Film": "image/webp", "Record": "application/json"}
+    for name, kind in kinds.items():
+        link = page.get_by_role("link", name=name, exact=True).get_attribute("href")
+        with urllib.request.urlopen(f"{screen.url}/{link}") as reply:
+            assert reply.headers["content-type"] == kind
