@@ -20,6 +20,8 @@ HEAD = "0002"  # the last step of `migrations`
 
 _PATIENCE = 5  # s that a database may take to answer
 _LOCK = 0x706C696E6B6F  # 'plinko', the key of PostgreSQL's advisory lock
+_LOCK_PATIENCE = 1  # s that the server before may take to let go of it
+_LOCK_NOT_AVAILABLE = "55P03"  # PostgreSQL's error code
 
 
 def address(url: str) -> URL:
@@ -264,12 +266,19 @@ def _postgres(url: URL) -> Engine:
 
 
 def _lock_database(connection: Connection) -> None:
-    """Take PostgreSQL's lock, which goes with the connection; raises LedgerError when taken."""
-    with connection.begin():
-        free = connection.execute(sa.text(f"SELECT pg_try_advisory_lock({_LOCK})")).scalar()
-    if not free:
+    """Take PostgreSQL's lock, which goes with the connection; raises LedgerError when taken.
+
+    Waits for a moment: the backend of a server that has just ended gives it up when it notices.
+    """
+    try:
+        with connection.begin():
+            connection.execute(sa.text(f"SET LOCAL lock_timeout = '{_LOCK_PATIENCE}s'"))
+            connection.execute(sa.text(f"SELECT pg_advisory_lock({_LOCK})"))
+    except sa.exc.OperationalError as error:
         connection.close()
-        raise LedgerError("another server uses it")
+        if getattr(error.orig, "sqlstate", None) != _LOCK_NOT_AVAILABLE:
+            raise
+        raise LedgerError("another server uses it") from None
 
 
 def _lock_file(file: Path) -> int:

@@ -1,5 +1,6 @@
 """Opening a ledger: its address, its tables, one server at a time; what cannot be used is named."""
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,8 @@ from app.errors import DamagedRoomError, SettingError
 from app.persistence import store, tables
 from app.persistence.database import HEAD, Database, address
 from app.rooms.records import BoardRow, DropRow, RoomRow, Write
+from tests.app.persistence.postgres import Cluster
+from tests.waiting import until
 
 
 def test_the_migrations_make_the_tables_that_the_code_knows(url: str) -> None:
@@ -60,6 +63,21 @@ def test_one_server_at_a_time(url: str) -> None:
     first.close()
     second.open()
     second.close()
+
+
+def test_a_server_waits_for_the_one_before_to_let_go_of_postgresql(cluster: Cluster) -> None:
+    url = cluster.new_database()
+    before, after = Database(url), Database(url)
+    before.open()
+    opening = ThreadPoolExecutor(1).submit(after.open)
+    with before.transaction() as connection:
+        waiting = sa.text(
+            "SELECT count(*) FROM pg_locks WHERE locktype = 'advisory' AND NOT granted"
+        )
+        until(lambda: connection.execute(waiting).scalar() or opening.done())
+    before.close()
+    opening.result()
+    after.close()
 
 
 def test_tables_of_a_later_release_are_refused(url: str) -> None:
