@@ -16,7 +16,9 @@ from typing import NamedTuple
 from flint import arb, ctx
 
 from engine.certified.balls import ONE, ZERO
-from engine.certified.scene import Circle, Face, Scene
+from engine.certified.scene import Scene
+from engine.certified.screen import Course
+from engine.certified.surfaces import Circle, Face
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +55,8 @@ class Flight:
         self.va = start.vx * self.ax + start.vy * self.ay
         self.vv = start.vx * start.vx + start.vy * start.vy
         self.aa = self.ax * self.ax + self.ay * self.ay
+        parts = start.x, start.y, start.vx, start.vy, self.ax, self.ay
+        self.course = Course.of(parts, self.k)
 
     def basis(self, s: arb) -> tuple[arb, arb, arb]:
         """e^(-ks), phi(s) and psi(s) at an exact time s."""

@@ -10,7 +10,8 @@ from engine.certified.contact.phase import contact_index, follow_contact
 from engine.certified.flight import Flight, State
 from engine.certified.impulse import Rebound, bounce
 from engine.certified.next_impact import BOUNCED, LIFTED, Touch, Touched, next_impact
-from engine.certified.scene import Scene, Surface, scene_of
+from engine.certified.scene import Scene, scene_of
+from engine.certified.surfaces import Surface
 from engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_LANDING,

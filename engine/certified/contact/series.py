@@ -18,7 +18,8 @@ from typing import NamedTuple
 from flint import arb, arb_poly, ctx
 
 from engine.certified.balls import ONE, ZERO
-from engine.certified.scene import Scene, Surface, unit_vector
+from engine.certified.scene import Scene
+from engine.certified.surfaces import Surface, unit_vector
 
 ROLLING = 0
 SLIDING = 1

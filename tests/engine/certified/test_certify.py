@@ -12,7 +12,7 @@ from engine.certified.balls import ZERO, Proof, UndecidedError, precision
 from engine.certified.certify import Effort, prove
 from engine.certified.contact import series as contact_series
 from engine.certified.many import certify_many
-from engine.certified.scene import Pair
+from engine.certified.surfaces import Pair
 from tests.engine.oracle import golden
 from tests.engine.oracle.random_scenes import random_scene
 from tests.engine.oracle.scenes import scene
