@@ -201,7 +201,7 @@ class LineDistance:
 
     def terms(self, s: arb) -> tuple[arb, arb, arb]:
         """h, h' and h'' at s."""
-        decay, phi, psi = _wide_basis(self.flight, s)
+        decay, phi, psi = wide_basis(self.flight, s)
         value = self.gap + self.rate * s + self.pull * psi
         return value, self.rate + self.pull * phi, self.pull * decay
 
@@ -244,7 +244,7 @@ class LineRebound:
         return self.high2
 
 
-def _wide_basis(flight: Flight, s: arb) -> tuple[arb, arb, arb]:
+def wide_basis(flight: Flight, s: arb) -> tuple[arb, arb, arb]:
     """`Flight.basis` at a time that may be a ball."""
     middle = s.mid()
     decay, phi, psi = flight.basis(middle)

@@ -18,6 +18,7 @@ from engine.jit.decorator import inner_kernel, kernel
 from engine.physics.flight import SERIES_LIMIT, basis, short_basis
 
 Array = npt.NDArray[np.float64]
+Numbers = npt.NDArray[np.int64]
 
 MARGIN = 1e-9
 """Of the square of the board's size: how much is added to the square of a distance."""
@@ -120,10 +121,33 @@ def _face_reach(
     return np.inf if max(low, lines[i, 6]) > min(high, lines[i, 5]) else s
 
 
+@inner_kernel
+def _circles_reached(
+    circles: Array, flight: tuple[float, float, float, float, float, float, float], h: float,
+    way: float, more: float, start: float, skipped: int, numbers: Numbers, times: Array,
+) -> int:  # fmt: skip
+    """Write down the circles that may be touched in a window, in which the ball moves at most
+    `way`; how many."""
+    x, y, vx, vy, ax, ay, k = flight
+    count = 0
+    for i in range(len(circles)):
+        if i == skipped:
+            continue
+        qx, qy, reach = x - circles[i, 0], y - circles[i, 1], circles[i, 2]
+        far = reach + way + more / reach
+        if abs(qx) > far or abs(qy) > far:
+            continue
+        s = _circle_reach(qx, qy, vx, vy, ax, ay, k, h, reach * reach + more, 0.01 * more)
+        if s < np.inf:
+            numbers[count], times[count] = i, start + s
+            count += 1
+    return count
+
+
 @kernel
 def first_reaches(
     state: Array, k: float, errors: Array, start: float, left: int, circles: Array, lines: Array,
-    board: Array, numbers: npt.NDArray[np.int64], times: Array,
+    board: Array, numbers: Numbers, times: Array,
 ) -> tuple[int, float]:  # fmt: skip
     """From `start` on, the first window of a flight in which surfaces may be touched, and which.
 
@@ -156,20 +180,13 @@ def first_reaches(
         margin = MARGIN * size + 2.0 * wide
         more = MARGIN * size * size + 4.0 * size * wide + 4.0 * wide * wide
         reach_of_all = speed * h + 0.5 * pull * h * h + margin
-        count = 0
-        for i in range(len(circles)):
-            if i == left and start == 0.0:
-                continue
-            qx, qy, reach = x - circles[i, 0], y - circles[i, 1], circles[i, 2]
-            far = reach + reach_of_all + more / reach
-            if abs(qx) > far or abs(qy) > far:
-                continue
-            s = _circle_reach(qx, qy, vx, vy, ax, ay, k, h, reach * reach + more, 0.01 * more)
-            if s < np.inf:
-                numbers[count], times[count] = i, start + s
-                count += 1
+        flight = x, y, vx, vy, ax, ay, k
+        skipped = left if start == 0.0 else -1
+        count = _circles_reached(
+            circles, flight, h, reach_of_all, more, start, skipped, numbers, times
+        )
         for i in range(len(lines)):
-            if len(circles) + i == left and start == 0.0:
+            if len(circles) + i == skipped:
                 continue
             s = _face_reach(lines, i, x, y, vx, vy, ax, ay, k, h, margin)
             if s < np.inf:
