@@ -15,7 +15,8 @@ from engine.certified.balls import ONE, ZERO, Proof, UndecidedError, precision
 from engine.certified.flight import Flight, State
 from engine.certified.impulse import bounce
 from engine.certified.next_impact import BOUNCED, Touch, Touched, next_impact
-from engine.certified.scene import Circle, Pair, Scene
+from engine.certified.scene import Scene
+from engine.certified.surfaces import Circle, Pair
 from engine.constants import KIND_PEG
 
 ELASTIC = Pair(ONE, ZERO)

@@ -10,6 +10,7 @@ from flint import arb, fmpq
 
 from engine.board.model import Board
 from engine.certified.balls import Proof, UndecidedError, precision
+from engine.certified.spread import trace_all
 from engine.certified.trace import Path, trace
 from engine.drops.drop import make_drop, start_of
 from engine.errors import ParameterError
@@ -225,7 +226,12 @@ def prove(
         proof = Proof(effort.most_comparisons)
         try:
             with precision(bits):
-                path = trace(board, _start(x, radius), bits, proof)
+                start = _start(x, radius)
+                path = (
+                    trace_all(board, start, bits, proof)
+                    if radius
+                    else trace(board, start, bits, proof)
+                )
             if path.outcome != EVENT_LIMIT:
                 return Outcome(path, proof, bits, None)
             return Outcome(None, proof, bits, REASONS[EVENT_LIMIT])

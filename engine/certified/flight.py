@@ -16,7 +16,9 @@ from typing import NamedTuple
 from flint import arb, ctx
 
 from engine.certified.balls import ONE, ZERO
-from engine.certified.scene import Circle, Face, Scene
+from engine.certified.scene import Scene
+from engine.certified.screen import Course
+from engine.certified.surfaces import Circle, Face
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +55,8 @@ class Flight:
         self.va = start.vx * self.ax + start.vy * self.ay
         self.vv = start.vx * start.vx + start.vy * start.vy
         self.aa = self.ax * self.ax + self.ay * self.ay
+        parts = start.x, start.y, start.vx, start.vy, self.ax, self.ay
+        self.course = Course.of(parts, self.k)
 
     def basis(self, s: arb) -> tuple[arb, arb, arb]:
         """e^(-ks), phi(s) and psi(s) at an exact time s."""
@@ -197,7 +201,7 @@ class LineDistance:
 
     def terms(self, s: arb) -> tuple[arb, arb, arb]:
         """h, h' and h'' at s."""
-        decay, phi, psi = _wide_basis(self.flight, s)
+        decay, phi, psi = wide_basis(self.flight, s)
         value = self.gap + self.rate * s + self.pull * psi
         return value, self.rate + self.pull * phi, self.pull * decay
 
@@ -240,7 +244,7 @@ class LineRebound:
         return self.high2
 
 
-def _wide_basis(flight: Flight, s: arb) -> tuple[arb, arb, arb]:
+def wide_basis(flight: Flight, s: arb) -> tuple[arb, arb, arb]:
     """`Flight.basis` at a time that may be a ball."""
     middle = s.mid()
     decay, phi, psi = flight.basis(middle)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from flint import arb
 
 from engine.certified.balls import Proof
-from engine.certified.scene import Pair
+from engine.certified.surfaces import Pair
 
 
 class Rebound(NamedTuple):

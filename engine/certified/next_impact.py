@@ -1,6 +1,5 @@
 """What a flight hits first, and when: proven by excluding everything else up to then."""
 
-from math import hypot
 from typing import NamedTuple
 
 from flint import arb
@@ -14,14 +13,9 @@ from engine.certified.flight import (
     LineRebound,
     ReboundDistance,
 )
-from engine.certified.scene import (
-    SCREEN_MARGIN,
-    Circle,
-    Face,
-    Scene,
-    Surface,
-    travel_time,
-)
+from engine.certified.reach import NEVER, rebound_reach
+from engine.certified.scene import Scene
+from engine.certified.surfaces import Circle, Face, Surface
 
 # How a surface was left that the ball touches at the start of a flight: how many derivatives of
 # its distance are zero there, the distance itself included; or the ball is past it for good.
@@ -38,10 +32,11 @@ class Touch(NamedTuple):
     off: arb
 
 
+TIGHT = 1e-12
+"""m, m/s and m/s^2. An enclosure that is no wider is a number, as far as float64 goes."""
+
 Touched = dict[Surface, Touch]
 """The surfaces that are touched when a flight starts."""
-
-_MAX_WINDOWS = 100_000
 
 
 class Hit(NamedTuple):
@@ -68,35 +63,29 @@ def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) ->
     None if it leaves the board for good.
     """
     start = 0.0
-    for _ in range(_MAX_WINDOWS):
-        at = flight.moment(arb(start))
-        speed, pull = upper(_length(at.vx, at.vy)), upper(_length(flight.ax, flight.ay))
-        end = start + travel_time(speed, pull, scene.smallest)
-        roots = []
-        if start == 0.0:
-            roots = _again(flight, touched, end, proof)
-            if roots:
-                end = min(end, *(upper(root.time) for root in roots))
-        to = flight.moment(arb(end))
-        a, b = (float(at.x), float(at.y)), (float(to.x), float(to.y))
-        bulge = pull * (end - start) ** 2 / 8.0
-        for surface in scene.near(a, b, bulge):
-            if _is_asked(surface, touched, start):
-                root = _entry(flight, surface, start, end, proof)
-                if root is not None:
-                    roots.append(_Root(root, surface))
-        if max(a[1], b[1]) + bulge + SCREEN_MARGIN >= float(scene.bins_y):
-            line = LineDistance.to_bins(flight, scene.bins_y)
-            root = first_root(line, start, end, proof, "the bins' line")
+    left = next(iter(touched)) if len(touched) == 1 else None
+    while True:
+        reaches = scene.screen.reaches(flight.course, start, left)
+        roots = _again(flight, touched, reaches.end, proof) if start == 0.0 else []
+        soonest = min((upper(root.time) for root in roots), default=reaches.end)
+        for time, surface in reaches.found:
+            if time > soonest:
+                break
+            if surface is None:
+                line = LineDistance.to_bins(flight, scene.bins_y)
+                root = first_root(line, time, reaches.end, proof, "the bins' line")
+            elif _is_asked(surface, touched, start):
+                root = _entry(flight, surface, time, reaches.end, proof)
+            else:
+                continue
             if root is not None:
-                roots.append(_Root(root, None))
+                roots.append(_Root(root, surface))
+                soonest = min(soonest, upper(root))
         if roots:
             return _first(flight, roots, proof)
-        left, right, top = scene.box
-        if not (left < b[0] < right and top < b[1]):
+        if reaches.end == NEVER:
             return None
-        start = end
-    raise UndecidedError("whether a flight ends")
+        start = reaches.end
 
 
 def _is_asked(surface: Surface, touched: Touched, start: float) -> bool:
@@ -104,10 +93,6 @@ def _is_asked(surface: Surface, touched: Touched, start: float) -> bool:
     if surface not in touched:
         return True
     return start > 0.0 and (touched[surface].how == BOUNCED or isinstance(surface, Circle))
-
-
-def _length(x: arb, y: arb) -> arb:
-    return arb(hypot(upper(abs(x)), upper(abs(y))) * (1.0 + 1e-12))
 
 
 def _again(flight: Flight, touched: Touched, end: float, proof: Proof) -> list[_Root]:
@@ -134,14 +119,36 @@ def _again(flight: Flight, touched: Touched, end: float, proof: Proof) -> list[_
 def _rebound(flight: Flight, surface: Surface, off: arb, end: float, proof: Proof) -> _Root | None:
     """When a surface is hit again off which the ball bounced, by its distance over the time."""
     if isinstance(surface, Circle):
+        start = _circle_rebound_reach(flight, surface, off, end)
+        if start == NEVER:
+            return None
         again = ReboundDistance(flight, surface, off, end)
-        time = first_root(again, 0.0, end, proof, surface.name)
+        time = first_root(again, start, end, proof, surface.name)
         return None if time is None else _Root(time, surface, again.approach(time))
     pull = flight.ax * surface.nx + flight.ay * surface.ny
     from_line = LineRebound(LineDistance(flight, ZERO, off, pull))
     time = first_root(from_line, 0.0, end, proof, surface.name)
     time = _on_face(flight, surface, time, proof)
     return None if time is None else _Root(time, surface, from_line.approach(time))
+
+
+def _circle_rebound_reach(flight: Flight, circle: Circle, off: arb, end: float) -> float:
+    """A time until which a circle off which the ball bounced is not hit again, or NEVER.
+
+    A parabola in double precision that is below f(s) / s = 2 D off + (|v|^2 + q.a) s + …, each
+    part lowered by a millionth of what it is made of; 0, which says nothing, of a wide enclosure.
+    """
+    x, y, vx, vy, ax, ay = flight.course.state.tolist()
+    speed = float(off)
+    if float(off.rad()) > 1e-9 * speed or flight.course.errors.max() > TIGHT:
+        return 0.0
+    qx, qy, k = x - float(circle.x), y - float(circle.y), flight.course.drag
+    vv, va, aa = vx * vx + vy * vy, vx * ax + vy * ay, ax * ax + ay * ay
+    qa, parts = qx * ax + qy * ay, abs(qx * ax) + abs(qy * ay)
+    third = 6.0 * min(va, 0.0) - 1e-6 * (abs(vx * ax) + abs(vy * ay))
+    third -= 2.0 * k * max(qa + 0.5 * aa * end * end + max(va, 0.0) * end + 1e-6 * parts, 0.0)
+    first = 2.0 * float(circle.reach) * speed * (1.0 - 1e-6)
+    return rebound_reach(first, vv + qa - 1e-6 * (vv + parts), third / 3.0, end)
 
 
 def _circle_again(

@@ -10,7 +10,8 @@ from engine.certified.contact.phase import contact_index, follow_contact
 from engine.certified.flight import Flight, State
 from engine.certified.impulse import Rebound, bounce
 from engine.certified.next_impact import BOUNCED, LIFTED, Touch, Touched, next_impact
-from engine.certified.scene import Scene, Surface, scene_of
+from engine.certified.scene import Scene, scene_of
+from engine.certified.surfaces import Surface
 from engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_LANDING,
@@ -47,10 +48,10 @@ def trace(board: Board, x: arb, bits: int, proof: Proof) -> Path:
     x is in m, and may be wide: then what is proven holds for every start in it. Raises
     UndecidedError at the first comparison that the precision leaves open.
     """
-    return _Tracer(scene_of(board, bits), x, proof).run()
+    return Tracer(scene_of(board, bits), x, proof).run()
 
 
-class _Tracer:
+class Tracer:
     """One ball from its start to its end."""
 
     def __init__(self, scene: Scene, x: arb, proof: Proof) -> None:
@@ -104,7 +105,7 @@ class _Tracer:
         if that is known.
         """
         while len(self.path.events) < MAX_EVENTS:
-            off, sticks = self._rebound(surface, approach)
+            off, sticks = self.rebound(surface, approach)
             approach = None
             touched[surface] = Touch(LIFTED if off.is_zero() else BOUNCED, off)
             if len(touched) > 1 and self._is_pinned(surface, touched):
@@ -121,7 +122,7 @@ class _Tracer:
                 break
         return touched
 
-    def _rebound(self, surface: Surface, approach: arb | None) -> tuple[arb, bool]:
+    def rebound(self, surface: Surface, approach: arb | None) -> tuple[arb, bool]:
         """An impact: the speed off the surface after it, and whether friction stopped the slip."""
         now = self.state
         nx, ny = surface.normal(now.x, now.y)
@@ -132,12 +133,17 @@ class _Tracer:
         after: Rebound = bounce(
             approach, along, now.omega, surface.pair, self.scene.radius, self.proof
         )
-        x, y = surface.at_contact(now.x, now.y, nx, ny)
-        vx, vy = after.off * nx - after.along * ny, after.off * ny + after.along * nx
-        self.state = State(now.t, x, y, vx, vy, after.omega)
+        self.state = self._bounced(surface, after, (nx, ny))
         self.path.impacts += 1
         self._note(surface.kind, surface.index)
         return after.off, after.sticks
+
+    def _bounced(self, surface: Surface, after: Rebound, normal: tuple[arb, arb]) -> State:
+        """The state after an impact on a surface with this normal where the ball is."""
+        now, (nx, ny) = self.state, normal
+        x, y = surface.at_contact(now.x, now.y, nx, ny)
+        vx, vy = after.off * nx - after.along * ny, after.off * ny + after.along * nx
+        return State(now.t, x, y, vx, vy, after.omega)
 
     def _is_pressed(self, surface: Surface) -> bool:
         """Whether gravity presses the ball onto a surface along which alone it moves: N > 0."""

@@ -52,7 +52,7 @@ def source_stamp() -> str:
 def sources() -> list[Path]:
     """All files of Python that machine code is made of."""
     engine = Path(__file__).parent.parent
-    found = [engine / "constants.py"]
+    found = [engine / "constants.py", engine / "certified" / "reach.py"]
     for package in ("jit", "physics", "exact", "stepped", "multibody", "billiards"):
         found += (engine / package).rglob("*.py")
     return sorted(found)

@@ -15,7 +15,7 @@ from engine.certified.contact.series import (
     square,
 )
 from engine.certified.contact.series_root import first_fall
-from engine.certified.scene import Circle, Face, Surface
+from engine.certified.surfaces import Circle, Face, Surface
 
 
 class Cause(Enum):
@@ -144,7 +144,7 @@ def _hits(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
     roam = sum((t * arb(stretch.end) ** i for i, t in enumerate(terms)), stretch.way.tail)
     a, b = (float(start.x), float(start.y)), (float(end.x), float(end.y))
     found = []
-    for other in stretch.scene.near(a, b, float(roam.upper())):
+    for other in stretch.scene.screen.near(a, b, float(roam.upper())):
         if other is stretch.surface or _belongs(stretch, other):
             continue
         distance = _distance(stretch, other)

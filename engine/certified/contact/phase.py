@@ -17,7 +17,8 @@ from engine.certified.contact.series import (
 )
 from engine.certified.flight import State
 from engine.certified.next_impact import LIFTED, PAST, ROLLED_OFF, Touch, Touched
-from engine.certified.scene import Face, Scene, Surface
+from engine.certified.scene import Scene
+from engine.certified.surfaces import Face, Surface
 from engine.constants import KIND_CONTACT_CHANGE, KIND_CONTACT_END, KIND_PEG
 
 _MAX_STRETCHES = 1000

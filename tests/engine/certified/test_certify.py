@@ -1,18 +1,20 @@
 """What a certificate claims, and that a wrong law or a tie would not pass for a theorem."""
 
 from fractions import Fraction
+from typing import Any
 
 import pytest
 from flint import arb
 
 from engine import Board, ParameterError, SeedError, certify, drop
 from engine.board.parts import Bins, Peg, Wall
-from engine.certified import flight, impulse, trace
+from engine.certified import flight, impulse, spread, trace
 from engine.certified.balls import ZERO, Proof, UndecidedError, precision
 from engine.certified.certify import Effort, prove
 from engine.certified.contact import series as contact_series
 from engine.certified.many import certify_many
-from engine.certified.scene import Pair
+from engine.certified.surfaces import Pair
+from engine.drops.drop import start_of
 from tests.engine.oracle import golden
 from tests.engine.oracle.random_scenes import random_scene
 from tests.engine.oracle.scenes import scene
@@ -65,6 +67,43 @@ def test_what_is_proven_of_a_wide_start_holds_for_all_starts_in_it() -> None:
             assert around.state.x.contains(event.state.x)
             assert around.state.vy.contains(event.state.vy)
     assert prove(TRIANGLE, middle, Fraction(1, 100), Effort(160, 160)).path is None
+
+
+def test_a_wide_start_is_followed_by_how_fast_its_paths_part_and_not_by_boxes() -> None:
+    """Boxes do not prove as many of this drop's starts at once as a path and its derivative do."""
+    middle, radius = Fraction(start_of(TRIANGLE, 4, None)), Fraction(1, 10**12)
+    wide = prove(TRIANGLE, middle, radius, Effort(160, 160))
+    assert wide.path is not None
+    assert wide.path.bin == certify(TRIANGLE, 4).bin
+    with precision(160), pytest.raises(UndecidedError):
+        trace.trace(TRIANGLE, arb(float(middle), float(radius)), 160, Proof())
+    for share in (-1, Fraction(1, 3), 1):
+        inside = prove(TRIANGLE, middle + share * radius)
+        assert inside.path is not None
+        for event, around in zip(inside.path.events, wide.path.events, strict=True):
+            for name in ("t", "x", "y", "vx", "vy", "omega"):
+                assert getattr(around.state, name).contains(getattr(event.state, name))
+
+
+def test_a_derivative_of_the_wrong_law_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Paths that part as if a normal did not turn are not where they are proven to be."""
+    right = spread._through_bounce
+
+    def wrong(rates: spread.Rates, *rest: Any) -> spread.Rates:
+        return right(rates._replace(x=ZERO, y=ZERO), *rest)
+
+    middle, radius = Fraction(start_of(TRIANGLE, 4, None)), Fraction(1, 10**13)
+    inside = prove(TRIANGLE, middle + radius)
+    assert inside.path is not None
+    monkeypatch.setattr(spread, "_through_bounce", wrong)
+    try:
+        wide = prove(TRIANGLE, middle, radius, Effort(160, 160))
+    except ValueError:  # the box and the line have nothing in common
+        return
+    assert wide.path is None or not all(
+        around.state.x.contains(event.state.x)
+        for event, around in zip(inside.path.events, wide.path.events, strict=False)
+    )
 
 
 def test_a_ball_in_perfect_balance_is_proven_to_rest() -> None:

@@ -1,0 +1,105 @@
+"""A board's surfaces in double precision: which of them a ball may come to, and from when on.
+
+What float64 rounds off is far below the margins here, so nothing that is touched is left out.
+"""
+
+from math import nextafter
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from flint import arb
+
+from engine.board.fields import BoardFields
+from engine.certified.balls import UndecidedError
+from engine.certified.reach import MARGIN, NEVER, first_reaches
+from engine.certified.surfaces import Circle, Face, Surface
+
+Array = npt.NDArray[np.float64]
+
+
+class Course(NamedTuple):
+    """A flight in double precision: x, y, v_x, v_y, a_x, a_y at its start, in m and s, the drag in
+    1/s, and how far place, velocity and acceleration may be off."""
+
+    state: Array
+    drag: float
+    errors: Array
+
+    @classmethod
+    def of(cls, parts: tuple[arb, ...], drag: arb) -> "Course":
+        """Of enclosures of the six."""
+        x, y, vx, vy, ax, ay = [float(part.rad()) for part in parts]
+        widths = x + y, vx + vy, ax + ay
+        errors = np.array([nextafter(1.000001 * width, NEVER) for width in widths])
+        return cls(np.array([float(part) for part in parts]), float(drag), errors)
+
+
+class Reaches(NamedTuple):
+    """The surfaces that may be touched up to `end`, by the time before which they are not; None is
+    the bins' line. `end` is NEVER if the ball leaves the board."""
+
+    found: list[tuple[float, Surface | None]]
+    end: float
+
+
+class Screen:
+    """Places of all surfaces as float64."""
+
+    def __init__(self, circles: list[Circle], faces: list[Face], board: BoardFields) -> None:
+        self._surfaces: list[Surface | None] = [*circles, *faces, None]
+        self._numbers = {surface: i for i, surface in enumerate(self._surfaces)}
+        rows = [(float(c.x), float(c.y), float(c.reach)) for c in circles]
+        self._circles = np.array(rows).reshape(-1, 3)
+        lines = [(*map(float, (f.x, f.y, f.nx, f.ny, f.reach)), *_between(f)) for f in faces]
+        self._lines = np.array(lines).reshape(-1, 7)
+        left, right, top, _ = board.extent
+        smallest = min((row[2] for row in rows), default=board.ball.radius)
+        beyond = max(right - left, board.bins.y - top)
+        box = left - beyond, right + beyond, top - beyond
+        size = float(np.abs(np.array([1.0, *box, *self._circles.ravel()])).max()) + beyond
+        self._board = np.array([smallest, size, *box, board.bins.y])
+        self._margin = MARGIN * size
+        count = len(self._surfaces)
+        self._found = np.empty(count, np.int64), np.empty(count)
+
+    def reaches(self, course: Course, start: float, left: Surface | None) -> Reaches:
+        """What may be touched next from `start` s of a flight on, in the window that begins there;
+        or, from later than 0 on, in the first where there is something. `left` is not looked for
+        at the very start."""
+        numbers, times = self._found
+        number = -1 if left is None else self._numbers[left]
+        count, end = first_reaches(
+            course.state, course.drag, course.errors, start, number, self._circles, self._lines,
+            self._board, numbers, times,
+        )  # fmt: skip
+        if count < 0:
+            raise UndecidedError("whether a flight ends")
+        found = sorted(zip(times[:count].tolist(), numbers[:count].tolist(), strict=True))
+        return Reaches([(time, self._surfaces[number]) for time, number in found], end)
+
+    def near(self, a: tuple[float, float], b: tuple[float, float], bulge: float) -> list[Surface]:
+        """The surfaces that a path may touch which stays within `bulge` of the chord a b."""
+        return [s for i in self._near(a, b, bulge) if (s := self._surfaces[i]) is not None]
+
+    def _near(self, a: tuple[float, float], b: tuple[float, float], bulge: float) -> list[int]:
+        place, line, slack = self._circles, self._lines, bulge + self._margin
+        qx, qy = place[:, 0] - a[0], place[:, 1] - a[1]
+        ex, ey = b[0] - a[0], b[1] - a[1]
+        square = ex * ex + ey * ey
+        if square > 0.0:
+            share = np.clip((qx * ex + qy * ey) / square, 0.0, 1.0)
+            qx, qy = qx - share * ex, qy - share * ey
+        limit = place[:, 2] + slack
+        close = np.flatnonzero(qx * qx + qy * qy < limit * limit)
+        at_a = (a[0] - line[:, 0]) * line[:, 2] + (a[1] - line[:, 1]) * line[:, 3] - line[:, 4]
+        at_b = (b[0] - line[:, 0]) * line[:, 2] + (b[1] - line[:, 1]) * line[:, 3] - line[:, 4]
+        crossed = (np.minimum(at_a, at_b) < slack) & (np.maximum(at_a, at_b) > -slack)
+        return [*close.tolist(), *(len(place) + np.flatnonzero(crossed)).tolist()]
+
+
+def _between(face: Face) -> tuple[float, float]:
+    """To where and from where the face goes along (-n_y, n_x)."""
+    length = float(face.length)
+    ahead = float(face.ny * -face.tx + face.nx * face.ty) < 0.0
+    return (length, 0.0) if not ahead else (0.0, -length)
