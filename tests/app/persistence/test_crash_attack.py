@@ -23,10 +23,9 @@ from benchmarks.serving.attackers import LOGGED, hall
 from benchmarks.serving.process import can_watch
 from engine import Board
 from tests.app.persistence.oracle import hold
-from tests.app.persistence.server import Served, play
+from tests.app.persistence.server import Served
 from tests.app.persistence.siege import Siege
 from tests.long import LONG
-from tests.waiting import eventually
 
 HOURS: Final = float(os.environ.get("PLINKO_TEST_HOURS", "0.05"))
 LONG_LOG: Final = LOGGED if HOURS >= 0.5 else 1000  # drops
@@ -78,8 +77,9 @@ async def _fill(siege: Siege, seeds: "itertools.count[int]") -> None:
     """A player's room gets its long log."""
     told = siege.open(board_that_ends_at_once())
     siege.logged = told.room
-    filling = asyncio.create_task(play(siege.server, told, seeds, 0.004))
-    await eventually(lambda: len(told.accepted) >= LONG_LOG)
+    filling = asyncio.create_task(siege.keep_playing(told, seeds, 0.004))
+    while len(told.accepted) < LONG_LOG and not filling.done():
+        await asyncio.sleep(0.1)
     filling.cancel()
     await asyncio.gather(filling, return_exceptions=True)
 
