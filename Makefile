@@ -20,6 +20,7 @@ PYTEST_ARGS ?=
 BENCH_ARGS ?=
 KILLS ?= 50
 FAULTS ?= 20
+HOURS ?= 2
 
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -27,13 +28,14 @@ PINS := pyproject.toml constraints.txt
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
-.PHONY: help play test test-long test-crash test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels
+.PHONY: help play test test-long test-crash test-attack test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
 	@echo 'make test         run every test, browser tests included (PYTEST_ARGS=...)'
 	@echo 'make test-long    try the claims of the tests marked "long" many more times (half an hour)'
 	@echo 'make test-crash   of these, a server under load killed, stalled, cut off, full (KILLS=50 FAULTS=20)'
+	@echo 'make test-attack  a server attacked, killed and stalled for long (HOURS=2), at half a core'
 	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
 	@echo 'make lint         style, format, types and import contracts'
 	@echo 'make docs         make the site of these pages in build/site; a warning fails'
@@ -63,6 +65,10 @@ test: $(VENV)/.stamp-test node_modules/.stamp
 test-crash: $(VENV)/.stamp-test
 	tools/postgresql
 	LONG=1 PLINKO_TEST_KILLS=$(KILLS) PLINKO_TEST_FAULTS=$(FAULTS) $(BIN)/python -m pytest -s -m long tests/app/persistence
+
+# Over SQLite, by the attackers of `plinko bench attack`; then every ball is accounted for.
+test-attack: $(VENV)/.stamp-test
+	LONG=1 PLINKO_TEST_HOURS=$(HOURS) $(BIN)/python -m pytest -s -m long tests/app/persistence/test_crash_attack.py
 
 # Each test that tries more with LONG=1 has the marker `long`, see tests/long.py: ten minutes of
 # soak, 10^5 malformed messages, hundreds of requests of each REST operation, every oracle file,

@@ -17,6 +17,7 @@ from app.web.edge.choose import choose, counted
 from app.web.edge.guarded import Edge
 from app.web.services import Services
 
+_OWN_FILES = 100  # that the server opens besides connections: its ledger, workers, the page's
 _ENDS_WORK = 0.7  # of the grace at shutdown, that what is computed may go on
 
 
@@ -85,9 +86,24 @@ def _edge(server: Services, proxies: Proxies) -> Edge:
         head_seconds=settings.head_timeout,
         body_seconds=settings.body_timeout,
         unread_seconds=settings.unread_timeout,
-        connections=Connections(settings.address_connections, proxies),
+        connections=Connections(settings.address_connections, proxies, _most(settings)),
         refused=lambda code: server.metrics.errors.labels(code).inc(),
     )
+
+
+def _most(settings: Settings) -> int:
+    """Connections that there may be, having raised what the system allows as far as it lets us."""
+    try:
+        import resource  # noqa: PLC0415 - not on every system
+    except ImportError:
+        return settings.max_connections
+    wanted, endless = settings.max_connections + _OWN_FILES, resource.RLIM_INFINITY
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if soft != endless and soft < wanted:
+        soft = wanted if hard == endless else min(wanted, hard)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    files = wanted if soft == endless else min(wanted, soft)
+    return max(1, files - _OWN_FILES)
 
 
 def listen(settings: Settings) -> socket.socket:

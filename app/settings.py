@@ -89,6 +89,13 @@ class Settings:
     address_connections: int = _setting(
         500, "connections that one address may have open; a trusted proxy any", 1, 1_000_000
     )
+    max_connections: int = _setting(
+        10_000,
+        "connections open at once, of all addresses; one may have a tenth of those left. At most "
+        "what the system lets the process open",
+        1,
+        1_000_000,
+    )
     max_message: int = _setting(4096, "largest WebSocket message taken, in bytes", 256, 1 << 20)
     message_rate: float = _setting(60.0, "messages a second from one client", 0.1, 1e6)
     drop_rate: float = _setting(20.0, "drops a second from one client", 0.1, 1e6)

@@ -12,7 +12,7 @@ from app.errors import BusyError, EndedError
 
 T = TypeVar("T")
 
-DEADLINE: Final = 10.0  # s that one thing may compute
+DEADLINE: Final = 10.0  # s of a core that one thing may compute
 
 
 @dataclass(slots=True, eq=False)
@@ -66,7 +66,8 @@ class Workers:
         """The result of `work()`, a function of a module, done in a process.
 
         Raises what it raises; BusyError when too much waits, DeadlineError when it computes for
-        more than so many s. Who is cancelled meanwhile ends it.
+        more than so many s of a core, however long it had to wait for one. Who is cancelled
+        meanwhile ends it.
         """
         done = await self.measured(work, quick=quick, deadline=deadline)
         if done.error is not None:

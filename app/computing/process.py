@@ -2,6 +2,7 @@
 
 import multiprocessing
 import pickle
+import signal
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerProcess
 from typing import Any, Final
 
-from app.computing.inside import serve
+from app.computing.inside import WALL, serve
 from app.errors import CostError, DeadlineError, EndedError
 
 PRELOADED: Final = "app.computing.preloaded"
@@ -51,23 +52,21 @@ class WorkerProcess:
     def do(self, work: Callable[[], Any], seconds: float) -> Done:
         """What came of `work()`; blocks. `work` is a function of a module, with picklable values.
 
-        Raises DeadlineError when it takes longer than so many seconds, EndedError when the process
-        ended by itself or by `end`; another is started the next time.
+        Raises DeadlineError when it computes for more than so many s of a core, or does not come
+        to its end for WALL times as long; EndedError when the process ended by itself or by `end`.
+        Another is started the next time.
         """
         try:
             pipe = self._started()
             pipe.send_bytes(pickle.dumps((work, seconds), pickle.HIGHEST_PROTOCOL))
-            if not pipe.poll(seconds):
-                raise DeadlineError(
-                    f"it takes longer than the {seconds:g} s that a request may compute"
-                )
+            if not pipe.poll(WALL * seconds):
+                self._stop()
+                raise _too_long(seconds)
             fine, value, spent = pipe.recv()
         except (EOFError, OSError) as error:
-            self._stop()
+            if self._stop() == -signal.SIGPROF:
+                raise _too_long(seconds) from error
             raise EndedError("the process that computed it ended") from error
-        except DeadlineError:
-            self._stop()
-            raise
         if isinstance(value, MemoryError):
             self._stop()
             raise CostError("it takes more memory than a request may")
@@ -97,14 +96,24 @@ class WorkerProcess:
         if self._process is not None:
             self._process.kill()
 
-    def _stop(self) -> None:
-        """Let go of the process; for the thread that waits for it."""
+    def _stop(self) -> int | None:
+        """Let go of the process, for the thread that waits for it; how it ended, if there is one.
+
+        One that has ended by itself is not harmed.
+        """
         with self._lock:
             self._kill()
             process, pipe = self._process, self._pipe
             self._process = self._pipe = None
-        if process is not None:
-            process.join()
-            process.close()
         if pipe is not None:
             pipe.close()
+        if process is None:
+            return None
+        process.join()
+        code = process.exitcode
+        process.close()
+        return code
+
+
+def _too_long(seconds: float) -> DeadlineError:
+    return DeadlineError(f"it takes longer than the {seconds:g} s that a request may compute")

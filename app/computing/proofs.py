@@ -19,7 +19,8 @@ MOST_COMPARISONS: Final = 20_000
 """Of a proof over HTTP, at each precision: some seconds."""
 
 MAX_SECONDS: Final = 8.0
-"""s of many proofs, after which the rest is left undecided; `pool.DEADLINE` is not reached."""
+"""s of a core for many proofs, after which the rest is left undecided, well before
+`pool.DEADLINE`."""
 
 
 def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
@@ -41,10 +42,10 @@ class _Patience:
     """Whether there is time left for another proof."""
 
     def __init__(self) -> None:
-        self._until = time.monotonic() + MAX_SECONDS
+        self._until = time.process_time() + MAX_SECONDS
 
     def __call__(self) -> bool:
-        return time.monotonic() < self._until
+        return time.process_time() < self._until
 
 
 def tile(

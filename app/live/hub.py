@@ -111,6 +111,7 @@ class Client:
         self._wake = asyncio.Event()
         self._writing: asyncio.Timeout | None = None
         self._failure: AppError | None = None
+        self._end: AppError | None = None
 
     def post(self, event: WireMessage) -> None:
         """Send an event, or queue it; a client whose queue is full is on its way out."""
@@ -147,14 +148,19 @@ class Client:
             self._writing.reschedule(asyncio.get_running_loop().time())
         self._wake.set()
 
+    def end(self, error: AppError) -> None:
+        """End the connection with this reason once it was sent what waits."""
+        self._end = self._end or error
+        self._wake.set()
+
     async def run(self) -> None:
         """Send what waits, for ever; raises SlowClientError when the client does not read."""
         while True:
             while self._failure is None and (message := self.mailbox.take()) is not None:
                 await self._write_one(message)
-            if self._failure is not None:
-                self._traffic.too_slow += isinstance(self._failure, SlowClientError)
-                raise self._failure
+            if (reason := self._failure or self._end) is not None:
+                self._traffic.too_slow += isinstance(reason, SlowClientError)
+                raise reason
             self._keeps_up = True
             self._wake.clear()
             await self._wake.wait()
@@ -256,7 +262,7 @@ class Hub:
     def close(self, room_id: str, error: AppError) -> None:
         """End every connection to the room with this reason."""
         for client in self._everyone(room_id):
-            client.fail(error)
+            client.end(error)
 
     def _everyone(self, room_id: str) -> Iterator[Client]:
         for clients in self._rooms.get(room_id, {}).values():

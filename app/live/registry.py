@@ -17,15 +17,15 @@ from app.errors import (
     LedgerError,
     RebuildingError,
     ResetError,
-    UnknownRoomError,
-    shorten,
 )
 from app.live.broadcaster import Broadcaster
 from app.live.hub import Client, Hub
 from app.live.landings import Landings
 from app.live.open_rooms import OpenRooms
-from app.live.runner import MAIN, Runner
+from app.live.public_tables import MAIN, PublicTables
+from app.live.runner import Runner
 from app.live.ticker import Watcher
+from app.live.to_the_end import to_the_end
 from app.live.waiting_requester import WaitingRequester
 from app.persistence.null_ledger import NullLedger
 from app.persistence.rebuild_queue import RebuildQueue, Turn, rebuilding
@@ -33,19 +33,16 @@ from app.persistence.service import PersistenceService
 from app.protocol import messages
 from app.protocol.touching_messages import Change
 from app.rooms.boards import Boards
-from app.rooms.kinds import INDEPENDENT, INTERACTING, SCENE, BallLimits, make_room
+from app.rooms.kinds import INDEPENDENT, BallLimits, make_room
 from app.rooms.pending import DropCommand, PendingInput
 from app.rooms.records import Parked
 from app.rooms.room import Ground, Room
-from app.rooms.touching.scene import GALTON, SANDBOX, Scene
+from app.rooms.touching.scene import Scene
 from app.settings import Settings
-from engine import Board, preset_names
+from engine import Board
 
-PUBLIC_SCENES = {"sandbox": SANDBOX, "galton-pile": GALTON}
-"""Rooms of scenes that are always there, open to everybody."""
-
-TOUCHING = "interacting-"
-"""Before a preset's name: the public table on which balls knock each other."""
+_FAILED = "its room failed"
+"""What the result of a drop says that was in flight then."""
 
 _log = logging.getLogger("plinko")
 
@@ -100,8 +97,7 @@ class Rooms:
             forget=self.broadcaster.forget,
         )
         self.rebuilding = RebuildQueue(self._rebuild)
-        self._boards = boards
-        self._main_board = main_board
+        self.public = PublicTables(boards, main_board, self.scene)
         self._draw = draw
         self._new_id = new_id
         self._loading = asyncio.Lock()
@@ -140,26 +136,11 @@ class Rooms:
         self.persistence.recovery.check(room_id)
         if room_id in self.rebuilding:
             raise rebuilding(room_id)
-        ground, mode = self._public(room_id)
+        ground, mode = self.public.find(room_id)
         row = self._open.parked_public.pop(room_id, None)
         if row is not None:
             room = self.persistence.recovery.restore(row, ground)
         return self._add(room or self._new(room_id, ground, mode))
-
-    def _public(self, room_id: str) -> tuple[Ground, str]:
-        """What a room of this name is over that is always there; raises UnknownRoomError."""
-        if room_id == MAIN:
-            return self._main_board, INDEPENDENT
-        if room_id in preset_names():
-            return self._boards.find(room_id), INDEPENDENT
-        if room_id in PUBLIC_SCENES:
-            return self.scene({"scene": PUBLIC_SCENES[room_id]}), SCENE
-        preset = room_id.removeprefix(TOUCHING)
-        if preset != room_id and preset in preset_names():
-            return self._boards.find(preset), INTERACTING
-        raise UnknownRoomError(
-            f"room {shorten(room_id)} is neither open nor the name of a preset board", field="room"
-        )
 
     def scene(self, values: object) -> Scene:
         """The scene of a JSON object; raises InvalidValueError, SeedError."""
@@ -193,25 +174,10 @@ class Rooms:
 
     async def _rebuild(self, room_id: str, turn: Turn) -> None:
         """Bring back a room that moved; raises LedgerError, DamagedRoomError."""
-        ground = self._ground_now(room_id)
+        ground = self.public.ground(room_id)
         room = await self.persistence.recovery.load(room_id, ground_now=ground, turn=turn)
         if room is not None:
             self._add(room)
-
-    def _ground_now(self, room_id: str) -> Ground | None:
-        """What the public room of this name is over; None for any other."""
-        try:
-            return self._public(room_id)[0]
-        except UnknownRoomError:
-            return None
-
-    def is_own(self, room_id: str) -> bool:
-        """Whether a room of this id would be a player's own, and not everybody's."""
-        try:
-            self._public(room_id)
-        except UnknownRoomError:
-            return True
-        return False
 
     def owned(self, room: Room) -> bool:
         """Whether the room has a creator, who alone may change it."""
@@ -230,7 +196,7 @@ class Rooms:
 
         What moved then comes back one after another: see `rebuilding`.
         """
-        left = await self.persistence.recovery.survey(self._ground_now)
+        left = await self.persistence.recovery.survey(self.public.ground)
         self._open.parked_public = left.public
         self._open.parked = OrderedDict((each.id, each) for each in left.owned)
         self.rebuilding.fill(sorted(left.moving, key=lambda each: each.id != MAIN))
@@ -247,13 +213,26 @@ class Rooms:
 
         Raises RoomLimitError when all rooms are in use, LedgerError when it cannot be kept.
         """
+        return await to_the_end(self._create(ground, mode))
+
+    async def delete(self, room: Room) -> None:
+        """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
+        await to_the_end(self._delete(room))
+
+    async def reset(self, room: Room, board: Board | None = None) -> Room:
+        """Begin a room anew, on another board if one is given; everyone there starts over.
+
+        Raises LedgerError, and InvalidValueError where no board can be; nothing is done then.
+        """
+        return await to_the_end(self._reset(room, board))
+
+    async def _create(self, ground: Ground, mode: str) -> Room:
         self._open.make_place()
         room = self._new(self._new_id(), ground, mode)
         await self.persistence.create(room)
         return self._add(room)
 
-    async def delete(self, room: Room) -> None:
-        """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
+    async def _delete(self, room: Room) -> None:
         await self.persistence.end(room)
         error = ClosedRoomError(f"room {room.id!r} was closed by its creator")
         self._leave_behind(room, error)
@@ -262,11 +241,7 @@ class Rooms:
         self.hub.close(room.id, error)
         _log.info("room closed", extra={"room": room.id, "why": "its creator"})
 
-    async def reset(self, room: Room, board: Board | None = None) -> Room:
-        """Begin a room anew, on another board if one is given; everyone there starts over.
-
-        Raises LedgerError, and InvalidValueError where no board can be; nothing is done then.
-        """
+    async def _reset(self, room: Room, board: Board | None) -> Room:
         new = self._new(room.id, room.ground_after_reset(board), room.mode)
         await self.persistence.replace(room, new)
         self._leave_behind(room, ResetError(f"room {room.id!r} was reset by its creator"))
@@ -281,11 +256,12 @@ class Rooms:
         self.broadcaster.greet_all(room)
 
     def _close(self, room: Room) -> None:
-        """A room failed."""
+        """A room failed: what was in flight gets its stake back, and everyone is told."""
         error = AppError(f"room {room.id!r} failed and was closed")
         self._open.in_memory.pop(room.id, None)
+        self.broadcaster.broadcast(room, list(room.give_up(_FAILED)), with_snapshot=False)
         self.broadcaster.forget(room.id)
-        self.persistence.abandon(room)
+        self.persistence.abandon(room, _FAILED)
         self._leave_behind(room, error)
         self.hub.close(room.id, error)
 

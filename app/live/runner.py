@@ -9,6 +9,7 @@ from typing import Final
 from app.live.broadcaster import Broadcaster
 from app.live.hub import Hub
 from app.live.landings import Landings
+from app.live.public_tables import MAIN
 from app.live.shares import Shares
 from app.live.ticker import Schedule, Ticker, Watcher
 from app.persistence.service import PersistenceService
@@ -18,7 +19,6 @@ from app.settings import Settings
 
 _ALONE = 10.0  # s; who reloads the page finds the scene going on
 
-MAIN: Final = "main"  # the room that is always there, and has its turn first
 
 _SHARE: Final = 0.5
 """Of the time between two ticks, for all rooms together; requests have the rest. Whose turn has

@@ -14,14 +14,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 
-import sqlalchemy as sa
-from sqlalchemy import Connection
-
 from app.errors import DamagedRoomError, LedgerError
 from app.persistence import store
 from app.persistence.ending import voided
 from app.persistence.rebuild import Replay, rebuild
 from app.persistence.rebuild_queue import Turn
+from app.persistence.salvage import read_sound, salvage
 from app.persistence.sessions import SessionRecord, Sessions
 from app.rooms.kinds import BallLimits, format_of, ground_of, make_room
 from app.rooms.records import Close, Mark, Parked, RoomRow, Write
@@ -61,6 +59,7 @@ class Recovery:
     def __init__(self, sessions: Sessions, *, tick_rate: int, limits: BallLimits) -> None:
         self.rebuilt = 0  # rooms in which something moved
         self.set_aside: dict[str, str] = {}
+        self._readable: set[str] | None = None  # rooms of a damaged list; None: all of them
         self._sessions = sessions
         self._ledger = sessions.ledger
         self._tick_rate = tick_rate
@@ -71,21 +70,43 @@ class Recovery:
 
         `ground_now` gives what a public room is over in this server, and None for other rooms. A
         public room that cannot go on as it was counts as one that moved. Raises LedgerError when
-        the ledger cannot be read.
+        the ledger cannot be read. Where only the list of rooms is damaged, the rows that can be
+        read are gone on with.
         """
-        self._sessions.next_number = await self._ledger.read(store.last_number) + 1
-        moving = await self._ledger.read(store.awake_rooms)
-        public = {row.id: row for row in await self._ledger.read(store.public_rooms)}
+        try:
+            self._sessions.next_number = await self._read(store.last_number) + 1
+            moving = await self._read(store.awake_rooms)
+            public = {row.id: row for row in await self._read(store.public_rooms)}
+            owned = await self._read(store.parked_rooms)
+        except DamagedRoomError:
+            moving, public, owned = await self._salvage()
         for each in moving:
             public.pop(each.id, None)
         for row in [each for each in public.values() if self._outdated(each, ground_now(each.id))]:
             moving.append(Parked.of(public.pop(row.id), row.id))
-        return Left(moving[::-1], public, await self._ledger.read(store.parked_rooms))
+        return Left(moving[::-1], public, owned)
+
+    async def _salvage(self) -> tuple[list[Parked], dict[str, RoomRow], list[Parked]]:
+        """What can be read of a damaged list of rooms: moving, public and owned ones."""
+        found = await salvage(self._ledger)
+        rows = found.rows
+        self._sessions.next_number = found.next_number
+        self._readable = {row.id for row in rows} if found.lost else None
+        _log.error(
+            "the ledger's list of rooms is damaged: %d open ones can be read, and %d sessions not; "
+            "see `plinko ledger check`", len(rows), found.lost,
+        )  # fmt: skip
+        moving = [Parked.of(row, row.id) for row in rows if row.awake]
+        public = {row.id: row for row in rows if not row.owned}
+        owned = [Parked.of(row, row.id) for row in rows if row.owned and not row.awake]
+        return moving, public, owned
 
     def check(self, room_id: str) -> None:
-        """Raise DamagedRoomError for a room that was set aside."""
+        """Raise DamagedRoomError for a room that was set aside, or may be among those lost."""
         if room_id in self.set_aside:
-            raise self._refusal(room_id)
+            raise self._refusal(room_id, self.set_aside[room_id])
+        if self._readable is not None and room_id not in self._readable:
+            raise self._refusal(room_id, "the ledger's list of rooms is damaged")
 
     def restore(self, row: RoomRow, ground: Ground) -> Room:
         """A sleeping public room from its row; raises DamagedRoomError when it is set aside."""
@@ -139,17 +160,15 @@ class Recovery:
         # Where damage was expected, it says all there is; elsewhere one wants to know where.
         trace = None if isinstance(error, DamagedRoomError) else error
         _log.error("room is set aside: %s", error, extra={"room": room_id}, exc_info=trace)
-        return self._refusal(room_id)
+        return self._refusal(room_id, str(error))
 
-    def _refusal(self, room_id: str) -> DamagedRoomError:
+    def _refusal(self, room_id: str, why: str) -> DamagedRoomError:
         return DamagedRoomError(
-            f"room {room_id!r} is set aside: {self.set_aside[room_id]}",
-            field="room",
-            retry_after=60.0,
+            f"room {room_id!r} is set aside: {why}", field="room", retry_after=60.0
         )
 
     async def _read(self, read: Callable[..., T], **values: Any) -> T:
-        return await self._ledger.read(functools.partial(_sound, read, **values))
+        return await read_sound(self._ledger, read, **values)
 
     # Rooms that go on.
 
@@ -282,14 +301,3 @@ def _slice(run: Callable[[int], bool]) -> bool:
         if time.perf_counter() >= end:
             return False
     return True
-
-
-def _sound(read: Callable[..., T], connection: Connection, **values: Any) -> T:
-    """What is read, where the pages that hold it are whole; else raises DamagedRoomError."""
-    try:
-        return read(connection, **values)
-    except sa.exc.DatabaseError as error:
-        # Its subclasses are what happens to a sound database, too.
-        if type(error) is not sa.exc.DatabaseError:
-            raise
-        raise DamagedRoomError("the database's pages that hold it are damaged") from error

@@ -20,13 +20,16 @@ from app.persistence.writer import Ledger
 from app.protocol import messages
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import PendingInput
-from app.rooms.records import Close, Mark, Parked, RoomRow, Undo, Write
+from app.rooms.records import Close, Mark, Parked, RoomRow, Undo, Void, Write
 from app.rooms.room import Room
 
 AHEAD: Final = 0.5  # s; what a rebuilt room may have to skip
 _RENEW: Final = 0.25  # s; how often the ledger hears of rooms that are awake
 _CHECKPOINT: Final = 10.0  # s of ticks; bounds what has to be replayed at the start
 _LONGEST_LEAD: Final = 0.5  # s that a drop may have to wait for its tick
+_UNDERWAY: Final = 8
+"""Marks of one room that may wait for a slow ledger: two seconds of them. What is not told is told
+by the next one, so that nothing grows however long a commit takes."""
 
 
 class PersistenceService:
@@ -97,10 +100,12 @@ class PersistenceService:
         await self.ledger.commit(self.sessions.closing(room), undo=(self.sessions.reopening(room),))
         self.sessions.forget(room)
 
-    def abandon(self, room: Room) -> None:
-        """The room failed: its session is over."""
-        if self.sessions.of(room).known:
-            self.sessions.report([self.sessions.closing(room)])
+    def abandon(self, room: Room, why: str) -> None:
+        """The room failed: its session is over, and what has no result gets its stake back."""
+        record = self.sessions.of(room)
+        if record.known:
+            void = Void(record.number, room.world.tick, why)
+            self.sessions.report([void, self.sessions.closing(room)])
         self.sessions.forget(room)
 
     def close(self, room: Parked) -> None:
@@ -214,7 +219,8 @@ class PersistenceService:
             return  # what has landed is kept; that more has not can wait
         for room in awake:
             record = self.sessions.of(room)
-            if record.known:
+            if record.known and record.underway < _UNDERWAY:
+                record.underway += 1
                 tick = record.marked = max(record.marked, room.world.tick + self._ahead)
                 done = functools.partial(self._renewed, room, record.number, record.version, tick)
                 self.sessions.report([self._mark(room, record, tick)], done)
@@ -230,5 +236,8 @@ class PersistenceService:
         self, room: Room, number: int, version: int, tick: int, error: LedgerError | None
     ) -> None:
         record = self.sessions.find(room, number)
-        if error is None and record is not None and record.version == version:
+        if record is None:
+            return
+        record.underway -= 1
+        if error is None and record.version == version:
             record.horizon = max(record.horizon, tick)

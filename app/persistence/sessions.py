@@ -34,6 +34,7 @@ class SessionRecord:
     checkpoint_tick: int = 0
     clean: bool = True  # asleep, and the ledger has heard of it
     version: int = 0  # counts submissions
+    underway: int = 0  # marks of its progress that the ledger has not answered for
 
 
 class Sessions:

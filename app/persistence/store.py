@@ -10,6 +10,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 
 from app.errors import DamagedRoomError, shorten
 from app.persistence import tables
+from app.rooms.drop_format import DropFormat
 from app.rooms.records import (
     BoardRow,
     Close,
@@ -24,6 +25,7 @@ from app.rooms.records import (
     RoomRow,
     TakenRow,
     Undo,
+    Void,
     Write,
 )
 
@@ -128,6 +130,24 @@ def last_number(connection: Connection) -> int:
     highest = select(tables.rooms.c.number).order_by(tables.rooms.c.number.desc()).limit(1)
     found: int | None = connection.execute(highest).scalar()
     return found or 0
+
+
+def open_session(connection: Connection, number: int) -> RoomRow | None:
+    """The session of this number, if there is one that was not closed."""
+    room = tables.rooms.c
+    chosen = select(tables.rooms).where(room.number == number, room.closed.is_(None))
+    found = _rooms(connection, chosen)
+    return found[0] if found else None
+
+
+def last_number_of_drops(connection: Connection) -> int:
+    """The highest number of a session that has drops, or 0."""
+    return int(connection.scalar(select(func.max(tables.drops.c.room))) or 0)
+
+
+def last_number_of_inputs(connection: Connection) -> int:
+    """The highest number of a session that has inputs, or 0."""
+    return int(connection.scalar(select(func.max(tables.inputs.c.room))) or 0)
 
 
 def board(connection: Connection, digest: str) -> str | None:
@@ -307,6 +327,15 @@ def _undo(connection: Connection, rows: list[Undo]) -> None:
         )
 
 
+def _void(connection: Connection, rows: list[Void]) -> None:
+    # Rooms whose balls touch each other have no drops with results, and nothing is staked there.
+    void = DropFormat().void
+    for row in rows:
+        unended = unended_drops(connection, row.room)
+        if unended:
+            _add_results(connection, [void(drop, row.tick, row.why) for drop in unended])
+
+
 def _close(connection: Connection, rows: list[Close]) -> None:
     for row in rows:
         connection.execute(
@@ -334,6 +363,7 @@ _APPLY: dict[type, Callable[[Connection, Any], None]] = {
     ResultRow: _add_results,
     Mark: _mark,
     Undo: _undo,
+    Void: _void,
     Close: _close,
     Reopen: _reopen,
 }

@@ -119,6 +119,8 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
     ) -> Verification | None:
         """How a drop's landing differs from the result that its log tells."""
         said, where = entry["result"], f"{where}.result"
+        if said is not None and not said["digest"] and landed is None:
+            return _differs(where, said, entry.get("stake") or 0)
         if said is None or landed is None:
             if said is None and landed is None:
                 return None
@@ -129,3 +131,11 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             if said[name] != value:
                 return Verification(False, f"{where}.{name}", said[name], value)
         return None
+
+
+def _differs(where: str, said: Mapping[str, Any], stake: int) -> Verification | None:
+    """How the result of a drop that was given up in flight is not its stake back."""
+    for name, value in (("bin", None), ("score", 1.0), ("payout", stake)):
+        if said[name] != value:
+            return Verification(False, f"{where}.{name}", said[name], value)
+    return None

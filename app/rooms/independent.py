@@ -180,6 +180,25 @@ class IndependentRoom(Room):
             payout=payout_of(stake, landing.score) if stake else msgspec.UNSET,
         )
 
+    def give_up(self, why: str) -> list[messages.Landed]:
+        """What to tell of drops in flight that will never land: no bin, and their stake back."""
+        tick = self.world.tick
+        return [
+            messages.Landed(
+                ball=ball.id,
+                seed=str(ball.seed),
+                bin=None,
+                score=1.0,
+                tick=tick,
+                t=0.0,
+                x_end=0.0,
+                digest=None,
+                unsettled=why,
+                payout=self._stakes.get(ball.id, 0) or msgspec.UNSET,
+            )
+            for ball in self.world.balls
+        ]
+
     def _contact(self, contact: Contact) -> messages.Contact:
         return messages.Contact(
             ball=contact.ball,

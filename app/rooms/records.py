@@ -161,4 +161,13 @@ class Reopen:
     tick: int
 
 
-Write = BoardRow | RoomRow | DropRow | InputRow | ResultRow | Mark | Undo | Close | Reopen
+@dataclass(frozen=True, slots=True)
+class Void:
+    """Every drop of a session without a result gets its stake back, at `tick`, and that is why."""
+
+    room: int
+    tick: int
+    why: str
+
+
+Write = BoardRow | RoomRow | DropRow | InputRow | ResultRow | Mark | Undo | Void | Close | Reopen

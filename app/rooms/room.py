@@ -236,6 +236,13 @@ class Room(ABC):
         With nobody watching only landings are turned into events: contacts have no listener.
         """
 
+    def give_up(self, why: str) -> list[messages.Landed]:
+        """What to tell of drops in flight that will never land: no bin, and their stake back.
+
+        Of a room that has failed: nothing is asked of what moves in it.
+        """
+        return []
+
     def _note_bounces(self) -> None:
         bodies = self.world.bodies
         self._bounced.update(bodies["id"][bodies["bounced"] != 0].tolist())

@@ -1,17 +1,15 @@
 """The worst valid requests of every kind from one address, and what the others notice of it."""
 
 import asyncio
-import contextlib
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Final
 
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table
 from benchmarks.serving.attackers import KINDS, LOGGED, Attack, hall
-from benchmarks.serving.process import Served, can_watch, serving
+from benchmarks.serving.process import Served, can_watch, memory, serving
 
 SECONDS: Final = 10.0  # that an attack of one kind lasts
 LATE: Final = 0.004  # s; a tick that comes later than this is a late one
@@ -70,26 +68,6 @@ class Player:
         client.close()
 
 
-def memory(server: Served) -> float:
-    """Bytes of the server and of all its workers, shared ones counted once."""
-    found = 0.0
-    for pid in _family(server.process.pid):
-        with contextlib.suppress(OSError):
-            for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines():
-                if line.startswith("Pss:"):
-                    found += 1024.0 * float(line.split()[1])
-    return found
-
-
-def _family(pid: int) -> list[int]:
-    found = [pid]
-    with contextlib.suppress(OSError):
-        for task in Path(f"/proc/{pid}/task").iterdir():
-            for child in (task / "children").read_text().split():
-                found += _family(int(child))
-    return found
-
-
 def run(effort: Effort) -> Section:
     """One attack after the other on a server with its own limits, then all of them together."""
     if not can_watch():
@@ -103,7 +81,8 @@ def run(effort: Effort) -> Section:
         kinds = [*KINDS.items(), ("all of these at once", _all)]
         for number, (name, kind) in enumerate(kinds, 2):
             effort.step(name)
-            found = _suffer(Attack(server, f"127.0.0.{number}", logged), kind, seconds)
+            attack = Attack(server, f"127.0.0.{number}", logged)
+            found = _suffer(server, attack, kind(attack), seconds)
             section.data[name] = found
             refusals |= found["prices"]
             rows.append(_row(name, found))
@@ -144,19 +123,19 @@ def _room_with_log(server: Served, drops: int) -> str:
 
 
 def _suffer(
-    attack: Attack, kind: "Callable[[Attack], list[Callable[[int], None]]]", seconds: float
+    server: Served, attack: Attack, acts: "list[Callable[[int], None]]", seconds: float
 ) -> dict[str, Any]:
     from app.load.client import Clock
 
-    server, player = attack.server, Player(Clock(60.0))
+    player = Player(Clock(60.0))
     most = 0.0
-    with attack.going_on(kind(attack)):
+    with attack.going_on(acts):
         watching = threading.Thread(
             target=lambda: asyncio.run(player.play(server.address, seconds))
         )
         watching.start()
         while watching.is_alive():
-            most = max(most, memory(server))
+            most = max(most, memory(server.process.pid))
             watching.join(0.5)
     late = sorted(player.late)
     waits = sorted(player.accepted)

@@ -1,6 +1,7 @@
 """Those who send the worst valid requests of each kind from one address."""
 
 import contextlib
+import dataclasses
 import http.client
 import json
 import re
@@ -9,15 +10,16 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 from benchmarks.harness.effort import MissingError
-from benchmarks.serving.process import Served
 
 LOGGED: Final = 20_000  # drops of the room whose log is read
 
 _TIMEOUT: Final = 30.0
 _TRIES: Final = 10
+_PAUSE: Final = 0.02  # s after a refusal
+_GONE: Final = 0.2  # s after nobody answered
 
 
 def hall(gravity: float = 10_000.0) -> dict[str, Any]:
@@ -40,11 +42,19 @@ def hall(gravity: float = 10_000.0) -> dict[str, Any]:
     }
 
 
+class Target(Protocol):
+    """A server; it may be another process at the same address after a while."""
+
+    @property
+    def address(self) -> str:
+        """As `http://HOST:PORT`."""
+
+
 @dataclass(slots=True)
 class Attack:
     """Requests of one kind, sent by several threads at once until it stops."""
 
-    server: Served
+    server: Target
     address: str = "127.0.0.1"  # of its own: what others had computed is not charged to it
     logged: str = ""  # the room whose log is long
     answers: Counter[str] = field(default_factory=Counter)
@@ -64,6 +74,7 @@ class Attack:
             found = answer.read()
         except (OSError, http.client.HTTPException) as error:
             self.answers[type(error).__name__] += 1
+            self.stopped.wait(_GONE)
             return None
         finally:
             peer.close()
@@ -76,7 +87,7 @@ class Attack:
             plain = re.sub(r"/[0-9a-f]{64}", "/BOARD", path.partition("?")[0])
             self.prices[re.sub(r"/[0-9]+\b", "/SEED", plain)] = problem["detail"]
         # A client that is told to wait and does not is one more request, no more work.
-        self.stopped.wait(0.02)
+        self.stopped.wait(_PAUSE)
         return None
 
     def must(self, path: str, body: Any) -> Any:
@@ -100,6 +111,20 @@ class Attack:
             peer.sendall(f"GET {path} HTTP/1.1\r\nHost: {host}:{port}\r\n\r\n".encode())
             self.stopped.wait(0.05)
         self.answers["hung up"] += 1
+
+    def half_open(self, part: bytes, most: int, pause: float) -> None:
+        """Connect and say `part` so often, as fast as it is taken, but never all of a request."""
+        said = 0
+        own = (self.address, 0)
+        try:
+            with socket.create_connection(self._peer, _TIMEOUT, own) as peer:
+                peer.sendall(b"GET / HTTP/1.1\r\n")
+                while said < most and not self.stopped.wait(pause):
+                    peer.sendall(part)
+                    said += 1
+        except OSError:
+            self.answers["cut off"] += 1
+            self.stopped.wait(_GONE)
 
     @contextlib.contextmanager
     def going_on(self, acts: "list[Callable[[int], None]]") -> Iterator[None]:
@@ -234,6 +259,35 @@ def _streams(attack: Attack) -> "list[Callable[[int], None]]":
     return [act] * 4
 
 
+def _half_open(attack: Attack) -> "list[Callable[[int], None]]":
+    """Two hundred connections that never come to the end of a request."""
+
+    def act(number: int) -> None:
+        attack.half_open(b"X", 1 << 20, 1.0)
+
+    return [act] * 200
+
+
+def _headers(attack: Attack) -> "list[Callable[[int], None]]":
+    """Headers without end."""
+    part = b"".join(b"X-%d: %s\r\n" % (number, b"x" * 1000) for number in range(64))
+
+    def act(number: int) -> None:
+        attack.half_open(part, 1 << 13, 0.0)
+
+    return [act] * 4
+
+
+def _evictions(attack: Attack) -> "list[Callable[[int], None]]":
+    """Twenty-one addresses that open rooms as long as there are any to be had."""
+    newcomers = [dataclasses.replace(attack, address=f"127.0.1.{n}") for n in range(1, 22)]
+
+    def act(number: int) -> None:
+        newcomers[number % len(newcomers)].ask("/api/v1/rooms", {"board": "triangle-8"})
+
+    return [act] * 4
+
+
 KINDS: Final[dict[str, "Callable[[Attack], list[Callable[[int], None]]]"]] = {
     "nothing": _nothing,
     "pictures of 2,048 px": _pictures,
@@ -245,4 +299,7 @@ KINDS: Final[dict[str, "Callable[[Attack], list[Callable[[int], None]]]"]] = {
     "asked and hung up": _hung_up,
     "boards of 5,000 pegs": _boards,
     "single frames of 2,048 px": _streams,
+    "200 half-open connections": _half_open,
+    "headers without end": _headers,
+    "rooms for 21 addresses": _evictions,
 }

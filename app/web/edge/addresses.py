@@ -4,8 +4,9 @@ import ipaddress
 from collections import Counter
 from collections.abc import Iterable
 
-from app.errors import SettingError, shorten
+from app.errors import AppError, BusyError, ConnectionLimitError, SettingError, shorten
 
+_ALWAYS = 3  # connections that each client may have, however few are left
 _SITE = 64  # bits of an IPv6 address: what one subscriber has, who may use any address in it
 
 
@@ -51,29 +52,45 @@ class Proxies:
 class Connections:
     """How many connections each client has open, and how many it may have.
 
-    A trusted proxy speaks for many and is not counted.
+    `most` of one client, `total` of all. When few are left, a client may have a tenth of those, so
+    that a few do not take what is there from all others. A trusted proxy speaks for many: it has
+    part in the total alone.
     """
 
-    def __init__(self, most: int, proxies: Proxies) -> None:
+    def __init__(self, most: int, proxies: Proxies, total: int = 1_000_000) -> None:
         self.most = most
+        self.total = total
+        self._count = 0
         self._proxies = proxies
         self._open: Counter[str] = Counter()
 
     def enter(self, host: str) -> bool:
         """Count one more of this address; False, and it is not counted, when it has too many."""
-        key = one_client(host)
-        if self._open[key] >= self.most and host not in self._proxies:
+        if self.refusal(host) is not None:
             return False
-        self._open[key] += 1
+        self._open[one_client(host)] += 1
+        self._count += 1
         return True
+
+    def refusal(self, host: str) -> AppError | None:
+        """Why this address cannot have one more; None when it can."""
+        if self._count >= self.total:
+            return BusyError(f"{self._count} connections are open already, as many as may be")
+        if host in self._proxies:
+            return None
+        has = self._open.get(one_client(host), 0)
+        if has >= min(self.most, max(_ALWAYS, (self.total - self._count) // 10)):
+            return ConnectionLimitError(f"this address has {has} connections open already")
+        return None
 
     def leave(self, host: str) -> None:
         """One that was counted has ended."""
         key = one_client(host)
+        self._count -= 1
         self._open[key] -= 1
         if self._open[key] <= 0:
             del self._open[key]
 
     def __len__(self) -> int:
         """How many are open, of all clients."""
-        return self._open.total()
+        return self._count

@@ -15,7 +15,6 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from app.errors import (
     AppError,
-    ConnectionLimitError,
     HeadError,
     HeadTooLargeError,
     TooLateError,
@@ -62,13 +61,13 @@ class GuardedProtocol(HttpToolsProtocol):
         self._unread = 0
         self._drained = False
         self._host = self.client[0] if self.client else ""
-        self._counted = self.edge.connections.enter(self._host)
+        refusal = self.edge.connections.refusal(self._host)
+        self._counted = refusal is None and self.edge.connections.enter(self._host)
         self._reader = self.loop.call_later(self.edge.unread_seconds, self._watch_reader)
-        if self._counted:
+        if refusal is None:
             self._expect(self.edge.head_seconds, "head")
         else:
-            most = self.edge.connections.most
-            self._refuse(ConnectionLimitError(f"this address has {most} connections open already"))
+            self._refuse(refusal)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Count it no more."""

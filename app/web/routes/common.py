@@ -11,6 +11,7 @@ from fastapi import Depends, Request, Response
 from starlette.requests import HTTPConnection
 
 from app.computing import prices, tasks
+from app.computing.pool import DEADLINE
 from app.computing.prices import Price
 from app.errors import DeadlineError, GoneError, InvalidValueError, TooLargeError, shorten
 from app.web.edge.addresses import one_client
@@ -97,7 +98,7 @@ async def charged(
         done = await server.workers.measured(work, quick=quick)
         spent = done.seconds
     except (DeadlineError, asyncio.CancelledError):
-        spent = time.monotonic() - began
+        spent = min(time.monotonic() - began, DEADLINE)
         raise
     finally:
         server.budgets.settle(address, time.monotonic(), spent - price.seconds)

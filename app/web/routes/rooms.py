@@ -67,8 +67,9 @@ async def list_rooms(server: Server, after: After = "", limit: Limit = 1000) -> 
     rooms = {room.id: room for room in server.rooms.all()}
     parked = {room.id: _parked(room) for room in server.rooms.parked()}
     parked |= {room.id: _parked(room, awake=True) for room in server.rooms.rebuilding.waiting}
-    order = sorted((server.rooms.is_own(name), name) for name in {**rooms, **parked})
-    begin = bisect.bisect_right(order, (server.rooms.is_own(after), after)) if after else 0
+    public = server.rooms.public
+    order = sorted((name not in public, name) for name in {**rooms, **parked})
+    begin = bisect.bisect_right(order, (after not in public, after)) if after else 0
     names = [name for _, name in order[begin : begin + limit]]
     page = [_summary(server, rooms[name]) if name in rooms else parked[name] for name in names]
     return reply(RoomList(page, names[-1] if begin + limit < len(order) else None))

@@ -2,7 +2,7 @@
 
 from fastapi import APIRouter, Response
 
-from app.live.registry import PUBLIC_SCENES
+from app.live.public_tables import PUBLIC_SCENES
 from app.rooms.touching.scene import DEFAULTS
 from app.rooms.touching.values import PRESETS, table
 from app.web.routes.common import documented, reply

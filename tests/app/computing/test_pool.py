@@ -35,6 +35,11 @@ def lives(pid: int) -> bool:
     return status.exists() and ") Z " not in status.read_text()
 
 
+def spin() -> None:
+    while True:
+        pass
+
+
 async def running_for(workers: Workers, count: int) -> None:
     await eventually(lambda: len(workers.pids) == count)
 
@@ -55,9 +60,18 @@ async def test_a_drop_has_the_same_bits_there(workers: Workers) -> None:
 async def test_what_takes_too_long_is_ended_and_the_next_is_done(workers: Workers) -> None:
     pid = await workers.run(os.getpid)
     with pytest.raises(DeadlineError, match=r"longer than the 0\.1 s"):
-        await workers.run(FOR_EVER, deadline=0.1)
+        await workers.run(spin, deadline=0.1)
     assert not lives(pid)
-    assert await workers.run(os.getpid) != pid
+    pid = await workers.run(os.getpid)
+    with pytest.raises(DeadlineError, match=r"longer than the 0\.02 s"):
+        await workers.run(FOR_EVER, deadline=0.02)  # computes nothing, and never comes to an end
+    assert not lives(pid)
+
+
+async def test_a_worker_that_gets_no_core_is_waited_for(workers: Workers) -> None:
+    pid = await workers.run(os.getpid)
+    await workers.run(functools.partial(time.sleep, 0.3), deadline=0.1)
+    assert await workers.run(os.getpid) == pid
 
 
 async def test_who_goes_away_ends_the_work(workers: Workers) -> None:

@@ -4,6 +4,7 @@ import asyncio
 import logging
 from typing import Any
 
+import msgspec
 import pytest
 
 from app.errors import AppError
@@ -40,6 +41,13 @@ class Watcher:
 
     async def send(self, frame: WireMessage) -> None:
         self.frames.append(frame)
+
+    def events(self) -> list[dict[str, Any]]:
+        """What it was told in text."""
+        told = [
+            msgspec.json.decode(each.payload) for each in self.frames if each.payload[:1] in b"{["
+        ]
+        return [event for each in told for event in (each if isinstance(each, list) else [each])]
 
 
 async def test_a_drop_without_a_seed_gets_the_one_drawn() -> None:
@@ -105,7 +113,7 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
     watcher = Watcher()
     held.enter(broken, watcher.client)
     writer = asyncio.create_task(watcher.client.run())
-    lost = await held.drop(broken, 42, None)
+    lost = await held.drop(broken, 42, None, stake=5)
     kept = await held.drop(sound, 42, None)
     waits = [
         asyncio.create_task(held.landings.wait(room, ball.ball, 60.0))
@@ -128,6 +136,9 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
     assert "ZeroDivisionError" in caplog.text
     with pytest.raises(AppError, match="failed and was closed"):
         await writer
+    (told,) = (event for event in watcher.events() if event["type"] == "landed")
+    assert (told["ball"], told["bin"], told["payout"]) == (0, None, 5)
+    assert told["unsettled"] == "its room failed"
     with pytest.raises(AppError, match="failed and was closed"):
         await waits[0]
     landed = await waits[1]

@@ -107,6 +107,9 @@ async def locked_file(load: Load, seconds: float) -> AsyncIterator[None]:
 async def full_disk(load: Load, seconds: float) -> AsyncIterator[None]:
     assert load.file is not None
     filler = load.file.with_name("filler")
+    # Else there may be room left in the write-ahead log's file for what is written next.
+    with contextlib.closing(sqlite3.connect(load.file, timeout=LIMIT)) as other:
+        other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
     with filler.open("wb", buffering=0) as file:
         for size in (1 << 16, 512):
             with contextlib.suppress(OSError):

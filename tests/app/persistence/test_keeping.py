@@ -139,6 +139,31 @@ async def test_no_tick_is_shown_that_the_ledger_has_not_heard_of() -> None:
     )
 
 
+async def test_a_slow_ledger_is_not_given_more_marks_than_it_needs() -> None:
+    table = Table()
+    asked = table.ask(1)
+    table.ledger.answer()
+    await asked
+    unanswered: list[Any] = []
+
+    def defer(writes: Sequence[Write], done: Done | None = None) -> None:
+        if done is not None:
+            unanswered.append(done)
+
+    answered, table.ledger.defer = table.ledger.defer, defer  # type: ignore[method-assign]
+    record = table.rooms.persistence.sessions.of(table.room)
+    record.horizon = 1 << 30  # so that it ticks whatever the ledger has heard of
+    for _ in range(100):
+        table.rooms.persistence.ticked(60, [table.room])
+    assert len(unanswered) == 8
+    for done in unanswered:
+        done(None)
+    table.ledger.defer = answered  # type: ignore[method-assign]
+    before = len(table.ledger.written)
+    table.rooms.persistence.ticked(60, [table.room])
+    assert len(table.ledger.written) > before
+
+
 async def test_a_room_that_falls_asleep_leaves_all_that_its_next_life_needs() -> None:
     table = Table()
     for seed in range(3):

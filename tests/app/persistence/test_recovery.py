@@ -1,6 +1,7 @@
 """What a new life of the server finds again: rooms as they were, promises kept, in a short time."""
 
 import asyncio
+import json
 import logging
 import shutil
 from dataclasses import dataclass
@@ -9,18 +10,21 @@ from typing import Any
 
 import httpx
 import pytest
+import sqlalchemy as sa
 from websockets.exceptions import ConnectionClosed
 
 from app.errors import DamagedRoomError, RebuildingError
 from app.persistence import sessions, store
+from app.persistence.room_log import RoomLogs
 from app.rooms.kinds import INDEPENDENT, INTERACTING
-from app.rooms.records import DropRow, ResultRow
+from app.rooms.log import verify_log
+from app.rooms.records import DropRow, Parked, ResultRow, RoomRow
 from app.rooms.room import Room
 from app.rooms.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, drop
 from tests.app.conftest import playing, serving
 from tests.app.persistence.life import BOARD, Life, break_page, change, living, look
-from tests.waiting import until
+from tests.waiting import eventually, until
 
 OTHER = Board.preset("triangle-9")
 
@@ -320,6 +324,110 @@ async def test_a_damaged_room_that_sleeps_is_set_aside_when_it_is_asked_for(url:
     async with living(url) as life:
         for room_id in (own.id, *names):
             assert (await life.drop(await life.rooms.seek(room_id), 2)).tick > 0, "once mended"
+
+
+async def test_a_damaged_list_of_rooms_stops_no_start(
+    played: Played, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = Path(shutil.copy(played.file, tmp_path))
+    break_page(file, "rooms")
+    with caplog.at_level(logging.ERROR):
+        async with living(f"sqlite:///{file}") as life:
+            for room in ("main", played.own, "triangle-9"):
+                with pytest.raises(DamagedRoomError, match="list of rooms is damaged"):
+                    await life.rooms.seek(room)
+            await life.leave()
+    assert "0 open ones can be read, and 2 sessions not" in caplog.text
+
+
+async def test_of_a_damaged_list_of_rooms_what_can_be_read_goes_on(
+    played: Played, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
+    read = store._rooms
+
+    def rooms(connection: Any, chosen: Any) -> list[RoomRow]:
+        found = read(connection, chosen)
+        if any(row.id == played.own for row in found):
+            raise sa.exc.DatabaseError("SELECT", {}, Exception("database disk image is malformed"))
+        return found
+
+    def parked(connection: Any, **values: Any) -> list[Parked]:
+        raise sa.exc.DatabaseError("SELECT", {}, Exception("database disk image is malformed"))
+
+    monkeypatch.setattr(store, "_rooms", rooms)
+    monkeypatch.setattr(store, "_parked", parked)
+    async with living(url) as life:
+        main = await life.rooms.seek("main")
+        assert (main.taken, (await life.drop(main, 1)).ball) == (3, 3)
+        with pytest.raises(DamagedRoomError, match="list of rooms is damaged"):
+            await life.rooms.seek(played.own)
+        new = await life.rooms.create(BOARD, INDEPENDENT)
+        assert (await life.drop(new, 1)).ball == 0, "its session has a number of its own"
+        await life.leave()
+    monkeypatch.undo()
+    async with living(url) as life:
+        await life.back()
+        for room, taken in ((played.own, 6), ("main", 4), (new.id, 1)):
+            assert (await life.rooms.seek(room)).taken == taken, "nothing of it was changed"
+
+
+@on_sqlite
+async def test_drops_of_a_room_that_failed_get_their_stake_back(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with living(url) as life:
+        room = await life.rooms.create(BOARD, INDEPENDENT)
+        await life.drop(room, 1, stake=100)
+        await life.rest()
+        for seed in (2, 3):
+            await life.drop(room, seed, stake=seed)
+        number = life.rooms.persistence.sessions.of(room).number
+
+        def fail(world: Any) -> None:
+            raise ZeroDivisionError("a bug")
+
+        monkeypatch.setattr(type(room.world), "step", fail)
+        life.tick(1)
+        assert not life.rooms.is_open(room.id)
+        await life.leave()
+    monkeypatch.undo()
+    (_, won), *lost = kept(url, number)
+    assert won is not None
+    assert won.digest
+    for row, result in lost:
+        assert result is not None
+        assert (result.bin, result.payout, result.unsettled) == (None, row.stake, "its room failed")
+    async with living(url) as life:
+        logs = RoomLogs(life.rooms.persistence.sessions)
+        found = await life.rooms.persistence.recovery.closed(room.id)
+        assert found is not None
+        pieces = await logs.read(found[1], "", marks=True, session=found[0])
+        log = json.loads(b"".join([piece async for piece in pieces]))
+        assert [each["result"]["payout"] for each in log["drops"]][1:] == [2, 3]
+        assert verify_log(log).ok
+        log["drops"][2]["result"]["payout"] += 1
+        assert verify_log(log).field == "drops[2].result.payout"
+
+
+@on_sqlite
+async def test_who_goes_away_leaves_no_room_half_made(url: str) -> None:
+    async with living(url) as life:
+        kept_rooms = await life.rooms.create(BOARD, INDEPENDENT)
+        gone = [
+            asyncio.create_task(life.rooms.create(BOARD, INDEPENDENT)),
+            asyncio.create_task(life.rooms.delete(kept_rooms)),
+        ]
+        await asyncio.sleep(0)
+        for each in gone:
+            each.cancel()
+        await asyncio.gather(*gone, return_exceptions=True)
+        await life.heard()
+        await eventually(lambda: not life.rooms.is_open(kept_rooms.id))
+        (made,) = (room.id for room in life.rooms.all() if life.rooms.owned(room))
+        await life.leave()
+    assert look(url, store.open_room, made) is not None
+    assert look(url, store.open_room, kept_rooms.id) is None
 
 
 @on_sqlite

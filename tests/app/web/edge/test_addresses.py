@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.errors import SettingError
+from app.errors import BusyError, SettingError
 from app.web.edge.addresses import Connections, Proxies, one_client
 
 
@@ -38,6 +38,21 @@ def test_what_has_ended_leaves_nothing_behind() -> None:
         connections.leave(host)
     assert len(connections) == 0
     assert not connections._open
+
+
+def test_many_addresses_together_leave_some_for_others() -> None:
+    connections = Connections(50, Proxies(["10.0.0.0/8"]), 100)
+    taken = [sum(connections.enter(f"192.0.2.{n}") for _ in range(60)) for n in range(21)]
+    assert taken[0] == 9
+    assert sum(taken) < 100
+    assert min(taken) >= 3
+    assert connections.enter("192.0.2.99")
+    while connections.enter("10.0.0.1"):
+        pass
+    assert len(connections) == 100
+    assert isinstance(connections.refusal("192.0.2.100"), BusyError)
+    connections.leave("10.0.0.1")
+    assert connections.enter("192.0.2.100")
 
 
 def test_a_trusted_proxy_speaks_for_many() -> None:

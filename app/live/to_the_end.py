@@ -1,0 +1,28 @@
+"""Work that goes on when whoever asked for it has gone away."""
+
+import asyncio
+import logging
+from collections.abc import Coroutine
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+_log = logging.getLogger("plinko")
+
+
+async def to_the_end(work: Coroutine[Any, Any, T]) -> T:
+    """What comes of `work`, which is not cancelled with the one who waits for it.
+
+    What the ledger is told and what memory then holds must not come apart in between.
+    """
+    doing = asyncio.ensure_future(work)
+    try:
+        return await asyncio.shield(doing)
+    except asyncio.CancelledError:
+        doing.add_done_callback(_log_failure)
+        raise
+
+
+def _log_failure(done: "asyncio.Future[Any]") -> None:
+    if not done.cancelled() and (error := done.exception()) is not None:
+        _log.warning("what nobody waits for any more failed: %s", error)
