@@ -45,7 +45,7 @@ help:
 	@echo 'make readme       run the examples of the pages and write what they print'
 	@echo 'make architecture draw the packages and what they may import'
 	@echo 'make pictures     take and draw the pictures of the documentation anew'
-	@echo 'make kernels      compile the kernels that pages run to WebAssembly, when a kernel changed'
+	@echo 'make kernels      compile the kernels to WebAssembly, when one changed (four minutes)'
 	@echo 'make constraints  pin the newest versions that work together'
 	@echo 'make clean        remove the environment and all caches'
 
@@ -123,7 +123,7 @@ pictures: $(VENV)/.stamp-test
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.photographs
 	$(BIN)/python -m tests.repository.readme docs/pictures.md
 
-# engine/artifact/kernels.wasm and the page's copy of it; a test says when they are stale.
+# engine/artifact/*.wasm and the page's static/js/solver/kernels.wasm; a test says when they are stale.
 kernels: $(VENV)/.stamp-play
 	$(BIN)/python -m engine.artifact.make
 

@@ -6,7 +6,6 @@ import functools
 import signal
 import socket
 import sys
-import threading
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -61,10 +60,8 @@ from app.web.tokens import Tokens, secret_of
 from engine import Board, World, __version__, drop, preset_names
 from engine.errors import BoardError
 
-COMPILING = "Plinko compiles its physics; the next start finds it done."
 _MOMENTS = 1 << 22  # bytes of single frames of rooms that are kept for who asks at the same moment
 _QUIET_START = 5.0  # s after which the workers are prepared, unless somebody asked before
-_PATIENCE = 2.0  # s of a silent start; longer, and someone at a terminal wonders
 
 _COMPRESSED = 1024  # bytes; below, compression saves less than it costs
 _EFFORT = 5  # of zlib; 9 takes three times as long for two percent
@@ -300,20 +297,8 @@ def run(settings: Settings | None = None) -> None:
     with listen(settings) as listener:
         ledger: Ledger = app.state.services.ledger
         ledger.open()
-        _compile()
         server = Server(server_config(app, settings))
         # uvicorn raises the signal that stopped it once more at the end; an orderly end is none.
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: None)
         server.run(sockets=[listener])
-
-
-def _compile() -> None:
-    """Warm up here, where a signal still stops the process at once; say so if it takes long."""
-    notice = threading.Timer(_PATIENCE, print, [COMPILING], {"file": sys.stderr})
-    notice.daemon = True
-    notice.start()
-    try:
-        _warm_up()
-    finally:
-        notice.cancel()

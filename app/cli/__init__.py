@@ -84,9 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # second.
     atexit.register(gc.freeze)
     try:
-        result = plinko.main(
-            arguments, prog_name="plinko", standalone_mode=False, obj=arguments is None
-        )
+        result = plinko.main(arguments, prog_name="plinko", standalone_mode=False)
     except click.ClickException as error:
         return _fail(_usage_message(error))
     except (click.Abort, KeyboardInterrupt):

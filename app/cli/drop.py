@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 import click
 
 from app.cli import common
-from app.cli.uncompiled import kernels_as_python
 
 if TYPE_CHECKING:
     from engine import Drop
@@ -18,9 +17,7 @@ if TYPE_CHECKING:
 @click.option("--certainty", is_flag=True, help="Say how sure the bin is.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole record as one JSON object.")
 @common.garbage_waits()
-@click.pass_obj
 def command(
-    has_process: bool,
     board: str,
     seed: str,
     x: float | None,
@@ -37,13 +34,13 @@ def command(
     proves it. `plinko verify` reads what --json prints.
     """
     how = common.read_solver(solver, dt, substeps, correction)
-    with kernels_as_python(has_process):
-        from engine import drop
+    from engine import drop
 
-        d = drop(common.load_board(board), seed, x=x, **how)
-        told = d.record(certainty=certainty) if as_json else _fields(d, certainty)
-    print_it = common.print_json if as_json else common.print_fields
-    print_it(told)
+    d = drop(common.load_board(board), seed, x=x, **how)
+    if as_json:
+        common.print_json(d.record(certainty=certainty))
+    else:
+        common.print_fields(_fields(d, certainty))
 
 
 def _fields(d: "Drop", certainty: bool) -> dict[str, str]:

@@ -7,37 +7,32 @@ from typing import Any
 
 import click
 
-from app.cli.uncompiled import kernels_as_python
-
 EXIT_DIFFERS = 1
 
 
 @click.command(name="verify", short_help="Compute a recorded drop or room again and compare.")
 @click.argument("record", metavar="RECORD.json")
-@click.pass_obj
-def command(has_process: bool, record: str) -> int:
+def command(record: str) -> int:
     """Compute what RECORD.json tells of again and compare every field and digest.
 
     RECORD.json is what `plinko drop --json` printed, or a room's log (GET rooms/{id}/log), of which
     every drop is replayed at its tick; - reads it from standard input. Exit code 0: reproduced;
     1: not, and which field differs; 2: not a record.
     """
-    # What comes through a pipe cannot be read again.
-    with kernels_as_python(has_process and Path(record).is_file()):
-        fields = _read(record)
+    fields = _read(record)
 
-        from app.rooms import log
+    from app.rooms import log
 
-        if log.is_log(fields):
-            result = log.verify_log(fields)
-            name = "drop" if "drops" in fields else "input"
-            count = len(fields[f"{name}s"])
-            what, maker, done = "log", "replay", f"{count} {name}{'s' * (count != 1)}, "
-        else:
-            from engine import verify
+    if log.is_log(fields):
+        result = log.verify_log(fields)
+        name = "drop" if "drops" in fields else "input"
+        count = len(fields[f"{name}s"])
+        what, maker, done = "log", "replay", f"{count} {name}{'s' * (count != 1)}, "
+    else:
+        from engine import verify
 
-            result = verify(fields)
-            what, maker, done = "record", "drop", ""
+        result = verify(fields)
+        what, maker, done = "record", "drop", ""
     if result.ok:
         click.echo(f"reproduced: {done}{fields['digest']}")
         return 0

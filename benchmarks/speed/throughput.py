@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ DROPS = 262_144
 """Drops in a round: nearly a second's work or more, or the start of threads would show in it."""
 
 COLD = ("exact", "and stepped", "and occupancy")
-"""What has been compiled each time that COLD_PROGRAM tells the seconds."""
+"""What has been loaded each time that COLD_PROGRAM tells the seconds."""
 
 COLD_PROGRAM = """
 import time
@@ -253,7 +252,7 @@ def _plot_growth(data: dict[str, Any], path: str) -> None:
 
 
 def _starts(section: Section, effort: Effort) -> None:
-    """Compiling everything into an empty cache, and starting with a full one."""
+    """Loading each solver, and whole processes."""
     runs = effort.size(5, 1)
     cold = [Sample(tuple(s)) for s in zip(*_cold_starts(effort.size(3, 1)), strict=True)]
     effort.step("cold start")
@@ -261,7 +260,6 @@ def _starts(section: Section, effort: Effort) -> None:
     warm = in_turns(
         {
             "plinko drop": timed(lambda: _run(command)),
-            "compiled": timed(lambda: _run(command, {"NUMBA_DISABLE_JIT": "0"})),
             "python": timed(lambda: _run([sys.executable, "-c", "pass"])),
         },
         runs,
@@ -272,11 +270,10 @@ def _starts(section: Section, effort: Effort) -> None:
             "Start-up, seconds",
             ["what", "s"],
             [
-                ["import and compile the exact solver, empty cache", spread(cold[0])],
+                ["import and load the exact solver", spread(cold[0])],
                 ["the stepped solver too", spread(cold[1])],
                 ["occupancy too", spread(cold[2])],
-                ["`plinko drop triangle-16 --seed 42 --json`, warm", spread(warm["plinko drop"])],
-                ["the same with compiled kernels, warm", spread(warm["compiled"])],
+                ["`plinko drop triangle-16 --seed 42 --json`", spread(warm["plinko drop"])],
                 ["an empty Python program", spread(warm["python"])],
             ],
             [
@@ -284,8 +281,7 @@ def _starts(section: Section, effort: Effort) -> None:
                 "import. The exact solver: single drops, where they are in between and how sure "
                 "they are, batches with and without drag and friction, live worlds. The stepped "
                 "one: single drops, where they are in between, batches, live worlds. Balls that "
-                "touch are not in it. `plinko drop` runs its kernels as Python, which needs "
-                "nothing compiled; with NUMBA_DISABLE_JIT=0 it loads compiled ones."
+                "touch are not in it."
             ],
         )
     )
@@ -296,16 +292,12 @@ def _starts(section: Section, effort: Effort) -> None:
 
 
 def _cold_starts(count: int) -> list[list[float]]:
-    """Seconds from the first import to each of COLD, with nothing compiled before; count runs."""
-    runs = []
-    for _ in range(count):
-        with tempfile.TemporaryDirectory() as cache:
-            told = _run([sys.executable, "-c", COLD_PROGRAM], {"NUMBA_CACHE_DIR": cache})
-        runs.append([float(seconds) for seconds in told.split()])
-    return runs
+    """Seconds from the first import to each of COLD; count runs."""
+    told = [_run([sys.executable, "-c", COLD_PROGRAM]).split() for _ in range(count)]
+    return [[float(seconds) for seconds in each] for each in told]
 
 
-def _run(command: list[str], environment: dict[str, str] | None = None) -> str:
+def _run(command: list[str]) -> str:
     """Its output. Python keeps bytecode, as it does of an installed program, whatever is set."""
     kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     return subprocess.run(
@@ -314,5 +306,5 @@ def _run(command: list[str], environment: dict[str, str] | None = None) -> str:
         text=True,
         check=True,
         cwd=Path(__file__).parents[2],
-        env=kept | (environment or {}),
+        env=kept,
     ).stdout

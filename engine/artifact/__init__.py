@@ -1,5 +1,6 @@
-"""The exact solver's kernels as one WebAssembly file, the same bytes wherever a drop is computed.
+"""The kernels as WebAssembly, the same bytes wherever they run, and what makes these files.
 
-Imports the exact solver, to make the file, and what it needs to run it. Start with entries.py, what
-the file exports; make.py writes it and host.py runs it, without numba.
+Imports the whole engine, to make them; nothing imports it. engine/jit/machine_code.py runs them.
+Start with rehearsal.py, where the kernels of each file are called once; entries.py is what the
+page's file exports; make.py writes all.
 """

@@ -84,10 +84,9 @@ def certainty_of(path: Trajectory) -> Certainty:
             field="solver",
         )
     moved = np.zeros((len(path.marks), sensitivity.TANGENTS))
-    # The kernels are compiled for arrays that may be written: they are given copies.
     sensitivity.sensitivity(
-        arrays_of(path.board), path.segments.copy(), path.events.copy(), path.marks.copy(),
-        path.end.copy(), 0.5 * _unit(path), sensitivity.new_space(), moved,
+        arrays_of(path.board), path.segments, path.events, path.marks,
+        path.end, 0.5 * _unit(path), sensitivity.new_space(), moved,
     )  # fmt: skip
     growth, errors = moved[:, sensitivity.PATH].copy(), moved[:, sensitivity.ERROR].copy()
     for array in (growth, errors):

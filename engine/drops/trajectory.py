@@ -54,9 +54,8 @@ class Trajectory:
         ended = times >= self.end[body.T]
         if not ended.all():
             rows = np.searchsorted(self.segments[:, body.T], times, side="right") - 1
-            # The kernels are compiled for arrays that may be written: they are given a copy.
             sample(
-                arrays_of(self.board), self.segments.copy(), rows, rows + 1, times,
+                arrays_of(self.board), self.segments, rows, rows + 1, times,
                 isinstance(self.solver, Stepped), new_series(), out,
             )  # fmt: skip
         out[ended] = self.end

@@ -103,7 +103,7 @@ def arrays_of(board: BoardFields) -> BoardArrays:
     cells = cells_of(items, board.ball.radius, HALF_WAY * travel, fine)
     pegs = combine(board.ball.material, board.peg_material)
     walls = combine(board.ball.material, board.wall_material)
-    return BoardArrays(
+    arrays = BoardArrays(
         items=items,
         **cells._asdict(),
         centres=_centres(items),
@@ -120,6 +120,10 @@ def arrays_of(board: BoardFields) -> BoardArrays:
         bins_y=board.bins.y,
         edges=np.array(board.bins.edges, np.float64),
     )
+    for each in arrays:
+        if isinstance(each, np.ndarray):
+            each.setflags(write=False)
+    return arrays
 
 
 def _items(board: BoardFields) -> npt.NDArray[np.float64]:

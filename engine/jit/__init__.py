@@ -1,5 +1,5 @@
-"""The one decorator of every kernel, and the ways to compile it: fast, or plain.
+"""The one decorator of every kernel, and the machine code that runs in a kernel's place.
 
-Imports nothing of the engine. Only fast_compile.py touches numba's insides. Start with
-decorator.py, then kernel_compiler.py, which chooses the way.
+Imports of the engine only constants. Start with decorator.py, then machine_code.py, which runs the
+artifacts. webassembly.py makes them, and with kernel_compiler.py it alone imports numba.
 """

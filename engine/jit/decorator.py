@@ -2,14 +2,15 @@
 
 import os
 from collections.abc import Callable, Mapping
+from functools import cached_property, update_wrapper
 from importlib import import_module
-from typing import Any, ParamSpec, TypeVar, cast
+from typing import Generic, ParamSpec, TypeVar, cast
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 SWITCH = "NUMBA_DISABLE_JIT"
-"""Numba's own variable: with 1 in it all kernels run as Python runs them."""
+"""Numba's own variable: with 1 in it all kernels run as Python runs them. For tests."""
 
 
 def _is_off(environment: Mapping[str, str]) -> bool:
@@ -21,33 +22,65 @@ def _is_off(environment: Mapping[str, str]) -> bool:
 
 
 IS_OFF = _is_off(os.environ)
-"""Whether kernels run as Python. Numba is not imported then, which takes longer than a drop."""
+"""Whether kernels run as Python."""
 
-_compiler: Any = None if IS_OFF else import_module("engine.jit.kernel_compiler")
-_way: Any = None if IS_OFF else _compiler.choose()
-_stamp = "" if IS_OFF else _compiler.source_stamp()
+
+class Kernel(Generic[P, T]):
+    """A function that is compiled into those that call it; Python runs it as Python.
+
+    `function` is the function itself. With `forceinline` its callers must contain it.
+    """
+
+    __name__: str
+    __module__: str
+
+    def __init__(self, function: Callable[P, T], *, forceinline: bool = False) -> None:
+        update_wrapper(self, function)
+        self.function = function
+        self.forceinline = forceinline
+
+    def __call__(self, *args: P.args, **given: P.kwargs) -> T:
+        """Run it as Python."""
+        return self.function(*args, **given)
+
+    def __repr__(self) -> str:
+        return f"<kernel {self.name}>"
+
+    @property
+    def name(self) -> str:
+        """Where it is: `engine.exact.trace.trace_many`."""
+        return f"{self.__module__}.{self.__name__}"
+
+
+class EntryKernel(Kernel[P, T]):
+    """A kernel by which Python enters machine code."""
+
+    @cached_property
+    def machine_code(self) -> Callable[..., T]:
+        """The artifact's; numba's, if the kernels have changed since the artifact was made."""
+        artifact, numba = "engine.jit.machine_code", "engine.jit.kernel_compiler"
+        found = import_module(artifact).entry(self) or import_module(numba).compiled(self)
+        return cast("Callable[..., T]", found)
+
+    def __call__(self, *args: P.args, **given: P.kwargs) -> T:
+        """Run its machine code."""
+        return self.machine_code(*args, **given)
 
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
-    """Compile `function` so that its bits do not depend on where it runs.
+    """Compile `function`, which Python calls too, so that its bits do not depend on the machine.
 
     No fastmath (it reorders sums and contracts a*b+c, which differs between processors), the GIL
-    released (batches use threads), machine code cached on disk beside the source, IEEE division.
+    released (batches use threads), IEEE division. It takes numbers, arrays and named tuples of
+    these, all by position.
     With NUMBA_DISABLE_JIT=1 the function itself is returned: the same bits, slower.
     """
-    return function if IS_OFF else cast("Callable[P, T]", _way.outer(function, _stamp))
+    return function if IS_OFF else cast("Callable[P, T]", EntryKernel(function))
 
 
 def inner_kernel(function: Callable[P, T]) -> Callable[P, T]:
-    """`kernel` for a function inside of others that makes no arrays, nor calls one that does.
-
-    Its arrays' references are not counted: numba otherwise counts them at each call, by atomic
-    operations that cost more than the call. To make an array in one is an error when it is
-    compiled. Nor is there machine code of its own (callers contain theirs), and so nothing to keep
-    on disk and no wrapper for callers in Python: there it runs as Python runs it, with the same
-    bits. That is a fifth of all compile time. Plain numba (kernel_compiler.py) does none of this.
-    """
-    return _inner(function, forceinline=False)
+    """`kernel` for a function that only kernels call; called from Python it runs as Python."""
+    return function if IS_OFF else cast("Callable[P, T]", Kernel(function))
 
 
 def lean_kernel(function: Callable[P, T]) -> Callable[P, T]:
@@ -56,10 +89,4 @@ def lean_kernel(function: Callable[P, T]) -> Callable[P, T]:
     For innermost loops: there flights take a fifth less time. In large functions with many callers
     it only costs compile time.
     """
-    return _inner(function, forceinline=True)
-
-
-def _inner(function: Callable[P, T], *, forceinline: bool) -> Callable[P, T]:
-    if IS_OFF:
-        return function
-    return cast("Callable[P, T]", _way.inner(function, forceinline))
+    return function if IS_OFF else cast("Callable[P, T]", Kernel(function, forceinline=True))

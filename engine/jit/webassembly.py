@@ -6,7 +6,7 @@ little: to count the references of arrays, of which these functions make none, a
 Both are given here. LLVM's result is an object file, a module but for the names of what it exports;
 the last step adds these.
 
-Only here and in fast_compile.py is known what numba's code looks like.
+Only here is known what numba's code looks like.
 """
 
 import re
@@ -18,6 +18,7 @@ import llvmlite.binding
 from numba import config, njit, types
 from numba.extending import intrinsic
 
+from engine.jit.calls import HEAP
 from engine.jit.kernel_compiler import RULES
 from engine.jit.wasm_sections import with_exports
 
@@ -33,6 +34,9 @@ FEATURES = "+bulk-memory,+mutable-globals,+nontrapping-fptoint,+sign-ext"
 """What every engine has had for years. Neither threads nor relaxed SIMD: their results may differ
 from machine to machine."""
 
+SIMD = "+simd128"
+"""Two numbers at a time, each with the bits that it has alone."""
+
 FLOATS = _types.CPointer(types.float64)
 INTS = _types.CPointer(types.int32)
 WORDS = _types.CPointer(types.uint32)
@@ -47,11 +51,60 @@ _SURROUNDINGS = """
 define void @NRT_incref(ptr %array) alwaysinline { ret void }
 define void @NRT_decref(ptr %array) alwaysinline { ret void }
 declare double @llvm.sqrt.f64(double)
+declare double @llvm.floor.f64(double)
+declare double @llvm.ceil.f64(double)
 define double @sqrt(double %x) alwaysinline {
   %root = call double @llvm.sqrt.f64(double %x)
   ret double %root
 }
-"""
+define double @floor(double %x) alwaysinline {
+  %whole = call double @llvm.floor.f64(double %x)
+  ret double %whole
+}
+define double @ceil(double %x) alwaysinline {
+  %whole = call double @llvm.ceil.f64(double %x)
+  ret double %whole
+}
+define {i64, i1} @product_of_sizes(i64 %a, i64 %b) alwaysinline {
+  %product = mul i64 %a, %b
+  %either = or i64 %a, %b
+  %overflow = icmp ugt i64 %either, 2147483647
+  %first = insertvalue {i64, i1} undef, i64 %product, 0
+  %both = insertvalue {i64, i1} %first, i1 %overflow, 1
+  ret {i64, i1} %both
+}
+declare i32 @llvm.wasm.memory.size.i32(i32)
+declare i32 @llvm.wasm.memory.grow.i32(i32, i32)
+declare void @llvm.trap() noreturn
+define ptr @NRT_MemInfo_alloc_aligned(i64 %size, i32 %align) noinline {
+  %at = load i32, ptr inttoptr (i32 HEAP to ptr)
+  %small = trunc i64 %size to i32
+  %padded = add i32 %small, 127
+  %whole = and i32 %padded, -64
+  %end = add i32 %at, %whole
+  %pages = call i32 @llvm.wasm.memory.size.i32(i32 0)
+  %room = shl i32 %pages, 16
+  %fits = icmp ult i32 %end, %room
+  br i1 %fits, label %done, label %more
+more:
+  %lacking = lshr i32 %whole, 16
+  %asked = add i32 %lacking, 16
+  %was = call i32 @llvm.wasm.memory.grow.i32(i32 0, i32 %asked)
+  %failed = icmp eq i32 %was, -1
+  br i1 %failed, label %full, label %done
+full:
+  call void @llvm.trap()
+  unreachable
+done:
+  store i32 %end, ptr inttoptr (i32 HEAP to ptr)
+  %info = inttoptr i32 %at to ptr
+  %from = add i32 %at, 64
+  %data = inttoptr i32 %from to ptr
+  %field = getelementptr {i64, ptr, ptr, ptr, i64, ptr}, ptr %info, i32 0, i32 3
+  store ptr %data, ptr %field
+  ret ptr %info
+}
+""".replace("HEAP", str(HEAP))
 
 
 @dataclass(frozen=True)
@@ -63,6 +116,47 @@ class Export:
 
     function: Callable[..., None]
     takes: tuple[Any, ...]
+
+    def entry(self, name: str, native: Any) -> str:
+        """Code of a function by this name that calls numba's.
+
+        Numba's take two addresses before all others, for a result and for an error. There are none.
+        """
+        kinds = [_PASSED.get(kind, "ptr") for kind in self.takes]
+        given = ", ".join(f"{kind} %a{i}" for i, kind in enumerate(kinds))
+        return f"""
+        declare i32 @"{native.name}"(ptr, ptr{"".join(f", {kind}" for kind in kinds)})
+        define void @"{name}"({given}) {{
+          %result = alloca ptr
+          %error = alloca ptr
+          %status = call i32 @"{native.name}"(ptr %result, ptr %error, {given})
+          ret void
+        }}
+        """
+
+
+class Entry(Export):
+    """A kernel of any arguments: its function of a module takes the addresses of a block, with
+    eight bytes for each of their numbers, and of room for its result; and returns numba's code."""
+
+    def entry(self, name: str, native: Any) -> str:
+        """Code of a function by this name that calls numba's."""
+        kinds = [str(each.type) for each in native.arguments][2:]
+        loads = "".join(
+            f"""
+            %at{i} = getelementptr i64, ptr %block, i32 {i}
+            %a{i} = load {kind}, ptr %at{i}"""
+            for i, kind in enumerate(kinds)
+        )
+        given = "".join(f", {kind} %a{i}" for i, kind in enumerate(kinds))
+        return f"""
+        declare i32 @"{native.name}"(ptr, ptr{"".join(f", {kind}" for kind in kinds)})
+        define i32 @"{name}"(ptr %block, ptr %result) {{
+          %error = alloca ptr{loads}
+          %status = call i32 @"{native.name}"(ptr %result, ptr %error{given})
+          ret i32 %status
+        }}
+        """
 
 
 @_intrinsic  # type: ignore[untyped-decorator, unused-ignore]
@@ -82,7 +176,7 @@ def part(function: Callable[..., Any]) -> Callable[..., Any]:
     return compiled
 
 
-def compile_module(exports: Mapping[str, Export]) -> bytes:
+def compile_module(exports: Mapping[str, Export], *, simd: bool = False) -> bytes:
     """A WebAssembly module with these functions.
 
     It imports its memory, of which LLVM's stack is the part below the global that it imports too.
@@ -93,17 +187,18 @@ def compile_module(exports: Mapping[str, Export]) -> bytes:
         raise RuntimeError(f"NUMBA_OPT is {int(_config.OPT)}: it must be 0, for code that can move")
     _llvm.initialize_all_targets()
     _llvm.initialize_all_asmprinters()
-    machine = _llvm.Target.from_triple(TRIPLE).create_target_machine(opt=3, features=FEATURES)
+    features = f"{FEATURES},{SIMD}" if simd else FEATURES
+    machine = _llvm.Target.from_triple(TRIPLE).create_target_machine(opt=3, features=features)
     module = _llvm.parse_assembly(_header(machine) + _SURROUNDINGS)
     for name, export in exports.items():
         native, code = _compiled(export)
         code_of_one = _parsed(code, machine)
-        _keep_inside(code_of_one, but=native)
-        code_of_one.link_in(_parsed(_entry(name, native, export), machine))
-        _keep_inside(code_of_one, but=name)
+        entry = export.entry(name, code_of_one.get_function(native))
+        _merge_with_others(code_of_one)
+        module.link_in(_parsed(entry, machine))  # first: what nobody asks for is left out
         module.link_in(code_of_one)
     _keep_inside(module, but=tuple(exports))
-    _optimize(module, machine)
+    _optimize(module, machine, simd)
     return with_exports(machine.emit_object(module), tuple(exports))
 
 
@@ -115,26 +210,10 @@ def _compiled(export: Export) -> tuple[str, str]:
     return made.fndesc.llvm_func_name, compiled.inspect_llvm(export.takes)
 
 
-def _entry(name: str, native: str, export: Export) -> str:
-    """Code of a function by this name that calls numba's.
-
-    Numba's take two addresses before all others, for a result and for an error. There are none.
-    """
-    kinds = [_PASSED.get(kind, "ptr") for kind in export.takes]
-    given = ", ".join(f"{kind} %a{i}" for i, kind in enumerate(kinds))
-    return f"""
-    declare i32 @"{native}"(ptr, ptr{"".join(f", {kind}" for kind in kinds)})
-    define void @{name}({given}) {{
-      %result = alloca ptr
-      %error = alloca ptr
-      %status = call i32 @"{native}"(ptr %result, ptr %error, {given})
-      ret void
-    }}
-    """
-
-
 _OF_THE_MACHINE = re.compile(r'"(target-cpu|target-features|tune-cpu)"="[^"]*"')
 _HEADER = re.compile(r"^(target (triple|datalayout)|source_filename) = .*$", re.MULTILINE)
+_ERROR = re.compile(r'ptr @"?\.const\.picklebuf\.[^ ,]+')  # what an exception says
+_WIDE_PRODUCT = "@llvm.smul.with.overflow.i64"  # of 128 bits, which WebAssembly does not have
 _COUNTING = re.compile(
     r"^define [^\n]*@(NRT_incref|NRT_decref)\([^\n]*\{\n.*?^\}$", re.MULTILINE | re.DOTALL
 )
@@ -143,6 +222,7 @@ _COUNTING = re.compile(
 def _parsed(code: str, machine: Any) -> Any:
     """A module of LLVM code that was written for another machine."""
     code = _COUNTING.sub(r"declare void @\1(ptr)", code)
+    code = _ERROR.sub("ptr null", code).replace(_WIDE_PRODUCT, "@product_of_sizes")
     code = _OF_THE_MACHINE.sub("", _HEADER.sub("", code)).replace(" common ", " internal ")
     module = _llvm.parse_assembly(_header(machine) + code)
     module.verify()
@@ -153,6 +233,13 @@ def _header(machine: Any) -> str:
     return f'target triple = "{TRIPLE}"\ntarget datalayout = "{machine.target_data}"\n'
 
 
+def _merge_with_others(module: Any) -> None:
+    """What another module has too is to be there once; numba gives each function its own name."""
+    for each in module.functions:
+        if not each.is_declaration and each.linkage.name != "internal":
+            each.linkage = "linkonce_odr"
+
+
 def _keep_inside(module: Any, *, but: str | tuple[str, ...]) -> None:
     """Nothing but some functions is to be known outside of the module."""
     kept = (but,) if isinstance(but, str) else but
@@ -161,7 +248,8 @@ def _keep_inside(module: Any, *, but: str | tuple[str, ...]) -> None:
             each.linkage = "internal"
 
 
-def _optimize(module: Any, machine: Any) -> None:
+def _optimize(module: Any, machine: Any, simd: bool) -> None:
     options = _llvm.create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization = options.slp_vectorization = simd
     builder = _llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)

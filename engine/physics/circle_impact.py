@@ -7,7 +7,7 @@ function is f(s) = |q(s)|^2 - D^2. All here rests on the minorant of time_of_imp
 from math import sqrt
 from typing import NamedTuple
 
-from engine.jit.decorator import kernel, lean_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics.flight import phi2, short_basis
 from engine.physics.time_of_impact import (
     MAX_STEPS,
@@ -59,7 +59,7 @@ def third_derivative_size(va: float, aa: float, qa: float, k: float, horizon: fl
     return size
 
 
-@kernel
+@inner_kernel
 def circle_hit(
     qx: float,
     qy: float,
@@ -168,7 +168,7 @@ def _comes_near(f: float, fd: float, m: float, step: float, change: float, enoug
     return f * fm * fm <= enough * square * square
 
 
-@kernel
+@inner_kernel
 def circle_hit_again(
     qx: float,
     qy: float,
@@ -231,7 +231,7 @@ def circle_hit_again(
     return s
 
 
-@kernel
+@inner_kernel
 def circle_hit_after_leaving(
     qx: float,
     qy: float,

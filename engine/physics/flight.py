@@ -13,7 +13,7 @@ and without drag phi = s, psi = s^2 / 2. All of flight is these two functions.
 import numpy as np
 import numpy.typing as npt
 
-from engine.jit.decorator import inner_kernel, kernel, lean_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics import body
 
 # psi(s) = s^2 phi2(k s), phi2(z) = sum over n of (-z)^n / (n + 2)!. Up to z = 1/4 the first term
@@ -67,7 +67,7 @@ def half_chord(k: float, s: float) -> tuple[float, float]:
     return half, half * half * (1.0 - k * s * (1.0 / 3.0))
 
 
-@kernel
+@inner_kernel
 def basis(k: float, s: float) -> tuple[float, float, float]:
     """exp(-k s), phi(s) and psi(s) for a drag k >= 0 in 1/s and a time s >= 0 in s.
 

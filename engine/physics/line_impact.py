@@ -3,12 +3,12 @@
 h(s) = h + hd s + hdd psi(s), in m, where psi is that of flight.py; hd in m/s, hdd in m/s^2.
 """
 
-from engine.jit.decorator import kernel, lean_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics.flight import SERIES_LIMIT, phi2, short_basis
 from engine.physics.time_of_impact import MAX_STEPS, NO_HIT, minorant_root, stays_positive
 
 
-@kernel
+@inner_kernel
 def line_hit(h: float, hd: float, hdd: float, k: float, horizon: float, best: float) -> float:
     """First s in [0, min(horizon, best)] at which h(s) = h + hd s + hdd psi(s) turns negative.
 
@@ -85,7 +85,7 @@ def _line_exit(h: float, hd: float, hdd: float, k: float, limit: float) -> float
     return NO_HIT
 
 
-@kernel
+@inner_kernel
 def line_hit_again(hd: float, hdd: float, k: float, horizon: float, best: float) -> float:
     """First s in (0, min(horizon, best)] at which a line touched at s = 0 is hit again.
 

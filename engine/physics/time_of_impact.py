@@ -13,7 +13,7 @@ instead of being dodged with an epsilon. circle_impact.py and line_impact.py hav
 
 from math import sqrt
 
-from engine.jit.decorator import kernel, lean_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 
 NO_HIT = -1.0
 # A search that is still moving after this many steps sits within rounding of its root. Seen in
@@ -27,7 +27,7 @@ NEGLIGIBLE = 2.0**-54
 again: half of what rounding leaves of f itself."""
 
 
-@kernel
+@inner_kernel
 def minorant_root(f: float, fd: float, m: float) -> float:
     """Smallest d > 0 with f + fd d + m d^2 / 2 = 0 for f > 0, or NO_HIT.
 
@@ -45,7 +45,7 @@ def minorant_root(f: float, fd: float, m: float) -> float:
     return 2.0 * f / divisor
 
 
-@kernel
+@inner_kernel
 def halley_step(f: float, fd: float, m: float) -> float:
     """At most the smallest d > 0 with f + fd d + m d^2 / 2 = 0 for f > 0; NO_HIT if there is none.
 

@@ -74,7 +74,7 @@ def test_no_file_records_where_packages_are_downloaded() -> None:
 
 def test_each_command_has_a_file_of_its_name() -> None:
     files = {path.stem for path in (ROOT / "app" / "cli").glob("*.py")}
-    assert files - {"__init__", "__main__", "common", "uncompiled"} == set(COMMANDS)
+    assert files - {"__init__", "__main__", "common"} == set(COMMANDS)
     for name in COMMANDS:
         assert importlib.import_module(f"app.cli.{name}").command.name == name
 

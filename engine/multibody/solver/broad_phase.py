@@ -13,7 +13,7 @@ from math import sqrt
 
 import numpy as np
 
-from engine.jit.decorator import kernel, lean_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.multibody.solver.layout import body, hash_grid
 from engine.multibody.solver.layout.array_types import Counts, Floats
 from engine.multibody.solver.layout.body import Bodies
@@ -97,7 +97,7 @@ def beyond_margin(bodies: Bodies, n: int, remaining: float) -> bool:
     return False
 
 
-@kernel
+@inner_kernel
 def _new_grid(n: int) -> HashGrid:
     """An empty grid with room for n balls, and two buckets or more for each."""
     buckets = 16
@@ -319,7 +319,7 @@ def _query_all(grid: HashGrid, total: int, levels: int, found: Counts) -> int:
     return count
 
 
-@kernel
+@inner_kernel
 def find_pairs(
     bodies: Bodies, n: int, horizon: float, gravity: float
 ) -> tuple[Counts, int, Floats]:

@@ -9,7 +9,7 @@ from math import sqrt
 
 import numpy as np
 
-from engine.jit.decorator import kernel, lean_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.multibody.solver.layout import body, contact, pair, shape
 from engine.multibody.solver.layout.array_types import Floats
 from engine.multibody.solver.layout.body import Bodies
@@ -31,7 +31,7 @@ STRETCHES = 4
 """Stretches of the contacts' list that a pass takes from in turns."""
 
 
-@kernel
+@inner_kernel
 def new_contacts(pairs: NeighbourList) -> Contacts:
     """Work space for the contacts among so many pairs."""
     room = len(pairs.other)

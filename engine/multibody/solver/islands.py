@@ -8,7 +8,7 @@ from math import sqrt
 
 import numpy as np
 
-from engine.jit.decorator import kernel, lean_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.multibody.solver.layout import body
 from engine.multibody.solver.layout.array_types import Ints
 from engine.multibody.solver.layout.body import Bodies
@@ -76,7 +76,7 @@ def count_still_steps(bodies: Bodies, n: int, settings: SolverSettings) -> int:
     return ready
 
 
-@kernel
+@inner_kernel
 def find_islands(bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticShapes) -> Ints:
     """A union-find forest (n,) of the balls: those that touch each other have one root."""
     parents = np.empty(n, np.int32)
@@ -94,7 +94,7 @@ def find_islands(bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticSh
     return parents
 
 
-@kernel
+@inner_kernel
 def put_islands_to_sleep(
     bodies: Bodies, n: int, pairs: NeighbourList, statics: StaticShapes, settings: SolverSettings
 ) -> bool:

@@ -6,7 +6,7 @@ place where it was listed, than its margin. The warm start's impulses go from ea
 
 import numpy as np
 
-from engine.jit.decorator import kernel, lean_kernel
+from engine.jit.decorator import inner_kernel, kernel, lean_kernel
 from engine.multibody.solver.broad_phase import ROWS, find_pairs
 from engine.multibody.solver.layout import body, pair, shape
 from engine.multibody.solver.layout.array_types import Counts, Floats, Ints
@@ -131,7 +131,7 @@ def _list_all(
     return count
 
 
-@kernel
+@inner_kernel
 def list_pairs(
     bodies: Bodies, n: int, statics: StaticShapes, horizon: float, gravity: float
 ) -> tuple[Ints, Ints, Ints]:
@@ -231,7 +231,7 @@ def rebuild(
     return NeighbourList(starts, other, impulse, neighbour_starts[: n + 1], neighbours), owner
 
 
-@kernel
+@inner_kernel
 def owners(pairs: NeighbourList) -> Ints:
     """Who owns each pair, shape (p,)."""
     starts = pairs.starts

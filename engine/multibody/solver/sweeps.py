@@ -8,7 +8,7 @@ from math import inf
 
 import numpy as np
 
-from engine.jit.decorator import kernel, lean_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.multibody.solver.layout import body, step_log, sweep
 from engine.multibody.solver.layout.body import Bodies
 from engine.multibody.solver.layout.step_log import StepLog
@@ -19,7 +19,7 @@ FARTHEST = 1.0e9
 """m from the origin beyond which a ball has left; nearer, its cell's number fits an integer."""
 
 
-@kernel
+@inner_kernel
 def new_sweeps(n: int) -> Sweeps:
     """Work space for n balls."""
     leaves = 1

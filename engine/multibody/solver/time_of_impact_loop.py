@@ -11,7 +11,7 @@ from math import inf
 
 import numpy as np
 
-from engine.jit.decorator import kernel, lean_kernel
+from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.multibody.solver.broad_phase import beyond_margin
 from engine.multibody.solver.impact import freeze, impact
 from engine.multibody.solver.islands import wake_island
@@ -168,7 +168,7 @@ def _take_from_tree(
     return DONE, h
 
 
-@kernel
+@inner_kernel
 def take_impacts(
     bodies: Bodies, n: int, pairs: NeighbourList, owner: Ints, statics: StaticShapes,
     settings: SolverSettings, start: float, least_threshold: float, sweeps: Sweeps, log: StepLog,

@@ -1,4 +1,4 @@
-"""Runs the artifact by wasmtime: another compiler, on any processor, and the same bits.
+"""Runs the page's artifact by wasmtime: another compiler, on any processor, and the same bits.
 
 The counterpart in the page is `static/js/solver/kernels.js`.
 """
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import wasmtime
 
-from engine.artifact import stamp
+from engine.artifact import make
 from engine.exact import event_log, initial_state
 from engine.exact.board_arrays import BoardArrays
 from engine.physics import body, contact
@@ -50,14 +50,14 @@ class Host:
     """The artifact in memory of its own; not for two threads at once."""
 
     def __init__(self, module: bytes | None = None) -> None:
-        """Load `module`, or else the committed artifact."""
+        """Load `module`, or else the committed one."""
         engine = wasmtime.Engine()
         self._store = wasmtime.Store(engine)
         limits = wasmtime.MemoryType(wasmtime.Limits(4, None))
         self._memory = wasmtime.Memory(self._store, limits)
         kind = wasmtime.GlobalType(wasmtime.ValType.i32(), True)
         stack = wasmtime.Global(self._store, kind, wasmtime.Val.i32(STACK))
-        loaded = wasmtime.Module(engine, stamp.FILE.read_bytes() if module is None else module)
+        loaded = wasmtime.Module(engine, make.PAGE.read_bytes() if module is None else module)
         given: dict[str, Any] = {"__linear_memory": self._memory, "__stack_pointer": stack}
         imports = [given[str(each.name)] for each in loaded.imports]
         self._exports: Any = wasmtime.Instance(self._store, loaded, imports).exports(self._store)

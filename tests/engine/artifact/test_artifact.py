@@ -1,4 +1,4 @@
-"""The artifact: made from the kernels that are there, small, needing nothing, right to the bit."""
+"""The artifacts: made from the kernels that are there, small, needing nothing, right to the bit."""
 
 import gzip
 from pathlib import Path
@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from engine import Board, drop
-from engine.artifact import make, stamp
+from engine.artifact import make
 from engine.drops.digest import drop_digest
 from engine.drops.trajectory import start_row
 from engine.exact.board_arrays import arrays_of
-from engine.jit import wasm_sections
+from engine.jit import stamp, wasm_sections
 from tests.engine.artifact.drops import played
 from tests.engine.artifact.host import Host
 from tests.long import LONG
@@ -41,43 +41,58 @@ def compare(host: Host) -> int:
 
 
 @pytest.mark.long
-def test_the_artifact_gives_numba_s_bits_in_another_compiler() -> None:
+def test_the_page_s_artifact_gives_the_engine_s_bits() -> None:
     assert compare(Host()) >= 390
 
 
 @pytest.mark.long
 @pytest.mark.skipif(not LONG, reason="it compiles for a minute")
 def test_an_artifact_made_anew_gives_the_same_bits() -> None:
-    assert compare(Host(make.made())) >= 390
+    assert compare(Host(make.for_pages())) >= 390
 
 
-def test_the_artifact_was_made_from_the_kernels_that_are_there() -> None:
-    made_from = stamp.stamp_of(stamp.FILE.read_bytes())
-    assert made_from == stamp.current(), "kernels have changed since: `make kernels`"
+@pytest.mark.long
+@pytest.mark.skipif(not LONG, reason="it compiles for minutes")
+def test_artifacts_made_anew_are_those_that_are_there() -> None:
+    for path, module in make.everything():
+        assert path.read_bytes() == module, path.name
 
 
-def test_the_page_has_the_same_artifact() -> None:
-    assert make.PAGE.read_bytes() == stamp.FILE.read_bytes(), "`make kernels` writes both"
+@pytest.mark.parametrize("path", [make.PAGE, *(make.FOLDER / f"{n}.wasm" for n in make.NAMES)])
+def test_an_artifact_was_made_from_the_kernels_that_are_there(path: Path) -> None:
+    made_from = stamp.read(path.read_bytes())
+    assert stamp.is_current(made_from), "kernels have changed since: `make kernels`"
 
 
-def test_a_change_of_any_kernel_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = stamp.current()
-    names = {path.name for path in stamp.sources()}
+def test_there_is_no_other_artifact() -> None:
+    assert {path.stem for path in make.FOLDER.glob("*.wasm")} == set(make.NAMES)
+
+
+def test_a_change_of_any_kernel_is_noticed(tmp_path: Path) -> None:
+    sources = stamp.sources()
+    names = {path.name for path in sources}
     assert {"trace.py", "sampling.py", "circle_impact.py", "contact.py", "entries.py"} <= names
     changed = tmp_path / "trace.py"
-    trace = next(path for path in stamp.sources() if path.name == "trace.py")
+    trace = next(path for path in sources if path.name == "trace.py")
     changed.write_bytes(trace.read_bytes() + b"\n")
-    others = [changed if path == trace else path for path in stamp.sources()]
-    monkeypatch.setattr(stamp, "sources", lambda: others)
-    assert stamp.current() != before
+    others = [changed if path == trace else path for path in sources]
+    assert stamp.stamp_of_files(others) != stamp.current() == stamp.stamp_of_files(sources)
+
+
+def test_all_kernels_are_in_the_stamp() -> None:
+    uses = "from engine.jit.decorator import"
+    files = {p for p in stamp.ENGINE.rglob("*.py") if uses in p.read_text(encoding="utf-8")}
+    kernels = {path for path in files if path.parts[-2] not in ("jit", "artifact")}
+    assert len(kernels) > 20
+    assert kernels <= set(stamp.sources())
 
 
 def test_the_artifact_is_small_and_asks_for_memory_alone() -> None:
-    module = stamp.FILE.read_bytes()
+    module = make.PAGE.read_bytes()
     assert len(gzip.compress(module)) <= make.MOST_GZIPPED
     assert wasm_sections.imports(module) == ["env.__linear_memory", "env.__stack_pointer"]
     with pytest.raises(ValueError, match="section 'plinko'"):
-        stamp.stamp_of(module[: module.index(b"\x06plinko") - 3])
+        stamp.read(module[: module.index(b"\x06plinko") - 3])
 
 
 def test_many_balls_go_as_each_alone() -> None:

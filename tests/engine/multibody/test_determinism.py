@@ -48,7 +48,7 @@ def test_plain_python_gives_the_bits_of_compiled_code() -> None:
     """Impacts, contacts, a neighbour list made anew, a removed and a fast ball, without the JIT."""
     check = (
         "from engine.multibody.solver.step import step_balls\n"
-        "assert not hasattr(step_balls, 'signatures')\n"
+        "assert not hasattr(step_balls, 'function')\n"
     )
     assert run(check + SCENE, NUMBA_DISABLE_JIT="1") == run(SCENE)
 

@@ -1,0 +1,165 @@
+"""One call of each kernel that Python calls: from these the artifacts' entries know their types.
+
+Kernels run as Python meanwhile, and balls are few.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import takewhile
+from types import MappingProxyType
+from typing import Any, Final, NamedTuple
+
+import numba
+import numpy as np
+from numba import types
+
+from engine import Arena, Board, Place, drop, drop_many, occupancy
+from engine.billiards.billiard import Billiard
+from engine.billiards.flow import launch
+from engine.certified.reach import first_reaches
+from engine.jit import stamp
+from engine.jit.calls import Call, Kind, Kinds
+from engine.jit.decorator import EntryKernel
+from engine.jit.webassembly import Entry, compile_module
+
+_types: Any = types  # which leave out what is used below
+_numba: Any = numba
+
+
+def exact() -> None:
+    """Single drops of the exact solver."""
+    done = drop(Board.preset("triangle-8"), seed=0)
+    done.record(certainty=True)
+    done.states([0.1])
+
+
+def many() -> None:
+    """Many drops in lockstep, and where they are."""
+    drop_many(_smooth(), [0, 1], threads=1)
+    occupancy(_smooth(), [0], left=0.0, top=0.0, cells_per_metre=1.0, shape=(2, 2), threads=1)
+
+
+def stepped() -> None:
+    """Drops of the stepped solver."""
+    drop(_smooth(), seed=0, solver="stepped")
+
+
+def touching() -> None:
+    """Balls that touch."""
+    arena = Arena(Place.box(2.0, 2.0))
+    arena.add(1.0, 1.0)
+    arena.add(1.0, 1.1)
+    for _ in range(3):
+        arena.step()
+    arena.diagnostics()
+
+
+def billiards() -> None:
+    """Flows."""
+    launch(Billiard(gravity=1.0), [(0.0, 0.5)], [(1.0, 0.0)], tangents=True).until(0.1)
+
+
+def certified() -> None:
+    """What a proof leaves out; a ball that falls from (0, 0) beside nothing."""
+    state, errors = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 9.81]), np.zeros(3)
+    circles, lines, board = np.zeros((0, 3)), np.zeros((0, 7)), np.ones(6)
+    numbers, times = np.zeros(1, np.int64), np.zeros(1)
+    first_reaches(state, 0.0, errors, 0.0, -1, circles, lines, board, numbers, times)
+
+
+def _smooth() -> Board:
+    """A board without drag and friction."""
+    board = Board.preset("triangle-8")
+    return replace(board, drag=0.0, ball=replace(board.ball, friction=0.0))
+
+
+PLAYS: Final[Mapping[str, Callable[[], None]]] = MappingProxyType(
+    {play.__name__: play for play in (exact, many, stepped, touching, billiards, certified)}
+)
+"""Name of each artifact of this machine's own, and what its kernels do in it."""
+
+VECTORS: Final = ("many",)
+"""Artifacts with instructions for two numbers at a time. Lockstep is made for them and takes half
+the time; what follows one ball after the other takes as long as without.
+"""
+
+
+class Part(NamedTuple):
+    """A kernel that was called, with numba's types of what it took and gave."""
+
+    kernel: EntryKernel[Any, Any]
+    takes: tuple[Any, ...]
+    gives: Any
+
+    @property
+    def call(self) -> Call:
+        """These types as an artifact says them."""
+        gives = None if self.gives is None else _kinds(self.gives)
+        return Call(tuple(map(_kinds, self.takes)), gives)
+
+
+def compiled(name: str) -> bytes:
+    """The artifact of PLAYS of this name: of kernels that none before it has."""
+    parts = rehearse(PLAYS[name])
+    for earlier in takewhile(lambda each: each != name, PLAYS):
+        for known in rehearse(PLAYS[earlier]):
+            parts.pop(known, None)
+    exports = {k: Entry(p.kernel.function, p.takes) for k, p in parts.items()}
+    code = compile_module(exports, simd=name in VECTORS)
+    return stamp.stamped(code, calls={k: p.call.to_dict() for k, p in parts.items()})
+
+
+def rehearse(play: Callable[[], None]) -> dict[str, Part]:
+    """Name of each kernel that Python calls while it plays, and how it does.
+
+    Raises TypeError if it calls one in two ways.
+    """
+    parts: dict[str, Part] = {}
+    with _called_by(lambda kernel, *args: _noted(kernel, args, parts)):
+        play()
+    return parts
+
+
+@contextmanager
+def _called_by(call: Callable[..., Any]) -> Iterator[None]:
+    """Calls of kernels go there meanwhile, with the kernel ahead of what it is called with."""
+    usual: Any = EntryKernel.__call__
+    EntryKernel.__call__ = call  # type: ignore[method-assign]
+    try:
+        with np.errstate(all="ignore"):  # as machine code does
+            yield
+    finally:
+        EntryKernel.__call__ = usual  # type: ignore[method-assign]
+
+
+def _noted(kernel: EntryKernel[Any, Any], args: tuple[Any, ...], parts: dict[str, Part]) -> Any:
+    """What the kernel gives; how it was called is in `parts` then."""
+    takes = tuple(map(_type_of, args))
+    found = kernel.function(*args)
+    part = Part(kernel, takes, None if found is None else _type_of(found))
+    if parts.setdefault(kernel.name, part) != part:
+        raise TypeError(f"{kernel} is called with {takes} and with {parts[kernel.name].takes}")
+    return found
+
+
+def _type_of(value: Any) -> Any:
+    """Numba's type of a value: of arrays those without gaps, of numbers those of eight bytes."""
+    if isinstance(value, bool | np.bool_):
+        return _types.boolean
+    if isinstance(value, int | np.integer):
+        return _types.int64
+    if isinstance(value, float | np.floating):
+        return _types.float64
+    if isinstance(value, np.ndarray):
+        return _types.Array(_numba.from_dtype(value.dtype), value.ndim, "C")
+    named = type(value) if hasattr(value, "_fields") else None
+    return _types.BaseTuple.from_types(tuple(map(_type_of, value)), named)
+
+
+def _kinds(kind: Any) -> Kinds:
+    if isinstance(kind, _types.BaseTuple):
+        return tuple(map(_kinds, kind))
+    if isinstance(kind, _types.Array):
+        return Kind(np.dtype(str(kind.dtype)).str[1:], kind.ndim)
+    return Kind({_types.boolean: "b1", _types.int64: "i8", _types.float64: "f8"}[kind])

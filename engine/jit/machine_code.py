@@ -1,0 +1,256 @@
+"""Runs kernels' machine code: WebAssembly of engine/artifact, compiled and run by wasmtime.
+
+The code knows numbers and memory. So arrays are copied into the memory of a machine and back out
+again, and what it is called with is a block of eight bytes for each number that numba's code takes:
+of an array two addresses that are not used here, its counts of values and of bytes in each, its own
+address, shape and strides. A machine is of one thread at a time: there are as many as are needed.
+"""
+
+import atexit
+import ctypes
+import struct
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, Final, NamedTuple, get_args, get_type_hints
+
+import numpy as np
+import wasmtime
+
+from engine.jit import stamp
+from engine.jit.calls import ARRAY, HEAP, Call, Kind, Kinds, leaves
+from engine.jit.decorator import EntryKernel
+
+FOLDER: Final = Path(__file__).parents[1] / "artifact"
+
+PAGE: Final = 65_536
+"""Bytes that a module's memory grows by."""
+
+STACK: Final = 4 * PAGE
+"""Bytes below all blocks: LLVM's stack, downwards from here."""
+
+_FINE: Final = (0, -2)  # of numba's codes: a result, or none
+
+
+@cache
+def modules() -> dict[str, "Module"]:
+    """Name of each kernel that an artifact has: the module that it is in.
+
+    An artifact of other sources than those that are there is none.
+    """
+    found = {}
+    for path in sorted(FOLDER.glob("*.wasm")):
+        code = path.read_bytes()
+        said = stamp.read(code)
+        if stamp.is_current(said):
+            module = Module(code, said["calls"])
+            found.update(dict.fromkeys(module.calls, module))
+    return found
+
+
+def entry(kernel: EntryKernel[Any, Any]) -> Callable[..., Any] | None:
+    """The machine code of a kernel; None if no artifact has it."""
+    module = modules().get(kernel.name)
+    return None if module is None else Entry(module, kernel)
+
+
+@cache
+def _engine() -> wasmtime.Engine:
+    config = wasmtime.Config()
+    config.parallel_compilation = False  # by threads, which a process that is forked does not have
+    return wasmtime.Engine(config)
+
+
+@atexit.register
+def _let_go() -> None:
+    """When Python ends: its objects are let go of by functions that are gone soon."""
+    if modules.cache_info().currsize:
+        for module in modules().values():
+            module.close()
+    _engine.cache_clear()
+
+
+class Module:
+    """A file of machine code, and the machines that run it. Compiled when it is first needed."""
+
+    def __init__(self, code: bytes, calls: dict[str, Any]) -> None:
+        self.calls = {name: Call.read(call) for name, call in calls.items()}
+        self._code = code
+        self._compiled: wasmtime.Module | None = None
+        self._idle: list[Machine] = []
+
+    def take(self) -> "Machine":
+        """A machine that nobody uses; for `give`, afterwards."""
+        try:
+            return self._idle.pop()
+        except IndexError:
+            if self._compiled is None:
+                self._compiled = wasmtime.Module(_engine(), self._code)
+            return Machine(self._compiled)
+
+    def give(self, machine: "Machine") -> None:
+        """Let others have it."""
+        self._idle.append(machine)
+
+    def close(self) -> None:
+        """Let go of what is wasmtime's."""
+        self._idle.clear()
+        self._compiled = None
+
+
+class Entry:
+    """A kernel of a module, to be called as the function is that it was made of."""
+
+    def __init__(self, module: Module, kernel: EntryKernel[Any, Any]) -> None:
+        self._module = module
+        self.name = kernel.name
+        takes, gives = module.calls[kernel.name]
+        self.takes = tuple(leaves(takes))
+        self.block = struct.Struct("<" + "".join(map(_format, self.takes)))
+        self.gives = () if gives is None else tuple(leaves(gives))
+        self.room = sum(map(_size_given, self.gives))
+        hint = get_type_hints(kernel.function).get("return")
+        self._form = None if gives is None else _form(gives, hint)
+
+    def __call__(self, *args: Any) -> Any:
+        """Run it; TypeError for arrays of other types than its own."""
+        machine = self._module.take()
+        found = machine.run(self, tuple(_flat(args)))
+        self._module.give(machine)  # one that a trap ended is not used again
+        return None if self._form is None else self._form(iter(found))
+
+
+def _flat(values: tuple[Any, ...]) -> Iterator[Any]:
+    """All that is in a tuple, and in tuples in it, in order."""
+    for each in values:
+        if isinstance(each, tuple):
+            yield from _flat(each)
+        else:
+            yield each
+
+
+def _form(kinds: Kinds, hint: Any) -> Callable[[Iterator[Any]], Any]:
+    """What makes a result of its values, its tuples named as the function says."""
+    if isinstance(kinds, Kind):
+        return next
+    named = hasattr(hint, "_fields")
+    hints = get_type_hints(hint).values() if named else get_args(hint)
+    parts = [_form(kind, each) for kind, each in zip(kinds, hints, strict=True)]
+
+    def made(values: Iterator[Any]) -> Any:
+        found = tuple(part(values) for part in parts)
+        return hint(*found) if named else found
+
+    return made
+
+
+def _format(kind: Kind) -> str:
+    """Of a kind's numbers in a block, as `struct` has it."""
+    if kind.dimensions is not None:
+        return f"{ARRAY + 2 * kind.dimensions}q"
+    return "d" if kind.name == "f8" else "q"
+
+
+# An array that is returned, in bytes: two addresses, two counts, its own address, shape, strides.
+_OWN_ADDRESS = 24
+_SHAPE = 32
+
+
+def _size_given(kind: Kind) -> int:
+    """Bytes of a kind in a result."""
+    return 8 if kind.dimensions is None else _SHAPE + 16 * kind.dimensions
+
+
+class _Copy(NamedTuple):
+    """An array without gaps, its place in a machine's memory, and the array that it is."""
+
+    array: Any
+    at: int
+    given: Any
+
+
+class Machine:
+    """Memory, and the code that works on it."""
+
+    def __init__(self, module: wasmtime.Module) -> None:
+        self._store = wasmtime.Store(_engine())
+        limits = wasmtime.MemoryType(wasmtime.Limits(STACK // PAGE, None))
+        self._memory = wasmtime.Memory(self._store, limits)
+        kind = wasmtime.GlobalType(wasmtime.ValType.i32(), True)
+        stack = wasmtime.Global(self._store, kind, wasmtime.Val.i32(STACK))
+        given: dict[str, Any] = {"__linear_memory": self._memory, "__stack_pointer": stack}
+        imports = [given[str(each.name)] for each in module.imports]
+        self._exports: Any = wasmtime.Instance(self._store, module, imports).exports(self._store)
+
+    def run(self, entry: Entry, values: Sequence[Any]) -> list[Any]:
+        """The kernel's results, one by one; arrays that it may write to are as it left them."""
+        numbers, copies, block = _placed(entry, values)
+        result = block + entry.block.size
+        free = result + entry.room
+        memory = self._view(free)
+        for copy in copies:
+            memory[copy.at : copy.at + copy.array.nbytes] = copy.array.data.cast("B")
+        entry.block.pack_into(memory, block, *numbers)
+        struct.pack_into("<I", memory, HEAP, free)
+        status = self._exports[entry.name](self._store, block, result)
+        if status not in _FINE:
+            raise RuntimeError(f"{entry.name} ended with numba's code {status}")
+        memory = self._view(free)  # it may have grown
+        for copy in copies:
+            if copy.given.flags.writeable:
+                copy.array.data.cast("B")[:] = memory[copy.at : copy.at + copy.array.nbytes]
+                if copy.given is not copy.array:
+                    copy.given[...] = copy.array
+        return _results(entry.gives, memory, result)
+
+    def _view(self, size: int) -> memoryview:
+        """All of the memory, which has at least so many bytes."""
+        lacking = size - self._memory.data_len(self._store)
+        if lacking > 0:
+            self._memory.grow(self._store, -(-lacking // PAGE))
+        begin: Any = self._memory.data_ptr(self._store)
+        everything = ctypes.c_ubyte * self._memory.data_len(self._store)
+        return memoryview(everything.from_address(ctypes.addressof(begin.contents))).cast("B")
+
+
+def _placed(entry: Entry, values: Sequence[Any]) -> tuple[list[Any], list[_Copy], int]:
+    """The numbers of a block; the arrays in them, with their places; and where these end."""
+    numbers: list[Any] = []
+    copies: list[_Copy] = []
+    at = STACK
+    for kind, value in zip(entry.takes, values, strict=True):
+        if kind.dimensions is None:
+            numbers.append(value)
+            continue
+        if value.dtype != kind.name or value.ndim != kind.dimensions:
+            raise TypeError(
+                f"{entry.name} takes no array of {value.dtype} in {value.ndim} dimensions: {kind}"
+            )
+        array = value if value.flags.c_contiguous else np.ascontiguousarray(value)
+        numbers += (0, 0, array.size, array.itemsize, at, *array.shape, *array.strides)
+        if array.size:
+            copies.append(_Copy(array, at, value))
+        at += -(-array.nbytes // 8) * 8
+    return numbers, copies, at
+
+
+def _results(kinds: Sequence[Kind], memory: memoryview, at: int) -> list[Any]:
+    """What a kernel left at an address."""
+    found: list[Any] = []
+    for kind in kinds:
+        if kind.dimensions is not None:
+            found.append(_array(kind, memory, at))
+        elif kind.name == "b1":
+            found.append(bool(memory[at]))
+        else:
+            found += struct.unpack_from("<d" if kind.name == "f8" else "<q", memory, at)
+        at += _size_given(kind)
+    return found
+
+
+def _array(kind: Kind, memory: memoryview, at: int) -> Any:
+    (address,) = struct.unpack_from("<I", memory, at + _OWN_ADDRESS)
+    array = np.empty(struct.unpack_from(f"<{kind.dimensions}q", memory, at + _SHAPE), kind.name)
+    if array.size:
+        array.data.cast("B")[:] = memory[address : address + array.nbytes]
+    return array

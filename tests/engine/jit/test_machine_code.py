@@ -1,0 +1,118 @@
+"""Machine code in place of kernels: there for all of them, called as they are, with their bits."""
+
+import importlib
+import os
+import pkgutil
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import engine
+from engine import Board, drop, drop_many
+from engine.exact.board_arrays import arrays_of
+from engine.exact.sampling import sample
+from engine.exact.trace import trace_many
+from engine.jit import machine_code, stamp
+from engine.jit.calls import Call, Kind, leaves
+from engine.jit.decorator import EntryKernel
+from engine.multibody.scenes import sandbox
+from engine.physics import body
+from engine.physics.contact import new_series
+from tests.golden import check
+from tests.long import LONG
+
+pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
+
+Floats = npt.NDArray[np.float64]
+
+
+def entries() -> dict[str, EntryKernel[Any, Any]]:
+    """All kernels that Python enters."""
+    names = [each.name for each in pkgutil.walk_packages(engine.__path__, "engine.")]
+    modules = [importlib.import_module(name) for name in names if ".artifact" not in name]
+    found = [value for each in modules for value in vars(each).values()]
+    return {each.name: each for each in found if isinstance(each, EntryKernel)}
+
+
+def test_every_kernel_that_python_enters_is_in_an_artifact() -> None:
+    kernels = entries()
+    assert "engine.exact.trace.trace_many" in kernels
+    assert set(kernels) == set(machine_code.modules())
+
+
+def test_an_artifact_of_other_sources_is_not_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = cast("EntryKernel[Any, Any]", trace_many)
+    assert machine_code.entry(kernel) is not None
+    monkeypatch.setattr(stamp, "current", lambda: {"sources": "others"})
+    monkeypatch.setattr(machine_code, "modules", machine_code.modules.__wrapped__)
+    assert machine_code.entry(kernel) is None
+
+
+def test_what_a_call_takes_is_read_as_it_was_written() -> None:
+    number, table = Kind("f8"), Kind("u4", 2)
+    call = Call((number, (table, (number,))), (table, number))
+    assert Call.read(call.to_dict()) == call
+    assert tuple(leaves(call.takes)) == (number, table, number)
+    assert str(table) == "u4:2"
+
+
+class Pair(NamedTuple):
+    """What a kernel might return."""
+
+    total: float
+    parts: Floats
+
+
+def test_results_have_the_names_that_the_function_gives_them() -> None:
+    kinds = ((Kind("f8"), Kind("f8", 1)), Kind("i8"))
+    made = machine_code._form(kinds, tuple[Pair, int])
+    assert made(iter([1.5, "parts", 3])) == (Pair(1.5, cast("Any", "parts")), 3)
+    assert type(made(iter([1.5, "parts", 3]))[0]) is Pair
+
+
+def sampled(out: Floats) -> None:
+    """States of a drop at the times of its first impacts; the drop's own arrays are locked."""
+    path = drop(Board.preset("triangle-8"), 5).trajectory
+    rows = np.arange(len(out))
+    assert not path.segments.flags.writeable
+    times = path.segments[rows, body.T].copy()
+    sample(arrays_of(path.board), path.segments, rows, rows + 1, times, False, new_series(), out)
+
+
+def test_arrays_may_be_locked_and_have_gaps() -> None:
+    whole = np.zeros((4, body.SIZE))
+    gaps = np.zeros((8, body.SIZE))
+    sampled(whole)
+    sampled(gaps[::2])
+    assert whole.any(axis=1).all()
+    assert gaps[::2].tobytes() == whole.tobytes()
+    assert not gaps[1::2].any()
+
+
+def test_another_kind_of_array_is_refused() -> None:
+    with pytest.raises(TypeError, match=r"sample takes no array of float32 in 2 dimensions: f8:2"):
+        sampled(np.zeros((4, body.SIZE), np.float32))
+
+
+def digests() -> list[str]:
+    """Of drops by both solvers, of many in lockstep, and of a heap of balls."""
+    names = ("triangle-8", "classic", "scene:comb")
+    boards = [check.board_of(name) for name in names]
+    found = [drop(each, 3, solver=s).digest for each in boards for s in ("exact", "stepped")]
+    heap = sandbox(12, width=1.6, height=1.2, seed=3, radii=(0.05, 0.1), speed=3.0)
+    for _ in range(40):
+        heap.step()
+    return [*found, drop_many("galton", range(40)).digest, heap.digest()]
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not LONG, reason="numba compiles for a minute")
+def test_numba_gives_the_artifacts_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    from engine.jit import kernel_compiler
+
+    expected = digests()
+    for kernel in entries().values():
+        monkeypatch.setattr(kernel, "machine_code", kernel_compiler.compiled(kernel))
+    assert digests() == expected
