@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Final
 
+from engine.artifact.plays import PLAYS
 from engine.jit import stamp
 
 MOST_GZIPPED: Final = 40_000
@@ -20,9 +21,6 @@ MOST_GZIPPED: Final = 40_000
 
 FOLDER: Final = Path(__file__).parent
 PAGE: Final = FOLDER.parents[1] / "static" / "js" / "solver" / "kernels.wasm"
-
-NAMES: Final = ("exact", "many", "stepped", "touching", "billiards", "certified")
-"""Artifacts of this machine's own; `rehearsal` has a function of each name."""
 
 
 def for_pages() -> bytes:
@@ -36,7 +34,7 @@ def for_pages() -> bytes:
 
 
 def made(name: str) -> bytes:
-    """An artifact of NAMES, made now."""
+    """An artifact of PLAYS, made now."""
     return _made_by(f"from engine.artifact import rehearsal; made = rehearsal.compiled({name!r})")
 
 
@@ -55,7 +53,7 @@ def everything() -> Iterator[tuple[Path, bytes]]:
     """All artifacts, made now, each with its file."""
     with ThreadPoolExecutor(os.cpu_count()) as processes:
         page = processes.submit(for_pages)
-        ours = list(zip(NAMES, processes.map(made, NAMES), strict=True))
+        ours = list(zip(PLAYS, processes.map(made, PLAYS), strict=True))
         yield PAGE, page.result()
     for name, module in ours:
         yield FOLDER / f"{name}.wasm", module

@@ -18,7 +18,7 @@ ENGINE: Final = Path(__file__).parents[1]
 def sources() -> list[Path]:
     """All files of Python that machine code is made of."""
     found = [ENGINE / "constants.py", ENGINE / "certified" / "reach.py"]
-    found += [ENGINE / "artifact" / name for name in ("entries.py", "rehearsal.py")]
+    found += [ENGINE / "artifact" / name for name in ("entries.py", "plays.py", "rehearsal.py")]
     found += [ENGINE / "jit" / name for name in ("calls.py", "kernel_compiler.py")]
     found += [ENGINE / "jit" / name for name in ("webassembly.py", "wasm_sections.py")]
     for package in ("physics", "exact", "stepped", "multibody/solver", "billiards"):

@@ -8,6 +8,7 @@ import pytest
 
 from engine import Board, drop
 from engine.artifact import make
+from engine.artifact.plays import PLAYS
 from engine.drops.digest import drop_digest
 from engine.drops.trajectory import start_row
 from engine.exact.board_arrays import arrays_of
@@ -58,14 +59,14 @@ def test_artifacts_made_anew_are_those_that_are_there() -> None:
         assert path.read_bytes() == module, path.name
 
 
-@pytest.mark.parametrize("path", [make.PAGE, *(make.FOLDER / f"{n}.wasm" for n in make.NAMES)])
+@pytest.mark.parametrize("path", [make.PAGE, *(make.FOLDER / f"{n}.wasm" for n in PLAYS)])
 def test_an_artifact_was_made_from_the_kernels_that_are_there(path: Path) -> None:
     made_from = stamp.read(path.read_bytes())
     assert stamp.is_current(made_from), "kernels have changed since: `make kernels`"
 
 
 def test_there_is_no_other_artifact() -> None:
-    assert {path.stem for path in make.FOLDER.glob("*.wasm")} == set(make.NAMES)
+    assert {path.stem for path in make.FOLDER.glob("*.wasm")} == set(PLAYS)
 
 
 def test_a_change_of_any_kernel_is_noticed(tmp_path: Path) -> None:
