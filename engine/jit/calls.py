@@ -10,6 +10,12 @@ ARRAY: Final = 5
 HEAP: Final = 8
 """Where in a module's memory stands where the arrays begin that kernels make themselves."""
 
+STATUS: Final = 16
+"""Where numba's code of how a call ended is left: 4 bytes."""
+
+BLOCK: Final = 4 * 65_536
+"""Where the block of a call begins, and its results behind it. LLVM's stack ends here."""
+
 
 @dataclass(frozen=True, slots=True)
 class Kind:

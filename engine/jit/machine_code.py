@@ -18,7 +18,7 @@ import numpy as np
 import wasmtime
 
 from engine.jit import stamp
-from engine.jit.calls import ARRAY, HEAP, Call, Kind, Kinds, leaves
+from engine.jit.calls import ARRAY, BLOCK, HEAP, STATUS, Call, Kind, Kinds, leaves
 from engine.jit.decorator import EntryKernel
 
 FOLDER: Final = Path(__file__).parents[1] / "artifact"
@@ -26,9 +26,8 @@ FOLDER: Final = Path(__file__).parents[1] / "artifact"
 PAGE: Final = 65_536
 """Bytes that a module's memory grows by."""
 
-STACK: Final = 4 * PAGE
-"""Bytes below all blocks: LLVM's stack, downwards from here."""
-
+_ADDRESS: Final = struct.Struct("<I")
+_STATUS: Final = struct.Struct("<i")
 _FINE: Final = (0, -2)  # of numba's codes: a result, or none
 
 
@@ -105,8 +104,11 @@ class Entry:
         self._module = module
         self.name = kernel.name
         takes, gives = module.calls[kernel.name]
-        self.takes = tuple(leaves(takes))
-        self.block = struct.Struct("<" + "".join(map(_format, self.takes)))
+        kinds = tuple(leaves(takes))
+        self.takes = [
+            (kind, None if kind.dimensions is None else np.dtype(kind.name)) for kind in kinds
+        ]
+        self.block = struct.Struct("<" + "".join(map(_format, kinds)))
         self.gives = () if gives is None else tuple(leaves(gives))
         self.room = sum(map(_size_given, self.gives))
         hint = get_type_hints(kernel.function).get("return")
@@ -162,10 +164,11 @@ def _size_given(kind: Kind) -> int:
 
 
 class _Copy(NamedTuple):
-    """An array without gaps, its place in a machine's memory, and the array that it is."""
+    """An array without gaps, from where to where it is in a machine's memory, and which it is."""
 
     array: Any
-    at: int
+    begin: int
+    end: int
     given: Any
 
 
@@ -174,62 +177,64 @@ class Machine:
 
     def __init__(self, module: wasmtime.Module) -> None:
         self._store = wasmtime.Store(_engine())
-        limits = wasmtime.MemoryType(wasmtime.Limits(STACK // PAGE, None))
-        self._memory = wasmtime.Memory(self._store, limits)
+        self._memory = wasmtime.Memory(self._store, wasmtime.MemoryType(wasmtime.Limits(5, None)))
         kind = wasmtime.GlobalType(wasmtime.ValType.i32(), True)
-        stack = wasmtime.Global(self._store, kind, wasmtime.Val.i32(STACK))
+        stack = wasmtime.Global(self._store, kind, wasmtime.Val.i32(BLOCK))
         given: dict[str, Any] = {"__linear_memory": self._memory, "__stack_pointer": stack}
         imports = [given[str(each.name)] for each in module.imports]
         self._exports: Any = wasmtime.Instance(self._store, module, imports).exports(self._store)
+        self._view = memoryview(b"")
 
     def run(self, entry: Entry, values: Sequence[Any]) -> list[Any]:
         """The kernel's results, one by one; arrays that it may write to are as it left them."""
-        numbers, copies, block = _placed(entry, values)
-        result = block + entry.block.size
-        free = result + entry.room
-        memory = self._view(free)
+        numbers, copies, free = _placed(entry, values)
+        memory = self._all_memory(free)
         for copy in copies:
-            memory[copy.at : copy.at + copy.array.nbytes] = copy.array.data.cast("B")
-        entry.block.pack_into(memory, block, *numbers)
-        struct.pack_into("<I", memory, HEAP, free)
-        status = self._exports[entry.name](self._store, block, result)
+            memory[copy.begin : copy.end] = copy.array.data.cast("B")
+        entry.block.pack_into(memory, BLOCK, *numbers)
+        _ADDRESS.pack_into(memory, HEAP, free)
+        self._exports[entry.name](self._store)
+        memory = self._all_memory(free)  # it may have grown
+        (status,) = _STATUS.unpack_from(memory, STATUS)
         if status not in _FINE:
             raise RuntimeError(f"{entry.name} ended with numba's code {status}")
-        memory = self._view(free)  # it may have grown
         for copy in copies:
             if copy.given.flags.writeable:
-                copy.array.data.cast("B")[:] = memory[copy.at : copy.at + copy.array.nbytes]
+                copy.array.data.cast("B")[:] = memory[copy.begin : copy.end]
                 if copy.given is not copy.array:
                     copy.given[...] = copy.array
-        return _results(entry.gives, memory, result)
+        return _results(entry.gives, memory, BLOCK + entry.block.size)
 
-    def _view(self, size: int) -> memoryview:
-        """All of the memory, which has at least so many bytes."""
-        lacking = size - self._memory.data_len(self._store)
-        if lacking > 0:
-            self._memory.grow(self._store, -(-lacking // PAGE))
-        begin: Any = self._memory.data_ptr(self._store)
-        everything = ctypes.c_ubyte * self._memory.data_len(self._store)
-        return memoryview(everything.from_address(ctypes.addressof(begin.contents))).cast("B")
+    def _all_memory(self, size: int) -> memoryview:
+        """All of the memory, which has at least so many bytes then; it moves when it grows."""
+        length = self._memory.data_len(self._store)
+        if size > length:
+            self._memory.grow(self._store, -(-(size - length) // PAGE))
+            length = self._memory.data_len(self._store)
+        if length != len(self._view):
+            begin: Any = self._memory.data_ptr(self._store)
+            everything = (ctypes.c_ubyte * length).from_address(ctypes.addressof(begin.contents))
+            self._view = memoryview(everything).cast("B")
+        return self._view
 
 
 def _placed(entry: Entry, values: Sequence[Any]) -> tuple[list[Any], list[_Copy], int]:
     """The numbers of a block; the arrays in them, with their places; and where these end."""
     numbers: list[Any] = []
     copies: list[_Copy] = []
-    at = STACK
-    for kind, value in zip(entry.takes, values, strict=True):
-        if kind.dimensions is None:
+    at = BLOCK + entry.block.size + entry.room
+    for (kind, dtype), value in zip(entry.takes, values, strict=True):
+        if dtype is None:
             numbers.append(value)
             continue
-        if value.dtype != kind.name or value.ndim != kind.dimensions:
+        if value.dtype != dtype or value.ndim != kind.dimensions:
             raise TypeError(
                 f"{entry.name} takes no array of {value.dtype} in {value.ndim} dimensions: {kind}"
             )
         array = value if value.flags.c_contiguous else np.ascontiguousarray(value)
         numbers += (0, 0, array.size, array.itemsize, at, *array.shape, *array.strides)
         if array.size:
-            copies.append(_Copy(array, at, value))
+            copies.append(_Copy(array, at, at + array.nbytes, value))
         at += -(-array.nbytes // 8) * 8
     return numbers, copies, at
 
@@ -249,7 +254,7 @@ def _results(kinds: Sequence[Kind], memory: memoryview, at: int) -> list[Any]:
 
 
 def _array(kind: Kind, memory: memoryview, at: int) -> Any:
-    (address,) = struct.unpack_from("<I", memory, at + _OWN_ADDRESS)
+    (address,) = _ADDRESS.unpack_from(memory, at + _OWN_ADDRESS)
     array = np.empty(struct.unpack_from(f"<{kind.dimensions}q", memory, at + _SHAPE), kind.name)
     if array.size:
         array.data.cast("B")[:] = memory[address : address + array.nbytes]

@@ -18,7 +18,7 @@ import llvmlite.binding
 from numba import config, njit, types
 from numba.extending import intrinsic
 
-from engine.jit.calls import HEAP
+from engine.jit.calls import BLOCK, HEAP, STATUS
 from engine.jit.kernel_compiler import RULES
 from engine.jit.wasm_sections import with_exports
 
@@ -136,25 +136,29 @@ class Export:
 
 
 class Entry(Export):
-    """A kernel of any arguments: its function of a module takes the addresses of a block, with
-    eight bytes for each of their numbers, and of room for its result; and returns numba's code."""
+    """A kernel of any arguments: its function of a module takes nothing, which costs the least.
+
+    In a block there are eight bytes for each number that numba's code takes. Behind it the result
+    is left, and numba's code of how it ended at STATUS.
+    """
 
     def entry(self, name: str, native: Any) -> str:
         """Code of a function by this name that calls numba's."""
         kinds = [str(each.type) for each in native.arguments][2:]
         loads = "".join(
             f"""
-            %at{i} = getelementptr i64, ptr %block, i32 {i}
-            %a{i} = load {kind}, ptr %at{i}"""
+            %a{i} = load {kind}, ptr inttoptr (i32 {BLOCK + 8 * i} to ptr)"""
             for i, kind in enumerate(kinds)
         )
         given = "".join(f", {kind} %a{i}" for i, kind in enumerate(kinds))
+        result = f"ptr inttoptr (i32 {BLOCK + 8 * len(kinds)} to ptr)"
         return f"""
         declare i32 @"{native.name}"(ptr, ptr{"".join(f", {kind}" for kind in kinds)})
-        define i32 @"{name}"(ptr %block, ptr %result) {{
+        define void @"{name}"() {{
           %error = alloca ptr{loads}
-          %status = call i32 @"{native.name}"(ptr %result, ptr %error{given})
-          ret i32 %status
+          %status = call i32 @"{native.name}"({result}, ptr %error{given})
+          store i32 %status, ptr inttoptr (i32 {STATUS} to ptr)
+          ret void
         }}
         """
 

@@ -1,0 +1,93 @@
+"""docs/reproduce.md is a whole solver: its code, run as it stands, gives the engine's digests."""
+
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.scenes.contact_scenes import scene, scene_names
+from benchmarks.scenes.random_boards import random_board
+from engine import Board, drop, preset_names
+from tests.long import tries
+
+PAGE = (Path(__file__).parents[2] / "docs" / "reproduce.md").read_text(encoding="utf-8")
+
+
+@cache
+def solver() -> dict[str, Any]:
+    """The names that the page's Python defines."""
+    names: dict[str, Any] = {}
+    for block in re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL):
+        exec(block, names)
+    return names
+
+
+def redo(board: Board, seed: int, x: float | None) -> tuple[str, list[Any]]:
+    """Digest and events of a drop by the page alone; the board's digest is its own."""
+    page, form = solver(), board.to_dict()
+    x = page["start_x"](seed, form["drop"]) if x is None else x
+    y = form["drop"]["y"]
+    _, events, outcome = page["drop"](page["Board"](form), x, y)
+    return page["digest"](board.digest, x, y, events, outcome), events
+
+
+def compare(board: Board, seeds: int, x: float | None = None) -> None:
+    for seed in range(seeds):
+        expected = drop(board, seed, x=x)
+        found, events = redo(board, seed, x)
+        rows = [(*state, kind, index) for state, kind, index in events]
+        assert rows == [tuple(row) for row in expected.record()["impacts"]], (board.name, seed)
+        assert found == expected.digest, (board.name, seed)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["triangle-8", "classic", "galton", *tries([], preset_names())])
+def test_the_page_gives_the_digests_of_presets(name: str) -> None:
+    compare(Board.preset(name), tries(1, 20))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", scene_names())
+def test_the_page_rolls_and_slides_as_the_engine_does(name: str) -> None:
+    shown = scene(name)
+    compare(shown.board, tries(1, 10), shown.x)
+
+
+@pytest.mark.long
+def test_the_page_gives_the_digests_of_random_boards() -> None:
+    for number in range(tries(6, 200)):
+        compare(random_board(number), tries(1, 5))
+
+
+def worked() -> str:
+    """The page's worked drop, as its own code computes it."""
+    page, board = solver(), Board.preset("triangle-8")
+    form = board.to_dict()
+    layout, x, y = page["Board"](form), page["start_x"](42, form["drop"]), form["drop"]["y"]
+    rise = page["length_bound"](0.0, layout.gravity)
+    speed = layout.travel / layout.fall + 0.5 * layout.fall * rise
+    s, number, _ = page["next_impact"](layout, x, y, 0.0, 0.0, None, 0.0, None, 1000.0)
+    _, events, outcome = page["drop"](layout, x, y)
+    told: dict[str, object] = {
+        "board's digest": board.digest,
+        "start": f"{x} {y}",
+        "travel, fall": f"{layout.travel} {layout.fall}",
+        "first window": 2.0 * layout.travel / page["length_bound"](0.0, speed),
+        "surface hit": number,
+        "after": s,
+        "decay": page["basis"](layout.drag, s)[0],
+        "phi, psi": "{1} {2}".format(*page["basis"](layout.drag, s)),
+    }
+    for i in (0, 1, 2, len(events) - 1):
+        state, kind, index = events[i]
+        told[f"event {i}"] = " ".join(map(str, (*state, kind, index)))
+    told |= {"events": len(events), "outcome": outcome}
+    told["digest"] = page["digest"](board.digest, x, y, events, outcome)
+    return "".join(f"{name:<16}{value}\n" for name, value in told.items())
+
+
+def test_the_worked_drop_is_what_the_page_computes() -> None:
+    assert f"```text\n{worked()}```\n" in PAGE
+    assert f"digest          {drop('triangle-8', 42).digest}\n" in PAGE
