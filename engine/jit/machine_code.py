@@ -12,6 +12,7 @@ import struct
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import Any, Final, NamedTuple, get_args, get_type_hints
 
 import numpy as np
@@ -31,6 +32,17 @@ _STATUS: Final = struct.Struct("<i")
 _FINE: Final = (0, -2)  # of numba's codes: a result, or none
 
 
+_alone: Final = Lock()
+"""Of the thread that reads or compiles modules: others wait for what it gets."""
+
+
+def entry(kernel: EntryKernel[Any, Any]) -> Callable[..., Any] | None:
+    """The machine code of a kernel; None if no artifact has it."""
+    with _alone:
+        module = modules().get(kernel.name)
+    return None if module is None else Entry(module, kernel)
+
+
 @cache
 def modules() -> dict[str, "Module"]:
     """Name of each kernel that an artifact has: the module that it is in.
@@ -45,12 +57,6 @@ def modules() -> dict[str, "Module"]:
             module = Module(code, said["calls"])
             found.update(dict.fromkeys(module.calls, module))
     return found
-
-
-def entry(kernel: EntryKernel[Any, Any]) -> Callable[..., Any] | None:
-    """The machine code of a kernel; None if no artifact has it."""
-    module = modules().get(kernel.name)
-    return None if module is None else Entry(module, kernel)
 
 
 @cache
@@ -83,8 +89,9 @@ class Module:
         try:
             return self._idle.pop()
         except IndexError:
-            if self._compiled is None:
-                self._compiled = wasmtime.Module(_engine(), self._code)
+            with _alone:
+                if self._compiled is None:
+                    self._compiled = wasmtime.Module(_engine(), self._code)
             return Machine(self._compiled)
 
     def give(self, machine: "Machine") -> None:

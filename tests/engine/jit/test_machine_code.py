@@ -3,11 +3,16 @@
 import importlib
 import os
 import pkgutil
+import time
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from threading import Barrier
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+import wasmtime
 
 import engine
 from engine import Board, drop, drop_many
@@ -72,20 +77,24 @@ def test_results_have_the_names_that_the_function_gives_them() -> None:
     assert type(made(iter([1.5, "parts", 3]))[0]) is Pair
 
 
-def sampled(out: Floats) -> None:
-    """States of a drop at the times of its first impacts; the drop's own arrays are locked."""
+def sampling(out: Floats) -> tuple[Any, ...]:
+    """What `sample` is called with for states of a drop at the times of its first impacts.
+
+    The drop's own arrays are locked.
+    """
     path = drop(Board.preset("triangle-8"), 5).trajectory
     rows = np.arange(len(out))
     assert not path.segments.flags.writeable
     times = path.segments[rows, body.T].copy()
-    sample(arrays_of(path.board), path.segments, rows, rows + 1, times, False, new_series(), out)
+    board = arrays_of(path.board)
+    return board, path.segments, rows, rows + 1, times, False, new_series(), out
 
 
 def test_arrays_may_be_locked_and_have_gaps() -> None:
     whole = np.zeros((4, body.SIZE))
     gaps = np.zeros((8, body.SIZE))
-    sampled(whole)
-    sampled(gaps[::2])
+    sample(*sampling(whole))
+    sample(*sampling(gaps[::2]))
     assert whole.any(axis=1).all()
     assert gaps[::2].tobytes() == whole.tobytes()
     assert not gaps[1::2].any()
@@ -93,7 +102,40 @@ def test_arrays_may_be_locked_and_have_gaps() -> None:
 
 def test_another_kind_of_array_is_refused() -> None:
     with pytest.raises(TypeError, match=r"sample takes no array of float32 in 2 dimensions: f8:2"):
-        sampled(np.zeros((4, body.SIZE), np.float32))
+        sample(*sampling(np.zeros((4, body.SIZE), np.float32)))
+
+
+def test_threads_that_come_at_once_compile_nothing_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+    calls = [sampling(np.zeros((4, body.SIZE))) for _ in range(4)]
+
+    def counted(name: str) -> Any:
+        usual = getattr(wasmtime, name)
+
+        def make(*args: Any) -> Any:
+            made.append(name)
+            time.sleep(0.05)  # for the others to come, too
+            return usual(*args)
+
+        return make
+
+    for name in ("Engine", "Module"):
+        monkeypatch.setattr(wasmtime, name, counted(name))
+    monkeypatch.setattr(machine_code, "modules", cache(machine_code.modules.__wrapped__))
+    monkeypatch.setattr(machine_code, "_engine", cache(machine_code._engine.__wrapped__))
+    ready = Barrier(4)
+
+    def run(asked: tuple[Any, ...]) -> Any:
+        ready.wait()
+        code = machine_code.entry(cast("EntryKernel[Any, Any]", sample))
+        assert code is not None
+        code(*asked)
+        return asked[-1].tobytes()
+
+    with ThreadPoolExecutor(4) as threads:
+        found = list(threads.map(run, calls))
+    assert made == ["Engine", "Module"]
+    assert len(set(found)) == 1
 
 
 def digests() -> list[str]:
