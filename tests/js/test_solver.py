@@ -78,13 +78,15 @@ def _sha256(*arrays: Any) -> str:
 
 def test_states_at_any_time_and_the_record_are_the_engine_s(run: Run) -> None:
     board = Board.preset("triangle-12")
-    drops = [drop(board, 2**64 - 1), drop(board, x=board.drop.x + 0.01)]
+    aside = board.drop.x + 0.01
+    drops = [drop(board, 2**64 - 1), drop(board, x=aside), drop(board, 7, aim=aside)]
     asked: list[dict[str, Any]] = []
     for each in drops:
         times = [*np.linspace(0.0, each.duration + 1.0, 300), *each.impacts["t"].tolist()]
         seed = None if each.seed is None else str(each.seed)
         x = each.x_start if each.explicit_x else None
-        asked.append({"board": board.to_dict(), "start": {"seed": seed, "x": x}, "times": times})
+        start = {"seed": seed, "x": x, "aim": each.aim}
+        asked.append({"board": board.to_dict(), "start": start, "times": times})
     found = run(
         "solver/solver.js",
         opened("""return given.map(({ board, start, times }) => {

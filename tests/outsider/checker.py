@@ -99,7 +99,7 @@ def drop_digests(record: Json, form: Json) -> list[str]:
     zone = completed(form)["drop"]
     x = record.get("x")
     if x is None:
-        x = start(int(record["seed"]), zone["x"], zone["jitter"])
+        x = start(int(record["seed"]), record.get("aim", zone["x"]), zone["jitter"])
     head = b"plinko drop" + bytes.fromhex(record["board_digest"])
     head += u32(record["physics_version"]) + solver_bytes(record)
     head += floats(x, zone["y"], 0.0, 0.0, 0.0)
