@@ -75,8 +75,8 @@ class DropZone:
     """Where a drop starts, at rest: `y`, and `x` plus a uniform offset in [-jitter, jitter); m.
 
     slots: the only places that a player may aim at, often none. reach: how far from x a ball may
-    start, where that is more than the jitter. A player's aim takes the place of x, and the offset
-    is drawn about it.
+    start, where that is more than the jitter. aim: how far from x a player may aim; the aim takes
+    the place of x, and the offset is drawn about it.
     """
 
     x: float = 0.0
@@ -84,6 +84,7 @@ class DropZone:
     jitter: float = 0.0
     slots: tuple[float, ...] = ()
     reach: float = 0.0
+    aim: float = 0.0
 
     @property
     def span(self) -> float:
@@ -93,4 +94,4 @@ class DropZone:
     @property
     def aim_span(self) -> float:
         """How far from `x` a player may aim, m: every start that a seed draws is within `span`."""
-        return self.span - self.jitter
+        return min(self.aim, self.span - self.jitter)

@@ -104,6 +104,7 @@ class DropForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     reach: Annotated[
         Distance, Meta(description="How far from `x` a ball may start, m, if farther.")
     ] = _ZONE.reach
+    aim: Annotated[Distance, Meta(description="How far from `x` a player may aim, m.")] = _ZONE.aim
 
 
 class BoardForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -40,7 +40,7 @@ export function startsOf(zone, seeds, aim) {
 
 /** @param {Zone} zone @param {unknown} aim @returns {number} the middle of what a seed draws, m */
 function aimOf(zone, aim) {
-  const span = spanOf(zone) - zone.jitter;
+  const span = Math.min(zone.aim, spanOf(zone) - zone.jitter);
   const middle = within(aim, "aim", zone.x - span, zone.x + span) + 0;
   if (!zone.slots.length || zone.slots.includes(middle)) return middle;
   throw new ParameterError(`aim ${middle} is none of the slots ${zone.slots.join(", ")}`, "aim");

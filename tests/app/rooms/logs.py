@@ -25,7 +25,7 @@ OWN = {
     "ball": {"radius": 0.1, "density": 1.0, "friction": 0.2},
     "pegs": [{"x": 0.0, "y": 2.0, "radius": 0.25}],
     "bins": {"edges": [-1.0, 0.0, 1.0], "multipliers": [2.0, 0.5]},
-    "drop": {"jitter": 0.5, "reach": 0.7},
+    "drop": {"jitter": 0.5, "reach": 0.7, "aim": 0.2},
 }
 SCENE = {"scene": "sandbox", "balls": 3, "width": 3.0, "height": 2.0, "radii": [0.1, 0.125]}
 

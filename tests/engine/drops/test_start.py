@@ -43,7 +43,7 @@ def test_a_record_names_its_aim_and_another_aim_does_not_verify() -> None:
 
 
 def test_starts_of_the_outermost_aims_stay_in_the_drop_zone() -> None:
-    for name in ("triangle-8", "triangle-9", "triangle-16", "galton"):
+    for name in ("triangle-8", "triangle-9", "triangle-16", "classic", "galton"):
         board = Board.preset(name)
         zone = board.drop
         seeds = np.arange(200, dtype=np.uint64)
@@ -71,7 +71,7 @@ def test_an_aim_that_says_no_start_is_refused_and_named(
 
 def test_where_there_are_slots_only_they_can_be_aimed_at() -> None:
     form = BOARD.to_dict()
-    form["drop"] |= {"slots": [-0.1, 0.1]}
+    form["drop"] |= {"slots": [-0.1, 0.1], "aim": 0.2}
     board = Board.from_json(form)
     assert drop(board, 3, aim=-0.1).x_start == start_x(3, -0.1, ZONE.jitter)
     with pytest.raises(ParameterError, match=r"aim 0\.05 is none of the slots, which are -0\.1, "):
