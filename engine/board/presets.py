@@ -53,7 +53,7 @@ TUNING: Final = {
 """Physics of each preset, its payout variants included; a triangle's comes from `calibrate`."""
 
 AIM: Final[Mapping[str, float]] = MappingProxyType(
-    {"triangle-9": 0.07, "triangle-16": 0.05, "classic": 4.0}
+    {"triangle-9": 0.07, "triangle-16": 0.03, "classic": 4.0}
 )
 """Peg spacings from the middle within which a player may aim on a preset, its payout variants
 included: as far as their tables return at least 95 % and at most 99.2 % from each aim. On the other
@@ -79,6 +79,11 @@ _TRIANGLES: Final[Mapping[str, tuple[int, payouts.Risk]]] = {
 }
 
 
+def plain_name(name: str) -> str:
+    """Of the preset that `name` is a payout variant of: the same board to the ball."""
+    return f"triangle-{_TRIANGLES[name][0]}" if name in _TRIANGLES else name
+
+
 def preset_names() -> tuple[str, ...]:
     """Names of all presets; a triangle without a suffix has the medium payout table."""
     return (*_TRIANGLES, "classic", "galton")
@@ -93,7 +98,7 @@ def preset_fields(name: str) -> BoardFields:
     if name in _TRIANGLES:
         rows, risk = _TRIANGLES[name]
         payout = payouts.multipliers(rows, risk)
-        plain = f"triangle-{rows}"
+        plain = plain_name(name)
         return triangle(name, rows, payout, TUNING[plain], _REACH, AIM.get(plain, 0.0))
     shown = repr(name)[:60]
     raise BoardError(
@@ -248,10 +253,11 @@ def _classic() -> BoardFields:
     """Nine slots over nine bins, as on television, the best bin in the middle.
 
     A slot is straight above a bin's middle, and the seed draws the start in it: as widely as the
-    outermost slots leave room beside the walls.
+    outermost slots leave room beside the walls. What the bins pay was found by hand within the
+    bounds of `engine.payouts`: the prize in the middle, and next to nothing beside it.
     """
     spacing = 0.7
-    half = (0.4, 0.5, 1.0, 0.2, 5.0)
+    half = (1.1, 0.8, 1.0, 0.1, 2.7)
     return _staggered(
         "classic",
         columns=9,
@@ -267,7 +273,7 @@ def _classic() -> BoardFields:
 
 
 def _galton() -> BoardFields:
-    """Many small pegs and many bins, to watch a distribution grow; every bin returns the stake."""
+    """Many small pegs and many bins, to watch a distribution grow; every bin pays the same."""
     columns, spacing = 33, 0.2
     return _staggered(
         "galton",
@@ -275,6 +281,6 @@ def _galton() -> BoardFields:
         rows=29,
         spacing=spacing,
         radii=(0.1 * spacing, 0.15 * spacing),
-        multipliers=(1.0,) * columns,
+        multipliers=(0.99,) * columns,
         tuning=TUNING["galton"],
     )
