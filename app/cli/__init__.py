@@ -19,6 +19,7 @@ COMMANDS = (
     "simulate",
     "render",
     "map",
+    "payouts",
     "verify",
     "boards",
     "calibrate",

@@ -14,8 +14,9 @@ if TYPE_CHECKING:
 @common.board_argument
 @click.option("--seed", help="An integer from 0 to 2^64 - 1.")
 @click.option("--x", help="Start here (metres), exactly: 0.1 is a tenth, and 1/3 will do as well.")
+@common.aim_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(board: str, seed: str | None, x: str | None, as_json: bool) -> None:
+def command(board: str, seed: str | None, x: str | None, aim: float | None, as_json: bool) -> None:
     """Prove where a ball lands on BOARD that starts where --seed says, or at --x.
 
     The laws of the exact solver in ball arithmetic: every comparison is decided by enclosures, and
@@ -27,7 +28,7 @@ def command(board: str, seed: str | None, x: str | None, as_json: bool) -> None:
     common.need_certifier()
     from engine import certify
 
-    found = certify(common.load_board(board), seed, x=x)
+    found = certify(common.load_board(board), seed, x=x, aim=aim)
     if as_json:
         head = {"board": found.board.preset_name or found.board.to_dict()}
         start = {"seed": None if found.seed is None else str(found.seed)}

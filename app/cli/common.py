@@ -41,10 +41,10 @@ def board_argument(command: Command) -> Command:
 
 
 def start_options(command: Command) -> Command:
-    """Add --seed and --x, which say where a drop starts: the strings `seed` and the float `x`."""
+    """Add --seed, --x and --aim, which say where a drop starts: a string and two floats."""
     # A string, so that the engine's own parser names what is wrong with a seed.
     with_seed = click.option("--seed", required=True, help="An integer from 0 to 2^64 - 1.")
-    return with_seed(x_option(command))
+    return with_seed(x_option(aim_option(command)))
 
 
 def x_option(command: Command) -> Command:
@@ -52,6 +52,13 @@ def x_option(command: Command) -> Command:
     return click.option(
         "--x", type=float, help="Start here (metres) instead of where the seed says."
     )(command)
+
+
+def aim_option(command: Command) -> Command:
+    """Add --aim, the middle of the starts that seeds draw."""
+    return click.option("--aim", type=float, help="The seed draws the start about here (metres).")(
+        command
+    )
 
 
 def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> float | None:

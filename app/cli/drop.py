@@ -21,6 +21,7 @@ def command(
     board: str,
     seed: str,
     x: float | None,
+    aim: float | None,
     solver: str,
     dt: float | None,
     substeps: int | None,
@@ -36,11 +37,10 @@ def command(
     how = common.read_solver(solver, dt, substeps, correction)
     from engine import drop
 
-    d = drop(common.load_board(board), seed, x=x, **how)
-    if as_json:
-        common.print_json(d.record(certainty=certainty))
-    else:
-        common.print_fields(_fields(d, certainty))
+    d = drop(common.load_board(board), seed, x=x, aim=aim, **how)
+    told = d.record(certainty=certainty) if as_json else _fields(d, certainty)
+    print_it = common.print_json if as_json else common.print_fields
+    print_it(told)
 
 
 def _fields(d: "Drop", certainty: bool) -> dict[str, str]:
@@ -60,7 +60,7 @@ def _summary(d: "Drop") -> dict[str, str]:
         "board": d.board.name,
         "seed": str(d.seed),
         "solver": common.describe_solver(d.solver),
-        "start": f"x = {d.x_start:.6f} m",
+        "start": f"x = {d.x_start:.6f} m" + ("" if d.aim is None else f", aimed at {d.aim:g} m"),
         **result,
         "end": f"x = {d.x_end:.6f} m after {d.duration:.6f} s",
         "impacts": _impacts(d),

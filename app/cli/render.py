@@ -13,7 +13,7 @@ from app.cli import common
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
 
-    from engine import Board
+    from engine import Board, Drop
 
 STILLS = (".png", ".jpg", ".webp")
 ANIMATIONS = (".gif", ".webp", ".apng")
@@ -26,6 +26,7 @@ MANY = ("sheet", "density", "histogram")
 @click.argument("out", metavar="OUT")
 @click.option("--seed", help="An integer from 0 to 2^64 - 1; of many drops the first.  [many: 0]")
 @common.x_option
+@common.aim_option
 @common.solver_options
 @click.option("--at", type=float, metavar="T", help="The moment T seconds after the start.")
 @click.option("--sheet", type=int, metavar="N", help="N drops side by side, at most 256.")
@@ -42,6 +43,7 @@ def command(  # one parameter an option: click hands them over by name
     out: str,
     seed: str | None,
     x: float | None,
+    aim: float | None,
     solver: str,
     dt: float | None,
     substeps: int | None,
@@ -64,7 +66,7 @@ def command(  # one parameter an option: click hands them over by name
     path = _writable(out, STILLS if asked or at is not None else (*STILLS, *ANIMATIONS))
     fmt = path.suffix.lower()[1:]
     if asked:
-        _check_many(asked, x=x, at=at, columns=columns, solver=solver)
+        _check_many(asked, columns=columns, solver=solver, x=x, aim=aim, at=at)
         ((kind, count),) = asked.items()
         seeds = _seeds(seed, count, kind)
         sizes = {"width": width, "columns": columns}
@@ -75,26 +77,23 @@ def command(  # one parameter an option: click hands them over by name
             raise click.UsageError("one drop needs --seed")
         if columns is not None:
             raise click.UsageError(f"--columns {columns} belongs to --sheet")
-        picture = _draw_one(board, seed, x, how, fmt, at, width or 760, fps, theme)
+        d = _dropped(board, seed, x, aim, how)
+        picture = _draw_one(d, fmt, at, width or 760, fps, theme)
     path.write_bytes(picture)
     click.echo(f"{out}: {len(picture):,} bytes")
 
 
-def _draw_one(
-    board: str,
-    seed: str,
-    x: float | None,
-    how: common.Options,
-    fmt: str,
-    at: float | None,
-    width: int,
-    fps: int,
-    theme: str,
-) -> bytes:
-    from app.render import drop_animation, drop_picture
+def _dropped(
+    board: str, seed: str, x: float | None, aim: float | None, how: common.Options
+) -> "Drop":
     from engine import drop
 
-    d = drop(common.load_board(board), seed, x=x, **how)
+    return drop(common.load_board(board), seed, x=x, aim=aim, **how)
+
+
+def _draw_one(d: "Drop", fmt: str, at: float | None, width: int, fps: int, theme: str) -> bytes:
+    from app.render import drop_animation, drop_picture
+
     if at is None and f".{fmt}" in ANIMATIONS:
         return drop_animation(d, fmt, width, fps, theme)
     return drop_picture(d, fmt, width, theme, at)
@@ -125,18 +124,13 @@ def _draw_many(
 
 
 def _check_many(
-    asked: dict[str, int],
-    *,
-    x: float | None,
-    at: float | None,
-    columns: int | None,
-    solver: str,
+    asked: dict[str, int], *, columns: int | None, solver: str, **of_one: float | None
 ) -> None:
     """Raise UsageError for options that do not go together."""
     names = [f"--{name} {count}" for name, count in asked.items()]
     if len(asked) > 1:
         raise click.UsageError(f"{' and '.join(names)}: one picture at a time")
-    for name, value in (("x", x), ("at", at)):
+    for name, value in of_one.items():
         if value is not None:
             raise click.UsageError(f"--{name} {value:g} belongs to one drop, not to {names[0]}")
     if columns is not None and "sheet" not in asked:

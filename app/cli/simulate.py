@@ -26,6 +26,7 @@ BAR_WIDTH = 40  # characters of the longest bar of the printed histogram
 @common.board_argument
 @click.option("--drops", type=click.IntRange(min=1), required=True, help="How many.")
 @click.option("--seed", default="0", show_default=True, help="Of the first; then one more each.")
+@common.aim_option
 @common.solver_options
 @click.option("--threads", type=click.IntRange(min=1), help="Default: every core.")
 @click.option("--certify", is_flag=True, help="Prove each bin that rounding may decide.")
@@ -34,6 +35,7 @@ def command(
     board: str,
     drops: int,
     seed: str,
+    aim: float | None,
     solver: str,
     dt: float | None,
     substeps: int | None,
@@ -54,8 +56,12 @@ def command(
     if certify:
         if solver != "exact":
             raise click.UsageError("--certify belongs to --solver exact: a step has its own error")
+        if aim is not None:
+            raise click.UsageError(f"--certify proves drops that are not aimed, not --aim {aim:g}")
         common.need_certifier()
-    tally, summary = _run(common.load_board(board), first, drops, how | {"threads": threads})
+    tally, summary = _run(
+        common.load_board(board), first, drops, how | {"threads": threads, "aim": aim}
+    )
     share = _certified(tally.board, first, drops) if certify else None
     if as_json:
         common.print_json(summary | ({"certified": share.to_json()} if share else {}))

@@ -34,7 +34,7 @@ def certificate(ask: Ask) -> dict[str, Any]:
     from engine.certified.certify import Effort, certify  # noqa: PLC0415
 
     effort = Effort(most_bits=MOST_BITS, most_comparisons=MOST_COMPARISONS)
-    found = certify(known(ask.board), ask.seed, x=ask.x, effort=effort)
+    found = certify(known(ask.board), ask.seed, x=ask.x, aim=ask.aim, effort=effort)
     return found.to_json() | {"events": found.event_rows()}
 
 

@@ -17,7 +17,8 @@ from app.computing import prices
 from app.errors import InvalidValueError
 from app.rooms.log import verify_log
 from engine import Board, Drop, drop_many, verify
-from engine.drops.drop import make_drop, unsigned_zero
+from engine.drops.drop import make_drop
+from engine.drops.start import unsigned_zero
 from engine.drops.tally import Tally
 from engine.parameters import Exact, Solver, Stepped
 
@@ -44,6 +45,7 @@ class Ask:
     seed: int
     x: float | None
     solver: Solver
+    aim: float | None = None
 
     def drop(self) -> Drop:
         """Compute it; raises ParameterError for a bad start, CostError for too long a path."""
@@ -52,9 +54,9 @@ class Ask:
             # Followed once without keeping the path, which may be more than there is memory for.
             starts = None if self.x is None else [self.x]
             how: dict[str, Any] = {"solver": "stepped", "threads": 1, **self.solver.fields()}
-            found = drop_many(board, [self.seed], xs=starts, **how)
+            found = drop_many(board, [self.seed], xs=starts, aim=self.aim, **how)
             prices.stepped_drop(float(found.duration[0]) / self.solver.h).check()
-        return make_drop(board, self.seed, unsigned_zero(self.x), self.solver)
+        return make_drop(board, self.seed, unsigned_zero(self.x), self.solver, self.aim)
 
 
 @dataclass(frozen=True, slots=True)

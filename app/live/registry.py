@@ -311,6 +311,7 @@ class Rooms:
         seed: int | None,
         x: float | None,
         *,
+        aim: float | None = None,
         stake: int = 0,
         who: str | None = None,
         client: int | None = None,
@@ -322,7 +323,8 @@ class Rooms:
         The future then has the event, whose `ref` goes to `client` alone, or the LedgerError that
         came in between. Raises BallLimitError, LedgerError and the engine's errors.
         """
-        command = DropCommand(self._draw() if seed is None else seed, x, stake, who)
+        number = self._draw() if seed is None else seed
+        command = DropCommand(number, x, stake, who, aim)
         request = WaitingRequester.now(client, key, ref)
         self._submit(room, room.plan_drop(command, self.persistence.lead, request))
         return cast("asyncio.Future[messages.Accepted]", request.settled)

@@ -184,7 +184,7 @@ def _expected(
     if not compute:
         return {"payout": payout_of(row.stake, result.score)}
     assert isinstance(ground, Board)
-    alone = drop(ground, row.seed, x=row.x)
+    alone = drop(ground, row.seed, x=row.x, aim=row.aim)
     return {
         "tick": row.tick + landing_ticks(alone.duration, tick_rate),
         "bin": alone.bin,

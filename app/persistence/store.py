@@ -256,7 +256,7 @@ def _drop(row: Row[Any]) -> DropRow:
         raise DamagedRoomError(
             f"drop {row.ball} of session {row.room} has the seed {shorten(row.seed)}, no number"
         )
-    return DropRow(row.room, row.ball, row.tick, int(row.seed), row.x, row.stake, row.who)
+    return DropRow(row.room, row.ball, row.tick, int(row.seed), row.x, row.stake, row.who, row.aim)
 
 
 def _result(row: Row[Any]) -> ResultRow | None:

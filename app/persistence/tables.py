@@ -70,6 +70,7 @@ drops = Table(
     Column("x", Double),  # m, where the player chose it
     Column("stake", BigInteger, nullable=False),  # minor units
     Column("who", String(64)),
+    Column("aim", Double),  # m, where the player chose the middle of what the seed draws
     CheckConstraint("stake >= 0", name="drops_stake"),
 )
 

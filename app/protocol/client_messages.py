@@ -15,10 +15,11 @@ from app.protocol.touching_messages import Change, ClaimMessage, WatchMessage
 
 
 class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields=True):
-    """Ask for a ball. `seed` and `x` stay as they came: their own parsers name what is wrong."""
+    """Ask for a ball. `seed`, `x`, `aim` stay as they came: their parsers name what is wrong."""
 
     seed: Any = None
     x: Any = None
+    aim: Any = None
     ref: Any = None
     stake: Any = None
     who: Any = None
@@ -103,16 +104,27 @@ def too_deep(data: str | bytes) -> bool:
 
 def parse_x(value: object) -> float | None:
     """An explicit start in metres, or None; raises InvalidValueError naming what is no number."""
+    return _parse_place(value, "x")
+
+
+def parse_aim(value: object) -> float | None:
+    """A player's aim in metres, or None; raises InvalidValueError naming what is no number."""
+    return _parse_place(value, "aim")
+
+
+def _parse_place(value: object, field: str) -> float | None:
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InvalidValueError(f"x {shorten(value)} is not a number of metres", field="x")
+        raise InvalidValueError(f"{field} {shorten(value)} is not a number of metres", field=field)
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise InvalidValueError(f"x {shorten(value)} is not a finite number of metres", field="x")
+        raise InvalidValueError(
+            f"{field} {shorten(value)} is not a finite number of metres", field=field
+        )
     return number + 0.0  # a negative zero is the same place
 
 

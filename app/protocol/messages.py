@@ -97,7 +97,8 @@ class Hello(Event, frozen=True, tag="hello", kw_only=True):
 class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
     """A drop was taken; the ball starts at `tick`. Only its sender sees its own `ref`.
 
-    `stake` in minor units is there where something was staked.
+    `aim` in m is there where the player chose the middle of what the seed draws, `stake` in minor
+    units where something was staked.
     """
 
     ball: int
@@ -106,6 +107,7 @@ class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
     explicit_x: bool
     tick: int
     ref: Any = None
+    aim: float | msgspec.UnsetType = msgspec.UNSET
     stake: int | msgspec.UnsetType = msgspec.UNSET
 
 

@@ -14,7 +14,7 @@ from engine.drops.verify import Verification
 from engine.errors import RecordError
 from engine.seeding import parse_seed
 
-_ENTRY: Final = ("ball", "tick", "seed", "x", "stake", "who", "result")
+_ENTRY: Final = ("ball", "tick", "seed", "x", "aim", "stake", "who", "result")
 _RESULT: Final = ("tick", "bin", "score", "t", "x_end", "digest", "unsettled")
 
 
@@ -32,7 +32,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         """What the ledger keeps of a drop."""
         drop = pending.command
         return DropRow(
-            session, pending.number, pending.tick, drop.seed, drop.x, drop.stake, drop.who
+            session, pending.number, pending.tick, drop.seed, drop.x, drop.stake, drop.who, drop.aim
         )
 
     def entry(self, row: DropRow, result: ResultRow | None, tick: int) -> dict[str, Any]:
@@ -45,6 +45,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             "tick": row.tick,
             "seed": str(row.seed),
             "x": row.x,
+            **({} if row.aim is None else {"aim": row.aim}),
             "stake": row.stake,
             "who": row.who,
             "result": ended,
@@ -82,7 +83,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
     def command(self, entry: Mapping[str, Any]) -> DropCommand:
         """The drop that an entry tells of; raises SeedError, InvalidValueError."""
         stake, who = parse_stake(entry.get("stake")), parse_who(entry.get("who"))
-        return DropCommand(parse_seed(entry["seed"]), entry.get("x"), stake, who)
+        return DropCommand(parse_seed(entry["seed"]), entry.get("x"), stake, who, entry.get("aim"))
 
     def result(self, session: int, landed: messages.Landed) -> ResultRow:
         """What the ledger keeps of a landing."""

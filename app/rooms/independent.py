@@ -17,7 +17,7 @@ from app.rooms.pending import NOBODY, DropCommand, Entered, PendingInput, Reques
 from app.rooms.room import QUIET, Room, decode_checkpoint
 from app.rooms.stakes import payout_of
 from engine import Board, World
-from engine.drops.drop import start_of
+from engine.drops.start import start_of
 from engine.world.events import Contact, Landing
 
 INDEPENDENT: Final = "independent"
@@ -99,7 +99,7 @@ class IndependentRoom(Room):
         return self._plan(self._placed(command), lead, requester)
 
     def _placed(self, command: DropCommand) -> DropCommand:
-        return replace(command, start=start_of(self.board, command.seed, command.x))
+        return replace(command, start=start_of(self.board, command.seed, command.x, command.aim))
 
     def replay(self, entry: Mapping[str, Any]) -> None:
         """Take a drop that a room has taken before; its tick is now."""
@@ -125,6 +125,7 @@ class IndependentRoom(Room):
             seed=str(ball.seed),
             x=ball.x,
             explicit_x=command.x is not None,
+            aim=msgspec.UNSET if command.aim is None else command.aim,
             tick=ball.tick,
             stake=command.stake or msgspec.UNSET,
         )

@@ -12,14 +12,16 @@ Command = TypeVar("Command")
 class DropCommand:
     """Put a ball in: 0 <= seed < 2^64, and `x` in metres where the player chose the start.
 
-    `stake` is in minor units, `who` a mark of the player's own. `start`: where that is, in metres,
-    once a room has found seed and x valid.
+    `stake` is in minor units, `who` a mark of the player's own. `aim`: the middle, in metres, of
+    what the seed draws, where the player chose it. `start`: where the ball starts, in metres, once
+    a room has found all that valid.
     """
 
     seed: int
     x: float | None = None
     stake: int = 0
     who: str | None = None
+    aim: float | None = None
     start: float | None = None
 
 

@@ -59,7 +59,10 @@ class Parked:
 
 @dataclass(frozen=True, slots=True)
 class DropRow:
-    """An accepted drop: ball number `ball` of its room starts at `tick`; `stake` in minor units."""
+    """An accepted drop: ball number `ball` of its room starts at `tick`; `stake` in minor units.
+
+    `x` and `aim` in m, where the player chose one.
+    """
 
     room: int
     ball: int
@@ -68,6 +71,7 @@ class DropRow:
     x: float | None = None
     stake: int = 0
     who: str | None = None
+    aim: float | None = None
 
     @property
     def number(self) -> int:

@@ -69,7 +69,7 @@ def _needs(section: Section, effort: Effort) -> None:
 
     from engine.certified.certify import Effort as Bits
     from engine.certified.certify import prove
-    from engine.drops.drop import start_of
+    from engine.drops.start import start_of
 
     found: dict[str, list[tuple[int, int]]] = defaultdict(list)
     for name in (BOARD, "triangle-8"):

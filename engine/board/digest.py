@@ -15,7 +15,8 @@ The bytes, all little-endian, with no padding:
     u32     number of multipliers, then f64 each
     f64 x3  drop x, y, jitter
     u32     number of slots, then f64 each
-    f64     reach, if it is not 0
+    f64     reach, if it or the aim is not 0
+    f64     aim, if it is not 0
 
 Negative zero is written as zero: the two are the same place. The order of pegs and walls counts,
 because impacts refer to them by index.
@@ -69,7 +70,8 @@ def encode(board: BoardFields) -> bytes:
             _floats((zone.x, zone.y, zone.jitter)),
             _count(len(zone.slots)),
             _floats(zone.slots),
-            _floats((zone.reach,) if zone.reach else ()),
+            _floats((zone.reach,) if zone.reach or zone.aim else ()),
+            _floats((zone.aim,) if zone.aim else ()),
         ),
     )
 

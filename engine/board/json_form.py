@@ -32,7 +32,7 @@ _MATERIAL: Final = ("restitution", "friction")
 _PEG: Final = ("x", "y", "radius")
 _WALL: Final = ("x1", "y1", "x2", "y2")
 _BINS: Final = ("y", "edges", "multipliers")
-_DROP: Final = ("x", "y", "jitter", "slots", "reach")
+_DROP: Final = ("x", "y", "jitter", "slots", "reach", "aim")
 
 Part = TypeVar("Part")
 
@@ -180,13 +180,15 @@ def _parts(
 
 
 def to_dict(board: BoardFields) -> dict[str, Any]:
-    """Return the JSON form of `board`; every field but `slots` and `reach` where there are none."""
+    """Return the JSON form of `board`; of `slots`, `reach` and `aim` only what is there."""
     bins, zone = board.bins, board.drop
     drop: dict[str, Any] = {"x": zone.x, "y": zone.y, "jitter": zone.jitter}
     if zone.slots:
         drop["slots"] = list(zone.slots)
     if zone.reach:
         drop["reach"] = zone.reach
+    if zone.aim:
+        drop["aim"] = zone.aim
     return {
         "name": board.name,
         "width": board.width,

@@ -74,8 +74,9 @@ class Bins:
 class DropZone:
     """Where a drop starts, at rest: `y`, and `x` plus a uniform offset in [-jitter, jitter); m.
 
-    slots: explicit starts offered to the player, often none. reach: how far from x others may lie,
-    where that is more than the jitter.
+    slots: the only places that a player may aim at, often none. reach: how far from x a ball may
+    start, where that is more than the jitter. aim: how far from x a player may aim; the aim takes
+    the place of x, and the offset is drawn about it.
     """
 
     x: float = 0.0
@@ -83,8 +84,14 @@ class DropZone:
     jitter: float = 0.0
     slots: tuple[float, ...] = ()
     reach: float = 0.0
+    aim: float = 0.0
 
     @property
     def span(self) -> float:
         """How far from `x` a ball may start, m, slots aside."""
         return max(self.jitter, self.reach)
+
+    @property
+    def aim_span(self) -> float:
+        """How far from `x` a player may aim, m: every start that a seed draws is within `span`."""
+        return min(self.aim, self.span - self.jitter)

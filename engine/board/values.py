@@ -226,6 +226,7 @@ def drop_zone(value: Any) -> DropZone:
         number(part.jitter, "drop.jitter", 0.0),
         _numbers(part.slots, "drop.slots", MAX_SLOTS),
         number(part.reach, "drop.reach", 0.0),
+        number(part.aim, "drop.aim", 0.0),
     )
 
 

@@ -12,7 +12,8 @@ from engine.board.model import Board
 from engine.certified.balls import Proof, UndecidedError, precision
 from engine.certified.spread import trace_all
 from engine.certified.trace import Path, trace
-from engine.drops.drop import make_drop, start_of
+from engine.drops.drop import make_drop
+from engine.drops.start import start_of
 from engine.errors import ParameterError
 from engine.exact.outcome import EVENT_LIMIT, LANDED, REASONS
 from engine.parameters import Exact
@@ -151,9 +152,12 @@ def certify(
     seed: int | str | None = None,
     *,
     x: Start | None = None,
+    aim: float | None = None,
     effort: Effort = FULL,
 ) -> Certificate:
     """Prove where the ball lands that is dropped from where `seed` says, or from an exact x in m.
+
+    `aim`, in m, is the middle of the starts that seeds draw; without it, the board's own.
 
     `board` may be a preset's name. Precision is doubled until every comparison is decided, as far
     as `effort` says. Raises BoardError, SeedError or ParameterError that name the bad value.
@@ -161,10 +165,10 @@ def certify(
     board = Board.named(board)
     number = None if seed is None else parse_seed(seed)
     if x is None:
-        return certify_start(board, number, Fraction(start_of(board, number, None)), False, effort)
+        return certify_start(board, number, Fraction(start_of(board, number, None, aim)), effort)
     exact = exact_start(x)
-    start_of(board, None, float(exact))
-    return certify_start(board, number, exact, True, effort)
+    start_of(board, None, float(exact), aim)
+    return certify_start(board, number, exact, effort)
 
 
 def exact_start(x: Start) -> Fraction:
@@ -190,12 +194,12 @@ def _exact(text: str) -> Fraction:
 
 
 def certify_start(
-    board: Board, seed: int | None, x: Fraction, explicit: bool, effort: Effort = FULL
+    board: Board, seed: int | None, x: Fraction, effort: Effort = FULL
 ) -> Certificate:
     """`certify` of a seed and a start that have been read."""
     path, proof, bits, undecided = prove(board, x, effort=effort)
     nearest = float(x)
-    double_bin = make_drop(board, seed, nearest if explicit else None, Exact()).bin
+    double_bin = make_drop(board, None, nearest, Exact()).bin
     landed = path is not None and path.outcome == LANDED
     last = path.events[-1].state if path is not None and landed else None
     return Certificate(

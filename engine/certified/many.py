@@ -70,7 +70,7 @@ def certify_many(
         certain = drop.certain
         share.certain += certain
         if everything or not certain:
-            proof = certify_start(board, seed, exact_start(drop.x_start), False, effort)
+            proof = certify_start(board, seed, exact_start(drop.x_start), effort)
             if not proof.decided:
                 share.undecided += 1
             elif proof.agrees:

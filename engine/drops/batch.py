@@ -12,7 +12,8 @@ import numpy.typing as npt
 from engine.board.model import Board
 from engine.drops.digest import outcomes_digest
 from engine.drops.drawing import histogram_svg
-from engine.drops.drop import Drop, make_drop, start_of
+from engine.drops.drop import Drop, make_drop
+from engine.drops.start import aim_of, start_of
 from engine.drops.threads import share, thread_count
 from engine.errors import ParameterError, SeedError
 from engine.exact.board_arrays import BoardArrays, arrays_of
@@ -48,7 +49,8 @@ PARTS = 2
 """A thread takes at most one in so many of the drops that are left for each: all end together."""
 
 
-_OF_ALL = ("board", "solver", "explicit_x")  # fields of a batch that are one for all its drops
+_OF_ALL = ("board", "solver", "explicit_x", "aim")
+"""Fields of a batch that are one for all its drops."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,6 +73,7 @@ class DropBatch:
     impact_count: npt.NDArray[np.int32]
     x_end: npt.NDArray[np.float64]
     outcome: npt.NDArray[np.int8]
+    aim: float | None = None
 
     def __len__(self) -> int:
         return len(self.bin)
@@ -89,7 +92,7 @@ class DropBatch:
         if not -len(self) <= row < len(self):
             raise IndexError(f"drop {row} of a batch of {len(self)}")
         x = float(self.x_start[row]) if self.explicit_x else None
-        return make_drop(self.board, int(self.seeds[row]), x, self.solver)
+        return make_drop(self.board, int(self.seeds[row]), x, self.solver, self.aim)
 
     def __iter__(self) -> Iterator[Drop]:
         return (self[row] for row in range(len(self)))
@@ -164,6 +167,7 @@ def drop_many(
     seeds: npt.ArrayLike,
     *,
     xs: npt.ArrayLike | None = None,
+    aim: float | None = None,
     solver: str = "exact",
     dt: float = DEFAULT_DT,
     substeps: int = DEFAULT_SUBSTEPS,
@@ -173,6 +177,7 @@ def drop_many(
 ) -> DropBatch:
     """Drop a ball for each of `seeds`, shape (n,), or from explicit starts `xs`, shape (n,), in m.
 
+    `aim`, in m, is the middle of the starts that all these seeds draw; without it, the board's own.
     `board` may be a preset's name. Runs on `threads` threads (default: as many as this process may
     use cores); the result does not depend on their number. `progress` is called with the number of
     drops done, now and then. Raises BoardError, SeedError or ParameterError naming the bad value.
@@ -182,6 +187,8 @@ def drop_many(
     numbers = seed_array(seeds)
     count = len(numbers)
     starts = np.empty(count) if xs is None else _explicit_starts(board, xs, count)
+    if xs is not None and aim is not None:
+        raise ParameterError(f"aim {aim!r} beside xs, which say where the balls start", field="aim")
     batch = DropBatch(
         board=board,
         solver=chosen,
@@ -193,6 +200,7 @@ def drop_many(
         impact_count=np.empty(count, np.int32),
         x_end=np.empty(count),
         outcome=np.empty(count, np.int8),
+        aim=None if aim is None else aim_of(board, aim),
     )
     _fill(batch, thread_count(threads), progress)
     for field in fields(batch):
@@ -264,7 +272,8 @@ def _run_part(batch: DropBatch, arrays: BoardArrays, part: slice, results: Resul
     """Simulate a part of the drops into the batch's arrays; how many they are."""
     zone = batch.board.drop
     if not batch.explicit_x:
-        batch.x_start[part] = start_xs(batch.seeds[part], zone.x, zone.jitter)
+        middle = zone.x if batch.aim is None else batch.aim
+        batch.x_start[part] = start_xs(batch.seeds[part], middle, zone.jitter)
     xs = batch.x_start[part]
     y = zone.y
     some = results.at(part)

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from engine.constants import PHYSICS_VERSION
 from engine.drops.certainty import Certainty, certainty_of
 from engine.drops.digest import drop_digest
 from engine.drops.drawing import MOMENTS, path_svg
+from engine.drops.start import aim_of, start_of, unsigned_zero
 from engine.drops.trajectory import Trajectory, at_start, follow, start_row
 from engine.errors import ParameterError
 from engine.exact.outcome import LANDED, REASONS
@@ -23,9 +23,8 @@ from engine.parameters import (
     DEFAULT_SUBSTEPS,
     Solver,
     make_solver,
-    number,
 )
-from engine.seeding import parse_seed, start_x
+from engine.seeding import parse_seed
 
 IMPACT = np.dtype(
     [(name, "<f8") for name in ("t", "x", "y", "vx", "vy", "omega")]
@@ -43,13 +42,15 @@ _STATE_ORDER = (0, 1, 2, 5, 3, 4, 6)  # of the kernels' columns t x y vx vy thet
 class Drop:
     """The outcome of a drop. Made by `drop`; everything but its inputs follows from them.
 
-    Drops are equal if their digests are: one start on one board, by seed or by x.
+    Drops are equal if their digests are: one start on one board, by seed, by aim or by x. `aim` is
+    the middle of the starts that seeds draw, m, where a player chose it.
     """
 
     board: Board
     seed: int | None
     explicit_x: bool
     trajectory: Trajectory
+    aim: float | None = None
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, Drop) else NotImplemented
@@ -59,6 +60,8 @@ class Drop:
 
     def __repr__(self) -> str:
         start = f"x={self.x_start!r}" if self.explicit_x else f"seed={self.seed}"
+        if self.aim is not None:
+            start += f" aim={self.aim!r}"
         end = self.unsettled or f"bin {self.bin}, score {self.score:g}"
         return (
             f"<Drop {start} on {self.board.name!r}: {end} after {self.duration:.3f} s and "
@@ -168,6 +171,8 @@ class Drop:
         }
         if self.explicit_x:
             record["x"] = self.x_start
+        if self.aim is not None:
+            record["aim"] = self.aim
         return record | {
             "solver": self.solver.name,
             **self.solver.fields(),
@@ -194,6 +199,7 @@ def drop(
     seed: int | str | None = None,
     *,
     x: float | None = None,
+    aim: float | None = None,
     solver: str = "exact",
     dt: float = DEFAULT_DT,
     substeps: int = DEFAULT_SUBSTEPS,
@@ -201,41 +207,19 @@ def drop(
 ) -> Drop:
     """Drop a ball at rest from where `seed` says, or from an explicit `x` in m.
 
-    `board` may be a preset's name. dt (s), substeps and correction are read by the stepped solver
-    alone. Raises BoardError, SeedError or ParameterError that name the bad value.
+    `aim`, in m, is the middle of the starts that seeds draw; without it, the board's own. `board`
+    may be a preset's name. dt (s), substeps and correction are read by the stepped solver alone.
+    Raises BoardError, SeedError or ParameterError that name the bad value.
     """
     chosen = make_solver(solver, dt, substeps, correction)
     number = None if seed is None else parse_seed(seed)
-    return make_drop(Board.named(board), number, unsigned_zero(x), chosen)
+    return make_drop(Board.named(board), number, unsigned_zero(x), chosen, aim)
 
 
-def make_drop(board: Board, seed: int | None, x: object, solver: Solver) -> Drop:
+def make_drop(
+    board: Board, seed: int | None, x: object, solver: Solver, aim: object = None
+) -> Drop:
     """`drop` of a seed that has been parsed and a solver that has been made."""
-    start = at_start(board, start_of(board, seed, x))
-    return Drop(board, seed, x is not None, follow(board, start, solver))
-
-
-def unsigned_zero(x: object) -> object:
-    """`x`, but 0 where it is a negative zero: the two are one place, and so one start.
-
-    Whoever takes a new start asks this. What replays an old one does not: its digest has the bits
-    that it was once made of.
-    """
-    return 0.0 if isinstance(x, float) and x == 0.0 else x
-
-
-def start_of(board: Board, seed: int | None, x: object) -> float:
-    """Start of a drop in m: `x` if given, else what `seed` says.
-
-    Raises ParameterError if neither is given, and unless x is a finite number in the drop zone.
-    """
-    zone = board.drop
-    if x is None:
-        if seed is None:
-            raise ParameterError("a drop needs a seed or an explicit x", field="seed")
-        return start_x(seed, zone.x, zone.jitter)
-    if isinstance(x, float) and not isfinite(x):
-        raise ParameterError(f"x {x!r} is not a finite number", field="x")
-    low = min((zone.x - zone.span, *zone.slots))
-    high = max((zone.x + zone.span, *zone.slots))
-    return number(x, "x", low, high)
+    start = at_start(board, start_of(board, seed, x, aim))
+    middle = None if aim is None else aim_of(board, aim)
+    return Drop(board, seed, x is not None, follow(board, start, solver), middle)

@@ -33,7 +33,7 @@ FIELDS = (
 HOW_SURE = ("amplification", "x_error", "certain")
 """What a record may claim besides."""
 
-_ASKED = ("board", "seed", "x", "solver", "dt", "substeps", "correction")
+_ASKED = ("board", "seed", "x", "aim", "solver", "dt", "substeps", "correction")
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ def replay(record: Mapping[str, Any], board: Board) -> Drop:
             record.get("substeps", DEFAULT_SUBSTEPS),
             record.get("correction", DEFAULT_CORRECTION),
         )
-        return make_drop(board, seed, record.get("x"), solver)
+        return make_drop(board, seed, record.get("x"), solver, record.get("aim"))
     except EngineError as error:
         raise RecordError(str(error), field=error.field) from error
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from engine.board.model import Board
 from engine.constants import KIND_WALL, PHYSICS_VERSION
-from engine.drops.drop import start_of, unsigned_zero
+from engine.drops.start import start_of, unsigned_zero
 from engine.drops.trajectory import Trajectory
 from engine.errors import ParameterError, RecordError
 from engine.exact.outcome import LANDED, REASONS
@@ -139,15 +139,24 @@ class World:
         """The live balls' origins, in the order of `bodies`."""
         return tuple(self._balls)
 
-    def add(self, seed: int | str | None = None, *, x: float | None = None) -> int:
-        """Start a ball from where `seed` says or from an explicit `x` in m; return its id."""
+    def add(
+        self,
+        seed: int | str | None = None,
+        *,
+        x: float | None = None,
+        aim: float | None = None,
+    ) -> int:
+        """Start a ball from where `seed` says about `aim`, or from an explicit `x`; return its id.
+
+        x and aim are in m; without an aim seeds draw about the board's own x.
+        """
         if seed is None and x is None:
             raise ParameterError("a ball needs a seed or an explicit x", field="seed")
         chosen = None if seed is None else parse_seed(seed)
-        return self.add_at(start_of(self.board, chosen, unsigned_zero(x)), chosen)
+        return self.add_at(start_of(self.board, chosen, unsigned_zero(x), aim), chosen)
 
     def add_at(self, start: float, seed: int | None) -> int:
-        """`add` of a parsed `seed` with its `start` in m, which `drop.start_of` has found valid."""
+        """`add` of a parsed `seed` with its `start` in m, which `start_of` has found valid."""
         ball = Ball(self._next_id, seed, start, self.tick)
         self._ball_set.add(ball.x)
         self._next_id += 1

@@ -15,7 +15,7 @@ def test_axe_has_nothing_to_say(opened: Open, quick: Quick, device: str) -> None
     panel = screen.page.locator("#measure")
     if panel.get_attribute("open") is None:
         panel.locator("summary").click()
-    screen.page.get_by_role("radio", name="I choose").check()
+    screen.page.get_by_role("radio", name="I aim").check()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
     for name in each_screen(screen, device):

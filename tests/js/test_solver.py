@@ -77,14 +77,16 @@ def _sha256(*arrays: Any) -> str:
 
 
 def test_states_at_any_time_and_the_record_are_the_engine_s(run: Run) -> None:
-    board = Board.preset("triangle-12")
-    drops = [drop(board, 2**64 - 1), drop(board, x=board.drop.x + 0.01)]
+    board = Board.preset("triangle-16")
+    aside = board.drop.x + 0.01
+    drops = [drop(board, 2**64 - 1), drop(board, x=aside), drop(board, 7, aim=aside)]
     asked: list[dict[str, Any]] = []
     for each in drops:
         times = [*np.linspace(0.0, each.duration + 1.0, 300), *each.impacts["t"].tolist()]
         seed = None if each.seed is None else str(each.seed)
         x = each.x_start if each.explicit_x else None
-        asked.append({"board": board.to_dict(), "start": {"seed": seed, "x": x}, "times": times})
+        start = {"seed": seed, "x": x, "aim": each.aim}
+        asked.append({"board": board.to_dict(), "start": start, "times": times})
     found = run(
         "solver/solver.js",
         opened("""return given.map(({ board, start, times }) => {
@@ -148,6 +150,6 @@ def test_what_a_board_leaves_out_is_what_the_engine_puts_in(run: Run) -> None:
     }
     filled = run("solver/input/values.js", "({ readBoard }, board) => readBoard(board)", bare)
     true = Board.from_json(bare).to_dict()
-    true["drop"] |= {"slots": [], "reach": 0.0}
+    true["drop"] |= {"slots": [], "reach": 0.0, "aim": 0.0}
     assert filled == true
     assert math.copysign(1.0, filled["drop"]["x"]) == 1.0

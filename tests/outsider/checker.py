@@ -31,7 +31,7 @@ def completed(form: Json) -> Json:
     )
     for part in ("peg_material", "wall_material"):
         board[part] = {"restitution": 0.6, "friction": 0.0} | form.get(part, {})
-    board["drop"] = {"x": 0.0, "y": 0.0, "jitter": 0.0, "slots": [], "reach": 0.0} | (
+    board["drop"] = {"x": 0.0, "y": 0.0, "jitter": 0.0, "slots": [], "reach": 0.0, "aim": 0.0} | (
         form.get("drop", {})
     )
     board["bins"] = completed_bins(form.get("bins", {}), board["width"], board["height"])
@@ -71,7 +71,8 @@ def board_digest(form: Json) -> str:
         parts += [u32(len(numbers)), floats(*numbers)]
     parts.append(floats(drop["x"], drop["y"], drop["jitter"]))
     parts += [u32(len(drop["slots"])), floats(*drop["slots"])]
-    parts += [floats(drop["reach"])] if drop["reach"] else []
+    parts += [floats(drop["reach"])] if drop["reach"] or drop["aim"] else []
+    parts += [floats(drop["aim"])] if drop["aim"] else []
     return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
@@ -99,7 +100,7 @@ def drop_digests(record: Json, form: Json) -> list[str]:
     zone = completed(form)["drop"]
     x = record.get("x")
     if x is None:
-        x = start(int(record["seed"]), zone["x"], zone["jitter"])
+        x = start(int(record["seed"]), record.get("aim", zone["x"]), zone["jitter"])
     head = b"plinko drop" + bytes.fromhex(record["board_digest"])
     head += u32(record["physics_version"]) + solver_bytes(record)
     head += floats(x, zone["y"], 0.0, 0.0, 0.0)

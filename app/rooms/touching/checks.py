@@ -16,7 +16,7 @@ from app.rooms.touching import inputs, values
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.world import TouchingWorld
 from engine import Board
-from engine.drops.drop import start_of
+from engine.drops.start import start_of
 
 BALL_NAMES: Final = ("density", "restitution", "friction")
 
@@ -57,9 +57,10 @@ class InputCheck:
                 f"stake {command.stake}: nothing is staked where others may knock the ball",
                 field="stake",
             )
-        start_of(self.ground, command.seed, command.x)
+        start_of(self.ground, command.seed, command.x, command.aim)
         self._check_place()
-        return inputs.Drop(seed=str(command.seed), x=command.x)
+        aim = msgspec.UNSET if command.aim is None else command.aim
+        return inputs.Drop(seed=str(command.seed), x=command.x, aim=aim)
 
     def _check_place(self) -> None:
         if self.world.count + self.coming >= self.max_balls:

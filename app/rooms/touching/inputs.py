@@ -29,11 +29,12 @@ class _Input(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Drop(_Input, frozen=True, kw_only=True, tag="drop"):
-    """Drop a ball as players do; `x` where the player chose the start."""
+    """Drop a ball as players do; `x` where the player chose the start, or `aim` its middle."""
 
     adds_ball: ClassVar[bool] = True
     seed: str
     x: float | None
+    aim: _Number = msgspec.UNSET
 
 
 class Add(_Input, frozen=True, kw_only=True, tag="add"):

@@ -9,6 +9,9 @@ from app.web.routes.common import Server, chosen_solver
 from engine.seeding import parse_seed
 
 X = Annotated[float | None, Query(description="Explicit start in metres; else the seed decides.")]
+Aim = Annotated[
+    float | None, Query(description="Middle of what the seed draws, m; else x of the board.")
+]
 SolverName = Annotated[str, Query(description="`exact` or `stepped`.")]
 Dt = Annotated[
     float | None, Query(description="Step in seconds, of the stepped solver alone; 1/60.")
@@ -23,13 +26,14 @@ async def asked(
     seed: str,
     server: Server,
     x: X = None,
+    aim: Aim = None,
     solver: SolverName = "exact",
     dt: Dt = None,
     substeps: Substeps = None,
 ) -> Ask:
     """The drop of a request; raises the errors of what cannot be found or computed."""
     how = chosen_solver(server, solver, dt, substeps)
-    return Ask(server.boards.find(board), parse_seed(seed), x, how)
+    return Ask(server.boards.find(board), parse_seed(seed), x, how, aim)
 
 
 Asked = Annotated[Ask, Depends(asked)]

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from app.computing import prices, proofs, tasks
 from app.computing.tasks import Ask, Facts
-from app.protocol.client_messages import parse_x
+from app.protocol.client_messages import parse_aim, parse_x
 from app.rooms.log import is_log
 from app.web.routes.asked import Asked
 from app.web.routes.certificates import check_certified
@@ -58,6 +58,7 @@ async def compute_drop(request: Request, server: Server) -> Response:
         secrets.randbits(64) if seed is None else seed,
         parse_x(body.x),
         solver,
+        parse_aim(body.aim),
     )
     digest, record = await _record(request, ask, body.certainty, body.certified)
     return reply(record, headers={"etag": f'"{digest}"'})

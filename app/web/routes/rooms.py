@@ -10,7 +10,7 @@ from fastapi.security import HTTPBearer
 
 from app.errors import InvalidValueError, TokenError, UnknownRoomError
 from app.persistence.room_log import LogPart
-from app.protocol.client_messages import parse_x
+from app.protocol.client_messages import parse_aim, parse_x
 from app.rooms.kinds import SCENE
 from app.rooms.records import Parked
 from app.rooms.room import Ground, Room
@@ -206,6 +206,7 @@ async def drop_into_room(
         found,
         optional_seed(body.seed),
         parse_x(body.x),
+        aim=parse_aim(body.aim),
         stake=parse_stake(body.stake),
         who=parse_who(body.who),
     )

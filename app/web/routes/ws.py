@@ -183,6 +183,7 @@ class RoomClient:
             self.room,
             seed,
             x,
+            aim=client_messages.parse_aim(message.aim),
             stake=parse_stake(message.stake),
             who=parse_who(message.who),
             client=self.client.id,

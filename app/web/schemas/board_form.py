@@ -99,11 +99,12 @@ class DropForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     )
     slots: Annotated[
         list[Coordinate],
-        Meta(max_length=values.MAX_SLOTS, description="Explicit starts offered to players, m."),
+        Meta(max_length=values.MAX_SLOTS, description="The only places to aim at, m."),
     ] = []
     reach: Annotated[
-        Distance, Meta(description="How far from `x` a start may be chosen, m, if farther.")
+        Distance, Meta(description="How far from `x` a ball may start, m, if farther.")
     ] = _ZONE.reach
+    aim: Annotated[Distance, Meta(description="How far from `x` a player may aim, m.")] = _ZONE.aim
 
 
 class BoardForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
-from app.web.schemas.fields import BoardRef, Digest, PhysicsVersion, SeedIn, Solver, StartIn
+from app.web.schemas.fields import AimIn, BoardRef, Digest, PhysicsVersion, SeedIn, Solver, StartIn
 
 Dt = Annotated[
     float | None, Meta(description="Step in seconds, of the stepped solver alone; 1/60.")
@@ -21,6 +21,7 @@ class DropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     board: BoardRef
     seed: SeedIn = None
     x: StartIn = None
+    aim: AimIn = None
     solver: Solver = "exact"
     dt: Dt = None
     substeps: Substeps = None
@@ -79,6 +80,9 @@ class DropRecord(msgspec.Struct, frozen=True):
     ]
     digest: Digest
     x: Annotated[float | None, Meta(description="Only when the start was explicit.")] = None
+    aim: Annotated[
+        float | None, Meta(description="Middle of what the seed draws, m; only when it was chosen.")
+    ] = None
     dt: Annotated[float | None, Meta(description="Only with the stepped solver.")] = None
     substeps: Annotated[int | None, Meta(description="Only with the stepped solver.")] = None
     correction: Annotated[

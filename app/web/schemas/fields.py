@@ -37,6 +37,14 @@ SeedIn = Annotated[
         extra_json_schema={"anyOf": [{"type": "string"}, {"type": "integer"}, {"type": "null"}]},
     ),
 ]
+AimIn = Annotated[
+    Any,
+    Meta(
+        description="Middle of the starts that seeds draw, in metres; without it the board's own.",
+        examples=[0.01],
+        extra_json_schema={"anyOf": [{"type": "number"}, {"type": "null"}]},
+    ),
+]
 StartIn = Annotated[
     Any,
     Meta(

@@ -8,6 +8,7 @@ from msgspec import Meta
 from app.protocol.messages import BallStart, Extent, Stats
 from app.rooms.stakes import MAX_STAKE, MAX_WHO
 from app.web.schemas.fields import (
+    AimIn,
     BoardRef,
     Digest,
     OptionalBoard,
@@ -163,6 +164,10 @@ class LoggedDrop(msgspec.Struct, frozen=True):
     stake: Annotated[int, Meta(description="In minor units.")]
     who: str | None
     result: Annotated[LoggedResult | None, Meta(description="Null while it is in flight.")]
+    aim: Annotated[
+        float | msgspec.UnsetType,
+        Meta(description="Middle of what the seed draws, m; only where it was chosen."),
+    ] = msgspec.UNSET
 
 
 class LoggedInput(msgspec.Struct, frozen=True):
@@ -217,6 +222,7 @@ class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     seed: SeedIn = None
     x: StartIn = None
+    aim: AimIn = None
     stake: Annotated[
         Any,
         Meta(

@@ -21,7 +21,8 @@ export const BOARD_ROWS = [
   { path: "wall_material.friction", label: "Wall friction", step: 0.05 },
   { path: "bins.y", label: "Bins at y, m", step: 0.05 },
   { path: "drop.jitter", label: "Start spread, m", step: 0.05 },
-  { path: "drop.reach", label: "Aim within, m", step: 0.05 },
+  { path: "drop.reach", label: "Start within, m", step: 0.05 },
+  { path: "drop.aim", label: "Aim within, m", step: 0.01 },
 ];
 
 /** @param {Ref} ref @returns {Row[]} the numbers of an element; a group has none */

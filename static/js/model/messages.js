@@ -42,7 +42,8 @@
  * @typedef {{scene: string, balls: number, seed: string, radii?: number[], width?: number,
  *   height?: number, speed?: number}} SceneForm what a room was begun with
  *
- * @typedef {{type: "accepted", ref?: string | null, explicit_x: boolean} & BallStart} Accepted
+ * @typedef {{type: "accepted", ref?: string | null, explicit_x: boolean, aim?: number} & BallStart}
+ *   Accepted
  *
  * @typedef {object} Contact
  * @property {"contact"} type

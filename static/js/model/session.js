@@ -10,7 +10,8 @@ const KEPT = 30;
  * @property {string} board a preset's name or a digest, as REST takes it
  * @property {string} name what the board calls itself
  * @property {string} seed decimal
- * @property {number | null} x explicit start in metres, null when the seed decided
+ * @property {number | null} x explicit start in metres, null when the seed drew it
+ * @property {number | null} [aim] middle of what the seed drew, metres, where the player chose it
  * @property {number | null} bin null when it never settled
  * @property {number} score what a stake of one came back as
  * @property {boolean} [knocked] others may have touched the ball: its seed alone says nothing

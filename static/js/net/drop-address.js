@@ -6,18 +6,19 @@
  * @property {string} board preset's name or digest; "" when the link's fragment holds the board
  * @property {string} seed
  * @property {string | number | null} [x] explicit start, m
+ * @property {string | number | null} [aim] middle of what the seed draws, m
  * @property {string | null} [solver]
  * @property {string | null} [dt]
  * @property {string | null} [substeps]
  */
 
-const OPTIONAL = /** @type {const} */ (["x", "solver", "dt", "substeps"]);
+const OPTIONAL = /** @type {const} */ (["x", "aim", "solver", "dt", "substeps"]);
 
 /** @param {URLSearchParams} search @returns {DropAddress} */
 export function readDrop(search) {
-  const [x, solver, dt, substeps] = OPTIONAL.map((name) => search.get(name) || null);
+  const [x, aim, solver, dt, substeps] = OPTIONAL.map((name) => search.get(name) || null);
   const [board, seed] = [search.get("board") ?? "", search.get("seed") ?? ""];
-  return { board, seed, x, solver, dt, substeps };
+  return { board, seed, x, aim, solver, dt, substeps };
 }
 
 /** @param {DropAddress} drop @returns {URLSearchParams} what of it is set */

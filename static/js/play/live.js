@@ -84,10 +84,10 @@ export class LiveTable {
   }
 
   /**
-   * @param {{seed: string | null, x: number | null, stake?: number}} ask
+   * @param {{seed: string | null, aim: number | null, stake?: number}} ask
    * @returns {boolean} false when there is no line: nothing was sent
    */
-  drop({ seed, x, stake: wanted = 1 }) {
+  drop({ seed, aim, stake: wanted = 1 }) {
     // Where others may knock the ball nothing is staked.
     const stake = this.hello?.mode === "interacting" ? 0 : wanted;
     const ref = this.own.nextRef();
@@ -96,7 +96,7 @@ export class LiveTable {
       ref,
       stake: Math.round(stake * MINOR_UNITS),
       ...(seed !== null && { seed }),
-      ...(x !== null && { x }),
+      ...(aim !== null && { aim }),
     };
     if (!this.#visit || !this.connection.send(message)) return false;
     this.own.add(ref, stake);

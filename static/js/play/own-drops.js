@@ -9,8 +9,8 @@ import { dropPath } from "../net/drop-address.js";
 /** @import { Ball, Table } from "../model/table/table.js" */
 
 /**
- * @typedef {{id: number, seed: string, x: number, explicit: boolean}} Accepting what a drop needs to
- *   know of its ball
+ * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number}} Accepting what a
+ *   drop needs to know of its ball
  * @typedef {{ref: string, stake: number, ball: Accepting | null}} OwnDrop ball: null until accepted
  *
  * @typedef {object} OwnDropsListener
@@ -112,11 +112,11 @@ export class OwnDrops {
 
   /** @param {OwnDrop} drop @param {Accepting} ball @param {Landed[]} landed meanwhile */
   #find(drop, ball, landed) {
-    const { seed, x, explicit } = ball;
+    const { seed, x, explicit, aim } = ball;
     const there = this.#hello.balls.find((start) => start.seed === seed && start.x === x);
     const flying = there && this.#table?.balls.get(there.ball);
     const end = landed.find((event) => event.ball === ball.id);
-    if (flying) drop.ball = Object.assign(flying, { mine: true, explicit });
+    if (flying) drop.ball = Object.assign(flying, { mine: true, explicit, aim });
     else if (end) this.#close(drop, ball, end.bin, end.score);
     else this.#recover(drop, ball);
   }
@@ -129,7 +129,8 @@ export class OwnDrops {
       return;
     }
     try {
-      const address = { board: this.#address, seed: ball.seed, x: ball.explicit ? ball.x : null };
+      const { seed, x, explicit, aim } = ball;
+      const address = { board: this.#address, seed, x: explicit ? x : null, aim };
       const record = /** @type {DropRecord} */ (await getJson(dropPath(address)));
       this.#close(drop, ball, record.bin, record.score);
     } catch (error) {
@@ -138,12 +139,12 @@ export class OwnDrops {
   }
 
   /** @param {OwnDrop} drop @param {Accepting} ball @param {number | null} bin @param {number} score */
-  #close({ ref, stake }, { seed, x, explicit }, bin, score) {
+  #close({ ref, stake }, { seed, x, explicit, aim }, bin, score) {
     this.#open.delete(ref);
     const { mode, board_name: name } = this.#hello;
     this.listener.onPlayed({
-      board: this.#address, name, seed, x: explicit ? x : null, knocked: mode === "interacting",
-      stake, bin, score,
+      board: this.#address, name, seed, x: explicit ? x : null, aim: aim ?? null,
+      knocked: mode === "interacting", stake, bin, score,
     });
   }
 
@@ -161,5 +162,6 @@ export class OwnDrops {
 /** @param {Accepted} [event] @returns {Accepting | null} from an acceptance that came late */
 function acceptingOf(event) {
   if (!event) return null;
-  return { id: event.ball, seed: event.seed, x: event.x, explicit: event.explicit_x };
+  const { ball: id, seed, x, explicit_x: explicit, aim } = event;
+  return { id, seed, x, explicit, aim };
 }

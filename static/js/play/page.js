@@ -3,7 +3,7 @@
 import { describeBoard } from "../board/alternative-text.js";
 import { announceShape } from "../board/shape.js";
 import { InstrumentPanel } from "../instruments/panel.js";
-import { allowedStart } from "../model/board.js";
+import { allowedAim } from "../model/board.js";
 import { MAIN_ROOM } from "../model/presets.js";
 import { emptyScene } from "../model/scene.js";
 import { messageOf } from "../net/api.js";
@@ -45,7 +45,7 @@ const SCORE_MS = 200; // between two renewals of the list while balls rain
 
 /** The live page: one table at a time. */
 export class TablePage {
-  /** @type {number | null} where a ball would start, under the pointer */
+  /** @type {number | null} the aim under the pointer, m */
   #hover = null;
   /** @type {string | null} as far as it is known */
   #mainBoard = null;
@@ -201,7 +201,7 @@ export class TablePage {
     if (quiet) scene.balls.length = 0;
     if (quiet) scene.flashes = [];
     if (quiet) scene.paths = live.ownPaths();
-    scene.aim = this.#hover ?? this.controls.start.x;
+    scene.aim = this.#hover ?? this.controls.start.aim;
     scene.chosen = instruments.open ? instruments.ball.chosen : null;
     view.draw(scene);
     this.ghost.paint(now);
@@ -303,7 +303,7 @@ export class TablePage {
     const aim = (event) => {
       const place = this.view.aimOf(event);
       const { hello } = this.live;
-      return place?.above && hello ? allowedStart(hello.board, hello.slots, place.x) : null;
+      return place?.above && hello ? allowedAim(hello.board, hello.slots, place.x) : null;
     };
     /** @param {number | null} x metres */
     const hover = (x) => {

@@ -38,15 +38,12 @@ export class Scoreboard {
 
   /** @param {Played} drop */
   #row(drop) {
-    const paid = make("span", { class: "paid" }, multiplier(drop.score));
-    const colour = this.theme.payout(drop.score);
-    paid.style.background = colour.fill;
-    paid.style.color = colour.ink;
+    const paid = this.#paid(drop);
     const seed = make("button", { class: "seed", type: "button", title: `Use seed ${drop.seed}` });
     seed.setAttribute("aria-label", `Use seed ${drop.seed} again`);
     seed.append(shortSeed(drop.seed));
     seed.addEventListener("click", () => this.onReuse(drop.seed));
-    const where = make("span", { class: "on" }, drop.name);
+    const where = make("span", { class: "on" }, drop.x === null ? drop.name : `${drop.name}, practice`);
     if (drop.knocked) {
       // What others did to the ball is in no seed: there is nothing to replay alone.
       return make("li", {}, paid, seed, where, make("span", { class: "on" }, "knocked"));
@@ -54,5 +51,17 @@ export class Scoreboard {
     const link = make("a", { class: "again", href: replayLink(drop) }, "Replay");
     link.setAttribute("aria-label", `Replay seed ${drop.seed} on ${drop.name}`);
     return make("li", {}, paid, seed, where, link);
+  }
+
+  /** @param {Played} drop @returns {HTMLElement} its multiplier, or that it has none */
+  #paid({ bin, score }) {
+    if (bin === null) {
+      const title = "The ball came to rest in no bin: the stake is back";
+      return make("span", { class: "paid", title }, "void");
+    }
+    const paid = make("span", { class: "paid" }, multiplier(score));
+    const { fill, ink } = this.theme.payout(score);
+    Object.assign(paid.style, { background: fill, color: ink });
+    return paid;
   }
 }

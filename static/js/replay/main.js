@@ -211,10 +211,11 @@ class ReplayPage {
     fillFacts(byId("facts"), [
       ["Board", board.name],
       ["Seed", seed],
-      ["Start", `${motion.start.x} m`],
+      ["Start", `${motion.start.x} m${record.x === undefined ? "" : ", practice"}`],
+      ...(record.aim === undefined ? [] : /** @type {[string, string][]} */ ([["Aim", `${record.aim} m`]])),
       ["Solver", record.solver === "stepped" ? `stepped, dt ${record.dt} s / ${record.substeps}` : "exact"],
       ["Bin", bin === null ? "none" : String(bin)],
-      ["Score", multiplier(score)],
+      ["Score", bin === null ? "void, the stake is back" : multiplier(score)],
       ["Duration", seconds(record.duration)],
       ["Impacts", String(record.impacts.length)],
       ...sureness(record),

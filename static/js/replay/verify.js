@@ -37,7 +37,7 @@ export class Verifier {
     if (record.solver !== "exact") return { tone: "", text: "This page computes exact drops alone." };
     const solver = await this.#solver;
     if (typeof solver === "string") return { tone: "", text: `Not computed here: ${solver}` };
-    const start = { seed: record.seed, x: record.x };
+    const start = { seed: record.seed, x: record.x, aim: record.aim };
     const computed = solver.drop(board, start).record();
     const { same, difference } = compareRecords({ ...record }, computed);
     await this.list.turnGreen(same);

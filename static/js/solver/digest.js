@@ -31,7 +31,8 @@ export function boardDigest(board) {
   for (const values of [bins.edges, bins.multipliers]) counted(out, values);
   out.floats([drop.x, drop.y, drop.jitter]);
   counted(out, drop.slots);
-  out.floats(drop.reach === 0 ? [] : [drop.reach]);
+  if (drop.aim !== 0) out.floats([drop.reach, drop.aim]);
+  else if (drop.reach !== 0) out.floats([drop.reach]);
   return sha256(out.written);
 }
 

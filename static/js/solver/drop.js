@@ -11,7 +11,8 @@ import { ParameterError } from "./errors.js";
  *   s, m, rad, m/s, rad/s
  *
  * @typedef {{board: WholeBoard, digest: string, seed: bigint | null, x: number, explicit: boolean,
- *   traced: Traced}} Made digest: the board's; explicit: the start is x, not the seed's
+ *   aim: number | null, traced: Traced}} Made digest: the board's; explicit: the start is x, not the
+ *   seed's; aim: the middle of what the seed draws, m, where it was chosen
  */
 
 const LANDED = 0;
@@ -109,12 +110,13 @@ export class Drop {
 
   /** The drop as `plinko drop --json` and REST give it. */
   record() {
-    const { digest, seed, explicit, board } = this.#made;
+    const { digest, seed, explicit, aim, board } = this.#made;
     return {
       board,
       board_digest: digest,
       seed: seed === null ? null : String(seed),
       ...(explicit ? { x: this.xStart } : {}),
+      ...(aim === null ? {} : { aim }),
       solver: "exact",
       physics_version: PHYSICS_VERSION,
       bin: this.bin,

@@ -32,10 +32,11 @@ export function splitmix64(seed) {
 
 /**
  * @param {bigint} seed
- * @param {{x: number, jitter: number}} zone m
+ * @param {number} x m
+ * @param {number} jitter m
  * @returns {number} where the ball starts: x plus an even offset in [-jitter, jitter), m
  */
-export function startX(seed, { x, jitter }) {
+export function startX(seed, x, jitter) {
   const fraction = Number(splitmix64(seed) >> 11n) * UNIT;
   return x + jitter * (2 * fraction - 1);
 }

@@ -2,7 +2,7 @@
 //
 //   import { openSolver } from "./solver/solver.js";
 //   const solver = await openSolver();
-//   const drop = solver.drop(board, { seed: "42" });   // or { x: 0.1 }
+//   const drop = solver.drop(board, { seed: "42" });   // or { seed: "42", aim: 0.01 }, or { x: 0.1 }
 //   drop.bin, drop.digest, drop.impacts, drop.states([0, 0.5]), drop.record()
 //
 // Needs nothing but this folder and an engine with WebAssembly.
@@ -11,13 +11,16 @@ import { arraysOf } from "./input/arrays.js";
 import { readBoard } from "./input/values.js";
 import { boardDigest } from "./digest.js";
 import { Drop } from "./drop.js";
-import { ParameterError } from "./errors.js";
 import { Kernels } from "./kernels.js";
-import { seedOf, startX } from "./seed.js";
+import { seedOf } from "./seed.js";
+import { startOf, startsOf } from "./start.js";
 
 /** @import { WholeBoard } from "./input/values.js" */
 
-/** @typedef {{seed?: string | bigint | number | null, x?: number | null}} Start x goes before seed */
+/**
+ * What decides where a ball starts; x goes before seed, and aim (m) is the middle of what seeds draw.
+ * @typedef {{seed?: string | bigint | number | null, x?: number | null, aim?: number | null}} Start
+ */
 
 /**
  * @param {BufferSource} [bytes] of kernels.wasm; without them it is fetched from beside this module
@@ -46,7 +49,7 @@ export class Solver {
   }
 
   /**
-   * Drop a ball at rest from where the seed says, or from an explicit x.
+   * Drop a ball at rest from where the seed says, about the board's middle or an aim, or from an x.
    * @param {unknown} form the board's JSON, parsed; throws a BoardError that names a bad value
    * @param {Start} start throws a ParameterError that names a bad value
    * @returns {Drop}
@@ -54,9 +57,9 @@ export class Solver {
   drop(form, start) {
     const { board, digest } = this.#load(form);
     const seed = start.seed === null || start.seed === undefined ? null : seedOf(start.seed);
-    const x = startOf(board, seed, start.x);
+    const { x, explicit, aim } = startOf(board.drop, seed, start);
     const traced = this.#kernels.trace(x, board.drop.y);
-    return new Drop({ board, digest, seed, x, explicit: isGiven(start.x), traced }, (times) => {
+    return new Drop({ board, digest, seed, x, explicit, aim, traced }, (times) => {
       this.#load(board);
       return this.#kernels.sample(traced.segments, times);
     });
@@ -66,12 +69,12 @@ export class Solver {
    * How many drops end, without their paths: as fast as it goes.
    * @param {unknown} form the board's JSON, parsed
    * @param {Iterable<string | bigint | number>} seeds
+   * @param {number | null} [aim] m, of them all
    * @returns {ReturnType<Kernels["traceMany"]>} arrays in the order of the seeds; bin -1: none
    */
-  dropMany(form, seeds) {
+  dropMany(form, seeds, aim = null) {
     const { board } = this.#load(form);
-    const xs = Float64Array.from(seeds, (seed) => startX(seedOf(seed), board.drop));
-    return this.#kernels.traceMany(xs, board.drop.y);
+    return this.#kernels.traceMany(startsOf(board.drop, seeds, aim), board.drop.y);
   }
 
   /** @param {unknown} form @returns {Ready} */
@@ -89,24 +92,3 @@ export class Solver {
 }
 
 /** @typedef {{board: WholeBoard, digest: string}} Ready a board that the kernels have */
-
-/** @param {unknown} value */
-const isGiven = (value) => value !== null && value !== undefined;
-
-/**
- * @param {WholeBoard} board
- * @param {bigint | null} seed
- * @param {unknown} x
- * @returns {number} where the ball starts, m
- */
-function startOf({ drop }, seed, x) {
-  if (!isGiven(x)) {
-    if (seed !== null) return startX(seed, drop);
-    throw new ParameterError("a drop needs a seed or an explicit x", "seed");
-  }
-  const span = Math.max(drop.jitter, drop.reach);
-  const low = Math.min(drop.x - span, ...drop.slots);
-  const high = Math.max(drop.x + span, ...drop.slots);
-  if (typeof x === "number" && x >= low && x <= high) return x;
-  throw new ParameterError(`x ${String(x)} is not a number from ${low} to ${high}`, "x");
-}

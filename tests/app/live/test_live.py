@@ -74,6 +74,18 @@ async def test_an_explicit_start_and_a_drawn_seed_replay_too(server: Running) ->
     assert landed["digest"] == drop(BOARD, accepted["seed"], x=0.1).digest
 
 
+async def test_an_aimed_drop_starts_where_its_seed_draws_about_the_aim(server: Running) -> None:
+    aim = 0.9 * BOARD.drop.aim_span
+    async with playing(server.socket(await new_room(server))) as player:
+        await player.send(type="drop", aim=aim)
+        accepted = await player.until("accepted")
+        await player.send(type="drop", aim="left", ref=1)
+        error = await player.until("error")
+    alone = drop(BOARD, accepted["seed"], aim=aim)
+    assert (accepted["x"], accepted["aim"]) == (alone.x_start, aim)
+    assert error["detail"] == "aim 'left' is not a number of metres"
+
+
 async def test_everyone_in_the_room_gets_the_same_bytes(server: Running) -> None:
     url = server.socket(await new_room(server))
     async with playing(url) as one, playing(url) as two:

@@ -213,13 +213,15 @@ def test_a_rooms_log_replays_to_the_last_bit(
 ) -> None:
     room, _ = opened(http)
     land(http, room, *range(5))
+    http.post(f"/rooms/{room}/drops", json={"seed": 6, "aim": 0.0})
     http.post(f"/rooms/{room}/drops", json={"seed": 7, "x": 0.125})
     flying = http.get(f"/rooms/{room}/log").json()
-    assert [each["seed"] for each in flying["drops"]] == ["0", "1", "2", "3", "4", "7"]
-    assert flying["drops"][5]["x"] == 0.125
-    assert flying["drops"][5]["result"] is None
+    assert [each["seed"] for each in flying["drops"]] == ["0", "1", "2", "3", "4", "6", "7"]
+    assert flying["drops"][5]["aim"] == 0.0
+    assert flying["drops"][6]["x"] == 0.125
+    assert flying["drops"][6]["result"] is None
     done = verify(tmp_path, flying)
-    assert (done.returncode, done.stdout) == (0, f"reproduced: 6 drops, {flying['digest']}\n")
+    assert (done.returncode, done.stdout) == (0, f"reproduced: 7 drops, {flying['digest']}\n")
     land(http, room, 8)
     landed = http.get(f"/rooms/{room}/log").json()
     assert None not in [each["result"] for each in landed["drops"]]

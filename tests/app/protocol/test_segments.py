@@ -33,7 +33,7 @@ GOLDEN = json.loads((Path(__file__).parents[2] / "golden" / "segments.json").rea
 BOARDS = ("triangle-8", "triangle-12", "triangle-16", "classic", "galton")
 
 PIXEL = 0.01  # m, where a page draws 100 pixels a metre
-FLIGHTS_OFF = 0.025 * PIXEL  # what rounding may do to a flight on the presets
+FLIGHTS_OFF = 0.03 * PIXEL  # what rounding may do to a flight on the presets; `common` is the law
 HALF_STEP = 1.0 / (2 * 1024 * 60)  # s by which the beginning of a segment is rounded
 BYTES = {"flight": 18, "curve": 26}
 

@@ -25,13 +25,13 @@ OWN = {
     "ball": {"radius": 0.1, "density": 1.0, "friction": 0.2},
     "pegs": [{"x": 0.0, "y": 2.0, "radius": 0.25}],
     "bins": {"edges": [-1.0, 0.0, 1.0], "multipliers": [2.0, 0.5]},
-    "drop": {"jitter": 0.5},
+    "drop": {"jitter": 0.5, "reach": 0.7, "aim": 0.2},
 }
 SCENE = {"scene": "sandbox", "balls": 3, "width": 3.0, "height": 2.0, "radii": [0.1, 0.125]}
 
 
 def of_drops() -> Log:
-    """Drops of independent balls: landed and in flight, by seed and by x, staked and not."""
+    """Drops of independent balls: landed and in flight, by seed, aim and x, staked and not."""
     room = IndependentRoom("own-room", Board.from_json(OWN), tick_rate=TICKS, max_balls=9)
     rows: list[Any] = []
     results = {}
@@ -39,7 +39,7 @@ def of_drops() -> Log:
         DropCommand(2**63, stake=100, who="ann"),
         DropCommand(7, x=0.25, who="ben"),
         DropCommand(8),
-        DropCommand(9, stake=7, who="ann"),
+        DropCommand(9, aim=0.125, stake=7, who="ann"),
     ):
         pending = room.plan_drop(command)
         rows.append(room.format.row(1, pending))

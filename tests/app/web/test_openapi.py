@@ -194,7 +194,8 @@ def test_a_record_has_exactly_the_fields_that_are_documented() -> None:
     exact = drop(board, 42).record()
     sure = drop(board, 42).record(certainty=True)
     stepped = drop(board, 42, x=0.0, solver="stepped").record()
-    assert set(sure) | set(stepped) | {"certificate"} == fields
+    aimed = drop(board, 42, aim=0.0).record()
+    assert set(sure) | set(stepped) | set(aimed) | {"certificate"} == fields
     required = set(components()["DropRecord"]["required"])
     assert required == set(exact)
 

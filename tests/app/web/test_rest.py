@@ -174,6 +174,16 @@ def test_every_setting_of_a_drop_counts(http: httpx.Client) -> None:
     assert (got["solver"], got["dt"], got["substeps"], got["x"]) == ("stepped", 0.01, 2, 0.1)
 
 
+def test_an_aim_moves_the_middle_of_what_the_seed_draws(http: httpx.Client) -> None:
+    got = http.get("/api/v1/drops/triangle-16/42?aim=0.01").json()
+    body = {"board": "triangle-16", "seed": "42", "aim": 0.01}
+    assert http.post("/api/v1/drops", json=body).json() == got
+    assert got["digest"] == drop("triangle-16", 42, aim=0.01).digest
+    assert got["aim"] == 0.01
+    assert http.post("/api/v1/verify", json=got).json()["ok"]
+    problem(http.get("/api/v1/drops/triangle-16/42?aim=9"), 422, "bad-parameter", "9")
+
+
 def test_zero_is_one_place_to_start_from_over_http_too(http: httpx.Client) -> None:
     got = http.get("/api/v1/drops/triangle-8/42?x=-0.0").json()
     assert got["digest"] == drop("triangle-8", x=0.0).digest

@@ -144,7 +144,7 @@ def test_the_ball_starts_in_the_chosen_slot(opened: Open, server: ServerProcess)
     screen.page.get_by_role("radio", name="Slot 3").check()
     screen.seed.fill("7")
     screen.drop.click()
-    bin_there = drop(quick.whole, 7, x=slots[2]).bin
+    bin_there = drop(quick.whole, 7, aim=slots[2]).bin
     assert bin_there is not None
     screen.landed(bin_there)
     link = screen.rows.first.get_by_role("link").get_attribute("href") or ""

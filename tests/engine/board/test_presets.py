@@ -177,12 +177,15 @@ def test_variants_differ_in_name_and_payouts_only(name: str) -> None:
         assert same == b.to_dict()
 
 
-def test_classic_has_nine_slots_over_nine_bins_and_none_straight_above_a_peg() -> None:
+def test_classic_has_nine_slots_over_nine_bins_and_room_for_the_jitter_in_each() -> None:
     board = Board.preset("classic")
+    zone = board.drop
     assert board.bins.count == len(board.slots) == 9
     for slot, left, right in zip(board.slots, board.bins.edges, board.bins.edges[1:], strict=False):
-        assert left + board.ball.radius < slot < right - board.ball.radius
-        assert min(abs(p.x - slot) for p in board.pegs) > 0.01
+        assert slot == pytest.approx((left + right) / 2.0)
+        assert left + board.ball.radius < slot - zone.jitter
+        assert slot + zone.jitter < right - board.ball.radius
+    assert zone.aim_span == board.slots[-1]
 
 
 def test_galton_has_many_small_pegs_a_small_ball_and_many_bins() -> None:

@@ -14,7 +14,7 @@ from engine.certified.certify import Effort, prove
 from engine.certified.contact import series as contact_series
 from engine.certified.many import certify_many
 from engine.certified.surfaces import Pair
-from engine.drops.drop import start_of
+from engine.drops.start import start_of
 from tests.engine.oracle import golden
 from tests.engine.oracle.random_scenes import random_scene
 from tests.engine.oracle.scenes import scene

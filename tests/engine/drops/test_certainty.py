@@ -9,7 +9,7 @@ from benchmarks.scenes.contact_scenes import scene, scene_names
 from engine import Board, Drop, ParameterError, drop
 from engine.constants import KIND_CONTACT_CHANGE, KIND_NAMES
 from engine.drops.certainty import certainty_of
-from engine.drops.drop import start_of
+from engine.drops.start import start_of
 from engine.drops.trajectory import at_start, follow
 from engine.parameters import Exact
 from tests.engine.oracle import golden, oracle_drop

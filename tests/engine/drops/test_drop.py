@@ -201,12 +201,11 @@ def test_a_start_that_is_none_is_refused_with_its_value(x: object) -> None:
 
 
 def test_the_drop_zone_ends_where_its_jitter_and_its_slots_end() -> None:
-    zone = CLASSIC.drop
-    for x in (zone.x - zone.jitter, zone.x + zone.jitter, *zone.slots):
-        assert drop(CLASSIC, x=x).x_start == x
-    beyond = max(zone.x + zone.jitter, *zone.slots)
+    board = place(drop=DropZone(0.25, 0.0, 0.1, slots=(0.0, 0.5)))
+    for x in (0.15, 0.35, *board.slots):
+        assert drop(board, x=x).x_start == x
     with pytest.raises(ParameterError):
-        drop(CLASSIC, x=math.nextafter(beyond, math.inf))
+        drop(board, x=math.nextafter(0.5, math.inf))
 
 
 def test_a_start_may_be_aimed_as_far_as_the_boards_reach_while_seeds_stay_within_the_jitter() -> (

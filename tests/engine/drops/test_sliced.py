@@ -6,8 +6,8 @@ import pytest
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
 from engine import Board, World
-from engine.drops.drop import start_of
 from engine.drops.sliced import Slice, SlicedPath
+from engine.drops.start import start_of
 from engine.drops.trajectory import at_start, follow
 from engine.exact.outcome import EVENT_LIMIT
 from engine.parameters import Exact

@@ -1,18 +1,18 @@
-// Where a ball may start.
+// Where a ball may start, and a player aim.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { allowedStart } from "../../../static/js/model/board.js";
+import { allowedAim } from "../../../static/js/model/board.js";
 
-test("a start is kept inside what the board allows", () => {
-  const jitter = 0.30870588235294116;
-  const board = { drop: { x: 0, jitter } };
-  for (const x of [-5, -0.3087059, jitter, 0.31, 5]) {
-    assert.ok(Math.abs(allowedStart(board, [], x)) <= jitter, `${x}`);
+test("an aim is kept inside what the board allows", () => {
+  const drop = { x: 0, jitter: 0.30870588235294116, reach: 0.6, aim: 0.2 };
+  for (const x of [-5, -0.2001, 0.2, 0.31, 5]) {
+    assert.ok(Math.abs(allowedAim({ drop }, [], x)) <= drop.aim, `${x}`);
   }
-  assert.equal(allowedStart(board, [], 0.12345), 0.1234);
-  const wide = { drop: { x: 0, jitter: 0.1, reach: 0.5 } };
-  assert.equal(allowedStart(wide, [], 5), 0.5);
-  assert.equal(allowedStart(wide, [-1.5, 0.25, 1.5], 0.8), 0.25);
+  assert.equal(allowedAim({ drop }, [], 0.12345), 0.1234);
+  assert.equal(allowedAim({ drop }, [], 5), 0.2);
+  assert.equal(allowedAim({ drop }, [-1.5, 0.25, 1.5], 0.8), 0.25);
+  assert.equal(allowedAim({ drop: { ...drop, reach: 0.4 } }, [], -5), -0.0912); // what the jitter leaves
+  assert.equal(Math.abs(allowedAim({ drop: { x: 0, jitter: 0.3 } }, [], 5)), 0);
 });

@@ -28,6 +28,7 @@ const MAX_SAMPLES = 90_000;
  * @property {string} board_digest
  * @property {string} seed
  * @property {number} [x] m, where the start was given and not the seed's
+ * @property {number} [aim] m, the middle of what the seed draws, where it was chosen
  * @property {"exact" | "stepped"} solver
  * @property {number} [dt] s, of the stepped solver
  * @property {number} [substeps]

@@ -26,6 +26,7 @@ const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
  * @property {string} seed
  * @property {number} x start, metres
  * @property {boolean} explicit the start was chosen, not drawn from the seed
+ * @property {number} [aim] middle of what the seed drew, m, where it was chosen
  * @property {number} start table time, s
  * @property {boolean} mine
  * @property {Path} path
@@ -80,7 +81,9 @@ export class Table {
 
   /** @param {Accepted} event @param {boolean} mine @returns {Ball} */
   accept(event, mine) {
-    return this.#add(event, { mine, explicit: event.explicit_x, fresh: true });
+    const ball = this.#add(event, { mine, explicit: event.explicit_x, fresh: true });
+    ball.aim = event.aim;
+    return ball;
   }
 
   /** True while something is in flight or still to be shown. */

@@ -14,7 +14,7 @@ const FEWEST_ROWS = 8;
 const MOST_ROWS = 16;
 
 /**
- * @typedef {{seed: string | null, x: number | null, stake: number}} Ask
+ * @typedef {{seed: string | null, aim: number | null, stake: number}} Ask
  * @typedef {Choice & World & {knock: boolean}} TableChoice
  * knock: whether balls knock each other
  *
@@ -42,7 +42,7 @@ export class Controls {
     this.#fillRows();
     byId("drop-form").addEventListener("submit", (event) => {
       event.preventDefault();
-      this.drop(this.start.x);
+      this.drop(this.start.aim);
     });
     byId("auto").addEventListener("click", () => this.#auto());
     this.seed.addEventListener("input", () => this.#checkSeed());
@@ -54,10 +54,10 @@ export class Controls {
 
   /**
    * Asks for drops, unless a field holds what is no value: then says so and sends nothing.
-   * @param {number | null} x
+   * @param {number | null} aim metres
    */
-  drop(x) {
-    const ask = this.#asker(x);
+  drop(aim) {
+    const ask = this.#asker(aim);
     if (ask) this.listener.onDrop(this.#balls, ask);
   }
 
@@ -110,10 +110,10 @@ export class Controls {
 
   /**
    * What makes one ask after the other, or null when a field is wrong.
-   * @param {number | null} x metres
+   * @param {number | null} aim metres
    * @returns {(() => Ask) | null}
    */
-  #asker(x) {
+  #asker(aim) {
     const reading = this.#checkSeed();
     if (!reading.ok) {
       this.seed.focus();
@@ -123,7 +123,7 @@ export class Controls {
     const stake = Number(this.stake.value);
     let { seed } = reading;
     return () => {
-      const ask = { seed, x, stake };
+      const ask = { seed, aim, stake };
       if (seed !== null) seed = seedAfter(seed);
       return ask;
     };
@@ -135,7 +135,7 @@ export class Controls {
       return;
     }
     const count = byId("auto-count", HTMLInputElement);
-    const ask = count.reportValidity() ? this.#asker(this.start.x) : null;
+    const ask = count.reportValidity() ? this.#asker(this.start.aim) : null;
     if (!ask) return;
     const many = count.value === "" ? Number.POSITIVE_INFINITY : Number(count.value);
     this.listener.onAuto(Number(byId("auto-rate", HTMLSelectElement).value), many, ask);
@@ -172,7 +172,7 @@ export class Controls {
     if (event.key === " ") {
       if (isWithin(event, "input:not([type=range]), select, button, a, summary")) return;
       event.preventDefault();
-      if (!event.repeat) this.drop(this.start.x);
+      if (!event.repeat) this.drop(this.start.aim);
     } else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
       if (isWithin(event, "input, select, textarea")) return;
       event.preventDefault();

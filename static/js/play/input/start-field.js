@@ -1,6 +1,6 @@
-// Where the ball starts: left to the seed, chosen on a slider, or one of the board's slots.
+// About where the ball starts: in the middle, at an aim on a slider, or in one of the board's slots.
 
-import { startSpan } from "../../model/board.js";
+import { aimSpan } from "../../model/board.js";
 import { byId, make, radioValue } from "../../util/dom.js";
 
 /** @import { Board } from "../../model/board.js" */
@@ -35,21 +35,21 @@ export class StartField {
     const { x } = board.drop;
     const places = slots.length
       ? slots.map((_, index) => [String(index), String(index + 1), `Slot ${index + 1}`])
-      : [[CHOSEN, "I choose", "I choose"]];
+      : [[CHOSEN, "I aim", "I aim"]];
+    // A tenth of a millimetre inside, so that rounding never steps over the end.
+    const reach = Math.max(0, Math.floor(aimSpan(board.drop) * 1e4 - 1) / 1e4);
+    if (!slots.length && reach === 0) places.length = 0;
     this.chips.replaceChildren(
       chip(SEED, "Seed decides", "Seed decides", true),
       ...places.map(([value, text, name]) => chip(value, text, name, false)),
     );
-    // A tenth of a millimetre inside, so that rounding never steps over the end.
-    const reach = Math.floor(startSpan(board.drop) * 1e4 - 1) / 1e4;
     Object.assign(this.slider, { min: String(x - reach), max: String(x + reach), step: "any" });
-    // A push aside: dropped from the very middle, a ball may come to rest on the peg below.
-    this.slider.value = String(x + 2 * reach * COARSE);
+    this.slider.value = String(x);
     this.#show();
   }
 
-  /** @returns {number | null} metres, null when the seed decides */
-  get x() {
+  /** @returns {number | null} middle of what the seed draws, metres; null for the board's own */
+  get aim() {
     const value = this.#choice;
     if (value === SEED) return null;
     if (value === CHOSEN) return Math.round(Number(this.slider.value) * 1e4) / 1e4;
@@ -88,7 +88,7 @@ export class StartField {
   /** @returns {string} the place as a sentence, for those who do not see the ball over the board. */
   #sentence() {
     if (this.#slots.length) return `Slot ${Number(this.#choice) + 1}.`;
-    const off = (this.x ?? this.#middle) - this.#middle;
+    const off = (this.aim ?? this.#middle) - this.#middle;
     const size = `${Math.abs(off).toFixed(3)} m`;
     if (Math.abs(off) < 5e-4) return "In the middle.";
     return off < 0 ? `${size} left of the middle.` : `${size} right of the middle.`;

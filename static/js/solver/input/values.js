@@ -212,13 +212,14 @@ function evenEdges(width, count) {
 
 /** @param {unknown} value @returns {Required<DropZone>} */
 function readZone(value) {
-  const form = known(value, "drop", ["x", "y", "jitter", "slots", "reach"]);
+  const form = known(value, "drop", ["x", "y", "jitter", "slots", "reach", "aim"]);
   return {
     x: number(or(form.x, 0), "drop.x"),
     y: number(or(form.y, 0), "drop.y"),
     jitter: number(or(form.jitter, 0), "drop.jitter", RANGES.length),
     slots: rows(or(form.slots, []), "drop.slots", MOST.slots, (slot, path) => number(slot, path)),
     reach: number(or(form.reach, 0), "drop.reach", RANGES.length),
+    aim: number(or(form.aim, 0), "drop.aim", RANGES.length),
   };
 }
 

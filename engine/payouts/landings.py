@@ -1,0 +1,119 @@
+"""Where drops from each aim land: counted by seeded drops, and as they are on record."""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board import presets
+from engine.board.model import Board
+from engine.drops.batch import drop_many
+
+Floats = npt.NDArray[np.float64]
+
+STEPS: Final = 4
+"""Aims from the board's own x to the farthest, where a player may aim anywhere in between."""
+
+AT_ONCE: Final = 250_000
+"""Drops between two looks at `progress` and at the interval: 32 bytes each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Landings:
+    """How many of the seeds 0, 1, 2 … landed in each bin, and how many in none.
+
+    aim: the middle of the starts that seeds drew, m; None for the board's own.
+    """
+
+    aim: float | None
+    histogram: tuple[int, ...]
+    unsettled: int
+
+    @property
+    def drops(self) -> int:
+        """How many there were: the next seed."""
+        return sum(self.histogram) + self.unsettled
+
+    @property
+    def chances(self) -> Floats:
+        """Of each bin, shape (bins,); what is missing to 1 settled nowhere."""
+        return np.array(self.histogram, np.float64) / max(self.drops, 1)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON form; `landings_of` reads it."""
+        return {
+            "aim": self.aim,
+            "drops": self.drops,
+            "histogram": list(self.histogram),
+            "unsettled": self.unsettled,
+        }
+
+
+def aims_of(board: Board) -> tuple[float | None, ...]:
+    """The aims that are counted: None for the board's own, then all others that a player has.
+
+    On a mirrored board those of one side stand for both. Where any place may be aimed at, STEPS
+    evenly spaced ones stand for all: the return is an average over the jitter, and smooth.
+    """
+    zone = board.drop
+    if zone.slots:
+        others = [slot for slot in zone.slots if abs(slot - zone.x) <= zone.aim_span]
+    elif zone.aim_span > 0.0:
+        part = zone.aim_span / STEPS
+        others = [zone.x + k * part for k in range(-STEPS, STEPS + 1)]
+    else:
+        others = []
+    if is_mirrored(board):
+        others = [aim for aim in others if aim > zone.x]
+    return (None, *(aim for aim in others if aim != zone.x))
+
+
+def is_mirrored(board: Board) -> bool:
+    """Whether a board is its own mirror image about x = 0, so that both sides pay alike."""
+    pegs = {(p.x, p.y, p.radius) for p in board.pegs}
+    walls = {frozenset(((w.x1, w.y1), (w.x2, w.y2))) for w in board.walls}
+    return (
+        board.drop.x == 0.0
+        and board.bins.edges == tuple(-edge for edge in reversed(board.bins.edges))
+        and pegs == {(-x, y, radius) for x, y, radius in pegs}
+        and walls == {frozenset((-x, y) for x, y in wall) for wall in walls}
+    )
+
+
+def more(board: Board, found: Landings, drops: int, threads: int | None = None) -> Landings:
+    """The same landings with those of the next `drops` seeds."""
+    batch = drop_many(
+        board, range(found.drops, found.drops + drops), aim=found.aim, threads=threads
+    )
+    counted = np.add(found.histogram, batch.histogram).tolist()
+    return Landings(found.aim, tuple(counted), found.unsettled + batch.unsettled)
+
+
+def none_yet(board: Board) -> tuple[Landings, ...]:
+    """No landings, of each aim."""
+    empty = (0,) * board.bins.count
+    return tuple(Landings(aim, empty, 0) for aim in aims_of(board))
+
+
+def landings_of(form: dict[str, Any]) -> Landings:
+    """Landings from their JSON form."""
+    return Landings(form["aim"], tuple(form["histogram"]), form["unsettled"])
+
+
+@cache
+def _record() -> dict[str, Any]:
+    text = files("engine.payouts").joinpath("record.json").read_text(encoding="utf-8")
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+def landings_of_record(name: str) -> tuple[Landings, ...]:
+    """Of the preset `name`, as they were counted once, the board's own start first.
+
+    Payout variants are one board to the ball. Empty for a preset that has none of record.
+    """
+    return tuple(landings_of(form) for form in _record().get(presets.plain_name(name), ()))

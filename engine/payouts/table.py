@@ -1,0 +1,175 @@
+"""A payout table for known chances: multipliers of the familiar shape that return what they should.
+
+It begins with the reference game's table, the rarest bin paying its top award; then multipliers
+go up and down a ladder of numbers that people read easily, as little as it takes, until the return
+from every aim is within its bounds.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.errors import ParameterError
+from engine.payouts import reference
+from engine.payouts.reference import Risk
+
+Floats = npt.NDArray[np.float64]
+Rungs = npt.NDArray[np.intp]
+
+LADDER: Final = np.array(
+    [n / 10 for n in range(1, 30)]
+    + [n / 2 for n in range(6, 20)]
+    + [float(n) for n in range(10, 50)]
+    + [float(n) for n in range(50, 100, 2)]
+    + [float(n) for n in range(100, 300, 5)]
+    + [float(n) for n in range(300, 1001, 10)]
+    + [float(n) for n in range(1050, 10_001, 50)]
+)
+"""Multipliers that are read at a glance: tenths, halves, whole numbers, then ever rounder ones."""
+
+NEAR: Final = 5e-4
+"""How far the return from the board's own start may be from what was asked for."""
+
+MOST_BINS: Final = 64
+"""Bins that may pay differently: the search looks at all pairs of them."""
+
+_SCALES: Final = (1.0, 0.96, 1.04, 0.92, 1.08, 0.86, 1.15)  # of the wanted table, to begin with
+_STEPS: Final = (-4, -3, -2, -1, 1, 2, 3, 4)  # rungs tried at once
+_STIFF: Final = 1e11  # cost of a squared violation, where a squared logarithm of a change costs 1
+_HEADLINE: Final = 10.0  # cost of the top award's squared logarithm: the table is known by it
+_FAMILIAR: Final = (0.8, 1.25)  # returns between which the reference table is the place to begin
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What a table must return: `target` from the board's own start, and from every other aim
+    at least `least` and at most `most`."""
+
+    target: float = 0.99
+    least: float = 0.955
+    most: float = 0.9915
+
+
+def bounds_of(target: float) -> Bounds:
+    """As strict as for 0.99: no aim gives 0.15 % more than the target, or 3.5 % less."""
+    return Bounds(target, target - 0.035, target + 0.0015)
+
+
+def solve(chances: Floats, risk: Risk, bounds: Bounds, mirrored: bool) -> tuple[float, ...]:
+    """Multipliers of all bins, left to right.
+
+    chances: shape (aims, bins), the first row from the board's own start; rows may sum to less
+    than 1, where the rest gives the stake back. mirrored: both sides pay alike. Raises
+    ParameterError if no table was found.
+    """
+    folded = 0.5 * (chances + chances[:, ::-1]) if mirrored else chances
+    bins = folded.shape[1]
+    groups = (bins + 1) // 2 if mirrored else bins
+    if groups > MOST_BINS:
+        raise ParameterError(f"{bins} bins: a table is solved for few", field="board")
+    member = (
+        np.minimum(np.arange(bins), bins - 1 - np.arange(bins)) if mirrored else np.arange(bins)
+    )
+    shared = np.zeros((len(folded), groups))
+    np.add.at(shared.T, member, folded.T)
+    void = 1.0 - folded.sum(axis=1)
+    # The rarest first, from all aims alike: it pays most.
+    order = np.argsort(folded[:, :groups].mean(axis=0), kind="stable")
+    wanted = _familiar(shared[0, order], void[0], bins, folded[0], risk, bounds.target)
+    found = np.empty(groups)
+    for ranked in (True, False):
+        found[order] = LADDER[_nearest(shared[:, order], void, wanted, bounds, ranked)]
+        if _violation(void + shared @ found, bounds) == 0.0:
+            break
+    else:
+        raise ParameterError(
+            f"no table of risk {risk} returns {bounds.target:g} from the board's own start and "
+            f"{bounds.least:g} to {bounds.most:g} from each of {len(chances)} aims",
+            field="return",
+        )
+    pays: list[float] = found[member].tolist()
+    return tuple(pays)
+
+
+def _familiar(
+    shared: Floats, void: float, bins: int, chances: Floats, risk: Risk, target: float
+) -> Floats:
+    """The reference table by rank of the bins, all of it smaller or larger where it is far off."""
+    rows = min(max(bins - 1, reference.ROWS[0]), reference.ROWS[-1])
+    table = np.sort(np.array(reference.reference(rows, risk)))[::-1]
+    ranks = np.linspace(0.0, rows, len(shared) if len(shared) < len(chances) else bins)
+    wanted: Floats = np.exp(np.interp(ranks, np.arange(rows + 1), np.log(table)))
+    returned = void + float(shared @ wanted)
+    if _FAMILIAR[0] < returned < _FAMILIAR[1]:
+        return wanted
+    scaled: Floats = wanted * (target - void) / max(returned - void, 1e-9)
+    return np.clip(scaled, LADDER[0], LADDER[-1])
+
+
+def _violation(returns: Floats, bounds: Bounds) -> Floats:
+    """Sum of squares of how far returns are out of their bounds; the first is the own start's."""
+    off = np.maximum(0.0, np.abs(returns[..., 0] - bounds.target) - NEAR)
+    low = np.maximum(0.0, bounds.least - returns[..., 1:])
+    high = np.maximum(0.0, returns[..., 1:] - bounds.most)
+    found: Floats = off**2 + (low**2 + high**2).sum(axis=-1)
+    return found
+
+
+def _nearest(shared: Floats, void: Floats, wanted: Floats, bounds: Bounds, ranked: bool) -> Rungs:
+    """Rungs of the ladder, the rarest bin's first: the best that a climb from some places finds.
+
+    Places to begin: what is wanted, a little more or less of it, and a table that pays all alike.
+    ranked: what is hit more often pays no more. Where each slot has
+    its own frequent bins, no such table may be within bounds.
+    """
+    moves = _moves(len(wanted))
+    begins = [wanted * scale for scale in _SCALES] + [np.full(len(wanted), bounds.target)]
+    tried = [
+        _climb(_rungs_near(begin), moves, shared, void, wanted, bounds, ranked) for begin in begins
+    ]
+    return min(tried, key=lambda each: each[0])[1]
+
+
+def _rungs_near(pays: Floats) -> Rungs:
+    found: Rungs = np.abs(np.log(LADDER[:, None]) - np.log(pays)).argmin(axis=0)
+    return found
+
+
+def _climb(
+    now: Rungs,
+    moves: Rungs,
+    shared: Floats,
+    void: Floats,
+    wanted: Floats,
+    bounds: Bounds,
+    ranked: bool,
+) -> tuple[float, Rungs]:
+    """The cost and the rungs where no one or two steps from `now` lead to a lower cost any more."""
+    best = np.inf
+    while True:
+        tried = np.clip(now + moves, 0, len(LADDER) - 1)
+        if ranked:
+            tried = tried[(np.diff(tried, axis=1) <= 0).all(axis=1)]
+        pays = LADDER[tried]
+        cost = _STIFF * _violation(void + pays @ shared.T, bounds)
+        changes = np.log(pays / wanted) ** 2
+        cost += changes.sum(axis=1) + _HEADLINE * changes[:, 0]
+        first = int(cost.argmin())
+        if not cost[first] < best:
+            return best, now
+        best, now = float(cost[first]), tried[first]
+
+
+def _moves(count: int) -> Rungs:
+    """No step, each step of one rung's number, and each pair of steps; shape (moves, count)."""
+    one = [(place, step) for place in range(count) for step in _STEPS]
+    rows = [(), *((move,) for move in one)]
+    rows += [pair for pair in combinations(one, 2) if pair[0][0] != pair[1][0]]
+    found = np.zeros((len(rows), count), np.intp)
+    for row, steps in enumerate(rows):
+        for place, step in steps:
+            found[row, place] = step
+    return found

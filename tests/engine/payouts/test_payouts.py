@@ -1,0 +1,127 @@
+"""Presets return what they state, from each aim they offer; a table is solved for any chances."""
+
+import numpy as np
+import pytest
+
+from engine import Board, ParameterError, drop_many, preset_names
+from engine.board import payouts
+from engine.payouts import reference, table
+from engine.payouts.landings import aims_of, is_mirrored, landings_of_record, more, none_yet
+from engine.payouts.odds import odds_of, odds_of_record
+from engine.payouts.solve import risk_of, solve_payouts
+from tests.long import tries
+
+PLAYED = tuple(name for name in preset_names() if name != "galton")
+OWN = (0.988, 0.992)
+AIMED = (0.95, 0.992)
+SURE = 5.0  # standard deviations: one in a million is further off
+
+
+@pytest.mark.parametrize("name", PLAYED)
+def test_by_the_landings_of_record_a_preset_returns_what_it_states(name: str) -> None:
+    own, *others = odds_of_record(Board.preset(name))
+    assert OWN[0] <= own.returned <= OWN[1]
+    for odds in others:
+        assert AIMED[0] <= odds.returned <= AIMED[1], odds.aim
+    assert own.drops >= 1_000_000
+
+
+@pytest.mark.parametrize("name", PLAYED)
+def test_the_landings_of_record_are_of_every_aim_that_the_board_offers(name: str) -> None:
+    board = Board.preset(name)
+    found = landings_of_record(name)
+    assert tuple(each.aim for each in found) == aims_of(board)
+    assert {len(each.histogram) for each in found} == {board.bins.count}
+    assert sum(each.unsettled for each in found) == 0
+
+
+@pytest.mark.parametrize("name", [f"triangle-{rows}" for rows in payouts.ROWS] + ["classic"])
+def test_drops_of_other_seeds_land_as_those_of_record_did(name: str) -> None:
+    """Pearson's chi-square of two samples, at the own start."""
+    count = tries(2_000, 1_000_000)
+    first = 10**12
+    there = np.array(landings_of_record(name)[0].histogram)
+    here = drop_many(name, range(first, first + count)).histogram
+    few = (there + here) * count / there.sum() < 5.0
+    pairs = np.array([there[~few], here[~few]])
+    pairs = np.column_stack((pairs, [there[few].sum(), here[few].sum()]))
+    pairs = pairs[:, pairs.sum(axis=0) > 0]
+    expected = np.outer(pairs.sum(axis=1), pairs.sum(axis=0)) / pairs.sum()
+    chi_square = float(((pairs - expected) ** 2 / expected).sum())
+    freedom = pairs.shape[1] - 1
+    assert chi_square < freedom + SURE * np.sqrt(2.0 * freedom) + SURE**2
+
+
+def test_galton_pays_the_same_whatever_happens() -> None:
+    assert set(Board.preset("galton").bins.multipliers) == {0.99}
+
+
+def test_what_record_says_is_what_the_same_seeds_give() -> None:
+    board = Board.preset("triangle-8")
+    found = more(board, none_yet(board)[0], 500)
+    assert found == more(board, more(board, none_yet(board)[0], 200), 300)
+    assert found.drops == 500
+    assert list(found.histogram) == drop_many(board, range(500)).histogram.tolist()
+
+
+def test_presets_are_mirrored_and_a_board_with_a_moved_peg_is_not() -> None:
+    assert all(is_mirrored(Board.preset(name)) for name in ("triangle-9", "classic", "galton"))
+    form = Board.preset("triangle-9").to_dict()
+    form["pegs"][3]["x"] += 0.01
+    assert not is_mirrored(Board.from_json(form))
+
+
+def test_odds_are_those_of_the_chances() -> None:
+    board = Board.from_json({"bins": {"multipliers": [3, 0.5, 3]}})
+    landings = none_yet(board)[0]
+    odds = odds_of(type(landings)(None, (10, 70, 15), 5), board.bins.multipliers)
+    assert odds.returned == pytest.approx(0.25 * 3 + 0.7 * 0.5 + 0.05)
+    assert odds.hit_rate == pytest.approx(0.30)
+    assert odds.volatility**2 == pytest.approx(0.25 * 9 + 0.7 * 0.25 + 0.05 - odds.returned**2)
+    assert odds.awards == ((3.0, 0.25), (0.5, 0.7))
+
+
+@pytest.mark.parametrize("risk", reference.HALF_TABLES)
+@pytest.mark.parametrize("rows", [8, 11, 16])
+def test_for_binomial_chances_the_top_award_is_nearly_the_reference_game_s(
+    rows: int, risk: reference.Risk
+) -> None:
+    chances = np.array([[float(w) for w in _ways(rows)]]) / 2.0**rows
+    pays = table.solve(chances, risk, table.Bounds(), mirrored=True)
+    known = reference.reference(rows, risk)
+    assert chances[0] @ pays == pytest.approx(0.99, abs=table.NEAR)
+    assert pays == pays[::-1]
+    assert pays[0] == max(pays) == pytest.approx(known[0], rel=0.1)
+
+
+def _ways(rows: int) -> list[int]:
+    ways = [1]
+    for k in range(rows):
+        ways.append(ways[-1] * (rows - k) // (k + 1))
+    return ways
+
+
+def test_a_board_of_one_s_own_gets_a_table_too() -> None:
+    form = Board.preset("triangle-8").to_dict() | {"name": "mine", "drag": 2.0}
+    found = solve_payouts(Board.from_json(form), risk="low", drops=2_000, threads=1)
+    assert found.odds[0].returned == pytest.approx(0.99, abs=table.NEAR)
+    assert found.least is found.odds[0]
+    assert found.drops == 2_000
+    assert all(pays in table.LADDER for pays in found.multipliers)
+    assert found.to_dict()["aims"][0]["awards"][0]["multiplier"] == max(found.multipliers)
+
+
+def test_what_cannot_be_solved_is_refused_and_named() -> None:
+    with pytest.raises(ParameterError, match="risk 'huge' is none of low, medium, high"):
+        risk_of("huge")
+    with pytest.raises(ParameterError, match="return 2 is not from"):
+        solve_payouts("triangle-8", returned=2)
+    sure = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    with pytest.raises(ParameterError, match="no table of risk low returns"):
+        table.solve(sure, "low", table.Bounds(0.99, 0.9899, 0.98995), mirrored=False)
+
+
+def test_a_changed_board_has_no_odds_of_record() -> None:
+    form = Board.preset("triangle-8").to_dict()
+    assert len(odds_of_record(Board.from_json(form))) == 1
+    assert odds_of_record(Board.from_json(form | {"drag": 2.0})) == ()
