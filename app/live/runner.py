@@ -99,7 +99,10 @@ class Runner:
                 first = first or own
             if entered.begins_anew:
                 self._renewed(room)
-            requester.carried_out(first)
+            if entered.failed is None:
+                requester.carried_out(first)
+            else:
+                requester.refused(entered.failed)
             self._awake[room.id] = room
             self.ticker.wake()
 

@@ -9,6 +9,16 @@ from app.protocol.client_messages import Message
 
 VERSION: Final = "3.0.0"
 
+QUERY: Final = {
+    "stream": {
+        "type": "string",
+        "enum": list(messages.STREAMS),
+        "default": messages.SNAPSHOTS,
+        "description": "What the binary messages are.",
+    }
+}
+"""The query parameters of a room's address, by name; there are no others."""
+
 _SCHEMAS: Final = "#/components/schemas/{name}"
 _CHANNEL: Final = "room"
 
@@ -33,6 +43,9 @@ def document(version: str) -> dict[str, Any]:
                 "parameters": {
                     "room": {"description": "`main`, a preset's name, or what `POST rooms` gave."}
                 },
+                "bindings": {"ws": {"query": {
+                    "type": "object", "properties": QUERY, "additionalProperties": False,
+                }}},
                 "messages": {
                     name: {"$ref": f"#/components/messages/{name}"} for name in (*events, *said)
                 },

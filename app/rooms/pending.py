@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from app.errors import MissingBallError
 from app.protocol import messages
 
 Command = TypeVar("Command")
@@ -63,8 +64,10 @@ class Entered:
     """An input that was carried out just now, and what to tell of it.
 
     begins_anew: it put another scene in the place of what was there, so that everyone starts over.
+    failed: why nothing came of it, for who asked; what it was about has gone since it was planned.
     """
 
     pending: PendingInput[Any]
     events: list[messages.Event]
     begins_anew: bool = False
+    failed: MissingBallError | None = None

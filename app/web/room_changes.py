@@ -62,11 +62,11 @@ class Changes:
                 field="type",
             )
         spend(self._bucket, time.monotonic(), "changes")
+        if isinstance(message, ReleaseMessage):
+            self._holding.discard(message.ball)  # even one that has gone is not held any more
         asked = self._server.rooms.change(room, message, client=self._client, ref=message.ref)
         if isinstance(message, DragMessage):
             self._holding.add(message.ball)
-        elif isinstance(message, ReleaseMessage):
-            self._holding.discard(message.ball)
         return asked
 
     def let_go(self) -> None:

@@ -21,6 +21,11 @@ from engine.drops.start import start_of
 BALL_NAMES: Final = ("density", "restitution", "friction")
 
 
+def no_such_ball(ball: int) -> MissingBallError:
+    """What to say of a ball that never was, or has landed or was taken out meanwhile."""
+    return MissingBallError(f"there is no ball {ball} in the room", field="ball")
+
+
 @dataclass(frozen=True, slots=True)
 class InputCheck:
     """A room as far as an input is judged by it; `coming`: balls that planned inputs will add.
@@ -74,7 +79,7 @@ class InputCheck:
         """Take the ball out of what is given; raises MissingBallError."""
         ball: int = given.pop("ball")
         if not self.world.has(ball):
-            raise MissingBallError(f"there is no ball {ball} in the room", field="ball")
+            raise no_such_ball(ball)
         return ball
 
     def _add(self, given: dict[str, Any]) -> inputs.Add:
@@ -118,7 +123,7 @@ class InputCheck:
         return inputs.Drag(ball=ball, x=x, y=y)
 
     def _release(self, given: dict[str, Any]) -> inputs.Release:
-        return inputs.Release(**given)  # one that has landed meanwhile is let go of all the same
+        return inputs.Release(ball=self._ball(given))
 
     def _remove(self, given: dict[str, Any]) -> inputs.Remove:
         return inputs.Remove(ball=self._ball(given))

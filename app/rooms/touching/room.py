@@ -17,7 +17,7 @@ from app.protocol.touching_messages import Change
 from app.rooms.pending import NOBODY, DropCommand, Entered, PendingInput, Requester
 from app.rooms.room import QUIET, Ground, Room, decode_checkpoint
 from app.rooms.touching import inputs, values
-from app.rooms.touching.checks import BALL_NAMES, InputCheck
+from app.rooms.touching.checks import BALL_NAMES, InputCheck, no_such_ball
 from app.rooms.touching.inputs import ChangeFormat, TouchingCommand
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.table import Fall, Table
@@ -161,7 +161,7 @@ class TouchingRoom(Room):
         asked = pending.command.input
         ball = getattr(asked, "ball", None)
         if ball is not None and not self.world.has(ball):
-            return Entered(pending, [])  # it has landed or was taken out since it was asked for
+            return Entered(pending, [], failed=no_such_ball(ball))
         own = _OWN_ACTS.get(type(asked))
         events = self.table.carry_out(asked) if own is None else own(self, asked)
         self.drops += sum(isinstance(event, messages.Accepted) for event in events)

@@ -26,7 +26,7 @@ from app.errors import (
 )
 from app.live.hub import Client, Mailbox
 from app.live.transport import connection_of, sever
-from app.protocol import client_messages, messages
+from app.protocol import asyncapi, client_messages, messages
 from app.protocol.touching_messages import ClaimMessage, WatchMessage
 from app.protocol.wire import WireMessage
 from app.rooms.room import Room
@@ -34,6 +34,7 @@ from app.rooms.stakes import parse_stake, parse_who
 from app.web.limits import TokenBucket, spend
 from app.web.room_changes import Changes
 from app.web.routes.common import Server
+from app.web.routes.queries import check_queries
 from app.web.services import Services
 from engine.errors import EngineError
 from engine.seeding import parse_seed
@@ -55,6 +56,7 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
     await socket.accept()
     error: AppError | None = None
     try:
+        check_queries(socket.query_params, asyncapi.QUERY)
         stream = client_messages.parse_stream(socket.query_params.get("stream"))
         room = await server.rooms.seek(room_id)
         error = await RoomClient(socket, server, room, stream).run()

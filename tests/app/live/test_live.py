@@ -337,6 +337,25 @@ async def test_an_unknown_room_says_so_and_closes_for_good(server: Running) -> N
     assert closed.rcvd.code == 4004
 
 
+@pytest.mark.parametrize(
+    ("query", "named"),
+    [
+        ("?steam=segments", "'steam' is no query parameter here; there is: stream"),
+        ("?stream=segments&stream=snapshots", "stream is given 2 times"),
+        ("?stream=films", "stream 'films' is not one of: snapshots, segments"),
+    ],
+)
+async def test_a_parameter_of_the_address_that_is_not_there_closes_with_the_reason(
+    server: Running, query: str, named: str
+) -> None:
+    async with playing(server.socket() + query) as player:
+        assert (player.hello["type"], player.hello["code"]) == ("error", "invalid-value")
+        assert named in player.hello["detail"]
+        closed = await closing(player)
+    assert closed.rcvd is not None
+    assert (closed.rcvd.code, closed.rcvd.reason[: len(named)]) == (1008, named)
+
+
 @pytest.mark.parametrize("origin", ["https://evil.example", "null"])
 async def test_another_sites_page_cannot_connect(server: Running, origin: str) -> None:
     with pytest.raises(InvalidStatus) as refused:
