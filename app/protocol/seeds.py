@@ -64,7 +64,10 @@ class SeedStream:
         return bool(self._landed) and tick - self._since >= self._patience
 
     def brief(self, event: messages.Event) -> messages.Event:
-        """An event as it is told here: without what follows from the rest."""
+        """An event as it is told here: without what follows from the rest.
+
+        Of a drop that was given up in flight nothing follows, and all is told.
+        """
         if isinstance(event, messages.Accepted):
             by_seed = start_x(int(event.seed), self._zone.x, self._zone.jitter)
             return messages.BriefAccepted(
@@ -76,8 +79,7 @@ class SeedStream:
                 ref=event.ref,
                 stake=event.stake,
             )
-        if isinstance(event, messages.Landed):
-            assert event.digest is not None
+        if isinstance(event, messages.Landed) and event.digest is not None:
             digest = event.digest[:DIGITS]
             return messages.BriefLanded(ball=event.ball, digest=digest, payout=event.payout)
         return event
