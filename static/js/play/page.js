@@ -16,6 +16,7 @@ import { Controls } from "./input/controls.js";
 import { Dropper } from "./input/dropper.js";
 import { switchGhost, switchSound } from "./input/switches.js";
 import { LiveTable } from "./live.js";
+import { Prover } from "./proof.js";
 import { findTable } from "./rooms.js";
 import { Scoreboard } from "./scoreboard.js";
 import { Sound } from "./sound/sound.js";
@@ -27,6 +28,7 @@ import { Sound } from "./sound/sound.js";
 /** @import { Played, Session } from "../model/session.js" */
 /** @import { Table } from "../model/table/table.js" */
 /** @import { Theme } from "../paint/theme.js" */
+/** @import { Solver } from "../solver/solver.js" */
 /** @import { Ghost } from "./ghost.js" */
 /** @import { Ask, TableChoice } from "./input/controls.js" */
 /** @import { LiveState } from "./live.js" */
@@ -38,10 +40,11 @@ const STATE_TEXTS = {
   asleep: "Ready",
   closed: "Closed",
 };
+const STREAMS = ["seeds", "segments", "snapshots"];
 const SCORE_MS = 200; // between two renewals of the list while balls rain
 
 /** @typedef {{theme: Theme, view: BoardView, histogram: Histogram, ghost: Ghost,
- *   session: Session}} Parts */
+ *   session: Session, solver: Solver | null}} Parts */
 
 /** The live page: one table at a time. */
 export class TablePage {
@@ -58,13 +61,14 @@ export class TablePage {
   #scoreMs = 0;
 
   /** @param {Parts} parts @param {URLSearchParams} asked */
-  constructor({ theme, view, histogram, ghost, session }, asked) {
+  constructor({ theme, view, histogram, ghost, session, solver }, asked) {
     this.theme = theme;
     this.view = view;
     this.histogram = histogram;
     this.ghost = ghost;
     this.session = session;
-    this.stream = asked.get("stream") ?? undefined;
+    this.means = { solver, streams: streamsFor(asked.get("stream"), solver !== null) };
+    this.prover = new Prover(solver);
     this.sound = new Sound();
     this.announcer = new Announcer((text, score) => this.#say(text, score));
     this.loop = new FrameLoop((now) => this.#draw(now));
@@ -85,7 +89,7 @@ export class TablePage {
       onBoard: (choice) => this.#move(choice),
       onAim: () => this.loop.wake(),
     });
-    this.scoreboard = new Scoreboard(session, theme, (seed) => this.controls.setSeed(seed));
+    this.scoreboard = new Scoreboard(session, theme, this.prover, (seed) => this.controls.setSeed(seed));
     switchSound(this.sound);
     switchGhost(this.ghost, () => this.loop.wake());
     this.#followPointer(view.moving);
@@ -115,7 +119,7 @@ export class TablePage {
       onChange: () => this.loop.wake(),
       onPong: (ms) => this.instruments.line.pong(ms),
       onSnapshot: () => this.instruments.ball.measure(),
-    }, this.stream);
+    }, this.means);
   }
 
   /** @param {TableChoice} choice */
@@ -146,6 +150,7 @@ export class TablePage {
   #setTable(hello, table) {
     const { board, board_name: name, slots } = hello;
     if (hello.room === MAIN_ROOM) this.#mainBoard = name;
+    this.prover.know(hello.board_digest, board);
     // A line that came back finds the same board; the fields keep what was typed in them.
     if (this.#digest !== hello.board_digest) {
       this.#digest = hello.board_digest;
@@ -196,7 +201,7 @@ export class TablePage {
     const quiet = this.#still.matches;
     live.settle(quiet ? Number.POSITIVE_INFINITY : t, now);
     const scene = table ? table.sceneAt(t, now / 1000) : emptyScene();
-    if (table?.obstacles) instruments.ball.measure();
+    if (table?.growsWhenDrawn) instruments.ball.measure();
     if (table) this.sound.hear(table.heard, t);
     if (quiet) scene.balls.length = 0;
     if (quiet) scene.flashes = [];
@@ -293,7 +298,7 @@ export class TablePage {
     this.view.repaint();
     this.ghost.recolour();
     this.histogram.draw();
-    this.scoreboard.show();
+    this.scoreboard.recolour();
     this.loop.wake();
   }
 
@@ -323,4 +328,14 @@ export class TablePage {
       else if (place && this.live.table) this.instruments.pick(place.x, place.y);
     });
   }
+}
+
+/**
+ * @param {string | null} asked in the page's address
+ * @param {boolean} solves whether this page can compute paths
+ * @returns {string[]} the streams that will do, the best first
+ */
+function streamsFor(asked, solves) {
+  const others = STREAMS.filter((stream) => stream !== asked && (solves || stream !== STREAMS[0]));
+  return asked === null ? others : [asked, ...others];
 }
