@@ -53,20 +53,12 @@ def entry(kernel: EntryKernel[Any, Any]) -> Callable[..., Any] | None:
     return None if module is None else Entry(module, kernel)
 
 
-@cache
-def _engine() -> wasmtime.Engine:
-    config = wasmtime.Config()
-    config.parallel_compilation = False  # by threads, which a process that is forked does not have
-    return wasmtime.Engine(config)
-
-
 @atexit.register
 def _let_go() -> None:
     """When Python ends: its objects are let go of by functions that are gone soon."""
     if modules.cache_info().currsize:
         for module in modules().values():
             module.close()
-    _engine.cache_clear()
 
 
 class Module:
@@ -75,6 +67,9 @@ class Module:
     def __init__(self, code: bytes, calls: dict[str, Any]) -> None:
         self.calls = {name: Call.read(call) for name, call in calls.items()}
         self._code = code
+        config = wasmtime.Config()
+        config.parallel_compilation = False  # by threads, which a forked process does not have
+        self._engine: wasmtime.Engine | None = wasmtime.Engine(config)
         self._compiled: wasmtime.Module | None = None
         self._idle: list[Machine] = []
 
@@ -83,9 +78,11 @@ class Module:
         try:
             return self._idle.pop()
         except IndexError:
-            if self._compiled is None:
-                self._compiled = wasmtime.Module(_engine(), self._code)
-            return Machine(self._compiled)
+            if self._engine is None:
+                raise RuntimeError("Python is about to end") from None
+            if self._compiled is None:  # two threads may both do so: either's is right
+                self._compiled = wasmtime.Module(self._engine, self._code)
+            return Machine(self._engine, self._compiled)
 
     def give(self, machine: "Machine") -> None:
         """Let others have it."""
@@ -94,7 +91,7 @@ class Module:
     def close(self) -> None:
         """Let go of what is wasmtime's."""
         self._idle.clear()
-        self._compiled = None
+        self._compiled = self._engine = None
 
 
 class Entry:
@@ -175,8 +172,8 @@ class _Copy(NamedTuple):
 class Machine:
     """Memory, and the code that works on it."""
 
-    def __init__(self, module: wasmtime.Module) -> None:
-        self._store = wasmtime.Store(_engine())
+    def __init__(self, engine: wasmtime.Engine, module: wasmtime.Module) -> None:
+        self._store = wasmtime.Store(engine)
         self._memory = wasmtime.Memory(self._store, wasmtime.MemoryType(wasmtime.Limits(5, None)))
         kind = wasmtime.GlobalType(wasmtime.ValType.i32(), True)
         stack = wasmtime.Global(self._store, kind, wasmtime.Val.i32(BLOCK))

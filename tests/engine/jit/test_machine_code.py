@@ -3,6 +3,7 @@
 import importlib
 import os
 import pkgutil
+import threading
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -48,6 +49,25 @@ def test_an_artifact_of_other_sources_is_not_run(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(stamp, "current", lambda: {"sources": "others"})
     monkeypatch.setattr(machine_code, "modules", machine_code.modules.__wrapped__)
     assert machine_code.entry(kernel) is None
+
+
+def test_threads_may_be_the_first_to_call_a_kernel_at_once() -> None:
+    """Each finds machine code, and of one engine all that it needs."""
+    kernel = cast("EntryKernel[Any, Any]", trace_many)
+    found: list[machine_code.Machine] = []
+    module = machine_code.modules.__wrapped__()[kernel.name]
+    together = threading.Barrier(4)
+
+    def first() -> None:
+        together.wait()
+        found.append(module.take())
+
+    threads = [threading.Thread(target=first) for _ in range(4)]
+    for each in threads:
+        each.start()
+    for each in threads:
+        each.join()
+    assert len(set(found)) == 4
 
 
 def test_what_a_call_takes_is_read_as_it_was_written() -> None:
