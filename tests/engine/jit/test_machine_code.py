@@ -3,16 +3,12 @@
 import importlib
 import os
 import pkgutil
-import time
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
-from threading import Barrier
+import threading
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 import pytest
-import wasmtime
 
 import engine
 from engine import Board, drop, drop_many
@@ -55,6 +51,25 @@ def test_an_artifact_of_other_sources_is_not_run(monkeypatch: pytest.MonkeyPatch
     assert machine_code.entry(kernel) is None
 
 
+def test_threads_may_be_the_first_to_call_a_kernel_at_once() -> None:
+    """Each finds machine code, and of one engine all that it needs."""
+    kernel = cast("EntryKernel[Any, Any]", trace_many)
+    found: list[machine_code.Machine] = []
+    module = machine_code.modules.__wrapped__()[kernel.name]
+    together = threading.Barrier(4)
+
+    def first() -> None:
+        together.wait()
+        found.append(module.take())
+
+    threads = [threading.Thread(target=first) for _ in range(4)]
+    for each in threads:
+        each.start()
+    for each in threads:
+        each.join()
+    assert len(set(found)) == 4
+
+
 def test_what_a_call_takes_is_read_as_it_was_written() -> None:
     number, table = Kind("f8"), Kind("u4", 2)
     call = Call((number, (table, (number,))), (table, number))
@@ -77,65 +92,38 @@ def test_results_have_the_names_that_the_function_gives_them() -> None:
     assert type(made(iter([1.5, "parts", 3]))[0]) is Pair
 
 
-def sampling(out: Floats) -> tuple[Any, ...]:
-    """What `sample` is called with for states of a drop at the times of its first impacts.
-
-    The drop's own arrays are locked.
-    """
+def sampled(out: Floats) -> None:
+    """States of a drop at the times of its first impacts; the drop's own arrays are locked."""
     path = drop(Board.preset("triangle-8"), 5).trajectory
     rows = np.arange(len(out))
     assert not path.segments.flags.writeable
     times = path.segments[rows, body.T].copy()
-    board = arrays_of(path.board)
-    return board, path.segments, rows, rows + 1, times, False, new_series(), out
+    sample(arrays_of(path.board), path.segments, rows, rows + 1, times, False, new_series(), out)
 
 
 def test_arrays_may_be_locked_and_have_gaps() -> None:
     whole = np.zeros((4, body.SIZE))
     gaps = np.zeros((8, body.SIZE))
-    sample(*sampling(whole))
-    sample(*sampling(gaps[::2]))
+    sampled(whole)
+    sampled(gaps[::2])
     assert whole.any(axis=1).all()
     assert gaps[::2].tobytes() == whole.tobytes()
     assert not gaps[1::2].any()
 
 
+def test_a_board_that_stays_in_memory_stays_as_it_is_and_is_no_other() -> None:
+    """Drops on one board again and again, by more than one kernel, and on another one between."""
+    names = ("triangle-8", "triangle-8", "classic", "triangle-8")
+    first, again, other, last = [
+        drop(Board.preset(name), 5).record(certainty=True) for name in names
+    ]
+    assert first == again == last
+    assert other["digest"] != first["digest"]
+
+
 def test_another_kind_of_array_is_refused() -> None:
     with pytest.raises(TypeError, match=r"sample takes no array of float32 in 2 dimensions: f8:2"):
-        sample(*sampling(np.zeros((4, body.SIZE), np.float32)))
-
-
-def test_threads_that_come_at_once_compile_nothing_twice(monkeypatch: pytest.MonkeyPatch) -> None:
-    made: list[str] = []
-    calls = [sampling(np.zeros((4, body.SIZE))) for _ in range(4)]
-
-    def counted(name: str) -> Any:
-        usual = getattr(wasmtime, name)
-
-        def make(*args: Any) -> Any:
-            made.append(name)
-            time.sleep(0.05)  # for the others to come, too
-            return usual(*args)
-
-        return make
-
-    for name in ("Engine", "Module"):
-        monkeypatch.setattr(wasmtime, name, counted(name))
-    monkeypatch.setattr(machine_code, "modules", cache(machine_code.modules.__wrapped__))
-    monkeypatch.setattr(machine_code, "_engine", cache(machine_code._engine.__wrapped__))
-    ready = Barrier(4)
-
-    def run(asked: tuple[Any, ...]) -> Any:
-        ready.wait()
-        code = machine_code.entry(cast("EntryKernel[Any, Any]", sample))
-        assert code is not None
-        code(*asked)
-        return asked[-1].tobytes()
-
-    with ThreadPoolExecutor(4) as threads:
-        found = list(threads.map(run, calls))
-    assert made == ["Engine", "Module"]
-    assert len(set(found)) == 1
+        sampled(np.zeros((4, body.SIZE), np.float32))
 
 
 def digests() -> list[str]:
