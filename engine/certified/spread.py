@@ -14,41 +14,80 @@ from flint import arb
 
 from engine.board.model import Board
 from engine.certified.balls import ONE, ZERO, Proof
+from engine.certified.contact.phase import After, free, settled
+from engine.certified.contact.spread import Parting, SpreadPhase
 from engine.certified.flight import Flight, State, wide_basis
 from engine.certified.impulse import Rebound
-from engine.certified.next_impact import BOUNCED, Touch, Touched, next_impact
+from engine.certified.next_impact import BOUNCED, Hit, Touch, Touched, next_impact
 from engine.certified.scene import Scene, scene_of
 from engine.certified.surfaces import Surface
 from engine.certified.trace import Path, Tracer
 
+Vector = tuple[arb, arb]
 
-class Rates(NamedTuple):
-    """A state's derivative with respect to the start, at an event rather than at a time."""
+_parts = attrgetter("t", "x", "y", "vx", "vy", "omega")
 
-    t: arb
-    x: arb
-    y: arb
-    vx: arb
-    vy: arb
-    omega: arb
+STARTS: Vector = ZERO, -ONE
+"""The normal of the line on which balls start, and of that on which they land."""
 
 
-_parts = attrgetter(*Rates._fields)
-AT_REST = Rates(ZERO, ONE, ZERO, ZERO, ZERO, ZERO)
+Change = tuple[arb, arb, arb, arb]
+"""Of the time of an event, of the way and of the two parts of the velocity there."""
+
+
+class Frame(NamedTuple):
+    """The normal n of a surface where a ball touches it, and the ball's speeds v.n and v.t.
+
+    Where the ball is a way p further along, n is turned by curvature p towards t = (-n_y, n_x).
+    """
+
+    normal: Vector
+    curvature: arb
+    off: arb
+    along: arb
+
+    @classmethod
+    def of(cls, normal: Vector, curvature: arb, state: State) -> "Frame":
+        """Of a ball with this state."""
+        (nx, ny), vx, vy = normal, state.vx, state.vy
+        return cls(normal, curvature, vx * nx + vy * ny, vy * nx - vx * ny)
+
+    @property
+    def tangent(self) -> Vector:
+        """t."""
+        return -self.normal[1], self.normal[0]
+
+    def parts(self, x: arb, y: arb) -> Vector:
+        """Of a vector: along the normal and along the tangent."""
+        nx, ny = self.normal
+        return nx * x + ny * y, nx * y - ny * x
+
+    def turned(self, way: arb, off: arb, along: arb) -> Vector:
+        """The velocity's change along n and t, from those of the way and of both speeds."""
+        turn = self.curvature * way
+        return off - turn * self.along, along + turn * self.off
+
+    def of_speeds(self, way: arb, off: arb, along: arb) -> Vector:
+        """The changes of both speeds from those of the way and of the velocity along n and t."""
+        turn = self.curvature * way
+        return off + turn * self.along, along - turn * self.off
 
 
 class SpreadTracer(Tracer):
     """All balls that start within an interval, as long as one thing happens to them at a time.
 
-    Where they stay on a surface, or touch two at once, the box alone goes on.
+    Where they touch two surfaces at once, the box alone goes on.
     """
 
     def __init__(self, scene: Scene, x: arb, proof: Proof) -> None:
         super().__init__(scene, x, proof)
         self._middle: Tracer | None = Tracer(scene, x.mid(), Proof())
         self._apart = x - x.mid()
-        self._rates = AT_REST
+        self._parting = Parting(ZERO, ONE, ZERO, ZERO, ZERO)
+        self._frame = Frame(STARTS, ZERO, ZERO, ZERO)
+        self._on: Surface | None = None
         self._middle_touched: Touched = {}
+        self._approach: arb | None = None
 
     def _fly(self, touched: Touched) -> Touched:
         if self._middle is None or len(touched) > 1:
@@ -62,40 +101,85 @@ class SpreadTracer(Tracer):
             self._middle = None
             return super()._fly(touched)
         self.state = flight.at(hit.time)
-        self._middle.state = same.at(of_middle.time)
-        normal = (ZERO, ONE)
-        if hit.surfaces:
-            normal = hit.surfaces[0].normal(self.state.x, self.state.y)
-        self._rates = _through_flight(self._rates, flight, hit.time, self.state, normal)
+        self._middle.state, self._approach = same.at(of_middle.time), of_middle.approach
+        self._part(flight, hit)
         self._cut()
         if not hit.surfaces:
             self._land()
             return {}
         return self._hit(hit.surfaces[0], {hit.surfaces[0]: Touch(BOUNCED, ZERO)}, hit.approach)
 
-    def _bounced(self, surface: Surface, after: Rebound, normal: tuple[arb, arb]) -> State:
-        if self._middle is None:
-            return super()._bounced(surface, after, normal)
-        before = self.state
-        self._rates = _through_bounce(
-            self._rates, before, surface, after, normal, self.scene.radius
+    def _part(self, flight: Flight, hit: Hit) -> None:
+        """What becomes of the derivatives in a flight: the sum of what becomes of each part.
+
+        So what nearly cancels, as in a ball that bounces to rest, does so in numbers that are
+        known, not in the derivatives.
+        """
+        surface = hit.surfaces[0] if hit.surfaces else None
+        normal = surface.normal(self.state.x, self.state.y) if surface else STARTS
+        bend = surface.curvature if surface else ZERO
+        after = Frame.of(normal, bend, self.state)
+        if hit.approach is not None:
+            after = after._replace(off=hit.approach)
+        moved = _Moved(flight, hit.time, self._frame, after, again=surface is self._on)
+        now = self._parting
+        columns = zip(*moved.columns(), strict=True)
+        time, way, off, along = (
+            now.way * by_way + now.off * by_off + now.along * by_along
+            for by_way, by_off, by_along in columns
         )
-        off, _ = self._middle.rebound(surface, None)
+        self._parting = Parting(now.time + time, way, off, along, now.omega)
+        self._frame, self._on = after, surface
+
+    def _bounced(self, surface: Surface, after: Rebound, normal: Vector) -> State:
+        if self._middle is None or surface is not self._on:
+            self._middle = None
+            return super()._bounced(surface, after, normal)
+        radius = self.scene.radius
+        self._parting = _through_bounce(
+            self._parting, self._frame, self.state, surface, after, radius
+        )
+        self._frame = self._frame._replace(off=after.off, along=after.along)
+        off, _ = self._middle.rebound(surface, self._approach)
         self._middle_touched = {surface: Touch(BOUNCED, off)}
         self.state = super()._bounced(surface, after, normal)
         self._cut()
         return self.state
 
     def _stay(self, surface: Surface, touched: Touched, sticks: bool) -> Touched:
-        self._middle = None
+        if len(touched) > 1:
+            self._middle = None
         return super()._stay(surface, touched, sticks)
+
+    def _follow(self, surface: Surface, sticks: bool, beside: tuple[Surface, ...]) -> After:
+        if self._middle is None:
+            return super()._follow(surface, sticks, beside)
+        phase = SpreadPhase(self.scene, self.proof, self.note_contact, self._apart, self._parting)
+        phase.middle = settled(self._middle.state, surface)
+        after = phase.run(self.state, surface, sticks, beside)
+        if phase.middle is None:
+            self._middle = None
+        else:
+            self._middle.state, self._middle_touched = free(phase.middle), after.touched
+            self._parting = phase.parting
+            self._on = next(iter(after.touched), None)
+            if self._on is not None:
+                normal = self._on.normal(after.state.x, after.state.y)
+                frame = Frame.of(normal, self._on.curvature, after.state)
+                self._frame = frame._replace(off=ZERO)
+        return after
 
     def _cut(self) -> None:
         """The box without what the mean value theorem rules out."""
-        if self._middle is not None:
-            rows = zip(_parts(self.state), _parts(self._middle.state), self._rates, strict=True)
-            parts = [box.intersection(one + rate * self._apart) for box, one, rate in rows]
-            self.state = State(*parts)
+        if self._middle is None:
+            return
+        (nx, ny), part = self._frame.normal, self._parting
+        off, along = self._frame.turned(part.way, part.off, part.along)
+        vx, vy = off * nx - along * ny, off * ny + along * nx
+        rates = part.time, -ny * part.way, nx * part.way, vx, vy, part.omega
+        rows = zip(_parts(self.state), _parts(self._middle.state), rates, strict=True)
+        parts = [box.intersection(one + rate * self._apart) for box, one, rate in rows]
+        self.state = State(*parts)
 
 
 def trace_all(board: Board, x: arb, bits: int, proof: Proof) -> Path:
@@ -103,43 +187,63 @@ def trace_all(board: Board, x: arb, bits: int, proof: Proof) -> Path:
     return SpreadTracer(scene_of(board, bits), x, proof).run()
 
 
-def _through_flight(
-    rates: Rates, flight: Flight, time: arb, end: State, normal: tuple[arb, arb]
-) -> Rates:
-    """At the end of a flight on a surface with this normal, where each ball comes at its time."""
-    decay, phi, _ = wide_basis(flight, time)
-    nx, ny = normal
-    x, y = rates.x + rates.vx * phi, rates.y + rates.vy * phi
-    later = -(nx * x + ny * y) / (nx * end.vx + ny * end.vy)
-    return Rates(
-        rates.t + later,
-        x + end.vx * later,
-        y + end.vy * later,
-        rates.vx * decay + flight.ax * decay * later,
-        rates.vy * decay + flight.ay * decay * later,
-        rates.omega,
-    )
+class _Moved:
+    """What a flight does to changes at its start, where each ball comes to its end at its time."""
+
+    def __init__(
+        self, flight: Flight, time: arb, before: Frame, after: Frame, *, again: bool
+    ) -> None:
+        """`again`: it ends on the surface that was left."""
+        self.before, self.after = before, after
+        self.decay, self.phi, psi = wide_basis(flight, time)
+        self.pull = after.parts(flight.ax * self.decay, flight.ay * self.decay)
+        self.bend = None
+        if again:
+            start, (tx, ty) = flight.start, before.tangent
+            way = start.vx * time + flight.ax * psi, start.vy * time + flight.ay * psi
+            self.bend = before.curvature * (way[0] * tx + way[1] * ty)
+
+    def columns(self) -> tuple[Change, Change, Change]:
+        """What becomes of a way along the first surface, of speed off it, and of speed along it."""
+        ahead, off = self.before.tangent, self.before.normal
+        by_off, by_along = self.before.turned(ONE, ZERO, ZERO)
+        (ox, oy), (ax, ay) = off, ahead
+        turned = by_off * ox + by_along * ax, by_off * oy + by_along * ay
+        gap, way = self.after.parts(*ahead)
+        if self.bend is not None:
+            gap = self.bend
+        return (
+            self._image(gap, way, turned),
+            self._image(ZERO, ZERO, off),
+            self._image(ZERO, ZERO, ahead),
+        )
+
+    def _image(self, gap: arb, way: arb, velocity: Vector) -> Change:
+        """What becomes of a change of the place, in parts off and along the last surface, and of
+        the velocity."""
+        after = self.after
+        faster_off, faster_along = after.parts(*velocity)
+        later = -(gap + faster_off * self.phi) / after.off
+        way = way + faster_along * self.phi + after.along * later
+        off = faster_off * self.decay + self.pull[0] * later
+        along = faster_along * self.decay + self.pull[1] * later
+        return later, way, *after.of_speeds(way, off, along)
 
 
 def _through_bounce(
-    rates: Rates, before: State, surface: Surface, after: Rebound, normal: tuple[arb, arb],
-    radius: arb,
-) -> Rates:  # fmt: skip
-    """After an impact: the law of `impulse.bounce`, differentiated, whose normal turns too."""
-    nx, ny = normal
+    parting: Parting, frame: Frame, before: State, surface: Surface, after: Rebound, radius: arb
+) -> Parting:
+    """After an impact: the law of `impulse.bounce`, differentiated."""
     pair = surface.pair
-    turn = surface.curvature * (rates.y * nx - rates.x * ny)  # dn = turn t, dt = -turn n
-    approach, along = before.vx * nx + before.vy * ny, before.vy * nx - before.vx * ny
-    d_approach = rates.vx * nx + rates.vy * ny + turn * along
-    d_along = rates.vy * nx - rates.vx * ny - turn * approach
     push = ZERO
     if after.sticks:
-        push = -(d_along - radius * rates.omega) / 3
+        push = -(parting.along - radius * parting.omega) / 3
     elif not pair.friction.is_zero():
         # The impulse is as large as the friction limit, and against the slip, whose sign is proven.
-        slips_ahead = bool(along - before.omega * radius > 0)
-        push = (1 if slips_ahead else -1) * pair.friction * (1 + pair.restitution) * d_approach
-    d_omega = rates.omega - 2 * push / radius
-    off = -pair.restitution * d_approach - turn * after.along
-    slip = d_along + push + turn * after.off
-    return Rates(rates.t, rates.x, rates.y, off * nx - slip * ny, off * ny + slip * nx, d_omega)
+        slips_ahead = bool(frame.along - before.omega * radius > 0)
+        push = (1 if slips_ahead else -1) * pair.friction * (1 + pair.restitution) * parting.off
+    return parting._replace(
+        off=-pair.restitution * parting.off,
+        along=parting.along + push,
+        omega=parting.omega - 2 * push / radius,
+    )

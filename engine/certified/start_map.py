@@ -4,6 +4,7 @@ A pixel stands for an interval of starts. Where one proof holds for a whole stre
 start as a wide ball), it is the proof of all its pixels; elsewhere each pixel's middle is proven.
 """
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -23,7 +24,7 @@ OUTSIDE = -3
 """In place of a bin: proven not to land, not decided, not a start that the board allows."""
 
 WIDE_DEPTH = 3
-"""How often a stretch is halved before its pixels are proven one by one."""
+"""How often stretches are halved, of which none is proven, before pixels are proven one by one."""
 
 DEEPEST = 40
 """Zooms by ten: 1e-40 of the widest map, far beyond what float64 tells apart."""
@@ -88,7 +89,7 @@ def strip_at(
         )
     work = _Work(board, middle - width / 2, width / pixels, effort, patience)
     bins = np.full(wanted, UNDECIDED, np.int16)
-    work.fill(bins, first, 0)
+    work.fill(bins, first)
     return Strip(middle, width, bins, work.proofs, work.whole)
 
 
@@ -110,25 +111,48 @@ class _Work:
         self.low = Fraction(min((zone.x - zone.span, *zone.slots)))
         self.high = Fraction(max((zone.x + zone.span, *zone.slots)))
 
-    def fill(self, bins: npt.NDArray[np.int16], first: int, depth: int) -> None:
-        """Write the bins of the pixels from number `first` on."""
-        count = len(bins)
+    def fill(self, bins: npt.NDArray[np.int16], first: int) -> None:
+        """Write the bins of the pixels from number `first` on.
+
+        All of them in one proof, or halves of what is left, and so on: as deep as single pixels if
+        any stretch is proven by then.
+        """
+        left = [(0, len(bins))]
+        for depth in itertools.count():
+            if not left or (depth == WIDE_DEPTH and not self.whole):
+                break
+            halves = []
+            for start, end in left:
+                found = self._stretch(first + start, end - start)
+                if found != UNDECIDED:
+                    bins[start:end] = found
+                    self.whole += end - start
+                elif end - start > 1:
+                    middle = (start + end) // 2
+                    halves += [(start, middle), (middle, end)]
+                else:
+                    bins[start] = self._pixel(first + start)
+            left = halves
+        for start, end in left:
+            for i in range(start, end):
+                bins[i] = self._pixel(first + i)
+
+    def _stretch(self, first: int, count: int) -> int:
+        """The bin of all starts of so many pixels, if one proof shows it."""
         middle = self.left + self.pixel * (first + Fraction(count, 2))
         half = self.pixel * count / 2
-        if depth < WIDE_DEPTH and self.low <= middle - half and middle + half <= self.high:
-            # More bits would not make a wide start narrower: one precision, fit for its width.
-            bits = max(self.effort.first_bits, 2 * half.denominator.bit_length())
-            found = self._bin(middle, half, Effort(bits, bits, self.effort.most_comparisons))
-            if found != UNDECIDED:
-                bins[:] = found
-                self.whole += count
-                return
-        if count == 1:
-            inside = self.low <= middle <= self.high
-            bins[0] = self._bin(middle, Fraction(0), self.effort) if inside else OUTSIDE
-            return
-        self.fill(bins[: count // 2], first, depth + 1)
-        self.fill(bins[count // 2 :], first + count // 2, depth + 1)
+        if not (self.low <= middle - half and middle + half <= self.high):
+            return UNDECIDED
+        # More bits would not make a wide start narrower: one precision, fit for its width.
+        bits = max(self.effort.first_bits, 2 * half.denominator.bit_length())
+        return self._bin(middle, half, Effort(bits, bits, self.effort.most_comparisons))
+
+    def _pixel(self, number: int) -> int:
+        """The bin of a pixel's middle."""
+        middle = self.left + self.pixel * (number + Fraction(1, 2))
+        if not self.low <= middle <= self.high:
+            return OUTSIDE
+        return self._bin(middle, Fraction(0), self.effort)
 
     def _bin(self, x: Fraction, radius: Fraction, effort: Effort) -> int:
         if not self.patience():

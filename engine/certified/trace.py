@@ -6,7 +6,7 @@ from flint import arb
 
 from engine.board.model import Board
 from engine.certified.balls import ZERO, Proof
-from engine.certified.contact.phase import contact_index, follow_contact
+from engine.certified.contact.phase import After, Phase, contact_index
 from engine.certified.flight import Flight, State
 from engine.certified.impulse import Rebound, bounce
 from engine.certified.next_impact import BOUNCED, LIFTED, Touch, Touched, next_impact
@@ -174,9 +174,7 @@ class Tracer:
         self.state = State(now.t, now.x, now.y, -along * ny, along * nx, now.omega)
         self._note(KIND_CONTACT_BEGIN, contact_index(surface))
         beside = tuple(other for other in touched if other is not surface)
-        after = follow_contact(
-            self.scene, self.state, surface, sticks, beside, self.proof, self._note_contact
-        )
+        after = self._follow(surface, sticks, beside)
         self.state = after.state
         if after.rests:
             self.path.outcome = BALANCED
@@ -189,7 +187,12 @@ class Tracer:
             return self._hit(after.hit, {**after.touched, after.hit: Touch(BOUNCED, ZERO)})
         return after.touched
 
-    def _note_contact(self, state: State, kind: int, surface: Surface) -> None:
+    def _follow(self, surface: Surface, sticks: bool, beside: tuple[Surface, ...]) -> After:
+        phase = Phase(self.scene, self.proof, self.note_contact)
+        return phase.run(self.state, surface, sticks, beside)
+
+    def note_contact(self, state: State, kind: int, surface: Surface) -> None:
+        """An event of a contact phase."""
         self.path.events.append(Event(state, kind, contact_index(surface)))
 
     def _comes_to_rest(self, surface: Surface, hit: Surface) -> bool:

@@ -43,29 +43,12 @@ def contact_index(surface: Surface) -> int:
     return surface.index if surface.kind == KIND_PEG else -1 - surface.index
 
 
-def follow_contact(
-    scene: Scene,
-    state: State,
-    surface: Surface,
-    sticks: bool,
-    beside: tuple[Surface, ...],
-    proof: Proof,
-    note: Note,
-) -> After:
-    """Move a ball that stays on `surface` until its contact phase ends.
-
-    `sticks` says that the impact before stopped the slip; `beside` are other surfaces that it
-    touches and moves away from.
-    """
-    return _Phase(scene, proof, note).run(state, surface, sticks, beside)
-
-
 def normal_force(scene: Scene, surface: Surface, ny: arb, u: arb) -> arb:
     """N per unit mass, m/s^2."""
     return -scene.gravity * ny - surface.curvature * u * u
 
 
-class _Phase:
+class Phase:
     """One contact phase, stretch by stretch."""
 
     def __init__(self, scene: Scene, proof: Proof, note: Note) -> None:
@@ -74,36 +57,48 @@ class _Phase:
     def run(
         self, state: State, surface: Surface, sticks: bool, beside: tuple[Surface, ...]
     ) -> After:
-        """Until the ball leaves, hits, lands or rests."""
+        """Until the ball leaves, hits, lands or rests.
+
+        `sticks` says that the impact before stopped the slip; `beside` are other surfaces that it
+        touches and moves away from.
+        """
         known = Known(1 if sticks else 0, joint=False, touched=beside)
-        now = self._with_mode(_settled(state, surface), surface, known)
+        now = self._with_mode(settled(state, surface), surface, known)
         for _ in range(_MAX_STRETCHES):
             if now.nx.is_zero() and now.u.is_zero() and now.mode != SLIDING:
-                return After(_free(now), {}, rests=True)
-            stretch = Stretch(self.scene, surface, now)
+                return After(free(now), {}, rests=True)
+            stretch = self._stretch(surface, now, known)
             ending = first_ending(stretch, known, self.proof)
-            now = stretch.at(ending.share)
+            now = self._moved(stretch, ending)
             roots = 1 if now.mode == ROLLING else 0
             known = Known(roots, joint=False, touched=())
             if ending.cause is Cause.LEAVES:
-                self.note(_free(now), KIND_CONTACT_END, surface)
-                return After(_free(now), {surface: Touch(ROLLED_OFF, ZERO)})
+                self.note(free(now), KIND_CONTACT_END, surface)
+                return After(free(now), {surface: Touch(ROLLED_OFF, ZERO)})
             if ending.cause is Cause.HITS:
-                return After(_free(now), {surface: Touch(LIFTED, ZERO)}, hit=ending.surface)
+                return After(free(now), {surface: Touch(LIFTED, ZERO)}, hit=ending.surface)
             if ending.cause is Cause.LANDS:
-                return After(_free(now), {}, lands=True)
+                return After(free(now), {}, lands=True)
             if ending.cause is Cause.CHANGES:
                 now, known = self._changed(now, surface, ending)
             elif ending.cause is Cause.PASSES and ending.surface is not None:
                 before, surface = surface, ending.surface
-                self.note(_free(now), KIND_CONTACT_CHANGE, surface)
+                self.note(free(now), KIND_CONTACT_CHANGE, surface)
                 force = normal_force(self.scene, surface, now.ny, now.u)
                 what = f"whether the ball is pressed onto {surface.name}"
                 if not self.proof.is_positive(force, what):
-                    self.note(_free(now), KIND_CONTACT_END, surface)
-                    return After(_free(now), _left(surface, before))
+                    self.note(free(now), KIND_CONTACT_END, surface)
+                    return After(free(now), _left(surface, before))
                 now, known = self._passed(now, surface, known)
         raise UndecidedError(f"whether the ball stops on {surface.name}")
+
+    def _stretch(self, surface: Surface, now: Contact, known: Known) -> Stretch:
+        """The motion from here on; `known` for those that follow another ball beside this one."""
+        return Stretch(self.scene, surface, now)
+
+    def _moved(self, stretch: Stretch, ending: Ending) -> Contact:
+        """The ball at the end of a stretch."""
+        return stretch.at(ending.share)
 
     def _changed(self, now: Contact, surface: Surface, ending: Ending) -> tuple[Contact, Known]:
         """Rolling became sliding, against the force that is missing, or slipping has ended."""
@@ -114,7 +109,7 @@ class _Phase:
             now = replace(now, mode=SLIDING, slip_sign=ending.slip_sign)
         else:
             now = self._with_mode(now, surface, rolled)
-        self.note(_free(now), KIND_CONTACT_CHANGE, surface)
+        self.note(free(now), KIND_CONTACT_CHANGE, surface)
         return now, rolled
 
     def _passed(self, now: Contact, surface: Surface, known: Known) -> tuple[Contact, Known]:
@@ -141,14 +136,14 @@ class _Phase:
         return replace(now, mode=SLIDING, slip_sign=1 if positive else -1)
 
 
-def _settled(state: State, surface: Surface) -> Contact:
+def settled(state: State, surface: Surface) -> Contact:
     """A ball taken as staying on a surface."""
     nx, ny = surface.normal(state.x, state.y)
     u = state.vy * nx - state.vx * ny
     return Contact(state.t, state.x, state.y, nx, ny, u, state.omega, FRICTIONLESS, 0)
 
 
-def _free(now: Contact) -> State:
+def free(now: Contact) -> State:
     """The same ball as in flight."""
     return State(now.t, now.x, now.y, -now.u * now.ny, now.u * now.nx, now.omega)
 

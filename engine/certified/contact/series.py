@@ -12,11 +12,10 @@ after N terms is at most X rho^N / ((N + 1)^2 (1 - rho)) up to the time rho H < 
 """
 
 from dataclasses import dataclass
-from itertools import chain
 from operator import mul
 from typing import NamedTuple
 
-from flint import arb, arb_mat, arb_poly, ctx
+from flint import arb, arb_poly, ctx
 
 from engine.certified.balls import ONE, ZERO
 from engine.certified.scene import Scene
@@ -106,19 +105,24 @@ class Stretch:
         share = ONE / 3 * 2 if start.mode == ROLLING else ONE
         grip = start.slip_sign * self.surface.pair.friction
         nx, ny, u, omega = [start.nx], [start.ny], [start.u], [start.omega]
-        turn_x = turn_y = bent = ZERO
         for i in range(terms - 1):
             if curved:
-                turn_x, turn_y, bent = _convolved((ny, nx, u), u)
+                back = u[::-1]
+                nx_next = -kappa * sum(map(mul, ny, back), ZERO) / (i + 1)
+                ny_next = kappa * sum(map(mul, nx, back), ZERO) / (i + 1)
+            else:
+                nx_next = ny_next = ZERO
             drive = g * nx[i] - k * u[i]
             if start.mode == SLIDING:
-                force = -g * ny[i] - kappa * bent
+                force = -g * ny[i]
+                if curved:
+                    force = force - kappa * sum(map(mul, u, back), ZERO)
                 u.append((drive - grip * force) / (i + 1))
                 omega.append(2 * grip * force / scene.radius / (i + 1))
             else:
                 u.append(share * drive / (i + 1))
-            nx.append(-kappa * turn_x / (i + 1))
-            ny.append(kappa * turn_y / (i + 1))
+            nx.append(nx_next)
+            ny.append(ny_next)
         return [nx, ny, u, omega]
 
     def _scale(self, lists: list[list[arb]]) -> None:
@@ -182,13 +186,6 @@ class Stretch:
         t = start.t + share * arb(self.unit)
         u, omega = self.u.at(share), self.omega.at(share)
         return Contact(t, x, y, nx, ny, u, omega, start.mode, start.slip_sign)
-
-
-def _convolved(rows: tuple[list[arb], ...], u: list[arb]) -> list[arb]:
-    """The last term of each row's product with u as power series: one call for all of them."""
-    count = len(u)
-    table = arb_mat(len(rows), count, list(chain.from_iterable(rows)))
-    return (table * arb_mat(count, 1, u[::-1])).entries()
 
 
 def _bound(values: list[arb]) -> float:

@@ -58,6 +58,9 @@ class _Search:
             value, slope = self.value(arb(middle)) + self.tail, self.slope(arb(middle))
             proof.count()
             turn = self.bend * half
+            if value.contains(0) and value.rad() > (abs(slope) + turn) * half:
+                # No shorter piece has values that are sharper than this one's differ.
+                raise UndecidedError(self.what)
             if value - abs(slope) * half - turn * half / 2 > 0:
                 continue
             if slope - turn > 0 and self._at(low) > 0:

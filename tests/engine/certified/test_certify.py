@@ -12,6 +12,7 @@ from engine.certified import flight, impulse, spread, trace
 from engine.certified.balls import ZERO, Proof, UndecidedError, precision
 from engine.certified.certify import Effort, prove
 from engine.certified.contact import series as contact_series
+from engine.certified.contact import spread as contact_spread
 from engine.certified.many import certify_many
 from engine.certified.surfaces import Pair
 from engine.drops.start import start_of
@@ -69,33 +70,41 @@ def test_what_is_proven_of_a_wide_start_holds_for_all_starts_in_it() -> None:
     assert prove(TRIANGLE, middle, Fraction(1, 100), Effort(160, 160)).path is None
 
 
-def test_a_wide_start_is_followed_by_how_fast_its_paths_part_and_not_by_boxes() -> None:
-    """Boxes do not prove as many of this drop's starts at once as a path and its derivative do."""
-    middle, radius = Fraction(start_of(TRIANGLE, 4, None)), Fraction(1, 10**12)
+@pytest.mark.parametrize(("seed", "digits"), [(4, 12), (3, 24)])
+def test_a_wide_start_is_followed_by_how_fast_its_paths_part(seed: int, digits: int) -> None:
+    """Boxes alone do not prove as many starts at once; seed 3 bounces to rest, rolls and slides."""
+    middle, radius = Fraction(start_of(TRIANGLE, seed, None)), Fraction(1, 10**digits)
     wide = prove(TRIANGLE, middle, radius, Effort(160, 160))
     assert wide.path is not None
-    assert wide.path.bin == certify(TRIANGLE, 4).bin
+    assert wide.path.bin == certify(TRIANGLE, seed).bin
     with precision(160), pytest.raises(UndecidedError):
-        trace.trace(TRIANGLE, arb(float(middle), float(radius)), 160, Proof())
+        trace.trace(TRIANGLE, arb(float(middle)) + arb(0, float(radius)), 160, Proof())
     for share in (-1, Fraction(1, 3), 1):
-        inside = prove(TRIANGLE, middle + share * radius)
+        inside = prove(TRIANGLE, middle + share * radius, effort=Effort(448))
         assert inside.path is not None
         for event, around in zip(inside.path.events, wide.path.events, strict=True):
             for name in ("t", "x", "y", "vx", "vy", "omega"):
                 assert getattr(around.state, name).contains(getattr(event.state, name))
 
 
-def test_a_derivative_of_the_wrong_law_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Paths that part as if a normal did not turn are not where they are proven to be."""
-    right = spread._through_bounce
+@pytest.mark.parametrize(
+    ("module", "law", "seed", "digits"),
+    [(spread, "_through_bounce", 4, 13), (contact_spread, "_carried", 3, 26)],
+)
+def test_a_derivative_of_the_wrong_law_is_found_out(
+    monkeypatch: pytest.MonkeyPatch, module: Any, law: str, seed: int, digits: int
+) -> None:
+    """Paths that part more slowly than they do are not where they are proven to be."""
+    right = getattr(module, law)
 
-    def wrong(rates: spread.Rates, *rest: Any) -> spread.Rates:
-        return right(rates._replace(x=ZERO, y=ZERO), *rest)
+    def wrong(*parts: Any) -> Any:
+        after = right(*parts)
+        return after._replace(way=after.way / 2, along=after.along / 2, omega=after.omega / 2)
 
-    middle, radius = Fraction(start_of(TRIANGLE, 4, None)), Fraction(1, 10**13)
-    inside = prove(TRIANGLE, middle + radius)
+    middle, radius = Fraction(start_of(TRIANGLE, seed, None)), Fraction(1, 10**digits)
+    inside = prove(TRIANGLE, middle + radius, effort=Effort(448))
     assert inside.path is not None
-    monkeypatch.setattr(spread, "_through_bounce", wrong)
+    monkeypatch.setattr(module, law, wrong)
     try:
         wide = prove(TRIANGLE, middle, radius, Effort(160, 160))
     except ValueError:  # the box and the line have nothing in common
