@@ -43,9 +43,15 @@ def document(version: str) -> dict[str, Any]:
                 "parameters": {
                     "room": {"description": "`main`, a preset's name, or what `POST rooms` gave."}
                 },
-                "bindings": {"ws": {"query": {
-                    "type": "object", "properties": QUERY, "additionalProperties": False,
-                }}},
+                "bindings": {
+                    "ws": {
+                        "query": {
+                            "type": "object",
+                            "properties": QUERY,
+                            "additionalProperties": False,
+                        }
+                    }
+                },
                 "messages": {
                     name: {"$ref": f"#/components/messages/{name}"} for name in (*events, *said)
                 },

@@ -7,12 +7,14 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.errors import AppError
+from app.errors import AppError, MissingBallError
 from app.live.hub import Client, Hub, Mailbox
 from app.live.registry import Rooms
+from app.protocol.touching_messages import Change
 from app.protocol.wire import WireMessage
 from app.rooms.boards import Boards
 from app.rooms.independent import IndependentRoom
+from app.rooms.kinds import SCENE
 from app.settings import Settings
 from engine import Board, World, drop
 
@@ -54,6 +56,28 @@ async def test_a_drop_without_a_seed_gets_the_one_drawn() -> None:
     held = Rooms(Settings(), Boards(8), Hub(8), BOARD, draw=lambda: 42)
     accepted = await held.drop(held.find("main"), None, None)
     assert accepted.seed == "42"
+
+
+@pytest.mark.parametrize(
+    ("kind", "values"), [("kick", {"vx": 1.0}), ("drag", {"x": 0.0, "y": 1.0}), ("release", {})]
+)
+async def test_who_acts_on_a_ball_that_has_gone_hears_of_it(
+    kind: str, values: dict[str, Any]
+) -> None:
+    held = rooms()
+    room = await held.create(held.scene({"scene": "sandbox", "balls": 1}), SCENE)
+    held.change(room, message("remove", ball=0))
+    asked = held.change(room, message(kind, ball=0, **values))  # it is still there
+    await finish(held)
+    with pytest.raises(MissingBallError, match="no ball 0"):
+        await asked
+    with pytest.raises(MissingBallError, match="no ball 0"):
+        held.change(room, message(kind, ball=0, **values))
+
+
+def message(kind: str, **values: Any) -> Change:
+    asked: Change = msgspec.convert({"type": kind, **values}, Change)
+    return asked
 
 
 async def test_waiting_for_a_landing_gives_the_drops_own_end() -> None:

@@ -391,28 +391,6 @@ def test_an_input_for_a_ball_that_has_gone_meanwhile_does_nothing() -> None:
     assert "no ball 0" in str(entered[1].failed)
 
 
-@pytest.mark.parametrize(
-    ("kind", "values"), [("kick", {"vx": 1.0}), ("drag", {"x": 0.0, "y": 1.0}), ("release", {})]
-)
-async def test_who_acts_on_a_ball_that_has_gone_hears_of_it(
-    kind: str, values: dict[str, Any]
-) -> None:
-    """Whether it was gone when they asked, or went before their turn came."""
-    held = Rooms(Settings(), Boards(8), Hub(8), BOARD)
-    room = held.create(scene(balls=1))
-    late = room.plan_change(
-        change("remove", ball=0), lead=1, requester=WaitingRequester.now(None, "", None)
-    )
-    asked = held.change(room, change(kind, ball=0, **values))
-    late.durable = True
-    held.runner.wake(room)
-    while held.runner.tick(1):
-        await asyncio.sleep(0)
-    for act in (lambda: asked, lambda: held.change(room, change(kind, ball=0, **values))):
-        with pytest.raises(MissingBallError, match="no ball 0"):
-            await act()
-
-
 def test_every_slider_has_a_range_and_a_default_within_it() -> None:
     for table in (BALL, SETTINGS):
         for name, entry in table.items():
