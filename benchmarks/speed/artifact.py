@@ -1,0 +1,93 @@
+"""The artifacts beside numba's code of the same kernels: python -m benchmarks.speed.artifact
+
+Not among the benchmarks of `plinko bench`: numba compiles for a minute, and the table is only asked
+for when it is to be decided again what runs.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from benchmarks.harness.clock import in_turns, seconds_of
+from benchmarks.harness.report import Table, spread
+from engine import Board, drop_many, occupancy
+from engine.exact.lockstep import trace as lockstep
+from engine.exact.occupancy import occupy
+from engine.exact.trace import trace_many
+from engine.jit import kernel_compiler, machine_code
+from engine.jit.decorator import EntryKernel
+from engine.multibody.scenes import sandbox
+from engine.multibody.solver.neighbour_list import rebuild
+from engine.multibody.solver.step import step_balls
+from engine.stepped.step import step_many
+
+ROUNDS = 7
+
+BOARD = Board.preset("triangle-16")
+SMOOTH = replace(BOARD, drag=0.0, ball=replace(BOARD.ball, friction=0.0))
+
+
+def heap(balls: int, steps: int) -> str:
+    """Digest of balls that fall into a box."""
+    arena = sandbox(balls, seed=3, width=0.8 * balls**0.5, height=0.6 * balls**0.5)
+    for _ in range(steps):
+        arena.step()
+    return arena.digest()
+
+
+def density(drops: int) -> str:
+    """Where balls are, as text."""
+    grid: dict[str, Any] = {"left": -4.0, "top": 0.0, "cells_per_metre": 20.0, "shape": (120, 160)}
+    return occupancy(BOARD, range(drops), threads=1, **grid).counts.tobytes().hex()
+
+
+WORK: dict[str, tuple[tuple[Any, ...], Callable[[], str]]] = {
+    "4,000 drops, one after the other": (
+        (trace_many,),
+        lambda: drop_many(BOARD, range(4000), threads=1).digest,
+    ),
+    "20,000 drops without drag and friction, in lockstep": (
+        (trace_many, lockstep._trace_lanes),
+        lambda: drop_many(SMOOTH, range(20_000), threads=1).digest,
+    ),
+    "where 1,500 drops are": ((trace_many, occupy), lambda: density(1500)),
+    "200 drops of the stepped solver": (
+        (step_many,),
+        lambda: drop_many(BOARD, range(200), solver="stepped", threads=1).digest,
+    ),
+    "60 balls that touch, 120 steps": ((step_balls, rebuild), lambda: heap(60, 120)),
+    "600 balls that touch, 30 steps": ((step_balls, rebuild), lambda: heap(600, 30)),
+}
+"""What is timed: the kernels that Python calls in it, and work that ends in a digest."""
+
+
+def row(what: str) -> list[str]:
+    """Processor times of both, and how fast the artifact is; ValueError if their bits differ."""
+    kernels, work = WORK[what]
+    codes = {"artifact": machine_code.entry, "numba": kernel_compiler.compiled}
+    digests = set()
+
+    def job(find: Callable[[EntryKernel[Any, Any]], Any]) -> Callable[[], float]:
+        def run() -> float:
+            for kernel in kernels:
+                kernel.machine_code = find(kernel)
+            return seconds_of(lambda: digests.add(work()), time.process_time)
+
+        return run
+
+    times = in_turns({name: job(find) for name, find in codes.items()}, ROUNDS)
+    if len(digests) != 1:
+        raise ValueError(f"{what}: the digests differ")
+    ratio = spread(times["numba"].over(times["artifact"]))
+    return [what, spread(times["artifact"]), spread(times["numba"]), ratio]
+
+
+def main() -> None:
+    """Print the table."""
+    columns = ["what", "artifact, s", "numba, s", "speed of the artifact"]
+    print(Table("Machine code", columns, [row(what) for what in WORK]).text())
+
+
+if __name__ == "__main__":
+    main()
