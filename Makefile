@@ -28,7 +28,7 @@ PINS := pyproject.toml constraints.txt
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
-.PHONY: help play test test-long test-crash test-attack test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels
+.PHONY: help play test test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
@@ -36,6 +36,7 @@ help:
 	@echo 'make test-long    try the claims of the tests marked "long" many more times (half an hour)'
 	@echo 'make test-crash   of these, a server under load killed, stalled, cut off, full (KILLS=50 FAULTS=20)'
 	@echo 'make test-attack  a server attacked, killed and stalled for long (HOURS=2), at half a core'
+	@echo 'make test-browsers compare digests in Firefox, WebKit, Chromium, Node.js and wasmtime'
 	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
 	@echo 'make lint         style, format, types and import contracts'
 	@echo 'make docs         make the site of these pages in build/site; a warning fails'
@@ -77,6 +78,14 @@ test-long: $(VENV)/.stamp-test
 	tools/postgresql
 	chromium="$$(tools/chromium shell)" && CHROMIUM="$$chromium" \
 	LONG=1 PLINKO_TEST_KILLS=$(KILLS) PLINKO_TEST_FAULTS=$(FAULTS) $(BIN)/python -m pytest -s -m long $(PYTEST_ARGS)
+
+# The page's solver in every engine: all presets with 500 seeds, 200 random boards with 20.
+test-browsers: $(VENV)/.stamp-test
+	firefox="$$(tools/firefox)" && jsc="$$(tools/jsc)" && chromium="$$(tools/chromium shell)" && \
+	LONG=1 FIREFOX="$$firefox" JSC="$$jsc" CHROMIUM="$$chromium" $(BIN)/python -m pytest \
+		tests/js/test_engines.py \
+		tests/js/test_solver.py::test_a_page_computes_every_drop_to_the_engine_s_last_bit \
+		tests/engine/artifact/test_artifact.py::test_the_page_s_artifact_gives_the_engine_s_bits
 
 # Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU; with the JIT and without.
 test-arm64: $(VENV)/.stamp-play

@@ -65,6 +65,7 @@ WORK: dict[str, tuple[tuple[Any, ...], Callable[[], str]]] = {
 def row(what: str) -> list[str]:
     """Processor times of both, and how fast the artifact is; ValueError if their bits differ."""
     kernels, work = WORK[what]
+    codes: dict[str, Callable[[EntryKernel[Any, Any]], Any]]
     codes = {"artifact": machine_code.entry, "numba": kernel_compiler.compiled}
     digests = set()
 
