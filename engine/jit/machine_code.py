@@ -80,6 +80,8 @@ class Module:
 
     def __init__(self, code: bytes, calls: dict[str, Any]) -> None:
         self.calls = {name: Call.read(call) for name, call in calls.items()}
+        sizes = (_block(call.takes).size + _room(call.gives) for call in self.calls.values())
+        self.begin = BLOCK + max(sizes)  # of what is copied, behind any call's block and results
         self._code = code
         self._compiled: wasmtime.Module | None = None
         self._idle: list[Machine] = []
@@ -92,7 +94,7 @@ class Module:
             with _alone:
                 if self._compiled is None:
                     self._compiled = wasmtime.Module(_engine(), self._code)
-            return Machine(self._compiled)
+            return Machine(self._compiled, self.begin)
 
     def give(self, machine: "Machine") -> None:
         """Let others have it."""
@@ -111,25 +113,21 @@ class Entry:
         self._module = module
         self.name = kernel.name
         takes, gives = module.calls[kernel.name]
-        kinds = tuple(leaves(takes))
-        self.takes = [
-            (kind, None if kind.dimensions is None else np.dtype(kind.name)) for kind in kinds
-        ]
-        self.block = struct.Struct("<" + "".join(map(_format, kinds)))
+        self.first, self.rest = _dtypes(takes[:1]), _dtypes(takes[1:])
+        self.block = _block(takes)
         self.gives = () if gives is None else tuple(leaves(gives))
-        self.room = sum(map(_size_given, self.gives))
         hint = get_type_hints(kernel.function).get("return")
         self._form = None if gives is None else _form(gives, hint)
 
     def __call__(self, *args: Any) -> Any:
         """Run it; TypeError for arrays of other types than its own."""
         machine = self._module.take()
-        found = machine.run(self, tuple(_flat(args)))
+        found = machine.run(self, args)
         self._module.give(machine)  # one that a trap ended is not used again
         return None if self._form is None else self._form(iter(found))
 
 
-def _flat(values: tuple[Any, ...]) -> Iterator[Any]:
+def _flat(values: Sequence[Any]) -> Iterator[Any]:
     """All that is in a tuple, and in tuples in it, in order."""
     for each in values:
         if isinstance(each, tuple):
@@ -151,6 +149,20 @@ def _form(kinds: Kinds, hint: Any) -> Callable[[Iterator[Any]], Any]:
         return hint(*found) if named else found
 
     return made
+
+
+def _dtypes(kinds: tuple[Kinds, ...]) -> list[tuple[Kind, Any]]:
+    """All kinds in a tuple, with numpy's types of arrays."""
+    return [(k, None if k.dimensions is None else np.dtype(k.name)) for k in leaves(kinds)]
+
+
+def _block(takes: tuple[Kinds, ...]) -> struct.Struct:
+    return struct.Struct("<" + "".join(map(_format, leaves(takes))))
+
+
+def _room(gives: "Kinds | None") -> int:
+    """Bytes of a result; for nothing numba leaves an address of nothing."""
+    return 8 if gives is None else sum(map(_size_given, leaves(gives)))
 
 
 def _format(kind: Kind) -> str:
@@ -179,10 +191,18 @@ class _Copy(NamedTuple):
     given: Any
 
 
+class _Placed(NamedTuple):
+    """Values as numbers of a block, the arrays among them, and where these end."""
+
+    numbers: list[Any]
+    copies: list[_Copy]
+    end: int
+
+
 class Machine:
     """Memory, and the code that works on it."""
 
-    def __init__(self, module: wasmtime.Module) -> None:
+    def __init__(self, module: wasmtime.Module, begin: int) -> None:
         self._store = wasmtime.Store(_engine())
         self._memory = wasmtime.Memory(self._store, wasmtime.MemoryType(wasmtime.Limits(5, None)))
         kind = wasmtime.GlobalType(wasmtime.ValType.i32(), True)
@@ -191,17 +211,22 @@ class Machine:
         imports = [given[str(each.name)] for each in module.imports]
         self._exports: Any = wasmtime.Instance(self._store, module, imports).exports(self._store)
         self._view = memoryview(b"")
+        self._begin = begin
+        self._board: Any = None  # a first argument whose arrays are in the memory, to stay
+        self._kept = _Placed([], [], begin)
 
-    def run(self, entry: Entry, values: Sequence[Any]) -> list[Any]:
+    def run(self, entry: Entry, args: Sequence[Any]) -> list[Any]:
         """The kernel's results, one by one; arrays that it may write to are as it left them."""
-        numbers, copies, free = _placed(entry, values)
-        memory = self._all_memory(free)
+        first = self._placed_first(entry, args[0])
+        rest = _placed(entry.name, entry.rest, _flat(args[1:]), first.end)
+        copies = first.copies + rest.copies
+        memory = self._all_memory(rest.end)
         for copy in copies:
             memory[copy.begin : copy.end] = copy.array.data.cast("B")
-        entry.block.pack_into(memory, BLOCK, *numbers)
-        _ADDRESS.pack_into(memory, HEAP, free)
+        entry.block.pack_into(memory, BLOCK, *first.numbers, *rest.numbers)
+        _ADDRESS.pack_into(memory, HEAP, rest.end)
         self._exports[entry.name](self._store)
-        memory = self._all_memory(free)  # it may have grown
+        memory = self._all_memory(rest.end)  # it may have grown
         (status,) = _STATUS.unpack_from(memory, STATUS)
         if status not in _FINE:
             raise RuntimeError(f"{entry.name} ended with numba's code {status}")
@@ -211,6 +236,18 @@ class Machine:
                 if copy.given is not copy.array:
                     copy.given[...] = copy.array
         return _results(entry.gives, memory, BLOCK + entry.block.size)
+
+    def _placed_first(self, entry: Entry, value: Any) -> _Placed:
+        """The first argument; a tuple of locked arrays, as a board is, stays for the next call."""
+        if value is self._board:
+            return self._kept
+        placed = _placed(entry.name, entry.first, _flat((value,)), self._begin)
+        locked = not any(copy.given.flags.writeable for copy in placed.copies)
+        if locked and isinstance(value, tuple):
+            self._board, self._kept = value, placed._replace(copies=[])
+        else:
+            self._board = None
+        return placed
 
     def _all_memory(self, size: int) -> memoryview:
         """All of the memory, which has at least so many bytes then; it moves when it grows."""
@@ -225,25 +262,26 @@ class Machine:
         return self._view
 
 
-def _placed(entry: Entry, values: Sequence[Any]) -> tuple[list[Any], list[_Copy], int]:
-    """The numbers of a block; the arrays in them, with their places; and where these end."""
+def _placed(
+    name: str, kinds: Sequence[tuple[Kind, Any]], values: Iterator[Any], at: int
+) -> _Placed:
+    """Some of a kernel's arguments, their arrays from that address on."""
     numbers: list[Any] = []
     copies: list[_Copy] = []
-    at = BLOCK + entry.block.size + entry.room
-    for (kind, dtype), value in zip(entry.takes, values, strict=True):
+    for (kind, dtype), value in zip(kinds, values, strict=True):
         if dtype is None:
             numbers.append(value)
             continue
         if value.dtype != dtype or value.ndim != kind.dimensions:
             raise TypeError(
-                f"{entry.name} takes no array of {value.dtype} in {value.ndim} dimensions: {kind}"
+                f"{name} takes no array of {value.dtype} in {value.ndim} dimensions: {kind}"
             )
         array = value if value.flags.c_contiguous else np.ascontiguousarray(value)
         numbers += (0, 0, array.size, array.itemsize, at, *array.shape, *array.strides)
         if array.size:
             copies.append(_Copy(array, at, at + array.nbytes, value))
         at += -(-array.nbytes // 8) * 8
-    return numbers, copies, at
+    return _Placed(numbers, copies, at)
 
 
 def _results(kinds: Sequence[Kind], memory: memoryview, at: int) -> list[Any]:

@@ -100,6 +100,16 @@ def test_arrays_may_be_locked_and_have_gaps() -> None:
     assert not gaps[1::2].any()
 
 
+def test_a_board_that_stays_in_memory_stays_as_it_is_and_is_no_other() -> None:
+    """Drops on one board again and again, by more than one kernel, and on another one between."""
+    names = ("triangle-8", "triangle-8", "classic", "triangle-8")
+    first, again, other, last = [
+        drop(Board.preset(name), 5).record(certainty=True) for name in names
+    ]
+    assert first == again == last
+    assert other["digest"] != first["digest"]
+
+
 def test_another_kind_of_array_is_refused() -> None:
     with pytest.raises(TypeError, match=r"sample takes no array of float32 in 2 dimensions: f8:2"):
         sample(*sampling(np.zeros((4, body.SIZE), np.float32)))
