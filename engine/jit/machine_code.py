@@ -12,6 +12,7 @@ import struct
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import Any, Final, NamedTuple, get_args, get_type_hints
 
 import numpy as np
@@ -31,6 +32,17 @@ _STATUS: Final = struct.Struct("<i")
 _FINE: Final = (0, -2)  # of numba's codes: a result, or none
 
 
+_alone: Final = Lock()
+"""Of the thread that reads or compiles modules: others wait for what it gets."""
+
+
+def entry(kernel: EntryKernel[Any, Any]) -> Callable[..., Any] | None:
+    """The machine code of a kernel; None if no artifact has it."""
+    with _alone:
+        module = modules().get(kernel.name)
+    return None if module is None else Entry(module, kernel)
+
+
 @cache
 def modules() -> dict[str, "Module"]:
     """Name of each kernel that an artifact has: the module that it is in.
@@ -47,10 +59,11 @@ def modules() -> dict[str, "Module"]:
     return found
 
 
-def entry(kernel: EntryKernel[Any, Any]) -> Callable[..., Any] | None:
-    """The machine code of a kernel; None if no artifact has it."""
-    module = modules().get(kernel.name)
-    return None if module is None else Entry(module, kernel)
+@cache
+def _engine() -> wasmtime.Engine:
+    config = wasmtime.Config()
+    config.parallel_compilation = False  # by threads, which a process that is forked does not have
+    return wasmtime.Engine(config)
 
 
 @atexit.register
@@ -59,6 +72,7 @@ def _let_go() -> None:
     if modules.cache_info().currsize:
         for module in modules().values():
             module.close()
+    _engine.cache_clear()
 
 
 class Module:
@@ -69,9 +83,6 @@ class Module:
         sizes = (_block(call.takes).size + _room(call.gives) for call in self.calls.values())
         self.begin = BLOCK + max(sizes)  # of what is copied, behind any call's block and results
         self._code = code
-        config = wasmtime.Config()
-        config.parallel_compilation = False  # by threads, which a forked process does not have
-        self._engine: wasmtime.Engine | None = wasmtime.Engine(config)
         self._compiled: wasmtime.Module | None = None
         self._idle: list[Machine] = []
 
@@ -80,11 +91,10 @@ class Module:
         try:
             return self._idle.pop()
         except IndexError:
-            if self._engine is None:
-                raise RuntimeError("Python is about to end") from None
-            if self._compiled is None:  # two threads may both do so: either's is right
-                self._compiled = wasmtime.Module(self._engine, self._code)
-            return Machine(self._engine, self._compiled, self.begin)
+            with _alone:
+                if self._compiled is None:
+                    self._compiled = wasmtime.Module(_engine(), self._code)
+            return Machine(self._compiled, self.begin)
 
     def give(self, machine: "Machine") -> None:
         """Let others have it."""
@@ -93,7 +103,7 @@ class Module:
     def close(self) -> None:
         """Let go of what is wasmtime's."""
         self._idle.clear()
-        self._compiled = self._engine = None
+        self._compiled = None
 
 
 class Entry:
@@ -192,8 +202,8 @@ class _Placed(NamedTuple):
 class Machine:
     """Memory, and the code that works on it."""
 
-    def __init__(self, engine: wasmtime.Engine, module: wasmtime.Module, begin: int) -> None:
-        self._store = wasmtime.Store(engine)
+    def __init__(self, module: wasmtime.Module, begin: int) -> None:
+        self._store = wasmtime.Store(_engine())
         self._memory = wasmtime.Memory(self._store, wasmtime.MemoryType(wasmtime.Limits(5, None)))
         kind = wasmtime.GlobalType(wasmtime.ValType.i32(), True)
         stack = wasmtime.Global(self._store, kind, wasmtime.Val.i32(BLOCK))
