@@ -2,7 +2,7 @@
 
 import time
 from collections import defaultdict
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,12 +10,21 @@ from benchmarks.harness import plots
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table
 from engine import Board
+from engine.constants import KIND_CONTACT_BEGIN
 
 BOARD = "triangle-16"
 PLOT = "bench-certified.png"
 STEP = 8  # bits between the precisions that are tried
 LEAST = 24  # bits, the first of them
 TITLE = "Double-precision bins held against proofs"
+
+
+class Need(NamedTuple):
+    """A drop's impacts, the bits that decide it, and whether the ball rolls or slides."""
+
+    impacts: int
+    bits: int
+    stays: bool
 
 
 def run(effort: Effort) -> Section:
@@ -71,7 +80,7 @@ def _needs(section: Section, effort: Effort) -> None:
     from engine.certified.certify import prove
     from engine.drops.start import start_of
 
-    found: dict[str, list[tuple[int, int]]] = defaultdict(list)
+    found: dict[str, list[Need]] = defaultdict(list)
     for name in (BOARD, "triangle-8"):
         board = Board.preset(name)
         for seed in range(effort.size(100, 1)):
@@ -82,13 +91,17 @@ def _needs(section: Section, effort: Effort) -> None:
                 if outcome.path is not None:
                     break
                 bits += STEP
-            found[name].append((outcome.path.impacts, bits))
+            stays = any(event.kind == KIND_CONTACT_BEGIN for event in outcome.path.events)
+            found[name].append(Need(outcome.path.impacts, bits, stays))
             effort.step("precision")
     section.data["precision"] = found
     rows = []
     for name, points in found.items():
-        impacts, bits_needed = np.array(points, float).T
-        slope = float(np.polyfit(impacts, bits_needed, 1)[0]) if len(points) > 2 else 0.0
+        impacts, bits_needed, _ = np.array(points, float).T
+        bounces = np.array([not point.stays for point in points])
+        slope = 0.0
+        if bounces.sum() > 2:
+            slope = float(np.polyfit(impacts[bounces], bits_needed[bounces], 1)[0])
         figures = np.median(impacts), np.median(bits_needed), bits_needed.max()
         rows.append([name, *(f"{n:.0f}" for n in figures), f"{slope * np.log10(2.0):.2f}"])
     section.tables.append(
@@ -96,23 +109,37 @@ def _needs(section: Section, effort: Effort) -> None:
             "Precision that decides a drop",
             ["board", "impacts, median", "bits, median", "bits, most", "digits an impact"],
             rows,
-            [f"The least of {LEAST}, {LEAST + STEP}, … bits at which every comparison is decided."],
+            [
+                f"The least of {LEAST}, {LEAST + STEP}, … bits at which every comparison is "
+                "decided. Digits an impact: the slope over the drops that bounce to their bin; "
+                "bounces that die on a peg or wall lose next to none."
+            ],
         )
     )
     section.plots[PLOT] = lambda path: precision_plot(found, path)
 
 
-def precision_plot(found: dict[str, list[tuple[int, int]]], path: str) -> None:
-    """Bits needed against impacts, a point a drop."""
+def precision_plot(found: dict[str, list[Need]], path: str) -> None:
+    """Bits needed against impacts, a point a drop; open where the ball came to roll or slide."""
     figure, axes = plots.start(7.2, 4.2)
     axis: Any = axes[0]
     for (name, points), color in zip(found.items(), (plots.OURS, plots.STEPPED), strict=True):
-        impacts, bits = zip(*points, strict=True)
-        axis.plot(impacts, bits, "o", color=color, markersize=4, alpha=0.7, label=name)
+        for stays in (False, True):
+            chosen = [point for point in points if point.stays == stays]
+            axis.plot(
+                [point.impacts for point in chosen],
+                [point.bits for point in chosen],
+                "o",
+                color=color,
+                markerfacecolor="none" if stays else color,
+                markersize=4,
+                alpha=0.7,
+                label=f"{name}, rolls or slides" if stays else name,
+            )
     axis.axhline(53, color=plots.FLOOR, linewidth=1.0, linestyle=(0, (2, 2)))
     axis.text(axis.get_xlim()[1], 55, "double precision", fontsize=8, ha="right", color=plots.INK)
     axis.set_xlabel("impacts")
     axis.set_ylabel("bits of precision that decide the bin")
     axis.set_title("Precision needed against the number of impacts", pad=12)
-    axis.legend(frameon=False, loc="upper left")
+    axis.legend(frameon=False, loc="upper left", fontsize=8)
     plots.finish(figure, path)

@@ -17,8 +17,8 @@ def test_shares_and_precisions_are_those_of_the_proofs(tmp_path: Path) -> None:
     assert (right["right"], right["undecided"]) == (agreeing, 0)
     for name, points in section.data["precision"].items():
         proven = certify(Board.preset(name), 0)
-        assert [impacts for impacts, _ in points] == [proven.impacts]
-        assert all(bits <= proven.bits for _, bits in points)
+        assert [point.impacts for point in points] == [proven.impacts]
+        assert all(point.bits <= proven.bits for point in points)
     path = tmp_path / certified.PLOT
     section.plots[certified.PLOT](str(path))
     with Image.open(path) as picture:

@@ -2,10 +2,13 @@
 
 import re
 
+import pytest
 from playwright.sync_api import expect
 
 from engine import Board, certify
+from tests.browser.axe import check_axe_on
 from tests.browser.conftest import Open
+from tests.browser.looks import SCREENS, check_fit, context_for, each_screen
 
 
 def test_the_map_asks_for_proven_tiles_and_a_click_zooms_in(opened: Open) -> None:
@@ -35,3 +38,14 @@ def test_compare_shows_where_two_proven_paths_part(opened: Open) -> None:
     screen = opened("/compare.html?board=triangle-8&seed=42&shift=seed&with=43").state("replay")
     screen.page.get_by_role("button", name="Prove where they part").click()
     expect(screen.page.locator("#proven")).to_contain_text("events are common to both, then the")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("device", SCREENS)
+def test_the_map_fits_every_screen_and_axe_has_nothing_to_say(opened: Open, device: str) -> None:
+    screen = opened("/map.html?board=triangle-8&x=1/100", **context_for(device))
+    expect(screen.result).to_contain_text("proofs")
+    for name in each_screen(screen, device):
+        check_fit(screen)
+        check_axe_on(screen, name)
+        screen.shot(f"map-{name}", full_page=True)
