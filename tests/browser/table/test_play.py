@@ -109,7 +109,7 @@ def test_a_click_above_the_pegs_aims_there(opened: Open, server: ServerProcess) 
     link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
     found = re.search(r"aim=(-?[\d.]+)", link)
     assert found, f"{link} names the aim"
-    assert float(found[1]) == pytest.approx(wanted, abs=0.02)
+    assert float(found[1]) == pytest.approx(wanted, abs=board["width"] / box["width"]), "to a pixel"
 
     canvas.click(position={"x": box["width"] - 3, "y": 20})
     expect(screen.rows).to_have_count(2)
