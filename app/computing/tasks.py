@@ -21,6 +21,7 @@ from engine.drops.drop import make_drop
 from engine.drops.start import unsigned_zero
 from engine.drops.tally import Tally
 from engine.parameters import Exact, Solver, Stepped
+from engine.payouts.solve import solve_payouts
 
 MAX_SECONDS: Final = 9.0
 """s of a core for many drops, after which it is said how many were done; `pool.DEADLINE` ends the
@@ -194,6 +195,13 @@ def tally(
         found.add(drop_many(found.board, seeds, **how))
         patience(found.drops)
     return found.summary()
+
+
+def payouts(board: Board, returned: float, risk: str, drops: int) -> dict[str, Any]:
+    """A solved payout table by at most so many drops from each aim."""
+    return solve_payouts(
+        known(board), returned=returned, risk=risk, drops=drops, threads=1
+    ).to_dict()
 
 
 # Pillow is loaded when the first picture is asked for, where it was not before.

@@ -53,7 +53,7 @@ def test_a_link_of_the_first_release_still_leads_to_the_replay(opened: Open) -> 
     screen = opened("/?board=triangle-8&seed=7&x=0.125").state("replay")
     record = screen.api("drops/triangle-8/7?x=0.125")
     expect(screen.fact("digest")).to_have_text(record["digest"])
-    expect(screen.fact("start")).to_have_text("0.125 m")
+    expect(screen.fact("start")).to_have_text("0.125 m, practice")
 
 
 def test_any_moment_can_be_looked_at_and_is_always_the_same_picture(opened: Open) -> None:

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import msgspec
 from fastapi import APIRouter, Request, Response
 
 from app.web.routes.common import (
@@ -16,8 +17,9 @@ from app.web.routes.common import (
     reply,
 )
 from app.web.schemas.board_form import BoardForm
-from app.web.schemas.boards import BoardList, BoardSummary, BoardView
+from app.web.schemas.boards import BoardList, BoardOdds, BoardSummary, BoardView, Odds
 from engine import Board
+from engine.payouts.odds import odds_of_record
 
 router = APIRouter(prefix="/api/v1/boards", tags=["boards"])
 
@@ -82,6 +84,18 @@ async def check_board(request: Request) -> Response:
     """Check a board without keeping it; the reply has its digest and every default filled in."""
     data = await read(request, dict[str, Any])
     return reply(_view(await checked_board(request, data)))
+
+
+@router.get("/{board}/odds", summary="Get a board's odds", responses=documented(BoardOdds, 404))
+async def get_odds(board: str, server: Server) -> Response:
+    """Return, hit rate, volatility and awards of a preset, by aim, as its landings were counted.
+
+    On a mirrored board aims of one side stand for both. Of boards that are no presets nothing was
+    counted: `plinko payouts` does.
+    """
+    found = server.boards.find(board)
+    aims = [msgspec.convert(each.to_dict(), Odds) for each in odds_of_record(found)]
+    return reply(BoardOdds(found.digest, aims))
 
 
 def _summary(board: Board) -> BoardSummary:

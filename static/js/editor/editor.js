@@ -11,6 +11,7 @@ import { groupOf, membersOf } from "./draft/group.js";
 import { EditHistory } from "./draft/history.js";
 import { Keeping } from "./keeping.js";
 import { NumberFields } from "./number-fields.js";
+import { PayoutSolver } from "./payouts.js";
 import { PointerController } from "./pointer.js";
 import { BOARD_ROWS, nameOf, rowsOf } from "./rows.js";
 import { TestDrops } from "./test-drops.js";
@@ -40,6 +41,9 @@ export class Editor {
       this.#mark();
     });
     this.test = new TestDrops(theme, board, (text) => this.#say(text));
+    this.payouts = new PayoutSolver(
+      board, (solved) => this.#change(solved, this.selected), (text) => this.#say(text),
+    );
     this.keeping = new Keeping(board, (other, said) => this.open(other, said));
     this.check = new BoardCheck((verdict, board) => this.#judged(verdict, board));
     this.name = byId("name", HTMLInputElement);

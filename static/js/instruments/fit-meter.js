@@ -4,11 +4,10 @@ import { fitTest, Mean, sameTest } from "../model/statistics.js";
 import { messageOf, postJson } from "../net/api.js";
 import { byId, make, parentOf, radiosOf } from "../util/dom.js";
 import { counted } from "../util/format.js";
-import { expectedOf } from "./binomial.js";
 
 
 /** @import { Hello } from "../model/messages.js" */
-/** @import { Simulation } from "../net/replies.js" */
+/** @import { Odds, Simulation } from "../net/replies.js" */
 /** @import { Board } from "../model/board.js" */
 /** @import { Expectation } from "./histogram.js" */
 
@@ -29,10 +28,11 @@ export class FitMeter {
   /** @type {Map<string, Expected>} by the board's digest */
   #measured = new Map();
   #digest = "";
+  #fresh = true; // nobody has chosen yet what this board is compared with
   /** @type {Board | null} */
   #board = null;
-  /** @type {Expected | null} */
-  #binomial = null;
+  /** @type {Expected | null} by the landings of record, from the aim chosen */
+  #record = null;
 
   /** @param {(expected: Expected | null) => void} onExpected @param {(text: string) => void} say */
   constructor(onExpected, say) {
@@ -42,20 +42,28 @@ export class FitMeter {
     for (const choice of this.choices) choice.addEventListener("change", () => this.#choose());
   }
 
-  /**
-   * @param {Pick<Hello, "board" | "board_digest" | "board_name">} hello
-   * @param {boolean} seen whether anyone looks at the panel
-   */
-  setTable({ board, board_digest: digest, board_name: name }, seen) {
+  /** @param {Pick<Hello, "board" | "board_digest">} hello */
+  setTable({ board, board_digest: digest }) {
     // A line that came back finds the choice as it was made.
     if (digest === this.#digest) return;
     this.#board = board;
     this.#digest = digest;
-    this.#binomial = expectedOf(name, board.bins.multipliers.length);
-    const [fair, measured] = this.choices;
-    fair.disabled = this.#binomial === null;
-    if (this.#binomial === null) measured.checked = true;
-    else fair.checked = true;
+    this.#record = null;
+    this.#fresh = true;
+    this.#take(null);
+  }
+
+  /**
+   * @param {Odds | null} odds from the aim chosen, where such are known of this board
+   * @param {boolean} seen whether anyone looks at the panel
+   */
+  setRecord(odds, seen) {
+    const label = `counted, ${counted(odds?.drops ?? 0, "drop")}`;
+    this.#record = odds && { label, chances: odds.chances };
+    const [record, measured] = this.choices;
+    record.disabled = odds === null;
+    if (this.#fresh || odds === null) (odds === null ? measured : record).checked = true;
+    this.#fresh = false;
     this.#choose(seen);
   }
 
@@ -64,7 +72,7 @@ export class FitMeter {
     const measured = this.choices.some(({ checked, value }) => checked && value === "measured");
     const digest = this.#digest;
     const known = this.#measured.get(digest);
-    if (!measured) this.#take(this.#binomial);
+    if (!measured) this.#take(this.#record);
     else if (known) this.#take(known);
     else if (!asked) this.#take(null);
     else await this.#measure(digest);

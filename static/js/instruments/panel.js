@@ -47,7 +47,7 @@ export class InstrumentPanel {
   /** @param {Hello} hello @param {Table} table */
   setTable(hello, table) {
     this.ball.setTable(table);
-    this.fit.setTable(hello, this.open);
+    this.fit.setTable(hello);
   }
 
   /**

@@ -4,9 +4,10 @@ import { describeBoard } from "../board/alternative-text.js";
 import { announceShape } from "../board/shape.js";
 import { InstrumentPanel } from "../instruments/panel.js";
 import { allowedAim } from "../model/board.js";
-import { MAIN_ROOM } from "../model/presets.js";
+import { MAIN_ROOM, readBoardName } from "../model/presets.js";
+import { oddsAt, oddsWords } from "../model/odds.js";
 import { emptyScene } from "../model/scene.js";
-import { messageOf } from "../net/api.js";
+import { getJson, messageOf } from "../net/api.js";
 import { ratioOf } from "../paint/geometry.js";
 import { byId } from "../util/dom.js";
 import { counted } from "../util/format.js";
@@ -26,6 +27,7 @@ import { Sound } from "./sound/sound.js";
 /** @import { Histogram } from "../instruments/histogram.js" */
 /** @import { Hello } from "../model/messages.js" */
 /** @import { Played, Session } from "../model/session.js" */
+/** @import { Odds, OddsReply } from "../net/replies.js" */
 /** @import { Table } from "../model/table/table.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Solver } from "../solver/solver.js" */
@@ -53,6 +55,8 @@ export class TablePage {
   /** @type {string | null} as far as it is known */
   #mainBoard = null;
   #digest = "";
+  /** @type {Odds[]} by aim, where they are known of the board */
+  #odds = [];
   #shownCount = -1;
   /** @type {LiveState} */
   #state = "connecting";
@@ -87,7 +91,7 @@ export class TablePage {
       onAuto: (rate, count, ask) => this.dropper.start(rate, count, ask),
       onStop: () => this.dropper.stop(),
       onBoard: (choice) => this.#move(choice),
-      onAim: () => this.loop.wake(),
+      onAim: () => this.#aimed(),
     });
     this.scoreboard = new Scoreboard(session, theme, this.prover, (seed) => this.controls.setSeed(seed));
     switchSound(this.sound);
@@ -155,6 +159,7 @@ export class TablePage {
     if (this.#digest !== hello.board_digest) {
       this.#digest = hello.board_digest;
       announceShape(ratioOf(board));
+      this.#learnOdds(hello);
       this.controls.setBoard(name, board, slots);
       this.ghost.setBoard(board);
       this.sound.setBoard(board);
@@ -168,6 +173,33 @@ export class TablePage {
     this.histogram.setBoard(board, hello.stats.histogram, this.instruments.fit.expected);
     this.#showCount();
     this.loop.wake();
+  }
+
+  /** @param {Hello} hello */
+  async #learnOdds({ board_digest: digest, board_name: name, mode }) {
+    this.#odds = [];
+    try {
+      // Where balls knock each other no odds of one ball hold; other boards were never counted.
+      if (mode !== "interacting" && readBoardName(name)) {
+        const found = /** @type {OddsReply} */ (await getJson(`boards/${name}/odds`));
+        if (digest === this.#digest && digest === found.board_digest) this.#odds = found.aims;
+      }
+    } catch (error) {
+      this.#say(`The odds of this table are unknown: ${messageOf(error)}`);
+    }
+    if (digest === this.#digest) this.#showOdds();
+  }
+
+  #aimed() {
+    if (this.#odds.length) this.#showOdds();
+    this.loop.wake();
+  }
+
+  #showOdds() {
+    const middle = this.live.hello?.board.drop.x ?? 0;
+    const odds = oddsAt(this.#odds, this.controls.start.aim, middle);
+    byId("odds-note").textContent = odds ? oddsWords(odds) : "";
+    this.instruments.fit.setRecord(odds, this.instruments.open);
   }
 
   #hasRoom() {

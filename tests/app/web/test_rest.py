@@ -13,6 +13,8 @@ from app.protocol.messages import Landed
 from app.web.schemas.problem import Problem
 from engine import Board, drop, drop_many, preset_names
 from engine.parameters import Exact
+from engine.payouts.landings import aims_of
+from engine.payouts.odds import odds_of_record
 from tests.app.conftest import TINY, Running, serving
 
 BOARD = Board.preset("triangle-16")
@@ -172,6 +174,18 @@ def test_every_setting_of_a_drop_counts(http: httpx.Client) -> None:
     board = Board.preset("triangle-8")
     assert got["digest"] == drop(board, 42, x=0.1, solver="stepped", dt=0.01, substeps=2).digest
     assert (got["solver"], got["dt"], got["substeps"], got["x"]) == ("stepped", 0.01, 2, 0.1)
+
+
+def test_the_odds_of_a_preset_are_those_of_record_by_aim(http: httpx.Client) -> None:
+    found = http.get("/api/v1/boards/triangle-9/odds").json()
+    board = Board.preset("triangle-9")
+    assert found["board_digest"] == board.digest
+    own, *others = found["aims"]
+    assert own["aim"] is None
+    assert own["return"] == odds_of_record(board)[0].returned
+    assert own["awards"][0]["multiplier"] == max(board.bins.multipliers)
+    assert [each["aim"] for each in others] == list(aims_of(board)[1:])
+    problem(http.get("/api/v1/boards/nowhere/odds"), 404, "unknown-board", "nowhere")
 
 
 def test_an_aim_moves_the_middle_of_what_the_seed_draws(http: httpx.Client) -> None:
@@ -681,3 +695,16 @@ def test_a_board_of_too_many_parts_is_refused_before_it_is_looked_at() -> None:
             refused = http.post(f"/api/v1/{path}", json=body)
             problem(refused, 413, "too-large", "11 pegs and walls", "10")
         problem(http.post("/api/v1/boards", json={"pegs": [{}] * 10}), 422, "bad-board")
+
+
+def test_a_payout_table_is_solved_for_a_board_over_rest(http: httpx.Client) -> None:
+    board = Board.preset("triangle-8").to_dict() | {"name": "mine"}
+    body = {"board": board, "return": 0.95, "risk": "low", "drops": 1000}
+    found = http.post("/api/v1/payouts", json=body).json()
+    assert found["aims"][0]["return"] == pytest.approx(0.95, abs=6e-4)
+    assert found["multipliers"] == found["multipliers"][::-1]
+    assert found["drops"] == 1000
+    problem(
+        http.post("/api/v1/payouts", json=body | {"risk": "huge"}), 422, "bad-parameter", "huge"
+    )
+    problem(http.post("/api/v1/payouts", json=body | {"drops": 0}), 422, "invalid-value", "drops 0")

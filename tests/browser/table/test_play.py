@@ -94,29 +94,30 @@ def test_without_a_seed_the_table_draws_one_that_replays(opened: Open, quick: Qu
     screen.landed(screen.api(f"drops/{quick.board}/{found[1]}")["bin"])
 
 
-def test_a_click_above_the_pegs_drops_there(opened: Open, quick: Quick) -> None:
+def test_a_click_above_the_pegs_aims_there(opened: Open, server: ServerProcess) -> None:
+    quick = quick_table(server, "triangle-9")
     screen = opened(quick.page).ready()
     canvas = screen.page.get_by_role("img", name=re.compile("Plinko board"))
     box = canvas.bounding_box()
     assert box is not None
     board = screen.api(f"boards/{quick.board}")["board"]
     drop = board["drop"]
-    wanted = drop["x"] + 0.5 * drop["reach"]
+    wanted = drop["x"] + 0.5 * drop["aim"]
     at = screen.pixels(board, [[wanted, drop["y"]]])["points"][0]
     canvas.click(position={"x": at[0], "y": at[1]})
     expect(screen.rows).to_have_count(1)
     link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
-    found = re.search(r"x=(-?[\d.]+)", link)
-    assert found, f"{link} names the start"
-    assert float(found[1]) == pytest.approx(wanted, abs=0.02)
+    found = re.search(r"aim=(-?[\d.]+)", link)
+    assert found, f"{link} names the aim"
+    assert float(found[1]) == pytest.approx(wanted, abs=board["width"] / box["width"]), "to a pixel"
 
     canvas.click(position={"x": box["width"] - 3, "y": 20})
     expect(screen.rows).to_have_count(2)
     link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
-    found = re.search(r"x=(-?[\d.]+)", link)
+    found = re.search(r"aim=(-?[\d.]+)", link)
     assert found
-    assert float(found[1]) == pytest.approx(drop["x"] + drop["reach"], abs=0.001), "clamped"
-    assert float(found[1]) <= drop["x"] + drop["reach"]
+    assert float(found[1]) == pytest.approx(drop["x"] + drop["aim"], abs=0.001), "clamped"
+    assert float(found[1]) <= drop["x"] + drop["aim"]
 
 
 def test_a_click_among_the_pegs_drops_nothing(opened: Open, quick: Quick) -> None:
@@ -148,7 +149,7 @@ def test_the_ball_starts_in_the_chosen_slot(opened: Open, server: ServerProcess)
     assert bin_there is not None
     screen.landed(bin_there)
     link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
-    assert f"x={slots[2]!r}" in link
+    assert f"aim={slots[2]!r}" in link
 
 
 def test_rows_and_risk_choose_another_table_with_other_payouts(opened: Open) -> None:
@@ -156,7 +157,7 @@ def test_rows_and_risk_choose_another_table_with_other_payouts(opened: Open) -> 
     screen.page.get_by_label("Rows", exact=True).select_option("8")
     screen.page.get_by_role("radio", name="High").check()
     expect(screen.page.locator("#board-moving")).to_have_attribute(
-        "aria-label", re.compile("triangle-8-high.*9 bins.*29×")
+        "aria-label", re.compile("triangle-8-high.*9 bins.*31×")
     )
     screen.ready()
     assert screen.page.url.endswith("?room=triangle-8-high")

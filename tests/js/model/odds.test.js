@@ -1,0 +1,24 @@
+// The odds of an aim.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { oddsAt, oddsWords } from "../../../static/js/model/odds.js";
+
+const own = { aim: null, return: 0.9895, doubt: 0.0022, awards: [{ multiplier: 110, chance: 1 / 14205 }] };
+const aside = { ...own, aim: 0.3, return: 0.98 };
+
+test("the nearest counted aim speaks for the chosen one, from either side", () => {
+  const counted = /** @type {any[]} */ ([own, aside]);
+  assert.equal(oddsAt(counted, null, 0), own);
+  assert.equal(oddsAt(counted, 0.1, 0), own);
+  assert.equal(oddsAt(counted, -0.2, 0), aside);
+  assert.equal(oddsAt([], 0.1, 0), null);
+});
+
+test("a sentence says return, its interval and the odds of the top award", () => {
+  const said = oddsWords(/** @type {any} */ (own));
+  assert.equal(said, "Gives back 99.0 % ± 0.2 % on average; 110× comes once in 14,205 drops.");
+  const never = { ...own, awards: [{ multiplier: 9, chance: 0 }] };
+  assert.match(oddsWords(/** @type {any} */ (never)), /9× was never seen/);
+});
