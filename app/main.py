@@ -160,7 +160,8 @@ def _services(settings: Settings) -> Services:
     metrics = Metrics()
     workers = Workers(settings.workers, settings.max_jobs)
     database = Database(settings.ledger_url)
-    cameras = Cameras(settings.max_cameras, settings.max_viewers)
+    budgets = Budgets(settings.compute_rate, settings.compute_burst)
+    cameras = Cameras(settings.max_cameras, settings.max_viewers, purse=budgets)
     ledger = Ledger(
         database,
         period=1.0 / settings.tick_rate,
@@ -191,7 +192,7 @@ def _services(settings: Settings) -> Services:
         cameras=cameras,
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
         creators=Quota(settings.creator_rooms, "rooms of this address", held.is_open),
-        budgets=Budgets(settings.compute_rate, settings.compute_burst),
+        budgets=budgets,
         logs=RoomLogs(persistence.sessions),
         metrics=metrics,
     )

@@ -1,28 +1,25 @@
 """Live pictures of rooms: a camera films a room while somebody watches, once for all who do.
 
 A camera draws when the room has moved and a viewer is ready for a frame: nothing is drawn of a room
-that sleeps, for viewers that do not read, or for nobody. All cameras share one thread.
+that sleeps, for viewers that do not read, or for nobody. All cameras share one process, and who
+watches pays for it: where nobody has any time left to spend, frames come as fast as it comes in.
 """
 
 import asyncio
 import functools
-import threading
 import time
-from collections import OrderedDict, deque
+from collections import Counter, deque
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from app.computing.pool import Workers
 from app.errors import BusyError, RoomFullError
-from app.pictures.workers import Workers
+from app.pictures.frame import Still, draw, moment_of, still_of
 from app.rooms.room import Room
-from engine import Board
-
-if TYPE_CHECKING:
-    from app.render import BoxStage, Stage
 
 BOUNDARY = "plinko-frame"
 PART_HEAD = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\n\r\n".encode()
@@ -42,88 +39,35 @@ class Shot:
     fps: int
 
 
-@dataclass(frozen=True, slots=True)
-class Still:
-    """A room at one moment, taken on the loop's thread and drawn on another."""
+class Purse(Protocol):
+    """What each address may have computed, in s of a core."""
 
-    bodies: npt.NDArray[np.void]
-    facts: tuple[str, ...]
-    ground: str = ""  # digest of what does not move: a room of a scene may be begun anew
-    trails: dict[int, npt.NDArray[np.float64]] = field(default_factory=dict)
-    lit: tuple[int, ...] = ()
+    def settle(self, key: str, now: float, seconds: float) -> None:
+        """Charge what was computed."""
 
-
-def still_of(room: Room) -> Still:
-    """A room as it is."""
-    bodies, ground = room.world.bodies, room.ground
-    if room.box is not None:
-        asleep = int((bodies["asleep"] != 0).sum())
-        return Still(bodies, (f"{len(bodies):,} balls", f"{asleep:,} asleep"), ground.digest)
-    stats = room.stats()
-    landed = sum(stats.histogram) + stats.unsettled
-    return Still(bodies, (f"{len(bodies)} in flight", f"{landed:,} landed"), ground.digest)
-
-
-def moment_of(room: Room) -> str:
-    """What is another whenever the room looks otherwise."""
-    return f"{room.id}.{room.world.tick}.{room.taken}"
-
-
-def stage_of(room: Room, width: int, theme: str) -> "Stage | BoxStage":
-    """Where a room's frames are painted; raises InvalidValueError. For a worker's thread."""
-    from app.render import BoxStage, Stage  # noqa: PLC0415 - loaded when a picture is asked for
-
-    ground, box = room.ground, room.box
-    title = room.id if room.id == ground.name else f"{room.id}   {ground.name}"
-    if box is not None:
-        return BoxStage(box.place, width, theme=theme, title=title, radius=box.radius)
-    assert isinstance(ground, Board)
-    return Stage(ground, width, theme=theme, title=title)
-
-
-class Stages:
-    """The stages used last, for single frames; for workers' threads, several at once."""
-
-    def __init__(self, most: int = 8) -> None:
-        self._most = most
-        self._stages: OrderedDict[
-            tuple[str, str, int, str], tuple[Stage | BoxStage, threading.Lock]
-        ] = OrderedDict()
-        self._lock = threading.Lock()
-
-    def draw(self, room: Room, still: Still, fmt: str, width: int, theme: str) -> bytes:
-        """A frame of `room` as `png` or `jpg`; raises InvalidValueError."""
-        stage, lock = self._stage(room, still.ground, width, theme)
-        with lock:
-            pixels = stage.frame(still.bodies, facts=still.facts)
-            return stage.png(pixels) if fmt == "png" else stage.jpg(pixels)
-
-    def _stage(
-        self, room: Room, ground: str, width: int, theme: str
-    ) -> "tuple[Stage | BoxStage, threading.Lock]":
-        key = (room.id, ground, width, theme)
-        with self._lock:
-            if key not in self._stages:
-                self._stages[key] = stage_of(room, width, theme), threading.Lock()
-            self._stages.move_to_end(key)
-            if len(self._stages) > self._most:
-                self._stages.popitem(last=False)
-            return self._stages[key]
+    def wait(self, key: str, now: float) -> float:
+        """How long until the address has something left, in s."""
 
 
 class Camera:
     """Films one shot for all its viewers."""
 
-    def __init__(self, room: Room, shot: Shot, workers: Workers, clock: Callable[[], float]):
+    def __init__(
+        self,
+        room: Room,
+        shot: Shot,
+        workers: Workers,
+        clock: Callable[[], float],
+        purse: Purse | None,
+    ) -> None:
         self.room = room
         self.shot = shot
-        self.viewers = 0
+        self.viewers: Counter[str] = Counter()  # by address
         self.frames = 0  # drawn
         self.part = b""  # the last frame, as a part of the stream
         self._workers = workers
         self._clock = clock
-        self._stage: Stage | BoxStage | None = None
-        self._ground = ""  # digest of what the stage is of
+        self._purse = purse
         self._failure: Exception | None = None
         self._stopped = False
         self._moved = asyncio.Event()
@@ -179,7 +123,7 @@ class Camera:
             self._wanted.clear()
             await self._film()
             due = max(due + 1.0 / self.shot.fps, self._clock() - 1.0 / self.shot.fps)
-            await asyncio.sleep(max(due - self._clock(), 0.0))
+            await asyncio.sleep(max(due - self._clock(), self._until_paid(), 0.0))
 
     async def _next_move(self) -> None:
         """Wait until the room has moved, or a light goes out."""
@@ -194,25 +138,35 @@ class Camera:
             return
 
     async def _film(self) -> None:
+        work = functools.partial(draw, self._still(), "jpg", self.shot.width, self.shot.theme)
         try:
-            picture = await self._workers.run(functools.partial(self._draw, self._still()))
+            done = await self._workers.measured(work)
         except BusyError:
             self._moved.set()  # the frame is given up; the next try comes in its turn
             self._wanted.set()
             return
-        self.part = _part(picture)
+        self._charge(done.seconds)
+        if done.error is not None:
+            raise done.error
+        self.part = _part(done.value)
         self.frames += 1
         self._drawn.set()
         self._drawn = asyncio.Event()
 
-    def _draw(self, still: Still) -> bytes:
-        if self._stage is None or self._ground != still.ground:
-            self._stage = stage_of(self.room, self.shot.width, self.shot.theme)
-            self._ground = still.ground
-        pixels = self._stage.frame(
-            still.bodies, trails=still.trails, lit=still.lit, facts=still.facts
-        )
-        return self._stage.jpg(pixels)
+    def _charge(self, seconds: float) -> None:
+        """Have those who watch pay for a frame, each the same."""
+        if self._purse is None:
+            return
+        now, share = self._clock(), seconds / max(self.viewers.total(), 1)
+        for address, count in self.viewers.items():
+            self._purse.settle(address, now, share * count)
+
+    def _until_paid(self) -> float:
+        """Seconds until somebody who watches can pay for the next frame."""
+        if self._purse is None:
+            return 0.0
+        now = self._clock()
+        return min((self._purse.wait(address, now) for address in self.viewers), default=0.0)
 
     def _still(self) -> Still:
         """The room with what came before: trails behind the balls, light on bins just hit."""
@@ -228,7 +182,7 @@ class Camera:
         self._hits = {n: at for n, at in self._hits.items() if at > now - LIT_SECONDS}
         if self.room.box is not None:
             return still  # where balls lie in heaps, trails would hide them
-        return replace(still, trails=_trails(self._past), lit=tuple(self._hits))
+        return still.lively(_trails(self._past), tuple(self._hits))
 
 
 def _trails(
@@ -262,12 +216,13 @@ class Cameras:
         max_viewers: int,
         *,
         clock: Callable[[], float] = time.monotonic,
+        purse: Purse | None = None,
     ) -> None:
         self.max_cameras = max_cameras
         self.max_viewers = max_viewers
         self.frames = 0  # drawn by cameras that film no more
         self._clock = clock
-        self.stages = Stages()
+        self._purse = purse
         self._workers = Workers(1, max_cameras)
         self._cameras: dict[Shot, tuple[Camera, asyncio.Task[None]]] = {}
 
@@ -279,50 +234,46 @@ class Cameras:
     @property
     def viewers(self) -> int:
         """How many watch, over all cameras."""
-        return sum(camera.viewers for camera, _ in self._cameras.values())
+        return sum(camera.viewers.total() for camera, _ in self._cameras.values())
 
     @property
     def drawn(self) -> int:
         """Frames drawn so far, by all cameras there ever were."""
         return self.frames + sum(camera.frames for camera, _ in self._cameras.values())
 
-    async def draw(self, frame: Callable[[], bytes]) -> bytes:
-        """A single frame, drawn in its turn among those of the cameras; raises BusyError."""
-        return await self._workers.run(frame)
-
     def films(self, room_id: str) -> bool:
         """Whether somebody watches pictures of this room."""
         return any(shot.room == room_id for shot in self._cameras)
 
-    async def open(self, room: Room, shot: Shot) -> tuple[Camera, int, bytes]:
-        """A camera for one more viewer, with its newest frame; `leave` it at the end.
+    async def open(self, room: Room, shot: Shot, address: str = "") -> tuple[Camera, int, bytes]:
+        """A camera for one more viewer at this address, with its newest frame; `leave` it then.
 
         Raises BusyError when too many cameras film already, RoomFullError when too many watch, and
         InvalidValueError for a shot that cannot be.
         """
-        camera = self._join(room, shot)
+        camera = self._join(room, shot, address)
         try:
             return camera, *await camera.newest(0)
         except BaseException:
-            self.leave(camera)
+            self.leave(camera, address)
             raise
 
-    def _join(self, room: Room, shot: Shot) -> Camera:
+    def _join(self, room: Room, shot: Shot, address: str) -> Camera:
         if self.viewers >= self.max_viewers:
             raise RoomFullError(f"{self.max_viewers} watch live pictures already")
         if shot not in self._cameras:
             if len(self._cameras) >= self.max_cameras:
                 raise BusyError(f"{self.max_cameras} cameras film already")
-            camera = Camera(room, shot, self._workers, self._clock)
+            camera = Camera(room, shot, self._workers, self._clock, self._purse)
             self._cameras[shot] = camera, asyncio.create_task(camera.run())
         camera, _ = self._cameras[shot]
-        camera.viewers += 1
+        camera.viewers[address] += 1
         return camera
 
-    def leave(self, camera: Camera) -> None:
-        """A viewer goes; the last one stops the camera."""
-        camera.viewers -= 1
-        if camera.viewers == 0:
+    def leave(self, camera: Camera, address: str = "") -> None:
+        """A viewer at this address goes; the last one stops the camera."""
+        camera.viewers -= Counter([address])
+        if not camera.viewers:
             _, task = self._cameras.pop(camera.shot)
             task.cancel()
             self.frames += camera.frames

@@ -89,6 +89,11 @@ class Budgets:
             )
         bucket.charge(seconds)
 
+    def wait(self, key: str, now: float) -> float:
+        """How long until the key has something left, in s."""
+        bucket = self._buckets.bucket(key, now)
+        return max(0.0, -bucket.left(now)) / bucket.rate
+
     def settle(self, key: str, now: float, seconds: float) -> None:
         """Charge what a request took beyond its price, in s; what it took less is given back."""
         self._buckets.bucket(key, now).charge(seconds)

@@ -8,9 +8,11 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 from starlette.types import Receive, Scope, Send
 
+from app.computing import prices
 from app.pictures.cache import look
-from app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot, moment_of, still_of
-from app.web.routes.common import Server, attended, documented, is_current
+from app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot
+from app.pictures.frame import draw, moment_of, pixels_of, still_of
+from app.web.routes.common import Server, address_of, attended, charged, documented, is_current
 from app.web.routes.pictures import STILLS, ThemeName, Width, add_routes
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
@@ -30,9 +32,9 @@ def _frame(fmt: str) -> Callable[..., object]:
         headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
         if is_current(request, etag):
             return Response(status_code=304, headers=headers)
-        still = still_of(found)
-        draw = functools.partial(server.cameras.stages.draw, found, still, fmt, width, theme)
-        make = functools.partial(server.cameras.draw, draw)
+        work = functools.partial(draw, still_of(found), fmt, width, theme)
+        price = prices.still(pixels_of(found, width), 0)
+        make = functools.partial(charged, server, address_of(request), work, price)
         picture = await attended(request, server.moments.get(etag, make))
         return Response(picture, headers=headers, media_type=STILLS[fmt])
 
@@ -61,6 +63,7 @@ add_routes(
 )
 async def get_room_stream(
     room: str,
+    request: Request,
     server: Server,
     width: Width = 760,
     theme: ThemeName = "light",
@@ -73,19 +76,23 @@ async def get_room_stream(
     """
     found = await server.rooms.seek(room)
     shot = Shot(found.id, width, theme, fps)
-    camera, seen, part = await server.cameras.open(found, shot)
+    address = address_of(request)
+    camera, seen, part = await server.cameras.open(found, shot, address)
     server.rooms.runner.wake(found)
-    return _Stream(server.cameras, camera, seen, part)
+    return _Stream(server.cameras, camera, address, seen, part)
 
 
 class _Stream(Response):
     """A response that goes on until its viewer leaves."""
 
-    def __init__(self, cameras: Cameras, camera: Camera, seen: int, part: bytes) -> None:
+    def __init__(
+        self, cameras: Cameras, camera: Camera, address: str, seen: int, part: bytes
+    ) -> None:
         super().__init__(media_type=STREAM, headers={"cache-control": "no-store"})
         del self.headers["content-length"]
         self._cameras = cameras
         self._camera = camera
+        self._address = address
         self._seen = seen
         self._part = part
 
@@ -95,7 +102,7 @@ class _Stream(Response):
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self._cameras.leave(self._camera)
+            self._cameras.leave(self._camera, self._address)
             for task in tasks:
                 task.cancel()
             ended = await asyncio.gather(*tasks, return_exceptions=True)

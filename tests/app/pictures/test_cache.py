@@ -4,7 +4,6 @@ import asyncio
 import functools
 import io
 import math
-import threading
 from collections.abc import Callable
 
 import httpx
@@ -14,10 +13,8 @@ from PIL import Image
 from app.computing import tasks
 from app.errors import BusyError, InvalidValueError
 from app.pictures.cache import Pictures, look
-from app.pictures.workers import Workers
 from engine import Board, drop, drop_many
 from tests.app.conftest import TINY, Running
-from tests.waiting import eventually
 
 BOARD = Board.preset("triangle-12")
 DROP = "/api/v1/drops/triangle-12/42"
@@ -171,32 +168,22 @@ def test_drops_that_take_too_long_are_given_up(draw: Callable[..., bytes]) -> No
 # made once
 
 
-def held() -> tuple[Callable[[], bytes], threading.Event, list[int]]:
-    """A drawing that waits for the event, the event, and a list with an entry for each start."""
-    go, started = threading.Event(), []
+async def test_those_who_ask_at_once_share_one_drawing() -> None:
+    pictures, go, started = Pictures(100), asyncio.Event(), []
 
-    def draw() -> bytes:
+    async def draw() -> bytes:
         started.append(1)
-        go.wait(30)
+        await go.wait()
         return b"picture"
 
-    return draw, go, started
-
-
-async def test_those_who_ask_at_once_share_one_drawing() -> None:
-    workers = Workers(1, 4)
-    pictures = Pictures(100)
-    draw, go, started = held()
-    make = functools.partial(workers.run, draw)
-    asking = [asyncio.create_task(pictures.get("a", make)) for _ in range(20)]
+    asking = [asyncio.create_task(pictures.get("a", draw)) for _ in range(20)]
     await asyncio.sleep(0)  # they all begin
     asking[0].cancel()
     go.set()
     assert await asyncio.gather(*asking[1:]) == [b"picture"] * 19
     assert (len(started), pictures.drawn) == (1, 1)
-    assert await pictures.get("a", make) == b"picture"
+    assert await pictures.get("a", draw) == b"picture"
     assert len(started) == 1
-    workers.close()
 
 
 async def test_pictures_kept_are_bounded_in_bytes_and_the_unused_go_first() -> None:
@@ -243,25 +230,17 @@ async def test_a_picture_that_nobody_waits_for_any_more_is_not_drawn() -> None:
     assert await pictures.get("a", again) == b"again"
 
 
-async def test_a_full_queue_refuses_and_a_failed_drawing_is_tried_again() -> None:
-    workers = Workers(1, 1)
+async def test_a_drawing_that_failed_is_tried_again() -> None:
+    async def fail() -> bytes:
+        raise BusyError("3 jobs wait already")
+
+    async def draw() -> bytes:
+        return b"now"
+
     pictures = Pictures(100)
-    draw, go, _ = held()
-    make = functools.partial(workers.run, draw)
-    asking = [asyncio.create_task(pictures.get(name, make)) for name in "ab"]
-    await eventually(lambda: workers.full)
     with pytest.raises(BusyError):
-        await pictures.get("c", make)
-    go.set()
-    await asyncio.gather(*asking)
-
-    def fail() -> bytes:
-        raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        await pictures.get("c", functools.partial(workers.run, fail))
-    assert await pictures.get("c", functools.partial(workers.run, lambda: b"now")) == b"now"
-    workers.close()
+        await pictures.get("c", fail)
+    assert await pictures.get("c", draw) == b"now"
 
 
 def test_a_busy_server_says_when_to_come_back(server: Running, http: httpx.Client) -> None:

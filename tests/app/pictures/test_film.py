@@ -13,12 +13,14 @@ import pytest
 from PIL import Image
 
 from app.errors import BusyError, InvalidValueError, RoomFullError
-from app.pictures.film import BOUNDARY, LIT_SECONDS, PART_HEAD, Cameras, Shot, still_of
+from app.pictures.film import BOUNDARY, LIT_SECONDS, PART_HEAD, Cameras, Shot
+from app.pictures.frame import still_of
 from app.render import Stage
 from app.render.raster.palette import Palette
 from app.render.theme import THEMES
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand
+from app.web.limits import Budgets
 from engine import Board, World
 from tests.app.conftest import TINY, Running, serving
 from tests.waiting import eventually, turns
@@ -270,6 +272,26 @@ async def test_a_bin_lights_up_and_the_light_goes_out_while_the_room_sleeps() ->
         assert abs(picture_in(part) - dark)[-30:].max() < 40
 
 
+async def test_who_watches_pays_and_without_a_budget_waits_for_it() -> None:
+    now = [50.0]
+    budgets = Budgets(rate=0.5, burst=0.001)
+    async with filming() as cameras:
+        cameras._clock = lambda: now[0]
+        cameras._purse = budgets
+        room = room_of()
+        camera, _, _ = await cameras.open(room, SHOT, "10.0.0.1")
+        wait = budgets.wait("10.0.0.1", now[0])
+        assert wait > 0.0, "a picture takes more than a millisecond"
+        assert camera._until_paid() == wait
+        await cameras.open(room, SHOT, "10.0.0.2")
+        assert camera._until_paid() == 0.0
+        camera._charge(6.0)
+        assert budgets.wait("10.0.0.1", now[0]) == pytest.approx(wait + 6.0)
+        assert budgets.wait("10.0.0.2", now[0]) == pytest.approx((3.0 - 0.001) / 0.5)
+        cameras.leave(camera, "10.0.0.1")
+        assert camera.viewers == {"10.0.0.2": 1}
+
+
 async def test_cameras_and_viewers_are_bounded() -> None:
     async with filming(max_cameras=1, max_viewers=2) as cameras:
         room = room_of()
@@ -364,8 +386,10 @@ async def test_a_stream_shows_a_fall_to_all_who_watch_and_ends_with_them(
         await eventually(lambda: cameras.viewers == 3)
         assert cameras.films(room)
         drawn = cameras.drawn
-        for seed in range(5):
-            await client.post(f"{server.url}/api/v1/rooms/{room}/drops", json={"seed": seed})
+        for seed in itertools.count():  # a camera may have to wait for a core
+            await client.post(f"{server.url}/api/v1/rooms/{room}/drops?wait=1", json={"seed": seed})
+            if all(each.done() for each in watching):
+                break
         found = await asyncio.gather(*watching)
         shared = set(found[0]) & set(found[1]) & set(found[2])
         assert len(shared) >= 3

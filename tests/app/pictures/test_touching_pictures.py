@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from app.errors import InvalidValueError
-from app.pictures.film import Shot, stage_of, still_of
+from app.pictures.film import Shot
+from app.pictures.frame import stage_of, still_of
 from app.protocol.touching_messages import AddMessage, Change, ResetMessage
 from app.render import BoxStage
 from app.render.theme import THEMES
@@ -47,7 +48,8 @@ def change(room: TouchingRoom, message: Change) -> None:
 
 def frame_of(room: TouchingRoom) -> tuple[Any, Any]:
     """The stage of a room, and the room's frame on it."""
-    stage, still = stage_of(room, WIDTH, "light"), still_of(room)
+    still = still_of(room)
+    stage = stage_of(still.scenery, WIDTH, "light")
     return stage, stage.frame(still.bodies, facts=still.facts).astype(int)
 
 
@@ -164,7 +166,7 @@ async def test_a_box_at_rest_is_not_drawn_again_until_something_is_put_in() -> N
         add(room, 0.0, 1.0, 0.3)
         cameras.ticked(0.0, 0.0)
         _, part = await waiting
-        view = stage_of(room, 240, "light").view
+        view = stage_of(still_of(room).scenery, 240, "light").view
         assert redness(picture_in(part), view.px(0.0), view.py(1.0), 6) > 0.3
 
 

@@ -1,0 +1,120 @@
+"""One frame of a room: what is taken of it on the event loop, and how a worker draws it.
+
+A worker has no rooms. What moves is sent to it with each frame; what does not as bytes that it
+unpacks only for a picture of another place or size than the last ones.
+"""
+
+import functools
+import pickle
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from app.rooms.room import Room
+from app.rooms.touching.world import Box
+from engine import Board
+
+if TYPE_CHECKING:
+    from app.render import BoxStage, Stage
+
+_STAGES: Final = 8  # kept by a worker: in the largest size 12 MB each
+
+
+@dataclass(frozen=True, slots=True)
+class Scenery:
+    """What does not move in a room, and the words above it.
+
+    digest: of what stands there; a room of a scene may be begun anew over another. packed: the
+    board, or the box where there is none.
+    """
+
+    digest: str
+    title: str
+    packed: bytes = field(compare=False, repr=False)
+
+    def unpack(self) -> Board | Box:
+        """What stands there; of bytes that this server has packed."""
+        found: Board | Box = pickle.loads(self.packed)
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Still:
+    """A room at one moment."""
+
+    scenery: Scenery
+    bodies: npt.NDArray[np.void]
+    facts: tuple[str, ...]
+    trails: dict[int, npt.NDArray[np.float64]] = field(default_factory=dict)
+    lit: tuple[int, ...] = ()
+
+    def lively(self, trails: dict[int, npt.NDArray[np.float64]], lit: tuple[int, ...]) -> "Still":
+        """The same with trails behind the balls, by ball, and light on these bins."""
+        return replace(self, trails=trails, lit=lit)
+
+
+def still_of(room: Room) -> Still:
+    """A room as it is."""
+    bodies, box = room.world.bodies, room.box
+    if box is not None:
+        asleep = int((bodies["asleep"] != 0).sum())
+        facts = f"{len(bodies):,} balls", f"{asleep:,} asleep"
+    else:
+        stats = room.stats()
+        landed = sum(stats.histogram) + stats.unsettled
+        facts = f"{len(bodies)} in flight", f"{landed:,} landed"
+    return Still(_scenery_of(room), bodies, facts)
+
+
+def moment_of(room: Room) -> str:
+    """What is another whenever the room looks otherwise."""
+    return f"{room.id}.{room.world.tick}.{room.taken}"
+
+
+def pixels_of(room: Room, width: int) -> int:
+    """Pixels of a frame; a width that is none counts as the nearest that is one."""
+    from app.render.box import lay_out_place  # noqa: PLC0415 - loaded when a picture is asked for
+    from app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out  # noqa: PLC0415
+    from app.render.theme import named  # noqa: PLC0415
+
+    width, box = min(max(width, LEAST_WIDTH), MOST_WIDTH), room.box
+    if box is not None:
+        view = lay_out_place(box.place, width, named("light"))
+    else:
+        assert isinstance(room.ground, Board)
+        view = lay_out(room.ground, width)
+    return view.width * view.height
+
+
+def draw(still: Still, fmt: str, width: int, theme: str) -> bytes:
+    """A frame as `png` or `jpg`; raises InvalidValueError naming what cannot be. For a worker."""
+    stage = stage_of(still.scenery, width, theme)
+    pixels = stage.frame(still.bodies, trails=still.trails, lit=still.lit, facts=still.facts)
+    return stage.png(pixels) if fmt == "png" else stage.jpg(pixels)
+
+
+@functools.lru_cache(maxsize=_STAGES)
+def stage_of(scenery: Scenery, width: int, theme: str) -> "Stage | BoxStage":
+    """Where frames are painted; raises InvalidValueError."""
+    from app.render import BoxStage, Stage  # noqa: PLC0415
+
+    place = scenery.unpack()
+    if isinstance(place, Box):
+        return BoxStage(place.place, width, theme, scenery.title, place.radius)
+    return Stage(place, width, theme=theme, title=scenery.title)
+
+
+def _scenery_of(room: Room) -> Scenery:
+    ground, box = room.ground, room.box
+    title = room.id if room.id == ground.name else f"{room.id}   {ground.name}"
+    if box is not None:
+        return Scenery(ground.digest, title, pickle.dumps(box))
+    assert isinstance(ground, Board)
+    return Scenery(ground.digest, title, _packed(ground))
+
+
+@functools.lru_cache(maxsize=32)
+def _packed(board: Board) -> bytes:
+    return pickle.dumps(board)
