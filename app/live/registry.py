@@ -321,8 +321,9 @@ class Rooms:
         """Take a drop; once it is durable and its tick has come, it enters and the room is told.
 
         The future then has the event, whose `ref` goes to `client` alone, or the LedgerError that
-        came in between. Raises BallLimitError, LedgerError and the engine's errors.
+        came in between. Raises BallLimitError, BusyError, LedgerError and the engine's errors.
         """
+        self.runner.check_memory()
         number = self._draw() if seed is None else seed
         command = DropCommand(number, x, stake, who, aim)
         request = WaitingRequester.now(client, key, ref)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from app.errors import BusyError
 from app.live.broadcaster import Broadcaster
 from app.live.hub import Hub
 from app.live.landings import Landings
@@ -17,12 +18,15 @@ from app.protocol import messages
 from app.rooms.room import Room
 from app.settings import Settings
 
-_ALONE = 10.0  # s; who reloads the page finds the scene going on
-
+_ALONE: Final = 10.0  # s; who reloads the page finds the scene going on
 
 _SHARE: Final = 0.5
 """Of the time between two ticks, for all rooms together; requests have the rest. Whose turn has
 come by then may end it late."""
+
+MOST_EVENTS: Final = 1_000_000
+"""Events that all rooms together keep of their balls in flight and still take drops: 56 MB, and as
+much again or twice of segments. 16,000 balls on presets have as many."""
 
 _LOOK: Final = 0.002  # s that a room may follow paths in its turn; those of most drops take 0.1 ms
 
@@ -55,6 +59,7 @@ class Runner:
         schedule = Schedule(1.0 / settings.tick_rate, settings.max_catch_up)
         self.ticker = Ticker(schedule, self.tick, clock=clock, watchers=watchers)
         self._awake: dict[str, Room] = {}
+        self._events_kept: int | None = None  # as of the last tick, once somebody asked
         self._hub = hub
         self._broadcaster = broadcaster
         self._persistence = persistence
@@ -71,6 +76,16 @@ class Runner:
     def awake(self) -> list[Room]:
         """The rooms in which something moves."""
         return list(self._awake.values())
+
+    def check_memory(self) -> None:
+        """Raise BusyError when all balls in flight have as many events as may be kept."""
+        if self._events_kept is None:
+            self._events_kept = sum(room.events_kept for room in self._awake.values())
+        if self._events_kept > MOST_EVENTS:
+            raise BusyError(
+                f"the balls in all rooms have {self._events_kept} events, and no more are taken "
+                f"in before they are fewer than {MOST_EVENTS}"
+            )
 
     def wake(self, room: Room) -> None:
         """See to it that a room ticks in which something moves."""
@@ -121,6 +136,7 @@ class Runner:
         When there is not time enough for all, those wait that have had most of it.
         """
         began = self._clock()
+        self._events_kept = None
         for room_id in self.shares.order(self._awake, MAIN):
             room = self._awake.get(room_id)
             turn = self._clock()
@@ -138,8 +154,12 @@ class Runner:
         watched = self._hub.count(room.id) > 0
         events: list[messages.Event] = []
         before = room.world.tick
-        until = self._clock() + _LOOK
-        for _ in range(due):
+        began = self._clock()
+        until = began + _LOOK
+        for number in range(due):
+            # Of a room whose balls touch a tick may take 7 ms: no more of them than all may have.
+            if number and room.id != MAIN and self._clock() - began > self.shares.budget:
+                break
             if room.held:
                 self._pass_on(room, events)
                 events = []

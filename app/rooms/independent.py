@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import msgspec
 
-from app.errors import BallLimitError
+from app.errors import AppError, BallLimitError
 from app.protocol import messages, snapshots
 from app.protocol.segments import Scale, SegmentStream
 from app.rooms.drop_format import DropFormat
@@ -23,8 +23,11 @@ from engine.world.events import Contact, Landing
 INDEPENDENT: Final = "independent"
 
 MOST_EVENTS: Final = 250_000
-"""Events that a room keeps of its balls in flight and still takes drops: 14 MB. 200 balls of a
-preset have 20,000; only where balls bounce for ever are there more."""
+"""Events that a room keeps of its balls in flight and still takes drops: 14 MB, and some 25 MB of
+segments. 200 balls of a preset have 20,000, and a ball that bounces often keeps few of them; only
+where thousands of bounces fall into one tick are there more."""
+
+_FAILS: Final = 4  # times as many end the room, before it takes the memory of all
 
 
 class _Checkpoint(msgspec.Struct, frozen=True):
@@ -90,7 +93,7 @@ class IndependentRoom(Room):
         """
         if self.world.count + len(self.planned) >= self.max_balls:
             raise BallLimitError(f"room {self.id!r} already holds {self.max_balls} balls")
-        behind = self.world.events_kept
+        behind = self.events_kept
         if behind > MOST_EVENTS:
             raise BallLimitError(
                 f"the balls in room {self.id!r} have {behind} events behind them, of which it "
@@ -138,8 +141,21 @@ class IndependentRoom(Room):
         """Whether the next tick takes no more than moving the balls along their paths."""
         return self.world.ready
 
+    @property
+    def events_kept(self) -> int:
+        """Events of paths that are held in memory."""
+        return self.world.events_kept
+
     def look_ahead(self) -> bool:
-        """Follow some path for some events more; whether there is more that would help."""
+        """Follow some path for some events more; whether there is more that would help.
+
+        Raises AppError for a room whose balls bounce too often in one tick.
+        """
+        if self.events_kept > _FAILS * MOST_EVENTS:
+            raise AppError(
+                f"the balls in room {self.id!r} have {self.events_kept} events in one tick, and "
+                f"{_FAILS * MOST_EVENTS} is what a room may hold"
+            )
         return self.world.look_ahead()
 
     def step(self, *, watched: bool) -> list[messages.Event]:

@@ -236,6 +236,11 @@ class Room(ABC):
         With nobody watching only landings are turned into events: contacts have no listener.
         """
 
+    @property
+    def events_kept(self) -> int:
+        """Events of paths that are held in memory."""
+        return 0
+
     def give_up(self, why: str) -> list[messages.Landed]:
         """What to tell of drops in flight that will never land: no bin, and their stake back.
 

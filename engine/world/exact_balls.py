@@ -35,6 +35,8 @@ class ExactBalls:
         self._passed = np.zeros(0, np.int64)  # segments of a ball before those in the pool
         self._next_time = np.zeros(0)
         self._known = np.zeros(0)
+        self._kept = np.zeros(0, np.int64)  # events of a ball
+        self._full = np.zeros(0, np.bool_)
         self._pool = np.empty((0, event_log.SEGMENT_SIZE))
         self._used = 0
         self._series = new_series()
@@ -52,6 +54,8 @@ class ExactBalls:
         self._passed = np.append(self._passed, 0)
         self._next_time = np.append(self._next_time, np.inf)
         self._known = np.append(self._known, 0.0)
+        self._kept = np.append(self._kept, 0)
+        self._full = np.append(self._full, False)
         self.states = np.vstack([self.states, at_start(self._board, x)])
         if ticks:
             self._go_on(len(self._paths) - 1)
@@ -59,8 +63,14 @@ class ExactBalls:
     def _go_on(self, row: int) -> None:
         """Bring a ball that was saved to where it was."""
         path, time = self._paths[row], float(self._ticks[row] * self._dt)
-        while path.known <= time:
+        while (known := path.known) <= time:
             self._advance(row)
+            self._look_up(row, known)  # so that what lies before may go
+        self._look_up(row, time)
+
+    def _look_up(self, row: int, time: float) -> None:
+        """Put a ball where it is at a time in s before which its path is known."""
+        path = self._paths[row]
         path.pass_to(time)
         self._next_time[row] = path.next_time()
         one = slice(row, row + 1)
@@ -80,7 +90,7 @@ class ExactBalls:
     @property
     def events(self) -> int:
         """Events kept of the balls."""
-        return sum(path.events for path in self._paths)
+        return int(self._kept.sum())
 
     @property
     def ready(self) -> bool:
@@ -93,10 +103,12 @@ class ExactBalls:
         Nothing is known of a ball at first: this is a ball's turn before its first step, too.
         """
         ahead = self._known - self._ticks * self._dt
-        short = ahead < AHEAD
+        for row in np.flatnonzero(self._full & (ahead < AHEAD)).tolist():
+            self._forget(row)
+        short = (ahead < AHEAD) & (~self._full | (self._known <= (self._ticks + 1) * self._dt))
         if not short.any():
             return False
-        self._advance(int(np.argmin(ahead)))
+        self._advance(int(np.argmin(np.where(short, ahead, np.inf))))
         return True
 
     def _advance(self, row: int) -> None:
@@ -119,6 +131,17 @@ class ExactBalls:
             self._begin[row], self._last[row] = used, self._used
         self._known[row] = path.known
         self._next_time[row] = path.next_time()
+        self._forget(row)
+
+    def _forget(self, row: int) -> None:
+        """Keep of a ball that has bounced very often only what is still needed."""
+        path = self._paths[row]
+        if path.full:
+            begin = max(int(self._begin[row]), int(self._first[row]) - 1)
+            self._passed[row] += begin - self._begin[row]
+            self._begin[row] = begin
+            path.forget(float(self._pool[begin, body.T]))
+        self._kept[row], self._full[row] = path.events, path.full
 
     def _repack(self, more: int) -> None:
         """Move the segments still needed to the front of a pool with room for `more`."""
@@ -171,7 +194,8 @@ class ExactBalls:
         """Take out balls whose drop has ended."""
         self._paths = [path for row, path in enumerate(self._paths) if row not in rows]
         for name in (
-            "_ticks", "_first", "_last", "_begin", "_passed", "_next_time", "_known", "states",
+            "_ticks", "_first", "_last", "_begin", "_passed", "_next_time", "_known", "_kept",
+            "_full", "states",
         ):  # fmt: skip
             setattr(self, name, np.delete(getattr(self, name), rows, axis=0))
 

@@ -18,6 +18,10 @@ SLICE = 64
 AHEAD = 0.5
 """s that a path is known ahead, so that those who draw it hear of each piece before it begins."""
 
+KEPT = 512
+"""Events that are kept of a ball, or about: all of a drop on the presets. Of one that bounces a
+hundred thousand times they would be 6 MB, so its digest follows the path a second time."""
+
 _HASHED = 4096  # events of a digest at a time: 0.3 ms
 
 
@@ -38,6 +42,11 @@ class Rows:
         self._rows[self.count : end] = rows
         self.count = end
 
+    def forget(self, rows: int) -> None:
+        """Take out the first rows."""
+        self._rows = self._rows[rows : self.count].copy()
+        self.count -= rows
+
     def between(self, first: int, last: int) -> npt.NDArray[np.generic]:
         """A view of rows `first` to `last`, the latter left out."""
         return self._rows[first:last]
@@ -51,9 +60,11 @@ class ExactPath:
 
     def __init__(self, board: Board, x: float) -> None:
         self.sliced = SlicedPath(board, x)
+        self._again: SlicedPath | None = None  # for the digest, where events were forgotten
         self._events = Rows(event_log.EVENT_SIZE, np.float64)
         self._marks = Rows(2, np.int32)
         self._next = 0
+        self._forgotten = 0
         self._digest: DropDigest | None = None
         self._hashed = 0
 
@@ -62,12 +73,29 @@ class ExactPath:
         """Time in s up to which a world can go on without following the path further."""
         if not self.sliced.ended:
             return self.sliced.known
-        return np.inf if self._hashed == self._events.count else self.sliced.known
+        return np.inf if self._hashed == self.sliced.events else self.sliced.known
 
     @property
     def events(self) -> int:
         """How many events are kept of it."""
         return self._events.count
+
+    @property
+    def full(self) -> bool:
+        """Whether it is not to be followed further before the world has come further."""
+        return not self.sliced.ended and self._events.count >= KEPT
+
+    def forget(self, time: float) -> None:
+        """Keep no events of before `time`, in s, that the world has passed, where they are many."""
+        if not self.full:
+            return
+        times = self._events.between(0, self._next)[:, 0]
+        past = int(np.searchsorted(times, time))
+        if past >= KEPT // 2:
+            self._events.forget(past)
+            self._marks.forget(past)
+            self._next -= past
+            self._forgotten += past
 
     def trajectory(self, segments: npt.NDArray[np.float64]) -> Trajectory:
         """What is known of the path from the first of these of its segments on."""
@@ -98,7 +126,14 @@ class ExactPath:
         if self._digest is None:
             start = path.start[[body.X, body.Y, body.VX, body.VY, body.OMEGA]]
             board = path.board.digest
-            self._digest = DropDigest(board, Exact(), start, path.outcome, self._events.count)
+            self._digest = DropDigest(board, Exact(), start, path.outcome, path.events)
+            if self._forgotten:
+                self._again = SlicedPath(path.board, float(path.start[body.X]))
+        if self._again is not None:
+            part = self._again.follow(SLICE)
+            self._digest.add(part.events, part.marks)
+            self._hashed += len(part.events)
+            return
         last = min(self._hashed + _HASHED, self._events.count)
         self._digest.add(*self._between(self._hashed, last))
         self._hashed = last

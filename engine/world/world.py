@@ -189,7 +189,7 @@ class World:
 
     @property
     def events_kept(self) -> int:
-        """Events of the live balls that are kept for their digests: 56 bytes each."""
+        """Events that are kept of the live balls: 56 bytes each, beside the segments of paths."""
         return self._ball_set.events if isinstance(self._ball_set, ExactBalls) else 0
 
     @property

@@ -5,16 +5,21 @@ from typing import Any
 
 import pytest
 
-from app.errors import BallLimitError
+from app.errors import AppError, BallLimitError, BusyError
+from app.live import runner
 from app.live.hub import Hub
 from app.live.registry import Rooms
+from app.protocol import messages
 from app.rooms import independent
 from app.rooms.boards import Boards
 from app.rooms.independent import IndependentRoom
+from app.rooms.kinds import INTERACTING
 from app.rooms.pending import DropCommand
 from app.settings import Settings
 from benchmarks.serving.attackers import hall
 from engine import Board, World, drop
+from engine.physics import body
+from engine.world.exact_path import KEPT, SLICE
 
 MAIN = Board.preset("triangle-8")
 HALL = Board.from_json(hall())
@@ -35,7 +40,42 @@ class Clock:
 def followed(room: Any) -> int:
     """Events that were computed of the balls in flight."""
     assert isinstance(room.world, World)
-    return room.world.events_kept
+    return sum(path.sliced.events for path in room.world._exact()._paths)
+
+
+async def test_a_room_that_lags_catches_up_by_no_more_than_its_share_of_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = Clock()
+    rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
+    heap = await rooms.create(MAIN, INTERACTING)
+    asked = [rooms.drop(room, 1, None) for room in (heap, rooms.find("main"))]
+    rooms.runner.tick(1)
+    step = heap.step
+
+    def slow(*, watched: bool) -> list[messages.Event]:
+        clock.time += 0.005
+        return step(watched=watched)
+
+    monkeypatch.setattr(heap, "step", slow)
+    before = heap.world.tick, rooms.find("main").world.tick
+    rooms.runner.tick(5)
+    assert (heap.world.tick, rooms.find("main").world.tick) == (before[0] + 2, before[1] + 5)
+    assert all(each.done() for each in asked)
+
+
+async def test_rooms_together_keep_no_more_events_than_there_is_memory_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(runner, "MOST_EVENTS", 600)
+    rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=Clock())
+    dear = [await rooms.create(HALL) for _ in range(2)]
+    asked = [rooms.drop(room, 0, None) for room in dear]
+    while sum(room.events_kept for room in dear) <= 600:
+        rooms.runner.tick(1)
+    with pytest.raises(BusyError, match=r"in all rooms have \d+ events"):
+        rooms.drop(rooms.find("main"), 0, None)
+    assert all(each.done() for each in asked)
 
 
 async def test_forty_drops_of_a_dear_board_are_computed_in_turns() -> None:
@@ -65,6 +105,39 @@ def test_a_room_whose_balls_bounce_for_ever_takes_no_more(monkeypatch: pytest.Mo
         room.step(watched=False)
     with pytest.raises(BallLimitError, match=r"have \d+ events behind them, of which it keeps 500"):
         room.plan_drop(DropCommand(2))
+
+
+def test_a_room_with_more_events_in_a_tick_than_it_may_hold_fails(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(independent, "MOST_EVENTS", 10)
+    room = IndependentRoom("dear", HALL, tick_rate=60, max_balls=9)
+    room.drop(DropCommand(0))
+    room.look_ahead()
+    with pytest.raises(AppError, match=r"events in one tick, and 40 is what"):
+        room.look_ahead()
+
+
+def test_of_a_ball_that_bounces_often_few_events_are_kept() -> None:
+    room = IndependentRoom("dear", HALL, tick_rate=60, max_balls=9)
+    room.drop(DropCommand(4))
+    most = 0
+    while followed(room) < 5_000:
+        while room.look_ahead():
+            most = max(most, room.events_kept)
+        room.step(watched=False)
+    assert most < KEPT + 2 * SLICE
+    begin, ahead = room.world.ahead(0)
+    whole = room.world.trajectory(0)
+    count = len(ahead.segments)
+    assert begin > 2_000
+    assert (ahead.segments == whole.segments[begin : begin + count]).all()
+    known = whole.events[:, 0] >= ahead.segments[0, body.T]
+    assert (ahead.events == whole.events[known][: len(ahead.events)]).all()
+    again = IndependentRoom("dear", HALL, tick_rate=60, max_balls=9)
+    again.restore(room.checkpoint())
+    assert again.events_kept < KEPT + 2 * SLICE
+    assert again.world.bodies.tobytes() == room.world.bodies.tobytes()
 
 
 def test_a_dear_ball_lands_as_its_drop_says() -> None:

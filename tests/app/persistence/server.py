@@ -92,6 +92,7 @@ class Heard(Told):
     """What is told over sockets."""
 
     tick: int = 0  # the latest one heard of
+    full: int = 0  # drops refused because as many balls as may be were in flight
 
     def frame(self, frame: str | bytes) -> None:
         if isinstance(frame, bytes):
@@ -116,6 +117,7 @@ class Heard(Told):
             case "error":
                 assert event["code"] in ("too-many-balls", "ledger-unavailable"), event
                 self.refused.add(event["ref"])
+                self.full += event["code"] == "too-many-balls"
 
 
 async def play(
