@@ -85,7 +85,7 @@ class Siege:
         for number in itertools.count():
             if number % len(kinds) == 0:
                 self.chance.shuffle(kinds)
-            async with self._attacked(kinds[number % len(kinds)], f"127.0.0.{2 + number % 20}"):
+            async with self.attacked(kinds[number % len(kinds)], f"127.0.0.{2 + number % 20}"):
                 await asyncio.sleep(self.chance.uniform(1.0, 10.0))  # no wait: left to chance
                 await self._fault(FAULTS[number % len(FAULTS)])
                 await asyncio.sleep(self.chance.uniform(0.0, 2.0))  # no wait: left to chance
@@ -96,7 +96,7 @@ class Siege:
                 await asyncio.sleep(1.0)  # no wait: others work here
 
     @contextlib.asynccontextmanager
-    async def _attacked(self, name: str, address: str) -> AsyncIterator[None]:
+    async def attacked(self, name: str, address: str) -> AsyncIterator[None]:
         """Strangers of one kind and address at work until the block ends."""
         attack = Attack(self.server, address, self.logged)
         try:
@@ -118,9 +118,9 @@ class Siege:
         assert process is not None
         match name:
             case "kill":
-                await self._again(signal.SIGKILL)
+                await self.again(signal.SIGKILL)
             case "stop":
-                await self._again(signal.SIGTERM)
+                await self.again(signal.SIGTERM)
             case "stall":
                 process.send_signal(signal.SIGSTOP)
                 await asyncio.sleep(seconds)  # no wait: how long it stalls
@@ -132,7 +132,7 @@ class Siege:
                     await asyncio.sleep(seconds)  # no wait: how long it is locked
                     other.execute("ROLLBACK")
 
-    async def _again(self, how: signal.Signals) -> None:
+    async def again(self, how: signal.Signals) -> None:
         """End the server, and start it over the same ledger."""
         assert self.server.process is not None
         self.gone += worked(self.server.process.pid)

@@ -30,6 +30,8 @@ from tests.long import LONG
 HOURS: Final = float(os.environ.get("PLINKO_TEST_HOURS", "0.05"))
 LONG_LOG: Final = LOGGED if HOURS >= 0.5 else 1000  # drops
 TOUCHING: Final = "interacting-triangle-8"
+READERS: Final = f"100 logs of {LOGGED:,} drops"
+READING: Final = 12.0  # s
 
 # Few rooms, so that newcomers want those of others, and ones that are left soon make way.
 FLAGS: Final = ("--max-rooms", "100", "--room-rest", "60")
@@ -49,7 +51,7 @@ async def test_whoever_attacks_every_ball_is_where_it_belongs(tmp_path: Path) ->
     siege = Siege(Served(f"sqlite:///{file}", FLAGS), file, chance)
     seeds = itertools.count(chance.randrange(1 << 60))
     with siege.server:
-        await _fill(siege, seeds)
+        await _fill(siege, seeds, LONG_LOG)
         siege.open(Board.preset("classic"))
         for room, board in (("main", "triangle-16"), ("triangle-8", "triangle-8")):
             siege.join(room, Board.preset(board))
@@ -70,15 +72,44 @@ async def test_whoever_attacks_every_ball_is_where_it_belongs(tmp_path: Path) ->
         assert siege.server.end(signal.SIGTERM) == 0
         siege.start()
         assert siege.server.end(signal.SIGTERM) == 0
-    _hold_ledger(siege)
+    _hold_ledger(siege, f"{HOURS:g} hours")
 
 
-async def _fill(siege: Siege, seeds: "itertools.count[int]") -> None:
+@pytest.mark.long
+@pytest.mark.skipif(not LONG, reason="takes minutes: `make test-attack`")
+@pytest.mark.timeout(3600)
+async def test_a_hundred_readers_of_a_long_log_cost_no_room_and_no_restart(tmp_path: Path) -> None:
+    file = tmp_path / "plinko.db"
+    siege = Siege(Served(f"sqlite:///{file}", FLAGS), file, random.Random(1))
+    seeds = itertools.count(1 << 40)
+    with siege.server:
+        await _fill(siege, seeds, LOGGED)
+        siege.join("main", Board.preset("triangle-16"))
+        players = [
+            asyncio.create_task(siege.keep_playing(told, seeds, 0.3))
+            for told in siege.rooms.values()
+        ]
+        for how in (signal.SIGTERM, signal.SIGKILL, signal.SIGTERM):
+            async with siege.attacked(READERS, "127.0.0.2"):
+                await asyncio.sleep(READING)  # no wait: how long it lasts
+            await siege.until_all_take_drops()
+            await siege.again(how)
+            await siege.until_all_take_drops()
+        for each in players:
+            each.cancel()
+        await asyncio.gather(*players, return_exceptions=True)
+        await siege.until_still()
+        _hold_logs(siege)
+        assert siege.server.end(signal.SIGTERM) == 0
+    _hold_ledger(siege, READERS)
+
+
+async def _fill(siege: Siege, seeds: "itertools.count[int]", drops: int) -> None:
     """A player's room gets its long log."""
     told = siege.open(board_that_ends_at_once())
     siege.logged = told.room
     filling = asyncio.create_task(siege.keep_playing(told, seeds, 0.004))
-    while len(told.accepted) < LONG_LOG and not filling.done():
+    while len(told.accepted) < drops and not filling.done():
         await asyncio.sleep(0.1)
     filling.cancel()
     await asyncio.gather(filling, return_exceptions=True)
@@ -95,7 +126,7 @@ def _hold_logs(siege: Siege) -> None:
             assert said <= {(each["input"]["seed"], each["tick"]) for each in log["inputs"]}
 
 
-def _hold_ledger(siege: Siege) -> None:
+def _hold_ledger(siege: Siege, what: str) -> None:
     url = siege.server.url
     drops = sum(
         hold(url, siege.rooms[name], board, killed=True) for name, board in siege.boards.items()
@@ -111,7 +142,7 @@ def _hold_ledger(siege: Siege) -> None:
     assert not audit.findings
     taken = sum(len(told.accepted) for told in siege.rooms.values())
     print(  # noqa: T201
-        f"\n{HOURS:g} hours: {dict(siege.happened)}\nanswers: {dict(siege.answers)}\n"
+        f"\n{what}: {dict(siege.happened)}\nanswers: {dict(siege.answers)}\n"
         f"{taken} drops were told, {drops} computed again, {audit.drops} in the ledger, "
         f"slowest start {siege.slowest:.1f} s: all are as they were told"
     )
