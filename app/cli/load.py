@@ -9,7 +9,7 @@ from app.cli import common
 if TYPE_CHECKING:
     from app.load.generator import Report
 
-STREAMS = ("snapshots", "segments")
+STREAMS = ("snapshots", "segments", "seeds")
 
 
 @click.command(name="load", short_help="Watch a server with many clients.")

@@ -1,16 +1,19 @@
 """What those who watch a room are sent: the state to start from, events, snapshots, diagnostics."""
 
 from collections.abc import Callable
+from typing import cast
 
 import msgspec
 
 from app.live.hub import Client, Hub
 from app.live.replay_buffer import Recent
 from app.protocol import messages
+from app.protocol.seeds import SeedStream
 from app.protocol.wire import WireMessage
 from app.rooms.pending import Requester
 from app.rooms.room import Room
 from app.settings import Settings
+from engine import Board
 
 _DIAGNOSED = 5  # times a second, for those who watch a room's diagnostics
 
@@ -24,16 +27,25 @@ class Broadcaster:
         self._every = max(1, settings.tick_rate // _DIAGNOSED)  # ticks
         self._limits = messages.Limits(settings.max_balls, settings.drop_rate, settings.max_message)
         self._recent: dict[str, Recent] = {}
+        self._seeds: dict[str, SeedStream] = {}  # of the rooms that are watched so
         self._diagnosed: dict[str, set[int]] = {}  # clients that watch a room's diagnostics
 
     def begin(self, room: Room, run: str) -> None:
         """Begin to remember what is announced in this life of a room, whose name is `run`."""
         self._recent[room.id] = Recent(run)
         self._recent[room.id].begin(room.seq)
+        self.release(room.id)
+        self._seeds.pop(room.id, None)
 
     def forget(self, room_id: str) -> None:
         """A room is not in memory any more."""
         self._recent.pop(room_id, None)
+        self._seeds.pop(room_id, None)
+
+    def release(self, room_id: str) -> None:
+        """Tell what is held back, before somebody is greeted: a hello knows it already."""
+        if room_id in self._seeds:
+            self._tell_seeds(room_id, self._seeds[room_id].release())
 
     def missed(self, room: Room, client: Client, run: str, since: int, key: str) -> messages.Missed:
         """What the client missed after event number `since` of `run`, where its key was `key`.
@@ -65,16 +77,22 @@ class Broadcaster:
         self, room: Room, seq: int, requester: Requester, event: messages.Event
     ) -> messages.Event:
         """Send everyone what came of an input; its note goes to the requester alone."""
-        own = event
         noted = messages.has_ref(event)
         self._recent[room.id].add(seq, event, requester.key if noted else "", requester.ref)
-        if noted:
-            own = msgspec.structs.replace(event, ref=requester.ref)
-        if requester.client is not None:
-            self._hub.notify(room.id, requester.client, messages.encode_event(own))
-        if self._hub.count(room.id) > (requester.client is not None):
-            self._hub.announce(room.id, messages.encode_event(event), skip=requester.client)
+        own = msgspec.structs.replace(event, ref=requester.ref) if noted else event
+        for stream in messages.STREAMS:
+            if self._hub.count(room.id, stream):
+                encode = self._encoder(room, stream)
+                self._hub.announce(room.id, stream, encode(event), requester.client, encode(own))
         return own
+
+    def _encoder(self, room: Room, stream: str) -> Callable[[messages.Event], bytes]:
+        """How an event becomes a message of this stream, with what is told before it."""
+        if stream != messages.SEEDS:
+            return messages.encode_event
+        seeds = self._seed_stream(room)
+        held = seeds.release()
+        return lambda event: messages.encode_events([*held, seeds.brief(event)])
 
     def broadcast(
         self, room: Room, events: list[messages.Event], *, with_snapshot: bool = False
@@ -87,6 +105,7 @@ class Broadcaster:
             snapshot = room.snapshot() if with_snapshot else None
             self._hub.publish(room.id, messages.SNAPSHOTS, text, snapshot)
         self._broadcast_segments(room, events, with_snapshot)
+        self._broadcast_seeds(room, events)
 
     def _broadcast_segments(
         self, room: Room, events: list[messages.Event], with_segments: bool
@@ -101,6 +120,26 @@ class Broadcaster:
         if heard or segments is not None:
             text = messages.encode_events(heard) if heard else None
             self._hub.publish(room.id, messages.SEGMENTS, text, segments)
+
+    def _broadcast_seeds(self, room: Room, events: list[messages.Event]) -> None:
+        """Send what clients need that compute the paths themselves."""
+        if not self._hub.count(room.id, messages.SEEDS):
+            self._seeds.pop(room.id, None)
+            return
+        seeds = self._seed_stream(room)
+        seeds.hold(events, room.world.tick)
+        self._tell_seeds(room.id, seeds.take(room.world.tick, room.seq, awake=room.awake))
+
+    def _seed_stream(self, room: Room) -> SeedStream:
+        """What those are told who watch a room by seeds; it must be one of independent balls."""
+        if room.id not in self._seeds:
+            zone = cast(Board, room.ground).drop
+            self._seeds[room.id] = SeedStream(room.tick_rate, room.world.tick, zone)
+        return self._seeds[room.id]
+
+    def _tell_seeds(self, room_id: str, events: list[messages.Event]) -> None:
+        if events:
+            self._hub.publish(room_id, messages.SEEDS, messages.encode_events(events), None)
 
     def watch_diagnostics(self, room: Room, client: int, wanted: bool) -> None:
         """Send a client the room's diagnostics from now on, or no more.

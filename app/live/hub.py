@@ -224,12 +224,18 @@ class Hub:
         """Those who watch this room."""
         return list(self._everyone(room_id))
 
-    def announce(self, room_id: str, event: bytes, skip: int | None = None) -> None:
-        """Send the same event to everyone in the room, all but client `skip`."""
+    def announce(
+        self,
+        room_id: str,
+        stream: str,
+        event: bytes,
+        requester: int | None = None,
+        own: bytes = b"",
+    ) -> None:
+        """Send the same event to all who watch this stream, but `own` to client `requester`."""
         message = WireMessage.of_text(event)
-        for client in self._everyone(room_id):
-            if client.id != skip:
-                client.post(message)
+        for client in self._rooms.get(room_id, {}).get(stream, {}).values():
+            client.post(message if client.id != requester else WireMessage.of_text(own))
 
     def notify(self, room_id: str, client_id: int, event: bytes) -> None:
         """Send an event to one client, if it is still there."""

@@ -291,6 +291,7 @@ class Rooms:
 
     def enter(self, room: Room, client: Client) -> None:
         """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
+        self.broadcaster.release(room.id)
         self.hub.join(room.id, client)
         self.broadcaster.greet(room, client)
         self.runner.wake(room)

@@ -135,7 +135,8 @@ class Runner:
         return bool(self._awake)
 
     def _advance(self, room: Room, due: int) -> None:
-        watched = self._hub.count(room.id) > 0
+        # Only this stream tells of contacts, and flags bounces.
+        watched = self._hub.count(room.id, messages.SNAPSHOTS) > 0
         events: list[messages.Event] = []
         before = room.world.tick
         until = self._clock() + _LOOK

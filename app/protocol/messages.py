@@ -12,7 +12,8 @@ PROTOCOL_VERSION = 1
 
 SNAPSHOTS = "snapshots"  # the streams of a room: what its binary messages hold
 SEGMENTS = "segments"
-STREAMS = (SNAPSHOTS, SEGMENTS)
+SEEDS = "seeds"
+STREAMS = (SNAPSHOTS, SEGMENTS, SEEDS)
 
 
 class Event(msgspec.Struct, frozen=True, tag_field="type", kw_only=True):
@@ -145,6 +146,33 @@ class Landed(Event, frozen=True, tag="landed", kw_only=True):
     def paid(self) -> int:
         """The payout, 0 where nothing was staked."""
         return self.payout if isinstance(self.payout, int) else 0
+
+
+class BriefAccepted(Event, frozen=True, tag="accepted", kw_only=True, omit_defaults=True):
+    """`accepted` in the stream `seeds`: `x` only where the seed does not say it."""
+
+    ball: int
+    seed: str
+    tick: int
+    x: float | None = None
+    explicit_x: bool = False
+    ref: Any = None
+    stake: int | msgspec.UnsetType = msgspec.UNSET
+
+
+class BriefLanded(Event, frozen=True, tag="landed", kw_only=True, omit_defaults=True):
+    """`landed` in the stream `seeds`: the rest follows from the path; `digest` is cut short."""
+
+    ball: int
+    digest: str
+    payout: int | msgspec.UnsetType = msgspec.UNSET
+
+
+class Clock(Event, frozen=True, tag="clock", kw_only=True):
+    """The room's tick now, and how many events it has announced; only in the stream `seeds`."""
+
+    tick: int
+    seq: int
 
 
 class Placed(Event, frozen=True, tag="placed", kw_only=True):

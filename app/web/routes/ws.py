@@ -145,7 +145,7 @@ class RoomClient:
 
     def _keyframe(self, stream: str) -> Callable[[], WireMessage] | None:
         """Pieces of paths add up: one message makes good those that could not be sent."""
-        if self.room.stream_of(stream) == messages.SNAPSHOTS:
+        if self.room.stream_of(stream) != messages.SEGMENTS:
             return None
         return lambda: WireMessage.of_bytes(self.room.keyframe())
 

@@ -130,7 +130,7 @@ async def test_a_stalled_client_delays_nobody_and_misses_only_old_snapshots(dire
     for tick in range(100):
         hub.publish("r", "snapshots", None, b"%d" % tick)
         await turns()
-    hub.announce("r", b"event")
+    hub.announce("r", "snapshots", b"event")
     await turns()
     assert free.frames == [*(snapshot(tick) for tick in range(100)), event("event")]
     assert stuck.frames == []
@@ -169,17 +169,17 @@ async def test_a_failed_client_ends_with_that_reason_even_when_idle() -> None:
 
 
 @pytest.mark.parametrize("direct", [True, False])
-async def test_everyone_but_the_one_skipped_is_told(direct: bool) -> None:
+async def test_who_asked_is_told_otherwise_than_everyone_else(direct: bool) -> None:
     hub = Hub(10)
     connections = [Wire(direct=direct) for _ in range(3)]
     clients = [client(each, number) for number, each in enumerate(connections)]
     writers = [asyncio.create_task(each.run()) for each in clients]
     for each in clients:
         hub.join("r", each)
-    hub.announce("r", b"all but 1", skip=1)
-    hub.notify("r", 1, b"only 1")
+    hub.announce("r", "snapshots", b"all but 1", 1, b"only 1")
     hub.notify("r", 99, b"nobody")
-    hub.announce("elsewhere", b"nobody")
+    hub.announce("r", "segments", b"nobody")
+    hub.announce("elsewhere", "snapshots", b"nobody")
     await turns()
     assert [each.frames for each in connections] == [
         [event("all but 1")],

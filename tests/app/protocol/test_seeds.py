@@ -1,0 +1,163 @@
+"""Rooms told by seeds alone: from what is told, each drop comes out as it did in the room."""
+
+import json
+from typing import Any
+
+from app.live.broadcaster import Broadcaster
+from app.live.hub import Client, Hub, Mailbox
+from app.protocol import messages
+from app.protocol.seeds import DIGITS
+from app.rooms.independent import IndependentRoom
+from app.rooms.pending import DropCommand, Requester
+from app.settings import Settings
+from engine import Board, drop
+from tests.app.conftest import TINY
+
+BOARD = Board.from_json(TINY)
+RATE = 60
+
+
+class Ear:
+    """A connection that keeps what is written to it."""
+
+    def __init__(self) -> None:
+        self.wire: list[bytes] = []
+
+    def write(self, wire: bytes) -> bool:
+        self.wire.append(wire)
+        return True
+
+    async def send(self, message: Any) -> None:
+        raise AssertionError("it always has room")
+
+    @property
+    def messages(self) -> list[list[dict[str, Any]]]:
+        """The events of each message."""
+        told = []
+        for wire in self.wire:
+            assert wire[0] == 0x81, "a text frame, and never a binary one"
+            begin = 2 if wire[1] < 126 else 4
+            said = json.loads(wire[begin:])
+            told.append(said if isinstance(said, list) else [said])
+        return told
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        return [event for message in self.messages for event in message]
+
+
+class Watched:
+    """A room that some clients watch by seeds, ticked by hand."""
+
+    def __init__(self) -> None:
+        self.hub = Hub(10)
+        self.broadcaster = Broadcaster(self.hub, Settings(), lambda: 0.0)
+        self.room = IndependentRoom("r", BOARD, tick_rate=RATE, max_balls=100)
+        self.broadcaster.begin(self.room, "a")
+
+    def join(self, number: int = 1, stream: str = messages.SEEDS) -> Ear:
+        ear = Ear()
+        client = Client(number, ear, Mailbox(9, 9999), 1.0, stream=stream)
+        self.broadcaster.release(self.room.id)
+        self.hub.join(self.room.id, client)
+        self.broadcaster.greet(self.room, client)
+        return ear
+
+    def drop(self, seed: int, x: float | None = None, client: int | None = None) -> None:
+        requester = Requester(client=client, ref="mine")
+        self.room.plan_drop(DropCommand(seed, x), requester=requester).durable = True
+        for entered in self.room.enter():
+            (event,) = entered.events
+            self.broadcaster.announce(self.room, self.room.seq, requester, event)
+
+    def tick(self, times: int = 1) -> None:
+        for _ in range(times):
+            events = self.room.step(watched=False)
+            self.broadcaster.broadcast(self.room, events, with_snapshot=True)
+
+    def run(self) -> None:
+        while self.room.awake:
+            self.tick()
+
+
+def test_from_what_is_told_every_drop_comes_out_again() -> None:
+    watched = Watched()
+    ear = watched.join()
+    for seed in range(6):
+        watched.drop(seed, x=0.1 if seed == 3 else None)
+        watched.tick(5)
+    watched.run()
+    accepted = {e["ball"]: e for e in ear.events if e["type"] == "accepted"}
+    landed = {e["ball"]: e for e in ear.events if e["type"] == "landed"}
+    assert accepted.keys() == landed.keys() == set(range(6))
+    assert [ball for ball, event in accepted.items() if "x" in event] == [3]
+    for ball, event in accepted.items():
+        told = drop(BOARD, event["seed"], x=event.get("x"))
+        assert landed[ball]["digest"] == told.digest[:DIGITS]
+    assert not any(e["type"] == "contact" for e in ear.events)
+
+
+def test_the_clock_is_told_once_a_second_while_balls_move_and_not_after() -> None:
+    watched = Watched()
+    ear = watched.join()
+    watched.drop(7)
+    watched.run()
+    clocks = [event["tick"] for event in ear.events if event["type"] == "clock"]
+    assert clocks == list(range(RATE, watched.room.world.tick, RATE))
+
+
+def test_landings_wait_for_company_but_no_longer_than_a_tenth_of_a_second() -> None:
+    watched = Watched()
+    ear = watched.join()
+    for seed in range(40):
+        watched.drop(seed)
+        watched.tick()
+    ends: dict[int, int] = {}
+    while watched.room.awake:
+        before = len(ear.wire)
+        events = watched.room.step(watched=False)
+        ends |= {e.ball: e.tick for e in events if isinstance(e, messages.Landed)}
+        watched.broadcaster.broadcast(watched.room, events)
+        for told in (told for message in ear.messages[before:] for told in message):
+            if told["type"] == "landed":
+                assert watched.room.world.tick - ends.pop(told["ball"]) <= RATE // 10
+    assert ends == {}
+    assert len([m for m in ear.messages if m[0]["type"] == "landed"]) < 40
+
+
+def test_who_comes_late_hears_of_no_ball_that_has_landed_before_its_hello() -> None:
+    watched = Watched()
+    early = watched.join(1)
+    watched.drop(7)
+    watched.drop(8)
+    while not (landed := watched.room.drops - watched.room.world.count):
+        watched.tick()
+    late = watched.join(2)
+    hello = late.events[0]
+    assert len(hello["balls"]) == 2 - landed
+    watched.run()
+    known = {ball["ball"] for ball in hello["balls"]}
+    assert {e["ball"] for e in late.events if e["type"] == "landed"} == known
+    assert {e["ball"] for e in early.events if e["type"] == "landed"} == {0, 1}
+
+
+def test_a_player_hears_of_its_own_drop_by_its_ref_and_others_without() -> None:
+    watched = Watched()
+    own, other = watched.join(1), watched.join(2)
+    whole = watched.join(3, messages.SEGMENTS)
+    watched.drop(7, client=1)
+    assert own.events[-1]["ref"] == "mine"
+    assert "ref" not in other.events[-1]
+    assert json.loads(whole.wire[-1][2:] if whole.wire[-1][1] < 126 else whole.wire[-1][4:])["x"]
+
+
+def test_a_landing_that_is_held_is_told_with_what_comes_next() -> None:
+    watched = Watched()
+    ear = watched.join()
+    for seed in range(2):
+        watched.drop(seed)
+    while watched.room.world.count == 2:
+        watched.tick()
+    watched.drop(9)
+    landed, accepted = ear.messages[-1]
+    assert (landed["type"], accepted["type"]) == ("landed", "accepted")
