@@ -13,6 +13,7 @@
  * @property {string} room
  * @property {string} board_name
  * @property {string} board_digest
+ * @property {number | string} physics_version
  * @property {Board} board
  * @property {number[]} slots
  * @property {"independent" | "interacting"} mode
@@ -44,6 +45,9 @@
  *
  * @typedef {{type: "accepted", ref?: string | null, explicit_x: boolean, aim?: number} & BallStart}
  *   Accepted
+ * @typedef {{type: "accepted", ref?: string | null, explicit_x?: boolean, x?: number, aim?: number}
+ *   & Omit<BallStart, "x">} BriefAccepted in the stream `seeds`: x only where the seed does not say it
+ * @typedef {{type: "clock", tick: number, seq: number}} ClockMessage the room's time
  *
  * @typedef {object} Contact
  * @property {"contact"} type
@@ -63,6 +67,10 @@
  * @property {number} t seconds after the ball's start
  * @property {number} x_end metres
  * @property {string | null} [unsettled]
+ * @property {string | null} digest the drop's, null where others may have touched the ball
+ *
+ * @typedef {{type: "landed", ball: number, digest: string}} BriefLanded in the stream `seeds`, with
+ *   the digest's first digits
  *
  * @typedef {{type: "error", code: string, detail: string, ref?: string | null}} Refusal
  * @typedef {{type: "missed", events: (Accepted | Landed | Contact)[] | null}} Missed
@@ -84,7 +92,8 @@
  *   } SegmentMessage the segments that began in one tick; where it is full, the one that each ball
  *   in flight is on
  *
- * @typedef {Hello | Accepted | Contact | Landed | Refusal | Missed | Pong} TableMessage
+ * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
+ *   | Missed | Pong} TableMessage
  *
  * @typedef {{type: "placed", ball: number} & BallKind} Placed
  * @typedef {{type: "edited", ball: number | null} & Partial<BallKind>} Edited

@@ -6,13 +6,16 @@ import { Connection } from "../net/connection.js";
 import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
 import { decodeSegments } from "../net/segments.js";
 import { TickClock } from "../net/tick-clock.js";
+import { PHYSICS_VERSION } from "../solver/digest.js";
+import { BoardError } from "../solver/errors.js";
 import { OwnDrops } from "./own-drops.js";
 
 /** @import { Point } from "../model/board.js" */
-/** @import { Accepted, Hello, Landed, Refusal, Snapshot, TableMessage } from "../model/messages.js" */
+/** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Snapshot, TableMessage } from "../model/messages.js" */
 /** @import { Played } from "../model/session.js" */
-/** @import { Ball } from "../model/table/table.js" */
+/** @import { Ball, Solve } from "../model/table/table.js" */
 /** @import { SegmentScale } from "../net/segments.js" */
+/** @import { Solver } from "../solver/solver.js" */
 
 /** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "closed"} LiveState */
 
@@ -35,6 +38,7 @@ import { OwnDrops } from "./own-drops.js";
 
 const MINOR_UNITS = 100; // the server counts stakes in hundredths
 const SEGMENTS = "segments"; // a segment of a path a bounce, from which the page draws the rest
+const SEEDS = "seeds"; // no paths at all: this page computes each
 const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
 
 /** One room, through reconnections. */
@@ -55,13 +59,20 @@ export class LiveTable {
   /**
    * @param {string} room
    * @param {LiveListener} listener
-   * @param {string} [stream] "segments" for segments of paths instead of snapshots
+   * @param {{streams: string[], solver: Solver | null}} means streams: those that will do, the best
+   *   first; a page without a solver can do nothing with `seeds`
    */
-  constructor(room, listener, stream = "") {
+  constructor(room, listener, { streams, solver }) {
     this.room = room;
     this.listener = listener;
+    this.solver = solver;
+    this.streams = streams;
     this.own = new OwnDrops(listener);
-    this.connection = new Connection(socketUrl(room, stream), {
+    this.connection = this.#connect();
+  }
+
+  #connect() {
+    return new Connection(socketUrl(this.room, this.streams[0]), {
       onText: (text) => this.#read(() => {
         for (const event of /** @type {TableMessage[]} */ (decodeEvents(text))) this.#take(event);
       }),
@@ -71,6 +82,18 @@ export class LiveTable {
       // A ball that flies for long sends no segments meanwhile.
       onQuiet: () => this.ping(),
     });
+  }
+
+  /**
+   * The next best stream, where the one that was asked for will not do.
+   * @returns {boolean} false when there is none
+   */
+  #retreat() {
+    if (this.streams.length < 2) return false;
+    this.connection.close();
+    this.streams = this.streams.slice(1);
+    this.connection = this.#connect();
+    return true;
   }
 
   /** @returns {Table | null} null before the first hello */
@@ -159,6 +182,7 @@ export class LiveTable {
     else if (event.type === "accepted") this.#accepted(event);
     else if (event.type === "contact") this.table?.applyContact(event);
     else if (event.type === "landed") this.#landed(event);
+    else if (event.type === "clock") this.#hearClock(event);
     else if (event.type === "error") this.#refused(event);
     else if (event.type === "pong") this.listener.onPong?.(performance.now() - event.t);
     this.listener.onChange();
@@ -173,14 +197,40 @@ export class LiveTable {
       spinScale: hello.spin_scale,
       rate: hello.tick_rate,
     };
-    const table = new Table(hello);
+    const solve = this.#solveFor(hello);
+    if (hello.stream === SEEDS && !solve && this.#retreat()) return;
+    const table = new Table(hello, solve);
     this.#visit = { hello, table, clock: new TickClock({ rate: hello.tick_rate }), scale };
+    if (solve && table.awake) this.#visit.clock.observe(hello.tick, performance.now());
     this.tick = hello.tick;
     const pending = this.own.enter(hello, table);
     this.listener.onTable(hello, table);
     this.#resume(hello, pending);
     this.#setState(table.flying ? "live" : "asleep");
     this.connection.expectNews(table.flying);
+  }
+
+  /**
+   * @param {Hello} hello
+   * @returns {Solve | null} null where the room is shown otherwise, or this page cannot compute it
+   */
+  #solveFor({ stream, board, physics_version: version }) {
+    const { solver } = this;
+    if (stream !== SEEDS || !solver || version !== PHYSICS_VERSION) return null;
+    try {
+      const whole = solver.read(board);
+      return (start) => solver.drop(whole, start);
+    } catch (error) {
+      if (!(error instanceof BoardError)) throw error;
+      return null;
+    }
+  }
+
+  /** @param {ClockMessage} event */
+  #hearClock({ tick, seq }) {
+    this.#seq = seq; // contacts are among them, which this stream does not tell
+    this.tick = tick;
+    this.#visit?.clock.observe(tick, performance.now());
   }
 
   /**
@@ -198,9 +248,10 @@ export class LiveTable {
     else this.own.reclaim([]);
   }
 
-  /** @param {Accepted} event */
+  /** @param {Accepted | BriefAccepted} event */
   #accepted(event) {
     if (!this.#visit) return;
+    this.tick = event.tick;
     const { table, clock } = this.#visit;
     if (!table.awake) clock.restart();
     clock.observe(event.tick, performance.now());
@@ -209,9 +260,14 @@ export class LiveTable {
     this.connection.expectNews(true);
   }
 
-  /** @param {Landed} event */
+  /** @param {Landed | BriefLanded} event */
   #landed(event) {
-    this.table?.applyLanded(event);
+    if (this.table && !this.table.applyLanded(event)) {
+      this.#seq -= 1; // what became of it is asked for again
+      this.listener.onError("This page computed another path than the table; it now shows the table's.");
+      this.#retreat();
+      return;
+    }
     // Nobody looks at a hidden tab, and it gets no pictures: what landed there counts at once.
     if (document.visibilityState === "hidden") {
       const now = performance.now();
@@ -229,6 +285,8 @@ export class LiveTable {
 
   /** @param {Refusal} event */
   #refused(event) {
+    // Before it has greeted, a server refuses what it is asked for: one that knows no such stream.
+    if (!this.#visit && event.code === "invalid-value" && this.#retreat()) return;
     this.own.refused(event.ref);
     this.listener.onError(event.detail, event.code);
     if (this.table) this.#rest(this.table);

@@ -5,6 +5,7 @@ import { Histogram } from "../instruments/histogram.js";
 import { Session } from "../model/session.js";
 import { messageOf } from "../net/api.js";
 import { Theme } from "../paint/theme.js";
+import { openSolver } from "../solver/solver.js";
 import { byId } from "../util/dom.js";
 import { Ghost } from "./ghost.js";
 import { TablePage } from "./page.js";
@@ -15,6 +16,8 @@ async function start() {
     window.location.replace(`replay.html?${asked}`);
     return;
   }
+  // Without WebAssembly the table sends paths, and nothing is computed here.
+  const solving = openSolver().catch(() => null);
   const theme = await Theme.load();
   const histogram = new Histogram(byId("histogram", HTMLCanvasElement), theme);
   const canvases = {
@@ -27,7 +30,7 @@ async function start() {
     ghost.layOut(geometry);
   });
   const session = new Session(window.sessionStorage);
-  const parts = { theme, view, histogram, ghost, session };
+  const parts = { theme, view, histogram, ghost, session, solver: await solving };
   new TablePage(parts, asked);
 }
 

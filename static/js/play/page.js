@@ -27,6 +27,7 @@ import { Sound } from "./sound/sound.js";
 /** @import { Played, Session } from "../model/session.js" */
 /** @import { Table } from "../model/table/table.js" */
 /** @import { Theme } from "../paint/theme.js" */
+/** @import { Solver } from "../solver/solver.js" */
 /** @import { Ghost } from "./ghost.js" */
 /** @import { Ask, TableChoice } from "./input/controls.js" */
 /** @import { LiveState } from "./live.js" */
@@ -38,10 +39,11 @@ const STATE_TEXTS = {
   asleep: "Ready",
   closed: "Closed",
 };
+const STREAMS = ["seeds", "segments", "snapshots"];
 const SCORE_MS = 200; // between two renewals of the list while balls rain
 
 /** @typedef {{theme: Theme, view: BoardView, histogram: Histogram, ghost: Ghost,
- *   session: Session}} Parts */
+ *   session: Session, solver: Solver | null}} Parts */
 
 /** The live page: one table at a time. */
 export class TablePage {
@@ -58,13 +60,13 @@ export class TablePage {
   #scoreMs = 0;
 
   /** @param {Parts} parts @param {URLSearchParams} asked */
-  constructor({ theme, view, histogram, ghost, session }, asked) {
+  constructor({ theme, view, histogram, ghost, session, solver }, asked) {
     this.theme = theme;
     this.view = view;
     this.histogram = histogram;
     this.ghost = ghost;
     this.session = session;
-    this.stream = asked.get("stream") ?? undefined;
+    this.means = { solver, streams: streamsFor(asked.get("stream"), solver !== null) };
     this.sound = new Sound();
     this.announcer = new Announcer((text, score) => this.#say(text, score));
     this.loop = new FrameLoop((now) => this.#draw(now));
@@ -115,7 +117,7 @@ export class TablePage {
       onChange: () => this.loop.wake(),
       onPong: (ms) => this.instruments.line.pong(ms),
       onSnapshot: () => this.instruments.ball.measure(),
-    }, this.stream);
+    }, this.means);
   }
 
   /** @param {TableChoice} choice */
@@ -196,7 +198,7 @@ export class TablePage {
     const quiet = this.#still.matches;
     live.settle(quiet ? Number.POSITIVE_INFINITY : t, now);
     const scene = table ? table.sceneAt(t, now / 1000) : emptyScene();
-    if (table?.obstacles) instruments.ball.measure();
+    if (table?.growsWhenDrawn) instruments.ball.measure();
     if (table) this.sound.hear(table.heard, t);
     if (quiet) scene.balls.length = 0;
     if (quiet) scene.flashes = [];
@@ -323,4 +325,14 @@ export class TablePage {
       else if (place && this.live.table) this.instruments.pick(place.x, place.y);
     });
   }
+}
+
+/**
+ * @param {string | null} asked in the page's address
+ * @param {boolean} solves whether this page can compute paths
+ * @returns {string[]} the streams that will do, the best first
+ */
+function streamsFor(asked, solves) {
+  const others = STREAMS.filter((stream) => stream !== asked && (solves || stream !== STREAMS[0]));
+  return asked === null ? others : [asked, ...others];
 }

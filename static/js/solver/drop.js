@@ -3,6 +3,7 @@
 import { dropDigest, PHYSICS_VERSION } from "./digest.js";
 import { ParameterError } from "./errors.js";
 
+/** @import { ImpactRow } from "../model/motion/drop.js" */
 /** @import { WholeBoard } from "./input/values.js" */
 /** @import { Traced } from "./kernels.js" */
 
@@ -72,7 +73,7 @@ export class Drop {
 
   /** All events in order: t, x, y, vx, vy, omega after it, its kind, and what was hit. */
   get impacts() {
-    return this.#made.traced.impacts;
+    return /** @type {ImpactRow[]} */ (this.#made.traced.impacts);
   }
 
   /** SHA-256 of board, start and every event: 64 hexadecimal digits, the same as the server's. */
@@ -108,6 +109,20 @@ export class Drop {
     });
   }
 
+  /**
+   * The state right before each impact: at the last instant before it that has a double, or, of two
+   * impacts at one instant, what the first made of it for the second.
+   * @returns {BallState[]}
+   */
+  before() {
+    const { impacts } = this;
+    const states = this.states(impacts.map(([t]) => justBefore(t)));
+    return states.map((state, i) => {
+      const [t, x, y, vx, vy, omega] = impacts[i - 1] ?? [];
+      return t === impacts[i][0] ? { ...state, t, x, y, vx, vy, omega } : state;
+    });
+  }
+
   /** The drop as `plinko drop --json` and REST give it. */
   record() {
     const { digest, seed, explicit, aim, board } = this.#made;
@@ -127,4 +142,13 @@ export class Drop {
       digest: this.digest,
     };
   }
+}
+
+/** @param {number} t 0 or more @returns {number} the next double below, but not below 0 */
+function justBefore(t) {
+  if (t === 0) return 0;
+  const view = new DataView(new ArrayBuffer(8));
+  view.setFloat64(0, t);
+  view.setBigInt64(0, view.getBigInt64(0) - 1n);
+  return view.getFloat64(0);
 }

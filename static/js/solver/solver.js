@@ -49,6 +49,15 @@ export class Solver {
   }
 
   /**
+   * A board with its defaults filled in; given to `drop` as it is, nothing of it is read again.
+   * @param {unknown} form the board's JSON, parsed; throws a BoardError that names a bad value
+   * @returns {WholeBoard}
+   */
+  read(form) {
+    return this.#load(form).board;
+  }
+
+  /**
    * Drop a ball at rest from where the seed says, about the board's middle or an aim, or from an x.
    * @param {unknown} form the board's JSON, parsed; throws a BoardError that names a bad value
    * @param {Start} start throws a ParameterError that names a bad value

@@ -6,10 +6,12 @@ import { emptyScene } from "../scene.js";
 import { ImpactQueue } from "./impact-queue.js";
 import { Obstacles } from "./obstacles.js";
 import { SegmentFeed } from "./segment-feed.js";
+import { SolvedFeed } from "./solved-feed.js";
 
-/** @import { Accepted, BallStart, Contact, Hello, Landed, SegmentMessage, Snapshot } from "../messages.js" */
+/** @import { Accepted, BallStart, BriefAccepted, BriefLanded, Contact, Hello, Landed, SegmentMessage, Snapshot } from "../messages.js" */
 /** @import { BinHit, Scene, SceneBall } from "../scene.js" */
 /** @import { QueuedImpact } from "./impact-queue.js" */
+/** @import { Solved } from "./solved-feed.js" */
 /** @import { Keyframe, Law, Pose } from "../motion/interpolate.js" */
 
 const SINK_SECONDS = 0.25; // a landed ball is still seen falling into its pocket
@@ -18,6 +20,7 @@ const TRAIL_POINTS = 8;
 const TRAIL_STEP = 1 / 55; // s between points of a trail
 const KEPT_SECONDS = 0.3; // of a path behind the picture: the trail, and some for late contacts
 const QUIET = 0.05; // m/s; slower impacts are not told in any stream
+const HEARD_SECONDS = 0.5; // later an impact is neither seen nor heard any more
 const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
 
 /**
@@ -30,7 +33,8 @@ const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
  * @property {number} start table time, s
  * @property {boolean} mine
  * @property {Path} path
- * @property {SegmentFeed | null} feed makes the path, where segments of it come and not snapshots
+ * @property {SegmentFeed | null} feed makes the path, where segments of it come
+ * @property {SolvedFeed | null} solved makes the path, where this page computed it
  * @property {Landed | null} landed once it has
  * @property {number} end table time of its landing, s; infinite until it is known
  * @property {{vx: number, vy: number} | null} sink m/s: its last velocity, if it fell into a bin
@@ -41,6 +45,7 @@ const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
  */
 
 /** @typedef {(a: Keyframe, b: Keyframe, law: Law) => void} Passed */
+/** @typedef {(start: {seed: string, x?: number}) => Solved} Solve */
 /** @typedef {BinHit & {since: number}} LitBin since: local time, s */
 
 /**
@@ -67,21 +72,33 @@ export class Table {
   #scene = emptyScene();
   #scratch = { x: 0, y: 0, angle: 0 };
 
-  /** @param {TableStart} hello */
-  constructor(hello) {
+  /**
+   * @param {TableStart} hello
+   * @param {Solve | null} [solve] where a ball's whole path is computed from its start
+   */
+  constructor(hello, solve = null) {
+    this.solve = solve;
     this.board = hello.board;
     this.rate = hello.tick_rate;
     this.law = { gravity: hello.board.gravity, drag: hello.board.drag };
     this.impacts = new ImpactQueue(hello.board.pegs);
     this.obstacles = hello.stream === "segments" ? new Obstacles(hello.board) : null;
     for (const ball of hello.balls) {
-      this.#add(ball, { mine: false, explicit: false, fresh: ball.tick >= hello.tick });
+      const from = hello.tick / this.rate - KEPT_SECONDS;
+      this.#add(ball, { mine: false, explicit: false, fresh: ball.tick >= hello.tick, from });
     }
   }
 
-  /** @param {Accepted} event @param {boolean} mine @returns {Ball} */
+  /** Whether paths grow as they are drawn, and not as news comes. */
+  get growsWhenDrawn() {
+    return this.obstacles !== null || this.solve !== null;
+  }
+
+  /** @param {Accepted | BriefAccepted} event @param {boolean} mine @returns {Ball} */
   accept(event, mine) {
-    const ball = this.#add(event, { mine, explicit: event.explicit_x, fresh: true });
+    const from = event.tick / this.rate;
+    const explicit = event.explicit_x ?? false;
+    const ball = this.#add(event, { mine, explicit, fresh: true, from });
     ball.aim = event.aim;
     return ball;
   }
@@ -142,14 +159,19 @@ export class Table {
     this.impacts.add(t, event);
   }
 
-  /** @param {Landed} event @returns {Ball | undefined} */
+  /**
+   * @param {Landed | BriefLanded} event the rest of a brief one is what was computed here
+   * @returns {boolean} false, and nothing is done, where another path was computed here
+   */
   applyLanded(event) {
     const ball = this.balls.get(event.ball);
-    if (!ball) return undefined;
-    ball.landed = event;
-    ball.end = ball.start + event.t;
-    this.#close(ball, event);
-    return ball;
+    if (!ball) return true;
+    const landed = "t" in event ? event : ball.solved?.landing(event);
+    if (!landed) return false;
+    ball.landed = landed;
+    ball.end = ball.start + landed.t;
+    if (!ball.solved) this.#close(ball, landed);
+    return true;
   }
 
   /**
@@ -187,6 +209,9 @@ export class Table {
     scene.paths.length = 0;
     for (const ball of this.balls.values()) {
       ball.feed?.until(t + 1 / this.rate);
+      ball.solved?.until(t + 1 / this.rate, (at, impact) => {
+        if (at > t - HEARD_SECONDS && impact.speed >= QUIET) this.impacts.add(at, impact);
+      });
       if (!ball.path.keyframes.length || t < ball.path.start) continue;
       scene.balls.push(this.#pose(ball, t));
     }
@@ -208,20 +233,25 @@ export class Table {
   }
 
   /**
-   * @param {BallStart} ballStart
-   * @param {{mine: boolean, explicit: boolean, fresh: boolean}} given
+   * @param {Omit<BallStart, "x"> & {x?: number}} ballStart
+   * @param {{mine: boolean, explicit: boolean, fresh: boolean, from: number}} given from: table time
+   *   from which on it is seen, s
    */
-  #add({ ball: id, seed, x, tick }, { mine, explicit, fresh }) {
+  #add({ ball: id, seed, x: given, tick }, { mine, explicit, fresh, from }) {
     const start = tick / this.rate;
     const path = new Path(this.law, MOST_KEYFRAMES);
+    const { board, rate } = this;
+    const solved = this.solve?.({ seed, x: given });
+    const x = solved?.xStart ?? given ?? 0;
     /** @type {Ball} */
     const ball = {
       id, seed, x, explicit, start, mine, path, landed: null, settled: false,
       end: Number.POSITIVE_INFINITY, sink: null,
-      feed: this.obstacles && new SegmentFeed(path, this.board, this.obstacles, this.rate),
+      feed: this.obstacles && new SegmentFeed(path, board, this.obstacles, rate),
+      solved: solved ? new SolvedFeed(path, solved, board, { start, from, rate }) : null,
       trace: mine && this.tracing ? new Trace() : null,
       pose: {
-        x, y: this.board.drop.y, angle: 0, mine, trail: new Float64Array(2 * TRAIL_POINTS),
+        x, y: board.drop.y, angle: 0, mine, trail: new Float64Array(2 * TRAIL_POINTS),
         trailCount: 0, id,
       },
       passed: (a, b, law) => {
@@ -229,9 +259,8 @@ export class Table {
         this.onPassed?.(a, b, law);
       },
     };
-    if (fresh) {
-      path.add({ ...place(start, x, this.board.drop.y), vIn: true, vOut: true });
-    }
+    if (ball.solved) Object.assign(ball, { end: ball.solved.end, sink: ball.solved.sink });
+    else if (fresh) path.add({ ...place(start, x, board.drop.y), vIn: true, vOut: true });
     this.balls.set(id, ball);
     this.#byWireId.set(id % 65536, ball);
     return ball;

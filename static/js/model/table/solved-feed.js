@@ -1,0 +1,147 @@
+// One ball's path as this page's solver computed it, made into keyframes as time passes. Pure.
+
+import { normalAt } from "../impact.js";
+import { PEG, WALL } from "../motion/drop.js";
+
+/** @import { Board } from "../board.js" */
+/** @import { BriefLanded, Landed } from "../messages.js" */
+/** @import { ImpactRow } from "../motion/drop.js" */
+/** @import { State } from "../motion/flight.js" */
+/** @import { Path } from "../motion/path.js" */
+
+/**
+ * A drop that was computed here, from its start to its end; times in s since the start.
+ * @typedef {object} Solved
+ * @property {number} xStart m
+ * @property {number | null} bin
+ * @property {number} score
+ * @property {string | null} unsettled why it did not land
+ * @property {number} duration s
+ * @property {number} xEnd m
+ * @property {string} digest
+ * @property {ImpactRow[]} impacts
+ * @property {(times: number[]) => State[]} states
+ * @property {() => State[]} before right before each impact
+ *
+ * @typedef {(t: number, impact: {x: number, y: number, kind: number, index: number, speed: number}
+ *   ) => void} Hear t: table time, s; m and m/s
+ */
+
+const AHEAD = 30; // ticks that are sampled in one call
+
+/**
+ * Keyframes lie at each tick and on both sides of each event, so that a curve between two of them is
+ * the ball's own to less than a micrometre, at whatever rate it is drawn. Times are the table's.
+ */
+export class SolvedFeed {
+  #next = 0; // event that comes next
+  #tick;
+  /** @type {State[]} at the ticks from #tick on */
+  #ahead = [];
+  /** @type {State[]} right before each event */
+  #before;
+  #begun = false;
+
+  /**
+   * @param {Path} path
+   * @param {Solved} solved
+   * @param {Board} board
+   * @param {{start: number, from: number, rate: number}} times start of the ball and when it is
+   *   first wanted, table time in s; ticks a second
+   */
+  constructor(path, solved, board, { start, from, rate }) {
+    this.path = path;
+    this.solved = solved;
+    this.board = board;
+    this.start = start;
+    this.from = Math.max(start, from);
+    this.rate = rate;
+    this.#before = solved.before();
+    this.#tick = Math.floor(this.from * rate) + 1;
+    while (this.#eventTime() <= this.from) this.#next += 1;
+  }
+
+  /** Table time at which the drop ends, s. */
+  get end() {
+    return this.start + this.solved.duration;
+  }
+
+  /** @returns {{vx: number, vy: number} | null} m/s at the end, if it lands in a bin */
+  get sink() {
+    const [, , , vx, vy] = this.solved.impacts.at(-1) ?? [0, 0, 0, 0, 0];
+    return this.solved.bin === null ? null : { vx, vy };
+  }
+
+  /**
+   * A landing that was told in brief, with what was computed here.
+   * @param {BriefLanded} event
+   * @returns {Landed | null} null if the table's path was another
+   */
+  landing(event) {
+    const { bin, score, duration: t, xEnd: x_end, unsettled, digest } = this.solved;
+    if (!digest.startsWith(event.digest)) return null;
+    return { ...event, bin, score, t, x_end, unsettled, digest };
+  }
+
+  /**
+   * @param {number} t table time up to which keyframes are wanted, s
+   * @param {Hear} [hear] told of each impact on the way
+   */
+  until(t, hear) {
+    if (t < this.from) return;
+    if (!this.#begun) this.#begin();
+    const last = Math.min(t, this.end);
+    for (;;) {
+      const [tick, event] = [this.#tick / this.rate, this.#eventTime()];
+      if (Math.min(tick, event) > last) return;
+      if (event <= tick) this.#happen(event, hear);
+      else this.#pass(tick);
+      if (event === tick) this.#skip();
+    }
+  }
+
+  #begin() {
+    this.#begun = true;
+    const [state] = this.solved.states([Math.min(this.from - this.start, this.solved.duration)]);
+    this.#keyframe(this.from, state, true);
+  }
+
+  /** @returns {number} table time of the next event */
+  #eventTime() {
+    const impact = this.solved.impacts[this.#next];
+    return impact ? this.start + impact[0] : Number.POSITIVE_INFINITY;
+  }
+
+  /** @param {number} t */
+  #pass(t) {
+    if (this.#ahead.length === 0) {
+      const ticks = Array.from({ length: AHEAD }, (_, i) => (this.#tick + i) / this.rate);
+      this.#ahead = this.solved.states(ticks.map((at) => Math.max(0, at - this.start)));
+    }
+    this.#keyframe(t, this.#ahead[0], true);
+    this.#skip();
+  }
+
+  #skip() {
+    this.#ahead.shift();
+    this.#tick += 1;
+  }
+
+  /** @param {number} t @param {Hear} [hear] */
+  #happen(t, hear) {
+    const before = this.#before[this.#next];
+    const [, x, y, vx, vy, omega, kind, index] = this.solved.impacts[this.#next];
+    this.#next += 1;
+    this.#keyframe(t, before, true);
+    this.#keyframe(t, { ...before, x, y, vx, vy, omega }, false);
+    if (!hear || (kind !== PEG && kind !== WALL)) return;
+    const normal = normalAt(this.board, kind, index, { x, y });
+    const speed = Math.max(0, -(before.vx * normal.x + before.vy * normal.y));
+    hear(t, { x, y, kind, index, speed });
+  }
+
+  /** @param {number} t @param {State} state @param {boolean} smooth whether nothing was hit there */
+  #keyframe(t, { x, y, theta: angle, vx, vy }, smooth) {
+    this.path.add({ t, x, y, angle, vx, vy, vIn: smooth, vOut: true, smooth });
+  }
+}
