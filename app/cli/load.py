@@ -32,7 +32,8 @@ def command(
 
     Latency runs from when a tick was due on the server to when its frame was read here, by the
     clocks' offset estimated from pings. A frame is behind by the ticks made since; a gap is a tick
-    of which a client got no snapshot.
+    of which a client got no snapshot. The stream `seeds` has no frames, but texts alone; bytes are
+    those of both.
     """
     from app.load.client import room_url
     from app.load.generator import Load, run
@@ -45,7 +46,6 @@ def command(
 
 
 def _lines(report: "Report") -> dict[str, str]:
-    frames = max(report.frames, 1)
     fps = sorted(report.fps)
     p50, p99, worst = (1e3 * report.latency(share) for share in (0.5, 0.99, 1.0))
     lines = {
@@ -56,8 +56,8 @@ def _lines(report: "Report") -> dict[str, str]:
         "latency": f"{p50:.2f} ms p50, {p99:.2f} ms p99, {worst:.2f} ms worst",
         "behind": f"{report.behind(0.99)} frames p99, {report.behind(1.0)} worst",
         "gaps": f"{report.missed:,} frames missed by {report.gappy:,} clients",
-        "bytes": f"{report.bytes / frames:,.0f} a frame, "
-        f"{report.bytes / report.seconds / report.connected:,.0f} a second and client",
+        "texts": f"{report.texts / report.seconds / report.connected:.1f} a second and client",
+        "bytes": f"{report.bytes / report.seconds / report.connected:,.0f} a second and client",
         "drops": f"{report.drops:,}",
     }
     for name in ("refused", "closed", "errors"):

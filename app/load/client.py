@@ -46,6 +46,8 @@ class RoomClient(asyncio.Protocol):
 
     def __init__(self, listener: Listener, uri: WebSocketURI, events: bool) -> None:
         self.ready: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self.texts = 0  # text messages that were read
+        self.text_bytes = 0  # in them
         self._listener = listener
         self._events = events
         self._protocol = ClientProtocol(uri, max_size=None)
@@ -104,7 +106,11 @@ class RoomClient(asyncio.Protocol):
     def _take(self, frame: Frame, now: float) -> None:
         if frame.opcode is Opcode.BINARY:
             self._listener.binary(self, bytes(frame.data), now)
-        elif frame.opcode is Opcode.TEXT and self._events:
+        elif frame.opcode is Opcode.TEXT:
+            self.texts += 1
+            self.text_bytes += len(frame.data)
+            if not self._events:
+                return
             told = msgspec.json.decode(frame.data)
             for event in told if isinstance(told, list) else [told]:
                 self._listener.event(self, event, now)

@@ -16,15 +16,15 @@ from app.protocol import messages
 
 _TOGETHER = 50  # handshakes under way at once
 _PING = 0.2  # s between the timekeeper's pings
-_SETTLE = 0.5  # s of watching before counting begins
 
 
 @dataclass(slots=True)
 class Counted:
     """What one client got while it was counted."""
 
-    frames: int = 0
-    bytes: int = 0
+    frames: int = 0  # binary messages
+    bytes: int = 0  # in them, and in texts
+    texts: int = 0
     missed: int = 0  # ticks of which it got no snapshot
     tick: int = -1
     end: tuple[int, str] | None = None
@@ -42,6 +42,7 @@ class Report:
     seconds: float
     frames: int
     bytes: int
+    texts: int
     fps: list[float]
     latencies: Any
     missed: int
@@ -71,6 +72,7 @@ class Report:
             "seconds": self.seconds,
             "frames": self.frames,
             "bytes": self.bytes,
+            "texts": self.texts,
             "fps": {"median": float(np.median(fps)), "least": min(fps), "most": max(fps)},
             "latency": {
                 name: self.latency(share)
@@ -92,7 +94,9 @@ class Load:
     clients: int
     stream: str = messages.SNAPSHOTS
     drops: float = 5.0  # a second
+    settle: float = 0.5  # s of watching before counting begins
     on_count: Callable[[], None] = lambda: None  # called when counting begins
+    on_counted: Callable[[], None] = lambda: None  # and when it has ended
     counting: bool = False
     leaving: bool = False
     counted: dict[RoomClient, Counted] = field(default_factory=dict)
@@ -108,12 +112,15 @@ class Load:
         first, *_ = await self._join()
         chores = [asyncio.create_task(self._ping(first)), asyncio.create_task(self._drop(first))]
         try:
-            await asyncio.sleep(_SETTLE)
+            await asyncio.sleep(self.settle)
             self._check_welcome()
             self.on_count()
             self.counting, begin = True, time.monotonic()
+            self._count_texts(-1)
             await asyncio.sleep(seconds)
+            self._count_texts(1)
             self.counting, took = False, time.monotonic() - begin
+            self.on_counted()
         finally:
             for chore in chores:
                 chore.cancel()
@@ -142,6 +149,11 @@ class Load:
             why = next(iter(self.refused), "no client was asked for")
             raise RefusedError(f"{self.url}: {why}")
         return found
+
+    def _count_texts(self, sign: int) -> None:
+        for client, counted in self.counted.items():
+            counted.texts += sign * client.texts
+            counted.bytes += sign * client.text_bytes
 
     def _check_welcome(self) -> None:
         """Raise RefusedError unless somebody was greeted."""
@@ -205,6 +217,7 @@ class Load:
             seconds=seconds,
             frames=sum(c.frames for c in counts),
             bytes=sum(c.bytes for c in counts),
+            texts=sum(c.texts for c in counts),
             fps=[c.frames / seconds for c in counts],
             latencies=np.maximum(np.frombuffer(self.latencies, np.float64), 0.0)
             if self.latencies

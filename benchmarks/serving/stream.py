@@ -4,7 +4,7 @@ import asyncio
 
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table
-from benchmarks.serving import fan_out, idle, stalled, wire
+from benchmarks.serving import fan_out, idle, stalled, streams, wire
 from benchmarks.serving.process import OPTIONS, Served, can_watch, core_for_server, pinned, serving
 
 LATE = 0.004
@@ -21,6 +21,7 @@ def run(effort: Effort) -> Section:
     if not can_watch():
         section.absent.append("the server: processor time and memory are read from /proc")
         return section
+    streams.compare(section, effort)
     fan_out.compare(section, effort)
     _crowds(section, effort)
     _memory(section, effort)
