@@ -327,11 +327,11 @@ function verdictOf({ board, ...replays }) {
  * @param {string | null} withSeed
  */
 async function loadBoth(board, first, shift, withSeed) {
-  const one = await Replay.load(board, first);
+  const one = await Replay.compute(board, first);
   const second = withSeed
     ? { ...first, seed: withSeed, x: null }
     : { ...first, x: secondStart(board, one.motion.start.x, shift) };
-  return { one, two: await Replay.load(board, second), second };
+  return { one, two: await Replay.compute(board, second), second };
 }
 
 /**

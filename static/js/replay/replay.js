@@ -1,14 +1,18 @@
-// One drop again: its record and states from the server, its motion, the scene at each moment.
+// One drop again: its record and states, its motion, the scene at each moment.
 
 import { Motion, PEG, samplesNeeded } from "../model/motion/drop.js";
 import { emptyScene } from "../model/scene.js";
-import { getJson, postJson, request } from "../net/api.js";
+import { ApiError, getJson, postJson, request } from "../net/api.js";
 import { boardInHash, unpackBoard } from "../net/board-link.js";
 import { dropPath } from "../net/drop-address.js";
+import { boardDigest } from "../solver/digest.js";
+import { BoardError, ParameterError } from "../solver/errors.js";
+import { openSolver } from "../solver/solver.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Scene } from "../model/scene.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
+/** @import { State } from "../model/motion/flight.js" */
 /** @import { DropRecord, Sampled } from "../model/motion/drop.js" */
 /** @import { BoardReply } from "../net/replies.js" */
 
@@ -18,14 +22,17 @@ const TRAIL_POINTS = 14;
 const TRAIL_STEP = 1 / 90;
 const LOUD = 3; // m/s
 
-/** What the server says of a drop, and the scene at each of its moments. */
+/** This page's solver, null in a browser without WebAssembly. */
+const solving = openSolver().catch(() => null);
+
+/** A drop's record, and the scene at each of its moments. */
 export class Replay {
   #trail = new Float64Array(2 * TRAIL_POINTS);
 
   /**
    * @param {Board} board
    * @param {DropRecord} record
-   * @param {string} text the record as it came
+   * @param {string | null} text the record as the server gave it; null where this page computed it
    * @param {Sampled} sampled
    */
   constructor(board, record, text, sampled) {
@@ -37,11 +44,50 @@ export class Replay {
   }
 
   /**
+   * From the server, which says more of a drop; computed in this page if it does not answer.
    * @param {Board} board whole
    * @param {DropAddress} drop
    * @returns {Promise<Replay>}
    */
   static async load(board, drop) {
+    try {
+      return await Replay.#fetched(board, drop);
+    } catch (error) {
+      const computed = isSilence(error) ? await Replay.#computed(board, drop) : null;
+      if (computed) return computed;
+      throw error;
+    }
+  }
+
+  /**
+   * Computed in this page; from the server what it cannot compute.
+   * @param {Board} board whole
+   * @param {DropAddress} drop
+   * @returns {Promise<Replay>}
+   */
+  static async compute(board, drop) {
+    return (await Replay.#computed(board, drop)) ?? Replay.#fetched(board, drop);
+  }
+
+  /** @param {Board} board @param {DropAddress} drop @returns {Promise<Replay | null>} */
+  static async #computed(board, { seed, x, solver: wanted }) {
+    const solver = await solving;
+    if (!solver || wanted === "stepped") return null;
+    const start = { seed, x: x === null || x === undefined || x === "" ? null : Number(x) };
+    const drop = told(() => solver.drop(board, start));
+    const { impacts, duration } = drop;
+    const fps = samplesNeeded({ impacts, duration, solver: "exact" });
+    const times = Array.from({ length: Math.floor(duration * fps) + 1 }, (_, i) => i / fps);
+    if (times[times.length - 1] < duration) times.push(duration);
+    const { board: _, ...record } = drop.record();
+    const fields = ["t", "x", "y", "theta", "vx", "vy", "omega"];
+    const rows = (/** @type {State[]} */ states) => states.map((state) => Object.values(state));
+    const sampled = { fields, frames: rows(drop.states(times)), before: rows(drop.before()) };
+    return new Replay(board, /** @type {DropRecord} */ (record), null, sampled);
+  }
+
+  /** @param {Board} board @param {DropAddress} drop @returns {Promise<Replay>} */
+  static async #fetched(board, drop) {
     // How sure a bin is can be said of exact drops alone.
     const query = new URLSearchParams(drop.solver === "stepped" ? {} : { certainty: "true" });
     const text = await (await request(dropPath(drop, "", query))).text();
@@ -113,7 +159,34 @@ export async function boardOf(name, hash) {
     const { board } = /** @type {BoardReply} */ (reply);
     return { board, address: name };
   }
-  const registered = await postJson("boards", await unpackBoard(packed));
-  const { board, digest } = /** @type {BoardReply} */ (registered);
-  return { board, address: digest };
+  const form = await unpackBoard(packed);
+  try {
+    const { board, digest } = /** @type {BoardReply} */ (await postJson("boards", form));
+    return { board, address: digest };
+  } catch (error) {
+    const solver = isSilence(error) ? await solving : null;
+    if (!solver) throw error;
+    const board = told(() => solver.read(form));
+    return { board, address: boardDigest(board) };
+  }
+}
+
+/** @param {unknown} error @returns {boolean} whether it says that the server does not answer */
+function isSilence(error) {
+  return error instanceof ApiError && error.status === 0;
+}
+
+/**
+ * What the solver refuses is told to the visitor as a refusal by the server would be.
+ * @template T
+ * @param {() => T} compute
+ * @returns {T}
+ */
+function told(compute) {
+  try {
+    return compute();
+  } catch (error) {
+    if (!(error instanceof BoardError || error instanceof ParameterError)) throw error;
+    throw new ApiError(error.message, 422, { cause: error, field: error.field });
+  }
 }

@@ -52,10 +52,11 @@ export class Verifier {
 /** @typedef {{tone: "" | "good" | "bad", text: string}} Said */
 
 /** @param {Replay} replay @returns {Promise<Said>} */
-async function atServer({ text, record }) {
+async function atServer({ text, record, board }) {
   try {
     // The record goes back as it came, to the last bit of its numbers.
-    const reply = /** @type {Verification} */ (await postJson("verify", text));
+    const asked = text ?? JSON.stringify({ ...record, board });
+    const reply = /** @type {Verification} */ (await postJson("verify", asked));
     const { ok, field, expected, actual } = reply;
     if (!ok) return { tone: "bad", text: denied({ field: field ?? "", expected, actual }, "at the server") };
     return {
