@@ -157,6 +157,7 @@ class BriefAccepted(Event, frozen=True, tag="accepted", kw_only=True, omit_defau
     x: float | None = None
     explicit_x: bool = False
     ref: Any = None
+    aim: float | msgspec.UnsetType = msgspec.UNSET
     stake: int | msgspec.UnsetType = msgspec.UNSET
 
 

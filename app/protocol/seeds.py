@@ -8,6 +8,8 @@ room's. Between them a clock, from which the client knows which tick to show.
 from collections.abc import Iterable
 from typing import Final
 
+import msgspec
+
 from app.protocol import messages
 from engine.board.parts import DropZone
 from engine.seeding import start_x
@@ -66,7 +68,8 @@ class SeedStream:
     def brief(self, event: messages.Event) -> messages.Event:
         """An event as it is told here: without what follows from the rest."""
         if isinstance(event, messages.Accepted):
-            by_seed = start_x(int(event.seed), self._zone.x, self._zone.jitter)
+            middle = self._zone.x if isinstance(event.aim, msgspec.UnsetType) else event.aim
+            by_seed = start_x(int(event.seed), middle, self._zone.jitter)
             return messages.BriefAccepted(
                 ball=event.ball,
                 seed=event.seed,
@@ -74,6 +77,7 @@ class SeedStream:
                 x=None if event.x == by_seed else event.x,
                 explicit_x=event.explicit_x,
                 ref=event.ref,
+                aim=event.aim,
                 stake=event.stake,
             )
         if isinstance(event, messages.Landed):

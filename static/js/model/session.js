@@ -16,6 +16,9 @@ const KEPT = 30;
  * @property {number} score what a stake of one came back as
  * @property {boolean} [knocked] others may have touched the ball: its seed alone says nothing
  * @property {number} [stake] 1 unless it was more
+ * @property {string | null} [digest] the drop's, or its first digits, as the table told it
+ * @property {string} [boardDigest]
+ * @property {boolean} [practice] it fell in this page alone: no score counts it
  */
 
 /** Score and history, saved after each change so that a replay's reload loses nothing. */
@@ -46,10 +49,10 @@ export class Session {
 
   /** @param {Played} drop settled; its stake counts from here on */
   settle(drop) {
-    const { stake = 1, score } = drop;
+    const { stake = 1, score, practice = false } = drop;
     this.staked += stake;
     this.returned += stake * score;
-    this.scores.add(score);
+    if (!practice) this.scores.add(score);
     this.last = [drop, ...this.last].slice(0, KEPT);
     this.#save();
   }

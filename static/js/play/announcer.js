@@ -48,7 +48,8 @@ export class Announcer {
 
 /** @param {Result} result */
 function sentence({ bin, score, seed, stake = 1 }) {
-  if (bin === null) return `Seed ${seed} came to rest in no bin. Its stake is back.`;
+  if (bin === null) return `Seed ${seed} came to rest in no bin.${stake ? " Its stake is back." : ""}`;
+  if (stake === 0) return `Seed ${seed} lands in bin ${bin}, ${multiplier(score)}. Nothing was staked.`;
   const worth = stake === 1 ? "" : `, ${amount(stake * score)} for ${plain(stake)},`;
   return `Bin ${bin} pays ${multiplier(score)}${worth} for seed ${seed}.`;
 }

@@ -9,6 +9,7 @@ import { TickClock } from "../net/tick-clock.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
 import { BoardError } from "../solver/errors.js";
 import { OwnDrops } from "./own-drops.js";
+import { isPractice, Practice } from "./practice.js";
 
 /** @import { Point } from "../model/board.js" */
 /** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Snapshot, TableMessage } from "../model/messages.js" */
@@ -68,6 +69,7 @@ export class LiveTable {
     this.solver = solver;
     this.streams = streams;
     this.own = new OwnDrops(listener);
+    this.practice = new Practice();
     this.connection = this.#connect();
   }
 
@@ -108,7 +110,7 @@ export class LiveTable {
 
   /**
    * @param {{seed: string | null, aim: number | null, stake?: number}} ask
-   * @returns {boolean} false when there is no line: nothing was sent
+   * @returns {boolean} false when there is no line and no practice: nothing was dropped
    */
   drop({ seed, aim, stake: wanted = 1 }) {
     // Where others may knock the ball nothing is staked.
@@ -121,9 +123,21 @@ export class LiveTable {
       ...(seed !== null && { seed }),
       ...(aim !== null && { aim }),
     };
-    if (!this.#visit || !this.connection.send(message)) return false;
+    if (!this.#visit || !this.connection.send(message)) return this.#practise({ seed, aim });
     this.own.add(ref, stake);
     this.connection.expectNews(true);
+    return true;
+  }
+
+  /** @param {{seed: string | null, aim: number | null}} ask */
+  #practise(ask) {
+    if (!this.#visit?.table.solve) return false;
+    const { table, clock, hello } = this.#visit;
+    const now = performance.now();
+    if (!table.flying) clock.observe(this.tick ?? hello.tick, now);
+    this.practice.drop(table, ask, clock.renderTick(now));
+    this.listener.onError("No line to the table: a practice ball falls, with nothing staked.");
+    this.listener.onChange();
     return true;
   }
 
@@ -279,6 +293,10 @@ export class LiveTable {
   /** @param {Ball} ball */
   #settled(ball) {
     if (!ball.landed) return;
+    if (isPractice(ball)) {
+      if (this.hello) this.listener.onPlayed(this.practice.played(this.hello, this.own.address, ball));
+      return;
+    }
     if (ball.landed.bin !== null) this.listener.onHit(ball.landed.bin);
     this.own.settled(ball, ball.landed);
   }

@@ -25,12 +25,12 @@ export class OwnDrops {
   #count = 0;
   /** @type {OwnDrop[]} those under way when the line broke, until the server tells their fate */
   #pending = [];
-  /** @type {Pick<Hello, "mode" | "board_name" | "balls">} */
-  #hello = { mode: "independent", board_name: "", balls: [] };
+  /** @type {Pick<Hello, "mode" | "board_name" | "board_digest" | "balls">} */
+  #hello = { mode: "independent", board_name: "", board_digest: "", balls: [] };
   /** @type {Table | null} */
   #table = null;
   /** What REST calls the board. */
-  #address = "";
+  address = "";
 
   /** @param {OwnDropsListener} listener */
   constructor(listener) {
@@ -87,9 +87,9 @@ export class OwnDrops {
   }
 
   /** @param {Ball} ball whosever @param {Landed} landed */
-  settled(ball, { bin, score }) {
+  settled(ball, landed) {
     for (const drop of this.#open.values()) {
-      if (drop.ball === ball) this.#close(drop, ball, bin, score);
+      if (drop.ball === ball) this.#close(drop, ball, landed);
     }
   }
 
@@ -117,7 +117,7 @@ export class OwnDrops {
     const flying = there && this.#table?.balls.get(there.ball);
     const end = landed.find((event) => event.ball === ball.id);
     if (flying) drop.ball = Object.assign(flying, { mine: true, explicit, aim });
-    else if (end) this.#close(drop, ball, end.bin, end.score);
+    else if (end) this.#close(drop, ball, end);
     else this.#recover(drop, ball);
   }
 
@@ -130,29 +130,33 @@ export class OwnDrops {
     }
     try {
       const { seed, x, explicit, aim } = ball;
-      const address = { board: this.#address, seed, x: explicit ? x : null, aim };
+      const address = { board: this.address, seed, x: explicit ? x : null, aim };
       const record = /** @type {DropRecord} */ (await getJson(dropPath(address)));
-      this.#close(drop, ball, record.bin, record.score);
+      this.#close(drop, ball, record);
     } catch (error) {
       this.listener.onError(`What became of seed ${ball.seed} is unknown: ${messageOf(error)}`);
     }
   }
 
-  /** @param {OwnDrop} drop @param {Accepting} ball @param {number | null} bin @param {number} score */
-  #close({ ref, stake }, { seed, x, explicit, aim }, bin, score) {
+  /**
+   * @param {OwnDrop} drop
+   * @param {Accepting} ball
+   * @param {{bin: number | null, score: number, digest: string | null}} end
+   */
+  #close({ ref, stake }, { seed, x, explicit, aim }, { bin, score, digest }) {
     this.#open.delete(ref);
-    const { mode, board_name: name } = this.#hello;
+    const { mode, board_name: name, board_digest: boardDigest } = this.#hello;
     this.listener.onPlayed({
-      board: this.#address, name, seed, x: explicit ? x : null, aim: aim ?? null,
-      knocked: mode === "interacting", stake, bin, score,
+      board: this.address, boardDigest, name, seed, x: explicit ? x : null, aim: aim ?? null,
+      knocked: mode === "interacting", stake, bin, score, digest,
     });
   }
 
   /** @param {Hello} hello */
   async #learnAddress(hello) {
-    this.#address = hello.board_digest;
+    this.address = hello.board_digest;
     try {
-      this.#address = await boardAddress(hello);
+      this.address = await boardAddress(hello);
     } catch (error) {
       this.listener.onError(`Replay links may not work: ${messageOf(error)}`);
     }

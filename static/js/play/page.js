@@ -16,6 +16,7 @@ import { Controls } from "./input/controls.js";
 import { Dropper } from "./input/dropper.js";
 import { switchGhost, switchSound } from "./input/switches.js";
 import { LiveTable } from "./live.js";
+import { Prover } from "./proof.js";
 import { findTable } from "./rooms.js";
 import { Scoreboard } from "./scoreboard.js";
 import { Sound } from "./sound/sound.js";
@@ -67,6 +68,7 @@ export class TablePage {
     this.ghost = ghost;
     this.session = session;
     this.means = { solver, streams: streamsFor(asked.get("stream"), solver !== null) };
+    this.prover = new Prover(solver);
     this.sound = new Sound();
     this.announcer = new Announcer((text, score) => this.#say(text, score));
     this.loop = new FrameLoop((now) => this.#draw(now));
@@ -87,7 +89,7 @@ export class TablePage {
       onBoard: (choice) => this.#move(choice),
       onAim: () => this.loop.wake(),
     });
-    this.scoreboard = new Scoreboard(session, theme, (seed) => this.controls.setSeed(seed));
+    this.scoreboard = new Scoreboard(session, theme, this.prover, (seed) => this.controls.setSeed(seed));
     switchSound(this.sound);
     switchGhost(this.ghost, () => this.loop.wake());
     this.#followPointer(view.moving);
@@ -148,6 +150,7 @@ export class TablePage {
   #setTable(hello, table) {
     const { board, board_name: name, slots } = hello;
     if (hello.room === MAIN_ROOM) this.#mainBoard = name;
+    this.prover.know(hello.board_digest, board);
     // A line that came back finds the same board; the fields keep what was typed in them.
     if (this.#digest !== hello.board_digest) {
       this.#digest = hello.board_digest;
@@ -295,7 +298,7 @@ export class TablePage {
     this.view.repaint();
     this.ghost.recolour();
     this.histogram.draw();
-    this.scoreboard.show();
+    this.scoreboard.recolour();
     this.loop.wake();
   }
 

@@ -6,16 +6,22 @@ import { amount, multiplier, plain, shortSeed, signed } from "../util/format.js"
 
 /** @import { Played, Session } from "../model/session.js" */
 /** @import { Theme } from "../paint/theme.js" */
+/** @import { Prover } from "./proof.js" */
 
 /** Draws a session; call `show` after it has changed. */
 export class Scoreboard {
+  /** @type {Map<Played, HTMLElement>} */
+  #rows = new Map();
+
   /**
    * @param {Session} session
    * @param {Theme} theme
+   * @param {Prover} prover
    * @param {(seed: string) => void} onReuse a seed of the list is wanted again
    */
-  constructor(session, theme, onReuse) {
+  constructor(session, theme, prover, onReuse) {
     this.session = session;
+    this.prover = prover;
     this.theme = theme;
     this.onReuse = onReuse;
     byId("history-clear").addEventListener("click", () => {
@@ -33,7 +39,10 @@ export class Scoreboard {
     byId("net").dataset.sign = String(Math.sign(Math.round(net * 100)));
     byId("history-empty").hidden = last.length > 0;
     byId("history-clear").hidden = last.length === 0;
-    byId("drops").replaceChildren(...last.map((drop) => this.#row(drop)));
+    // Rows that are there stay: one of them may show its proof.
+    const rows = last.map((drop) => this.#rows.get(drop) ?? this.#row(drop));
+    this.#rows = new Map(last.map((drop, i) => [drop, rows[i]]));
+    byId("drops").replaceChildren(...rows);
   }
 
   /** @param {Played} drop */
@@ -43,14 +52,33 @@ export class Scoreboard {
     seed.setAttribute("aria-label", `Use seed ${drop.seed} again`);
     seed.append(shortSeed(drop.seed));
     seed.addEventListener("click", () => this.onReuse(drop.seed));
-    const where = make("span", { class: "on" }, drop.x === null ? drop.name : `${drop.name}, practice`);
+    const practice = drop.practice || drop.x !== null;
+    const where = practice
+      ? make("span", { class: "on" }, "practice")
+      : make("span", { class: "on board-name" }, drop.name);
     if (drop.knocked) {
       // What others did to the ball is in no seed: there is nothing to replay alone.
       return make("li", {}, paid, seed, where, make("span", { class: "on" }, "knocked"));
     }
     const link = make("a", { class: "again", href: replayLink(drop) }, "Replay");
     link.setAttribute("aria-label", `Replay seed ${drop.seed} on ${drop.name}`);
-    return make("li", {}, paid, seed, where, link);
+    const row = make("li", {}, paid, seed, where, link);
+    if (this.prover.canVerify(drop)) link.before(this.#verifyButton(drop, row));
+    return row;
+  }
+
+  /** @param {Played} drop @param {HTMLElement} row */
+  #verifyButton(drop, row) {
+    const button = make("button", { class: "verify", type: "button" }, "Verify");
+    button.setAttribute("aria-label", `Verify seed ${drop.seed} on ${drop.name}`);
+    button.addEventListener("click", () => this.prover.show(drop, row));
+    return button;
+  }
+
+  /** Colours have changed: every row is made anew. */
+  recolour() {
+    this.#rows.clear();
+    this.show();
   }
 
   /** @param {Played} drop @returns {HTMLElement} its multiplier, or that it has none */

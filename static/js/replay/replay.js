@@ -79,11 +79,11 @@ export class Replay {
     const fps = samplesNeeded({ impacts, duration, solver: "exact" });
     const times = Array.from({ length: Math.floor(duration * fps) + 1 }, (_, i) => i / fps);
     if (times[times.length - 1] < duration) times.push(duration);
-    const { board: _, ...record } = drop.record();
+    const record = drop.record();
     const fields = ["t", "x", "y", "theta", "vx", "vy", "omega"];
     const rows = (/** @type {State[]} */ states) => states.map((state) => Object.values(state));
     const sampled = { fields, frames: rows(drop.states(times)), before: rows(drop.before()) };
-    return new Replay(board, /** @type {DropRecord} */ (record), null, sampled);
+    return new Replay(board, /** @type {DropRecord} */ (/** @type {unknown} */ (record)), null, sampled);
   }
 
   /** @param {Board} board @param {DropAddress} drop @returns {Promise<Replay>} */

@@ -73,14 +73,14 @@ export class SolvedFeed {
   }
 
   /**
-   * A landing that was told in brief, with what was computed here.
+   * A landing that was told in brief, with what was computed here; its digest as it was told.
    * @param {BriefLanded} event
    * @returns {Landed | null} null if the table's path was another
    */
   landing(event) {
     const { bin, score, duration: t, xEnd: x_end, unsettled, digest } = this.solved;
     if (!digest.startsWith(event.digest)) return null;
-    return { ...event, bin, score, t, x_end, unsettled, digest };
+    return { ...event, bin, score, t, x_end, unsettled };
   }
 
   /**

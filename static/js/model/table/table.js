@@ -45,7 +45,7 @@ const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
  */
 
 /** @typedef {(a: Keyframe, b: Keyframe, law: Law) => void} Passed */
-/** @typedef {(start: {seed: string, x?: number}) => Solved} Solve */
+/** @typedef {(start: {seed: string, x?: number, aim?: number}) => Solved} Solve */
 /** @typedef {BinHit & {since: number}} LitBin since: local time, s */
 
 /**
@@ -233,15 +233,15 @@ export class Table {
   }
 
   /**
-   * @param {Omit<BallStart, "x"> & {x?: number}} ballStart
+   * @param {Omit<BallStart, "x"> & {x?: number, aim?: number}} ballStart
    * @param {{mine: boolean, explicit: boolean, fresh: boolean, from: number}} given from: table time
    *   from which on it is seen, s
    */
-  #add({ ball: id, seed, x: given, tick }, { mine, explicit, fresh, from }) {
+  #add({ ball: id, seed, x: given, aim, tick }, { mine, explicit, fresh, from }) {
     const start = tick / this.rate;
     const path = new Path(this.law, MOST_KEYFRAMES);
     const { board, rate } = this;
-    const solved = this.solve?.({ seed, x: given });
+    const solved = this.solve?.(given === undefined ? { seed, aim } : { seed, x: given });
     const x = solved?.xStart ?? given ?? 0;
     /** @type {Ball} */
     const ball = {
