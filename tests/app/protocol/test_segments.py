@@ -365,7 +365,10 @@ async def test_both_streams_of_a_room_tell_of_the_same_landing(server: Running) 
 
 
 async def test_segments_are_stamped_with_the_events_so_far(server: Running) -> None:
-    async with playing(server.socket("triangle-8?stream=segments")) as player:
+    async with (
+        playing(server.socket("triangle-8")),  # who is told of contacts
+        playing(server.socket("triangle-8?stream=segments")) as player,
+    ):
         scale = scale_of(player.hello)
         await player.send(type="drop", seed=3)
         landed = await player.until("landed", seed="3")

@@ -30,15 +30,19 @@ def test_play_goes_on_after_the_server_was_killed_and_started_again(
     screen.state("reconnecting")
     expect(screen.page.locator("#state-text")).to_contain_text("trying again")
     screen.drop.click()
-    expect(screen.result).to_contain_text("Nothing was dropped")
+    expect(screen.result).to_contain_text("practice ball")
+    expect(screen.result).to_contain_text("Nothing was staked")
+    screen.rows.get_by_role("button", name="Verify").click()
+    expect(screen.rows).to_contain_text("Verified in this page")
 
     server.start()
     screen.ready()
     expect(screen.result).to_have_text("Back at the table.")
     expect(screen.seed).to_have_value("42")
+    expect(screen.page.locator("#staked")).to_have_text("0")
     screen.drop.click()
     screen.landed(screen.api("drops/triangle-8/42")["bin"])
-    expect(screen.rows).to_have_count(1)
+    expect(screen.rows).to_have_count(2)
     complaints.allow(GONE)
 
 

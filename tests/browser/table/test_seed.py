@@ -52,7 +52,7 @@ def test_a_seed_of_the_list_can_be_used_again(opened: Open, quick: Quick) -> Non
     screen = opened(quick.page).ready()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
-    screen.rows.first.get_by_role("button").click()
+    screen.rows.first.get_by_role("button", name="Use seed").click()
     expect(screen.seed).not_to_have_value("")
     screen.drop.click()
     expect(screen.rows).to_have_count(2)
