@@ -38,7 +38,8 @@ class Broadcaster:
         self._seeds.pop(room.id, None)
 
     def forget(self, room_id: str) -> None:
-        """A room is not in memory any more."""
+        """A room is not in memory any more; what was held back of it is told."""
+        self.release(room_id)
         self._recent.pop(room_id, None)
         self._seeds.pop(room_id, None)
 

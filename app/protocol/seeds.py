@@ -66,7 +66,10 @@ class SeedStream:
         return bool(self._landed) and tick - self._since >= self._patience
 
     def brief(self, event: messages.Event) -> messages.Event:
-        """An event as it is told here: without what follows from the rest."""
+        """An event as it is told here: without what follows from the rest.
+
+        Of a drop that was given up in flight nothing follows, and all is told.
+        """
         if isinstance(event, messages.Accepted):
             middle = self._zone.x if isinstance(event.aim, msgspec.UnsetType) else event.aim
             by_seed = start_x(int(event.seed), middle, self._zone.jitter)
@@ -80,8 +83,7 @@ class SeedStream:
                 aim=event.aim,
                 stake=event.stake,
             )
-        if isinstance(event, messages.Landed):
-            assert event.digest is not None
+        if isinstance(event, messages.Landed) and event.digest is not None:
             digest = event.digest[:DIGITS]
             return messages.BriefLanded(ball=event.ball, digest=digest, payout=event.payout)
         return event

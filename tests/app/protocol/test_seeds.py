@@ -161,3 +161,15 @@ def test_a_landing_that_is_held_is_told_with_what_comes_next() -> None:
     watched.drop(9)
     landed, accepted = ear.messages[-1]
     assert (landed["type"], accepted["type"]) == ("landed", "accepted")
+
+
+def test_drops_that_are_given_up_with_their_room_are_told_before_it_is_gone() -> None:
+    watched = Watched()
+    ear = watched.join()
+    watched.drop(7)
+    watched.tick()
+    watched.broadcaster.broadcast(watched.room, list(watched.room.give_up("the room failed")))
+    watched.broadcaster.forget(watched.room.id)
+    landed = ear.events[-1]
+    assert (landed["ball"], landed["bin"], landed["score"]) == (0, None, 1.0)
+    assert (landed["digest"], landed["unsettled"]) == (None, "the room failed")
