@@ -2,13 +2,13 @@
 
 import { Histogram } from "../instruments/histogram.js";
 import { messageOf } from "../net/api.js";
-import { Batch } from "../solver/batch.js";
+import { Batch } from "../solver/many/batch.js";
 import { byId } from "../util/dom.js";
 import { counted, seconds } from "../util/format.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Theme } from "../paint/theme.js" */
-/** @import { Tally } from "../solver/batch.js" */
+/** @import { Tally } from "../solver/many/batch.js" */
 
 /** The histogram, which speaks of a test instead of a table. */
 class TestHistogram extends Histogram {

@@ -1,7 +1,7 @@
 // A record or a room's log that is dropped onto the page: computed anew here, and compared.
 
 import { getJson, messageOf } from "../net/api.js";
-import { compareRecords } from "../solver/difference.js";
+import { compareRecords } from "../solver/log/difference.js";
 import { RecordError } from "../solver/errors.js";
 import { readJson } from "../solver/log/canonical.js";
 import { compareLog, isLog } from "../solver/log/log.js";
@@ -10,7 +10,7 @@ import { byId } from "../util/dom.js";
 import { counted } from "../util/format.js";
 
 /** @import { BoardReply } from "../net/replies.js" */
-/** @import { Difference } from "../solver/difference.js" */
+/** @import { Difference } from "../solver/log/difference.js" */
 /** @import { Log } from "../solver/log/log.js" */
 /** @import { Solver } from "../solver/solver.js" */
 

@@ -7,7 +7,7 @@ import { sha256 } from "../sha256.js";
 import { canonical } from "./canonical.js";
 import { worldDigest } from "./world.js";
 
-/** @import { Difference } from "../difference.js" */
+/** @import { Difference } from "./difference.js" */
 /** @import { Drop } from "../drop.js" */
 /** @import { Solver } from "../solver.js" */
 /** @import { Flying } from "./world.js" */

@@ -1,6 +1,6 @@
 // A worker that computes many drops of one board and tells how far it is; batch.js starts it.
 
-import { openSolver } from "./solver.js";
+import { openSolver } from "../solver.js";
 
 /** @import { Asked, Told } from "./batch.js" */
 
