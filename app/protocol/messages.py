@@ -156,8 +156,8 @@ class BriefAccepted(Event, frozen=True, tag="accepted", kw_only=True, omit_defau
     tick: int
     x: float | None = None
     explicit_x: bool = False
-    aim: float | msgspec.UnsetType = msgspec.UNSET
     ref: Any = None
+    aim: float | msgspec.UnsetType = msgspec.UNSET
     stake: int | msgspec.UnsetType = msgspec.UNSET
 
 

@@ -79,8 +79,8 @@ class SeedStream:
                 tick=event.tick,
                 x=None if event.x == by_seed else event.x,
                 explicit_x=event.explicit_x,
-                aim=event.aim,
                 ref=event.ref,
+                aim=event.aim,
                 stake=event.stake,
             )
         if isinstance(event, messages.Landed) and event.digest is not None:

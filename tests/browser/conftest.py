@@ -46,6 +46,9 @@ FLAGS = [
 # The smallest that shows a page as on a desk: without a graphics card each pixel costs.
 SMALL: ViewportSize = {"width": 1040, "height": 560}
 
+# Of a page that is open for a moment: it does not load all the others, to have them offline.
+BRIEF: dict[str, Any] = {"viewport": SMALL, "service_workers": "block"}
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     here = Path(__file__).parent
@@ -238,7 +241,7 @@ class Profile:
 
 @pytest.fixture(scope="package")
 def profile(browser: Browser) -> Iterator[Profile]:
-    context = browser.new_context(viewport=SMALL)
+    context = browser.new_context(**BRIEF)
     yield Profile(context)
     context.close()
 
@@ -258,7 +261,7 @@ def opened(
         if not options and not shared:
             shared.append(profile.new_page(server.url))
             return shared[0]
-        contexts.append(browser.new_context(**{"viewport": SMALL, **options}))
+        contexts.append(browser.new_context(**(BRIEF | options)))
         return contexts[-1].new_page()
 
     def open_page(path: str = "/", *, before: str | None = None, **options: Any) -> Screen:

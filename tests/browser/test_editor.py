@@ -449,19 +449,20 @@ def test_a_link_cut_short_is_told(opened: Open) -> None:
     expect(screen.result).to_contain_text("cannot be read")
 
 
-def test_a_busy_server_is_told_and_the_board_is_kept(bench: Bench, complaints: Complaints) -> None:
-    def busy(route: Route) -> None:
-        route.fulfill(
-            status=503,
-            content_type="application/problem+json",
-            body='{"detail":"64 jobs wait already","status":503}',
-        )
-
-    bench.page.route(re.compile("/simulate$"), busy)
-    bench.page.get_by_role("button", name="Test-drop").click()
-    expect(bench.screen.result).to_contain_text("64 jobs wait already")
-    expect(bench.page.get_by_role("button", name="Test-drop")).to_be_enabled()
-    complaints.allow("503")
+def test_test_drops_ask_no_server_and_can_be_cancelled(bench: Bench) -> None:
+    asked: list[str] = []
+    bench.page.on("request", lambda request: asked.append(request.url))
+    bench.page.locator("#test-count").select_option("100000")
+    test = bench.page.locator("#test")
+    test.click()
+    expect(test).to_have_text("Cancel")
+    expect(bench.page.get_by_role("progressbar")).to_be_visible()
+    expect(bench.page.locator("#tray-count")).to_contain_text("test drops")
+    test.click()
+    expect(bench.screen.result).to_contain_text("Cancelled.")
+    expect(test).to_have_text("Test-drop")
+    expect(bench.page.get_by_role("progressbar")).to_be_hidden()
+    assert not [url for url in asked if "/api/" in url]
 
 
 @pytest.mark.long

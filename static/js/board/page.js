@@ -6,6 +6,7 @@ import { ApiError, getJson, messageOf } from "../net/api.js";
 import { LinkError } from "../net/board-link.js";
 import { Theme } from "../paint/theme.js";
 import { byId, make } from "../util/dom.js";
+import { keepOffline } from "../util/offline.js";
 
 /** @import { BoardList } from "../net/replies.js" */
 
@@ -17,6 +18,7 @@ export const DEFAULT_BOARD = "triangle-12";
  * @param {(theme: Theme) => Promise<void> | void} open
  */
 export async function openPage(open) {
+  keepOffline();
   try {
     await open(await Theme.load());
   } catch (error) {

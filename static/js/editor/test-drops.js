@@ -1,13 +1,14 @@
-// Test drops of the board being edited: the server computes many, the histogram counts them.
+// Test drops of the board being edited: a worker of this page computes many, the histogram counts them.
 
 import { Histogram } from "../instruments/histogram.js";
-import { ApiError, postJson } from "../net/api.js";
+import { messageOf } from "../net/api.js";
+import { Batch } from "../solver/many/batch.js";
 import { byId } from "../util/dom.js";
 import { counted, seconds } from "../util/format.js";
 
 /** @import { Board } from "../model/board.js" */
-/** @import { Simulation } from "../net/replies.js" */
 /** @import { Theme } from "../paint/theme.js" */
+/** @import { Tally } from "../solver/many/batch.js" */
 
 /** The histogram, which speaks of a test instead of a table. */
 class TestHistogram extends Histogram {
@@ -19,12 +20,12 @@ class TestHistogram extends Histogram {
   }
 }
 
-/** @typedef {{drops: number, histogram: number[], unsettled: number, time: number}} Tally */
-
-/** The button, the tray and its numbers; each press takes the next seeds. */
+/** The button, the tray and its numbers; each press takes the next seeds, or cancels what runs. */
 export class TestDrops {
   /** @type {Tally | null} */
   #tally = null;
+  /** @type {Batch | null} */
+  #batch = null;
 
   /** @param {Theme} theme @param {() => Board} board @param {(text: string) => void} say */
   constructor(theme, board, say) {
@@ -33,12 +34,17 @@ export class TestDrops {
     this.say = say;
     theme.onChange(() => this.histogram.draw());
     this.button = byId("test", HTMLButtonElement);
-    this.button.addEventListener("click", () => this.#run());
+    this.progress = byId("test-progress", HTMLProgressElement);
+    this.button.addEventListener("click", () => {
+      if (this.#batch) this.#batch.cancel();
+      else this.#run();
+    });
   }
 
   /** The board has changed: what was counted is no longer true of it. */
   reset() {
     const board = this.board();
+    this.#batch?.cancel();
     this.#tally = null;
     this.histogram.setBoard(board, board.bins.multipliers.map(() => 0), null);
     this.#show();
@@ -46,22 +52,39 @@ export class TestDrops {
 
   async #run() {
     const board = this.board();
-    this.button.disabled = true;
+    const before = this.#tally;
+    const drops = Number(byId("test-count", HTMLSelectElement).value);
+    const batch = new Batch({ board, first: String(before?.drops ?? 0), drops }, (tally) => {
+      if (board === this.board()) this.#count(added(before, tally), tally.drops / drops);
+    });
+    this.#running(batch);
     try {
-      const drops = Number(byId("test-count", HTMLSelectElement).value);
-      const first = this.#tally?.drops ?? 0;
-      const reply = await postJson("simulate", { board, drops, seed: String(first) });
+      const tally = await batch.done;
       if (board !== this.board()) return;
-      this.#tally = added(this.#tally, /** @type {Simulation} */ (reply));
-      this.histogram.setBoard(board, this.#tally.histogram, null);
-      this.#show();
-      this.say(`${byId("tray-count").textContent}: ${byId("tray-numbers").textContent}.`);
+      const short = (tally?.drops ?? 0) < drops;
+      const numbers = `${byId("tray-count").textContent}: ${byId("tray-numbers").textContent}.`;
+      this.say(`${short ? "Cancelled. " : ""}${tally ? numbers : ""}`);
     } catch (error) {
-      if (!(error instanceof ApiError)) throw error;
-      this.say(`No test: ${error.message}`);
+      this.say(`No test: ${messageOf(error)}`);
     } finally {
-      this.button.disabled = false;
+      if (this.#batch === batch) this.#running(null);
     }
+  }
+
+  /** @param {Tally} tally @param {number} share of this batch that is done */
+  #count(tally, share) {
+    this.#tally = tally;
+    this.progress.value = share;
+    this.histogram.setBoard(this.board(), tally.histogram, null);
+    this.#show();
+  }
+
+  /** @param {Batch | null} batch */
+  #running(batch) {
+    this.#batch = batch;
+    this.button.textContent = batch ? "Cancel" : "Test-drop";
+    this.progress.hidden = batch === null;
+    this.progress.value = 0;
   }
 
   #show() {
@@ -83,13 +106,13 @@ export class TestDrops {
   }
 }
 
-/** @param {Tally | null} tally @param {Simulation} more @returns {Tally} */
-function added(tally, { drops, histogram, unsettled, mean_duration: duration }) {
-  const had = tally ?? { drops: 0, histogram: histogram.map(() => 0), unsettled: 0, time: 0 };
+/** @param {Tally | null} tally @param {Tally} more @returns {Tally} */
+function added(tally, more) {
+  if (!tally) return more;
   return {
-    drops: had.drops + drops,
-    histogram: had.histogram.map((count, bin) => count + histogram[bin]),
-    unsettled: had.unsettled + unsettled,
-    time: had.time + duration * drops,
+    drops: tally.drops + more.drops,
+    histogram: tally.histogram.map((count, bin) => count + more.histogram[bin]),
+    unsettled: tally.unsettled + more.unsettled,
+    time: tally.time + more.time,
   };
 }

@@ -7,6 +7,7 @@ import { messageOf } from "../net/api.js";
 import { Theme } from "../paint/theme.js";
 import { openSolver } from "../solver/solver.js";
 import { byId } from "../util/dom.js";
+import { keepOffline } from "../util/offline.js";
 import { Ghost } from "./ghost.js";
 import { TablePage } from "./page.js";
 
@@ -16,6 +17,7 @@ async function start() {
     window.location.replace(`replay.html?${asked}`);
     return;
   }
+  keepOffline();
   // Without WebAssembly the table sends paths, and nothing is computed here.
   const solving = openSolver().catch(() => null);
   const theme = await Theme.load();

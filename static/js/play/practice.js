@@ -35,8 +35,8 @@ export class Practice {
   played({ board_digest: boardDigest, board_name: name }, board, { seed, aim, landed }) {
     const { bin = null, score = 1, digest = null } = landed ?? {};
     return {
-      board, boardDigest, name, seed, x: null, aim: aim ?? null, stake: 0, bin, score,
-      digest, practice: true,
+      board, boardDigest, name, seed, x: null, aim: aim ?? null, stake: 0, bin, score, digest,
+      practice: true,
     };
   }
 }

@@ -52,10 +52,10 @@ export class Scoreboard {
     seed.setAttribute("aria-label", `Use seed ${drop.seed} again`);
     seed.append(shortSeed(drop.seed));
     seed.addEventListener("click", () => this.onReuse(drop.seed));
-    const name = drop.x === null ? drop.name : `${drop.name}, practice`;
-    const where = drop.practice
+    const practice = drop.practice || drop.x !== null;
+    const where = practice
       ? make("span", { class: "on" }, "practice")
-      : make("span", { class: "on board-name" }, name);
+      : make("span", { class: "on board-name" }, drop.name);
     if (drop.knocked) {
       // What others did to the ball is in no seed: there is nothing to replay alone.
       return make("li", {}, paid, seed, where, make("span", { class: "on" }, "knocked"));

@@ -15,6 +15,7 @@ import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
 import { CloseUp, paintImpact } from "./closeup.js";
 import { describeEnergy, energyPlot } from "./energy-plot.js";
+import { FileCheck } from "./file-check.js";
 import { ImpactList } from "./impact-list.js";
 import { boardOf, Replay } from "./replay.js";
 import { Share } from "./share.js";
@@ -50,6 +51,7 @@ class ReplayPage {
     this.list = new ImpactList((index) => this.#choose(index));
     this.verifier = new Verifier(this.list);
     this.share = new Share();
+    this.fileCheck = new FileCheck();
     this.energy = new Chart(byId("energy", HTMLCanvasElement), theme, (t) => this.transport.seek(t));
     this.closeUp = new CloseUp(byId("closeup", HTMLCanvasElement), theme);
     this.withCloseUp = byId("with-closeup", HTMLInputElement);

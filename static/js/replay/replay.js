@@ -70,10 +70,10 @@ export class Replay {
   }
 
   /** @param {Board} board @param {DropAddress} drop @returns {Promise<Replay | null>} */
-  static async #computed(board, { seed, x, solver: wanted }) {
+  static async #computed(board, { seed, x, aim, solver: wanted }) {
     const solver = await solving;
     if (!solver || wanted === "stepped") return null;
-    const start = { seed, x: x === null || x === undefined || x === "" ? null : Number(x) };
+    const start = { seed, x: numberIn(x), aim: numberIn(aim) };
     const drop = told(() => solver.drop(board, start));
     const { impacts, duration } = drop;
     const fps = samplesNeeded({ impacts, duration, solver: "exact" });
@@ -190,3 +190,6 @@ function told(compute) {
     throw new ApiError(error.message, 422, { cause: error, field: error.field });
   }
 }
+
+/** @param {string | number | null | undefined} text of an address @returns {number | null} */
+const numberIn = (text) => (text === null || text === undefined || text === "" ? null : Number(text));

@@ -1,12 +1,12 @@
 // Verify: the drop is computed anew in this page, and by the server if it answers, and compared.
 
 import { ApiError, messageOf, postJson } from "../net/api.js";
-import { compareRecords } from "../solver/difference.js";
+import { compareRecords } from "../solver/log/difference.js";
 import { openSolver } from "../solver/solver.js";
 import { byId } from "../util/dom.js";
 
 /** @import { Verification } from "../net/replies.js" */
-/** @import { Difference } from "../solver/difference.js" */
+/** @import { Difference } from "../solver/log/difference.js" */
 /** @import { ImpactList } from "./impact-list.js" */
 /** @import { Replay } from "./replay.js" */
 

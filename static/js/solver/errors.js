@@ -15,3 +15,6 @@ export class BoardError extends InputError {}
 
 /** A seed, a start or a time that is out of range. */
 export class ParameterError extends InputError {}
+
+/** A record or a log that lacks something, or has what nothing would compare. */
+export class RecordError extends InputError {}

@@ -97,7 +97,10 @@ export class Table {
   /** @param {Accepted | BriefAccepted} event @param {boolean} mine @returns {Ball} */
   accept(event, mine) {
     const from = event.tick / this.rate;
-    return this.#add(event, { mine, explicit: event.explicit_x ?? false, fresh: true, from });
+    const explicit = event.explicit_x ?? false;
+    const ball = this.#add(event, { mine, explicit, fresh: true, from });
+    ball.aim = event.aim;
+    return ball;
   }
 
   /** True while something is in flight or still to be shown. */

@@ -1,6 +1,6 @@
 // Does a drop's record come out again? It is compared field by field, to the last bit. Pure.
 
-/** @typedef {ReturnType<import("./drop.js").Drop["record"]>} Computed */
+/** @typedef {ReturnType<import("../drop.js").Drop["record"]>} Computed */
 /** @typedef {{field: string, expected: unknown, actual: unknown}} Difference actual: what was computed */
 
 /** What a record claims, in the order of comparison; the rest says what to compute. */

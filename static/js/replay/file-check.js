@@ -1,0 +1,114 @@
+// A record or a room's log that is dropped onto the page: computed anew here, and compared.
+
+import { getJson, messageOf } from "../net/api.js";
+import { compareRecords } from "../solver/log/difference.js";
+import { RecordError } from "../solver/errors.js";
+import { readJson } from "../solver/log/canonical.js";
+import { compareLog, isLog } from "../solver/log/log.js";
+import { openSolver } from "../solver/solver.js";
+import { byId } from "../util/dom.js";
+import { counted } from "../util/format.js";
+
+/** @import { BoardReply } from "../net/replies.js" */
+/** @import { Difference } from "../solver/log/difference.js" */
+/** @import { Log } from "../solver/log/log.js" */
+/** @import { Solver } from "../solver/solver.js" */
+
+/** @typedef {Record<string, unknown>} Fields */
+
+const KNOWN = ["board", "board_digest", "seed", "x", "aim", "solver", "physics_version", "bin", "score",
+  "duration", "x_end", "impacts", "digest"];
+const HOW_SURE = ["amplification", "x_error", "certain"]; // the server's to compute
+
+/** The panel, and the whole page as a place to drop a file on. */
+export class FileCheck {
+  #solving = openSolver();
+
+  constructor() {
+    const file = byId("check-file", HTMLInputElement);
+    byId("check-open").addEventListener("click", () => file.click());
+    file.addEventListener("change", () => {
+      this.#check(file.files?.[0]);
+      file.value = ""; // the same file can be chosen again
+    });
+    this.#solving.catch(() => {}); // told when a file comes
+    document.addEventListener("dragover", (event) => {
+      if (event.dataTransfer?.types.includes("Files")) event.preventDefault();
+    });
+    document.addEventListener("drop", (event) => {
+      const dropped = event.dataTransfer?.files[0];
+      if (!dropped) return;
+      event.preventDefault();
+      byId("check-panel").scrollIntoView({ block: "nearest" });
+      this.#check(dropped);
+    });
+  }
+
+  /** @param {File | undefined} file */
+  async #check(file) {
+    if (!file) return;
+    say("", `Computing ${file.name}…`);
+    try {
+      const solver = await this.#solving;
+      const value = readJson(await file.text());
+      const check = isLog(value) ? checkLog : checkRecord;
+      const { difference, what } = await check(solver, value);
+      if (difference) say("bad", `${file.name} is not reproduced: ${denied(difference)}`);
+      else say("good", `${file.name} is reproduced in this page: ${what}`);
+    } catch (error) {
+      const why = error instanceof SyntaxError ? `it is not JSON: ${error.message}` : messageOf(error);
+      say("bad", `${file.name} cannot be checked: ${why}`);
+    }
+  }
+}
+
+/** @typedef {{difference: Difference | null, what: string}} Checked */
+
+/** @param {Solver} solver @param {unknown} value @returns {Promise<Checked>} */
+async function checkLog(solver, value) {
+  const log = /** @type {Log} */ (value);
+  const board = await boardOf(log.board);
+  const difference = await compareLog(solver, log, board, async (done) => {
+    say("", `Computing: ${counted(done, "drop")}…`);
+    await new Promise(requestAnimationFrame);
+  });
+  return { difference, what: `${counted(log.drops.length, "drop")}, digest ${log.digest}.` };
+}
+
+/** @param {Solver} solver @param {unknown} value @returns {Promise<Checked>} */
+async function checkRecord(solver, value) {
+  if (typeof value !== "object" || value === null || !("digest" in value) || !("board" in value)) {
+    throw new RecordError("it is neither a drop's record nor a room's log", "");
+  }
+  const record = /** @type {Fields} */ (value);
+  if (record.solver !== "exact") {
+    throw new RecordError(`solver is ${String(record.solver)}, and this page computes exact drops alone: `
+      + "plinko verify computes both", "solver");
+  }
+  const strange = Object.keys(record).find((name) => !KNOWN.includes(name) && !HOW_SURE.includes(name));
+  if (strange) throw new RecordError(`it has an unknown field ${strange}`, strange);
+  const start = /** @type {{seed: string | null, x?: number | null, aim?: number | null}} */ (record);
+  const computed = solver.drop(await boardOf(record.board), start).record();
+  const { same, difference } = compareRecords(record, computed);
+  const unsaid = HOW_SURE.some((name) => name in record) ? " How sure its bin is was not computed." : "";
+  return { difference, what: `every bit of ${counted(same, "event")}, digest ${computed.digest}.${unsaid}` };
+}
+
+/** @param {unknown} board its JSON, or what REST calls it @returns {Promise<unknown>} */
+async function boardOf(board) {
+  if (typeof board !== "string") return board;
+  const reply = await getJson(`boards/${encodeURIComponent(board)}`);
+  return /** @type {BoardReply} */ (reply).board;
+}
+
+/** @param {Difference} difference */
+function denied({ field, expected, actual }) {
+  return `${field} is ${String(expected)} in the file, ${String(actual)} in this page.`;
+}
+
+/** @param {"" | "good" | "bad"} tone @param {string} text */
+function say(tone, text) {
+  const note = byId("check-note");
+  note.dataset.tone = tone;
+  note.textContent = text;
+}

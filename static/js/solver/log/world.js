@@ -1,0 +1,75 @@
+// The digest of all that moves in a room at a tick, from the drops that are in flight. Pure.
+
+import { Bytes } from "../bytes.js";
+import { PHYSICS_VERSION } from "../digest.js";
+import { sha256 } from "../sha256.js";
+import { Packed } from "./packed.js";
+
+/** @import { Drop } from "../drop.js" */
+
+const WALL = 1; // the last kind of event that is an impact
+const EXACT = Uint8Array.of(0);
+
+/**
+ * @typedef {{id: number, seed: string, tick: number, drop: Drop}} Flying tick: at which it started
+ *
+ * @param {{board: string, dt: number, tick: number, dropped: number, flying: Flying[]}} world board: its
+ *   digest; dt: s between ticks; dropped: balls so far
+ * @returns {string} 64 hexadecimal digits
+ */
+export function worldDigest({ board, dt, tick, dropped, flying }) {
+  const balls = flying.map((ball) => ({ ...ball, ticks: tick - ball.tick }));
+  const out = new Packed();
+  out.map(11);
+  out.text("physics_version");
+  out.whole(PHYSICS_VERSION);
+  out.text("board_digest");
+  out.text(board);
+  out.text("solver");
+  out.bytes(EXACT);
+  out.text("dt");
+  out.float(dt);
+  out.text("tick");
+  out.whole(tick);
+  out.text("accumulator");
+  out.float(0);
+  out.text("next_id");
+  out.whole(dropped);
+  out.text("balls");
+  out.list(balls.length);
+  for (const { id, seed, tick: since, drop } of balls) {
+    out.list(4);
+    out.whole(id);
+    out.text(seed);
+    out.float(drop.xStart);
+    out.whole(since);
+  }
+  out.text("bounced");
+  out.bytes(Uint8Array.from(balls, ({ drop, ticks }) => Number(bounced(drop, ticks, dt))));
+  const previous = new Bytes();
+  for (const { drop, ticks } of balls) previous.floats(before(drop, ticks, dt));
+  out.text("previous");
+  out.bytes(previous.written);
+  out.text("crowd");
+  out.list(balls.length);
+  for (const { drop, ticks } of balls) {
+    out.map(2);
+    out.text("x");
+    out.float(drop.xStart);
+    out.text("frames");
+    out.whole(ticks);
+  }
+  return sha256(out.written);
+}
+
+/** @param {Drop} drop @param {number} ticks @param {number} dt @returns {boolean} within the last tick */
+function bounced({ impacts }, ticks, dt) {
+  const since = ticks > 1 ? (ticks - 1) * dt : -1;
+  return impacts.some(([t, , , , , , kind]) => kind <= WALL && t > since && t <= ticks * dt && ticks > 0);
+}
+
+/** @param {Drop} drop @param {number} ticks @param {number} dt @returns {number[]} its state a tick ago */
+function before(drop, ticks, dt) {
+  const [{ t, x, y, vx, vy, theta, omega }] = drop.states([Math.max(0, ticks - 1) * dt]);
+  return [t, x, y, vx, vy, theta, omega];
+}

@@ -1,0 +1,60 @@
+// Many drops in a worker, so that the page goes on meanwhile: with progress, and an end at any time.
+
+/**
+ * @typedef {{board: unknown, first: string, drops: number}} Asked board: its JSON, parsed; first: the
+ *   first of the seeds, which count up
+ * @typedef {{drops: number, histogram: number[], unsettled: number, time: number}} Tally of the drops
+ *   done so far; time: s that all of them fell
+ * @typedef {{tally: Tally, error?: undefined} | {error: string, tally?: undefined}} Told
+ */
+
+/** One batch under way. */
+export class Batch {
+  #worker;
+
+  /**
+   * @param {Asked} asked
+   * @param {(tally: Tally) => void} onProgress
+   */
+  constructor(asked, onProgress) {
+    this.#worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
+    const { promise, resolve, reject } = deferred();
+    /** The tally of all, or of those done when it was cancelled; null if none was. */
+    this.done = promise;
+    /** @type {Tally | null} */
+    let last = null;
+    this.cancel = () => {
+      this.#worker.terminate();
+      resolve(last);
+    };
+    this.#worker.addEventListener("message", ({ data }) => {
+      const { tally, error } = /** @type {Told} */ (data);
+      if (!tally) {
+        this.#worker.terminate();
+        reject(new Error(error));
+        return;
+      }
+      last = tally;
+      onProgress(tally);
+      if (tally.drops >= asked.drops) this.cancel();
+    });
+    this.#worker.addEventListener("error", (event) => {
+      this.#worker.terminate();
+      reject(new Error(event.message || "the worker could not be started"));
+    });
+    this.#worker.postMessage(asked);
+  }
+}
+
+function deferred() {
+  /** @type {(tally: Tally | null) => void} */
+  let resolve = () => {};
+  /** @type {(error: Error) => void} */
+  let reject = () => {};
+  /** @type {Promise<Tally | null>} */
+  const promise = new Promise((kept, broken) => {
+    resolve = kept;
+    reject = broken;
+  });
+  return { promise, resolve, reject };
+}

@@ -1,0 +1,34 @@
+// A worker that computes many drops of one board and tells how far it is; batch.js starts it.
+
+import { openSolver } from "../solver.js";
+
+/** @import { Asked, Told } from "./batch.js" */
+
+const AT_ONCE = 500; // drops between two words of progress: some hundredths of a second
+
+/** @param {Told} told */
+const tell = (told) => postMessage(told);
+
+/** @param {Asked} asked */
+async function run({ board, first, drops }) {
+  const solver = await openSolver();
+  const whole = solver.read(board);
+  const tally = { drops: 0, histogram: whole.bins.multipliers.map(() => 0), unsettled: 0, time: 0 };
+  while (tally.drops < drops) {
+    const many = Math.min(AT_ONCE, drops - tally.drops);
+    const seeds = Array.from({ length: many }, (_, i) =>
+      BigInt.asUintN(64, BigInt(first) + BigInt(tally.drops + i)));
+    const { bins, durations } = solver.dropMany(whole, seeds);
+    for (const bin of bins) {
+      if (bin < 0) tally.unsettled += 1;
+      else tally.histogram[bin] += 1;
+    }
+    for (const duration of durations) tally.time += duration;
+    tally.drops += many;
+    tell({ tally });
+  }
+}
+
+addEventListener("message", ({ data }) => {
+  run(/** @type {Asked} */ (data)).catch((error) => tell({ error: error.message }));
+});

@@ -1,0 +1,94 @@
+// Keeps the pages that need no server for when there is none. Its address has the release in it, so
+// that each release has a worker and a cache of its own; js/util/offline.js registers it.
+
+const CACHE = `plinko${new URL(self.location.href).search}`;
+const PAGES = ["replay.html", "compare.html", "editor.html", "map.html"];
+const BOARDS = "api/v1/boards";
+
+// What a page, a style sheet or a module names: its parts.
+const PARTS = {
+  html: /(?:href|src)="([^":?#]+\.(?:css|js|json|svg))"/g,
+  js: /^(?:import|export|\}) [^"\n]*"(\.[^"]+)"|new URL\("([^"]+)", import\.meta\.url\)/gm,
+};
+
+/** @param {string} path below the pages' own folder */
+const at = (path) => new URL(path, self.registration.scope).href;
+
+/** Pages, and all they are made of, by following what each file names. */
+async function keepPages() {
+  const cache = await caches.open(CACHE);
+  const seen = new Set(PAGES.map(at));
+  for (const url of seen) {
+    const response = await fetch(url);
+    if (!response.ok) throw new Error(`${url} is not there: ${response.status}`);
+    const kind = /\.(?:html|js)$/.exec(new URL(url).pathname)?.[0].slice(1);
+    if (kind) {
+      const text = await response.clone().text();
+      for (const [, part, beside] of text.matchAll(PARTS[kind])) {
+        seen.add(new URL(part ?? beside, url).href);
+      }
+    }
+    await cache.put(url, response);
+  }
+}
+
+/** The boards that are always there. */
+async function keepBoards() {
+  const cache = await caches.open(CACHE);
+  const list = await fetch(at(BOARDS));
+  const { boards } = await list.clone().json();
+  await cache.put(at(BOARDS), list);
+  for (const { preset, name } of boards) {
+    if (preset) await cache.add(at(`${BOARDS}/${name}`));
+  }
+}
+
+async function forgetOtherReleases() {
+  for (const name of await caches.keys()) if (name !== CACHE) await caches.delete(name);
+  await self.clients.claim();
+}
+
+/** @param {string} path below the scope @returns {"first" | "last" | null} when the cache is asked */
+function turnOfCache(path) {
+  if (/^v-[0-9a-f]{16}\//.test(path)) return "first";
+  const kept = PAGES.includes(path) || /^(?:theme\.json|favicon\.svg)$/.test(path);
+  return kept || /^api\/v1\/boards(?:\/[\w-]+)?$/.test(path) ? "last" : null;
+}
+
+/** @param {Request} request */
+async function fromNetwork(request) {
+  const response = await fetch(request);
+  if (response.ok) await (await caches.open(CACHE)).put(bare(request), response.clone());
+  return response;
+}
+
+/** @param {Request} request @returns {string} its address: a page is the same whatever is asked of it */
+function bare(request) {
+  const { origin, pathname } = new URL(request.url);
+  return origin + pathname;
+}
+
+/** @param {Request} request @param {"first" | "last"} turn */
+async function answer(request, turn) {
+  const kept = () => caches.match(bare(request));
+  if (turn === "first") return (await kept()) ?? fromNetwork(request);
+  try {
+    return await fromNetwork(request);
+  } catch (error) {
+    const found = await kept();
+    if (found) return found;
+    throw error;
+  }
+}
+
+self.addEventListener("install", (event) => {
+  event.waitUntil(keepPages().then(keepBoards).then(() => self.skipWaiting()));
+});
+self.addEventListener("activate", (event) => event.waitUntil(forgetOtherReleases()));
+self.addEventListener("fetch", (event) => {
+  const { request } = event;
+  const { scope } = self.registration;
+  if (request.method !== "GET" || !request.url.startsWith(scope)) return;
+  const turn = turnOfCache(bare(request).slice(scope.length));
+  if (turn) event.respondWith(answer(request, turn));
+});

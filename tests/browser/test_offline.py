@@ -1,0 +1,52 @@
+"""A browser that was here once opens the pages with the network cut, and checks drops in them."""
+
+import json
+
+from playwright.sync_api import FilePayload, expect
+
+from engine import Board, drop
+from tests.app.rooms.logs import LOGS
+from tests.browser.conftest import Complaints, Open
+
+CUT = r"net::ERR_(INTERNET_DISCONNECTED|FAILED)"
+
+# What a browser does when a file is let go over the page.
+LET_GO = """text => {
+  const dataTransfer = new DataTransfer();
+  dataTransfer.items.add(new File([text], "room.json"));
+  document.dispatchEvent(new DragEvent("drop", { dataTransfer, cancelable: true }));
+}"""
+
+
+def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: Complaints) -> None:
+    screen = opened("/replay.html?board=triangle-8&seed=1", service_workers="allow")
+    screen.state("replay")
+    page = screen.page
+    page.evaluate("navigator.serviceWorker.ready.then(() => null)")
+    base = page.url.rsplit("/", 1)[0]
+    page.context.set_offline(True)
+
+    page.goto(f"{base}/replay.html?board=triangle-16&seed=42")
+    page.get_by_role("button", name="Verify").click()
+    expect(page.locator("#verdict")).to_contain_text("Reproduced in this page")
+
+    checked = page.locator("#check-note")
+    record = drop(Board.preset("triangle-8"), 7).record()
+    for landed, said in ((record["bin"], "is reproduced"), (99, "is not reproduced: bin is 99")):
+        text = json.dumps({**record, "bin": landed}).encode()
+        file = FilePayload(name="drop.json", mimeType="application/json", buffer=text)
+        page.locator("#check-file").set_input_files(file)
+        expect(checked).to_contain_text(said)
+    page.evaluate(LET_GO, json.dumps(LOGS["drops"]()))
+    expect(checked).to_contain_text("room.json is reproduced in this page: 4 drops")
+
+    page.goto(f"{base}/compare.html?board=triangle-16&seed=42")
+    expect(page.locator("html")).to_have_attribute("data-state", "replay")
+
+    page.goto(f"{base}/editor.html?board=triangle-8")
+    page.locator("#test").click()
+    expect(page.locator("#tray-count")).to_have_text("100 test drops")
+
+    page.goto(f"{base}/map.html?board=triangle-8")
+    expect(page.get_by_role("textbox", name="x")).to_have_value("0")
+    complaints.allow(CUT)
