@@ -7,7 +7,8 @@ import { counted } from "../util/format.js";
 
 
 /** @import { Hello } from "../model/messages.js" */
-/** @import { Odds, Simulation } from "../net/replies.js" */
+/** @import { Odds } from "../model/odds.js" */
+/** @import { Simulation } from "../net/replies.js" */
 /** @import { Board } from "../model/board.js" */
 /** @import { Expectation } from "./histogram.js" */
 

@@ -1,6 +1,10 @@
 // What a drop gives back on average, and how often the top award comes, from the aim chosen. Pure.
 
-/** @import { Odds } from "../net/replies.js" */
+/**
+ * @typedef {{multiplier: number, chance: number}} Award
+ * @typedef {{aim: number | null, drops: number, return: number, doubt: number, hit_rate: number,
+ *   volatility: number, unsettled: number, chances: number[], awards: Award[]}} Odds from one aim
+ */
 
 /**
  * The odds counted nearest to an aim; on a mirrored board one side stands for both.

@@ -1,5 +1,6 @@
 // What REST answers, by address; docs/api.md describes each. Types only.
 
+/** @import { Odds } from "../model/odds.js" */
 /** @import { Board } from "../model/board.js" */
 
 /**
@@ -9,9 +10,6 @@
  * @typedef {{id: string, token: string}} RoomReply of POST rooms
  * @typedef {{rooms: {id: string}[]}} RoomList of GET rooms
  * @typedef {{drops: number, histogram: number[], unsettled: number, mean_duration: number}} Simulation
- * @typedef {{multiplier: number, chance: number}} Award
- * @typedef {{aim: number | null, drops: number, return: number, doubt: number, hit_rate: number,
- *   volatility: number, unsettled: number, chances: number[], awards: Award[]}} Odds from one aim
  * @typedef {{board_digest: string, aims: Odds[]}} OddsReply of GET boards/…/odds
  * @typedef {{multipliers: number[], drops: number, least: {aim: number | null, return: number},
  *   aims: Odds[]}} PayoutsReply of POST payouts

@@ -27,7 +27,8 @@ import { Sound } from "./sound/sound.js";
 /** @import { Histogram } from "../instruments/histogram.js" */
 /** @import { Hello } from "../model/messages.js" */
 /** @import { Played, Session } from "../model/session.js" */
-/** @import { Odds, OddsReply } from "../net/replies.js" */
+/** @import { Odds } from "../model/odds.js" */
+/** @import { OddsReply } from "../net/replies.js" */
 /** @import { Table } from "../model/table/table.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Solver } from "../solver/solver.js" */
