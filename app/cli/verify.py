@@ -52,9 +52,9 @@ def _session(fields: dict[str, Any], key: str | None) -> int:
     """Check a session's export and say what is forged in it."""
     from app.fairness.check import check_session, kernel_digest_of
     from app.fairness.export import read_export
-    from engine.artifact import stamp
+    from app.settings import page_kernels
 
-    kernel = kernel_digest_of(stamp.FILE.read_bytes())
+    kernel = kernel_digest_of(page_kernels().read_bytes())
     verdict = check_session(read_export(fields), kernel_digest=kernel, key=key)
     for step in verdict.failed:
         where = "" if step.drop is None else f" of drop {step.drop}"

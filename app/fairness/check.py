@@ -14,7 +14,7 @@ import msgspec
 
 from app.errors import InvalidValueError
 from app.fairness import merkle
-from app.fairness.export import Export, ExportedDrop, LoggedReceipt, Signed
+from app.fairness.export import ExportedDrop, SessionExport, Signed
 from app.fairness.seeds import commitment, drop_seed, parse_hex
 from app.fairness.signing import is_signed
 from app.fairness.statements import (
@@ -26,6 +26,7 @@ from app.fairness.statements import (
     TreeHead,
     payouts_digest,
 )
+from app.protocol.messages import SignedReceipt
 from app.rooms.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, drop
 from engine.errors import EngineError, RecordError
@@ -69,7 +70,7 @@ class Verdict:
         return [step for step in self.steps if not step.ok]
 
 
-def check_session(export: Export, *, kernel_digest: str, key: str | None = None) -> Verdict:
+def check_session(export: SessionExport, *, kernel_digest: str, key: str | None = None) -> Verdict:
     """Check all of a session against the kernels of this digest.
 
     `key`: the public key that the server is known by, in hexadecimal, where it is known from
@@ -104,7 +105,7 @@ def _typed(values: Mapping[str, Any], kind: type[Kind]) -> Kind:
 class _Check:
     """The steps of one session."""
 
-    def __init__(self, export: Export, kernel_digest: str, key: str | None) -> None:
+    def __init__(self, export: SessionExport, kernel_digest: str, key: str | None) -> None:
         self._export = export
         self._kernel = kernel_digest
         self._expected_key = key
@@ -203,7 +204,7 @@ class _Check:
         text = "the log only grew since this receipt"
         yield Step("consistency", ok, text, each.root, head.root, number)
 
-    def _entry_signed(self, name: str, each: LoggedReceipt, number: int | None) -> Step:
+    def _entry_signed(self, name: str, each: SignedReceipt, number: int | None) -> Step:
         entry = LogEntry(each.receipt, each.index, each.root).to_dict()
         text = "the receipt and its place in the log are signed"
         return self._signed(name, text, Signed(entry, each.signature), number)
@@ -219,7 +220,7 @@ class _Check:
                 bytes.fromhex(self._board.digest),
             )
             yield same("start", "the start is drawn by both secrets", receipt.seed, str(seed))
-        found = drop(self._board, receipt.seed)
+        found = drop(self._board, receipt.seed, aim=receipt.aim)
         payout = payout_of(receipt.stake, found.score)
         if each.result is None:
             owed = {"bin": found.bin, "payout": payout}
@@ -235,7 +236,7 @@ class _Check:
         )
         yield same("payout", "what was paid", said.payout, payout)
 
-    def _heard(self, heard: LoggedReceipt) -> Step:
+    def _heard(self, heard: SignedReceipt) -> Step:
         """A receipt that the player was given must be the one in the export."""
         receipt = _typed(heard.receipt, Receipt)
         number, text = receipt.drop, "what the player was given is in the export"

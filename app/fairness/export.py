@@ -10,6 +10,7 @@ from typing import Any, Final
 import msgspec
 
 from app.fairness import merkle
+from app.protocol.messages import SignedReceipt
 from engine.errors import RecordError
 
 KIND: Final = "plinko-session"
@@ -23,16 +24,7 @@ class Signed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     signature: str
 
 
-class LoggedReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A receipt with its place: what a player is told as soon as a drop is taken."""
-
-    receipt: dict[str, Any]
-    index: int
-    root: str
-    signature: str
-
-
-class Result(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class DropResult(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """How a drop ended; `payout` in minor units, `t` in s, `x_end` in m."""
 
     tick: int
@@ -45,15 +37,15 @@ class Result(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     payout: int
 
 
-class ExportedDrop(LoggedReceipt, frozen=True, forbid_unknown_fields=True):
+class ExportedDrop(SignedReceipt, frozen=True, forbid_unknown_fields=True):
     """A drop with the proofs that its receipt is in the log and that the log only grew since."""
 
     inclusion: list[str]
     consistency: list[str]
-    result: Result | None
+    result: DropResult | None
 
 
-class Export(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A session. `server_seed` and `end` are null while it goes on, `client_seed` before it is.
 
     heard: receipts that the player was given at the time, by whom they are added.
@@ -69,7 +61,7 @@ class Export(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     drops: list[ExportedDrop]
     head: Signed
     end: Signed | None
-    heard: list[LoggedReceipt] = []
+    heard: list[SignedReceipt] = []
 
 
 def is_export(fields: Mapping[str, Any]) -> bool:
@@ -77,23 +69,23 @@ def is_export(fields: Mapping[str, Any]) -> bool:
     return fields.get("kind") == KIND
 
 
-def read_export(fields: Mapping[str, Any]) -> Export:
+def read_export(fields: Mapping[str, Any]) -> SessionExport:
     """The session of a JSON object; raises RecordError that names what is wrong with its form."""
     if fields.get("version") != VERSION:
         raise RecordError(
             f"the session's version is {fields.get('version')!r}, not {VERSION}", field="version"
         )
     try:
-        return msgspec.convert(dict(fields), Export)
+        return msgspec.convert(dict(fields), SessionExport)
     except msgspec.ValidationError as error:
         raise RecordError(f"not a session's export: {error}", field="session") from error
 
 
 def make_export(
-    session: Export,
-    drops: Iterable[tuple[LoggedReceipt, Result | None]],
+    session: SessionExport,
+    drops: Iterable[tuple[SignedReceipt, DropResult | None]],
     lookup: merkle.Lookup,
-) -> Export:
+) -> SessionExport:
     """`session` with these drops, each with the proofs that lead to the head of the log.
 
     `lookup` gives the log's complete subtrees.

@@ -42,8 +42,27 @@
  * @typedef {{scene: string, balls: number, seed: string, radii?: number[], width?: number,
  *   height?: number, speed?: number}} SceneForm what a room was begun with
  *
- * @typedef {{type: "accepted", ref?: string | null, explicit_x: boolean, aim?: number} & BallStart}
- *   Accepted
+ * @typedef {object} SignedReceipt of a drop of a session, with its place in the log
+ * @property {{session: string, drop: number} & Record<string, unknown>} receipt
+ * @property {number} index
+ * @property {string} root
+ * @property {string} signature
+ *
+ * @typedef {{type: "accepted", ref?: string | null, explicit_x: boolean, aim?: number,
+ *   practice?: boolean, receipt?: SignedReceipt} & BallStart} Accepted
+ *
+ * @typedef {object} SessionState a session as it stands
+ * @property {"session"} type
+ * @property {string} session
+ * @property {Record<string, unknown>} statement what the server committed to
+ * @property {string} signature
+ * @property {string} key the server's
+ * @property {boolean} open
+ * @property {number} drops
+ * @property {boolean} ended
+ * @property {string | null} token told to who began it
+ *
+ * @typedef {{type: "ended", session: string, server_seed: string}} SessionEnded
  *
  * @typedef {object} Contact
  * @property {"contact"} type
@@ -84,7 +103,8 @@
  *   } SegmentMessage the segments that began in one tick; where it is full, the one that each ball
  *   in flight is on
  *
- * @typedef {Hello | Accepted | Contact | Landed | Refusal | Missed | Pong} TableMessage
+ * @typedef {Hello | Accepted | Contact | Landed | Refusal | Missed | Pong | SessionState
+ *   | SessionEnded} TableMessage
  *
  * @typedef {{type: "placed", ball: number} & BallKind} Placed
  * @typedef {{type: "edited", ball: number | null} & Partial<BallKind>} Edited

@@ -16,6 +16,8 @@ const KEPT = 30;
  * @property {number} score what a stake of one came back as
  * @property {boolean} [knocked] others may have touched the ball: its seed alone says nothing
  * @property {number} [stake] 1 unless it was more
+ * @property {number | null} [aim] middle of what the seed drew, m, where it was chosen
+ * @property {boolean} [practice] its seed was chosen: it counts for nothing
  */
 
 /** Score and history, saved after each change so that a replay's reload loses nothing. */
@@ -46,10 +48,12 @@ export class Session {
 
   /** @param {Played} drop settled; its stake counts from here on */
   settle(drop) {
-    const { stake = 1, score } = drop;
-    this.staked += stake;
-    this.returned += stake * score;
-    this.scores.add(score);
+    const { stake = 1, score, practice = false } = drop;
+    if (!practice) {
+      this.staked += stake;
+      this.returned += stake * score;
+      this.scores.add(score);
+    }
     this.last = [drop, ...this.last].slice(0, KEPT);
     this.#save();
   }

@@ -6,10 +6,11 @@ import { Connection } from "../net/connection.js";
 import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
 import { decodeSegments } from "../net/segments.js";
 import { TickClock } from "../net/tick-clock.js";
+import { FairPlay } from "./fair-play.js";
 import { OwnDrops } from "./own-drops.js";
 
 /** @import { Point } from "../model/board.js" */
-/** @import { Accepted, Hello, Landed, Refusal, Snapshot, TableMessage } from "../model/messages.js" */
+/** @import { Accepted, Hello, Landed, Refusal, SessionEnded, SignedReceipt, Snapshot, TableMessage } from "../model/messages.js" */
 /** @import { Played } from "../model/session.js" */
 /** @import { Ball } from "../model/table/table.js" */
 /** @import { SegmentScale } from "../net/segments.js" */
@@ -25,6 +26,8 @@ import { OwnDrops } from "./own-drops.js";
  * @property {(message: string, code?: string) => void} onError
  * @property {() => void} onChange there is something new to draw
  * @property {() => void} [onSnapshot] the balls have new places
+ * @property {() => void} [onSession] the session is another, or has gone on
+ * @property {(ended: SessionEnded, heard: SignedReceipt[]) => void} [onEnded] a session is over
  * @property {(ms: number) => void} [onPong] how long a message took there and back
  */
 
@@ -61,6 +64,12 @@ export class LiveTable {
     this.room = room;
     this.listener = listener;
     this.own = new OwnDrops(listener);
+    this.fair = new FairPlay(room, window.localStorage, {
+      send: (message) => this.connection.send(message),
+      onChange: () => listener.onSession?.(),
+      onEnded: (ended, heard) => listener.onEnded?.(ended, heard),
+      onRefused: (ref) => this.own.refused(ref),
+    });
     this.connection = new Connection(socketUrl(room, stream), {
       onText: (text) => this.#read(() => {
         for (const event of /** @type {TableMessage[]} */ (decodeEvents(text))) this.#take(event);
@@ -84,22 +93,20 @@ export class LiveTable {
   }
 
   /**
+   * Staked in the session; with a seed of one's own it is practice, and nothing is staked.
    * @param {{seed: string | null, aim: number | null, stake?: number}} ask
    * @returns {boolean} false when there is no line: nothing was sent
    */
-  drop({ seed, aim, stake: wanted = 1 }) {
-    // Where others may knock the ball nothing is staked.
-    const stake = this.hello?.mode === "interacting" ? 0 : wanted;
+  drop({ seed, aim, stake = 1 }) {
+    if (!this.#visit) return false;
     const ref = this.own.nextRef();
-    const message = {
-      type: "drop",
-      ref,
-      stake: Math.round(stake * MINOR_UNITS),
-      ...(seed !== null && { seed }),
-      ...(aim !== null && { aim }),
-    };
-    if (!this.#visit || !this.connection.send(message)) return false;
-    this.own.add(ref, stake);
+    const aimed = aim === null ? {} : { aim };
+    const minor = Math.round(stake * MINOR_UNITS);
+    const staked = seed === null && this.fair.drop(ref, { stake: minor, ...aimed });
+    // Where others may knock the ball nothing is staked, either.
+    const plain = { type: "drop", ref, ...(seed !== null && { seed }), ...aimed };
+    if (!staked && !this.connection.send(plain)) return false;
+    this.own.add(ref, staked ? stake : 0, seed !== null);
     this.connection.expectNews(true);
     return true;
   }
@@ -160,6 +167,8 @@ export class LiveTable {
     else if (event.type === "contact") this.table?.applyContact(event);
     else if (event.type === "landed") this.#landed(event);
     else if (event.type === "error") this.#refused(event);
+    else if (event.type === "session") this.fair.told(event);
+    else if (event.type === "ended") this.fair.ended(event);
     else if (event.type === "pong") this.listener.onPong?.(performance.now() - event.t);
     this.listener.onChange();
   }
@@ -177,6 +186,7 @@ export class LiveTable {
     this.#visit = { hello, table, clock: new TickClock({ rate: hello.tick_rate }), scale };
     this.tick = hello.tick;
     const pending = this.own.enter(hello, table);
+    this.fair.greeted(hello);
     this.listener.onTable(hello, table);
     this.#resume(hello, pending);
     this.#setState(table.flying ? "live" : "asleep");
@@ -204,6 +214,7 @@ export class LiveTable {
     const { table, clock } = this.#visit;
     if (!table.awake) clock.restart();
     clock.observe(event.tick, performance.now());
+    this.fair.accepted(event);
     this.own.accepted(event.ref, table.accept(event, this.own.has(event.ref)));
     this.#setState("live");
     this.connection.expectNews(true);
@@ -230,6 +241,7 @@ export class LiveTable {
   /** @param {Refusal} event */
   #refused(event) {
     this.own.refused(event.ref);
+    if (this.fair.refused(event)) return;
     this.listener.onError(event.detail, event.code);
     if (this.table) this.#rest(this.table);
   }

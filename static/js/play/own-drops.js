@@ -9,9 +9,10 @@ import { dropPath } from "../net/drop-address.js";
 /** @import { Ball, Table } from "../model/table/table.js" */
 
 /**
- * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number}} Accepting what a
- *   drop needs to know of its ball
- * @typedef {{ref: string, stake: number, ball: Accepting | null}} OwnDrop ball: null until accepted
+ * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number}} Accepting
+ *   what a drop needs to know of its ball
+ * @typedef {{ref: string, stake: number, practice: boolean, ball: Accepting | null}} OwnDrop ball:
+ *   null until accepted
  *
  * @typedef {object} OwnDropsListener
  * @property {(played: Played) => void} onPlayed a drop of ours has settled
@@ -37,6 +38,11 @@ export class OwnDrops {
     this.listener = listener;
   }
 
+  /** How many have not settled yet. */
+  get count() {
+    return this.#open.size;
+  }
+
   /** How many the table has not answered yet. */
   get unanswered() {
     let count = 0;
@@ -50,9 +56,9 @@ export class OwnDrops {
     return `d${this.#count - 1}`;
   }
 
-  /** @param {string} ref @param {number} stake asked for just now */
-  add(ref, stake) {
-    this.#open.set(ref, { ref, ball: null, stake });
+  /** @param {string} ref @param {number} stake asked for just now @param {boolean} [practice] */
+  add(ref, stake, practice = false) {
+    this.#open.set(ref, { ref, ball: null, stake, practice });
   }
 
   /**
@@ -139,12 +145,12 @@ export class OwnDrops {
   }
 
   /** @param {OwnDrop} drop @param {Accepting} ball @param {number | null} bin @param {number} score */
-  #close({ ref, stake }, { seed, x, explicit, aim }, bin, score) {
+  #close({ ref, stake, practice }, { seed, x, explicit, aim }, bin, score) {
     this.#open.delete(ref);
     const { mode, board_name: name } = this.#hello;
     this.listener.onPlayed({
       board: this.#address, name, seed, x: explicit ? x : null, aim: aim ?? null,
-      knocked: mode === "interacting", stake, bin, score,
+      knocked: mode === "interacting", stake, practice, bin, score,
     });
   }
 

@@ -50,6 +50,7 @@ export class Scoreboard {
     }
     const link = make("a", { class: "again", href: replayLink(drop) }, "Replay");
     link.setAttribute("aria-label", `Replay seed ${drop.seed} on ${drop.name}`);
+    if (drop.practice) where.append(" · practice");
     return make("li", {}, paid, seed, where, link);
   }
 

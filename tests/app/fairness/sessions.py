@@ -6,7 +6,7 @@ import msgspec
 
 from app.fairness import merkle
 from app.fairness.check import kernel_digest_of
-from app.fairness.export import KIND, VERSION, Export, LoggedReceipt, Result, Signed, make_export
+from app.fairness.export import KIND, VERSION, DropResult, SessionExport, Signed, make_export
 from app.fairness.seeds import commitment, drop_seed
 from app.fairness.signing import Signer
 from app.fairness.statements import (
@@ -17,11 +17,12 @@ from app.fairness.statements import (
     TreeHead,
     payouts_digest,
 )
+from app.protocol.messages import SignedReceipt
 from app.rooms.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, drop
 
 KERNEL = kernel_digest_of(b"kernels")
-BOARD = Board.preset("triangle-8")
+BOARD = Board.preset("triangle-9")
 SERVER_SEED, CLIENT_SEED = bytes(range(32)), bytes(range(32, 64))
 SIGNER = Signer(b"\x07" * 32)
 
@@ -55,13 +56,14 @@ def honest(drops: int = 4, *, kernel: str = KERNEL, others: int = 2) -> dict[str
         for other in range(others):
             log.add(f"other {number} {other}".encode())
         seed = drop_seed(SERVER_SEED, CLIENT_SEED, number, bytes.fromhex(BOARD.digest))
+        aim = BOARD.drop.x + 0.01 if number % 2 else None
         receipt = Receipt(
-            "s1", number, 100, None, str(seed), BOARD.digest, "main", number, 1000 + number
+            "s1", number, 100, aim, str(seed), BOARD.digest, "main", number, 1000 + number
         )
         root = log.add(receipt.leaf()).hex()
         entry = LogEntry(receipt.to_dict(), log.size - 1, root)
-        logged = LoggedReceipt(entry.receipt, entry.index, root, signed(entry).signature)
-        played.append((logged, ended(seed)))
+        logged = SignedReceipt(entry.receipt, entry.index, root, signed(entry).signature)
+        played.append((logged, ended(seed, aim)))
     log.add(b"somebody came later")
     session = SessionStatement(
         session="s1",
@@ -75,7 +77,7 @@ def honest(drops: int = 4, *, kernel: str = KERNEL, others: int = 2) -> dict[str
         time=999,
     )
     head = TreeHead(log.size, merkle.root(log.size, log.lookup).hex(), 2000)
-    bare = Export(
+    bare = SessionExport(
         kind=KIND,
         version=VERSION,
         key=SIGNER.public.hex(),
@@ -91,9 +93,9 @@ def honest(drops: int = 4, *, kernel: str = KERNEL, others: int = 2) -> dict[str
     return made
 
 
-def ended(seed: int) -> Result:
-    found = drop(BOARD, seed)
-    return Result(
+def ended(seed: int, aim: float | None) -> DropResult:
+    found = drop(BOARD, seed, aim=aim)
+    return DropResult(
         tick=60,
         bin=found.bin,
         score=found.score,

@@ -12,9 +12,10 @@ from app.cli import main
 from app.fairness.check import Verdict, check_session, kernel_digest_of
 from app.fairness.export import read_export
 from app.fairness.signing import Signer
-from engine.artifact import stamp
+from app.settings import page_kernels
 from engine.errors import RecordError
 from tests.app.fairness.sessions import KERNEL, SIGNER, honest
+from tests.golden import session as golden
 
 Forge = Callable[[dict[str, Any]], None]
 
@@ -177,7 +178,7 @@ def test_a_field_that_is_signed_but_unknown_is_refused() -> None:
 def test_the_command_line_proves_and_names(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    session = honest(1, kernel=kernel_digest_of(stamp.FILE.read_bytes()))
+    session = honest(1, kernel=kernel_digest_of(page_kernels().read_bytes()))
     file = tmp_path / "session.json"
     file.write_text(json.dumps(session))
     assert main(["verify", str(file)]) == 0
@@ -190,3 +191,8 @@ def test_the_command_line_proves_and_names(
     file.write_text(json.dumps(session))
     assert main(["verify", str(file), "--key", "0" * 64]) == 1
     assert "not proven: key" in capsys.readouterr().out
+
+
+def test_the_golden_session_is_this_one() -> None:
+    """What tests/js/fairness tries; `python -m tests.golden.session` makes it anew."""
+    assert golden.FILE.read_text() == golden.text()
