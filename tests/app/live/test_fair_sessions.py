@@ -12,6 +12,7 @@ from app.fairness.merkle import is_consistent
 from app.fairness.signing import is_signed
 from app.settings import page_kernels
 from tests.app.conftest import TINY, Running, playing
+from tests.waiting import until
 
 SEED = b"\x2a" * 32
 COMMITMENT = hashlib.sha256(SEED).hexdigest()
@@ -37,6 +38,11 @@ def checked(http: httpx.Client, session: str, **more: Any) -> Verdict:
     export = http.get(f"/api/v1/sessions/{session}/export").json()
     key = http.get("/api/v1/log").json()["key"]
     return check_session(read_export({**export, **more}), kernel_digest=KERNEL, key=key)
+
+
+def drops_of(http: httpx.Client, session: str) -> list[dict[str, Any]]:
+    drops: list[dict[str, Any]] = http.get(f"/api/v1/sessions/{session}/export").json()["drops"]
+    return drops
 
 
 @pytest.fixture(scope="module")
@@ -196,6 +202,7 @@ async def test_a_session_that_broke_off_goes_on_where_it_was(
         await player.until("landed", ball=ball)
         await player.send(type="end", session=session, ref=8)
         await player.until("ended", ref=8)
+    until(lambda: all(drop["result"] for drop in drops_of(http, session)))
     verdict = checked(http, session)
     assert (verdict.failed, verdict.drops) == ([], 2)
 
