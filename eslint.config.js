@@ -8,8 +8,8 @@ import js from "@eslint/js";
 import { importX } from "eslint-plugin-import-x";
 
 /** Folders of static/js from the ground up. */
-export const LAYERS = ["util", "model", "solver", "net", "paint", "board", "instruments"];
-export const PAGES = ["play", "replay", "compare", "embed", "map", "editor", "sandbox"];
+export const LAYERS = ["util", "model", "solver", "fairness", "net", "paint", "board", "instruments"];
+export const PAGES = ["play", "replay", "compare", "embed", "map", "editor", "sandbox", "verify"];
 
 /** @param {string} folder @returns {string[]} what it must not import */
 export function forbidden(folder) {

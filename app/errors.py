@@ -11,8 +11,10 @@ AppError                  `code` is its stable slug, `field` names the bad value
 ├── NotFoundError
 │   ├── UnknownBoardError
 │   ├── UnknownRoomError
+│   ├── UnknownSessionError  no player's session has this id, or it was not joined here
 │   ├── MissingBallError   it may have landed or been taken out meanwhile
 │   └── ClosedRoomError    it was there, and its creator closed it
+├── SessionStateError     a player's session that cannot do this now: not open yet, or over
 ├── ResetError            a drop that a room's creator took back by resetting the room
 ├── OriginError           a page of another site asked
 ├── HostError             asked under a name that is not this server's
@@ -96,6 +98,14 @@ class UnknownBoardError(NotFoundError):
 
 class UnknownRoomError(NotFoundError):
     """No room has this id."""
+
+
+class UnknownSessionError(NotFoundError):
+    """No player's session has this id, or this connection has not joined it."""
+
+
+class SessionStateError(AppError):
+    """A player's session cannot do this now: it is not open yet, over, or of another table."""
 
 
 class MissingBallError(NotFoundError):
@@ -236,6 +246,8 @@ ANSWERS: dict[type[Exception], Answer] = {
     NotFoundError: Answer(404, "not-found", "Not found", 4004),
     UnknownBoardError: Answer(404, "unknown-board", "Unknown board", 4004),
     UnknownRoomError: Answer(404, "unknown-room", "Unknown room", 4004),
+    UnknownSessionError: Answer(404, "unknown-session", "Unknown session"),
+    SessionStateError: Answer(409, "session-state", "Not in this state of the session"),
     MissingBallError: Answer(404, "no-such-ball", "No such ball"),
     ClosedRoomError: Answer(404, "room-closed", "The room was closed", 4004),
     ResetError: Answer(409, "room-reset", "The room was reset"),

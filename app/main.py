@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import functools
+import secrets
 import signal
 import socket
 import sys
@@ -17,7 +18,10 @@ from starlette.middleware.gzip import GZipMiddleware
 
 from app.computing.pool import Workers
 from app.errors import SettingError, shorten
+from app.fairness.check import kernel_digest_of
+from app.fairness.signing import Signer
 from app.listening import Server, listen, server_config
+from app.live.fair_sessions import FairSessions
 from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.ops import logs
@@ -33,7 +37,7 @@ from app.rooms.boards import Boards
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import DropCommand
 from app.rooms.touching.room import TouchingRoom
-from app.settings import Settings, static_directory
+from app.settings import Settings, page_kernels, static_directory
 from app.web import problems
 from app.web.edge.hosts import Hosts
 from app.web.head import HeadAsGet
@@ -51,13 +55,14 @@ from app.web.routes import (
     pictures,
     rooms,
     scenes,
+    sessions,
     simulate,
     ws,
 )
 from app.web.routes.queries import listed_queries
 from app.web.schemas.document import components
 from app.web.services import Services
-from app.web.tokens import Tokens, secret_of
+from app.web.tokens import Tokens, secret_of, signing_key_of
 from engine import Board, World, __version__, drop, preset_names
 from engine.errors import BoardError
 
@@ -92,6 +97,7 @@ _TAGS = [
     {"name": "drops", "description": "Drops as values: computed, replayed, drawn, verified."},
     {"name": "pictures", "description": "Drops and what many drops come to, drawn."},
     {"name": "rooms", "description": "Live tables that any number of people watch."},
+    {"name": "sessions", "description": "Staked drops that nobody could choose, and their log."},
     {"name": "health", "description": "For those who run the server."},
 ]
 
@@ -125,6 +131,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         live.router,
         rooms.router,
         scenes.router,
+        sessions.router,
     ):
         app.include_router(router, dependencies=listed)
     app.include_router(health.router)
@@ -179,6 +186,8 @@ def _services(settings: Settings) -> Services:
         watchers=(metrics, cameras),
         persistence=persistence,
     )
+    secret_file = _secret_file(settings, database)
+    secret = secret_of(settings.secret, secret_file)
     server = Services(
         settings=settings,
         version=__version__,
@@ -187,7 +196,9 @@ def _services(settings: Settings) -> Services:
         rooms=held,
         ledger=ledger,
         integrity=Integrity(ledger),
-        tokens=Tokens(secret_of(settings.secret, _secret_file(settings, database))),
+        tokens=Tokens(secret),
+        fair=_fair_sessions(settings, persistence, secret_file),
+        session_tokens=Tokens(secret, "session"),
         workers=workers,
         pictures=Pictures(settings.max_picture_bytes),
         moments=Pictures(_MOMENTS),
@@ -202,6 +213,20 @@ def _services(settings: Settings) -> Services:
     metrics.read_from(functools.partial(readings, server))
     ledger.on_commit = metrics.ledger_commit.observe
     return server
+
+
+def _fair_sessions(
+    settings: Settings, persistence: PersistenceService, secret_file: Path | None
+) -> FairSessions:
+    key_file = secret_file and secret_file.with_name(f"{secret_file.name}-signing-key")
+    return FairSessions(
+        persistence,
+        Signer(signing_key_of(key_file)),
+        kernel_digest=kernel_digest_of(page_kernels().read_bytes()),
+        rest=settings.session_rest,
+        draw=secrets.token_bytes,
+        new_id=lambda: secrets.token_hex(16),
+    )
 
 
 def _secret_file(settings: Settings, database: Database) -> Path | None:

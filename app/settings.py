@@ -123,6 +123,12 @@ class Settings:
     room_idle: float = _setting(
         86400.0, "seconds after which an unused room of a player's own is closed", 1.0, 1e9
     )
+    session_rest: float = _setting(
+        86400.0,
+        "seconds without a drop after which a player's session is over and its seed revealed",
+        1.0,
+        1e9,
+    )
     max_boards: int = _setting(256, "registered boards held; the least used make way", 1, 1_000_000)
     max_surfaces: int = _setting(
         5000, "pegs and walls of a board that a client sends; bounds the work", 1, 22_000
@@ -309,3 +315,8 @@ def static_directory() -> Path:
     here = Path(__file__).resolve().parent
     packaged = here / "static"
     return packaged if packaged.is_dir() else here.parent / "static"
+
+
+def page_kernels() -> Path:
+    """The exact solver as pages load it: what a session names as its kernel."""
+    return static_directory() / "js" / "solver" / "kernels.wasm"

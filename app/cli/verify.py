@@ -1,4 +1,4 @@
-"""`plinko verify`: compute a recorded drop, or a whole room, again and say if it is the same."""
+"""`plinko verify`: compute a drop, a room or a session again and say if it is as it was told."""
 
 import json
 import sys
@@ -12,17 +12,22 @@ EXIT_DIFFERS = 1
 
 @click.command(name="verify", short_help="Compute a recorded drop or room again and compare.")
 @click.argument("record", metavar="RECORD.json")
-def command(record: str) -> int:
+@click.option("--key", help="A session's server must have this public key (hexadecimal).")
+def command(record: str, key: str | None) -> int:
     """Compute what RECORD.json tells of again and compare every field and digest.
 
-    RECORD.json is what `plinko drop --json` printed, or a room's log (GET rooms/{id}/log), of which
-    every drop is replayed at its tick; - reads it from standard input. Exit code 0: reproduced;
-    1: not, and which field differs; 2: not a record.
+    RECORD.json is what `plinko drop --json` printed, a room's log (GET rooms/{id}/log), of which
+    every drop is replayed at its tick, or a session's export (GET sessions/{id}/export), of which
+    every step is checked; - reads it from standard input. Exit code 0: reproduced; 1: not, and
+    which field or step differs; 2: not a record.
     """
     fields = _read(record)
 
+    from app.fairness.export import is_export
     from app.rooms import log
 
+    if is_export(fields):
+        return _session(fields, key)
     if log.is_log(fields):
         result = log.verify_log(fields)
         name = "drop" if "drops" in fields else "input"
@@ -41,6 +46,30 @@ def command(record: str) -> int:
         f"the {what} says {_short(result.expected)}, the {maker} gives {_short(result.actual)}"
     )
     return EXIT_DIFFERS
+
+
+def _session(fields: dict[str, Any], key: str | None) -> int:
+    """Check a session's export and say what is forged in it."""
+    from app.fairness.check import check_session, kernel_digest_of
+    from app.fairness.export import read_export
+    from app.settings import page_kernels
+
+    kernel = kernel_digest_of(page_kernels().read_bytes())
+    verdict = check_session(read_export(fields), kernel_digest=kernel, key=key)
+    for step in verdict.failed:
+        where = "" if step.drop is None else f" of drop {step.drop}"
+        click.echo(
+            f"not proven: {step.name}{where}: {step.text}: "
+            f"the session says {_short(step.said)}, found {_short(step.found)}"
+        )
+    if not verdict.ok:
+        return EXIT_DIFFERS
+    click.echo(
+        f"proven: {verdict.drops} drops, {len(verdict.steps)} steps: neither side could choose a "
+        f"start, none is left out, each path and payout is what it must be (key {verdict.key})"
+    )
+    click.echo("not proven: that a stake or payout stands in an account, or that the key is known")
+    return 0
 
 
 def _read(name: str) -> dict[str, Any]:

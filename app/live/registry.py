@@ -19,6 +19,7 @@ from app.errors import (
     ResetError,
 )
 from app.live.broadcaster import Broadcaster
+from app.live.fair_session import FairSession, TakenDrop
 from app.live.hub import Client, Hub
 from app.live.landings import Landings
 from app.live.open_rooms import OpenRooms
@@ -315,6 +316,7 @@ class Rooms:
         aim: float | None = None,
         stake: int = 0,
         who: str | None = None,
+        session: FairSession | None = None,
         client: int | None = None,
         key: str = "",
         ref: Any = None,
@@ -323,12 +325,20 @@ class Rooms:
 
         The future then has the event, whose `ref` goes to `client` alone, or the LedgerError that
         came in between. Raises BallLimitError, BusyError, LedgerError and the engine's errors.
+
+        In a `session` the seed is that of its next drop, and its receipt is kept with the drop;
+        also raises what `FairSession.check` raises, and InvalidValueError for a seed or an x.
         """
         self.runner.check_memory()
+        practice = seed is not None or x is not None
+        if session is not None:
+            session.check(room, practice=practice)
+            seed = session.next_seed()
         number = self._draw() if seed is None else seed
-        command = DropCommand(number, x, stake, who, aim)
+        command = DropCommand(number, x, stake, who, aim, practice=practice)
         request = WaitingRequester.now(client, key, ref)
-        self._submit(room, room.plan_drop(command, self.persistence.lead, request))
+        pending = room.plan_drop(command, self.persistence.lead, request)
+        self._submit(room, pending, session)
         return cast("asyncio.Future[messages.Accepted]", request.settled)
 
     def change(
@@ -349,15 +359,32 @@ class Rooms:
         self._submit(room, room.plan_change(change, self.persistence.lead, request))
         return request.settled
 
-    def _submit(self, room: Room, pending: PendingInput[Any]) -> None:
+    def _submit(
+        self, room: Room, pending: PendingInput[Any], session: FairSession | None = None
+    ) -> None:
+        taken = None
+        if session is not None:
+            number = self.persistence.sessions.of(room).number
+            taken = session.take(pending, number, self.persistence.now())
+        done = functools.partial(self._kept, room, pending, taken)
         try:
-            self.persistence.submit(room, pending, functools.partial(self._kept, room, pending))
+            self.persistence.submit(room, pending, done, None if taken is None else taken.leaf)
         except LedgerError:
+            if taken is not None:
+                taken.settled(refused=True)
             room.refuse(pending)
             raise
 
-    def _kept(self, room: Room, pending: PendingInput[Any], error: LedgerError | None) -> None:
+    def _kept(
+        self,
+        room: Room,
+        pending: PendingInput[Any],
+        taken: TakenDrop | None,
+        error: LedgerError | None,
+    ) -> None:
         """A planned input is in the ledger, or will not be."""
+        if taken is not None:
+            pending.receipt = taken.settled(refused=error is not None)
         if self._open.in_memory.get(room.id) is not room:
             gone = LedgerError(f"room {room.id!r} was closed before the drop was kept")
             pending.requester.refused(error or gone)

@@ -20,7 +20,7 @@ from app.persistence.writer import Ledger
 from app.protocol import messages
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import PendingInput
-from app.rooms.records import Close, Mark, Parked, RoomRow, Undo, Void, Write
+from app.rooms.records import Close, LogLeaf, Mark, Parked, RoomRow, Undo, Void, Write
 from app.rooms.room import Room
 
 AHEAD: Final = 0.5  # s; what a rebuilt room may have to skip
@@ -146,8 +146,13 @@ class PersistenceService:
 
     # What happens in rooms.
 
-    def submit(self, room: Room, pending: PendingInput[Any], done: Done) -> None:
-        """Have a planned input written down; `done` hears when it is. Raises LedgerError."""
+    def submit(
+        self, room: Room, pending: PendingInput[Any], done: Done, leaf: LogLeaf | None = None
+    ) -> None:
+        """Have a planned input written down; `done` hears when it is. Raises LedgerError.
+
+        `leaf`: the receipt that goes into the log with it.
+        """
         record = self.sessions.of(room)
         now = self.now()
         tick = record.marked = max(record.marked, pending.tick + self._ahead)
@@ -160,6 +165,7 @@ class PersistenceService:
                 *rows,
                 Mark(record.number, tick, True, now),
                 room.format.row(record.number, pending),
+                *([] if leaf is None else [leaf]),
             ],
             functools.partial(self._submitted, room, record.number, tick, bool(rows), done),
             undo=undo,

@@ -16,7 +16,7 @@ from app.persistence.commit_queue import Done
 from app.persistence.null_ledger import NullLedger
 from app.persistence.writer import Ledger
 from app.rooms.records import BoardRow, Close, Mark, Reopen, ResultRow, RoomRow, Write
-from app.rooms.room import Room
+from app.rooms.room import Ground, Room
 from engine import PHYSICS_VERSION
 
 
@@ -117,7 +117,10 @@ class Sessions:
 
     def board_row(self, room: Room) -> BoardRow:
         """What the room was opened over."""
-        origin = room.origin
+        return self.board_row_of(room.origin)
+
+    def board_row_of(self, origin: Ground) -> BoardRow:
+        """A board, or a scene, by its content."""
         return BoardRow(origin.digest, origin.name, msgspec.json.encode(origin.to_dict()).decode())
 
     def room_row(self, room: Room, record: SessionRecord) -> RoomRow:

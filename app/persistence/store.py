@@ -9,13 +9,17 @@ from sqlalchemy import Connection, Row, Select, delete, func, insert, select, up
 from sqlalchemy.dialects import postgresql, sqlite
 
 from app.errors import DamagedRoomError, shorten
-from app.persistence import tables
+from app.persistence import fair_store, tables
 from app.rooms.drop_format import DropFormat
 from app.rooms.records import (
     BoardRow,
     Close,
     DropRow,
+    FairEnd,
+    FairOpening,
+    FairSessionRow,
     InputRow,
+    LogLeaf,
     Mark,
     OpenDrop,
     Parked,
@@ -47,10 +51,16 @@ def probe(connection: Connection) -> None:
 def prune(connection: Connection, before: float, *, keep: bool = False) -> Pruned:
     """Delete the sessions that were closed before this Unix time, in s, and all that was in them.
 
-    With `keep` nothing is deleted, only counted.
+    But for those with drops of players' sessions: an export has them. With `keep` nothing is
+    deleted, only counted.
     """
     rooms = tables.rooms
-    over = select(rooms.c.number).where(rooms.c.closed < before).scalar_subquery()
+    staked = select(tables.receipts.c.room)
+    over = (
+        select(rooms.c.number)
+        .where(rooms.c.closed < before, rooms.c.number.not_in(staked))
+        .scalar_subquery()
+    )
     counts = []
     # In an order in which no row is left that points to one that is gone.
     for table, column in (
@@ -256,7 +266,17 @@ def _drop(row: Row[Any]) -> DropRow:
         raise DamagedRoomError(
             f"drop {row.ball} of session {row.room} has the seed {shorten(row.seed)}, no number"
         )
-    return DropRow(row.room, row.ball, row.tick, int(row.seed), row.x, row.stake, row.who, row.aim)
+    return DropRow(
+        row.room,
+        row.ball,
+        row.tick,
+        int(row.seed),
+        row.x,
+        row.stake,
+        row.who,
+        row.aim,
+        row.practice,
+    )
 
 
 def _result(row: Row[Any]) -> ResultRow | None:
@@ -317,6 +337,7 @@ def _mark(connection: Connection, rows: list[Mark]) -> None:
 
 def _undo(connection: Connection, rows: list[Undo]) -> None:
     for row in rows:
+        fair_store.take_out(connection, row)
         for table in (tables.results, tables.drops):
             connection.execute(
                 delete(table).where(table.c.room == row.room, table.c.ball >= row.first)
@@ -366,4 +387,8 @@ _APPLY: dict[type, Callable[[Connection, Any], None]] = {
     Void: _void,
     Close: _close,
     Reopen: _reopen,
+    FairSessionRow: fair_store.add_sessions,
+    FairOpening: fair_store.open_sessions,
+    FairEnd: fair_store.end_sessions,
+    LogLeaf: fair_store.add_leaves,
 }

@@ -15,6 +15,8 @@ from sqlalchemy import (
     String,
     Table,
     Text,
+    UniqueConstraint,
+    false,
     text,
 )
 
@@ -71,6 +73,7 @@ drops = Table(
     Column("stake", BigInteger, nullable=False),  # minor units
     Column("who", String(64)),
     Column("aim", Double),  # m, where the player chose the middle of what the seed draws
+    Column("practice", Boolean, nullable=False, server_default=false()),  # chosen seed or x
     CheckConstraint("stake >= 0", name="drops_stake"),
 )
 
@@ -100,6 +103,48 @@ results = Table(
     Column("payout", BigInteger, nullable=False),  # minor units
     ForeignKeyConstraint(["room", "ball"], ["drops.room", "drops.ball"]),
     CheckConstraint("payout >= 0", name="results_payout"),
+)
+
+# A player's session: both secrets, and what was signed of it, as JSON. Hexadecimal throughout.
+fair_sessions = Table(
+    "fair_sessions",
+    metadata,
+    Column("id", String(64), primary_key=True),
+    Column("room", String(64), nullable=False),
+    Column("board", String(64), ForeignKey("boards.digest"), nullable=False),
+    Column("server_seed", String(64), nullable=False),
+    Column("client_seed", String(64)),  # NULL until the player opens it
+    Column("statement", Text, nullable=False),
+    Column("signature", String(128), nullable=False),
+    Column("opened", Double, nullable=False),  # Unix time, s
+    Column("end", Text),  # NULL while it goes on
+    Column("end_signature", String(128)),
+)
+
+# The log of all receipts, numbered without gaps; a row is never changed, and none goes away with
+# the room it is of.
+receipts = Table(
+    "receipts",
+    metadata,
+    Column("leaf", BigInteger, primary_key=True, autoincrement=False),
+    Column("session", String(64), ForeignKey("fair_sessions.id"), nullable=False),
+    Column("number", BigInteger, nullable=False),
+    Column("room", BigInteger, nullable=False),
+    Column("ball", BigInteger, nullable=False),
+    Column("receipt", Text, nullable=False),  # JSON
+    Column("root", String(64), nullable=False),  # of the log with this leaf
+    Column("signature", String(128), nullable=False),
+    UniqueConstraint("session", "number", name="receipts_number"),
+    UniqueConstraint("room", "ball", name="receipts_ball"),
+)
+
+# The log's complete subtrees (RFC 6962): `number` spans 2^level leaves from number * 2^level on.
+log_nodes = Table(
+    "log_nodes",
+    metadata,
+    Column("level", Integer, primary_key=True, autoincrement=False),
+    Column("number", BigInteger, primary_key=True, autoincrement=False),
+    Column("hash", String(64), nullable=False),
 )
 
 # Written and emptied again to find out whether the ledger takes a page's worth of data now.

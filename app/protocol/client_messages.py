@@ -23,6 +23,31 @@ class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields
     ref: Any = None
     stake: Any = None
     who: Any = None
+    session: str | None = None
+
+
+class SessionMessage(msgspec.Struct, frozen=True, tag="session", forbid_unknown_fields=True):
+    """Begin a session with a `commitment`, or join one again by its id and `token`."""
+
+    commitment: Any = None
+    session: str | None = None
+    token: str | None = None
+    ref: Any = None
+
+
+class OpenMessage(msgspec.Struct, frozen=True, tag="open", forbid_unknown_fields=True):
+    """Open the secret `seed` that a session's commitment is of, 64 hexadecimal digits."""
+
+    session: str
+    seed: Any
+    ref: Any = None
+
+
+class EndMessage(msgspec.Struct, frozen=True, tag="end", forbid_unknown_fields=True):
+    """End a session: the server reveals its secret."""
+
+    session: str
+    ref: Any = None
 
 
 class PingMessage(msgspec.Struct, frozen=True, tag="ping", forbid_unknown_fields=True):
@@ -39,7 +64,19 @@ class ResumeMessage(msgspec.Struct, frozen=True, tag="resume", forbid_unknown_fi
     key: str = ""
 
 
-Message = DropMessage | PingMessage | ResumeMessage | Change | WatchMessage | ClaimMessage
+SessionRequest = SessionMessage | OpenMessage | EndMessage
+
+Message = (
+    DropMessage
+    | PingMessage
+    | ResumeMessage
+    | SessionMessage
+    | OpenMessage
+    | EndMessage
+    | Change
+    | WatchMessage
+    | ClaimMessage
+)
 _DEEPEST = 64  # brackets within brackets
 _TOO_DEEP = f"JSON nested too deeply: more than {_DEEPEST} levels"
 _BRACKETS = re.compile(r"[\[\]{}]")
@@ -47,8 +84,8 @@ _STRINGS = re.compile(r'"(?:[^"\\]|\\.)*"', re.DOTALL)
 
 _messages: msgspec.json.Decoder[Message] = msgspec.json.Decoder(Message)
 _types = (
-    "drop", "ping", "resume", "add", "kick", "drag", "release", "remove", "clear", "edit",
-    "settings", "pause", "step", "reset", "watch", "claim",
+    "drop", "ping", "resume", "session", "open", "end", "add", "kick", "drag",
+    "release", "remove", "clear", "edit", "settings", "pause", "step", "reset", "watch", "claim",
 )  # fmt: skip
 
 

@@ -44,6 +44,19 @@ class BallStart(msgspec.Struct, frozen=True):
     seed: str
     x: float
     tick: int
+    practice: bool | msgspec.UnsetType = msgspec.UNSET
+
+
+class SignedReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A receipt of a drop as it is in the log: leaf `index`, with which the log has this root.
+
+    The signature is over all of it; docs/fairness.md says how.
+    """
+
+    receipt: dict[str, Any]
+    index: int
+    root: str
+    signature: str
 
 
 class Limits(msgspec.Struct, frozen=True):
@@ -99,7 +112,8 @@ class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
     """A drop was taken; the ball starts at `tick`. Only its sender sees its own `ref`.
 
     `aim` in m is there where the player chose the middle of what the seed draws, `stake` in minor
-    units where something was staked.
+    units where something was staked, `receipt` where the drop is one of a session, `practice`
+    (true) where its player chose the seed or x.
     """
 
     ball: int
@@ -110,6 +124,8 @@ class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
     ref: Any = None
     aim: float | msgspec.UnsetType = msgspec.UNSET
     stake: int | msgspec.UnsetType = msgspec.UNSET
+    practice: bool | msgspec.UnsetType = msgspec.UNSET
+    receipt: SignedReceipt | msgspec.UnsetType = msgspec.UNSET
 
 
 class Contact(Event, frozen=True, tag="contact", kw_only=True):
@@ -141,6 +157,7 @@ class Landed(Event, frozen=True, tag="landed", kw_only=True):
     digest: str | None
     unsettled: str | None
     payout: int | msgspec.UnsetType = msgspec.UNSET
+    practice: bool | msgspec.UnsetType = msgspec.UNSET
 
     @property
     def paid(self) -> int:
@@ -159,6 +176,8 @@ class BriefAccepted(Event, frozen=True, tag="accepted", kw_only=True, omit_defau
     ref: Any = None
     aim: float | msgspec.UnsetType = msgspec.UNSET
     stake: int | msgspec.UnsetType = msgspec.UNSET
+    practice: bool | msgspec.UnsetType = msgspec.UNSET
+    receipt: SignedReceipt | msgspec.UnsetType = msgspec.UNSET
 
 
 class BriefLanded(Event, frozen=True, tag="landed", kw_only=True, omit_defaults=True):
@@ -214,6 +233,34 @@ class RoomSettings(Event, frozen=True, tag="settings", kw_only=True):
     tick: int
     settings: dict[str, float]
     paused: bool
+
+
+class SessionState(Event, frozen=True, tag="session", kw_only=True):
+    """A session as it stands: what the server committed to, and the number of the next drop.
+
+    `token` is told to who begins it, this once. `open`: both sides may drop in it.
+    """
+
+    session: str
+    room: str
+    statement: dict[str, Any]
+    signature: str
+    key: str
+    open: bool
+    drops: int
+    ended: bool
+    token: str | None = None
+    ref: Any = None
+
+
+class SessionEnded(Event, frozen=True, tag="ended", kw_only=True):
+    """A session is over: the server's secret, and the signed count of drops."""
+
+    session: str
+    server_seed: str
+    statement: dict[str, Any]
+    signature: str
+    ref: Any = None
 
 
 class Claimed(Event, frozen=True, tag="claimed", kw_only=True):
@@ -280,7 +327,7 @@ class Pong(Event, frozen=True, tag="pong", kw_only=True):
 
 def has_ref(event: Event | None) -> bool:
     """Whether an event is told to who asked for it with their own note."""
-    return isinstance(event, Accepted | Placed)
+    return isinstance(event, Accepted | Placed | SessionState | SessionEnded)
 
 
 _encoder = msgspec.json.Encoder()

@@ -82,6 +82,8 @@ class SeedStream:
                 ref=event.ref,
                 aim=event.aim,
                 stake=event.stake,
+                practice=event.practice,
+                receipt=event.receipt,
             )
         if isinstance(event, messages.Landed) and event.digest is not None:
             digest = event.digest[:DIGITS]

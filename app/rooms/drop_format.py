@@ -14,7 +14,7 @@ from engine.drops.verify import Verification
 from engine.errors import RecordError
 from engine.seeding import parse_seed
 
-_ENTRY: Final = ("ball", "tick", "seed", "x", "aim", "stake", "who", "result")
+_ENTRY: Final = ("ball", "tick", "seed", "x", "aim", "stake", "who", "practice", "result")
 _RESULT: Final = ("tick", "bin", "score", "t", "x_end", "digest", "unsettled")
 
 
@@ -32,7 +32,15 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         """What the ledger keeps of a drop."""
         drop = pending.command
         return DropRow(
-            session, pending.number, pending.tick, drop.seed, drop.x, drop.stake, drop.who, drop.aim
+            session,
+            pending.number,
+            pending.tick,
+            drop.seed,
+            drop.x,
+            drop.stake,
+            drop.who,
+            drop.aim,
+            drop.practice,
         )
 
     def entry(self, row: DropRow, result: ResultRow | None, tick: int) -> dict[str, Any]:
@@ -48,6 +56,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             **({} if row.aim is None else {"aim": row.aim}),
             "stake": row.stake,
             "who": row.who,
+            **({"practice": True} if row.practice else {}),
             "result": ended,
         }
 
@@ -83,7 +92,9 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
     def command(self, entry: Mapping[str, Any]) -> DropCommand:
         """The drop that an entry tells of; raises SeedError, InvalidValueError."""
         stake, who = parse_stake(entry.get("stake")), parse_who(entry.get("who"))
-        return DropCommand(parse_seed(entry["seed"]), entry.get("x"), stake, who, entry.get("aim"))
+        seed, practice = parse_seed(entry["seed"]), entry.get("practice", False) is True
+        aim = entry.get("aim")
+        return DropCommand(seed, entry.get("x"), stake, who, aim, practice=practice)
 
     def result(self, session: int, landed: messages.Landed) -> ResultRow:
         """What the ledger keeps of a landing."""

@@ -39,6 +39,7 @@ class _Checkpoint(msgspec.Struct, frozen=True):
     unsettled: int
     histogram: list[int]
     stakes: dict[int, int]
+    practice: list[int] = []
 
 
 class IndependentRoom(Room):
@@ -66,6 +67,7 @@ class IndependentRoom(Room):
             board.drag,
         )
         self._stakes: dict[int, int] = {}  # of the balls in flight, where there is one
+        self._practice: set[int] = set()  # balls in flight whose start was chosen
         self._segments: SegmentStream | None = None
 
     @property
@@ -77,9 +79,15 @@ class IndependentRoom(Room):
     def balls(self) -> list[messages.BallStart]:
         """The balls in flight, by age."""
         return [
-            messages.BallStart(ball.id, str(ball.seed), ball.x, ball.tick)
+            messages.BallStart(
+                ball.id, str(ball.seed), ball.x, ball.tick, self._is_practice(ball.id)
+            )
             for ball in self.world.balls
         ]
+
+    def _is_practice(self, ball: int) -> bool | msgspec.UnsetType:
+        """True, or nothing: that is told of few balls."""
+        return ball in self._practice or msgspec.UNSET
 
     # Inputs.
 
@@ -119,6 +127,8 @@ class IndependentRoom(Room):
         ball = self.world.balls[-1]
         if command.stake:
             self._stakes[ball.id] = command.stake
+        if command.practice:
+            self._practice.add(ball.id)
         self.drops += 1
         self.seq += 1
         if self._segments is not None:
@@ -131,6 +141,8 @@ class IndependentRoom(Room):
             aim=msgspec.UNSET if command.aim is None else command.aim,
             tick=ball.tick,
             stake=command.stake or msgspec.UNSET,
+            practice=command.practice or msgspec.UNSET,
+            receipt=pending.receipt or msgspec.UNSET,
         )
         return Entered(pending, [accepted])
 
@@ -184,6 +196,8 @@ class IndependentRoom(Room):
         else:
             self.histogram[landing.bin] += 1
         stake = self._stakes.pop(landing.ball, 0)
+        practice = self._is_practice(landing.ball)
+        self._practice.discard(landing.ball)
         return messages.Landed(
             ball=landing.ball,
             seed=str(landing.seed),
@@ -195,6 +209,7 @@ class IndependentRoom(Room):
             digest=landing.digest,
             unsettled=landing.unsettled,
             payout=payout_of(stake, landing.score) if stake else msgspec.UNSET,
+            practice=practice,
         )
 
     def give_up(self, why: str) -> list[messages.Landed]:
@@ -279,6 +294,7 @@ class IndependentRoom(Room):
                 self.unsettled,
                 self.histogram,
                 self._stakes,
+                sorted(self._practice),
             )
         )
 
@@ -289,3 +305,4 @@ class IndependentRoom(Room):
         self.seq, self.drops, self.unsettled = saved.seq, saved.drops, saved.unsettled
         self.histogram = list(saved.histogram)
         self._stakes = dict(saved.stakes)
+        self._practice = set(saved.practice)

@@ -15,7 +15,7 @@ class DropCommand:
 
     `stake` is in minor units, `who` a mark of the player's own. `aim`: the middle, in metres, of
     what the seed draws, where the player chose it. `start`: where the ball starts, in metres, once
-    a room has found all that valid.
+    a room has found all that valid. `practice`: the player chose seed or x.
     """
 
     seed: int
@@ -24,6 +24,7 @@ class DropCommand:
     who: str | None = None
     aim: float | None = None
     start: float | None = None
+    practice: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,13 +51,17 @@ NOBODY = Requester()
 
 @dataclass(slots=True, eq=False)
 class PendingInput(Generic[Command]):
-    """A drop or a change that will be number `number` of its room, carried out at `tick`."""
+    """A drop or a change that will be number `number` of its room, carried out at `tick`.
+
+    receipt: that of a drop of a session, once it is in the log.
+    """
 
     number: int
     tick: int
     command: Command
     durable: bool = False
     requester: Requester = NOBODY
+    receipt: messages.SignedReceipt | None = None
 
 
 @dataclass(frozen=True, slots=True)

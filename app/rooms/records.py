@@ -1,6 +1,8 @@
 """What the ledger keeps, as frozen values: a board, a session of a room, a drop, a result."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +74,7 @@ class DropRow:
     stake: int = 0
     who: str | None = None
     aim: float | None = None
+    practice: bool = False
 
     @property
     def number(self) -> int:
@@ -174,4 +177,89 @@ class Void:
     why: str
 
 
-Write = BoardRow | RoomRow | DropRow | InputRow | ResultRow | Mark | Undo | Void | Close | Reopen
+@dataclass(frozen=True, slots=True)
+class FairSessionRow:
+    """A player's session: both secrets, and what the server signed of it, as JSON.
+
+    Its drops are those of one room, on one board. `used` is in Unix time, when it began.
+    """
+
+    id: str
+    room: str
+    board: str
+    server_seed: str
+    statement: str
+    signature: str
+    opened: float
+    client_seed: str | None = None
+    end: str | None = None
+    end_signature: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FairOpening:
+    """The player opened their secret."""
+
+    session: str
+    client_seed: str
+
+
+@dataclass(frozen=True, slots=True)
+class FairEnd:
+    """A session is over; None: it goes on, as its end was refused or may be."""
+
+    session: str
+    end: str | None
+    end_signature: str | None
+
+
+@dataclass(slots=True, eq=False)
+class LogLeaf:
+    """A receipt on its way into the log, where it gets its place: `index`, `root`, `signature`.
+
+    Drop `number` of a session is ball `ball` of the room session `room`. `leaf` are its bytes in
+    the log, `sign` signs them with their place; both follow from `receipt`, which is JSON.
+    """
+
+    session: str
+    number: int
+    room: int
+    ball: int
+    receipt: dict[str, Any]
+    leaf: bytes
+    sign: Callable[[int, str], str]
+    index: int | None = None
+    root: str = ""
+    signature: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ReceiptRow:
+    """A receipt in the log; `receipt` is JSON."""
+
+    leaf: int
+    session: str
+    number: int
+    room: int
+    ball: int
+    receipt: str
+    root: str
+    signature: str
+
+
+Write = (
+    BoardRow
+    | RoomRow
+    | DropRow
+    | InputRow
+    | ResultRow
+    | Mark
+    | Undo
+    | Void
+    | Close
+    | Reopen
+    | FairSessionRow
+    | FairOpening
+    | FairEnd
+    | LogLeaf
+)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from app.computing.pool import Workers
+from app.live.fair_sessions import FairSessions
 from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.ops.metrics import Metrics
@@ -32,6 +33,8 @@ class Services:
     ledger: Ledger
     integrity: Integrity
     tokens: Tokens
+    fair: FairSessions
+    session_tokens: Tokens
     workers: Workers
     pictures: Pictures
     moments: Pictures  # single frames of rooms

@@ -1,4 +1,4 @@
-"""Who may change a room: tokens signed with the server's secret, and where that is kept."""
+"""Who may change a room or drop in a session: tokens, and where the server's secrets are kept."""
 
 import base64
 import hashlib
@@ -11,35 +11,44 @@ from pathlib import Path
 from app.errors import NoTokenError, SettingError, TokenError
 
 _BYTES = 32
-_PURPOSE = b"plinko room "  # so that a signature made for one thing opens no other
 
 
 class Tokens:
-    """Signs and checks the tokens of rooms' creators. Nothing about a token is stored."""
+    """Signs and checks the tokens of rooms' creators. Nothing about a token is stored.
 
-    def __init__(self, secret: bytes) -> None:
+    `kind` is what they are for, so that a token made for one thing opens no other.
+    """
+
+    def __init__(self, secret: bytes, kind: str = "room") -> None:
         self._secret = secret
+        self._kind = kind
 
     def of(self, room_id: str) -> str:
-        """The token of a room: HMAC-SHA256 over its id, in base64 for URLs, 43 characters."""
-        signature = hmac.digest(self._secret, _PURPOSE + room_id.encode(), hashlib.sha256)
+        """The token of this id: HMAC-SHA256 over it, in base64 for URLs, 43 characters."""
+        purpose = f"plinko {self._kind} ".encode()
+        signature = hmac.digest(self._secret, purpose + room_id.encode(), hashlib.sha256)
         return base64.urlsafe_b64encode(signature).rstrip(b"=").decode()
 
     def check(self, room_id: str, authorization: str | None) -> None:
-        """Raise unless an Authorization header bears the room's token; in constant time.
+        """Raise unless an Authorization header bears the token of this id; in constant time.
 
         NoTokenError when it bears none, TokenError when it is another's. The token shown is in
         neither message.
         """
-        shown = bearer_of(authorization)
+        self.check_shown(room_id, bearer_of(authorization))
+
+    def check_shown(self, room_id: str, shown: str | None) -> None:
+        """`check` of a token that came some other way, None for none."""
         if shown is None:
             raise NoTokenError(
-                f"room {room_id!r} is changed with the token that its creator was given, sent as "
-                "`Authorization: Bearer TOKEN`",
+                f"{self._kind} {room_id!r} is changed with the token that its creator was given, "
+                "sent as `Authorization: Bearer TOKEN`",
                 field="authorization",
             )
         if not hmac.compare_digest(shown.encode(), self.of(room_id).encode()):
-            raise TokenError(f"the token is not that of room {room_id!r}", field="authorization")
+            raise TokenError(
+                f"the token is not that of {self._kind} {room_id!r}", field="authorization"
+            )
 
 
 def bearer_of(authorization: str | None) -> str | None:
@@ -73,6 +82,27 @@ def secret_of(given: str, file: Path | None) -> bytes:
             field="data",
         )
     return found
+
+
+def signing_key_of(file: Path | None) -> bytes:
+    """The 32 bytes that the server signs sessions with: as `secret_of` keeps its secret.
+
+    Raises SettingError naming a file that is none.
+    """
+    digits = secret_of("", file)
+    if file is None:
+        return digits
+    try:
+        key = bytes.fromhex(digits.decode())
+    except ValueError:
+        key = b""
+    if len(key) != _BYTES:
+        raise SettingError(
+            f"the key in {file} is not {2 * _BYTES} hexadecimal digits; restore it, as what was "
+            "signed with it can be checked against no other",
+            field="data",
+        )
+    return key
 
 
 def _make(file: Path) -> None:

@@ -9,6 +9,7 @@ from fastapi.responses import StreamingResponse
 from fastapi.security import HTTPBearer
 
 from app.errors import InvalidValueError, TokenError, UnknownRoomError
+from app.live.fair_sessions import check_stake
 from app.persistence.room_log import LogPart
 from app.protocol.client_messages import parse_aim, parse_x
 from app.rooms.kinds import SCENE
@@ -30,6 +31,8 @@ from app.web.routes.common import (
     reply,
     resolve_board,
 )
+from app.web.routes.sessions import Token as SessionToken
+from app.web.routes.sessions import own_session
 from app.web.schemas.rooms import (
     SCENE_PARAMETERS,
     RoomChange,
@@ -184,10 +187,24 @@ async def get_room_log(
     status_code=202,
     summary="Drop a ball into a room",
     responses={
-        **documented(RoomDrop, 400, 404, 413, 422, 429, 503, status=202, description="In flight"),
+        **documented(
+            RoomDrop,
+            400,
+            401,
+            403,
+            404,
+            409,
+            413,
+            422,
+            429,
+            503,
+            status=202,
+            description="In flight",
+        ),
         **documented(RoomDrop, status=200, description="Landed, with `wait=1`"),
     },
     openapi_extra=body_of(RoomDropRequest, {"seed": "42"}, required=False),
+    dependencies=[SessionToken],
 )
 async def drop_into_room(
     room: str,
@@ -197,23 +214,38 @@ async def drop_into_room(
 ) -> Response:
     """Put a ball in; everyone who watches sees it fall.
 
+    A stake needs an open `session`, whose token is shown: nobody can choose such a drop's start.
+    With a `seed` or `x` a drop is practice.
     With `wait=1` the reply comes with the landing, or as 202 without it should that take too long.
     """
     limit_drops(request, server)
     body = await read(request, RoomDropRequest, empty=RoomDropRequest())
     found = await server.rooms.seek(room)
+    stake = parse_stake(body.stake)
+    check_stake(stake, body.session)
+    session = None if body.session is None else await own_session(body.session, request, server)
     accepted = await server.rooms.drop(
         found,
         optional_seed(body.seed),
         parse_x(body.x),
         aim=parse_aim(body.aim),
-        stake=parse_stake(body.stake),
+        stake=stake,
         who=parse_who(body.who),
+        session=session,
     )
     landed = None
     if wait:
         landed = await server.rooms.landings.wait(found, accepted.ball, server.settings.wait_limit)
-    drop = RoomDrop(found.id, accepted.ball, accepted.seed, accepted.x, accepted.tick, landed)
+    drop = RoomDrop(
+        found.id,
+        accepted.ball,
+        accepted.seed,
+        accepted.x,
+        accepted.tick,
+        landed,
+        practice=accepted.practice is True,
+        receipt=accepted.receipt or None,
+    )
     return reply(drop, 202 if landed is None else 200)
 
 

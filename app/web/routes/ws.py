@@ -24,6 +24,7 @@ from app.errors import (
     shorten,
     told,
 )
+from app.live.fair_sessions import check_stake
 from app.live.hub import Client, Mailbox
 from app.live.transport import connection_of, sever
 from app.protocol import asyncapi, client_messages, messages
@@ -31,6 +32,7 @@ from app.protocol.touching_messages import ClaimMessage, WatchMessage
 from app.protocol.wire import WireMessage
 from app.rooms.room import Room
 from app.rooms.stakes import parse_stake, parse_who
+from app.web.joined_sessions import JoinedSessions
 from app.web.limits import TokenBucket, spend
 from app.web.room_changes import Changes
 from app.web.routes.common import Server
@@ -106,6 +108,8 @@ class RoomClient:
         self._messages = TokenBucket(settings.message_rate, 2 * settings.message_rate, now)
         self._drops = TokenBucket(settings.drop_rate, 2 * settings.drop_rate, now)
         self._changes = Changes(server, room.id, self.client.id)
+        self._sessions = JoinedSessions(server)
+        self._asked: set[asyncio.Task[messages.Event]] = set()  # held, or they would be collected
         self._strikes = TokenBucket(_STRIKES_FORGIVEN, _STRIKES, now)
 
     @property
@@ -170,6 +174,12 @@ class RoomClient:
                 self._tell(broadcaster.missed(self.room, self.client, run, since, key))
             case client_messages.DropMessage():
                 self._drop(message)
+            case (
+                client_messages.SessionMessage()
+                | client_messages.OpenMessage()
+                | client_messages.EndMessage()
+            ):
+                self._ask(message)
             case ClaimMessage():
                 self._tell(self._changes.claim(message))
             case WatchMessage():
@@ -181,18 +191,37 @@ class RoomClient:
         spend(self._drops, time.monotonic(), "drops")
         seed = None if message.seed is None else parse_seed(message.seed)
         x = client_messages.parse_x(message.x)
+        stake = parse_stake(message.stake)
+        check_stake(stake, message.session)
+        session = None if message.session is None else self._sessions.of(message.session)
         asked = self.server.rooms.drop(
             self.room,
             seed,
             x,
             aim=client_messages.parse_aim(message.aim),
-            stake=parse_stake(message.stake),
+            stake=stake,
             who=parse_who(message.who),
+            session=session,
             client=self.client.id,
             key=self.client.key,
             ref=message.ref,
         )
         self._follow(message.ref, asked)
+
+    def _ask(self, message: client_messages.SessionRequest) -> None:
+        """Answer what is said of a session, once the ledger has it."""
+        spend(self._drops, time.monotonic(), "drops")
+        task = asyncio.create_task(self._sessions.take(self.room, message))
+        self._asked.add(task)
+        task.add_done_callback(functools.partial(self._answered, message.ref))
+
+    def _answered(self, ref: object, task: "asyncio.Task[messages.Event]") -> None:
+        self._asked.discard(task)
+        error = None if task.cancelled() else task.exception()
+        if error is not None:
+            self._tell(_event(error, ref))
+        elif not task.cancelled():
+            self._tell(task.result())
 
     def _follow(self, ref: object, asked: "asyncio.Future[Any]") -> None:
         # Not waited for: a player's next message need not wait for a disk.

@@ -4,6 +4,7 @@ from typing import Any
 
 import msgspec
 
+from app.fairness.export import SessionExport
 from app.web.schemas.board_form import BoardForm
 from app.web.schemas.boards import BoardList, BoardView
 from app.web.schemas.drops import (
@@ -28,6 +29,14 @@ from app.web.schemas.rooms import (
     RoomView,
     SceneList,
 )
+from app.web.schemas.sessions import (
+    LogHead,
+    SessionBegun,
+    SessionEnd,
+    SessionOpening,
+    SessionRequest,
+    SessionView,
+)
 
 DOCUMENTED = (
     Problem,
@@ -50,6 +59,13 @@ DOCUMENTED = (
     RoomLog,
     RoomDropRequest,
     RoomDrop,
+    SessionRequest,
+    SessionOpening,
+    SessionView,
+    SessionBegun,
+    SessionEnd,
+    SessionExport,
+    LogHead,
     Health,
     Readiness,
 )

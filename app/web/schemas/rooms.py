@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
-from app.protocol.messages import BallStart, Extent, Stats
+from app.protocol.messages import BallStart, Extent, SignedReceipt, Stats
 from app.rooms.stakes import MAX_STAKE, MAX_WHO
 from app.web.schemas.fields import (
     AimIn,
@@ -226,7 +226,7 @@ class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     stake: Annotated[
         Any,
         Meta(
-            description="Whole minor units, kept with the drop; `landed` has the payout.",
+            description="Whole minor units; `landed` has the payout. Needs a `session`.",
             extra_json_schema={
                 "anyOf": [
                     {"type": "integer", "minimum": 0, "maximum": MAX_STAKE},
@@ -247,6 +247,10 @@ class RoomDropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             },
         ),
     ] = None
+    session: Annotated[
+        str | None,
+        Meta(description="The session whose next drop this is; show its token. No seed, no x."),
+    ] = None
 
 
 class RoomDrop(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -259,4 +263,10 @@ class RoomDrop(msgspec.Struct, frozen=True, omit_defaults=True):
     tick: Annotated[int, Meta(description="The room's tick at which it starts.")]
     landed: Annotated[
         Any, Meta(description="The `landed` event, with `wait=1`.", extra_json_schema={})
+    ] = None
+    practice: Annotated[
+        bool, Meta(description="Whether its seed or x was chosen: there where it was.")
+    ] = False
+    receipt: Annotated[
+        SignedReceipt | None, Meta(description="Of a drop of a session: its place in the log.")
     ] = None

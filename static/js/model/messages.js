@@ -43,11 +43,31 @@
  * @typedef {{scene: string, balls: number, seed: string, radii?: number[], width?: number,
  *   height?: number, speed?: number}} SceneForm what a room was begun with
  *
- * @typedef {{type: "accepted", ref?: string | null, explicit_x: boolean, aim?: number} & BallStart}
- *   Accepted
- * @typedef {{type: "accepted", ref?: string | null, explicit_x?: boolean, x?: number, aim?: number}
- *   & Omit<BallStart, "x">} BriefAccepted in the stream `seeds`: x only where the seed does not say it
+ * @typedef {object} SignedReceipt of a drop of a session, with its place in the log
+ * @property {{session: string, drop: number} & Record<string, unknown>} receipt
+ * @property {number} index
+ * @property {string} root
+ * @property {string} signature
+ *
+ * @typedef {{type: "accepted", ref?: string | null, explicit_x: boolean, aim?: number,
+ *   practice?: boolean, receipt?: SignedReceipt} & BallStart} Accepted
+ * @typedef {{type: "accepted", ref?: string | null, explicit_x?: boolean, x?: number, aim?: number,
+ *   practice?: boolean, receipt?: SignedReceipt} & Omit<BallStart, "x">} BriefAccepted in the stream
+ *   `seeds`: x only where the seed does not say it
  * @typedef {{type: "clock", tick: number, seq: number}} ClockMessage the room's time
+ *
+ * @typedef {object} SessionState a session as it stands
+ * @property {"session"} type
+ * @property {string} session
+ * @property {Record<string, unknown>} statement what the server committed to
+ * @property {string} signature
+ * @property {string} key the server's
+ * @property {boolean} open
+ * @property {number} drops
+ * @property {boolean} ended
+ * @property {string | null} token told to who began it
+ *
+ * @typedef {{type: "ended", session: string, server_seed: string}} SessionEnded
  *
  * @typedef {object} Contact
  * @property {"contact"} type
@@ -93,7 +113,7 @@
  *   in flight is on
  *
  * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
- *   | Missed | Pong} TableMessage
+ *   | Missed | Pong | SessionState | SessionEnded} TableMessage
  *
  * @typedef {{type: "placed", ball: number} & BallKind} Placed
  * @typedef {{type: "edited", ball: number | null} & Partial<BallKind>} Edited

@@ -18,7 +18,7 @@ const KEPT = 30;
  * @property {number} [stake] 1 unless it was more
  * @property {string | null} [digest] the drop's, or its first digits, as the table told it
  * @property {string} [boardDigest]
- * @property {boolean} [practice] it fell in this page alone: no score counts it
+ * @property {boolean} [practice] its seed was chosen, or it fell in this page alone: it counts for nothing
  */
 
 /** Score and history, saved after each change so that a replay's reload loses nothing. */
@@ -50,9 +50,11 @@ export class Session {
   /** @param {Played} drop settled; its stake counts from here on */
   settle(drop) {
     const { stake = 1, score, practice = false } = drop;
-    this.staked += stake;
-    this.returned += stake * score;
-    if (!practice) this.scores.add(score);
+    if (!practice) {
+      this.staked += stake;
+      this.returned += stake * score;
+      this.scores.add(score);
+    }
     this.last = [drop, ...this.last].slice(0, KEPT);
     this.#save();
   }

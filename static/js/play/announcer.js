@@ -4,7 +4,10 @@ import { amount, counted, multiplier, plain } from "../util/format.js";
 
 const PAUSE_MS = 1500; // between two sentences: a listener hears each to its end
 
-/** @typedef {{bin: number | null, score: number, seed: string, stake?: number}} Result */
+/**
+ * @typedef {{bin: number | null, score: number, seed: string, stake?: number,
+ *   practice?: boolean}} Result
+ */
 
 /** Collects results and says them through `say(text, score)`. */
 export class Announcer {
@@ -47,7 +50,11 @@ export class Announcer {
 }
 
 /** @param {Result} result */
-function sentence({ bin, score, seed, stake = 1 }) {
+function sentence({ bin, score, seed, stake = 1, practice = false }) {
+  if (practice) {
+    const where = bin === null ? "no bin" : `bin ${bin}, ${multiplier(score)}`;
+    return `Practice: ${where} for seed ${seed}.`;
+  }
   if (bin === null) return `Seed ${seed} came to rest in no bin.${stake ? " Its stake is back." : ""}`;
   if (stake === 0) return `Seed ${seed} lands in bin ${bin}, ${multiplier(score)}. Nothing was staked.`;
   const worth = stake === 1 ? "" : `, ${amount(stake * score)} for ${plain(stake)},`;

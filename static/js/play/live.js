@@ -8,11 +8,12 @@ import { decodeSegments } from "../net/segments.js";
 import { TickClock } from "../net/tick-clock.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
 import { BoardError } from "../solver/errors.js";
+import { FairPlay } from "./fairness/fair-play.js";
 import { OwnDrops } from "./own-drops.js";
 import { isPractice, Practice } from "./practice.js";
 
 /** @import { Point } from "../model/board.js" */
-/** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Snapshot, TableMessage } from "../model/messages.js" */
+/** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, SessionEnded, SignedReceipt, Snapshot, TableMessage } from "../model/messages.js" */
 /** @import { Played } from "../model/session.js" */
 /** @import { Ball, Solve } from "../model/table/table.js" */
 /** @import { SegmentScale } from "../net/segments.js" */
@@ -29,6 +30,8 @@ import { isPractice, Practice } from "./practice.js";
  * @property {(message: string, code?: string) => void} onError
  * @property {() => void} onChange there is something new to draw
  * @property {() => void} [onSnapshot] the balls have new places
+ * @property {() => void} [onSession] the session is another, or has gone on
+ * @property {(ended: SessionEnded, heard: SignedReceipt[]) => void} [onEnded] a session is over
  * @property {(ms: number) => void} [onPong] how long a message took there and back
  */
 
@@ -70,6 +73,12 @@ export class LiveTable {
     this.streams = streams;
     this.own = new OwnDrops(listener);
     this.practice = new Practice();
+    this.fair = new FairPlay(room, window.localStorage, {
+      send: (message) => this.connection.send(message),
+      onChange: () => listener.onSession?.(),
+      onEnded: (ended, heard) => listener.onEnded?.(ended, heard),
+      onRefused: (ref) => this.own.refused(ref),
+    });
     this.connection = this.#connect();
   }
 
@@ -109,22 +118,20 @@ export class LiveTable {
   }
 
   /**
+   * Staked in the session; with a seed of one's own it is practice, and nothing is staked.
    * @param {{seed: string | null, aim: number | null, stake?: number}} ask
    * @returns {boolean} false when there is no line and no practice: nothing was dropped
    */
-  drop({ seed, aim, stake: wanted = 1 }) {
-    // Where others may knock the ball nothing is staked.
-    const stake = this.hello?.mode === "interacting" ? 0 : wanted;
+  drop({ seed, aim, stake = 1 }) {
+    if (!this.#visit) return false;
     const ref = this.own.nextRef();
-    const message = {
-      type: "drop",
-      ref,
-      stake: Math.round(stake * MINOR_UNITS),
-      ...(seed !== null && { seed }),
-      ...(aim !== null && { aim }),
-    };
-    if (!this.#visit || !this.connection.send(message)) return this.#practise({ seed, aim });
-    this.own.add(ref, stake);
+    const aimed = aim === null ? {} : { aim };
+    const minor = Math.round(stake * MINOR_UNITS);
+    const staked = seed === null && this.fair.drop(ref, { stake: minor, ...aimed });
+    // Where others may knock the ball nothing is staked, either.
+    const plain = { type: "drop", ref, ...(seed !== null && { seed }), ...aimed };
+    if (!staked && !this.connection.send(plain)) return this.#practise({ seed, aim });
+    this.own.add(ref, staked ? stake : 0, seed !== null);
     this.connection.expectNews(true);
     return true;
   }
@@ -198,6 +205,8 @@ export class LiveTable {
     else if (event.type === "landed") this.#landed(event);
     else if (event.type === "clock") this.#hearClock(event);
     else if (event.type === "error") this.#refused(event);
+    else if (event.type === "session") this.fair.told(event);
+    else if (event.type === "ended") this.fair.ended(event);
     else if (event.type === "pong") this.listener.onPong?.(performance.now() - event.t);
     this.listener.onChange();
   }
@@ -218,6 +227,7 @@ export class LiveTable {
     if (solve && table.awake) this.#visit.clock.observe(hello.tick, performance.now());
     this.tick = hello.tick;
     const pending = this.own.enter(hello, table);
+    this.fair.greeted(hello);
     this.listener.onTable(hello, table);
     this.#resume(hello, pending);
     this.#setState(table.flying ? "live" : "asleep");
@@ -269,6 +279,7 @@ export class LiveTable {
     const { table, clock } = this.#visit;
     if (!table.awake) clock.restart();
     clock.observe(event.tick, performance.now());
+    this.fair.accepted(event);
     this.own.accepted(event.ref, table.accept(event, this.own.has(event.ref)));
     this.#setState("live");
     this.connection.expectNews(true);
@@ -306,6 +317,7 @@ export class LiveTable {
     // Before it has greeted, a server refuses what it is asked for: one that knows no such stream.
     if (!this.#visit && event.code === "invalid-value" && this.#retreat()) return;
     this.own.refused(event.ref);
+    if (this.fair.refused(event)) return;
     this.listener.onError(event.detail, event.code);
     if (this.table) this.#rest(this.table);
   }

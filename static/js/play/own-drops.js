@@ -9,9 +9,10 @@ import { dropPath } from "../net/drop-address.js";
 /** @import { Ball, Table } from "../model/table/table.js" */
 
 /**
- * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number}} Accepting what a
- *   drop needs to know of its ball
- * @typedef {{ref: string, stake: number, ball: Accepting | null}} OwnDrop ball: null until accepted
+ * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number}} Accepting
+ *   what a drop needs to know of its ball
+ * @typedef {{ref: string, stake: number, practice: boolean, ball: Accepting | null}} OwnDrop ball:
+ *   null until accepted
  *
  * @typedef {object} OwnDropsListener
  * @property {(played: Played) => void} onPlayed a drop of ours has settled
@@ -37,6 +38,11 @@ export class OwnDrops {
     this.listener = listener;
   }
 
+  /** How many have not settled yet. */
+  get count() {
+    return this.#open.size;
+  }
+
   /** How many the table has not answered yet. */
   get unanswered() {
     let count = 0;
@@ -50,9 +56,9 @@ export class OwnDrops {
     return `d${this.#count - 1}`;
   }
 
-  /** @param {string} ref @param {number} stake asked for just now */
-  add(ref, stake) {
-    this.#open.set(ref, { ref, ball: null, stake });
+  /** @param {string} ref @param {number} stake asked for just now @param {boolean} [practice] */
+  add(ref, stake, practice = false) {
+    this.#open.set(ref, { ref, ball: null, stake, practice });
   }
 
   /**
@@ -143,12 +149,12 @@ export class OwnDrops {
    * @param {Accepting} ball
    * @param {{bin: number | null, score: number, digest: string | null}} end
    */
-  #close({ ref, stake }, { seed, x, explicit, aim }, { bin, score, digest }) {
+  #close({ ref, stake, practice }, { seed, x, explicit, aim }, { bin, score, digest }) {
     this.#open.delete(ref);
     const { mode, board_name: name, board_digest: boardDigest } = this.#hello;
     this.listener.onPlayed({
       board: this.address, boardDigest, name, seed, x: explicit ? x : null, aim: aim ?? null,
-      knocked: mode === "interacting", stake, bin, score, digest,
+      knocked: mode === "interacting", stake, practice, bin, score, digest,
     });
   }
 

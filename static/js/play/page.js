@@ -14,10 +14,11 @@ import { counted } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { Announcer } from "./announcer.js";
 import { Controls } from "./input/controls.js";
+import { FairPanel } from "./fairness/fair-panel.js";
 import { Dropper } from "./input/dropper.js";
 import { switchGhost, switchSound } from "./input/switches.js";
 import { LiveTable } from "./live.js";
-import { Prover } from "./proof.js";
+import { Prover } from "./fairness/proof.js";
 import { findTable } from "./rooms.js";
 import { Scoreboard } from "./scoreboard.js";
 import { Sound } from "./sound/sound.js";
@@ -105,6 +106,10 @@ export class TablePage {
       this.loop.wake();
     };
     document.addEventListener("visibilitychange", () => this.loop.wake());
+    this.fairPanel = new FairPanel({
+      onCheck: () => this.live.fair.end(),
+      isBusy: () => this.live.own.count > 0,
+    });
     this.live = this.#join(asked.get("room") || MAIN_ROOM);
     const seed = asked.get("seed");
     if (seed !== null) this.controls.setSeed(seed);
@@ -122,6 +127,8 @@ export class TablePage {
       onHit: (bin) => this.#hit(bin),
       onError: (message, code) => this.#refused(message, code),
       onChange: () => this.loop.wake(),
+      onSession: () => this.fairPanel.show(this.live.fair),
+      onEnded: (ended, heard) => this.fairPanel.check(ended, heard),
       onPong: (ms) => this.instruments.line.pong(ms),
       onSnapshot: () => this.instruments.ball.measure(),
     }, this.means);
@@ -258,6 +265,7 @@ export class TablePage {
     // A hidden tab draws no pictures; its list is renewed all the same.
     if (document.visibilityState === "hidden") this.#showScore(performance.now());
     else this.loop.wake();
+    this.fairPanel.show(this.live.fair);
     const { bin, score } = played;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
     if (bin !== null) this.sound.chime(score, (bin + 0.5) / this.histogram.counts.length);

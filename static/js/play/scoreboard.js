@@ -6,7 +6,7 @@ import { amount, multiplier, plain, shortSeed, signed } from "../util/format.js"
 
 /** @import { Played, Session } from "../model/session.js" */
 /** @import { Theme } from "../paint/theme.js" */
-/** @import { Prover } from "./proof.js" */
+/** @import { Prover } from "./fairness/proof.js" */
 
 /** Draws a session; call `show` after it has changed. */
 export class Scoreboard {

@@ -177,7 +177,8 @@ async def test_a_client_that_comes_back_mid_flight_gets_the_full_state(server: R
             await player.step()
     async with playing(url) as again:
         (ball,) = again.hello["balls"]
-        assert ball == {name: accepted[name] for name in ("ball", "seed", "x", "tick")}
+        start = ("ball", "seed", "x", "tick", "practice")
+        assert ball == {name: accepted[name] for name in start}
         assert again.hello["tick"] > player.hello["tick"]
         assert again.hello["stats"]["drops"] == 1
         landed = await again.until("landed", ball=ball["ball"])

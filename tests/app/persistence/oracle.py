@@ -19,6 +19,7 @@ class Told:
     accepted: dict[int, dict[str, Any]] = field(default_factory=dict)
     landed: dict[int, dict[str, Any]] = field(default_factory=dict)
     refused: set[str] = field(default_factory=set)  # seeds, which are each asked for once
+    receipts: dict[str, list[dict[str, Any]]] = field(default_factory=dict)  # by session
 
     def hear(self, event: dict[str, Any]) -> None:
         """An `accepted` or a `landed`."""
@@ -26,7 +27,13 @@ class Told:
         if "explicit_x" in event:
             assert event["ball"] not in self.accepted, "a ball's number was given twice"
             stake = event.get("stake", 0)
-            self.accepted[event["ball"]] = {key: event[key] for key in _START} | {"stake": stake}
+            self.accepted[event["ball"]] = {key: event[key] for key in _START} | {
+                "stake": stake,
+                "practice": event.get("practice", False),
+            }
+            if "receipt" in event:
+                signed = event["receipt"]
+                self.receipts.setdefault(signed["receipt"]["session"], []).append(signed)
         else:
             before = self.landed.setdefault(event["ball"], event)
             assert before == event, "a ball landed twice, and differently"
@@ -48,8 +55,9 @@ def hold(url: str, told: Told, board: Board, *, killed: bool = False) -> int:
         database.close()
     for ball, event in told.accepted.items():
         found = kept[ball][0]
-        stored = (found.ball, str(found.seed), found.tick, found.stake)
-        assert stored == (ball, event["seed"], event["tick"], event["stake"])
+        stored = (found.ball, str(found.seed), found.tick, found.stake, found.practice)
+        said = (ball, *(event[name] for name in ("seed", "tick", "stake", "practice")))
+        assert stored == said
     for each, result in kept:
         if not killed:
             assert each.ball in told.accepted, f"{each} was never told"

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import hashlib
 import os
 import re
 import signal
@@ -18,9 +19,12 @@ import pytest
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
+from app.fairness.check import check_session, kernel_digest_of
+from app.fairness.export import read_export
+from app.settings import page_kernels
 from tests.app.persistence.oracle import Told
 from tests.long import tries
-from tests.waiting import LIMIT, first_line
+from tests.waiting import LIMIT, eventually, first_line
 
 KILLS = tries(1, int(os.environ.get("PLINKO_TEST_KILLS", "50")))
 """How often a crash test kills its server: once as it was begun, once as it was found again."""
@@ -87,12 +91,35 @@ class Served:
             return client.get(path).raise_for_status().json()
 
 
+CLIENT_SEED = b"\x5a" * 32
+
+
+def prove(server: Served, told: "Heard") -> int:
+    """End each session of a player's and check it, receipts heard included; how many drops."""
+    drops = 0
+    with httpx.Client(base_url=server.address, timeout=60.0) as client:
+        for session, token in told.tokens.items():
+            address, shown = f"/api/v1/sessions/{session}", {"authorization": f"Bearer {token}"}
+            opening = {"seed": CLIENT_SEED.hex()}
+            client.post(f"{address}/opening", json=opening, headers=shown)
+            client.post(f"{address}/end", headers=shown).raise_for_status()
+            export = client.get(f"{address}/export").raise_for_status().json()
+            export["heard"] = told.receipts.get(session, [])
+            kernel = kernel_digest_of(page_kernels().read_bytes())
+            verdict = check_session(read_export(export), kernel_digest=kernel)
+            assert verdict.failed == []
+            drops += verdict.drops
+    return drops
+
+
 @dataclass
 class Heard(Told):
     """What is told over sockets."""
 
     tick: int = 0  # the latest one heard of
     full: int = 0  # drops refused because as many balls as may be were in flight
+    tokens: dict[str, str] = field(default_factory=dict)  # of own sessions
+    session: str | None = None  # the one that is open on this connection
 
     def frame(self, frame: str | bytes) -> None:
         if isinstance(frame, bytes):
@@ -112,6 +139,10 @@ class Heard(Told):
                     assert told is None or all(told[key] == ball[key] for key in ball)
             case "accepted" | "landed":
                 self.hear(event)
+            case "session" if event["token"]:
+                self.tokens[event["session"]] = event["token"]
+            case "session":
+                self.session = event["session"]
             case "error" if event["code"] == "room-rebuilding":
                 pass  # and the line ends: one comes back later
             case "error":
@@ -128,13 +159,33 @@ async def play(
     with contextlib.suppress(ConnectionClosed, InvalidHandshake, OSError):
         async with connect(url, compression=None, max_size=None, max_queue=None) as line:
 
+            async def say(**message: Any) -> None:
+                await line.send(msgspec.json.encode(message).decode())
+
+            async def begin() -> None:
+                before = len(told.tokens)
+                committed = hashlib.sha256(CLIENT_SEED).hexdigest()
+                await say(type="session", commitment=committed, ref="begin")
+                await eventually(lambda: len(told.tokens) > before or "begin" in told.refused)
+                if len(told.tokens) > before:
+                    await say(type="open", session=[*told.tokens][-1], seed=CLIENT_SEED.hex())
+
             async def drop() -> None:
-                for seed in seeds:
-                    message = {"type": "drop", "seed": seed, "ref": str(seed)}
-                    if stakes:
-                        message["stake"] = seed % 1000
-                    await line.send(msgspec.json.encode(message).decode())
-                    await asyncio.sleep(pause)  # no wait: a player's pace
+                """Practice, and staked drops as soon as there is a session."""
+                told.session = None
+                told.refused.discard("begin")
+                beginning = asyncio.create_task(begin() if stakes else asyncio.sleep(0))
+                try:
+                    for seed in seeds:
+                        if told.session is None or seed % 2:
+                            await say(type="drop", seed=seed, ref=str(seed))
+                        else:
+                            stake = seed % 1000 + 1
+                            await say(type="drop", session=told.session, stake=stake, ref="staked")
+                        await asyncio.sleep(pause)  # no wait: a player's pace
+                finally:
+                    beginning.cancel()
+                    await asyncio.gather(beginning, return_exceptions=True)
 
             dropping = asyncio.create_task(drop())
             try:

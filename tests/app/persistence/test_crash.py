@@ -11,7 +11,7 @@ import pytest
 
 from engine import Board
 from tests.app.persistence.oracle import hold
-from tests.app.persistence.server import KILLS, POSTGRESQL, SQLITE, Heard, Served, play
+from tests.app.persistence.server import KILLS, POSTGRESQL, SQLITE, Heard, Served, play, prove
 from tests.long import tries
 from tests.waiting import eventually
 
@@ -72,6 +72,10 @@ async def test_no_drop_that_was_acknowledged_is_lost_and_no_digest_changes(url: 
             await load.until_killed(load.chance.uniform(0.05, 3.0))
             await asyncio.to_thread(server.start)
         await load.until_still()
+        staked = 0
+        for told in load.rooms.values():
+            staked += await asyncio.to_thread(prove, server, told)
+        assert staked, "no drop was staked"
         assert server.end(signal.SIGTERM) == 0
     for told in load.rooms.values():
         hold(url, told, Board.preset(ROOMS[told.room]), killed=True)

@@ -1,5 +1,6 @@
 """Stakes and payouts: whole minor units that cannot go below zero or out of range."""
 
+import hashlib
 from fractions import Fraction
 from math import floor
 from typing import Any
@@ -15,7 +16,7 @@ from app.rooms.log import verify_log
 from app.rooms.pending import DropCommand
 from app.rooms.stakes import MAX_STAKE, parse_stake, parse_who, payout_of
 from engine import Board
-from tests.app.conftest import TINY, Running, playing
+from tests.app.conftest import TINY, Player, Running, playing
 
 
 @given(st.integers(0, MAX_STAKE), st.floats(0.0, 1e9))
@@ -60,11 +61,22 @@ def test_a_stake_survives_a_checkpoint_in_mid_flight() -> None:
     assert payouts == [payout_of(250, score)] * 2
 
 
+async def begun(player: Player) -> tuple[str, dict[str, str]]:
+    """An open session of the room that a player is in, and the header that shows its token."""
+    secret = b"\x11" * 32
+    await player.send(type="session", commitment=hashlib.sha256(secret).hexdigest())
+    begun = await player.until("session")
+    await player.send(type="open", session=begun["session"], seed=secret.hex())
+    await player.until("session", open=True)
+    return begun["session"], {"authorization": f"Bearer {begun['token']}"}
+
+
 async def test_stakes_are_kept_told_and_paid(server: Running, http: httpx.Client) -> None:
     opened = http.post("/api/v1/rooms", json={"board": TINY}).json()
     room, headers = opened["id"], {"authorization": f"Bearer {opened['token']}"}
     async with playing(server.socket(room)) as player:
-        await player.send(type="drop", seed=1, stake=100, who="ann")
+        session, shown = await begun(player)
+        await player.send(type="drop", session=session, stake=100, who="ann")
         accepted = await player.until("accepted")
         landed = await player.until("landed")
         await player.send(type="drop", seed=2)
@@ -75,7 +87,8 @@ async def test_stakes_are_kept_told_and_paid(server: Running, http: httpx.Client
     assert (accepted["stake"], landed["payout"]) == (100, payout_of(100, landed["score"]))
     assert (error["code"], error["ref"]) == ("invalid-value", 7)
     assert "-5" in error["detail"]
-    reply = http.post(f"/api/v1/rooms/{room}/drops?wait=1", json={"seed": 3, "stake": 7}).json()
+    body = {"session": session, "stake": 7}
+    reply = http.post(f"/api/v1/rooms/{room}/drops?wait=1", json=body, headers=shown).json()
     assert reply["landed"]["payout"] == payout_of(7, reply["landed"]["score"])
     drops = http.get(f"/api/v1/rooms/{room}/log", headers=headers).json()["drops"]
     assert [(each["stake"], each["who"]) for each in drops] == [(100, "ann"), (0, None), (7, None)]
@@ -105,7 +118,8 @@ async def test_a_ball_in_flight_at_a_reset_never_lands_and_is_not_paid(
     opened = http.post("/api/v1/rooms", json={"board": TINY}).json()
     room, head = opened["id"], {"authorization": f"Bearer {opened['token']}"}
     async with playing(server.socket(room)) as player:
-        await player.send(type="drop", seed=1, stake=100)
+        session, _ = await begun(player)
+        await player.send(type="drop", session=session, stake=100)
         await player.until("accepted", stake=100)
         assert http.post(f"/api/v1/rooms/{room}/reset", headers=head).status_code == 200
         hello = await player.until("hello")

@@ -68,6 +68,12 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/rooms/{room}/frame.jpg", "get"),
         ("/api/v1/rooms/{room}/frame.png", "get"),
         ("/api/v1/rooms/{room}/stream.mjpg", "get"),
+        ("/api/v1/sessions", "post"),
+        ("/api/v1/sessions/{session}", "get"),
+        ("/api/v1/sessions/{session}/opening", "post"),
+        ("/api/v1/sessions/{session}/end", "post"),
+        ("/api/v1/sessions/{session}/export", "get"),
+        ("/api/v1/log", "get"),
         ("/healthz", "get"),
         ("/readyz", "get"),
         ("/metrics", "get"),
@@ -149,7 +155,7 @@ def test_every_operation_reads_well(document: dict[str, Any]) -> None:
         assert operation["description"], path
         assert set(operation["tags"]) <= tags, path
         assert operation["tags"], path
-        if method in ("post", "patch") and not path.endswith("/reset"):
+        if method in ("post", "patch") and not path.endswith(("/reset", "/end")):
             assert "application/json" in operation["requestBody"]["content"], path
         success = next(code for code in operation["responses"] if code.startswith("2"))
         if success != "204":

@@ -1,13 +1,13 @@
 // Verify: a landed drop is computed anew in this page, and held against what the table told of it.
 
-import { getJson, messageOf } from "../net/api.js";
-import { make } from "../util/dom.js";
-import { counted } from "../util/format.js";
+import { getJson, messageOf } from "../../net/api.js";
+import { make } from "../../util/dom.js";
+import { counted } from "../../util/format.js";
 
-/** @import { Board } from "../model/board.js" */
-/** @import { Played } from "../model/session.js" */
-/** @import { BoardReply } from "../net/replies.js" */
-/** @import { Solver } from "../solver/solver.js" */
+/** @import { Board } from "../../model/board.js" */
+/** @import { Played } from "../../model/session.js" */
+/** @import { BoardReply } from "../../net/replies.js" */
+/** @import { Solver } from "../../solver/solver.js" */
 
 const SHOWN = 12; // digits of a digest
 

@@ -1,0 +1,258 @@
+"""Is a session honest? Everything in its export is computed again, with nothing asked of anyone.
+
+Each thing that can be forged is a step of its own with a name; docs/fairness.md lists them, and the
+page has the same in JavaScript (static/js/fairness/check.js).
+"""
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Final, TypeVar
+
+import msgspec
+
+from app.errors import InvalidValueError
+from app.fairness import merkle
+from app.fairness.export import ExportedDrop, SessionExport, Signed
+from app.fairness.seeds import commitment, drop_seed, parse_hex
+from app.fairness.signing import is_signed
+from app.fairness.statements import (
+    VERSION,
+    Closing,
+    LogEntry,
+    Receipt,
+    SessionStatement,
+    TreeHead,
+    payouts_digest,
+)
+from app.protocol.messages import SignedReceipt
+from app.rooms.stakes import payout_of
+from engine import PHYSICS_VERSION, Board, drop
+from engine.errors import EngineError, RecordError
+
+Kind = TypeVar("Kind", SessionStatement, Receipt, TreeHead, Closing)
+
+HEARD: Final = "heard"
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One thing that was checked: its `name`, which drop it concerns, and both values.
+
+    `said` is what the export says, `found` what comes out; `text` is for people.
+    """
+
+    name: str
+    ok: bool
+    text: str
+    said: Any = None
+    found: Any = None
+    drop: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """All steps in their order."""
+
+    steps: tuple[Step, ...]
+    drops: int
+    key: str
+
+    @property
+    def ok(self) -> bool:
+        """Whether every step is."""
+        return all(step.ok for step in self.steps)
+
+    @property
+    def failed(self) -> list[Step]:
+        """The steps that are not."""
+        return [step for step in self.steps if not step.ok]
+
+
+def check_session(export: SessionExport, *, kernel_digest: str, key: str | None = None) -> Verdict:
+    """Check all of a session against the kernels of this digest.
+
+    `key`: the public key that the server is known by, in hexadecimal, where it is known from
+    elsewhere. Raises RecordError for a session that cannot be read.
+    """
+    try:
+        steps = tuple(_Check(export, kernel_digest, key).steps())
+    except InvalidValueError as error:
+        raise RecordError(str(error), field=error.field) from error
+    return Verdict(steps, len(export.drops), export.key)
+
+
+def _same(name: str, text: str, said: Any, found: Any, number: int | None = None) -> Step:
+    return Step(name, said == found, text, said, found, number)
+
+
+def _typed(values: Mapping[str, Any], kind: type[Kind]) -> Kind:
+    """A statement from its JSON form; raises RecordError for another's."""
+    fields = {key: value for key, value in values.items() if key not in ("kind", "version")}
+    try:
+        found = msgspec.convert(fields, kind)
+    except msgspec.ValidationError as error:
+        raise RecordError(f"{kind.KIND}: {error}", field=kind.KIND) from error
+    if found.to_dict() != values:
+        raise RecordError(
+            f"{kind.KIND}: not of this kind, version {VERSION} and with its fields alone",
+            field=kind.KIND,
+        )
+    return found
+
+
+class _Check:
+    """The steps of one session."""
+
+    def __init__(self, export: SessionExport, kernel_digest: str, key: str | None) -> None:
+        self._export = export
+        self._kernel = kernel_digest
+        self._expected_key = key
+        self._key = parse_hex(export.key, "key")
+        self._session = _typed(export.session.statement, SessionStatement)
+        self._head = _typed(export.head.statement, TreeHead)
+        self._root = parse_hex(self._head.root, "head.root")
+        self._board = self._read_board()
+        self._receipts = [_typed(each.receipt, Receipt) for each in export.drops]
+
+    def _read_board(self) -> Board:
+        try:
+            return Board.from_json(self._export.board)
+        except (EngineError, TypeError) as error:
+            raise RecordError(f"board: {error}", field="board") from error
+
+    def steps(self) -> Iterator[Step]:
+        """All of them: the session, its end, then each drop."""
+        yield from self._signatures()
+        yield from self._secrets()
+        yield from self._what_is_played()
+        yield self._counter()
+        yield from self._end()
+        for each, receipt in zip(self._export.drops, self._receipts, strict=True):
+            yield from self._logged(each, receipt)
+            yield from self._played(each, receipt)
+        for heard in self._export.heard:
+            yield self._heard(heard)
+
+    def _signatures(self) -> Iterator[Step]:
+        if self._expected_key is not None:
+            yield _same("key", "the server's key", self._export.key, self._expected_key)
+        yield self._signed("session", "the session's statement is signed", self._export.session)
+        yield self._signed("head", "the log's head is signed", self._export.head)
+
+    def _signed(self, name: str, text: str, signed: Signed, number: int | None = None) -> Step:
+        signature = parse_hex(signed.signature, "signature", 64)
+        ok = is_signed(signed.statement, signature, self._key)
+        return Step(name, ok, text, signed.signature, "valid" if ok else "invalid", number)
+
+    def _secrets(self) -> Iterator[Step]:
+        export, session = self._export, self._session
+        for name, secret, committed in (
+            ("client-seed", export.client_seed, session.client_commitment),
+            ("server-seed", export.server_seed, session.server_commitment),
+        ):
+            if secret is None:
+                yield Step(f"{name}-open", False, f"the {name} is not opened", None, "a secret")
+                continue
+            found = commitment(parse_hex(secret, name)).hex()
+            yield _same(name, f"the {name} is the one committed to", committed, found)
+
+    def _what_is_played(self) -> Iterator[Step]:
+        said, board = self._session, self._board
+        yield _same("board", "the board", said.board_digest, board.digest)
+        found = payouts_digest(board)
+        yield _same("payouts", "the board's multipliers", said.payouts_digest, found)
+        yield _same("physics", "the laws of motion", said.physics_version, PHYSICS_VERSION)
+        yield _same("kernel", "the compiled solver", said.kernel_digest, self._kernel)
+
+    def _counter(self) -> Step:
+        said = [receipt.drop for receipt in self._receipts]
+        gap = next((i for i, number in enumerate(said) if number != i), None)
+        text = "drops are numbered from 0, none left out"
+        if gap is None:
+            return Step("counter", True, text, len(said), len(said))
+        return Step("counter", False, text, said[gap], gap, gap)
+
+    def _end(self) -> Iterator[Step]:
+        export = self._export
+        if export.end is None:
+            yield Step("end", False, "the session's end is signed", None, "a signed end")
+            return
+        yield self._signed("end", "the session's end is signed", export.end)
+        end = _typed(export.end.statement, Closing)
+        yield _same("end-session", "the end is this session's", end.session, self._session.session)
+        yield _same("end-seed", "the end's server seed", end.server_seed, export.server_seed)
+        text = "the log has every drop up to the session's end"
+        yield _same("truncated", text, end.drops, len(export.drops))
+
+    def _logged(self, each: ExportedDrop, receipt: Receipt) -> Iterator[Step]:
+        number = receipt.drop
+        same = partial(_same, number=number)
+        yield same("receipt-session", "the receipt is this session's", receipt.session,
+                   self._session.session)  # fmt: skip
+        yield same("receipt-board", "the receipt's board", receipt.board_digest,
+                   self._session.board_digest)  # fmt: skip
+        yield self._entry_signed("receipt", each, number)
+        index, head = each.index, self._head
+        ok = merkle.is_included(
+            receipt.leaf(), index, head.size, _hashes(each.inclusion), self._root
+        )
+        yield Step("inclusion", ok, "the receipt is in the log", index, head.root, number)
+        root = parse_hex(each.root, "root")
+        ok = merkle.is_consistent(index + 1, head.size, root, self._root, _hashes(each.consistency))
+        text = "the log only grew since this receipt"
+        yield Step("consistency", ok, text, each.root, head.root, number)
+
+    def _entry_signed(self, name: str, each: SignedReceipt, number: int | None) -> Step:
+        entry = LogEntry(each.receipt, each.index, each.root).to_dict()
+        text = "the receipt and its place in the log are signed"
+        return self._signed(name, text, Signed(entry, each.signature), number)
+
+    def _played(self, each: ExportedDrop, receipt: Receipt) -> Iterator[Step]:
+        same = partial(_same, number=receipt.drop)
+        export = self._export
+        if export.server_seed is not None and export.client_seed is not None:
+            seed = drop_seed(
+                parse_hex(export.server_seed, "server-seed"),
+                parse_hex(export.client_seed, "client-seed"),
+                receipt.drop,
+                bytes.fromhex(self._board.digest),
+            )
+            yield same("start", "the start is drawn by both secrets", receipt.seed, str(seed))
+        found = drop(self._board, receipt.seed, aim=receipt.aim)
+        payout = payout_of(receipt.stake, found.score)
+        if each.result is None:
+            owed = {"bin": found.bin, "payout": payout}
+            yield same("result", "the drop has ended and was paid", None, owed)
+            return
+        said = each.result
+        yield same("trajectory", "every bit of the path", said.digest, found.digest)
+        yield same(
+            "outcome",
+            "where the ball ended",
+            [said.bin, said.score, said.t, said.x_end, said.unsettled],
+            [found.bin, found.score, found.duration, found.x_end, found.unsettled],
+        )
+        yield same("payout", "what was paid", said.payout, payout)
+
+    def _heard(self, heard: SignedReceipt) -> Step:
+        """A receipt that the player was given must be the one in the export."""
+        receipt = _typed(heard.receipt, Receipt)
+        number, text = receipt.drop, "what the player was given is in the export"
+        ours = self._entry_signed(HEARD, heard, number).ok
+        if not ours or receipt.session != self._session.session:
+            return Step(HEARD, False, "a receipt that this server gave", heard.index, None, number)
+        drops: Sequence[ExportedDrop] = self._export.drops
+        there = drops[number] if number < len(drops) else None
+        found = there and [there.receipt, there.index, there.root]
+        return _same(HEARD, text, [heard.receipt, heard.index, heard.root], found, number)
+
+
+def _hashes(values: Sequence[str]) -> list[bytes]:
+    return [parse_hex(value, "proof") for value in values]
+
+
+def kernel_digest_of(artifact: bytes) -> str:
+    """SHA-256 of the compiled solver, 64 hexadecimal digits."""
+    return hashlib.sha256(artifact).hexdigest()

@@ -1,0 +1,102 @@
+"""What the server signs: how a session began, each drop's receipt, how the log stands, the end.
+
+Frozen values with their JSON form, which is what is signed and what an export has, word for word.
+Digests, seeds and keys are hexadecimal, times whole milliseconds of Unix time, stakes minor units.
+"""
+
+import hashlib
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar, Final
+
+from app.rooms.canonical import canonical
+from engine import Board
+
+VERSION: Final = 1
+
+
+@dataclass(frozen=True, slots=True)
+class _Statement:
+    """Something that is signed; `KIND` tells it from all else that is."""
+
+    KIND: ClassVar[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Its JSON form, all that is signed."""
+        return {"kind": self.KIND, "version": VERSION, **asdict(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class SessionStatement(_Statement):
+    """What holds for a session, said before the player opens their secret."""
+
+    KIND: ClassVar[str] = "plinko session"
+
+    session: str
+    room: str
+    board_digest: str
+    payouts_digest: str
+    physics_version: int
+    kernel_digest: str
+    server_commitment: str
+    client_commitment: str
+    time: int
+
+
+@dataclass(frozen=True, slots=True)
+class Receipt(_Statement):
+    """Drop `drop` of a session, before it is computed. A leaf of the log."""
+
+    KIND: ClassVar[str] = "plinko receipt"
+
+    session: str
+    drop: int
+    stake: int
+    aim: float | None
+    seed: str
+    board_digest: str
+    room: str
+    ball: int
+    time: int
+
+    def leaf(self) -> bytes:
+        """Its bytes in the log."""
+        return canonical(self.to_dict())
+
+
+@dataclass(frozen=True, slots=True)
+class LogEntry(_Statement):
+    """The place of a receipt in the log: leaf `index`, with which the log has this root."""
+
+    KIND: ClassVar[str] = "plinko log entry"
+
+    receipt: dict[str, Any]
+    index: int
+    root: str
+
+
+@dataclass(frozen=True, slots=True)
+class TreeHead(_Statement):
+    """How the log stands: its leaves are `size`, their root is this."""
+
+    KIND: ClassVar[str] = "plinko tree head"
+
+    size: int
+    root: str
+    time: int
+
+
+@dataclass(frozen=True, slots=True)
+class Closing(_Statement):
+    """The end of a session: it has had so many drops, and the server's secret was this."""
+
+    KIND: ClassVar[str] = "plinko session end"
+
+    session: str
+    drops: int
+    server_seed: str
+    time: int
+
+
+def payouts_digest(board: Board) -> str:
+    """SHA-256 of the board's multipliers as canonical JSON, 64 hexadecimal digits."""
+    return hashlib.sha256(canonical(list(board.bins.multipliers))).hexdigest()

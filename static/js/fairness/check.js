@@ -1,0 +1,228 @@
+// Is a session honest? All in its export is computed again here: with no network, nothing is asked.
+//
+// The same steps under the same names as the server's own checker, `plinko verify`.
+
+import { BoardError, ParameterError } from "../solver/errors.js";
+import { PHYSICS_VERSION } from "../solver/digest.js";
+import { canonical } from "./canonical.js";
+import { bytesOfHex, bytesOfText, hexOf, isSigned, sha256 } from "./crypto.js";
+import { ExportError } from "./export.js";
+import { isConsistent, isIncluded } from "./merkle.js";
+import { payoutOf } from "./payout.js";
+import { commitment, dropSeed } from "./seeds.js";
+
+/** @import { Solver } from "../solver/solver.js" */
+/** @import { ExportedDrop, Receipt, SessionExport, Signed, SignedReceipt } from "./export.js" */
+
+/**
+ * One thing that was checked. said: what the export says; found: what comes out here.
+ * @typedef {object} Step
+ * @property {string} name
+ * @property {boolean} ok
+ * @property {string} text for people
+ * @property {unknown} said
+ * @property {unknown} found
+ * @property {number | null} drop which it concerns
+ *
+ * @typedef {{solver: Solver, kernelDigest: string, key?: string}} Tools key: the server's, where it is
+ *   known from elsewhere
+ */
+
+/**
+ * All steps, in their order.
+ * @param {SessionExport} session
+ * @param {Tools} tools
+ * @returns {AsyncGenerator<Step>} throws an ExportError for what cannot be read
+ */
+export async function* checkSession(session, tools) {
+  try {
+    yield* new Check(session, tools).steps();
+  } catch (error) {
+    const known = error instanceof RangeError || error instanceof BoardError
+      || error instanceof ParameterError;
+    if (known) throw new ExportError(error.message);
+    throw error;
+  }
+}
+
+/** @param {string} name @param {string} text @param {unknown} said @param {unknown} found
+ *  @param {number | null} [drop] @returns {Step} */
+function same(name, text, said, found, drop = null) {
+  return { name, ok: canonical(said ?? null) === canonical(found ?? null), text, said, found, drop };
+}
+
+class Check {
+  #session;
+  #tools;
+  #said;
+  #head;
+  #key;
+  #root;
+
+  /** @param {SessionExport} session @param {Tools} tools */
+  constructor(session, tools) {
+    this.#session = session;
+    this.#tools = tools;
+    this.#said = /** @type {Record<string, string>} */ (session.session.statement);
+    this.#head = /** @type {{size: number, root: string}} */ (session.head.statement);
+    this.#key = bytesOfHex(session.key, "key");
+    this.#root = bytesOfHex(this.#head.root, "head.root");
+  }
+
+  /** @returns {AsyncGenerator<Step>} */
+  async* steps() {
+    const { key, drops, heard = [] } = this.#session;
+    if (this.#tools.key) yield same("key", "the server's key", key, this.#tools.key);
+    yield this.#signed("session", "the session's statement is signed", this.#session.session);
+    yield this.#signed("head", "the log's head is signed", this.#session.head);
+    yield* this.#secrets();
+    yield* this.#played();
+    yield this.#counter();
+    yield* this.#end();
+    for (const drop of drops) {
+      yield* this.#logged(drop);
+      yield* this.#drop(drop);
+    }
+    for (const receipt of heard) yield this.#heard(receipt);
+  }
+
+  /** @param {string} name @param {string} text @param {Signed} signed @param {number | null} [drop]
+   *  @returns {Promise<Step>} */
+  async #signed(name, text, { statement, signature }, drop = null) {
+    const message = bytesOfText(canonical(statement));
+    const ok = await isSigned(this.#key, bytesOfHex(signature, "signature", 64), message);
+    return { name, ok, text, said: signature, found: ok ? "valid" : "invalid", drop };
+  }
+
+  /** @returns {AsyncGenerator<Step>} */
+  async* #secrets() {
+    const { client_seed: client, server_seed: server } = this.#session;
+    const { client_commitment: clients, server_commitment: servers } = this.#said;
+    for (const [name, secret, committed] of /** @type {const} */ ([
+      ["client-seed", client, clients], ["server-seed", server, servers],
+    ])) {
+      if (secret === null) {
+        yield { name: `${name}-open`, ok: false, text: `the ${name} is not opened`, said: null,
+          found: "a secret", drop: null };
+        continue;
+      }
+      const found = hexOf(await commitment(bytesOfHex(secret, name)));
+      yield same(name, `the ${name} is the one committed to`, committed, found);
+    }
+  }
+
+  /** @returns {AsyncGenerator<Step>} */
+  async* #played() {
+    const { board } = this.#session;
+    const said = this.#said;
+    const { boardDigest } = this.#tools.solver.drop(board, { seed: 0 });
+    yield same("board", "the board", said.board_digest, boardDigest);
+    const { multipliers } = /** @type {{multipliers: number[]}} */ (board.bins);
+    const payouts = hexOf(await sha256(bytesOfText(canonical(multipliers))));
+    yield same("payouts", "the board's multipliers", said.payouts_digest, payouts);
+    yield same("physics", "the laws of motion", said.physics_version, PHYSICS_VERSION);
+    yield same("kernel", "the compiled solver", said.kernel_digest, this.#tools.kernelDigest);
+  }
+
+  /** @returns {Step} */
+  #counter() {
+    const numbers = this.#session.drops.map(({ receipt }) => receipt.drop);
+    const gap = numbers.findIndex((number, i) => number !== i);
+    const text = "drops are numbered from 0, none left out";
+    if (gap < 0) return same("counter", text, numbers.length, numbers.length);
+    return same("counter", text, numbers[gap], gap, gap);
+  }
+
+  /** @returns {AsyncGenerator<Step>} */
+  async* #end() {
+    const { end, server_seed: seed, drops } = this.#session;
+    const text = "the session's end is signed";
+    if (end === null) {
+      yield { name: "end", ok: false, text, said: null, found: "a signed end", drop: null };
+      return;
+    }
+    yield this.#signed("end", text, end);
+    const { statement } = end;
+    yield same("end-session", "the end is this session's", statement.session, this.#said.session);
+    yield same("end-seed", "the end's server seed", statement.server_seed, seed);
+    yield same("truncated", "the log has every drop up to the session's end", statement.drops,
+      drops.length);
+  }
+
+  /** @param {ExportedDrop} drop @returns {AsyncGenerator<Step>} */
+  async* #logged({ receipt, index, root, signature, inclusion, consistency }) {
+    const number = receipt.drop;
+    yield same("receipt-session", "the receipt is this session's", receipt.session,
+      this.#said.session, number);
+    yield same("receipt-board", "the receipt's board", receipt.board_digest,
+      this.#said.board_digest, number);
+    yield this.#entrySigned("receipt", { receipt, index, root, signature });
+    const head = { size: this.#head.size, root: this.#root };
+    const leaf = bytesOfText(canonical(receipt));
+    const included = await isIncluded(leaf, { index, ...head }, hashes(inclusion));
+    yield { name: "inclusion", ok: included, text: "the receipt is in the log", said: index,
+      found: this.#head.root, drop: number };
+    const then = { size: index + 1, root: bytesOfHex(root, "root") };
+    const grew = await isConsistent(then, head, hashes(consistency));
+    yield { name: "consistency", ok: grew, text: "the log only grew since this receipt", said: root,
+      found: this.#head.root, drop: number };
+  }
+
+  /** @param {string} name @param {SignedReceipt} entry */
+  #entrySigned(name, { receipt, index, root, signature }) {
+    const statement = { kind: "plinko log entry", version: 1, receipt, index, root };
+    const text = "the receipt and its place in the log are signed";
+    return this.#signed(name, text, { statement, signature }, receipt.drop);
+  }
+
+  /** @param {ExportedDrop} drop @returns {AsyncGenerator<Step>} */
+  async* #drop({ receipt, result }) {
+    const number = receipt.drop;
+    const found = this.#tools.solver.drop(this.#session.board, { seed: receipt.seed, aim: receipt.aim });
+    yield* this.#start(receipt, found.boardDigest);
+    const payout = payoutOf(receipt.stake, found.score);
+    if (result === null) {
+      const owed = { bin: found.bin, payout };
+      yield same("result", "the drop has ended and was paid", null, owed, number);
+      return;
+    }
+    yield same("trajectory", "every bit of the path", result.digest, found.digest, number);
+    yield same("outcome", "where the ball ended", endOf(result), endOf({
+      bin: found.bin, score: found.score, t: found.duration, x_end: found.xEnd,
+      unsettled: found.unsettled,
+    }), number);
+    yield same("payout", "what was paid", result.payout, payout, number);
+  }
+
+  /** @param {Receipt} receipt @param {string} board its digest @returns {AsyncGenerator<Step>} */
+  async* #start({ drop, seed }, board) {
+    const { server_seed: server, client_seed: client } = this.#session;
+    if (server === null || client === null) return;
+    const found = await dropSeed({
+      server: bytesOfHex(server, "server-seed"),
+      client: bytesOfHex(client, "client-seed"),
+      board: bytesOfHex(board, "board"),
+    }, drop);
+    yield same("start", "the start is drawn by both secrets", seed, found, drop);
+  }
+
+  /** @param {SignedReceipt} heard what the player was given must be in the export @returns {Promise<Step>} */
+  async #heard(heard) {
+    const { receipt, index, root } = heard;
+    const number = receipt.drop;
+    const { ok } = await this.#entrySigned("heard", heard);
+    if (!ok || receipt.session !== this.#said.session) {
+      return { name: "heard", ok: false, text: "a receipt that this server gave", said: index,
+        found: null, drop: number };
+    }
+    const there = this.#session.drops[number];
+    return same("heard", "what the player was given is in the export", [receipt, index, root],
+      there ? [there.receipt, there.index, there.root] : null, number);
+  }
+}
+
+/** @param {{bin: number | null, score: number, t: number, x_end: number, unsettled: string | null}} end */
+const endOf = ({ bin, score, t, x_end: x, unsettled }) => [bin, score, t, x, unsettled];
+
+/** @param {string[]} proof */
+const hashes = (proof) => proof.map((node) => bytesOfHex(node, "proof"));

@@ -1,0 +1,160 @@
+// The form of a session's export, checked before anything is made of it.
+
+/**
+ * @typedef {{statement: Record<string, unknown>, signature: string}} Signed
+ *
+ * @typedef {object} Receipt
+ * @property {string} kind
+ * @property {number} version
+ * @property {string} session
+ * @property {number} drop
+ * @property {number} stake minor units
+ * @property {number | null} aim m
+ * @property {string} seed
+ * @property {string} board_digest
+ * @property {string} room
+ * @property {number} ball
+ * @property {number} time ms of Unix time
+ *
+ * @typedef {{receipt: Receipt, index: number, root: string, signature: string}} SignedReceipt
+ *
+ * @typedef {object} DropResult
+ * @property {number} tick
+ * @property {number | null} bin
+ * @property {number} score
+ * @property {number} t s
+ * @property {number} x_end m
+ * @property {string} digest
+ * @property {string | null} unsettled
+ * @property {number} payout minor units
+ *
+ * @typedef {SignedReceipt & {inclusion: string[], consistency: string[], result: DropResult | null}} ExportedDrop
+ *
+ * @typedef {object} SessionExport
+ * @property {string} kind
+ * @property {number} version
+ * @property {string} key
+ * @property {Signed} session
+ * @property {Record<string, unknown>} board
+ * @property {string | null} client_seed
+ * @property {string | null} server_seed
+ * @property {ExportedDrop[]} drops
+ * @property {Signed} head
+ * @property {Signed | null} end
+ * @property {SignedReceipt[]} [heard]
+ */
+
+const KIND = "plinko-session";
+const VERSION = 1;
+
+const SIGNED = ["statement", "signature"];
+const RECEIPT = ["receipt", "index", "root", "signature"];
+const DROP = [...RECEIPT, "inclusion", "consistency", "result"];
+const RESULT = ["tick", "bin", "score", "t", "x_end", "digest", "unsettled", "payout"];
+const EXPORT = ["kind", "version", "key", "session", "board", "client_seed", "server_seed", "drops",
+  "head", "end"];
+
+/** What each signed statement has beside `kind` and `version`. */
+export const STATEMENTS = {
+  "plinko session": ["session", "room", "board_digest", "payouts_digest", "physics_version",
+    "kernel_digest", "server_commitment", "client_commitment", "time"],
+  "plinko receipt": ["session", "drop", "stake", "aim", "seed", "board_digest", "room", "ball",
+    "time"],
+  "plinko tree head": ["size", "root", "time"],
+  "plinko session end": ["session", "drops", "server_seed", "time"],
+};
+
+/** What is no session's export; the message says why. */
+export class ExportError extends Error {}
+
+/**
+ * @param {string} text JSON
+ * @returns {SessionExport} throws an ExportError for what is none
+ */
+export function readExport(text) {
+  let value;
+  try {
+    value = JSON.parse(text);
+  } catch (error) {
+    throw new ExportError(`not JSON: ${error instanceof Error ? error.message : error}`);
+  }
+  return checkedExport(value);
+}
+
+/** @param {unknown} value parsed JSON @returns {SessionExport} throws an ExportError */
+export function checkedExport(value) {
+  const found = /** @type {SessionExport} */ (object(value, "the export"));
+  if (found.kind !== KIND) throw new ExportError("this is no session's export");
+  if (found.version !== VERSION) throw new ExportError(`version ${found.version} is not ${VERSION}`);
+  fields(found, "the export", EXPORT, ["heard"]);
+  statement(found.session, "session", "plinko session");
+  statement(found.head, "head", "plinko tree head");
+  if (found.end !== null) statement(found.end, "end", "plinko session end");
+  object(found.board, "board");
+  list(found.drops, "drops").forEach((drop, i) => checkDrop(drop, `drops[${i}]`));
+  list(found.heard ?? [], "heard").forEach((heard, i) => checkReceipt(heard, `heard[${i}]`, RECEIPT));
+  return found;
+}
+
+/** @param {unknown} drop @param {string} where */
+function checkDrop(drop, where) {
+  const { inclusion, consistency, result } = checkReceipt(drop, where, DROP);
+  list(inclusion, `${where}.inclusion`);
+  list(consistency, `${where}.consistency`);
+  if (result !== null) fields(object(result, `${where}.result`), `${where}.result`, RESULT);
+}
+
+/** @param {unknown} value @param {string} where @param {string[]} names */
+function checkReceipt(value, where, names) {
+  const found = object(value, where);
+  fields(found, where, names);
+  const receipt = object(found.receipt, `${where}.receipt`);
+  stated(receipt, `${where}.receipt`, "plinko receipt");
+  for (const name of ["drop", "stake", "ball", "time"]) whole(receipt[name], `${where}.${name}`);
+  whole(found.index, `${where}.index`);
+  return found;
+}
+
+/** @param {unknown} value @param {string} where @param {keyof typeof STATEMENTS} kind */
+function statement(value, where, kind) {
+  const signed = object(value, where);
+  fields(signed, where, SIGNED);
+  stated(object(signed.statement, where), where, kind);
+}
+
+/** @param {Record<string, unknown>} value @param {string} where @param {keyof typeof STATEMENTS} kind */
+function stated(value, where, kind) {
+  fields(value, where, ["kind", "version", ...STATEMENTS[kind]]);
+  if (value.kind !== kind || value.version !== VERSION) {
+    throw new ExportError(`${where} is not a ${kind}, version ${VERSION}`);
+  }
+}
+
+/** @param {unknown} value @param {string} where @returns {Record<string, unknown>} */
+function object(value, where) {
+  if (typeof value === "object" && value !== null && !Array.isArray(value)) {
+    return /** @type {Record<string, unknown>} */ (value);
+  }
+  throw new ExportError(`${where} is no object`);
+}
+
+/** @param {unknown} value @param {string} where @returns {unknown[]} */
+function list(value, where) {
+  if (Array.isArray(value)) return value;
+  throw new ExportError(`${where} is no list`);
+}
+
+/** @param {unknown} value @param {string} where */
+function whole(value, where) {
+  if (!Number.isSafeInteger(value) || Number(value) < 0) {
+    throw new ExportError(`${where} is ${JSON.stringify(value)}, no whole number from 0`);
+  }
+}
+
+/** @param {object} value @param {string} where @param {string[]} names @param {string[]} [more] */
+function fields(value, where, names, more = []) {
+  const lacking = names.find((name) => !(name in value));
+  if (lacking) throw new ExportError(`${where} lacks ${lacking}`);
+  const unknown = Object.keys(value).find((name) => !names.includes(name) && !more.includes(name));
+  if (unknown) throw new ExportError(`${where} has ${unknown}, which is unknown`);
+}

@@ -1,0 +1,79 @@
+// The steps of a check on the page: which hold, with both values of each to copy, and what it proves.
+
+import { make } from "../util/dom.js";
+import { checkSession } from "./check.js";
+
+/** @import { Step, Tools } from "./check.js" */
+/** @import { SessionExport } from "./export.js" */
+
+const PROVEN = "Proven: neither side could choose a start, no drop is left out, and each path and payout is what it must be. Not proven: that stakes and payouts stand in any account, or whose the server's key is unless you know it from elsewhere.";
+const FORGED = "Not proven, see the steps marked ✗: this session was forged, changed, or is not over yet.";
+
+/** @typedef {{verdict: HTMLElement, list: HTMLElement}} Places where the sentence and the steps go */
+
+/**
+ * Checks a session and shows all of it.
+ * @param {SessionExport} session
+ * @param {Tools} tools
+ * @param {Places} places
+ * @returns {Promise<Step[]>} those that failed
+ */
+export async function report(session, tools, { verdict, list }) {
+  say(verdict, "", "Computing…");
+  list.replaceChildren();
+  /** @type {Map<number | null, Step[]>} */
+  const groups = new Map();
+  const failed = [];
+  for await (const step of checkSession(session, tools)) {
+    groups.set(step.drop, [...(groups.get(step.drop) ?? []), step]);
+    if (!step.ok) failed.push(step);
+  }
+  list.append(...Array.from(groups, ([drop, steps]) => group(drop, steps)));
+  const names = [...new Set(failed.map(({ name, drop }) => (drop === null ? name : `${name} of drop ${drop}`)))];
+  if (failed.length > 0) say(verdict, "bad", `${FORGED} ${names.slice(0, 8).join(", ")}.`);
+  else say(verdict, "good", PROVEN);
+  return failed;
+}
+
+/** @param {HTMLElement} note @param {"" | "good" | "bad"} tone @param {string} text */
+export function say(note, tone, text) {
+  note.dataset.tone = tone;
+  note.textContent = text;
+}
+
+/** @param {number | null} drop @param {Step[]} steps */
+function group(drop, steps) {
+  const ok = steps.every((step) => step.ok);
+  const title = drop === null ? "The session" : `Drop ${drop}`;
+  const summary = make("summary", {}, mark(ok), ` ${title}: ${steps.length} steps`);
+  const details = make("details", { class: "fair-group", "data-ok": String(ok) }, summary);
+  // A long session has thousands of values, of which a reader looks at a few.
+  details.addEventListener("toggle", () => {
+    if (details.open && details.children.length === 1) details.append(table(steps));
+  });
+  details.open = !ok;
+  return make("li", {}, details);
+}
+
+/** @param {Step[]} steps */
+function table(steps) {
+  return make("ul", { class: "fair-steps" }, ...steps.map((step) => make(
+    "li", { "data-step": step.name, "data-ok": String(step.ok) },
+    make("p", {}, mark(step.ok), " ", make("b", {}, step.name), `: ${step.text}`),
+    value("said", step.said), value("found here", step.found),
+  )));
+}
+
+/** @param {boolean} ok */
+const mark = (ok) => make("span", { class: ok ? "fair-good" : "fair-bad" }, ok ? "✓" : "✗");
+
+/** @param {string} name @param {unknown} content a value with a button that copies it */
+export function value(name, content) {
+  const text = typeof content === "string" ? content : JSON.stringify(content);
+  const copy = make("button", { type: "button", class: "fair-copy", "aria-label": `Copy ${name}` }, "Copy");
+  copy.addEventListener("click", async () => {
+    await navigator.clipboard.writeText(text);
+    copy.textContent = "Copied";
+  });
+  return make("p", { class: "fair-value" }, make("span", {}, name), make("code", {}, text), copy);
+}

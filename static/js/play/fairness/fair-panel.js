@@ -1,0 +1,84 @@
+// The padlock beside DROP: what was committed to before a drop, and after it the check of all of it.
+
+import { readExport } from "../../fairness/export.js";
+import { report, say, value } from "../../fairness/report.js";
+import { openTools } from "../../fairness/tools.js";
+import { messageOf, request } from "../../net/api.js";
+import { byId } from "../../util/dom.js";
+import { saveFile } from "../../util/file.js";
+import { counted } from "../../util/format.js";
+
+/** @import { Tools } from "../../fairness/check.js" */
+/** @import { SessionEnded, SignedReceipt } from "../../model/messages.js" */
+/** @import { FairPlay } from "./fair-play.js" */
+
+const SHORT = 8; // digits of a commitment that are shown on the padlock
+
+/**
+ * @typedef {object} FairPanelListener
+ * @property {() => void} onCheck the session is to end, so that it can be checked
+ * @property {() => boolean} isBusy whether balls of ours are in flight
+ */
+
+/** Shows the session, and checks it once it is over. */
+export class FairPanel {
+  /** @type {Promise<Tools> | null} fetched by the first check */
+  #tools = null;
+  #saved = { name: "", text: "" };
+
+  /** @param {FairPanelListener} listener */
+  constructor(listener) {
+    this.listener = listener;
+    this.padlock = byId("padlock");
+    this.panel = byId("fair");
+    this.verdict = byId("fair-verdict");
+    this.button = byId("fair-check", HTMLButtonElement);
+    this.padlock.addEventListener("click", () => {
+      this.panel.hidden = !this.panel.hidden;
+      this.padlock.setAttribute("aria-expanded", String(!this.panel.hidden));
+    });
+    this.button.addEventListener("click", () => listener.onCheck());
+    byId("fair-save").addEventListener("click", () => {
+      saveFile(this.#saved.name, this.#saved.text, "application/json");
+    });
+  }
+
+  /** @param {FairPlay} fair */
+  show(fair) {
+    const { committed, open, state } = fair;
+    this.padlock.dataset.open = String(open);
+    const text = committed ? committed.slice(0, SHORT) : "no lock";
+    byId("padlock-text").textContent = text;
+    this.padlock.setAttribute("aria-label", committed
+      ? `Fair drops: the server has committed to ${text}`
+      : "Fair drops: nothing is committed to yet");
+    this.button.disabled = !state || state.drops === 0 || this.listener.isBusy();
+    if (!state) return;
+    const drops = counted(state.drops, "drop");
+    this.button.textContent = state.drops === 0 ? "Reveal and check" : `Reveal and check ${drops}`;
+    byId("fair-values").replaceChildren(
+      value("server", committed),
+      value("yours", String(state.statement.client_commitment)),
+      value("session", state.session),
+      value("key", state.key),
+    );
+  }
+
+  /** @param {SessionEnded} ended @param {SignedReceipt[]} heard what we were given meanwhile */
+  async check({ session }, heard) {
+    this.verdict.hidden = false;
+    say(this.verdict, "", "Computing…");
+    try {
+      const reply = await request(`sessions/${encodeURIComponent(session)}/export`);
+      const text = JSON.stringify({ ...(await reply.json()), heard });
+      this.#saved = { name: `plinko-session-${session.slice(0, SHORT)}.json`, text };
+      this.#tools ??= openTools();
+      const places = { verdict: this.verdict, list: byId("fair-steps") };
+      await report(readExport(text), await this.#tools, places);
+    } catch (error) {
+      say(this.verdict, "bad", `The session could not be checked: ${messageOf(error)}`);
+    }
+    byId("fair-links").hidden = false;
+    byId("fair-verify", HTMLAnchorElement).href = `verify.html?session=${encodeURIComponent(session)}`;
+  }
+}

@@ -1,0 +1,67 @@
+// The page that checks a session's export, from a file or a link, by itself: no server decides it.
+
+import { openTools } from "../fairness/tools.js";
+import { report, say } from "../fairness/report.js";
+import { ExportError, readExport } from "../fairness/export.js";
+import { byId, inputOf } from "../util/dom.js";
+import { messageOf } from "../net/api.js";
+
+const verdict = byId("verdict");
+const list = byId("steps");
+// Asked for at once, so that the check itself needs no network.
+const tools = openTools();
+
+/** @param {string} text an export @param {string} [key] */
+async function check(text, key) {
+  document.documentElement.dataset.state = "checking";
+  try {
+    const session = readExport(text);
+    byId("key-shown").textContent = session.key;
+    const failed = await report(session, { ...(await tools), ...(key && { key }) }, { verdict, list });
+    document.documentElement.dataset.state = failed.length > 0 ? "forged" : "proven";
+  } catch (error) {
+    refuse(error);
+  }
+}
+
+/** @param {unknown} error */
+function refuse(error) {
+  document.documentElement.dataset.state = "failed";
+  list.replaceChildren();
+  say(verdict, "bad", error instanceof ExportError ? `No session to check: ${error.message}.` : messageOf(error));
+}
+
+/** @param {string} link */
+async function checkLink(link) {
+  try {
+    const response = await fetch(link);
+    if (!response.ok) throw new Error(`${link} is not there: ${response.status}`);
+    await check(await response.text(), key());
+  } catch (error) {
+    refuse(error);
+  }
+}
+
+const form = byId("other", HTMLFormElement);
+const key = () => inputOf(form, "key").value.trim().toLowerCase();
+
+byId("file", HTMLInputElement).addEventListener("change", async ({ target }) => {
+  const [file] = /** @type {HTMLInputElement} */ (target).files ?? [];
+  if (file) await check(await file.text(), key());
+});
+form.addEventListener("submit", async (event) => {
+  event.preventDefault();
+  const link = inputOf(form, "link").value.trim();
+  const [file] = byId("file", HTMLInputElement).files ?? [];
+  if (link) await checkLink(link);
+  else if (file) await check(await file.text(), key());
+});
+
+const asked = new URLSearchParams(window.location.search).get("session");
+if (asked !== null) {
+  // Of this site alone: an id is enough.
+  const link = `api/v1/sessions/${encodeURIComponent(asked)}/export`;
+  inputOf(form, "link").value = link;
+  checkLink(link);
+}
+document.documentElement.dataset.ready = "true";

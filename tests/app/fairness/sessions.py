@@ -1,0 +1,107 @@
+"""An honest session as its server would export it, made in memory, for tests that forge it."""
+
+from typing import Any
+
+import msgspec
+
+from app.fairness import merkle
+from app.fairness.check import kernel_digest_of
+from app.fairness.export import KIND, VERSION, DropResult, SessionExport, Signed, make_export
+from app.fairness.seeds import commitment, drop_seed
+from app.fairness.signing import Signer
+from app.fairness.statements import (
+    Closing,
+    LogEntry,
+    Receipt,
+    SessionStatement,
+    TreeHead,
+    payouts_digest,
+)
+from app.protocol.messages import SignedReceipt
+from app.rooms.stakes import payout_of
+from engine import PHYSICS_VERSION, Board, drop
+
+KERNEL = kernel_digest_of(b"kernels")
+BOARD = Board.preset("triangle-9")
+SERVER_SEED, CLIENT_SEED = bytes(range(32)), bytes(range(32, 64))
+SIGNER = Signer(b"\x07" * 32)
+
+
+class Log:
+    """The log of a server: its leaves' hashes by complete subtrees."""
+
+    def __init__(self) -> None:
+        self.size = 0
+        self.nodes: dict[merkle.Node, bytes] = {}
+
+    def lookup(self, level: int, number: int) -> bytes:
+        return self.nodes[level, number]
+
+    def add(self, leaf: bytes) -> bytes:
+        """One leaf more; returns the root."""
+        self.nodes.update(merkle.added(self.size, leaf, self.lookup))
+        self.size += 1
+        return merkle.root(self.size, self.lookup)
+
+
+def signed(statement: Any) -> Signed:
+    values = statement.to_dict()
+    return Signed(values, SIGNER.sign(values).hex())
+
+
+def honest(drops: int = 4, *, kernel: str = KERNEL, others: int = 2) -> dict[str, Any]:
+    """A session's export, as JSON; `others` leaves of other players lie between its own."""
+    log, played = Log(), []
+    for number in range(drops):
+        for other in range(others):
+            log.add(f"other {number} {other}".encode())
+        seed = drop_seed(SERVER_SEED, CLIENT_SEED, number, bytes.fromhex(BOARD.digest))
+        aim = BOARD.drop.x + 0.01 if number % 2 else None
+        receipt = Receipt(
+            "s1", number, 100, aim, str(seed), BOARD.digest, "main", number, 1000 + number
+        )
+        root = log.add(receipt.leaf()).hex()
+        entry = LogEntry(receipt.to_dict(), log.size - 1, root)
+        logged = SignedReceipt(entry.receipt, entry.index, root, signed(entry).signature)
+        played.append((logged, ended(seed, aim)))
+    log.add(b"somebody came later")
+    session = SessionStatement(
+        session="s1",
+        room="main",
+        board_digest=BOARD.digest,
+        payouts_digest=payouts_digest(BOARD),
+        physics_version=PHYSICS_VERSION,
+        kernel_digest=kernel,
+        server_commitment=commitment(SERVER_SEED).hex(),
+        client_commitment=commitment(CLIENT_SEED).hex(),
+        time=999,
+    )
+    head = TreeHead(log.size, merkle.root(log.size, log.lookup).hex(), 2000)
+    bare = SessionExport(
+        kind=KIND,
+        version=VERSION,
+        key=SIGNER.public.hex(),
+        session=signed(session),
+        board=BOARD.to_dict(),
+        client_seed=CLIENT_SEED.hex(),
+        server_seed=SERVER_SEED.hex(),
+        drops=[],
+        head=signed(head),
+        end=signed(Closing("s1", drops, SERVER_SEED.hex(), 1999)),
+    )
+    made: dict[str, Any] = msgspec.to_builtins(make_export(bare, played, log.lookup))
+    return made
+
+
+def ended(seed: int, aim: float | None) -> DropResult:
+    found = drop(BOARD, seed, aim=aim)
+    return DropResult(
+        tick=60,
+        bin=found.bin,
+        score=found.score,
+        t=found.duration,
+        x_end=found.x_end,
+        digest=found.digest,
+        unsettled=found.unsettled,
+        payout=payout_of(100, found.score),
+    )

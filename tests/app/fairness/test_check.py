@@ -1,0 +1,198 @@
+"""An honest session is proven, and each way to forge one has a name."""
+
+import copy
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.cli import main
+from app.fairness.check import Verdict, check_session, kernel_digest_of
+from app.fairness.export import read_export
+from app.fairness.signing import Signer
+from app.settings import page_kernels
+from engine.errors import RecordError
+from tests.app.fairness.sessions import KERNEL, SIGNER, honest
+from tests.golden import session as golden
+
+Forge = Callable[[dict[str, Any]], None]
+
+HONEST = honest()
+
+
+def checked(session: dict[str, Any], **known: Any) -> Verdict:
+    return check_session(read_export(session), **{"kernel_digest": KERNEL, **known})
+
+
+def test_an_honest_session_is_proven() -> None:
+    verdict = checked(HONEST, key=SIGNER.public.hex())
+    assert verdict.failed == []
+    assert [step.name for step in verdict.steps if step.drop == 3] == [
+        "receipt-session", "receipt-board", "receipt", "inclusion", "consistency", "start",
+        "trajectory", "outcome", "payout",
+    ]  # fmt: skip
+
+
+def other_server_seed(session: dict[str, Any]) -> None:
+    session["server_seed"] = "ff" * 32
+
+
+def other_client_seed(session: dict[str, Any]) -> None:
+    session["client_seed"] = "ff" * 32
+
+
+def skipped_drop(session: dict[str, Any]) -> None:
+    del session["drops"][1]
+
+
+def truncated_log(session: dict[str, Any]) -> None:
+    del session["drops"][-1]
+
+
+def denied_end(session: dict[str, Any]) -> None:
+    """The whole log ends earlier, and so does the session."""
+    last = session["drops"][-1]
+    heard = {name: last[name] for name in ("receipt", "index", "root", "signature")}
+    session.update({**honest(3), "heard": [heard]})
+
+
+def changed_payout(session: dict[str, Any]) -> None:
+    session["drops"][2]["result"]["payout"] += 1
+
+
+def withheld_result(session: dict[str, Any]) -> None:
+    session["drops"][2]["result"] = None
+
+
+def other_path(session: dict[str, Any]) -> None:
+    session["drops"][0]["result"]["digest"] = "0" * 64
+
+
+def other_bin(session: dict[str, Any]) -> None:
+    session["drops"][0]["result"]["bin"] += 1
+
+
+def changed_stake(session: dict[str, Any]) -> None:
+    session["drops"][0]["receipt"]["stake"] = 1
+
+
+def changed_table(session: dict[str, Any]) -> None:
+    session["board"]["bins"]["multipliers"][0] += 1
+
+
+def chosen_start(session: dict[str, Any]) -> None:
+    """By a server that has its own key and makes all the rest agree."""
+    drop = session["drops"][1]
+    drop["receipt"]["seed"] = "3173"
+    entry = {"kind": "plinko log entry", "version": 1, "receipt": drop["receipt"],
+             "index": drop["index"], "root": drop["root"]}  # fmt: skip
+    drop["signature"] = SIGNER.sign(entry).hex()
+
+
+def bad_signature(session: dict[str, Any]) -> None:
+    session["session"]["signature"] = "0" * 128
+
+
+def other_key(session: dict[str, Any]) -> None:
+    session["key"] = Signer(b"\x08" * 32).public.hex()
+
+
+def other_root(session: dict[str, Any]) -> None:
+    session["drops"][2]["root"] = session["drops"][1]["root"]
+
+
+def unrevealed(session: dict[str, Any]) -> None:
+    session["server_seed"] = None
+
+
+def unended(session: dict[str, Any]) -> None:
+    session["end"] = None
+
+
+def foreign_receipt(session: dict[str, Any]) -> None:
+    session["drops"][0]["receipt"]["session"] = "another"
+
+
+FORGERIES: list[tuple[Forge, set[str]]] = [
+    (other_server_seed, {"server-seed", "end-seed", "start"}),
+    (other_client_seed, {"client-seed", "start"}),
+    (skipped_drop, {"counter", "truncated"}),
+    (truncated_log, {"truncated"}),
+    (denied_end, {"heard"}),
+    (changed_payout, {"payout"}),
+    (withheld_result, {"result"}),
+    (other_path, {"trajectory"}),
+    (other_bin, {"outcome"}),
+    (changed_stake, {"receipt", "inclusion", "payout"}),
+    (changed_table, {"board", "payouts", "start", "trajectory"}),
+    (chosen_start, {"inclusion", "start", "trajectory", "outcome"}),
+    (bad_signature, {"session"}),
+    (other_key, {"session", "head", "end", "receipt"}),
+    (other_root, {"receipt", "consistency"}),
+    (unrevealed, {"server-seed-open", "end-seed"}),
+    (unended, {"end"}),
+    (foreign_receipt, {"receipt-session", "receipt", "inclusion"}),
+]
+
+
+@pytest.mark.parametrize(
+    ("forge", "names"), FORGERIES, ids=lambda each: getattr(each, "__name__", "")
+)
+def test_each_forgery_is_named(forge: Forge, names: set[str]) -> None:
+    session = copy.deepcopy(HONEST)
+    forge(session)
+    found = {step.name for step in checked(session).failed}
+    # A changed table may move payouts, another path its payout: what must be named is, at least.
+    assert names <= found <= names | {"payout", "outcome"}
+
+
+def test_another_kernel_and_another_server_are_named() -> None:
+    assert [step.name for step in checked(HONEST, kernel_digest="0" * 64).failed] == ["kernel"]
+    assert [step.name for step in checked(HONEST, key="0" * 64).failed] == ["key"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"version": 2}, "version is 2, not 1"),
+        ({"extra": 1}, "unknown field `extra`"),
+        ({"key": "xyz"}, "key 'xyz' is not 64 hexadecimal digits"),
+        ({"server_seed": "00"}, "server-seed '00' is not 64 hexadecimal digits"),
+        ({"board": {"width": -1}}, "board: width"),
+    ],
+)
+def test_what_is_no_session_is_named(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(RecordError, match=message):
+        checked({**HONEST, **change})
+
+
+def test_a_field_that_is_signed_but_unknown_is_refused() -> None:
+    session = copy.deepcopy(HONEST)
+    session["drops"][0]["receipt"]["bonus"] = 1
+    with pytest.raises(RecordError, match="plinko receipt"):
+        checked(session)
+
+
+def test_the_command_line_proves_and_names(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    session = honest(1, kernel=kernel_digest_of(page_kernels().read_bytes()))
+    file = tmp_path / "session.json"
+    file.write_text(json.dumps(session))
+    assert main(["verify", str(file)]) == 0
+    assert "proven: 1 drops" in capsys.readouterr().out
+    changed_payout_of_first = copy.deepcopy(session)
+    changed_payout_of_first["drops"][0]["result"]["payout"] += 1
+    file.write_text(json.dumps(changed_payout_of_first))
+    assert main(["verify", str(file)]) == 1
+    assert "not proven: payout of drop 0" in capsys.readouterr().out
+    file.write_text(json.dumps(session))
+    assert main(["verify", str(file), "--key", "0" * 64]) == 1
+    assert "not proven: key" in capsys.readouterr().out
+
+
+def test_the_golden_session_is_this_one() -> None:
+    """What tests/js/fairness tries; `python -m tests.golden.session` makes it anew."""
+    assert golden.FILE.read_text() == golden.text()

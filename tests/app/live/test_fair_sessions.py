@@ -1,0 +1,223 @@
+"""Sessions as players have them: over REST and WebSocket, several balls, many players."""
+
+import hashlib
+from typing import Any
+
+import httpx
+import pytest
+
+from app.fairness.check import Verdict, check_session, kernel_digest_of
+from app.fairness.export import read_export
+from app.fairness.merkle import is_consistent
+from app.fairness.signing import is_signed
+from app.settings import page_kernels
+from tests.app.conftest import TINY, Running, playing
+from tests.waiting import until
+
+SEED = b"\x2a" * 32
+COMMITMENT = hashlib.sha256(SEED).hexdigest()
+KERNEL = kernel_digest_of(page_kernels().read_bytes())
+
+
+def bearer(token: str) -> dict[str, str]:
+    return {"authorization": f"Bearer {token}"}
+
+
+def begun(http: httpx.Client, room: str = "main") -> tuple[dict[str, Any], dict[str, str]]:
+    """An open session of a room, and the header that shows its token."""
+    answer = http.post("/api/v1/sessions", json={"room": room, "commitment": COMMITMENT})
+    assert answer.status_code == 201, answer.text
+    session = answer.json()
+    shown = bearer(session["token"])
+    opening = f"/api/v1/sessions/{session['session']}/opening"
+    assert http.post(opening, json={"seed": SEED.hex()}, headers=shown).json()["open"]
+    return session, shown
+
+
+def checked(http: httpx.Client, session: str, **more: Any) -> Verdict:
+    export = http.get(f"/api/v1/sessions/{session}/export").json()
+    key = http.get("/api/v1/log").json()["key"]
+    return check_session(read_export({**export, **more}), kernel_digest=KERNEL, key=key)
+
+
+def drops_of(http: httpx.Client, session: str) -> list[dict[str, Any]]:
+    drops: list[dict[str, Any]] = http.get(f"/api/v1/sessions/{session}/export").json()["drops"]
+    return drops
+
+
+@pytest.fixture(scope="module")
+def tiny(http: httpx.Client) -> str:
+    room: str = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
+    return room
+
+
+def test_a_session_over_rest_is_proven_from_its_export(http: httpx.Client, tiny: str) -> None:
+    session, shown = begun(http, tiny)
+    drops = f"/api/v1/rooms/{tiny}/drops"
+    heard = []
+    for number in range(3):
+        body = {"stake": 100, "session": session["session"]}
+        answer = http.post(drops, params={"wait": 1}, json=body, headers=shown).json()
+        assert (answer["receipt"]["receipt"]["drop"], "practice" in answer) == (number, False)
+        assert answer["landed"]["payout"] in (100, 200)
+        heard.append(answer["receipt"])
+    before = checked(http, session["session"])
+    assert {step.name for step in before.failed} == {"server-seed-open", "end"}
+    end = f"/api/v1/sessions/{session['session']}/end"
+    ended = http.post(end, headers=shown).json()
+    assert (
+        hashlib.sha256(bytes.fromhex(ended["server_seed"])).hexdigest()
+        == session["statement"]["server_commitment"]
+    )
+    assert http.post(end, headers=shown).json() == ended
+    verdict = checked(http, session["session"], heard=heard)
+    assert (verdict.failed, verdict.drops) == ([], 3)
+    over = http.post(drops, json={"session": session["session"]}, headers=shown)
+    assert (over.status_code, over.json()["code"]) == (409, "session-state")
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        ({"stake": 1}, "invalid-value"),
+        ({"stake": 1, "seed": "3173"}, "invalid-value"),
+        ({"stake": 1, "x": 0.0}, "invalid-value"),
+        ({"session": "OWN", "seed": "3173"}, "invalid-value"),
+        ({"session": "OWN", "x": 0.0}, "invalid-value"),
+        ({"session": "none", "stake": 1}, "not-yours"),
+    ],
+)
+def test_nothing_is_staked_where_somebody_chose(
+    http: httpx.Client, tiny: str, body: dict[str, Any], code: str
+) -> None:
+    session, shown = begun(http, tiny)
+    if body.get("session") == "OWN":
+        body = {**body, "session": session["session"]}
+    before = http.get(f"/api/v1/rooms/{tiny}").json()["stats"]["drops"]
+    answer = http.post(f"/api/v1/rooms/{tiny}/drops", json=body, headers=shown)
+    assert 400 <= answer.status_code < 500
+    assert answer.json()["code"] == code
+    assert http.get(f"/api/v1/rooms/{tiny}").json()["stats"]["drops"] == before
+
+
+def test_a_chosen_start_is_practice_wherever_it_is_told(http: httpx.Client, tiny: str) -> None:
+    drops = f"/api/v1/rooms/{tiny}/drops"
+    told = [
+        http.post(drops, params={"wait": 1}, json=body).json()
+        for body in ({"seed": "5"}, {"x": 0.1}, {})
+    ]
+    assert [each.get("practice", False) for each in told] == [True, True, False]
+    assert [each["landed"].get("practice", False) for each in told] == [True, True, False]
+    log = http.get(f"/api/v1/rooms/{tiny}/log").json()["drops"]
+    by_ball = {each["ball"]: each.get("practice", False) for each in log}
+    assert [by_ball[each["ball"]] for each in told] == [True, True, False]
+
+
+def test_secrets_and_tokens_are_asked_for(http: httpx.Client, tiny: str) -> None:
+    body = {"room": tiny, "commitment": COMMITMENT}
+    session = http.post("/api/v1/sessions", json=body).json()
+    address = f"/api/v1/sessions/{session['session']}"
+    shown = bearer(session["token"])
+    drop = {"stake": 1, "session": session["session"]}
+    closed = http.post(f"/api/v1/rooms/{tiny}/drops", json=drop, headers=shown)
+    assert (closed.status_code, closed.json()["code"]) == (409, "session-state")
+    wrong = http.post(f"{address}/opening", json={"seed": "00" * 32}, headers=shown)
+    assert "not the one that was committed to" in wrong.json()["detail"]
+    assert http.post(f"{address}/end").status_code == 401
+    assert http.post(f"{address}/end", headers=bearer("x")).status_code == 403
+    assert http.post("/api/v1/sessions", json={"commitment": "xyz"}).status_code == 422
+    assert http.get("/api/v1/sessions/none").json()["code"] == "unknown-session"
+
+
+def test_no_session_where_balls_knock_each_other(http: httpx.Client) -> None:
+    body = {"room": "interacting-triangle-8", "commitment": COMMITMENT}
+    answer = http.post("/api/v1/sessions", json=body)
+    assert (answer.status_code, answer.json()["field"]) == (422, "room")
+
+
+def test_a_session_of_another_table_drops_nothing(http: httpx.Client, tiny: str) -> None:
+    session, shown = begun(http, tiny)
+    body = {"session": session["session"], "stake": 1}
+    answer = http.post("/api/v1/rooms/triangle-8/drops", json=body, headers=shown)
+    assert (answer.status_code, answer.json()["code"]) == (409, "session-state")
+    assert checked(http, session["session"]).drops == 0
+
+
+async def test_many_players_and_many_balls_in_one_room(
+    server: Running, http: httpx.Client, tiny: str
+) -> None:
+    async with playing(server.socket(tiny)) as ada, playing(server.socket(tiny)) as ben:
+        ids = []
+        for player in (ada, ben):
+            await player.send(type="session", commitment=COMMITMENT, ref=1)
+            state = await player.until("session", ref=1)
+            await player.send(type="open", session=state["session"], seed=SEED.hex(), ref=2)
+            assert (await player.until("session", ref=2))["open"]
+            ids.append(state["session"])
+        for number in range(4):
+            for player, session in ((ada, ids[0]), (ben, ids[1])):
+                await player.send(type="drop", session=session, stake=100, ref=number)
+        heard: dict[str, list[dict[str, Any]]] = {session: [] for session in ids}
+        for player, session in ((ada, ids[0]), (ben, ids[1])):
+            for number in range(4):
+                accepted = await player.until("accepted", ref=number)
+                heard[session].append(accepted["receipt"])
+                assert accepted["receipt"]["receipt"]["drop"] == number
+        # What one is told the other is told too: the log is everybody's.
+        for balls in heard.values():
+            for receipt in balls:
+                ball = receipt["receipt"]["ball"]
+                for player in (ada, ben):
+                    if not any(each.get("ball") == ball and each["type"] == "landed"
+                               for each in player.events):  # fmt: skip
+                        await player.until("landed", ball=ball)
+        for player, session in ((ada, ids[0]), (ben, ids[1])):
+            await player.send(type="end", session=session, ref="over")
+            await player.until("ended", ref="over")
+            verdict = checked(http, session, heard=heard[session])
+            assert (verdict.failed, verdict.drops) == ([], 4)
+
+
+async def test_a_session_that_broke_off_goes_on_where_it_was(
+    server: Running, http: httpx.Client, tiny: str
+) -> None:
+    async with playing(server.socket(tiny)) as player:
+        await player.send(type="session", commitment=COMMITMENT, ref=1)
+        state = await player.until("session", ref=1)
+        session, token = state["session"], state["token"]
+        await player.send(type="open", session=session, seed=SEED.hex(), ref=2)
+        await player.until("session", ref=2)
+        await player.send(type="drop", session=session, stake=50, ref=3)
+        await player.until("accepted", ref=3)
+    async with playing(server.socket(tiny)) as player:
+        await player.send(type="drop", session=session, stake=50, ref=4)
+        assert (await player.until("error", ref=4))["code"] == "unknown-session"
+        await player.send(type="session", session=session, token="no", ref=5)
+        assert (await player.until("error", ref=5))["code"] == "not-yours"
+        await player.send(type="session", session=session, token=token, ref=6)
+        state = await player.until("session", ref=6)
+        assert (state["drops"], state["open"], state["token"]) == (1, True, None)
+        await player.send(type="drop", session=session, stake=50, ref=7)
+        ball = (await player.until("accepted", ref=7))["ball"]
+        await player.until("landed", ball=ball)
+        await player.send(type="end", session=session, ref=8)
+        await player.until("ended", ref=8)
+    until(lambda: all(drop["result"] for drop in drops_of(http, session)))
+    verdict = checked(http, session)
+    assert (verdict.failed, verdict.drops) == ([], 2)
+
+
+def test_the_log_says_that_it_only_grew(http: httpx.Client, tiny: str) -> None:
+    session, shown = begun(http, tiny)
+    heads = []
+    for _ in range(2):
+        body = {"stake": 1, "session": session["session"]}
+        http.post(f"/api/v1/rooms/{tiny}/drops", json=body, headers=shown)
+        heads.append(http.get("/api/v1/log").json()["head"]["statement"])
+    told = http.get("/api/v1/log", params={"since": heads[0]["size"]}).json()
+    head = told["head"]["statement"]
+    assert is_signed(head, bytes.fromhex(told["head"]["signature"]), bytes.fromhex(told["key"]))
+    proof = [bytes.fromhex(node) for node in told["consistency"]]
+    before, after = (bytes.fromhex(each["root"]) for each in (heads[0], head))
+    assert is_consistent(heads[0]["size"], head["size"], before, after, proof)
+    assert http.get("/api/v1/log", params={"since": 10**9}).status_code == 422

@@ -1,0 +1,87 @@
+// The page's own checker: an honest session is proven, and each way to forge one has a name.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import test from "node:test";
+
+import { checkSession } from "../../../static/js/fairness/check.js";
+import { checkedExport, ExportError, readExport } from "../../../static/js/fairness/export.js";
+import { openSolver } from "../../../static/js/solver/solver.js";
+import { json } from "../support.js";
+
+const HONEST = json("tests/golden/session.json");
+const KERNELS = readFileSync(new URL("../../../static/js/solver/kernels.wasm", import.meta.url));
+const solver = await openSolver(KERNELS);
+const kernelDigest = HONEST.session.statement.kernel_digest;
+
+async function failures(session, tools = {}) {
+  const failed = new Set();
+  for await (const step of checkSession(checkedExport(session), { solver, kernelDigest, ...tools })) {
+    if (!step.ok) failed.add(step.name);
+  }
+  return failed;
+}
+
+test("an honest session is proven", async () => {
+  assert.deepEqual(await failures(HONEST, { key: HONEST.key }), new Set());
+  assert.deepEqual(readExport(JSON.stringify(HONEST)), HONEST);
+});
+
+const FORGERIES = {
+  "another server seed": [(s) => { s.server_seed = "ff".repeat(32); }, ["server-seed", "end-seed", "start"]],
+  "another client seed": [(s) => { s.client_seed = "ff".repeat(32); }, ["client-seed", "start"]],
+  "a skipped drop": [(s) => { s.drops.splice(1, 1); }, ["counter", "truncated"]],
+  "a truncated log": [(s) => { s.drops.pop(); }, ["truncated"]],
+  "a receipt denied": [(s) => {
+    const { receipt, index, root, signature } = s.drops.pop();
+    s.heard = [{ receipt, index, root, signature }];
+  }, ["truncated", "heard"]],
+  "a changed payout": [(s) => { s.drops[2].result.payout += 1; }, ["payout"]],
+  "a result withheld": [(s) => { s.drops[2].result = null; }, ["result"]],
+  "another path": [(s) => { s.drops[0].result.digest = "0".repeat(64); }, ["trajectory"]],
+  "another bin": [(s) => { s.drops[0].result.bin += 1; }, ["outcome"]],
+  "a changed stake": [(s) => { s.drops[0].receipt.stake = 100_000; }, ["receipt", "inclusion", "payout"]],
+  "a changed table": [(s) => { s.board.bins.multipliers[0] += 1; }, ["board", "payouts", "start", "trajectory"]],
+  "a bad signature": [(s) => { s.session.signature = "0".repeat(128); }, ["session"]],
+  "another key": [(s) => { s.key = "d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a"; },
+    ["session", "head", "end", "receipt"]],
+  "inconsistent heads": [(s) => { s.drops[2].root = s.drops[1].root; }, ["receipt", "consistency"]],
+  "a foreign receipt": [(s) => { s.drops[0].receipt.session = "x"; }, ["receipt-session", "receipt", "inclusion"]],
+  "no opening": [(s) => { s.server_seed = null; }, ["server-seed-open", "end-seed"]],
+  "no end": [(s) => { s.end = null; }, ["end"]],
+};
+
+for (const [name, [forge, expected]] of Object.entries(FORGERIES)) {
+  test(`${name} is named`, async () => {
+    const session = structuredClone(HONEST);
+    forge(session);
+    const found = await failures(session);
+    for (const each of expected) assert.ok(found.has(each), `${each} in ${[...found]}`);
+    const allowed = new Set([...expected, "payout", "outcome"]);
+    for (const each of found) assert.ok(allowed.has(each), `${each} was not forged`);
+  });
+}
+
+test("another kernel and another server are named", async () => {
+  assert.deepEqual(await failures(HONEST, { kernelDigest: "0".repeat(64) }), new Set(["kernel"]));
+  assert.deepEqual(await failures(HONEST, { key: "0".repeat(64) }), new Set(["key"]));
+});
+
+test("what is no session is named", async () => {
+  const refused = (change, message) => {
+    const session = structuredClone(HONEST);
+    change(session);
+    assert.throws(() => checkedExport(session), (error) => error instanceof ExportError
+      && message.test(error.message));
+  };
+  refused((s) => { s.version = 2; }, /version 2 is not 1/);
+  refused((s) => { s.extra = 1; }, /the export has extra/);
+  refused((s) => { s.drops[0].receipt.bonus = 1; }, /drops\[0\]\.receipt has bonus/);
+  refused((s) => { s.drops[0].receipt.drop = -1; }, /drops\[0\]\.drop is -1/);
+  refused((s) => { delete s.head; }, /the export lacks head/);
+  assert.throws(() => readExport("{"), ExportError);
+  assert.throws(() => readExport("[]"), ExportError);
+  const short = structuredClone(HONEST);
+  short.server_seed = "00";
+  await assert.rejects(failures(short), /server-seed "00" is not 64 hexadecimal digits/);
+});
