@@ -6,7 +6,7 @@ import msgspec
 
 from app.fairness.export import SessionExport
 from app.web.schemas.board_form import BoardForm
-from app.web.schemas.boards import BoardList, BoardView
+from app.web.schemas.boards import BoardList, BoardOdds, BoardView
 from app.web.schemas.drops import (
     DropRecord,
     DropRequest,
@@ -17,6 +17,7 @@ from app.web.schemas.drops import (
     Verdict,
 )
 from app.web.schemas.health import Health, Readiness
+from app.web.schemas.payouts import Payouts, PayoutsRequest
 from app.web.schemas.problem import Problem
 from app.web.schemas.rooms import (
     RoomChange,
@@ -43,6 +44,9 @@ DOCUMENTED = (
     BoardForm,
     BoardList,
     BoardView,
+    BoardOdds,
+    PayoutsRequest,
+    Payouts,
     DropRequest,
     DropRecord,
     Frames,

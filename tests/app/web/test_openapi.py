@@ -38,6 +38,8 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/boards", "post"),
         ("/api/v1/boards/check", "post"),
         ("/api/v1/boards/{board}", "get"),
+        ("/api/v1/boards/{board}/odds", "get"),
+        ("/api/v1/payouts", "post"),
         *(
             (f"/api/v1/boards/{{board}}/{kind}.{fmt}", "get")
             for kind in ("density", "histogram", "sheet")
