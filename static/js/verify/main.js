@@ -5,6 +5,7 @@ import { report, say } from "../fairness/report.js";
 import { ExportError, readExport } from "../fairness/export.js";
 import { byId, inputOf } from "../util/dom.js";
 import { messageOf } from "../net/api.js";
+import { Theme } from "../paint/theme.js";
 
 const verdict = byId("verdict");
 const list = byId("steps");
@@ -41,6 +42,8 @@ async function checkLink(link) {
     refuse(error);
   }
 }
+
+Theme.load().catch(refuse);
 
 const form = byId("other", HTMLFormElement);
 const key = () => inputOf(form, "key").value.trim().toLowerCase();
