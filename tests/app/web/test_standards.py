@@ -70,7 +70,7 @@ def test_head_of_a_stream_without_end_ends(http: httpx.Client, server: Running) 
 @pytest.mark.parametrize(
     ("path", "field", "says"),
     [
-        (f"{DROP}?solvr=stepped", "solvr", "x, solver, dt, substeps"),
+        (f"{DROP}?solvr=stepped", "solvr", "x, aim, solver, dt, substeps"),
         (f"{DROP}?x=0&x=1", "x", "given 2 times: '0', '1'"),
         (f"{DROP}?dt=0.01", "dt", "belongs to the solver 'stepped', not to 'exact'"),
         (f"{DROP}?solver=exact&substeps=4", "substeps", "belongs to the solver 'stepped'"),
