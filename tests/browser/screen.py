@@ -6,6 +6,7 @@ import urllib.request
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
+from urllib.parse import parse_qsl, urlsplit
 
 from playwright.sync_api import Locator, Page, WebSocket, expect
 
@@ -80,8 +81,8 @@ async (known) => {
   const density = canvas.width / canvas.clientWidth;
   const places = [];
   const deadline = performance.now() + 60_000;
-  const landings = Number(document.querySelector("#staked").textContent);
-  while (Number(document.querySelector("#staked").textContent) === landings) {
+  const rows = document.querySelectorAll("#drops > li");
+  while (document.querySelectorAll("#drops > li").length === rows.length) {
     await new Promise(requestAnimationFrame);
     if (performance.now() > deadline) throw new Error("nothing landed within a minute");
     // Pieces come with bounces: that none came for a while says nothing.
@@ -210,6 +211,18 @@ class Screen:
 
     def _keep(self, frame: str | bytes) -> None:
         self.sent.append(frame)
+
+    @property
+    def drops_sent(self) -> list[dict[str, Any]]:
+        """The drops that the page asked for: not what sessions and slow lines need."""
+        messages = [json.loads(frame) for frame in self.sent]
+        return [message for message in messages if message["type"] == "drop"]
+
+    def last_dropped(self) -> Any:
+        """What REST says of the drop in the uppermost row of the list, by its own seed."""
+        link = self.rows.first.get_by_role("link").get_attribute("href") or ""
+        asked = dict(parse_qsl(urlsplit(link).query))
+        return self.api(f"drops/{asked['board']}/{asked['seed']}")
 
     def fact(self, name: str) -> Locator:
         """One of a replay's facts."""

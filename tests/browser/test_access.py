@@ -5,12 +5,13 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import Open, Quick
+from tests.browser.conftest import Open, Quick, ServerProcess, quick_table
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import COUNT_FRAMES
 
 
-def test_a_whole_game_by_keyboard_alone(opened: Open, quick: Quick) -> None:
+def test_a_whole_game_by_keyboard_alone(opened: Open, server: ServerProcess) -> None:
+    quick = quick_table(server, "triangle-9")
     screen = opened(quick.page).ready()
     keyboard = screen.page.keyboard
     for _ in range(20):
@@ -22,15 +23,16 @@ def test_a_whole_game_by_keyboard_alone(opened: Open, quick: Quick) -> None:
     keyboard.press("Enter")
     record = screen.api(f"drops/{quick.board}/42")
     screen.landed(record["bin"])
-    expect(screen.page.locator("#staked")).to_have_text("1")
+    expect(screen.page.locator("#staked")).to_have_text("0")  # a chosen seed is practice
 
+    screen.seed.fill("")
     screen.seed.evaluate("field => field.blur()")
     keyboard.press("Space")
-    expect(screen.page.locator("#staked")).to_have_text("2")
+    expect(screen.page.locator("#staked")).to_have_text("1")
 
     screen.page.get_by_role("radio", name="Seed decides").focus()
     keyboard.press("ArrowRight")
-    slider = screen.page.get_by_label(re.compile("Start position"))
+    slider = screen.page.get_by_label(re.compile("Aim in metres"))
     expect(slider).to_be_visible()
     keyboard.press("Tab")
     expect(slider).to_be_focused()
@@ -38,7 +40,7 @@ def test_a_whole_game_by_keyboard_alone(opened: Open, quick: Quick) -> None:
     keyboard.press("Space")
     expect(screen.rows).to_have_count(3)
     link = screen.rows.first.get_by_role("link")
-    assert "x=-" in (link.get_attribute("href") or "")
+    assert "aim=-" in (link.get_attribute("href") or "")
 
     screen.page.get_by_role("radio", name="Triangle").focus()
     keyboard.press("ArrowRight")
@@ -50,7 +52,7 @@ def test_space_in_the_seed_field_is_typed_and_does_not_drop(opened: Open, quick:
     screen.seed.focus()
     screen.page.keyboard.press("Space")
     expect(screen.seed).to_have_value(" ")
-    assert screen.sent == []
+    assert screen.drops_sent == []
 
 
 def test_what_has_the_focus_is_seen_to_have_it(opened: Open) -> None:
@@ -81,7 +83,7 @@ def test_the_result_is_told_to_those_who_do_not_see_the_board(opened: Open, quic
     screen.drop.click()
     record = screen.api(f"drops/{quick.board}/42")
     expect(screen.page.get_by_role("status").filter(visible=True)).to_contain_text(
-        f"Bin {record['bin']} pays"
+        f"Practice: bin {record['bin']}"
     )
     histogram = screen.page.get_by_role("img", name=re.compile("Histogram of"))
     expect(histogram).to_have_accessible_name(re.compile(rf"bin {record['bin']}: \d"))

@@ -17,7 +17,7 @@ from engine import Board
 from tests.app.conftest import TINY
 from tests.app.persistence.oracle import Told
 from tests.app.persistence.stepped import PATIENCE, Steps, Table
-from tests.waiting import LIMIT, eventually
+from tests.waiting import LIMIT, eventually, turns
 
 GONE = LedgerError("gone")
 
@@ -163,7 +163,7 @@ async def test_a_rooms_end_that_came_through_after_it_was_given_up_is_taken_back
     table.asks(room.id, 1, 100)
     await table.until_still()
     changed = asyncio.ensure_future(getattr(table.rooms, change)(room))
-    await asyncio.sleep(0)
+    await turns()
 
     def stall(step: str) -> None:
         if step == "committed":

@@ -7,25 +7,24 @@ from tests.browser.conftest import Open
 
 def test_a_ball_in_flight_is_still_ours_after_the_line_alone_broke(opened: Open) -> None:
     screen = opened("/?room=triangle-8", before=_BREAKABLE).ready()
-    screen.seed.fill("44")
     screen.drop.click()
     screen.state("live")
     screen.page.evaluate("last_socket.close()")
     screen.state("reconnecting")
     screen.state("live")
-    screen.landed(screen.api("drops/triangle-8/44")["bin"])
+    expect(screen.rows).to_have_count(1)
+    screen.landed(screen.last_dropped()["bin"])
     expect(screen.page.locator("#staked")).to_have_text("1")
 
 
 def test_a_drop_whose_acceptance_was_never_heard_is_ours_too(opened: Open) -> None:
     screen = opened("/?room=triangle-8", before=_BREAKS_AFTER_A_DROP).ready()
-    screen.seed.fill("45")
     screen.drop.click()
     screen.state("reconnecting")
     screen.state("live")
-    screen.landed(screen.api("drops/triangle-8/45")["bin"])
-    expect(screen.page.locator("#staked")).to_have_text("1")
     expect(screen.rows).to_have_count(1)
+    screen.landed(screen.last_dropped()["bin"])
+    expect(screen.page.locator("#staked")).to_have_text("1")
 
 
 _BREAKS_AFTER_A_DROP = """

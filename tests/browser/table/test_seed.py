@@ -1,7 +1,5 @@
 """The seed field: what is a seed is taken to the last digit, what is none is refused by name."""
 
-import json
-
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Open, Quick
@@ -19,14 +17,14 @@ def test_a_bad_seed_is_named_and_nothing_is_sent(opened: Open, quick: Quick) -> 
         expect(note).to_contain_text("18446744073709551615")
         expect(screen.seed).to_have_attribute("aria-invalid", "true")
         expect(screen.seed).to_be_focused()
-        assert screen.sent == [], text
+        assert screen.drops_sent == [], text
         screen.seed.blur()
 
     screen.seed.fill("42")
     expect(note).to_have_count(0)
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
-    assert [json.loads(frame)["seed"] for frame in screen.sent] == ["42"]
+    assert [message["seed"] for message in screen.drops_sent] == ["42"]
 
 
 def test_a_seed_keeps_every_digit(opened: Open, quick: Quick) -> None:
@@ -42,10 +40,7 @@ def test_a_seed_keeps_every_digit(opened: Open, quick: Quick) -> None:
         screen.drop.click()
         expect(screen.rows).to_have_count(count)
         screen.landed(screen.api(f"drops/{quick.board}/{sent}")["bin"])
-    # A page whose line is slow asks for other things, too.
-    messages = [json.loads(frame) for frame in screen.sent]
-    seeds = [message["seed"] for message in messages if message["type"] == "drop"]
-    assert seeds == list(wanted.values())
+    assert [message["seed"] for message in screen.drops_sent] == list(wanted.values())
 
 
 def test_a_seed_of_the_list_can_be_used_again(opened: Open, quick: Quick) -> None:
