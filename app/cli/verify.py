@@ -55,7 +55,8 @@ def _session(fields: dict[str, Any], key: str | None) -> int:
     from app.settings import page_kernels
 
     kernel = kernel_digest_of(page_kernels().read_bytes())
-    verdict = check_session(read_export(fields), kernel_digest=kernel, key=key)
+    export = read_export(fields)
+    verdict = check_session(export, kernel_digest=kernel, key=key)
     for step in verdict.failed:
         where = "" if step.drop is None else f" of drop {step.drop}"
         click.echo(
@@ -65,9 +66,16 @@ def _session(fields: dict[str, Any], key: str | None) -> int:
     if not verdict.ok:
         return EXIT_DIFFERS
     click.echo(
-        f"proven: {verdict.drops} drops, {len(verdict.steps)} steps: neither side could choose a "
-        f"start, none is left out, each path and payout is what it must be (key {verdict.key})"
+        f"proven: {verdict.drops} drops, {len(verdict.steps)} steps: each start is drawn by both "
+        f"secrets, none is left out, each path and payout is what it must be (key {verdict.key})"
     )
+    if export.heard_session is None:
+        click.echo(
+            "not proven: that the server committed before it knew the player's secret; for that "
+            "add the statement that the player was given then, as heard_session"
+        )
+    else:
+        click.echo("proven: the server had committed before: neither side could choose a start")
     click.echo("not proven: that a stake or payout stands in an account, or that the key is known")
     return 0
 

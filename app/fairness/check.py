@@ -34,6 +34,7 @@ from engine.errors import EngineError, RecordError
 Kind = TypeVar("Kind", SessionStatement, Receipt, TreeHead, Closing)
 
 HEARD: Final = "heard"
+HEARD_SESSION: Final = "heard-session"
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +126,8 @@ class _Check:
     def steps(self) -> Iterator[Step]:
         """All of them: the session, its end, then each drop."""
         yield from self._signatures()
+        if self._export.heard_session is not None:
+            yield self._heard_session(self._export.heard_session)
         yield from self._secrets()
         yield from self._what_is_played()
         yield self._counter()
@@ -145,6 +148,15 @@ class _Check:
         signature = parse_hex(signed.signature, "signature", 64)
         ok = is_signed(signed.statement, signature, self._key)
         return Step(name, ok, text, signed.signature, "valid" if ok else "invalid", number)
+
+    def _heard_session(self, heard: Signed) -> Step:
+        """Only what the server said before it knew the player's secret binds its own."""
+        if not self._signed(HEARD_SESSION, "", heard).ok:
+            text = "a statement that this server gave"
+            return Step(HEARD_SESSION, False, text, heard.signature, "invalid")
+        text = "the statement is the one that the player had before they opened"
+        found = self._export.session.statement
+        return _same(HEARD_SESSION, text, heard.statement, found)
 
     def _secrets(self) -> Iterator[Step]:
         export, session = self._export, self._session

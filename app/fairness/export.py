@@ -48,7 +48,8 @@ class ExportedDrop(SignedReceipt, frozen=True, forbid_unknown_fields=True):
 class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A session. `server_seed` and `end` are null while it goes on, `client_seed` before it is.
 
-    heard: receipts that the player was given at the time, by whom they are added.
+    heard, heard_session: receipts that the player was given at the time, and the statement that
+    they had before they opened their secret. The player adds both: a server could change them.
     """
 
     kind: str
@@ -62,6 +63,7 @@ class SessionExport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     head: Signed
     end: Signed | None
     heard: list[SignedReceipt] = []
+    heard_session: Signed | None = None
 
 
 def is_export(fields: Mapping[str, Any]) -> bool:

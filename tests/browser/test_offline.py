@@ -7,6 +7,7 @@ from playwright.sync_api import FilePayload, expect
 from engine import Board, drop
 from tests.app.rooms.logs import LOGS
 from tests.browser.conftest import Complaints, Open
+from tests.golden import session
 
 CUT = r"net::ERR_(INTERNET_DISCONNECTED|FAILED)"
 
@@ -49,4 +50,9 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
 
     page.goto(f"{base}/map.html?board=triangle-8")
     expect(page.get_by_role("textbox", name="x")).to_have_value("0")
+
+    # Its solver is another than the page's, which is named: so all of it was checked here.
+    page.goto(f"{base}/verify.html")
+    page.locator("#file").set_input_files(session.FILE)
+    expect(page.locator("#verdict")).to_contain_text("not over yet. kernel.")
     complaints.allow(CUT)

@@ -71,10 +71,11 @@ class Check {
 
   /** @returns {AsyncGenerator<Step>} */
   async* steps() {
-    const { key, drops, heard = [] } = this.#session;
+    const { key, drops, heard = [], heard_session: given } = this.#session;
     if (this.#tools.key) yield same("key", "the server's key", key, this.#tools.key);
     yield this.#signed("session", "the session's statement is signed", this.#session.session);
     yield this.#signed("head", "the log's head is signed", this.#session.head);
+    if (given) yield this.#heardSession(given);
     yield* this.#secrets();
     yield* this.#played();
     yield this.#counter();
@@ -92,6 +93,22 @@ class Check {
     const message = bytesOfText(canonical(statement));
     const ok = await isSigned(this.#key, bytesOfHex(signature, "signature", 64), message);
     return { name, ok, text, said: signature, found: ok ? "valid" : "invalid", drop };
+  }
+
+  /**
+   * Only what the server said before it knew the player's secret binds its own.
+   * @param {Signed} heard
+   * @returns {Promise<Step>}
+   */
+  async #heardSession(heard) {
+    const name = "heard-session";
+    const { ok } = await this.#signed(name, "", heard);
+    if (!ok) {
+      return { name, ok, text: "a statement that this server gave", said: heard.signature,
+        found: "invalid", drop: null };
+    }
+    return same(name, "the statement is the one that the player had before they opened",
+      heard.statement, this.#session.session.statement);
   }
 
   /** @returns {AsyncGenerator<Step>} */

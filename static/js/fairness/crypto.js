@@ -4,6 +4,9 @@ const utf8 = new TextEncoder();
 
 /** @typedef {Uint8Array<ArrayBuffer>} Bytes */
 
+/** @returns {boolean} browsers have WebCrypto on pages from https or this machine alone */
+export const hasCrypto = () => Boolean(globalThis.crypto?.subtle);
+
 /** @param {string} text @returns {Bytes} */
 export const bytesOfText = (text) => utf8.encode(text);
 

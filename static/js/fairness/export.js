@@ -41,7 +41,8 @@
  * @property {ExportedDrop[]} drops
  * @property {Signed} head
  * @property {Signed | null} end
- * @property {SignedReceipt[]} [heard]
+ * @property {SignedReceipt[]} [heard] what the player was given meanwhile
+ * @property {Signed | null} [heard_session] the statement that they had before they opened
  */
 
 const KIND = "plinko-session";
@@ -53,6 +54,7 @@ const DROP = [...RECEIPT, "inclusion", "consistency", "result"];
 const RESULT = ["tick", "bin", "score", "t", "x_end", "digest", "unsettled", "payout"];
 const EXPORT = ["kind", "version", "key", "session", "board", "client_seed", "server_seed", "drops",
   "head", "end"];
+const HEARD = ["heard", "heard_session"]; // which the player may add
 
 /** What each signed statement has beside `kind` and `version`. */
 export const STATEMENTS = {
@@ -86,10 +88,11 @@ export function checkedExport(value) {
   const found = /** @type {SessionExport} */ (object(value, "the export"));
   if (found.kind !== KIND) throw new ExportError("this is no session's export");
   if (found.version !== VERSION) throw new ExportError(`version ${found.version} is not ${VERSION}`);
-  fields(found, "the export", EXPORT, ["heard"]);
+  fields(found, "the export", EXPORT, HEARD);
   statement(found.session, "session", "plinko session");
   statement(found.head, "head", "plinko tree head");
   if (found.end !== null) statement(found.end, "end", "plinko session end");
+  if (found.heard_session) statement(found.heard_session, "heard_session", "plinko session");
   object(found.board, "board");
   list(found.drops, "drops").forEach((drop, i) => checkDrop(drop, `drops[${i}]`));
   list(found.heard ?? [], "heard").forEach((heard, i) => checkReceipt(heard, `heard[${i}]`, RECEIPT));

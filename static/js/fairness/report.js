@@ -1,12 +1,17 @@
 // The steps of a check on the page: which hold, with both values of each to copy, and what it proves.
 
 import { make } from "../util/dom.js";
+import { canonical } from "./canonical.js";
 import { checkSession } from "./check.js";
 
 /** @import { Step, Tools } from "./check.js" */
 /** @import { SessionExport } from "./export.js" */
 
-const PROVEN = "Proven: neither side could choose a start, no drop is left out, and each path and payout is what it must be. Not proven: that stakes and payouts stand in any account, or whose the server's key is unless you know it from elsewhere.";
+const PROVEN = "no drop is left out, and each path and payout is what it must be.";
+const NOT = "that stakes and payouts stand in any account, or whose the server's key is unless you know it from elsewhere.";
+const BOUND = `Proven: neither side could choose a start, ${PROVEN} Not proven: ${NOT}`;
+// Without what the player was given at the beginning, a server could have chosen its secret late.
+const UNBOUND = `Proven: each start is drawn by both secrets, ${PROVEN} Not proven: that the server committed before it knew the player's secret (a session saved at the table has what shows that), ${NOT}`;
 const FORGED = "Not proven, see the steps marked ✗: this session was forged, changed, or is not over yet.";
 
 /** @typedef {{verdict: HTMLElement, list: HTMLElement}} Places where the sentence and the steps go */
@@ -31,7 +36,7 @@ export async function report(session, tools, { verdict, list }) {
   list.append(...Array.from(groups, ([drop, steps]) => group(drop, steps)));
   const names = [...new Set(failed.map(({ name, drop }) => (drop === null ? name : `${name} of drop ${drop}`)))];
   if (failed.length > 0) say(verdict, "bad", `${FORGED} ${names.slice(0, 8).join(", ")}.`);
-  else say(verdict, "good", PROVEN);
+  else say(verdict, "good", session.heard_session ? BOUND : UNBOUND);
   return failed;
 }
 
@@ -69,7 +74,7 @@ const mark = (ok) => make("span", { class: ok ? "fair-good" : "fair-bad" }, ok ?
 
 /** @param {string} name @param {unknown} content a value with a button that copies it */
 export function value(name, content) {
-  const text = typeof content === "string" ? content : JSON.stringify(content);
+  const text = typeof content === "string" ? content : canonical(content);
   const copy = make("button", { type: "button", class: "fair-copy", "aria-label": `Copy ${name}` }, "Copy");
   copy.addEventListener("click", async () => {
     await navigator.clipboard.writeText(text);

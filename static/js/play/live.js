@@ -13,11 +13,12 @@ import { OwnDrops } from "./own-drops.js";
 import { isPractice, Practice } from "./practice.js";
 
 /** @import { Point } from "../model/board.js" */
-/** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, SessionEnded, SignedReceipt, Snapshot, TableMessage } from "../model/messages.js" */
+/** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, SessionEnded, Snapshot, TableMessage } from "../model/messages.js" */
 /** @import { Played } from "../model/session.js" */
 /** @import { Ball, Solve } from "../model/table/table.js" */
 /** @import { SegmentScale } from "../net/segments.js" */
 /** @import { Solver } from "../solver/solver.js" */
+/** @import { Heard } from "./fairness/fair-play.js" */
 
 /** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "closed"} LiveState */
 
@@ -31,7 +32,7 @@ import { isPractice, Practice } from "./practice.js";
  * @property {() => void} onChange there is something new to draw
  * @property {() => void} [onSnapshot] the balls have new places
  * @property {() => void} [onSession] the session is another, or has gone on
- * @property {(ended: SessionEnded, heard: SignedReceipt[]) => void} [onEnded] a session is over
+ * @property {(ended: SessionEnded, heard: Heard) => void} [onEnded] a session is over
  * @property {(ms: number) => void} [onPong] how long a message took there and back
  */
 
@@ -78,6 +79,7 @@ export class LiveTable {
       onChange: () => listener.onSession?.(),
       onEnded: (ended, heard) => listener.onEnded?.(ended, heard),
       onRefused: (ref) => this.own.refused(ref),
+      onFault: (message) => listener.onError(message),
     });
     this.connection = this.#connect();
   }

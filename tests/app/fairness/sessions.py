@@ -49,13 +49,18 @@ def signed(statement: Any) -> Signed:
     return Signed(values, SIGNER.sign(values).hex())
 
 
-def honest(drops: int = 4, *, kernel: str = KERNEL, others: int = 2) -> dict[str, Any]:
-    """A session's export, as JSON; `others` leaves of other players lie between its own."""
+def honest(
+    drops: int = 4, *, kernel: str = KERNEL, others: int = 2, server_seed: bytes = SERVER_SEED
+) -> dict[str, Any]:
+    """A session's export, as JSON; `others` leaves of other players lie between its own.
+
+    It has what the player was given at its beginning.
+    """
     log, played = Log(), []
     for number in range(drops):
         for other in range(others):
             log.add(f"other {number} {other}".encode())
-        seed = drop_seed(SERVER_SEED, CLIENT_SEED, number, bytes.fromhex(BOARD.digest))
+        seed = drop_seed(server_seed, CLIENT_SEED, number, bytes.fromhex(BOARD.digest))
         aim = BOARD.drop.x + 0.01 if number % 2 else None
         receipt = Receipt(
             "s1", number, 100, aim, str(seed), BOARD.digest, "main", number, 1000 + number
@@ -72,7 +77,7 @@ def honest(drops: int = 4, *, kernel: str = KERNEL, others: int = 2) -> dict[str
         payouts_digest=payouts_digest(BOARD),
         physics_version=PHYSICS_VERSION,
         kernel_digest=kernel,
-        server_commitment=commitment(SERVER_SEED).hex(),
+        server_commitment=commitment(server_seed).hex(),
         client_commitment=commitment(CLIENT_SEED).hex(),
         time=999,
     )
@@ -84,10 +89,11 @@ def honest(drops: int = 4, *, kernel: str = KERNEL, others: int = 2) -> dict[str
         session=signed(session),
         board=BOARD.to_dict(),
         client_seed=CLIENT_SEED.hex(),
-        server_seed=SERVER_SEED.hex(),
+        server_seed=server_seed.hex(),
         drops=[],
         head=signed(head),
-        end=signed(Closing("s1", drops, SERVER_SEED.hex(), 1999)),
+        end=signed(Closing("s1", drops, server_seed.hex(), 1999)),
+        heard_session=signed(session),
     )
     made: dict[str, Any] = msgspec.to_builtins(make_export(bare, played, log.lookup))
     return made

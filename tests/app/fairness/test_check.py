@@ -39,6 +39,17 @@ def other_server_seed(session: dict[str, Any]) -> None:
     session["server_seed"] = "ff" * 32
 
 
+def late_server_seed(session: dict[str, Any]) -> None:
+    """Drawn when the player's was known; the statement is signed anew, and all the rest agrees."""
+    given = session["heard_session"]
+    session.update({**honest(server_seed=b"\x55" * 32), "heard_session": given})
+
+
+def statement_of_another(session: dict[str, Any]) -> None:
+    """A player shows what the server never gave."""
+    session["heard_session"]["signature"] = "0" * 128
+
+
 def other_client_seed(session: dict[str, Any]) -> None:
     session["client_seed"] = "ff" * 32
 
@@ -117,6 +128,8 @@ def foreign_receipt(session: dict[str, Any]) -> None:
 
 FORGERIES: list[tuple[Forge, set[str]]] = [
     (other_server_seed, {"server-seed", "end-seed", "start"}),
+    (late_server_seed, {"heard-session"}),
+    (statement_of_another, {"heard-session"}),
     (other_client_seed, {"client-seed", "start"}),
     (skipped_drop, {"counter", "truncated"}),
     (truncated_log, {"truncated"}),
@@ -129,7 +142,7 @@ FORGERIES: list[tuple[Forge, set[str]]] = [
     (changed_table, {"board", "payouts", "start", "trajectory"}),
     (chosen_start, {"inclusion", "start", "trajectory", "outcome"}),
     (bad_signature, {"session"}),
-    (other_key, {"session", "head", "end", "receipt"}),
+    (other_key, {"session", "heard-session", "head", "end", "receipt"}),
     (other_root, {"receipt", "consistency"}),
     (unrevealed, {"server-seed-open", "end-seed"}),
     (unended, {"end"}),
@@ -182,7 +195,14 @@ def test_the_command_line_proves_and_names(
     file = tmp_path / "session.json"
     file.write_text(json.dumps(session))
     assert main(["verify", str(file)]) == 0
-    assert "proven: 1 drops" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "proven: 1 drops" in told
+    assert "proven: the server had committed before" in told
+    file.write_text(json.dumps({**session, "heard_session": None}))
+    assert main(["verify", str(file)]) == 0
+    told = capsys.readouterr().out
+    assert "not proven: that the server committed before it knew the player's secret" in told
+    assert "neither side could choose" not in told
     changed_payout_of_first = copy.deepcopy(session)
     changed_payout_of_first["drops"][0]["result"]["payout"] += 1
     file.write_text(json.dumps(changed_payout_of_first))

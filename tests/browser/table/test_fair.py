@@ -1,5 +1,6 @@
 """A staked drop that nobody chose: checked beside the button, and again from its export alone."""
 
+import copy
 import json
 
 from playwright.sync_api import FilePayload, expect
@@ -15,6 +16,7 @@ def test_a_session_is_revealed_checked_and_checked_again_offline(
     padlock = page.locator("#padlock")
     expect(padlock).to_have_attribute("data-open", "true")
     padlock.click()
+    shown = page.locator("#fair-values code").first.inner_text()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
     page.get_by_role("button", name="Reveal and check").click()
@@ -23,12 +25,21 @@ def test_a_session_is_revealed_checked_and_checked_again_offline(
         page.get_by_role("button", name="Save the session").click()
     export = json.loads(saved.value.path().read_text())
     assert len(export["drops"]) == 1
+    assert export["heard_session"]["statement"]["server_commitment"] == shown
 
     page.goto(f"{screen.url}/verify.html", wait_until="networkidle")
     page.context.set_offline(True)
-    dearer = json.loads(json.dumps(export))
+    dearer = copy.deepcopy(export)
     dearer["drops"][0]["result"]["payout"] += 1
-    for session, said in ((export, "Proven: "), (dearer, "not over yet. payout of drop 0")):
+    late = copy.deepcopy(export)
+    late["heard_session"]["statement"]["server_commitment"] = "5" * 64
+    told_late = {**export, "heard_session": None}
+    for session, said in (
+        (export, "Proven: neither side could choose"),
+        (dearer, "not over yet. payout of drop 0"),
+        (late, "not over yet. heard-session."),
+        (told_late, "Not proven: that the server committed before"),
+    ):
         text = json.dumps(session).encode()
         file = FilePayload(name="session.json", mimeType="application/json", buffer=text)
         page.locator("#file").set_input_files(file)

@@ -29,6 +29,13 @@ test("an honest session is proven", async () => {
 
 const FORGERIES = {
   "another server seed": [(s) => { s.server_seed = "ff".repeat(32); }, ["server-seed", "end-seed", "start"]],
+  "a server seed drawn late": [(s) => {
+    // The server signs anew; what the player was given at the beginning is another statement.
+    s.heard_session = s.session;
+    s.session = { ...s.session, statement: { ...s.session.statement, server_commitment: "5".repeat(64) } };
+  }, ["heard-session", "session", "server-seed"]],
+  "a statement that the server never gave": [(s) => { s.heard_session.signature = "0".repeat(128); },
+    ["heard-session"]],
   "another client seed": [(s) => { s.client_seed = "ff".repeat(32); }, ["client-seed", "start"]],
   "a skipped drop": [(s) => { s.drops.splice(1, 1); }, ["counter", "truncated"]],
   "a truncated log": [(s) => { s.drops.pop(); }, ["truncated"]],
@@ -44,7 +51,7 @@ const FORGERIES = {
   "a changed table": [(s) => { s.board.bins.multipliers[0] += 1; }, ["board", "payouts", "start", "trajectory"]],
   "a bad signature": [(s) => { s.session.signature = "0".repeat(128); }, ["session"]],
   "another key": [(s) => { s.key = "d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a"; },
-    ["session", "head", "end", "receipt"]],
+    ["session", "heard-session", "head", "end", "receipt"]],
   "inconsistent heads": [(s) => { s.drops[2].root = s.drops[1].root; }, ["receipt", "consistency"]],
   "a foreign receipt": [(s) => { s.drops[0].receipt.session = "x"; }, ["receipt-session", "receipt", "inclusion"]],
   "no opening": [(s) => { s.server_seed = null; }, ["server-seed-open", "end-seed"]],

@@ -9,8 +9,8 @@ import { saveFile } from "../../util/file.js";
 import { counted } from "../../util/format.js";
 
 /** @import { Tools } from "../../fairness/check.js" */
-/** @import { SessionEnded, SignedReceipt } from "../../model/messages.js" */
-/** @import { FairPlay } from "./fair-play.js" */
+/** @import { SessionEnded } from "../../model/messages.js" */
+/** @import { FairPlay, Heard } from "./fair-play.js" */
 
 const SHORT = 8; // digits of a commitment that are shown on the padlock
 
@@ -64,13 +64,13 @@ export class FairPanel {
     );
   }
 
-  /** @param {SessionEnded} ended @param {SignedReceipt[]} heard what we were given meanwhile */
+  /** @param {SessionEnded} ended @param {Heard} heard what we were given meanwhile */
   async check({ session }, heard) {
     this.verdict.hidden = false;
     say(this.verdict, "", "Computing…");
     try {
       const reply = await request(`sessions/${encodeURIComponent(session)}/export`);
-      const text = JSON.stringify({ ...(await reply.json()), heard });
+      const text = JSON.stringify({ ...(await reply.json()), ...heard });
       this.#saved = { name: `plinko-session-${session.slice(0, SHORT)}.json`, text };
       this.#tools ??= openTools();
       const places = { verdict: this.verdict, list: byId("fair-steps") };

@@ -1,27 +1,38 @@
 // This player's session at a table: secrets agreed before a drop, receipts kept, and its end.
 
-import { bytesOfHex, hexOf } from "../../fairness/crypto.js";
+import { canonical } from "../../fairness/canonical.js";
+import { bytesOfHex, hasCrypto, hexOf } from "../../fairness/crypto.js";
 import { commitment } from "../../fairness/seeds.js";
 
+/** @import { Signed } from "../../fairness/export.js" */
 /** @import { Accepted, BriefAccepted, Hello, Refusal, SessionEnded, SessionState, SignedReceipt } from "../../model/messages.js" */
 
 const REF = "session"; // under which all of it is asked
 const SECRET_BYTES = 32;
 const KEPT = 8; // rooms whose sessions are found again
 const HEARD = 20; // the last receipts: numbers have no gaps, so those before them follow
-const KEY = "plinko.fair.1";
+const KEY = "plinko.fair.2";
 const MOST_DROPS = 1000; // of one session, as the server has it
+
+const NO_CRYPTO = "Your browser draws secrets on pages from https or your own machine alone: "
+  + "drops here are practice, with nothing staked.";
+const NOT_OURS = "The table's commitment is not about this page's secret, or is another than before: "
+  + "drops are practice, with nothing staked.";
 
 /**
  * What outlives the page, of one room's session.
  * @typedef {{room: string, board: string, session: string, token: string, secret: string,
- *   heard: SignedReceipt[]}} Kept
+ *   given: Signed, heard: SignedReceipt[]}} Kept given: what the server had signed before we opened
+ *
+ * What we were given, as an export has it: the server could change it there.
+ * @typedef {{heard: SignedReceipt[], heard_session?: Signed}} Heard
  *
  * @typedef {object} FairPlayListener
  * @property {(message: object) => boolean} send
  * @property {() => void} onChange there is another state to show
- * @property {(ended: SessionEnded, heard: SignedReceipt[]) => void} onEnded
+ * @property {(ended: SessionEnded, heard: Heard) => void} onEnded
  * @property {(ref: string) => void} onRefused a drop that waited for a session goes nowhere
+ * @property {(message: string) => void} onFault why there is no session
  */
 
 /** One player's sessions in one room, one after the other. */
@@ -33,6 +44,8 @@ export class FairPlay {
   /** @type {{ref: string, message: object}[]} until both secrets are there */
   #waiting = [];
   #secret = "";
+  #commitment = "";
+  #beginning = false;
   #board = "";
   #failed = false;
 
@@ -52,15 +65,16 @@ export class FairPlay {
     return String(this.state?.statement.server_commitment ?? "");
   }
 
-  /** Receipts of this session, as they came. @returns {SignedReceipt[]} */
+  /** @returns {Heard} of this session, as it came */
   get heard() {
-    return this.#kept?.heard ?? [];
+    return this.#kept ? { heard: this.#kept.heard, heard_session: this.#kept.given } : { heard: [] };
   }
 
   /** @param {Hello} hello a line is there, or there again: go on with the session, or begin one */
   greeted({ board_digest: board, mode }) {
     this.state = null;
     this.#waiting = [];
+    this.#beginning = false;
     this.#board = board;
     this.#failed = mode !== "independent";
     if (this.#failed) return;
@@ -95,10 +109,17 @@ export class FairPlay {
 
   /** @param {SessionState} state */
   told(state) {
+    this.#beginning = false;
+    if (!this.#isOurs(state)) {
+      this.#give();
+      this.listener.onFault(NOT_OURS);
+      return;
+    }
     this.state = state;
     if (state.token) {
-      this.#keep({ room: this.room, board: this.#board, session: state.session, token: state.token,
-        secret: this.#secret, heard: [] });
+      const { session, token, statement, signature } = state;
+      this.#keep({ room: this.room, board: this.#board, session, token, secret: this.#secret,
+        given: { statement, signature }, heard: [] });
     }
     if (state.ended) this.#begin();
     else if (!state.open) {
@@ -118,8 +139,7 @@ export class FairPlay {
   /** @param {Accepted | BriefAccepted} event whosever */
   accepted({ receipt }) {
     if (!receipt || !this.#kept || receipt.receipt.session !== this.#kept.session) return;
-    const { heard } = this.#kept;
-    this.#keep({ ...this.#kept, heard: [...heard, receipt].slice(-HEARD) });
+    this.#keep({ ...this.#kept, heard: [...this.#kept.heard, receipt].slice(-HEARD) });
     if (this.state) this.state.drops = receipt.receipt.drop + 1;
     if (this.state && this.state.drops >= MOST_DROPS) this.end();
     this.listener.onChange();
@@ -128,18 +148,35 @@ export class FairPlay {
   /** @param {Refusal} refusal @returns {boolean} whether it was about the session */
   refused({ ref, code }) {
     const lost = code === "session-state" || code === "unknown-session" || code === "not-yours";
-    if (lost) this.#begin();
+    // Several drops may have gone into a session that was over.
+    if (lost && !this.#beginning) this.#begin();
     else if (ref === REF) this.#give();
     return ref === REF && lost;
   }
 
   async #begin() {
+    if (!hasCrypto()) {
+      this.#give();
+      this.listener.onFault(NO_CRYPTO);
+      return;
+    }
+    this.#beginning = true;
     this.state = null;
     this.#kept = null;
     this.#save(this.#saved().filter((each) => each.room !== this.room));
     this.#secret = hexOf(crypto.getRandomValues(new Uint8Array(SECRET_BYTES)));
-    const committed = hexOf(await commitment(bytesOfHex(this.#secret, "secret")));
-    this.listener.send({ type: "session", commitment: committed, ref: REF });
+    this.#commitment = hexOf(await commitment(bytesOfHex(this.#secret, "secret")));
+    this.listener.send({ type: "session", commitment: this.#commitment, ref: REF });
+  }
+
+  /**
+   * Whether the server has committed to what we asked for, and holds to it when we come back.
+   * @param {SessionState} state
+   */
+  #isOurs({ token, statement }) {
+    if (!token) return canonical(statement) === canonical(this.#kept?.given.statement ?? null);
+    return statement.client_commitment === this.#commitment && statement.room === this.room
+      && statement.board_digest === this.#board;
   }
 
   #flush() {
@@ -153,9 +190,11 @@ export class FairPlay {
   /** No session can be had: what waited for one goes nowhere. */
   #give() {
     this.#failed = true;
+    this.state = null;
     const waiting = this.#waiting;
     this.#waiting = [];
     for (const { ref } of waiting) this.listener.onRefused(ref);
+    this.listener.onChange();
   }
 
   /** @param {Kept} kept */
@@ -174,4 +213,3 @@ export class FairPlay {
     this.storage.setItem(KEY, JSON.stringify(all));
   }
 }
-

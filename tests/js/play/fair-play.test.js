@@ -1,0 +1,127 @@
+// The page's side of a session: what it sends when, what it keeps, and what it does not believe.
+
+import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
+import { test } from "node:test";
+
+import { FairPlay } from "../../../static/js/play/fairness/fair-play.js";
+
+const HELLO = { board_digest: "b1", mode: "independent" };
+
+/** Where a page keeps things. */
+function storage() {
+  const kept = new Map();
+  return { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => kept.set(key, value) };
+}
+
+/** A page at a table, whose messages we see and answer. */
+function visit(kept = storage()) {
+  const sent = [];
+  const told = { faults: [], refused: [], ended: [] };
+  const fair = new FairPlay("main", kept, {
+    send: (message) => { sent.push(message); return true; },
+    onChange: () => {},
+    onEnded: (ended, heard) => told.ended.push(heard),
+    onRefused: (ref) => told.refused.push(ref),
+    onFault: (message) => told.faults.push(message),
+  });
+  return { fair, sent, told };
+}
+
+/** Until it has asked for a session. @returns {Promise<string>} what it committed to */
+async function asked({ sent }) {
+  while (sent.at(-1)?.commitment === undefined) await new Promise(setImmediate);
+  return sent.at(-1).commitment;
+}
+
+function state(commitment, more = {}) {
+  const statement = { session: "s1", room: "main", board_digest: "b1",
+    client_commitment: commitment, server_commitment: "5e", ...more.statement };
+  return { type: "session", session: "s1", signature: "51", key: "4e", open: false, drops: 0,
+    ended: false, token: "t1", ...more, statement };
+}
+
+async function begun(at = visit()) {
+  at.fair.greeted(HELLO);
+  at.commitment = await asked(at);
+  at.fair.told(state(at.commitment));
+  at.fair.told(state(at.commitment, { open: true, token: null }));
+  return at;
+}
+
+test("the secret is opened after the server has committed, and drops wait until then", async () => {
+  const at = visit();
+  at.fair.greeted(HELLO);
+  assert.ok(at.fair.drop("d0", { stake: 100 }));
+  const commitment = await asked(at);
+  assert.deepEqual(at.sent.map(({ type }) => type), ["session"]);
+  at.fair.told(state(commitment));
+  const { type, seed } = at.sent.at(-1);
+  assert.equal(type, "open");
+  assert.equal(createHash("sha256").update(Buffer.from(seed, "hex")).digest("hex"), commitment);
+  at.fair.told(state(commitment, { open: true, token: null }));
+  assert.deepEqual(at.sent.at(-1), { type: "drop", ref: "d0", stake: 100, session: "s1" });
+});
+
+for (const [name, statement] of [
+  ["another secret", { client_commitment: "00" }],
+  ["another table", { room: "other" }],
+  ["another board", { board_digest: "b2" }],
+]) {
+  test(`a commitment about ${name} is refused, and the secret stays closed`, async () => {
+    const at = visit();
+    at.fair.greeted(HELLO);
+    at.fair.drop("d0", { stake: 100 });
+    at.fair.told(state(await asked(at), { statement }));
+    assert.deepEqual(at.sent.map(({ type }) => type), ["session"]);
+    assert.deepEqual(at.told.refused, ["d0"]);
+    assert.match(at.told.faults[0], /not about this page's secret/);
+    assert.equal(at.fair.committed, "");
+    assert.equal(at.fair.drop("d1", { stake: 100 }), false);
+  });
+}
+
+test("a page that comes back does not believe another commitment", async () => {
+  const kept = storage();
+  const { commitment } = await begun(visit(kept));
+  for (const [server, faults] of [["5e", 0], ["66", 1]]) {
+    const again = visit(kept);
+    again.fair.greeted(HELLO);
+    assert.deepEqual(again.sent, [{ type: "session", session: "s1", token: "t1", ref: "session" }]);
+    const statement = { server_commitment: server };
+    again.fair.told(state(commitment, { open: true, token: null, statement }));
+    assert.equal(again.told.faults.length, faults);
+    assert.equal(again.fair.open, faults === 0);
+  }
+});
+
+test("who checks is handed what the page was given", async () => {
+  const at = await begun();
+  const receipt = { receipt: { session: "s1", drop: 0 }, index: 4, root: "aa", signature: "bb" };
+  at.fair.accepted({ receipt });
+  at.fair.accepted({ receipt: { ...receipt, receipt: { session: "another", drop: 7 } } });
+  const { statement } = state(at.commitment);
+  at.fair.ended({ session: "s1" });
+  assert.deepEqual(at.told.ended,
+    [{ heard: [receipt], heard_session: { statement, signature: "51" } }]);
+});
+
+test("several drops into a session that is over begin one other", async () => {
+  const at = await begun();
+  at.sent.length = 0;
+  for (const ref of ["d0", "d1", "d2"]) at.fair.refused({ ref, code: "session-state" });
+  await asked(at);
+  await new Promise(setImmediate);
+  assert.deepEqual(at.sent.map(({ type }) => type), ["session"]);
+});
+
+test("a page that can draw no secret says so, and its drops are practice", async (t) => {
+  const { subtle } = crypto;
+  t.after(() => Object.defineProperty(crypto, "subtle", { value: subtle, configurable: true }));
+  Object.defineProperty(crypto, "subtle", { value: undefined, configurable: true });
+  const at = visit();
+  at.fair.greeted(HELLO);
+  assert.equal(at.fair.drop("d0", { stake: 100 }), false);
+  assert.deepEqual(at.sent, []);
+  assert.match(at.told.faults[0], /https/);
+});
