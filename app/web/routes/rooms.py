@@ -46,6 +46,7 @@ from app.web.schemas.rooms import (
     RoomView,
 )
 from app.web.services import Services
+from engine import Board
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 
@@ -123,7 +124,7 @@ async def change_room(room: str, request: Request, server: Server) -> Response:
     """Give a room another board. It begins anew, for everyone in it; for its creator alone."""
     found = await _own_room(room, request, server)
     body = await read(request, RoomChange)
-    board = await resolve_board(request, body.board)
+    board = await _board_of_room(request, server, body.board)
     return reply(_view(server, await server.rooms.reset(found, board)))
 
 
@@ -256,7 +257,7 @@ async def _ground(request: Request, server: Services, body: RoomRequest) -> tupl
     if body.scene is None:
         for name in beside:
             raise InvalidValueError(f"{name} is a parameter of a scene, not of a board", field=name)
-        return await resolve_board(request, body.board), body.mode
+        return await _board_of_room(request, server, body.board), body.mode
     if body.board is not None:
         raise InvalidValueError("a room has either a board or a scene", field="board")
     if isinstance(body.scene, str):
@@ -339,3 +340,10 @@ def _view(server: Services, room: Room) -> RoomView:
         stats=room.stats(),
         scene=room.origin.to_dict() if isinstance(room.origin, Scene) else None,
     )
+
+
+async def _board_of_room(request: Request, server: Services, form: object) -> Board:
+    """A board for a room, known from now on by its digest, by which all speak of its drops."""
+    board = await resolve_board(request, form)
+    server.boards.register(board)
+    return board

@@ -264,3 +264,9 @@ def test_a_log_that_would_be_replayed_for_ever_is_given_up(
     with pytest.raises(InvalidValueError, match="plinko verify takes its time") as caught:
         tasks.log_verdict(log)
     assert caught.value.field == "tick"
+
+
+def test_the_board_of_a_room_is_known_by_its_digest(http: httpx.Client) -> None:
+    form = {**TINY, "name": "only a room's"}
+    room = http.post("/api/v1/rooms", json={"board": form}).json()
+    assert http.get(f"/api/v1/boards/{room['board_digest']}").json()["name"] == "only a room's"
