@@ -4,13 +4,14 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.axe import check_axe_on
-from tests.browser.conftest import Open, Quick
+from tests.browser.conftest import Open, ServerProcess, quick_table
 from tests.browser.looks import SCREENS, context_for, each_screen
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("device", SCREENS)
-def test_axe_has_nothing_to_say(opened: Open, quick: Quick, device: str) -> None:
+def test_axe_has_nothing_to_say(opened: Open, server: ServerProcess, device: str) -> None:
+    quick = quick_table(server, "triangle-9")  # where one may aim
     screen = opened(quick.page, **context_for(device)).ready()
     panel = screen.page.locator("#measure")
     if panel.get_attribute("open") is None:
