@@ -3,7 +3,7 @@
 import itertools
 import logging
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 from app.errors import BusyError
@@ -29,6 +29,8 @@ MOST_EVENTS: Final = 1_000_000
 much again or twice of segments. 16,000 balls on presets have as many."""
 
 _LOOK: Final = 0.002  # s that a room may follow paths in its turn; those of most drops take 0.1 ms
+
+_TURN: Final = 0.002  # s after which rooms let the event loop have a turn, before the others' tick
 
 _log = logging.getLogger("plinko")
 
@@ -133,25 +135,35 @@ class Runner:
         _log.exception("room failed and is closed", extra=where)
         self._failed(room)
 
-    def tick(self, due: int) -> bool:
-        """Run `due` ticks of every room that is awake; True while one still is.
+    def tick(self, due: int) -> Iterator[bool]:
+        """Run `due` ticks of every room that is awake; yields whether one still is.
 
-        When there is not time enough for all, those wait that have had most of it.
+        It yields once at the end, and before that where the event loop should have a turn, so that
+        frames leave and requests are heard: those of `main` never wait for other rooms. When there
+        is not time enough for all, those wait that have had most of it.
         """
-        began = self._clock()
         self._events_kept = None
+        spent = turn = 0.0  # s, in all and since the event loop had its turn
+        before = ""
         for room_id in self.shares.order(self._awake, MAIN):
+            if before == MAIN or turn > _TURN:
+                yield True
+                turn = 0.0
+            before = room_id
             room = self._awake.get(room_id)
-            turn = self._clock()
-            if room is None or not (room_id == MAIN or self.shares.may_run(room_id, turn - began)):
+            if room is None or not (room_id == MAIN or self.shares.may_run(room_id, spent)):
                 continue
+            began = self._clock()
             try:
                 self._advance(room, due)
             except Exception:  # noqa: BLE001 - one room's fault must not stop the others' clock
                 self._fail(room)
-            self.shares.ran(room_id, self._clock() - turn)
+            took = self._clock() - began
+            self.shares.ran(room_id, took)
+            spent += took
+            turn += took
         self._persistence.ticked(due, self._awake.values())
-        return bool(self._awake)
+        yield bool(self._awake)
 
     def _advance(self, room: Room, due: int) -> None:
         # Only this stream tells of contacts, and flags bounces.

@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Sequence
 from typing import Protocol
 
 
@@ -65,12 +65,15 @@ class Watcher(Protocol):
 
 
 class Ticker:
-    """Calls `tick(n)` when n ticks are due, as long as `tick` says that something still moves."""
+    """Calls `tick(n)` when n ticks are due, as long as it says that something still moves.
+
+    What `tick` returns it says in steps, between which the event loop has a turn.
+    """
 
     def __init__(
         self,
         schedule: Schedule,
-        tick: Callable[[int], bool],
+        tick: Callable[[int], Iterable[bool]],
         *,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
@@ -116,10 +119,12 @@ class Ticker:
         if due == 0:
             return True
         self.ticks += due
-        goes_on = self._tick(due)
-        # The turn of the loop in which the frames leave. uvloop also caches its clock per turn:
-        # without this one the long sleep would be measured from before the broadcast.
-        await self._sleep(0.0)
+        goes_on = False
+        for moving in self._tick(due):
+            goes_on = moving
+            # The turn of the loop in which the frames leave. uvloop also caches its clock per turn:
+            # without this one the long sleep would be measured from before the broadcast.
+            await self._sleep(0.0)
         duration = self._clock() - began
         for watcher in self._watchers:
             watcher.ticked(late, duration)

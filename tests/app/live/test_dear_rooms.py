@@ -3,6 +3,7 @@
 import asyncio
 from typing import Any
 
+import numpy as np
 import pytest
 
 from app.errors import AppError, BallLimitError, BusyError
@@ -20,6 +21,7 @@ from benchmarks.serving.attackers import hall
 from engine import Board, World, drop
 from engine.physics import body
 from engine.world.exact_path import KEPT, SLICE
+from tests.app.passes import run_pass
 
 MAIN = Board.preset("triangle-8")
 HALL = Board.from_json(hall())
@@ -50,7 +52,7 @@ async def test_a_room_that_lags_catches_up_by_no_more_than_its_share_of_time(
     rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
     heap = await rooms.create(MAIN, INTERACTING)
     asked = [rooms.drop(room, 1, None) for room in (heap, rooms.find("main"))]
-    rooms.runner.tick(1)
+    run_pass(rooms.runner)
     step = heap.step
 
     def slow(*, watched: bool) -> list[messages.Event]:
@@ -59,8 +61,37 @@ async def test_a_room_that_lags_catches_up_by_no_more_than_its_share_of_time(
 
     monkeypatch.setattr(heap, "step", slow)
     before = heap.world.tick, rooms.find("main").world.tick
-    rooms.runner.tick(5)
+    run_pass(rooms.runner, 5)
     assert (heap.world.tick, rooms.find("main").world.tick) == (before[0] + 2, before[1] + 5)
+    assert all(each.done() for each in asked)
+
+
+async def test_frames_of_main_leave_and_requests_are_heard_before_a_dear_room_ticks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = Clock()
+    rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
+    main = rooms.find("main")
+    dear = [await rooms.create(MAIN, INTERACTING) for _ in range(2)]
+    asked = [rooms.drop(room, 0, None) for room in (main, *dear)]
+    run_pass(rooms.runner)
+    before = [room.world.tick for room in (main, *dear)]
+
+    def slow(*, watched: bool) -> list[messages.Event]:
+        clock.time += 0.003
+        return []
+
+    for room in dear:
+        monkeypatch.setattr(room, "step", slow)
+    times = [clock.time]
+    for awake in rooms.runner.tick(1):
+        if len(times) == 1:
+            now = [room.world.tick for room in (main, *dear)]
+            assert now == [before[0] + 1, *before[1:]]
+        times.append(clock.time)
+        assert awake
+    # Main's turn, and one each for those that take 3 ms.
+    assert [each > 0.003 for each in np.diff(times)] == [False, True, True]
     assert all(each.done() for each in asked)
 
 
@@ -72,7 +103,7 @@ async def test_rooms_together_keep_no_more_events_than_there_is_memory_for(
     dear = [await rooms.create(HALL) for _ in range(2)]
     asked = [rooms.drop(room, 0, None) for room in dear]
     while sum(room.events_kept for room in dear) <= 600:
-        rooms.runner.tick(1)
+        run_pass(rooms.runner)
     with pytest.raises(BusyError, match=r"in all rooms have \d+ events"):
         rooms.drop(rooms.find("main"), 0, None)
     assert all(each.done() for each in asked)
@@ -85,7 +116,7 @@ async def test_forty_drops_of_a_dear_board_are_computed_in_turns() -> None:
     asked.append(rooms.drop(main, 1, None))
     for _ in range(60):
         before, tick = followed(dear), main.world.tick
-        rooms.runner.tick(1)
+        run_pass(rooms.runner)
         # A turn has 2 ms: some twenty slices of 64 events and the few that end one.
         assert followed(dear) - before <= 20 * (64 + 8)
         assert main.world.tick == tick + 1

@@ -17,6 +17,7 @@ from app.rooms.independent import IndependentRoom
 from app.rooms.kinds import SCENE
 from app.settings import Settings
 from engine import Board, World, drop
+from tests.app.passes import run_pass
 
 BOARD = Board.preset("triangle-8")
 
@@ -27,7 +28,7 @@ def rooms(**settings: Any) -> Rooms:
 
 async def finish(held: Rooms) -> None:
     """Tick as fast as the machine can, with no clock, until nothing moves."""
-    while held.runner.tick(1):
+    while run_pass(held.runner):
         await asyncio.sleep(0)
 
 
@@ -180,19 +181,19 @@ async def test_a_scene_that_moves_for_nobody_stands_still_until_somebody_comes()
     watcher = Watcher()
     held.enter(room, watcher.client)
     for _ in range(700):
-        held.runner.tick(1)
+        run_pass(held.runner)
     assert held.runner.runs(room), "somebody watches"
     before = room.world.tick
     held.exit(room.id, watcher.client)
     for _ in range(700):
-        held.runner.tick(1)
+        run_pass(held.runner)
     assert (room.awake, held.runner.runs(room)) == (True, False)
     left = room.world.tick
     assert before + 600 <= left <= before + 602
-    assert not held.runner.tick(1), "no clock runs"
+    assert not run_pass(held.runner), "no clock runs"
     held.enter(room, watcher.client)
     for _ in range(30):  # the ledger hears of it first
-        held.runner.tick(1)
+        run_pass(held.runner)
     assert room.world.tick > left
 
 

@@ -98,7 +98,7 @@ async def ticker_run(ticker: Ticker) -> None:
 
 async def test_a_ticker_that_nobody_wakes_does_nothing() -> None:
     clock = FakeClock()
-    ticker = Ticker(Schedule(PERIOD, 5), lambda due: True, clock=clock, sleep=clock.sleep)
+    ticker = Ticker(Schedule(PERIOD, 5), lambda due: [True], clock=clock, sleep=clock.sleep)
     await ticker_run(ticker)
     assert (ticker.ticks, ticker.wakeups, clock.sleeps) == (0, 0, 0)
     assert ticker.asleep
@@ -108,9 +108,9 @@ async def test_a_ticker_sleeps_again_once_nothing_moves() -> None:
     clock = FakeClock(late=[0.001, 0.0, 0.004])
     left = [10]
 
-    def tick(due: int) -> bool:
+    def tick(due: int) -> list[bool]:
         left[0] -= due
-        return left[0] > 0
+        return [left[0] > 0]
 
     ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep)
     ticker.wake()
@@ -126,10 +126,10 @@ async def test_a_ticker_woken_while_awake_goes_on_with_its_rhythm() -> None:
     clock = FakeClock()
     times: list[float] = []
 
-    def tick(due: int) -> bool:
+    def tick(due: int) -> list[bool]:
         times.append(clock.now)
         ticker.wake()
-        return len(times) < 50
+        return [len(times) < 50]
 
     ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep)
     ticker.wake()
@@ -141,11 +141,11 @@ async def test_a_slow_tick_is_an_overrun_and_is_caught_up() -> None:
     clock = FakeClock()
     dues: list[int] = []
 
-    def tick(due: int) -> bool:
+    def tick(due: int) -> list[bool]:
         dues.append(due)
         if len(dues) == 1:
             clock.now += 2.5 * PERIOD
-        return len(dues) < 5
+        return [len(dues) < 5]
 
     ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep)
     ticker.wake()
@@ -175,10 +175,10 @@ async def test_watchers_are_told_how_late_and_how_long_each_tick_was() -> None:
     journal = Journal()
     left = [3]
 
-    def tick(due: int) -> bool:
+    def tick(due: int) -> list[bool]:
         left[0] -= due
         clock.now += 0.002
-        return left[0] > 0
+        return [left[0] > 0]
 
     ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep, watchers=[journal])
     await ticker_run(ticker)
@@ -192,7 +192,7 @@ async def test_a_ticker_that_is_cancelled_leaves_its_watchers_asleep() -> None:
     clock = FakeClock()
     journal = Journal()
     ticker = Ticker(
-        Schedule(PERIOD, 5), lambda due: True, clock=clock, sleep=clock.sleep, watchers=[journal]
+        Schedule(PERIOD, 5), lambda due: [True], clock=clock, sleep=clock.sleep, watchers=[journal]
     )
     ticker.wake()
     await ticker_run(ticker)

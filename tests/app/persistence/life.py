@@ -23,6 +23,7 @@ from app.rooms.records import RoomRow
 from app.rooms.room import Room
 from app.settings import Settings
 from engine import Board
+from tests.app.passes import run_pass
 from tests.waiting import LIMIT, eventually
 
 BOARD = Board.preset("triangle-8")
@@ -44,7 +45,7 @@ class Life:
 
     def tick(self, times: int) -> None:
         for _ in range(times):
-            self.rooms.runner.tick(1)
+            run_pass(self.rooms.runner)
 
     async def heard(self) -> None:
         """Wait until the ledger has heard of all so far: ticks here are faster than a clock's."""

@@ -31,6 +31,7 @@ from app.rooms.kinds import BallLimits
 from app.rooms.room import Room
 from app.settings import Settings
 from engine import Board
+from tests.app.passes import run_pass
 from tests.app.persistence.oracle import Told
 
 T = TypeVar("T")
@@ -188,11 +189,11 @@ class Table:
 
     def tick(self, times: int) -> None:
         for _ in range(times):
-            self.rooms.runner.tick(1)
+            run_pass(self.rooms.runner)
 
     async def until_still(self) -> None:
         """Let all that moves land, and the ledger hear of it."""
-        while self.rooms.runner.tick(1) or not self.ledger.idle:
+        while run_pass(self.rooms.runner) or not self.ledger.idle:
             self.work()
             await asyncio.sleep(0)
 

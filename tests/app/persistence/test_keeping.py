@@ -22,6 +22,7 @@ from app.rooms.pending import DropCommand
 from app.rooms.records import DropRow, Mark, ResultRow, RoomRow, Write
 from app.settings import Settings
 from engine import PHYSICS_VERSION, Board, drop
+from tests.app.passes import run_pass
 
 BOARD = Board.preset("triangle-8")
 LIMITS = BallLimits(200, 200)
@@ -67,7 +68,7 @@ class Table:
 
     def tick(self, times: int = 1) -> None:
         for _ in range(times):
-            self.rooms.runner.tick(1)
+            run_pass(self.rooms.runner)
 
     def ask(self, seed: int) -> Any:
         return self.rooms.drop(self.room, seed, None)
