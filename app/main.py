@@ -13,6 +13,7 @@ from typing import Any
 
 from fastapi import Depends, FastAPI
 from fastapi.openapi.utils import get_openapi
+from fastapi.responses import JSONResponse
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
 
@@ -115,6 +116,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         # policy forbids; /openapi.json opens in any such tool.
         docs_url=None,
         redoc_url=None,
+        openapi_url=None,
         generate_unique_id_function=lambda route: route.name,
         lifespan=_lifespan,
     )
@@ -136,6 +138,12 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.include_router(router, dependencies=listed)
     app.include_router(health.router)
     app.include_router(ws.router)
+
+    def openapi() -> JSONResponse:
+        # No coroutine, so that a thread does it: the first time it takes longer than ten ticks.
+        return JSONResponse(app.openapi())
+
+    app.add_api_route("/openapi.json", openapi, include_in_schema=False)
     app.mount("/", page.Page(static_directory()), name="page")
     # The last one added is the first to see a request.
     app.add_middleware(BodyLimit, max_body=settings.max_body)

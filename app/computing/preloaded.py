@@ -7,7 +7,15 @@ to be ended is replaced within milliseconds.
 import gc
 from typing import Final
 
-import app.render  # noqa: F401
+from app.render import (  # noqa: F401 - to have their modules, Pillow and its fonts here
+    BoxStage,
+    Stage,
+    contact_sheet,
+    density_picture,
+    drop_animation,
+    drop_picture,
+    histogram_picture,
+)
 from engine import Board, drop, drop_many, occupancy
 
 

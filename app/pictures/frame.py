@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
+from app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out, lay_out_place
+from app.render.theme import named
 from app.rooms.room import Room
 from app.rooms.touching.world import Box
 from engine import Board
@@ -75,10 +77,6 @@ def moment_of(room: Room) -> str:
 
 def pixels_of(room: Room, width: int) -> int:
     """Pixels of a frame; a width that is none counts as the nearest that is one."""
-    from app.render.box import lay_out_place  # noqa: PLC0415 - loaded when a picture is asked for
-    from app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out  # noqa: PLC0415
-    from app.render.theme import named  # noqa: PLC0415
-
     width, box = min(max(width, LEAST_WIDTH), MOST_WIDTH), room.box
     if box is not None:
         view = lay_out_place(box.place, width, named("light"))

@@ -1,16 +1,21 @@
 """Pictures with no browser: drops and rooms go in, the bytes of image files come out. No I/O.
 
-Imports the engine. Start with still.py: it uses parts/, which uses raster/.
+Imports the engine. Start with still.py: it uses parts/, which uses raster/. A name is loaded when
+it is first used: a server asks parts/view.py how large a picture would be, and never draws one.
 """
 
-from app.render.animation import ANIMATIONS, drop_animation
-from app.render.box import BoxStage
-from app.render.density import density_picture
-from app.render.histogram import histogram_picture
-from app.render.raster.encode import MEDIA_TYPES, STILLS
-from app.render.room import Stage
-from app.render.sheet import contact_sheet
-from app.render.still import drop_picture
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from app.render.animation import ANIMATIONS, drop_animation
+    from app.render.box import BoxStage
+    from app.render.density import density_picture
+    from app.render.histogram import histogram_picture
+    from app.render.raster.encode import MEDIA_TYPES, STILLS
+    from app.render.room import Stage
+    from app.render.sheet import contact_sheet
+    from app.render.still import drop_picture
 
 __all__ = [
     "ANIMATIONS",
@@ -24,3 +29,26 @@ __all__ = [
     "drop_picture",
     "histogram_picture",
 ]
+
+_MODULES: Final = {
+    "ANIMATIONS": "animation",
+    "MEDIA_TYPES": "raster.encode",
+    "STILLS": "raster.encode",
+    "BoxStage": "box",
+    "Stage": "room",
+    "contact_sheet": "sheet",
+    "density_picture": "density",
+    "drop_animation": "animation",
+    "drop_picture": "still",
+    "histogram_picture": "histogram",
+}
+
+
+if not TYPE_CHECKING:  # else every misspelt name would pass for one
+
+    def __getattr__(name: str) -> Any:
+        if name not in _MODULES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+        globals()[name] = value
+        return value

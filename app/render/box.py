@@ -7,15 +7,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from app.render.parts.view import (
-    HEADER,
-    LEAST_UNIT,
-    MAX_ASPECT,
-    PIXELS_PER_METRE,
-    REFERENCE_WIDTH,
-    View,
-    check_size,
-)
+from app.render.parts.view import View, check_size, lay_out_place
 from app.render.raster.canvas import Canvas
 from app.render.room import Layer, Pixels
 from app.render.still import DEFAULT_WIDTH
@@ -56,27 +48,6 @@ class BoxStage(Layer):
         bodies["radius"] = self._radius * (0.6 + 0.2 * (np.arange(xs.size) % 5))
         bodies["asleep"] = np.arange(xs.size) % 3 == 0
         return self.frame(bodies)
-
-
-def lay_out_place(place: Place, width: int, theme: Theme) -> View:
-    """The view of a place on a picture `width` px wide, with a strip for words above it."""
-    x0, x1, y0, y1 = place.extent
-    unit = max(width / (REFERENCE_WIDTH * PIXELS_PER_METRE), LEAST_UNIT)
-    pad, header = theme.shapes["box"]["pad"] * unit, HEADER * unit
-    scale = min((width - 2.0 * pad) / (x1 - x0), (MAX_ASPECT * width - 2.0 * pad) / (y1 - y0))
-    height = round(header + 2.0 * pad + (y1 - y0) * scale)
-    return View(
-        width=width,
-        height=height,
-        scale=scale,
-        unit=unit,
-        left=0.5 * (x0 + x1 - width / scale),
-        drop_y=y0,
-        start=header + pad,
-        bin_top=height - 2.0,  # there are no bins whose faces hide a ball
-        bin_height=2.0,
-        header=header,
-    )
 
 
 @functools.lru_cache(maxsize=8)

@@ -1,71 +1,22 @@
 """The worst valid requests of every kind from one address, and what the others notice of it."""
 
 import asyncio
-import threading
+import multiprocessing
 import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, wait
 from typing import Any, Final
 
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table
 from benchmarks.serving.attackers import KINDS, LOGGED, Attack, hall
+from benchmarks.serving.player import Player, play
 from benchmarks.serving.process import Served, can_watch, memory, serving
 
 SECONDS: Final = 10.0  # that an attack of one kind lasts
 LATE: Final = 0.004  # s; a tick that comes later than this is a late one
-
-_SETTLES: Final = 1.0  # s after which a room that slept runs, and the player's clock is set
 _UNBOUND: Final = ("--drop-rate", "100000", "--message-rate", "100000")
 """So that a room gets a long log soon; the attacks have nothing of it that computes."""
-
-
-class Player:
-    """A player of `main`: when its snapshots come, and how long its drops wait.
-
-    `clock` estimates when each tick was due; see app.load.client.
-    """
-
-    def __init__(self, clock: Any) -> None:
-        self.late: list[float] = []
-        self.accepted: list[float] = []
-        self.refused = 0
-        self.asked: dict[str, float] = {}
-        self._clock = clock
-        self._settled = float("inf")  # from when on the room has not slept
-
-    def event(self, client: Any, event: dict[str, Any], now: float) -> None:
-        """Take an event: a pong sets the clock, an acceptance ends a wait."""
-        if event["type"] == "pong":
-            self._clock.observe(event, now)
-        elif event["type"] == "accepted" and event.get("ref") in self.asked:
-            self.accepted.append(now - self.asked.pop(event["ref"]))
-        elif event["type"] == "error":
-            self.refused += 1
-
-    def binary(self, client: Any, data: bytes, now: float) -> None:
-        """Take a snapshot: it is due when its tick is."""
-        tick = int.from_bytes(data[4:8], "little")
-        if self._clock.known and now > self._settled:
-            self.late.append(now - self._clock.due(tick))
-
-    def closed(self, client: Any, code: int, reason: str) -> None:
-        """Nothing: what does not come is missed."""
-
-    async def play(self, address: str, seconds: float) -> None:
-        """Drop a ball four times a second, so that the room never sleeps."""
-        from app.load.client import connect, room_url
-
-        client = await connect(room_url(address, "main", "snapshots"), self)
-        self._settled = time.monotonic() + _SETTLES
-        end = self._settled + seconds
-        number = 0
-        while (now := time.monotonic()) < end:
-            client.send(type="ping", t=now)
-            self.asked[str(number)] = now
-            client.send(type="drop", ref=str(number))
-            number += 1
-            await asyncio.sleep(0.25)
-        client.close()
 
 
 def run(effort: Effort) -> Section:
@@ -125,26 +76,22 @@ def _room_with_log(server: Served, drops: int) -> str:
 def _suffer(
     server: Served, attack: Attack, acts: "list[Callable[[int], None]]", seconds: float
 ) -> dict[str, Any]:
-    from app.load.client import Clock
-
-    player = Player(Clock(60.0))
     most = 0.0
-    with attack.going_on(acts):
-        watching = threading.Thread(
-            target=lambda: asyncio.run(player.play(server.address, seconds))
-        )
-        watching.start()
-        while watching.is_alive():
+    # In a process of its own: else it would wait for the attackers' Python, not for the server.
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, spawn) as own, attack.going_on(acts):
+        playing = own.submit(play, server.address, seconds)
+        while not playing.done():
             most = max(most, memory(server.process.pid))
-            watching.join(0.5)
-    late = sorted(player.late)
-    waits = sorted(player.accepted)
+            wait([playing], 0.5)
+        seen = playing.result()
+    late, waits = sorted(seen.late), sorted(seen.accepted)
     return {
         "ticks_per_second": len(late) / seconds,
         "within_4_ms": sum(each <= LATE for each in late) / max(len(late), 1),
         "late_99": late[int(0.99 * len(late))] if late else float("nan"),
         "accepted_99": waits[int(0.99 * len(waits))] if waits else float("nan"),
-        "refused": player.refused,
+        "refused": seen.refused,
         "memory": most,
         "answers": dict(attack.answers),
         "prices": dict(attack.prices),

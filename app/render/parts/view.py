@@ -7,7 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from app.errors import InvalidValueError
+from app.render.theme import Theme
 from engine import Board
+from engine.multibody.static_geometry import Place
 
 Number = TypeVar("Number", float, npt.NDArray[np.float64])
 
@@ -152,3 +154,24 @@ def _sides(board: Board) -> tuple[float, float]:
     xs += [x for wall in board.walls for x in (wall.x1, wall.x2)]
     xs += [peg.x for peg in board.pegs]
     return min(xs) - SIDE_PAD, max(xs) + SIDE_PAD
+
+
+def lay_out_place(place: Place, width: int, theme: Theme) -> View:
+    """The view of a place on a picture `width` px wide, with a strip for words above it."""
+    x0, x1, y0, y1 = place.extent
+    unit = max(width / (REFERENCE_WIDTH * PIXELS_PER_METRE), LEAST_UNIT)
+    pad, header = theme.shapes["box"]["pad"] * unit, HEADER * unit
+    scale = min((width - 2.0 * pad) / (x1 - x0), (MAX_ASPECT * width - 2.0 * pad) / (y1 - y0))
+    height = round(header + 2.0 * pad + (y1 - y0) * scale)
+    return View(
+        width=width,
+        height=height,
+        scale=scale,
+        unit=unit,
+        left=0.5 * (x0 + x1 - width / scale),
+        drop_y=y0,
+        start=header + pad,
+        bin_top=height - 2.0,  # there are no bins whose faces hide a ball
+        bin_height=2.0,
+        header=header,
+    )

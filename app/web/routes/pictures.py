@@ -12,6 +12,7 @@ from app.computing.prices import Price
 from app.computing.tasks import Many
 from app.errors import InvalidValueError
 from app.pictures.cache import look
+from app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out
 from app.web.routes.asked import Asked
 from app.web.routes.common import (
     Server,
@@ -75,8 +76,6 @@ async def picture_reply(
 
 def pixels_of(board: Board, width: int) -> int:
     """Pixels of a board's picture; a width that is none counts as the nearest that is one."""
-    from app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out  # noqa: PLC0415
-
     view = lay_out(board, min(max(width, LEAST_WIDTH), MOST_WIDTH))
     return view.width * view.height
 
