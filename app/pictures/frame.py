@@ -21,7 +21,7 @@ from engine import Board
 if TYPE_CHECKING:
     from app.render import BoxStage, Stage
 
-_STAGES: Final = 8  # kept by a worker: in the largest size 12 MB each
+_STAGES: Final = 3  # kept by a worker: in the largest size 12 MB each
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,7 +89,7 @@ class Film:
         for number in np.linspace(0, len(self.times) - 1, _SAMPLES).astype(int).tolist():
             frame = self._board.copy()
             x0, y0, x1, y1 = self._paint(frame, number)
-            found.append(frame[y0:y1, x0:x1])
+            found.append(frame[y0:y1, x0:x1].copy())
         return found
 
     def stays(self, tick: int) -> list[int]:

@@ -50,7 +50,7 @@ class BoxStage(Layer):
         return self.frame(bodies)
 
 
-@functools.lru_cache(maxsize=8)
+@functools.lru_cache(maxsize=3)  # in the largest size 12 MB each
 def place_pixels(place: Place, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
     """What never moves, shape (h, w, 3), 8 bits a channel; shared, so it cannot be written."""
     theme = named(theme_name)

@@ -10,12 +10,13 @@ from app.render.parts.board import paint_furniture, plate_canvas
 from app.render.parts.caption import paint_strip, paint_words
 from app.render.parts.view import View, lay_out
 from app.render.raster import encode
-from app.render.raster.canvas import Canvas, text_width
+from app.render.raster.canvas import Canvas, bands, text_width
 from app.render.still import DEFAULT_WIDTH
 from app.render.theme import Theme, named
 from engine import Board, Occupancy, occupancy
 
 Floats = npt.NDArray[np.float32]
+Steps = npt.NDArray[np.uint8]
 
 RAMP: Final = ("ballDark", "ball", "trayBar", "flash")
 """Colours of the light, from faint to bright, by their names in the theme."""
@@ -27,6 +28,8 @@ CONTRAST: Final = 300.0
 FULL: Final = 0.999  # part of the cells with any light that are not brighter than the brightest
 STEPS: Final = 96  # of brightness
 OPAQUE: Final = 0.4  # brightness from which on the plate does not shine through
+
+_LEVELS: Final = (np.arange(STEPS + 1) / STEPS).astype(np.float32)
 
 
 def density_picture(
@@ -63,7 +66,7 @@ def _pixels(found: Occupancy, view: View, theme_name: str) -> npt.NDArray[np.uin
     canvas = plate_canvas(found.board, view, theme_name)
     brightest = _brightest(found)
     light = _light(found, brightest)
-    canvas.blend(0, 0, np.minimum(light / OPAQUE, 1.0), _colours(light, theme))
+    canvas.blend(0, 0, _opacity(light), _colours(light, theme))
     paint_furniture(canvas, found.board, view, theme)
     room = paint_strip(canvas, view, theme)
     room -= _paint_scale(canvas, view, theme, brightest) + 16.0 * view.unit
@@ -77,22 +80,28 @@ def _brightest(found: Occupancy) -> float:
     return float(np.quantile(lit, FULL)) if len(lit) else 1.0
 
 
-def _light(found: Occupancy, brightest: float) -> Floats:
-    """0 for no time at all to 1 for the brightest, logarithmic between."""
-    part = np.minimum(found.seconds / brightest, 1.0)
-    return _stepped(np.log1p(CONTRAST * part) / np.log1p(CONTRAST))
+def _light(found: Occupancy, brightest: float) -> Steps:
+    """0 for no time at all to STEPS for the brightest, logarithmic between.
+
+    STEPS are few enough to be kept in a palette, too many to be told apart.
+    """
+    light = np.empty(found.seconds.shape, np.uint8)
+    for rows in bands(len(light)):
+        part = np.minimum(found.seconds[rows] / brightest, 1.0)
+        light[rows] = np.rint(np.log1p(CONTRAST * part) / np.log1p(CONTRAST) * STEPS)
+    return light
 
 
-def _stepped(light: npt.NDArray[np.float64]) -> Floats:
-    """Light in STEPS steps: few enough to be kept in a palette, too many to be told apart."""
-    steps: Floats = (np.rint(light * STEPS) / STEPS).astype(np.float32)
-    return steps
+def _opacity(light: Steps) -> Floats:
+    opacity: Floats = np.minimum(_LEVELS / OPAQUE, 1.0)[light]
+    return opacity
 
 
-def _colours(light: Floats, theme: Theme) -> Floats:
+def _colours(light: Steps, theme: Theme) -> Floats:
     stops = np.array([theme[name] for name in RAMP], np.float32)
-    channels = [np.interp(light, STOPS, stops[:, channel]) for channel in range(3)]
-    return np.stack(channels, axis=-1).astype(np.float32)
+    channels = [np.interp(_LEVELS, STOPS, stops[:, channel]) for channel in range(3)]
+    colours: Floats = np.stack(channels, axis=-1).astype(np.float32)[light]
+    return colours
 
 
 def _title(found: Occupancy) -> str:
@@ -115,8 +124,8 @@ def _paint_scale(canvas: Canvas, view: View, theme: Theme, brightest: float) -> 
     wide = max(text_width(most, size) + text_width("0", size) + 24.0 * view.unit, 150.0 * view.unit)
     right = view.width - 16.0 * view.unit
     top, bottom = round(0.22 * view.header), round(0.46 * view.header)
-    ramp = _stepped(np.linspace(0.0, 1.0, round(wide))[None])
-    cover = np.minimum(ramp / OPAQUE, 1.0).repeat(bottom - top, axis=0)
+    ramp = np.rint(np.linspace(0.0, STEPS, round(wide)))[None].astype(np.uint8)
+    cover = _opacity(ramp).repeat(bottom - top, axis=0)
     plate = (right - wide, float(top), right, float(bottom))
     canvas.box(plate, 0.0, theme["board"])
     colours = _colours(ramp, theme).repeat(bottom - top, axis=0)

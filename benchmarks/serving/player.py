@@ -56,6 +56,7 @@ class Player:
             await asyncio.sleep(0.25)
         client.close()
 
+
 @dataclass(frozen=True)
 class Seen:
     """What a player noted: by how many s each snapshot came late, how long each drop waited."""

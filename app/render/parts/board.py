@@ -17,7 +17,7 @@ Point = tuple[float, float]
 LEAST_LABEL = 4.0  # px: smaller letters are dirt
 
 
-@functools.lru_cache(maxsize=8)
+@functools.lru_cache(maxsize=3)  # in the largest size 12 MB each
 def _painted(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
     canvas = plate_canvas(board, view, theme_name)
     paint_furniture(canvas, board, view, named(theme_name))

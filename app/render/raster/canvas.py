@@ -6,7 +6,7 @@ supersampling and they can lie anywhere between pixels. Pixel (i, j) has its cen
 """
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,8 @@ from app.render.theme import Colour
 Array = npt.NDArray[np.float32]
 
 SUPERSAMPLING = 4  # of polygons, which have no handy distance: 17 levels of grey along an edge
+
+BAND = 128  # rows done at a time, so that what is made on the way is small beside the picture
 
 
 class Canvas:
@@ -34,7 +36,10 @@ class Canvas:
 
     def bytes(self) -> npt.NDArray[np.uint8]:
         """The picture in RGB, 8 bits a channel, shape (height, width, 3)."""
-        return np.rint(self.pixels).astype(np.uint8)
+        out = np.empty(self.pixels.shape, np.uint8)
+        for rows in bands(self.height):
+            out[rows] = np.rint(self.pixels[rows])
+        return out
 
     def blend(
         self, left: int, top: int, coverage: Array, colour: Colour | Array, alpha: float = 1.0
@@ -46,9 +51,11 @@ class Canvas:
         if x0 >= x1 or y0 >= y1:
             return
         inside = (slice(y0 - top, y1 - top), slice(x0 - left, x1 - left))
+        cover, target = coverage[inside], self.pixels[y0:y1, x0:x1]
         paint = colour[inside] if isinstance(colour, np.ndarray) else _solid(colour)
-        target = self.pixels[y0:y1, x0:x1]
-        target += (alpha * coverage[inside])[..., None] * (paint - target)
+        for rows in bands(y1 - y0):
+            part, new = target[rows], paint[rows] if paint.ndim == 3 else paint
+            part += (alpha * cover[rows])[..., None] * (new - part)
 
     def disc(self, x: float, y: float, radius: float, colour: Colour, alpha: float = 1.0) -> None:
         """A filled circle; px."""
@@ -135,6 +142,12 @@ class Canvas:
         return int(left), int(top), xs, ys
 
 
+def bands(height: int) -> Iterator[slice]:
+    """The rows of a picture, BAND at a time."""
+    for top in range(0, height, BAND):
+        yield slice(top, min(top + BAND, height))
+
+
 def segment_distance(px: Array, py: Array, dx: float, dy: float) -> Array:
     """Distance of points (px, py) from the segment from the origin to (dx, dy)."""
     length2 = dx * dx + dy * dy
@@ -165,17 +178,32 @@ def polyline_coverage(
 
     Later pieces lie over earlier ones. `size` is the picture's width and height.
     """
-    mask = Image.new("L", (size[0] * SUPERSAMPLING, size[1] * SUPERSAMPLING))
-    draw = ImageDraw.Draw(mask)
     wide = max(1, round(line_width * SUPERSAMPLING))
     half = 0.5 * (wide - 1)
-    ends = [(x, y) for x, y in (points * SUPERSAMPLING).tolist()]
-    for start, end, alpha in zip(ends, ends[1:], alphas.tolist(), strict=False):
-        level = round(255.0 * alpha)
-        draw.line([start, end], fill=level, width=wide)
+    # Whole numbers, as Pillow draws them, so that a line is the same in every band it crosses:
+    # each piece's end, and the box of the disc there.
+    fine = points * SUPERSAMPLING
+    ends = np.floor(np.concatenate([fine, fine - half, fine + half], axis=1)).astype(np.int64)
+    levels = np.rint(255.0 * alphas).astype(np.int64).tolist()
+    coverage = np.empty((size[1], size[0]), np.float32)
+    for rows in bands(size[1]):
+        mask = Image.new("L", (size[0] * SUPERSAMPLING, (rows.stop - rows.start) * SUPERSAMPLING))
+        _draw_pieces(mask, ends - 3 * (0, rows.start * SUPERSAMPLING), levels, wide)
+        coverage[rows] = np.asarray(mask.reduce(SUPERSAMPLING), np.float32) / np.float32(255.0)
+    return coverage
+
+
+def _draw_pieces(
+    mask: Image.Image, ends: npt.NDArray[np.int64], levels: list[int], wide: int
+) -> None:
+    draw = ImageDraw.Draw(mask)
+    corners = ends.tolist()
+    for (x0, y0, *_), (x, y, *disc), level in zip(corners, corners[1:], levels, strict=False):
+        if max(y0, y) < -wide or min(y0, y) > mask.height + wide:
+            continue
+        draw.line([(x0, y0), (x, y)], fill=level, width=wide)
         # Pillow's lines have butt ends: a disc at each joint rounds them.
-        draw.ellipse([end[0] - half, end[1] - half, end[0] + half, end[1] + half], fill=level)
-    return np.asarray(mask.reduce(SUPERSAMPLING), dtype=np.float32) / np.float32(255.0)
+        draw.ellipse(disc, fill=level)
 
 
 def _solid(colour: Colour) -> Array:

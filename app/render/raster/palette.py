@@ -68,11 +68,11 @@ def _cut(colours: Pixels, counts: npt.NDArray[np.int64]) -> Pixels:
 
 def _keys(pixels: Pixels) -> npt.NDArray[np.uint32]:
     """One number for each colour, shape (n,)."""
-    wide = pixels.reshape(-1, 3).astype(np.uint32)
-    keys: npt.NDArray[np.uint32] = np.bitwise_or.reduce(
-        wide << np.array([16, 8, 0], np.uint32), axis=1
-    )
-    return keys
+    found = np.zeros(pixels.shape[:-1], np.uint32)
+    for channel in range(3):
+        found <<= 8
+        found |= pixels[..., channel]
+    return found.reshape(-1)
 
 
 def _channels(keys: npt.NDArray[np.uint32]) -> Pixels:
