@@ -47,6 +47,7 @@ class Job:
     keep: never refused for a failure; its writes follow from what is in the database already.
     asked: when it was put in, s of a monotonic clock.
     mends: the failure whose remains this job takes out.
+    number: how many were put in before it; what was never put in by a caller comes before all.
     """
 
     writes: Sequence[Write] = ()
@@ -59,6 +60,7 @@ class Job:
     asked: float = 0.0
     fate: Fate = Fate.OPEN
     mends: LedgerError | None = None
+    number: int = 0
 
 
 class RevokedError(Exception):
@@ -77,6 +79,7 @@ class CommitQueue:
         self._waiting: deque[Job] = deque()
         self._reads: deque[Job] = deque()
         self._taken: list[Job] = []  # in the thread's hands
+        self._put_in = 0
         self._broken: dict[int, LedgerError] = {}  # lines of which not all refusals are told
 
     # The event loop's side.
@@ -86,6 +89,8 @@ class CommitQueue:
         with self._changed:
             if not job.keep:
                 self._check(job)
+            self._put_in += 1
+            job.number = self._put_in
             (self._waiting if job.read is None else self._reads).append(job)
             self._changed.notify()
 
@@ -134,7 +139,8 @@ class CommitQueue:
     def take(self, pause: Callable[[], float]) -> list[Job] | None:
         """The next work: all writes that wait, else one read; None at the end. Blocks.
 
-        pause: seconds until a commit may start. Reads never keep writes waiting for more than one.
+        pause: seconds until a commit may start. Reads never keep writes waiting for more than one,
+        and see all that was put in before them, unless writes fail.
         """
         with self._changed:
             while True:
@@ -142,7 +148,7 @@ class CommitQueue:
                 if self._waiting and seconds <= 0.0:
                     self._taken = list(self._waiting)
                     self._waiting.clear()
-                elif self._reads:
+                elif self._reads and not self._writes_precede(self._reads[0]):
                     self._taken = [self._reads.popleft()]
                 elif self.closing:
                     return None
@@ -150,6 +156,12 @@ class CommitQueue:
                     self._changed.wait(seconds if self._waiting else None)
                     continue
                 return list(self._taken)
+
+    def _writes_precede(self, read: Job) -> bool:
+        """Whether writes that were put in before a read will be made soon."""
+        if self.failure is not None or not self._waiting:
+            return False
+        return self._waiting[0].number < read.number
 
     def check(self, jobs: Sequence[Job]) -> None:
         """The last word before a commit; raises RevokedError when it must not be made."""

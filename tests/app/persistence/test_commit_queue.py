@@ -120,6 +120,23 @@ def test_writes_never_wait_for_more_than_one_read() -> None:
     assert queue.take(at_once) == [reads[1]]
 
 
+def test_a_read_never_overtakes_writes_that_were_put_in_before_it() -> None:
+    write, read = Job([row(0)]), Job(read=lambda connection: None)
+    queue = queue_of(write, read)
+    pauses = iter([0.001, 0.0, 0.0])  # a commit was just made: the next is not due yet
+    assert queue.take(lambda: next(pauses)) == [write]
+    assert queue.take(lambda: next(pauses)) == [read]
+
+
+def test_while_writes_fail_what_is_there_can_be_read() -> None:
+    kept, read = Job([row(0)], keep=True), Job(read=lambda connection: None)
+    queue = queue_of(kept)
+    queue.take(at_once)
+    queue.failed(GONE)
+    queue.put(read)
+    assert queue.take(lambda: 1.0) == [read]
+
+
 # With rooms over it.
 
 

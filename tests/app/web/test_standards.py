@@ -249,7 +249,7 @@ def test_verify_takes_a_rooms_log(http: httpx.Client, kind: dict[str, Any]) -> N
         land(http, room, 7)
     log = http.get(f"{room}/log", headers=token).json()
     good = http.post("/api/v1/verify", json=log)
-    assert (good.status_code, good.json()["ok"]) == (200, True), good.text + str(log)
+    assert (good.status_code, good.json()["ok"]) == (200, True)
     log["world_digest"] = "0" * 64
     bad = http.post("/api/v1/verify", json=log).json()
     assert (bad["ok"], bad["field"], bad["expected"]) == (False, "world_digest", "0" * 64)
