@@ -15,6 +15,7 @@ import { FrameLoop } from "../util/frame-loop.js";
 import { Announcer } from "./announcer.js";
 import { Controls } from "./input/controls.js";
 import { FairPanel } from "./fairness/fair-panel.js";
+import { Drawers } from "./input/drawers.js";
 import { Dropper } from "./input/dropper.js";
 import { switchGhost, switchSound } from "./input/switches.js";
 import { LiveTable } from "./live.js";
@@ -94,8 +95,10 @@ export class TablePage {
       onStop: () => this.dropper.stop(),
       onBoard: (choice) => this.#move(choice),
       onAim: () => this.#aimed(),
+      onSeed: () => this.drawers.show("lab"),
     });
     this.scoreboard = new Scoreboard(session, theme, this.prover, (seed) => this.controls.setSeed(seed));
+    this.drawers = new Drawers();
     switchSound(this.sound);
     switchGhost(this.ghost, () => this.loop.wake());
     this.#followPointer(view.moving);
