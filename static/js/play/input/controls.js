@@ -9,6 +9,7 @@ import { StartField } from "./start-field.js";
 /** @import { Board } from "../../model/board.js" */
 /** @import { Choice } from "../../model/presets.js" */
 /** @import { World } from "../../model/worlds.js" */
+/** @import { Limits } from "./dropper.js" */
 
 const FEWEST_ROWS = 8;
 const MOST_ROWS = 16;
@@ -22,7 +23,7 @@ const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), text
  *
  * @typedef {object} ControlsListener
  * @property {(count: number, ask: () => Ask) => void} onDrop so many balls; `ask` makes each
- * @property {(rate: number, count: number, ask: () => Ask) => void} onAuto from now on
+ * @property {(rate: number, count: number, ask: () => Ask, limits: Limits) => void} onAuto from now on
  * @property {() => void} onStop
  * @property {(choice: TableChoice) => void} onBoard
  * @property {() => void} onAim
@@ -142,10 +143,12 @@ export class Controls {
       return;
     }
     const count = byId("auto-count", HTMLInputElement);
-    const ask = count.reportValidity() ? this.#asker(this.start.aim) : null;
+    const [win, loss] = ["auto-win", "auto-loss"].map((id) => byId(id, HTMLInputElement));
+    const valid = [count, win, loss].every((field) => field.reportValidity());
+    const ask = valid ? this.#asker(this.start.aim) : null;
     if (!ask) return;
-    const many = count.value === "" ? Number.POSITIVE_INFINITY : Number(count.value);
-    this.listener.onAuto(Number(byId("auto-rate", HTMLSelectElement).value), many, ask);
+    const rate = Number(byId("auto-rate", HTMLSelectElement).value);
+    this.listener.onAuto(rate, numberOf(count), ask, { win: numberOf(win), loss: numberOf(loss) });
   }
 
   /** @returns {TableChoice} */
@@ -205,4 +208,9 @@ export class Controls {
     byId("material").append(own(), ...Object.keys(RESTITUTION).map((name) =>
       make("option", { value: name }, `${name}, ${restitutionOf(name)}`)));
   }
+}
+
+/** @param {HTMLInputElement} field @returns {number} Infinity where it is empty */
+function numberOf({ value }) {
+  return value === "" ? Number.POSITIVE_INFINITY : Number(value);
 }
