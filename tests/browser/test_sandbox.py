@@ -130,7 +130,7 @@ def test_pause_stops_step_goes_one_tick_and_reset_begins_anew(box: Any) -> None:
     page.get_by_role("button", name="Step").click()
     expect(time).not_to_have_text(before)
     assert float(time.inner_text().split()[0]) - float(before.split()[0]) < 0.05
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Resume").click()
     screen.state("live", "asleep")
     page.get_by_role("button", name="Clear").click()
     balls(screen, 0)

@@ -279,7 +279,7 @@ export class TablePage {
     const { bin, score } = played;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
     if (bin !== null) this.sound.chime(score, (bin + 0.5) / this.histogram.counts.length);
-    this.show.played(played, this.live.own.count === 0);
+    this.show.played(played, { last: this.live.own.count === 0, still: this.#still.matches });
     const won = this.dropper.landed(played);
     if (won !== null) this.#say(`Auto-drop has stopped: ${signed(won)}.`);
   }
@@ -326,7 +326,7 @@ export class TablePage {
   #showState(state, detail) {
     document.documentElement.dataset.state = state;
     byId("state-text").textContent = state === "reconnecting"
-      ? `Line lost, trying again in ${detail}`
+      ? `Reconnecting… in ${detail}`
       : (STATE_TEXTS[state] ?? "");
     if (state === "closed") this.#say(detail || "The table is closed.");
     if (state === "reconnecting" && this.#state !== state) this.#say("The line to the table broke.");

@@ -1,6 +1,7 @@
 // What there is to a drop besides its path: words on the way, what decided it, light, one line for many.
 
 import { Announcer } from "./announcer.js";
+import { Card } from "./card.js";
 import { Encore } from "./encore.js";
 import { Falling } from "./falling.js";
 import { nearMiss } from "./near-miss.js";
@@ -12,6 +13,7 @@ import { nearMiss } from "./near-miss.js";
 
 /** Of one table at a time. */
 export class Show {
+  #card = new Card();
   #encore = new Encore();
   #falling = new Falling();
   /** @type {Table | null} */
@@ -27,16 +29,22 @@ export class Show {
   setTable(table) {
     this.#table = table;
     this.#falling.setBoard(table.board);
-    this.#encore.clear();
+    this.dropped();
   }
 
-  /** A ball of ours is asked for. */
+  /** A ball of ours is asked for: what was shown of the one before is over. */
   dropped() {
     this.#encore.clear();
+    this.#card.hide();
   }
 
-  /** @param {Played} played @param {boolean} last no other ball of ours is in flight */
-  played(played, last) {
+  /**
+   * @param {Played} played
+   * @param {{last: boolean, still: boolean}} now last: no other ball of ours is in flight; still:
+   *   nothing is to move
+   */
+  played(played, { last, still }) {
+    this.#card.show(played, still);
     const drop = this.#solve(played);
     const { bin } = played;
     const near = drop && this.#table && bin !== null ? nearMiss(this.#table.board, bin, drop.xEnd) : "";
@@ -65,6 +73,7 @@ export class Show {
     const words = this.announcer.counts ? null : this.#falling.words(scene.balls);
     if (words) this.say(words);
     scene.fork = null;
-    return this.#encore.show(scene, wall, still);
+    const counting = this.#card.count(1000 * wall);
+    return this.#encore.show(scene, wall, still) || counting;
   }
 }
