@@ -61,7 +61,7 @@ def compare(page: "Page", address: str) -> None:
     """Two balls that start one bit apart, on the first seed found to part."""
     page.goto(f"{address}/compare.html?board=triangle-16&seed=1")
     page.wait_for_selector("html[data-state=replay]")
-    page.get_by_role("button", name="Find the next seed that parts").click()
+    page.get_by_role("button", name="Find a pair that splits").click()
     page.wait_for_url("**seed=*shift=bit*")
     page.wait_for_selector("html[data-state=replay]")
     time = page.get_by_label("Time in the drops")
