@@ -151,12 +151,27 @@ class Screen:
         self.url = url
         self.root = page.locator("html")
         self.result = page.locator("#result")
-        self.seed = page.get_by_label("Seed", exact=True)
         self.drop = page.get_by_role("button", name="Drop", exact=True)
         self.rows = page.locator("#drops > li")
         self.sent: list[str | bytes] = []  # what the page sent over its sockets
         self._artifacts = artifacts
         page.on("websocket", self._listen)
+
+    @property
+    def seed(self) -> Locator:
+        """The field for a seed; at the table it lies in the Lab, which is opened."""
+        if self.page.locator("#lab").count():
+            self.drawer("Lab")
+        return self.page.get_by_label("Seed", exact=True)
+
+    def drawer(self, name: str) -> Locator:
+        """Open a drawer of the table, if it is not open: Table, Fairness or Lab."""
+        tab = self.page.get_by_role("button", name=name, exact=True)
+        if not tab.is_visible():
+            self.page.get_by_role("button", name="More", exact=True).click()
+        if tab.get_attribute("aria-expanded") != "true":
+            tab.click()
+        return self.page.locator(f"#{tab.get_attribute('aria-controls')}")
 
     def ready(self) -> "Screen":
         """Wait until the table is there and nothing moves."""

@@ -107,7 +107,7 @@ def test_the_plot_goes_by_time_or_by_impacts_and_leads_there(opened: Open) -> No
 
 def test_a_seed_that_parts_is_found(opened: Open) -> None:
     screen = paused(opened(f"{LINK}&shift=1e-3"))
-    screen.page.get_by_role("button", name="Find the next seed that parts").click()
+    screen.page.get_by_role("button", name="Find a pair that splits").click()
     screen.page.wait_for_url(re.compile("seed=(?!42)"))
     screen.state("replay")
     query = urllib.parse.parse_qs(urllib.parse.urlsplit(screen.page.url).query)

@@ -130,7 +130,7 @@ def test_pause_stops_step_goes_one_tick_and_reset_begins_anew(box: Any) -> None:
     page.get_by_role("button", name="Step").click()
     expect(time).not_to_have_text(before)
     assert float(time.inner_text().split()[0]) - float(before.split()[0]) < 0.05
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Resume").click()
     screen.state("live", "asleep")
     page.get_by_role("button", name="Clear").click()
     balls(screen, 0)
@@ -201,7 +201,7 @@ def test_another_scene_is_begun_from_the_form(box: Any) -> None:
 
 def test_another_table_has_balls_that_knock_each_other(opened: Open) -> None:
     table = opened("/?room=triangle-8").ready()
-    table.page.get_by_role("radio", name="Knock each other").check(force=True)
+    table.drawer("Table").get_by_role("radio", name="Colliding balls").check(force=True)
     expect(table.page).to_have_url(re.compile("room=interacting-triangle-8"))
     table.ready()
 

@@ -41,6 +41,7 @@ def table(page: "Page", address: str) -> None:
     """The live page while balls fall."""
     page.goto(address)
     page.wait_for_selector("html[data-state=asleep]")
+    page.keyboard.press("l")  # the Lab, where seeds are typed
     for seed in range(1, 31):
         page.get_by_label("Seed", exact=True).fill(str(seed))
         page.get_by_role("button", name="Drop", exact=True).click()
@@ -60,7 +61,7 @@ def compare(page: "Page", address: str) -> None:
     """Two balls that start one bit apart, on the first seed found to part."""
     page.goto(f"{address}/compare.html?board=triangle-16&seed=1")
     page.wait_for_selector("html[data-state=replay]")
-    page.get_by_role("button", name="Find the next seed that parts").click()
+    page.get_by_role("button", name="Find a pair that splits").click()
     page.wait_for_url("**seed=*shift=bit*")
     page.wait_for_selector("html[data-state=replay]")
     time = page.get_by_label("Time in the drops")

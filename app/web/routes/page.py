@@ -14,6 +14,7 @@ from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
 from app.web.middleware import EMBEDDED
+from app.web.release import parts
 from app.web.unfurl import card
 
 _READING = frozenset({"GET", "HEAD"})
@@ -23,6 +24,7 @@ _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 _RELEASE = re.compile("v-([0-9a-f]{16})/(.+)")
 _FOR_GOOD = "public, max-age=31536000, immutable"
 _EMBED = {"embed/replay": "embed.html"}  # what other sites may show in a frame, and nothing else
+_KINDS = {".js": "text/javascript", ".css": "text/css"}
 _OWN_PARTS = re.compile('(href|src)="((?:css|js)/)')
 
 
@@ -30,12 +32,17 @@ class Page(StaticFiles):
     """Static files. A page is asked about each time, so that a new release shows at once.
 
     What a page is made of it takes from under v-<release>/, where files never change: a browser
-    asks for them once. Modules and styles name each other by relative paths, and so stay there.
+    asks for them once. Its modules come as one script and its styles as one sheet: see release.py.
     """
 
     def __init__(self, directory: Path) -> None:
         super().__init__(directory=directory, html=True)
         self.release = _digest_of(directory)
+        self.pages: dict[str, str] = {}
+        self.made: dict[str, str] = {}
+        for page in sorted(directory.glob("*.html")):
+            self.pages[page.name], made = parts(directory, page.name, page.read_text("utf-8"))
+            self.made |= made
 
     def file_response(
         self,
@@ -47,16 +54,20 @@ class Page(StaticFiles):
         """The file; a page with its parts as those of this release."""
         if not str(full_path).endswith(".html"):
             return super().file_response(full_path, stat_result, scope, status_code)
-        text = Path(full_path).read_text(encoding="utf-8")
+        text = self.pages[Path(full_path).name]
         text = _OWN_PARTS.sub(rf'\1="v-{self.release}/\2', text)
         if Path(full_path).name == "replay.html":
             about = card(QueryParams(scope["query_string"]), str(Request(scope).base_url))
             text = text.replace("  </head>", f"{about}  </head>")
+        return self._told(text, scope, "text/html", status_code)
+
+    def _told(self, text: str, scope: Scope, kind: str, status_code: int = 200) -> Response:
+        """A text that is no file, or nothing where the client has it already."""
         etag = hashlib.sha256(text.encode()).hexdigest()[:32]
-        page = Response(text, status_code, {"etag": f'"{etag}"'}, "text/html")
-        if self.is_not_modified(page.headers, Headers(scope=scope)):
-            return NotModifiedResponse(page.headers)
-        return page
+        response = Response(text, status_code, {"etag": f'"{etag}"'}, kind)
+        if self.is_not_modified(response.headers, Headers(scope=scope)):
+            return NotModifiedResponse(response.headers)
+        return response
 
     async def get_response(self, path: str, scope: Scope) -> Response:
         """The file, with a cache header; raises HTTPException 404, or 405 naming what is allowed.
@@ -76,7 +87,10 @@ class Page(StaticFiles):
         embedded = _EMBED.get(path)
         path = embedded or path
         try:
-            response = await super().get_response(path, scope)
+            if path in self.made:
+                response = self._told(self.made[path], scope, _KINDS[Path(path).suffix])
+            else:
+                response = await super().get_response(path, scope)
         except HTTPException as error:
             allowed = _methods_of_others(scope) if error.status_code == 404 else set()
             if not allowed:

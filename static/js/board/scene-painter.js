@@ -1,12 +1,14 @@
 // Paints scenes over one board at one size in one set of colours, and wipes what it painted last.
 
-import { makeFlashes, makeSprite, paintBall, paintFlash, paintPaid, traceTrail } from "../paint/ball.js";
+import { makeFlashes, makeHalo, makeSprite, paintBall, paintFlash, paintPaid, traceTrail } from "../paint/ball.js";
 import { beamHeight, paintPulse, pulseOf } from "../paint/bin.js";
 import { binBox } from "../paint/board.js";
 import { Damage } from "../paint/damage.js";
+import { paintNote, paintPath, paintRing } from "../paint/marks.js";
+import { metric, multiplier } from "../util/format.js";
 
 /** @import { Board, Point } from "../model/board.js" */
-/** @import { BinHit, Flash, Scene, SceneBall } from "../model/scene.js" */
+/** @import { BinHit, Flash, Parting, Scene, SceneBall } from "../model/scene.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
@@ -42,6 +44,8 @@ export class ScenePainter {
       body: palette.other, dark: palette.otherDark, light: "#ffffff",
       band: palette.otherDark, shadow,
     }, ball);
+    this.halo = makeHalo(this.radius, density, palette.ball);
+    this.otherHalo = makeHalo(this.radius, density, palette.other);
     const largest = board.pegs.reduce((most, peg) => Math.max(most, peg.radius), 0.01);
     this.flashes = makeFlashes(largest * geometry.scale, density, palette.flash);
     // What another painter has left on the canvas is not known here.
@@ -52,6 +56,7 @@ export class ScenePainter {
   draw(ctx, scene) {
     this.#damage.clear(ctx, this.geometry.width, this.geometry.height);
     for (const path of scene.paths) this.#drawPath(ctx, path);
+    if (scene.fork) this.#drawFork(ctx, scene.fork);
     for (const flash of scene.flashes) this.#drawFlash(ctx, flash);
     this.#drawTrails(ctx, scene.balls, false);
     this.#drawTrails(ctx, scene.balls, true);
@@ -99,9 +104,11 @@ export class ScenePainter {
       ctx.rect(0, 0, width, binTop + 2);
       ctx.clip();
     }
+    const halo = mine ? this.halo : this.otherHalo;
+    paintBall(ctx, halo, atX, atY, 0);
     paintBall(ctx, mine ? this.mine : this.others, atX, atY, angle);
     if (sinking) ctx.restore();
-    this.#touch(atX, atY, 1.6 * radius + 3);
+    this.#touch(atX, atY, Math.max(1.6 * radius, halo.half) + 3);
   }
 
   /**
@@ -134,7 +141,7 @@ export class ScenePainter {
     paintPulse(ctx, this.still, box, pulse, this.theme, this.density, score);
     const beam = beamHeight(box, pulse);
     const { x, y, width, height } = box;
-    this.#damage.add(x - 6, y - beam - 6, width + 12, height + beam + 18);
+    this.#damage.add(x - 6, y - beam - 16, width + 12, height + beam + 32);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {BinHit} binHit */
@@ -176,6 +183,24 @@ export class ScenePainter {
     for (const { x, y } of path) ctx.lineTo(px(x), py(y));
     ctx.stroke();
     ctx.globalAlpha = 1;
+    this.#damage.add(0, 0, width, height);
+  }
+
+  /**
+   * The impact that decided, and the way of the ball that took the other.
+   * @param {CanvasRenderingContext2D} ctx @param {Parting} fork
+   */
+  #drawFork(ctx, { at, path, hair, score }) {
+    const { px, py, width, height } = this.geometry;
+    const { palette } = this.theme;
+    const line = Math.max(1.5, 0.3 * this.radius);
+    const aside = { colour: palette.other, width: line, alpha: 0.75, dash: [2 * line, 2.5 * line] };
+    paintPath(ctx, this.geometry, path, aside);
+    paintRing(ctx, px(at.x), py(at.y), 2 * this.radius, { colour: palette.flash, width: line });
+    const size = Math.max(11, Math.min(16, 0.16 * this.geometry.scale));
+    paintNote(ctx, `${metric(hair)} aside: ${multiplier(score)}`, {
+      x: px(at.x), y: py(at.y), gap: 2 * this.radius + size, size, width,
+    }, palette);
     this.#damage.add(0, 0, width, height);
   }
 

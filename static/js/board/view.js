@@ -6,6 +6,7 @@ import { layOut } from "../paint/geometry.js";
 import { contextOf } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
 import { ScenePainter } from "./scene-painter.js";
+import { StageFit } from "./stage-fit.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Scene } from "../model/scene.js" */
@@ -34,7 +35,7 @@ export class BoardView {
     this.moving = moving;
     this.theme = theme;
     this.onLayout = onLayout;
-    new ResizeObserver(() => this.relayout()).observe(this.box);
+    this.fit = new StageFit(this.box, () => this.relayout());
     this.#followDensity();
   }
 
@@ -47,12 +48,17 @@ export class BoardView {
 
   /** Fits the canvases to their box and the display; does nothing when neither has changed. */
   relayout() {
-    const width = this.box.clientWidth;
+    if (!this.#shown) return;
+    const { board } = this.#shown;
+    const width = this.fit.fit((wide) => layOut(board, wide).height);
     const density = window.devicePixelRatio || 1;
-    if (!this.#shown || !width || (width === this.#width && density === this.#density)) return;
+    if (!width) return;
+    if (this.geometry) this.fit.shine(this.geometry.height, this.geometry.dropY);
+    if (width === this.#width && density === this.#density) return;
     this.#width = width;
     this.#density = density;
-    const geometry = layOut(this.#shown.board, width);
+    const geometry = layOut(board, width);
+    this.fit.shine(geometry.height, geometry.dropY);
     this.geometry = geometry;
     for (const canvas of [this.still, this.moving]) fit(canvas, geometry, density);
     this.repaint();

@@ -1,6 +1,7 @@
 // The board being edited on its canvases: the board itself, and over it grid, selection, problems.
 
 import { announceShape } from "../board/shape.js";
+import { StageFit } from "../board/stage-fit.js";
 import { paintBoard } from "../paint/board.js";
 import { layOut, ratioOf } from "../paint/geometry.js";
 import { fitted } from "../util/canvas.js";
@@ -42,7 +43,7 @@ export class EditorView {
     this.field = byId("field", HTMLCanvasElement);
     this.box = parentOf(this.still);
     this.onLayout = onLayout;
-    new ResizeObserver(() => this.#layOut()).observe(this.box);
+    this.fit = new StageFit(this.box, () => this.#layOut());
     theme.onChange(() => this.#layOut());
   }
 
@@ -111,11 +112,13 @@ export class EditorView {
   }
 
   #layOut() {
-    const width = this.box.clientWidth;
     const board = this.#board;
-    if (!board || width === 0) return;
+    if (!board) return;
     announceShape(ratioOf(board));
+    const width = this.fit.fit((wide) => withHeadroom(layOut(board, wide), board).height);
+    if (width === 0) return;
     this.geometry = withHeadroom(layOut(board, width), board);
+    this.fit.shine(this.geometry.height, this.geometry.dropY);
     this.#paint(board, this.geometry);
     this.onLayout(this.geometry);
   }

@@ -12,8 +12,6 @@ import { LineMeter } from "./line-meter.js";
 /** @import { Mean } from "../model/statistics.js" */
 /** @import { Line } from "./line-meter.js" */
 
-const WIDE = "(min-width: 84rem)"; // as in gauges.css: it has a column of its own
-
 /**
  * @typedef {object} PanelListener
  * @property {(expected: Expected | null) => void} onExpected
@@ -26,7 +24,6 @@ export class InstrumentPanel {
   /** @param {Theme} theme @param {PanelListener} listener */
   constructor(theme, { onExpected, onChange, say }) {
     this.panel = byId("measure", HTMLDetailsElement);
-    this.panel.open = window.matchMedia(WIDE).matches;
     this.ball = new BallMeter(theme);
     this.line = new LineMeter();
     this.fit = new FitMeter(onExpected, say);

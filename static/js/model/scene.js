@@ -10,6 +10,7 @@
  * @property {Point[][]} paths whole paths, as lines
  * @property {number | null} aim where a ball would start
  * @property {number | null} chosen id of the ball that is measured
+ * @property {Parting | null} [fork] where another ball, started a hair aside, went another way
  *
  * @typedef {object} SceneBall
  * @property {number} x
@@ -20,6 +21,8 @@
  * @property {number} trailCount
  * @property {number} [id]
  *
+ * @typedef {{at: Point, path: Point[], hair: number, score: number}} Parting hair: how far aside, m; score: what
+ *   the other's bin pays
  * @typedef {Point & {radius: number, age: number, strength: number}} Flash age and strength 0 … 1
  * @typedef {{bin: number, age: number, score: number, ticket?: boolean}} BinHit age 0 … 1; with a
  *   ticket of false what it paid is not written above it

@@ -9,6 +9,8 @@ import { LABEL_FONT } from "./board.js";
 const MARGIN = 0.6; // of the radius, around the ball in its stamp: the shadow's room
 const HALF_TURN_STEPS = 40; // the band looks the same after half a turn
 const FLASH_STEPS = 16;
+const HALO = 2.3; // times the ball's radius, and
+const LEAST_HALO = 13; // CSS pixels at least
 
 /** @typedef {{body: string, dark: string, light: string, band: string, shadow: string}} BallColours */
 
@@ -146,6 +148,25 @@ function edge(ctx, points, count, i, width, first) {
 }
 
 /**
+ * The light around a ball: it makes a small one larger to the eye, never to what it touches.
+ * @param {number} radius CSS pixels @param {number} density @param {string} colour #rrggbb
+ * @returns {Sprite} of one stamp
+ */
+export function makeHalo(radius, density, colour) {
+  const half = Math.max(LEAST_HALO, HALO * radius);
+  const side = Math.ceil(2 * half * density);
+  const ctx = sheetOf(side, 1);
+  ctx.setTransform(density, 0, 0, density, side / 2, side / 2);
+  const light = ctx.createRadialGradient(0, 0, 0.6 * radius, 0, 0, half);
+  light.addColorStop(0, `${colour}90`);
+  light.addColorStop(0.45, `${colour}38`);
+  light.addColorStop(1, `${colour}00`);
+  ctx.fillStyle = light;
+  disc(ctx, 0, 0, half);
+  return { sheet: ctx.canvas, half, side };
+}
+
+/**
  * Pegs that have just been hit, drawn once for each age at full strength.
  * @param {number} radius of a peg, CSS pixels
  * @param {number} density
@@ -153,17 +174,21 @@ function edge(ctx, points, count, i, width, first) {
  * @returns {Sprite & {radius: number}}
  */
 export function makeFlashes(radius, density, colour) {
-  const half = flashRadius(radius, 1, 1) + 1;
+  const half = flashRadius(radius, 1) + 1;
   const side = Math.ceil(2 * half * density);
   const ctx = sheetOf(side, FLASH_STEPS);
-  ctx.fillStyle = colour;
   for (let step = 0; step < FLASH_STEPS; step += 1) {
     const age = step / FLASH_STEPS;
     const left = (1 - age) ** 2;
     ctx.setTransform(density, 0, 0, density, (step + 0.5) * side, side / 2);
-    ctx.globalAlpha = 0.5 * left;
-    disc(ctx, 0, 0, flashRadius(radius, age, 1));
+    const glow = ctx.createRadialGradient(0, 0, 0.8 * radius, 0, 0, flashRadius(radius, age));
+    glow.addColorStop(0, `${colour}c0`);
+    glow.addColorStop(0.4, `${colour}48`);
+    glow.addColorStop(1, `${colour}00`);
     ctx.globalAlpha = left;
+    ctx.fillStyle = glow;
+    disc(ctx, 0, 0, flashRadius(radius, age));
+    ctx.fillStyle = colour;
     disc(ctx, 0, 0, radius);
   }
   return { sheet: ctx.canvas, half: side / density / 2, side, radius };
@@ -182,21 +207,21 @@ export function makeFlashes(radius, density, colour) {
  */
 export function paintFlash(ctx, { sheet, half, side, radius: drawn }, x, y, radius, age, strength) {
   const step = Math.min(FLASH_STEPS - 1, Math.floor(age * FLASH_STEPS));
-  const reach = (half * radius) / drawn;
-  ctx.globalAlpha = 0.45 + 0.55 * strength;
+  // A hard impact shines farther and brighter than a soft one.
+  const reach = (half * radius * (0.55 + 0.45 * strength)) / drawn;
+  ctx.globalAlpha = 0.35 + 0.65 * strength;
   ctx.drawImage(sheet, step * side, 0, side, side, x - reach, y - reach, 2 * reach, 2 * reach);
   ctx.globalAlpha = 1;
   return reach;
 }
 
 /**
- * @param {number} radius
- * @param {number} age
- * @param {number} strength
- * @returns {number} CSS pixels: how far a flash reaches
+ * @param {number} radius of the peg, CSS pixels
+ * @param {number} age 0 … 1
+ * @returns {number} CSS pixels: how far a flash reaches at most
  */
-function flashRadius(radius, age, strength) {
-  return radius * (1.3 + (1 + 1.4 * strength) * Math.sqrt(age)) + 1.5;
+function flashRadius(radius, age) {
+  return radius * (2.4 + 2 * Math.sqrt(age)) + 3;
 }
 
 /**

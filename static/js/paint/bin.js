@@ -3,7 +3,10 @@
 /** @import { Theme } from "./theme.js" */
 /** @import { Box } from "./board.js" */
 
-/** @typedef {{strength: number, glow: number}} Pulse both 0 … 1 */
+/** @typedef {{strength: number, glow: number, press: number}} Pulse strength and glow 0 … 1; press: how far
+ *  it gives way, -1 … 1 of its most */
+
+const SWINGS = 3; // of a bin on its spring, while it shines
 
 /**
  * @param {number} score what it paid
@@ -14,7 +17,9 @@ export function pulseOf(score, age) {
   const strength = Math.max(0, Math.min(1, (Math.log10(Math.max(score, 1e-6)) + 0.7) / 3.7));
   const beats = 1 + Math.round(4 * strength);
   const fade = (1 - Math.max(0, Math.min(1, age))) ** 2;
-  return { strength, glow: fade * (0.6 + 0.4 * Math.cos(2 * Math.PI * beats * age)) };
+  // It gives way at once and springs back past its place, as on a spring with friction.
+  const press = fade * (1 - age) * Math.cos(2 * Math.PI * SWINGS * age);
+  return { strength, glow: fade * (0.6 + 0.4 * Math.cos(2 * Math.PI * beats * age)), press };
 }
 
 /** @param {Pick<Box, "height">} box @param {Pulse} pulse @returns {number} CSS pixels */
@@ -35,9 +40,9 @@ export function paintPulse(ctx, still, box, pulse, theme, density, score) {
   const { x, y, width, height } = box;
   const { strength, glow } = pulse;
   paintBeam(ctx, box, pulse, theme.payout(score).fill);
-  const press = glow * (2 + 5 * strength);
+  const press = pulse.press * (4 + 7 * strength);
   ctx.fillStyle = theme.palette.railShade;
-  ctx.fillRect(x - 1, y - 1, width + 2, press + 2);
+  ctx.fillRect(x - 1, y - 1, width + 2, Math.max(0, press) + 2);
   ctx.drawImage(
     still, x * density, y * density, width * density, height * density, x, y + press, width, height,
   );

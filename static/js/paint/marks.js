@@ -1,7 +1,10 @@
 // Paints what is drawn over a board to explain it: paths, arrows, rings. CSS pixels.
 
+import { LABEL_FONT } from "./board.js";
+
 /** @import { Geometry } from "./geometry.js" */
 /** @import { Point } from "../model/board.js" */
+/** @import { Palette } from "./theme.js" */
 
 /**
  * @param {CanvasRenderingContext2D} ctx
@@ -73,5 +76,31 @@ export function paintRing(ctx, x, y, radius, { colour, width, dash = [] }) {
   ctx.beginPath();
   ctx.arc(x, y, radius, 0, 2 * Math.PI);
   ctx.stroke();
+  ctx.restore();
+}
+
+/**
+ * A few words beside a place, on a label of their own, within the picture.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {string} text
+ * @param {{x: number, y: number, gap: number, size: number, width: number}} place CSS pixels; gap:
+ *   from the place to the words, width: of the picture
+ * @param {Palette} palette
+ */
+export function paintNote(ctx, text, { x, y, gap, size, width }, { railShade, flash }) {
+  ctx.save();
+  ctx.font = `600 ${size}px ${LABEL_FONT}`;
+  ctx.textAlign = "left";
+  ctx.textBaseline = "middle";
+  const long = ctx.measureText(text).width + size;
+  const left = x + gap + long < width ? x + gap : Math.max(0, x - gap - long);
+  ctx.globalAlpha = 0.82;
+  ctx.fillStyle = railShade;
+  ctx.beginPath();
+  ctx.roundRect(left, y - 0.85 * size, long, 1.7 * size, 0.4 * size);
+  ctx.fill();
+  ctx.globalAlpha = 1;
+  ctx.fillStyle = flash;
+  ctx.fillText(text, left + size / 2, y);
   ctx.restore();
 }

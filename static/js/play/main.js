@@ -8,7 +8,7 @@ import { Theme } from "../paint/theme.js";
 import { openSolver } from "../solver/solver.js";
 import { byId } from "../util/dom.js";
 import { keepOffline } from "../util/offline.js";
-import { Ghost } from "./ghost.js";
+import { Ghost } from "./show/ghost.js";
 import { TablePage } from "./page.js";
 
 async function start() {

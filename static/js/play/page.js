@@ -10,17 +10,18 @@ import { emptyScene } from "../model/scene.js";
 import { getJson, messageOf } from "../net/api.js";
 import { ratioOf } from "../paint/geometry.js";
 import { byId } from "../util/dom.js";
-import { counted } from "../util/format.js";
+import { counted, signed } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
-import { Announcer } from "./announcer.js";
 import { Controls } from "./input/controls.js";
 import { FairPanel } from "./fairness/fair-panel.js";
+import { Drawers } from "./input/drawers.js";
 import { Dropper } from "./input/dropper.js";
 import { switchGhost, switchSound } from "./input/switches.js";
 import { LiveTable } from "./live.js";
 import { Prover } from "./fairness/proof.js";
 import { findTable } from "./rooms.js";
 import { Scoreboard } from "./scoreboard.js";
+import { Show } from "./show/show.js";
 import { Sound } from "./sound/sound.js";
 
 /** @import { BoardView } from "../board/view.js" */
@@ -33,7 +34,7 @@ import { Sound } from "./sound/sound.js";
 /** @import { Table } from "../model/table/table.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Solver } from "../solver/solver.js" */
-/** @import { Ghost } from "./ghost.js" */
+/** @import { Ghost } from "./show/ghost.js" */
 /** @import { Ask, TableChoice } from "./input/controls.js" */
 /** @import { LiveState } from "./live.js" */
 
@@ -76,7 +77,7 @@ export class TablePage {
     this.means = { solver, streams: streamsFor(asked.get("stream"), solver !== null) };
     this.prover = new Prover(solver);
     this.sound = new Sound();
-    this.announcer = new Announcer((text, score) => this.#say(text, score));
+    this.show = new Show((text, score) => this.#say(text, score));
     this.loop = new FrameLoop((now) => this.#draw(now));
     this.instruments = new InstrumentPanel(theme, {
       onExpected: (expected) => this.#compare(expected),
@@ -90,12 +91,14 @@ export class TablePage {
     });
     this.controls = new Controls({
       onDrop: (count, ask) => this.#dropSome(count, ask),
-      onAuto: (rate, count, ask) => this.dropper.start(rate, count, ask),
+      onAuto: (...asked) => this.dropper.start(...asked),
       onStop: () => this.dropper.stop(),
       onBoard: (choice) => this.#move(choice),
       onAim: () => this.#aimed(),
+      onSeed: () => this.drawers.show("lab"),
     });
     this.scoreboard = new Scoreboard(session, theme, this.prover, (seed) => this.controls.setSeed(seed));
+    this.drawers = new Drawers();
     switchSound(this.sound);
     switchGhost(this.ghost, () => this.loop.wake());
     this.#followPointer(view.moving);
@@ -175,6 +178,7 @@ export class TablePage {
       this.view.moving.setAttribute("aria-label", describeBoard(board));
     }
     this.controls.showKnocking(hello.mode === "interacting");
+    this.show.setTable(table);
     table.onPassed = this.ghost.follow;
     table.tracing = this.#still.matches;
     this.instruments.setTable(hello, table);
@@ -222,13 +226,18 @@ export class TablePage {
    * @param {() => Ask} ask
    */
   #dropSome(count, ask) {
-    if (count === 1) this.#drop(ask());
-    else this.dropper.shower(count, ask);
+    if (count === 1) {
+      this.#drop(ask());
+      return;
+    }
+    this.show.announcer.expect(count, this.live.own.count === 0);
+    this.dropper.shower(count, ask);
   }
 
   /** @param {Ask} ask */
   #drop(ask) {
     const sent = this.live.drop(ask);
+    this.show.dropped();
     if (!sent) this.#say("There is no line to the table yet. Nothing was dropped.");
     return sent;
   }
@@ -243,6 +252,7 @@ export class TablePage {
     const scene = table ? table.sceneAt(t, now / 1000) : emptyScene();
     if (table?.growsWhenDrawn) instruments.ball.measure();
     if (table) this.sound.hear(table.heard, t);
+    const encore = this.show.show(scene, now / 1000, quiet);
     if (quiet) scene.balls.length = 0;
     if (quiet) scene.flashes = [];
     if (quiet) scene.paths = live.ownPaths();
@@ -255,7 +265,7 @@ export class TablePage {
     if (this.#scoreStale && now - this.#scoreMs >= SCORE_MS) this.#showScore(now);
     const measuring = instruments.show(live, this.histogram.counts, this.session.scores, now);
     return (table?.busy ?? false) || this.ghost.pending || this.histogram.pending
-      || this.#scoreStale || measuring;
+      || this.#scoreStale || measuring || encore;
   }
 
   /** @param {Played} played */
@@ -269,7 +279,9 @@ export class TablePage {
     const { bin, score } = played;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
     if (bin !== null) this.sound.chime(score, (bin + 0.5) / this.histogram.counts.length);
-    this.announcer.add(played);
+    this.show.played(played, { last: this.live.own.count === 0, still: this.#still.matches });
+    const won = this.dropper.landed(played);
+    if (won !== null) this.#say(`Auto-drop has stopped: ${signed(won)}.`);
   }
 
   /** @param {number} now */
@@ -314,7 +326,7 @@ export class TablePage {
   #showState(state, detail) {
     document.documentElement.dataset.state = state;
     byId("state-text").textContent = state === "reconnecting"
-      ? `Line lost, trying again in ${detail}`
+      ? `Reconnecting… in ${detail}`
       : (STATE_TEXTS[state] ?? "");
     if (state === "closed") this.#say(detail || "The table is closed.");
     if (state === "reconnecting" && this.#state !== state) this.#say("The line to the table broke.");

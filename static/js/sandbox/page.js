@@ -204,7 +204,7 @@ export class SandboxPage {
   #showSettings(settings) {
     this.world.set(settings);
     this.solver.set(settings);
-    byId("pause").textContent = this.room.paused ? "Go on" : "Pause";
+    byId("pause").textContent = this.room.paused ? "Resume" : "Pause";
     byId("step", HTMLButtonElement).disabled = this.pointer.locked || !this.room.paused;
     for (const [name, options] of Object.entries(this.#presets)) {
       const found = Object.entries(options).find(([, value]) => Math.abs(value - settings[name]) < 1e-9);
@@ -217,7 +217,7 @@ export class SandboxPage {
   /** @param {RoomState} state @param {string} [detail] */
   #showState(state, detail) {
     showState(state, state === "reconnecting"
-      ? `Line lost, trying again in ${detail}` : (STATE_TEXTS[state] ?? ""));
+      ? `Reconnecting… in ${detail}` : (STATE_TEXTS[state] ?? ""));
     if (state === "closed") this.#say(detail || "The room is closed.");
     if (state === "asleep" && this.room.made.size) this.#say("Everything is at rest.");
     this.loop.wake();

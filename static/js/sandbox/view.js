@@ -1,6 +1,7 @@
 // The box on two canvases: what never moves, and the balls with what the pointer is doing.
 
 import { announceShape } from "../board/shape.js";
+import { StageFit } from "../board/stage-fit.js";
 import { makeSprite, paintBall } from "../paint/ball.js";
 import { contextOf, disc } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
@@ -46,7 +47,7 @@ export class SandboxView {
     this.moving = moving;
     this.theme = theme;
     this.onLayout = onLayout;
-    new ResizeObserver(() => this.relayout()).observe(this.box);
+    this.fit = new StageFit(this.box, () => this.relayout());
     theme.onChange(() => this.repaint());
   }
 
@@ -62,13 +63,14 @@ export class SandboxView {
 
   /** Fits the canvases to their box; does nothing when nothing has changed. */
   relayout() {
-    const width = this.box.clientWidth;
-    const density = window.devicePixelRatio || 1;
-    if (!this.#geometry || !width || (width === this.#width && density === this.#density)) return;
-    this.#width = width;
-    this.#density = density;
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
     const { pad } = this.theme.shapes.box; // CSS pixels around what stands
+    if (!this.#geometry) return;
+    const width = this.fit.fit((wide) => ((y1 - y0) * (wide - 2 * pad)) / (x1 - x0) + 2 * pad + 1);
+    const density = window.devicePixelRatio || 1;
+    if (!width || (width === this.#width && density === this.#density)) return;
+    this.#width = width;
+    this.#density = density;
     this.scale = (width - 2 * pad) / (x1 - x0);
     this.#height = Math.round((y1 - y0) * this.scale + 2 * pad);
     for (const canvas of [this.still, this.moving]) {

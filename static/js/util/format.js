@@ -42,6 +42,14 @@ export function plain(value) {
   return String(Number(value.toFixed(4)));
 }
 
+const SMALL = /** @type {const} */ ([[1e-3, "mm"], [1e-6, "µm"], [1e-9, "nm"], [1e-12, "pm"], [1e-15, "fm"]]);
+
+/** @param {number} metres above 0, below 1 @returns {string} "3.2 mm", "0.11 fm" */
+export function metric(metres) {
+  const [unit, name] = SMALL.find(([size]) => metres >= size) ?? SMALL[SMALL.length - 1];
+  return `${Number((metres / unit).toPrecision(2))} ${name}`;
+}
+
 /** @param {string} text @returns {string} with a capital letter */
 export function capital(text) {
   return text.charAt(0).toUpperCase() + text.slice(1);

@@ -16,9 +16,7 @@ from tests.browser.screen import COUNT_FRAMES
 
 def measuring(screen: Any) -> Any:
     """The screen with its instruments open."""
-    panel = screen.page.locator("#measure")
-    if panel.get_attribute("open") is None:
-        panel.locator("summary").click()
+    screen.drawer("Lab").locator("#measure summary").click()
     expect(screen.page.get_by_role("heading", name="Line to the server")).to_be_visible()
     return screen
 

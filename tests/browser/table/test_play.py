@@ -132,7 +132,7 @@ def test_a_click_among_the_pegs_drops_nothing(opened: Open, quick: Quick) -> Non
 
 def test_classic_offers_nine_slots(opened: Open) -> None:
     screen = opened().ready()
-    screen.page.get_by_role("radio", name="Classic").check()
+    screen.drawer("Table").get_by_role("radio", name="Classic").check()
     expect(screen.page.get_by_role("radio", name=re.compile("^Slot"))).to_have_count(9)
     screen.ready()
 
@@ -153,7 +153,7 @@ def test_the_ball_starts_in_the_chosen_slot(opened: Open, server: ServerProcess)
 
 def test_rows_and_risk_choose_another_table_with_other_payouts(opened: Open) -> None:
     screen = opened().ready()
-    screen.page.get_by_label("Rows", exact=True).select_option("8")
+    screen.drawer("Table").get_by_label("Rows", exact=True).select_option("8")
     screen.page.get_by_role("radio", name="High").check()
     expect(screen.page.locator("#board-moving")).to_have_attribute(
         "aria-label", re.compile("triangle-8-high.*9 bins.*31×")
@@ -165,7 +165,7 @@ def test_rows_and_risk_choose_another_table_with_other_payouts(opened: Open) -> 
     screen.landed(screen.api("drops/triangle-8-high/5")["bin"])
     screen.page.reload()
     screen.ready()
-    expect(screen.page.get_by_label("Rows", exact=True)).to_have_value("8")
+    expect(screen.drawer("Table").get_by_label("Rows", exact=True)).to_have_value("8")
     expect(screen.page.get_by_role("radio", name="High")).to_be_checked()
 
 

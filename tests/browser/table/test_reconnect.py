@@ -28,7 +28,7 @@ def test_play_goes_on_after_the_server_was_killed_and_started_again(
     screen.seed.fill("42")
     server.kill(signal.SIGKILL)
     screen.state("reconnecting")
-    expect(screen.page.locator("#state-text")).to_contain_text("trying again")
+    expect(screen.page.locator("#state-text")).to_contain_text("Reconnecting…")
     screen.drop.click()
     expect(screen.result).to_contain_text("Practice: bin")
     expect(screen.page.locator("#staked")).to_have_text("0")

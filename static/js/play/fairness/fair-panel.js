@@ -30,13 +30,8 @@ export class FairPanel {
   constructor(listener) {
     this.listener = listener;
     this.padlock = byId("padlock");
-    this.panel = byId("fair");
     this.verdict = byId("fair-verdict");
     this.button = byId("fair-check", HTMLButtonElement);
-    this.padlock.addEventListener("click", () => {
-      this.panel.hidden = !this.panel.hidden;
-      this.padlock.setAttribute("aria-expanded", String(!this.panel.hidden));
-    });
     this.button.addEventListener("click", () => listener.onCheck());
     byId("fair-save").addEventListener("click", () => {
       saveFile(this.#saved.name, this.#saved.text, "application/json");

@@ -9,9 +9,12 @@ import { StartField } from "./start-field.js";
 /** @import { Board } from "../../model/board.js" */
 /** @import { Choice } from "../../model/presets.js" */
 /** @import { World } from "../../model/worlds.js" */
+/** @import { Limits } from "./dropper.js" */
 
 const FEWEST_ROWS = 8;
 const MOST_ROWS = 16;
+// Where a space is a space, or closes a sheet.
+const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), textarea, dialog";
 
 /**
  * @typedef {{seed: string | null, aim: number | null, stake: number}} Ask
@@ -20,10 +23,11 @@ const MOST_ROWS = 16;
  *
  * @typedef {object} ControlsListener
  * @property {(count: number, ask: () => Ask) => void} onDrop so many balls; `ask` makes each
- * @property {(rate: number, count: number, ask: () => Ask) => void} onAuto from now on
+ * @property {(rate: number, count: number, ask: () => Ask, limits: Limits) => void} onAuto from now on
  * @property {() => void} onStop
  * @property {(choice: TableChoice) => void} onBoard
  * @property {() => void} onAim
+ * @property {() => void} onSeed the field of the seed is to be seen
  */
 
 /** The form fields and keys of the live table. */
@@ -50,6 +54,10 @@ export class Controls {
     this.boardForm.addEventListener("change", () => listener.onBoard(this.#choice()));
     this.boardForm.addEventListener("submit", (event) => event.preventDefault());
     document.addEventListener("keydown", (event) => this.#key(event));
+    // A button that has the focus would be pressed when Space comes up.
+    document.addEventListener("keyup", (event) => {
+      if (event.key === " " && !isWithin(event, TYPED_INTO)) event.preventDefault();
+    });
   }
 
   /**
@@ -65,13 +73,13 @@ export class Controls {
   setSeed(text) {
     this.seed.value = text;
     this.#checkSeed();
-    this.seed.focus();
+    this.#showSeed();
   }
 
   /** @param {string} name @param {Board} board @param {number[]} slots */
   setBoard(name, board, slots) {
     this.showChoice(name);
-    byId("gravity", HTMLSelectElement).options[0].textContent = `Own, ${Number(board.gravity.toFixed(2))}`;
+    byId("gravity", HTMLSelectElement).options[0].textContent = `Board's own (${Number(board.gravity.toFixed(2))} m/s²)`;
     this.start.setBoard(board, slots);
   }
 
@@ -116,7 +124,7 @@ export class Controls {
   #asker(aim) {
     const reading = this.#checkSeed();
     if (!reading.ok) {
-      this.seed.focus();
+      this.#showSeed();
       return null;
     }
     if (!this.stake.reportValidity()) return null;
@@ -135,10 +143,12 @@ export class Controls {
       return;
     }
     const count = byId("auto-count", HTMLInputElement);
-    const ask = count.reportValidity() ? this.#asker(this.start.aim) : null;
+    const [win, loss] = ["auto-win", "auto-loss"].map((id) => byId(id, HTMLInputElement));
+    const valid = [count, win, loss].every((field) => field.reportValidity());
+    const ask = valid ? this.#asker(this.start.aim) : null;
     if (!ask) return;
-    const many = count.value === "" ? Number.POSITIVE_INFINITY : Number(count.value);
-    this.listener.onAuto(Number(byId("auto-rate", HTMLSelectElement).value), many, ask);
+    const rate = Number(byId("auto-rate", HTMLSelectElement).value);
+    this.listener.onAuto(rate, numberOf(count), ask, { win: numberOf(win), loss: numberOf(loss) });
   }
 
   /** @returns {TableChoice} */
@@ -150,6 +160,11 @@ export class Controls {
       risk: /** @type {TableChoice["risk"]} */ (value("risk")),
       gravity: value("gravity"), material: value("material"), knock: value("balls") === "knock",
     };
+  }
+
+  #showSeed() {
+    this.listener.onSeed();
+    this.seed.focus();
   }
 
   #checkSeed() {
@@ -164,17 +179,18 @@ export class Controls {
   }
 
   /**
-   * Space drops and arrows aim from anywhere that has no use of its own for them.
+   * Space drops whatever has the focus but a text field (Enter presses buttons); arrows aim from
+   * anywhere that has no use of its own for them.
    * @param {KeyboardEvent} event
    */
   #key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.key === " ") {
-      if (isWithin(event, "input:not([type=range]), select, button, a, summary")) return;
+      if (isWithin(event, TYPED_INTO)) return;
       event.preventDefault();
       if (!event.repeat) this.drop(this.start.aim);
     } else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
-      if (isWithin(event, "input, select, textarea")) return;
+      if (isWithin(event, "input, select, textarea, dialog")) return;
       event.preventDefault();
       this.start.nudge(event.key === "ArrowLeft" ? -1 : 1, event.shiftKey);
     }
@@ -186,10 +202,15 @@ export class Controls {
       rows.append(make("option", { value: String(count) }, String(count)));
     }
     rows.value = String(MOST_ROWS);
-    const own = () => make("option", { value: OWN }, "Own");
+    const own = () => make("option", { value: OWN }, "Board's own");
     byId("gravity").append(own(), ...Object.entries(GRAVITY).map(([name, value]) =>
       make("option", { value: name }, `${name}, ${value}`)));
     byId("material").append(own(), ...Object.keys(RESTITUTION).map((name) =>
       make("option", { value: name }, `${name}, ${restitutionOf(name)}`)));
   }
+}
+
+/** @param {HTMLInputElement} field @returns {number} Infinity where it is empty */
+function numberOf({ value }) {
+  return value === "" ? Number.POSITIVE_INFINITY : Number(value);
 }

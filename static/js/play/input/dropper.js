@@ -9,6 +9,9 @@ const SHOWER_RATE = 12; // a second: several balls of one push, told apart and w
 /** @typedef {{pacer: Pacer, ask: () => Ask}} Shower */
 
 /**
+ * What ends an auto-drop before its count: so much won or lost on what has landed since it began.
+ * @typedef {{win: number, loss: number}} Limits Infinity for never
+ *
  * @typedef {object} DropperListener
  * @property {() => boolean} hasRoom whether the table takes another ball now
  * @property {(ask: Ask) => boolean} onDrop false when it could not even be asked for
@@ -19,6 +22,10 @@ const SHOWER_RATE = 12; // a second: several balls of one push, told apart and w
 export class Dropper {
   /** @type {Shower | null} */
   #auto = null;
+  /** Won on what has landed since auto-drop began. */
+  #won = 0;
+  /** @type {Limits} */
+  #limits = { win: Number.POSITIVE_INFINITY, loss: Number.POSITIVE_INFINITY };
   /** @type {Shower[]} */
   #showers = [];
   #timer = 0;
@@ -38,10 +45,25 @@ export class Dropper {
     this.#pump();
   }
 
-  /** @param {number} rate a second @param {number} count @param {() => Ask} ask */
-  start(rate, count, ask) {
+  /** @param {number} rate a second @param {number} count @param {() => Ask} ask @param {Limits} limits */
+  start(rate, count, ask, limits) {
+    this.#won = 0;
+    this.#limits = limits;
     this.#auto = { pacer: new Pacer(rate, count, performance.now()), ask };
     this.#pump();
+  }
+
+  /**
+   * A ball of ours has landed.
+   * @param {{stake?: number, score: number, practice?: boolean}} played
+   * @returns {number | null} what was won (lost: below 0), where that has stopped auto-drop
+   */
+  landed({ stake = 1, score, practice = false }) {
+    if (!this.#auto || practice) return null;
+    this.#won += stake * (score - 1);
+    if (this.#won < this.#limits.win && this.#won > -this.#limits.loss) return null;
+    this.stop();
+    return this.#won;
   }
 
   stop() {

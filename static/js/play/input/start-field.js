@@ -35,12 +35,12 @@ export class StartField {
     const { x } = board.drop;
     const places = slots.length
       ? slots.map((_, index) => [String(index), String(index + 1), `Slot ${index + 1}`])
-      : [[CHOSEN, "I aim", "I aim"]];
+      : [[CHOSEN, "Aim", "Aim"]];
     // A tenth of a millimetre inside, so that rounding never steps over the end.
     const reach = Math.max(0, Math.floor(aimSpan(board.drop) * 1e4 - 1) / 1e4);
     if (!slots.length && reach === 0) places.length = 0;
     this.chips.replaceChildren(
-      chip(SEED, "Seed decides", "Seed decides", true),
+      chip(SEED, "Random", "Random", true),
       ...places.map(([value, text, name]) => chip(value, text, name, false)),
     );
     Object.assign(this.slider, { min: String(x - reach), max: String(x + reach), step: "any" });

@@ -2,7 +2,7 @@
 
 import { byId } from "../../util/dom.js";
 
-/** @import { Ghost } from "../ghost.js" */
+/** @import { Ghost } from "../show/ghost.js" */
 /** @import { Sound } from "../sound/sound.js" */
 
 const GHOST_KEY = "plinko.ghost.1";

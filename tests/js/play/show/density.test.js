@@ -3,8 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Density } from "../../../static/js/play/density.js";
-import { nearly } from "../support.js";
+import { Density } from "../../../../static/js/play/show/density.js";
+import { nearly } from "../../support.js";
 
 test("ghost trails weigh time and have a fixed size", () => {
   const density = new Density({ left: -4, right: 4, top: 0, bottom: 6 });

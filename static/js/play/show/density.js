@@ -1,8 +1,8 @@
 // Where balls have spent their time: a grid of fixed size, whatever falls over it. Pure.
 
-import { poseBetween } from "../model/motion/interpolate.js";
+import { poseBetween } from "../../model/motion/interpolate.js";
 
-/** @import { Keyframe, Law } from "../model/motion/interpolate.js" */
+/** @import { Keyframe, Law } from "../../model/motion/interpolate.js" */
 
 const CELLS = 240_000; // about a megabyte; half a centimetre to two on the usual boards
 const STEP = 1 / 300; // s between samples: closer than a cell at the speeds of a board

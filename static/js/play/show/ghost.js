@@ -1,13 +1,13 @@
 // Ghost trails: the layer that balls paint as they pass, and with it the distribution.
 
-import { sides } from "../paint/geometry.js";
-import { contextOf } from "../util/canvas.js";
+import { sides } from "../../paint/geometry.js";
+import { contextOf } from "../../util/canvas.js";
 import { Density } from "./density.js";
 
-/** @import { Board } from "../model/board.js" */
-/** @import { Geometry } from "../paint/geometry.js" */
-/** @import { Palette, Theme } from "../paint/theme.js" */
-/** @import { Keyframe, Law } from "../model/motion/interpolate.js" */
+/** @import { Board } from "../../model/board.js" */
+/** @import { Geometry } from "../../paint/geometry.js" */
+/** @import { Palette, Theme } from "../../paint/theme.js" */
+/** @import { Keyframe, Law } from "../../model/motion/interpolate.js" */
 
 const TONES = 256;
 const ROWS_A_FRAME = 48; // of pixels painted at once: a fraction of a millisecond

@@ -1,0 +1,93 @@
+// What a landing leaves on the board: the impact that decided it, and for a win light through its pegs.
+
+import { startSpan } from "../../model/board.js";
+import { PEG } from "../../model/motion/drop.js";
+import { findFork } from "./fork.js";
+
+/** @import { Board, Peg } from "../../model/board.js" */
+/** @import { Flash, Scene } from "../../model/scene.js" */
+/** @import { Solved } from "../../model/table/solved-feed.js" */
+/** @import { Fork } from "./fork.js" */
+
+const WIN = 10; // times the stake: from here on light runs through the pegs
+const JACKPOT = 100; // and from here on what decided it is seen once more, slowly
+const RUN_S = 1.1; // that the light takes from the first peg to the last
+const FADE_S = 0.7;
+const SLOW_S = 2; // that the slow look takes
+const AROUND_S = 0.14; // of the drop, before and after what decided it
+const TRAIL = 10;
+const TRAIL_S = 0.008;
+
+/** The last landing of ours, for as long as nothing else falls. */
+export class Encore {
+  /** @type {{drop: Solved, pegs: Peg[], fork: Fork | null, score: number} | null} */
+  #shown = null;
+  /** @type {number | null} local time at which it began, s */
+  #since = null;
+  #trail = new Float64Array(2 * TRAIL);
+
+  clear() {
+    this.#shown = null;
+  }
+
+  /**
+   * @param {Solved} drop that has landed
+   * @param {Board} board
+   * @param {(x: number) => Solved} dropAt
+   */
+  begin(drop, board, dropAt) {
+    const pegs = drop.impacts.filter((row) => row[6] === PEG).map((row) => board.pegs[row[7]]);
+    const { x } = board.drop;
+    const span = startSpan(board.drop);
+    const fork = findFork(drop, dropAt, { from: x - span, to: x + span });
+    this.#shown = { drop, pegs, fork, score: drop.score };
+    this.#since = null;
+  }
+
+  /** @returns {Fork | null} */
+  get fork() {
+    return this.#shown?.fork ?? null;
+  }
+
+  /**
+   * Adds what there is to see to a scene.
+   * @param {Scene} scene
+   * @param {number} wall local time, s
+   * @param {boolean} still nothing is to move
+   * @returns {boolean} whether it goes on moving
+   */
+  show(scene, wall, still) {
+    if (!this.#shown) return false;
+    const { drop, pegs, fork, score } = this.#shown;
+    this.#since ??= wall;
+    const age = wall - this.#since;
+    scene.fork = fork;
+    if (still || score < WIN) return false;
+    scene.flashes = [...scene.flashes, ...lights(pegs, age)];
+    const slow = score >= JACKPOT && fork !== null && age < SLOW_S;
+    if (slow) scene.balls.push(this.#slowBall(drop, fork.t + (age / SLOW_S - 0.5) * 2 * AROUND_S));
+    return slow || age < RUN_S + FADE_S;
+  }
+
+  /** @param {Solved} drop @param {number} t s since its start */
+  #slowBall(drop, t) {
+    const times = Array.from({ length: TRAIL }, (_, i) => Math.max(0, t - i * TRAIL_S));
+    const states = drop.states(times);
+    states.forEach((state, i) => {
+      this.#trail[2 * i] = state.x;
+      this.#trail[2 * i + 1] = state.y;
+    });
+    const [{ x, y }] = states;
+    return { x, y, angle: 0, mine: true, trail: this.#trail, trailCount: TRAIL };
+  }
+}
+
+/** @param {Peg[]} pegs in the order in which they were hit @param {number} age s @returns {Flash[]} */
+function lights(pegs, age) {
+  return pegs
+    .map(({ x, y, radius }, i) => {
+      const since = age - (RUN_S * i) / Math.max(1, pegs.length - 1);
+      return { x, y, radius, age: since / FADE_S, strength: 1 };
+    })
+    .filter((flash) => flash.age >= 0 && flash.age < 1);
+}

@@ -1,0 +1,50 @@
+// What the status says while a ball of ours falls: a few times on its way, in words. Pure.
+
+import { multiplier } from "../../util/format.js";
+
+/** @import { Board } from "../../model/board.js" */
+/** @import { SceneBall } from "../../model/scene.js" */
+
+const TIMES = 4; // on the way down: who listens hears each to its end
+
+/** The way of one ball at a time. */
+export class Falling {
+  /** @type {number[]} of the rows of pegs, from above, m */
+  #rows = [];
+  /** @type {Board["bins"] | null} */
+  #bins = null;
+  /** @type {number | undefined} */
+  #ball;
+  #told = 0;
+
+  /** @param {Board} board */
+  setBoard({ pegs, bins }) {
+    this.#rows = [...new Set(pegs.map(({ y }) => Number(y.toFixed(6))))].sort((a, b) => a - b);
+    this.#bins = bins;
+    this.#ball = undefined;
+  }
+
+  /**
+   * @param {SceneBall[]} balls in flight
+   * @returns {string | null} something to say, when our only ball has come far enough since the last
+   */
+  words(balls) {
+    const own = balls.filter(({ mine }) => mine);
+    const [ball] = own;
+    if (own.length !== 1 || !this.#bins || ball.y > this.#bins.y) return null;
+    const passed = this.#rows.filter((y) => y < ball.y).length;
+    const part = 1 + Math.floor((TIMES * passed) / (this.#rows.length + 1));
+    if (ball.id !== this.#ball) this.#told = 0;
+    this.#ball = ball.id;
+    if (part <= this.#told) return null;
+    this.#told = part;
+    if (passed === 0) return "It falls…";
+    return `Row ${passed} of ${this.#rows.length}${this.#above(this.#bins, ball.x)}…`;
+  }
+
+  /** @param {Board["bins"]} bins @param {number} x m */
+  #above({ edges, multipliers }, x) {
+    const bin = edges.findIndex((edge, i) => x >= edge && x < edges[i + 1]);
+    return bin < 0 ? "" : `, above ${multiplier(multipliers[bin])}`;
+  }
+}

@@ -1,0 +1,27 @@
+// How near a ball came to a bin that pays far more: told only where its exact path shows it. Pure.
+
+import { multiplier } from "../../util/format.js";
+
+/** @import { Board } from "../../model/board.js" */
+
+const NEAR = 0.5; // of the ball's radius, from its centre to the edge between the bins
+const MORE = 3; // times what was paid, and
+const LEAST = 2; // at least so much
+
+/**
+ * @param {Pick<Board, "ball" | "bins">} board
+ * @param {number} bin in which it landed
+ * @param {number} x where its centre crossed the bins' line, m
+ * @returns {string} a sentence, or nothing
+ */
+export function nearMiss({ ball, bins: { edges, multipliers } }, bin, x) {
+  const sides = [
+    { other: bin - 1, away: x - edges[bin] },
+    { other: bin + 1, away: edges[bin + 1] - x },
+  ];
+  const near = sides.filter(({ other, away }) => away >= 0 && away < NEAR * ball.radius
+    && multipliers[other] >= Math.max(LEAST, MORE * multipliers[bin]));
+  if (near.length === 0) return "";
+  const [{ other, away }] = near;
+  return ` ${(1000 * away).toFixed(1)} mm from ${multiplier(multipliers[other])}.`;
+}

@@ -1,0 +1,39 @@
+// A ball's way down in words, a few of them, and how near it came to more.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { Falling } from "../../../../static/js/play/show/falling.js";
+import { nearMiss } from "../../../../static/js/play/show/near-miss.js";
+
+const board = {
+  ball: { radius: 0.1 },
+  pegs: Array.from({ length: 8 }, (_, row) => ({ x: 0, y: row, radius: 0.05 })),
+  bins: { y: 8, edges: [-1, 0, 1], multipliers: [0.5, 20] },
+};
+const ball = (y, id = 1, mine = true) => ({ id, mine, x: 0.5, y });
+
+test("a ball is told of four times on its way, whatever the rate of pictures", () => {
+  const falling = new Falling();
+  falling.setBoard(board);
+  const told = [];
+  for (let y = -1; y < 9; y += 0.01) told.push(falling.words([ball(y)]));
+  assert.deepEqual(told.filter((words) => words !== null), [
+    "It falls…", "Row 3 of 8, above 20×…", "Row 5 of 8, above 20×…", "Row 7 of 8, above 20×…",
+  ]);
+  assert.equal(falling.words([ball(-1, 2)]), "It falls…", "the next one is told of anew");
+});
+
+test("others' balls, and several of ours, are not told of", () => {
+  const falling = new Falling();
+  falling.setBoard(board);
+  assert.equal(falling.words([ball(0, 1, false)]), null);
+  assert.equal(falling.words([ball(0), ball(1, 2)]), null);
+  assert.notEqual(falling.words([ball(0), ball(1, 2, false)]), null);
+});
+
+test("a near miss is told where the path shows it, and to no bin that pays little more", () => {
+  assert.equal(nearMiss(board, 0, -0.0123), " 12.3 mm from 20×.");
+  assert.equal(nearMiss(board, 0, -0.06), "", "more than half a radius away");
+  assert.equal(nearMiss(board, 1, 0.001), "", "what was missed pays less");
+});
