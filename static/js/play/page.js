@@ -279,7 +279,8 @@ export class TablePage {
     const { bin, score } = played;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
     if (bin !== null) this.sound.chime(score, (bin + 0.5) / this.histogram.counts.length);
-    this.show.played(played, { last: this.live.own.count === 0, still: this.#still.matches });
+    const looked = document.visibilityState !== "hidden";
+    this.show.played(played, { last: looked && this.live.own.count === 0, still: this.#still.matches });
     const won = this.dropper.landed(played);
     if (won !== null) this.#say(`Auto-drop has stopped: ${signed(won)}.`);
   }

@@ -40,8 +40,8 @@ export class Show {
 
   /**
    * @param {Played} played
-   * @param {{last: boolean, still: boolean}} now last: no other ball of ours is in flight; still:
-   *   nothing is to move
+   * @param {{last: boolean, still: boolean}} now last: somebody looks, and no other ball of ours is in
+   *   flight; still: nothing is to move
    */
   played(played, { last, still }) {
     this.#card.show(played, still);
