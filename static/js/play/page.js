@@ -12,6 +12,8 @@ import { ratioOf } from "../paint/geometry.js";
 import { byId } from "../util/dom.js";
 import { counted } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
+import { Credits } from "./account/credits.js";
+import { Scoreboard } from "./account/scoreboard.js";
 import { Announcer } from "./announcer.js";
 import { Controls } from "./input/controls.js";
 import { FairPanel } from "./fairness/fair-panel.js";
@@ -20,19 +22,19 @@ import { switchGhost, switchSound } from "./input/switches.js";
 import { LiveTable } from "./live.js";
 import { Prover } from "./fairness/proof.js";
 import { findTable } from "./rooms.js";
-import { Scoreboard } from "./scoreboard.js";
 import { Sound } from "./sound/sound.js";
 
 /** @import { BoardView } from "../board/view.js" */
 /** @import { Expected } from "../instruments/fit-meter.js" */
 /** @import { Histogram } from "../instruments/histogram.js" */
 /** @import { Hello } from "../model/messages.js" */
-/** @import { Played, Session } from "../model/session.js" */
+/** @import { Played, Session } from "../model/player/session.js" */
 /** @import { Odds } from "../model/odds.js" */
 /** @import { OddsReply } from "../net/replies.js" */
 /** @import { Table } from "../model/table/table.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Solver } from "../solver/solver.js" */
+/** @import { Wallet } from "./account/wallet.js" */
 /** @import { Ghost } from "./ghost.js" */
 /** @import { Ask, TableChoice } from "./input/controls.js" */
 /** @import { LiveState } from "./live.js" */
@@ -48,7 +50,7 @@ const STREAMS = ["seeds", "segments", "snapshots"];
 const SCORE_MS = 200; // between two renewals of the list while balls rain
 
 /** @typedef {{theme: Theme, view: BoardView, histogram: Histogram, ghost: Ghost,
- *   session: Session, solver: Solver | null}} Parts */
+ *   session: Session, wallet: Wallet, solver: Solver | null}} Parts */
 
 /** The live page: one table at a time. */
 export class TablePage {
@@ -67,13 +69,18 @@ export class TablePage {
   #scoreMs = 0;
 
   /** @param {Parts} parts @param {URLSearchParams} asked */
-  constructor({ theme, view, histogram, ghost, session, solver }, asked) {
+  constructor({ theme, view, histogram, ghost, session, wallet, solver }, asked) {
     this.theme = theme;
     this.view = view;
     this.histogram = histogram;
     this.ghost = ghost;
     this.session = session;
-    this.means = { solver, streams: streamsFor(asked.get("stream"), solver !== null) };
+    this.credits = new Credits(session, wallet, {
+      onFound: (played) => this.announcer.add(played),
+      onChange: () => this.#scoreChanged(),
+      say: (text) => this.#say(text),
+    });
+    this.means = { solver, wallet, streams: streamsFor(asked.get("stream"), solver !== null) };
     this.prover = new Prover(solver);
     this.sound = new Sound();
     this.announcer = new Announcer((text, score) => this.#say(text, score));
@@ -111,6 +118,7 @@ export class TablePage {
       isBusy: () => this.live.own.count > 0,
     });
     this.live = this.#join(asked.get("room") || MAIN_ROOM);
+    this.credits.recovery.seekAllBut(this.live.room);
     const seed = asked.get("seed");
     if (seed !== null) this.controls.setSeed(seed);
   }
@@ -127,8 +135,9 @@ export class TablePage {
       onHit: (bin) => this.#hit(bin),
       onError: (message, code) => this.#refused(message, code),
       onChange: () => this.loop.wake(),
-      onSession: () => this.fairPanel.show(this.live.fair),
+      onSession: () => { this.fairPanel.show(this.live.fair); this.credits.show(); },
       onEnded: (ended, heard) => this.fairPanel.check(ended, heard),
+      onBehind: (stay) => this.credits.recovery.seek([stay]),
       onPong: (ms) => this.instruments.line.pong(ms),
       onSnapshot: () => this.instruments.ball.measure(),
     }, this.means);
@@ -145,6 +154,7 @@ export class TablePage {
       window.history.replaceState(null, "", query);
       this.live.close();
       this.live = this.#join(room);
+      this.credits.recovery.seekAllBut(room);
     } catch (error) {
       this.#say(`That table cannot be opened: ${messageOf(error)}`);
       this.#showTable();
@@ -228,6 +238,7 @@ export class TablePage {
 
   /** @param {Ask} ask */
   #drop(ask) {
+    if (!this.credits.allow(ask, this.live)) return false;
     const sent = this.live.drop(ask);
     if (!sent) this.#say("There is no line to the table yet. Nothing was dropped.");
     return sent;
@@ -260,11 +271,8 @@ export class TablePage {
 
   /** @param {Played} played */
   #played(played) {
-    this.session.settle(played);
-    this.#scoreStale = true;
-    // A hidden tab draws no pictures; its list is renewed all the same.
-    if (document.visibilityState === "hidden") this.#showScore(performance.now());
-    else this.loop.wake();
+    this.credits.settle(played);
+    this.#scoreChanged();
     this.fairPanel.show(this.live.fair);
     const { bin, score } = played;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
@@ -272,11 +280,19 @@ export class TablePage {
     this.announcer.add(played);
   }
 
+  #scoreChanged() {
+    this.#scoreStale = true;
+    // A hidden tab draws no pictures; its list is renewed all the same.
+    if (document.visibilityState === "hidden") this.#showScore(performance.now());
+    else this.loop.wake();
+  }
+
   /** @param {number} now */
   #showScore(now) {
     this.#scoreStale = false;
     this.#scoreMs = now;
     this.scoreboard.show();
+    this.credits.show();
   }
 
   /** @param {number} bin */
