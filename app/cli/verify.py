@@ -79,7 +79,8 @@ def _session(fields: dict[str, Any], key: str | None) -> int:
         return EXIT_DIFFERS
     click.echo(
         f"proven: {common.counted(verdict.drops, 'drop')}, {len(verdict.steps)} steps: each start "
-        f"is drawn by both secrets, none is left out, each path and payout is what it must be (key {verdict.key})"
+        "is drawn by both secrets, none is left out, each path and payout is what it must be "
+        f"(key {verdict.key})"
     )
     if export.heard_session is None:
         click.echo(
