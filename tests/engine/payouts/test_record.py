@@ -41,6 +41,17 @@ def test_blocks_of_a_board_are_consecutive_seeds_from_0_and_judges_come_after_ch
             assert counted.fresh(name)[0].first == chose[0]
 
 
+def test_fewer_than_one_in_a_million_aimed_drops_end_unsettled() -> None:
+    """The most that so many drops allow at 95 %: 1 - 0.05^(1/n), by 3 / n, where none did."""
+    aimed = [each for counted in shipped().values() for each in counted.all()[1:]]
+    assert sum(each.unsettled for each in aimed) == 0
+    assert 3.0 / sum(each.drops for each in aimed) < 1e-6
+    for counted in shipped().values():
+        own = counted.all()[0]
+        assert own.unsettled == 0
+        assert 3.0 / own.drops < 1e-6, "of a drop at the middle, as the board's own start is"
+
+
 def test_counting_goes_on_with_the_next_seeds_and_changes_nothing_that_was_counted() -> None:
     record = begun()
     want = wanted(record)[0]
