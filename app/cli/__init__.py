@@ -20,6 +20,7 @@ COMMANDS = (
     "render",
     "map",
     "payouts",
+    "odds",
     "verify",
     "boards",
     "calibrate",

@@ -137,6 +137,11 @@ def load_board(name: str) -> "Board":
     )
 
 
+def counted(count: int, one: str) -> str:
+    """'1 drop', '2 drops'."""
+    return f"{count:,} {one}{'s' * (count != 1)}"
+
+
 def need_certifier() -> None:
     """Raise UsageError unless python-flint is there, which the certified solver computes with."""
     from importlib.util import find_spec

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @click.option(
     "--risk", type=click.Choice(["low", "medium", "high"]), default="medium", show_default=True
 )
-@click.option("--drops", type=click.IntRange(min=1), help="From each aim, at most.")
+@click.option("--drops", type=click.IntRange(min=1), help="From each aim, at most; as many judge.")
 @click.option("--threads", type=click.IntRange(min=1), help="Default: every core.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="The board, as JSON.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -37,7 +37,7 @@ def command(
 
     Seeded drops are counted until the return from the board's own start is known to 0.1 % at 95 %,
     for rare bins that pay much by very many; the count is shown. Each aim that a player has is
-    counted as well.
+    counted as well. As many drops of later seeds then say what the table returns.
     """
     from engine.payouts.solve import MOST, solve_payouts
 
@@ -69,7 +69,7 @@ def _show(found: "Payouts") -> None:
     common.print_fields(
         {
             "multipliers": ", ".join(f"{pays:g}" for pays in found.multipliers),
-            "drops": f"{found.drops:,}",
+            "drops": f"{found.chosen_by:,} chose the table, {found.drops:,} others judge it",
             "return": _returned(own),
             "hit rate": f"{own.hit_rate:.2%}",
             "volatility": f"{own.volatility:.4g}",

@@ -1,5 +1,6 @@
 """`plinko verify`: compute a drop, a room or a session again and say if it is as it was told."""
 
+import functools
 import json
 import sys
 from pathlib import Path
@@ -7,32 +8,43 @@ from typing import Any
 
 import click
 
+from app.cli import common
+
 EXIT_DIFFERS = 1
 
 
 @click.command(name="verify", short_help="Compute a recorded drop or room again and compare.")
 @click.argument("record", metavar="RECORD.json")
 @click.option("--key", help="A session's server must have this public key (hexadecimal).")
-def command(record: str, key: str | None) -> int:
+@click.option(
+    "--heard",
+    multiple=True,
+    metavar="REPLY.json",
+    help="What POST sessions, or a drop of the session, was answered with; repeatable.",
+)
+def command(record: str, key: str | None, heard: tuple[str, ...]) -> int:
     """Compute what RECORD.json tells of again and compare every field and digest.
 
     RECORD.json is what `plinko drop --json` printed, a room's log (GET rooms/{id}/log), of which
     every drop is replayed at its tick, or a session's export (GET sessions/{id}/export), of which
     every step is checked; - reads it from standard input. Exit code 0: reproduced; 1: not, and
-    which field or step differs; 2: not a record.
+    which field or step differs; 2: not a record. A player over REST keeps the replies: with
+    --heard an export has to agree with what the server said when it could not know the rest.
     """
     fields = _read(record)
+    replies = [_read(reply) for reply in heard]
 
-    from app.fairness.export import is_export
+    from app.fairness.export import is_export, with_heard
     from app.rooms import log
 
     if is_export(fields):
-        return _session(fields, key)
+        return _session(functools.reduce(with_heard, replies, fields), key)
+    if replies:
+        raise click.UsageError(f"--heard belongs to a session's export, which {record} is not")
     if log.is_log(fields):
         result = log.verify_log(fields)
         name = "drop" if "drops" in fields else "input"
-        count = len(fields[f"{name}s"])
-        what, maker, done = "log", "replay", f"{count} {name}{'s' * (count != 1)}, "
+        what, maker, done = "log", "replay", f"{common.counted(len(fields[f'{name}s']), name)}, "
     else:
         from engine import verify
 
@@ -66,13 +78,14 @@ def _session(fields: dict[str, Any], key: str | None) -> int:
     if not verdict.ok:
         return EXIT_DIFFERS
     click.echo(
-        f"proven: {verdict.drops} drops, {len(verdict.steps)} steps: each start is drawn by both "
-        f"secrets, none is left out, each path and payout is what it must be (key {verdict.key})"
+        f"proven: {common.counted(verdict.drops, 'drop')}, {len(verdict.steps)} steps: each start "
+        "is drawn by both secrets, none is left out, each path and payout is what it must be "
+        f"(key {verdict.key})"
     )
     if export.heard_session is None:
         click.echo(
             "not proven: that the server committed before it knew the player's secret; for that "
-            "add the statement that the player was given then, as heard_session"
+            "name what POST sessions was answered with: --heard REPLY.json"
         )
     else:
         click.echo("proven: the server had committed before: neither side could choose a start")

@@ -71,6 +71,24 @@ def is_export(fields: Mapping[str, Any]) -> bool:
     return fields.get("kind") == KIND
 
 
+def with_heard(fields: Mapping[str, Any], reply: Mapping[str, Any]) -> dict[str, Any]:
+    """An export with what its player was answered with at the time, over REST.
+
+    reply: of POST sessions, which has the signed statement, or of a drop, which has its receipt.
+    Raises RecordError for anything else.
+    """
+    if isinstance(reply.get("statement"), dict) and "signature" in reply:
+        given = {name: reply[name] for name in ("statement", "signature")}
+        return {**fields, "heard_session": given}
+    if isinstance(reply.get("receipt"), dict):
+        return {**fields, "heard": [*fields.get("heard", ()), reply["receipt"]]}
+    raise RecordError(
+        "a reply that was heard is that of POST sessions, with a statement and its signature, or "
+        "of a drop in a session, with a receipt",
+        field="heard",
+    )
+
+
 def read_export(fields: Mapping[str, Any]) -> SessionExport:
     """The session of a JSON object; raises RecordError that names what is wrong with its form."""
     if fields.get("version") != VERSION:

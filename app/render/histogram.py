@@ -1,6 +1,5 @@
-"""How many balls land in each bin, beside what chance alone would give."""
+"""How many balls land in each bin, beside the board's counted odds."""
 
-import re
 from typing import Final
 
 import numpy as np
@@ -15,7 +14,8 @@ from app.render.raster.canvas import Canvas, text_width
 from app.render.still import DEFAULT_WIDTH
 from app.render.theme import Theme, named
 from engine import Board
-from engine.drops.calibrate import binomial, sampling_floor, total_variation
+from engine.drops.calibrate import sampling_floor, total_variation
+from engine.payouts.record import odds_of_record
 
 Floats = npt.NDArray[np.float64]
 
@@ -35,8 +35,9 @@ def histogram_picture(
 ) -> bytes:
     """How many balls landed in each bin, `counts` (bins,), as columns; `png`, `jpg` or `webp`.
 
-    `unsettled` balls did not land. On a triangle each column has a mark at the binomial's share,
-    and a band of two standard deviations around it. Raises InvalidValueError naming what cannot be.
+    `unsettled` balls did not land. On a preset whose odds are on record each column has a mark at
+    its bin's, and a band of two standard deviations around it. Raises InvalidValueError naming
+    what cannot be.
     """
     found = np.asarray(counts, np.int64)
     if found.shape != (board.bins.count,) or (found < 0).any():
@@ -49,10 +50,9 @@ def histogram_picture(
 
 
 def expected_of(board: Board) -> Floats | None:
-    """Shares that theory gives the bins, shape (bins,), as the page shows them; None for none."""
-    if re.match(r"triangle-\d+", board.name) is None:
-        return None
-    return binomial(board.bins.count - 1)
+    """Odds of the bins from the own start, shape (bins,), as the page has them; None for none."""
+    odds = odds_of_record(board)
+    return np.array(odds[0].chances) if odds else None
 
 
 class _Chart:
@@ -176,9 +176,7 @@ class _Chart:
         self.canvas.box(ends, 0.0, theme["trayMark"], 0.3)
         line = (left, level - 1.2 * unit, left + 24.0 * unit, level + 1.2 * unit)
         self.canvas.box(line, 1.2 * unit, theme["trayMark"])
-        words = (
-            f"expected: binomial, {len(self) - 1} fair rows, \u00b1{SPREAD:g} standard deviations"
-        )
+        words = f"expected: the board's odds, \u00b1{SPREAD:g} standard deviations"
         size = max(11.0 * unit, 8.0)
         self.canvas.text(left + 32.0 * unit, level, words, size, theme["trayInk"], "lm")
 
@@ -193,5 +191,5 @@ class _Chart:
         if self.expected is not None and self.counts.any():
             apart = total_variation(self.counts, self.expected)
             chance = sampling_floor(self.expected, self.total)
-            facts.append(f"{apart:.4f} from the binomial (chance alone: {chance:.4f})")
+            facts.append(f"{apart:.4f} from the odds (chance alone: {chance:.4f})")
         return [*facts, f"unsettled {self.unsettled:,}"] if self.unsettled else facts

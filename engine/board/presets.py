@@ -56,9 +56,10 @@ AIM: Final[Mapping[str, float]] = MappingProxyType(
     {"triangle-9": 0.07, "triangle-16": 0.03, "classic": 4.0}
 )
 """Peg spacings from the middle within which a player may aim on a preset, its payout variants
-included: as far as their tables return at least 95 % and at most 99.2 % from each aim. On the other
-triangles no table does, not even near the middle: the bins on which the returns depend most are
-hit at other rates as soon as the start moves."""
+included: as far as all their tables return at least 95 % and at most 99.2 % from each aim. On each
+other triangle the search of `engine.payouts.table` found none of the familiar shape for one risk at
+least: the bins on which the returns depend most are hit at other rates as soon as the start moves.
+Another shape, or a narrower aim, may have one."""
 
 # The reference game's canvas, 760 x 570 pixels, at 100 pixels a metre.
 TRIANGLE_WIDTH: Final = 7.6
@@ -82,6 +83,11 @@ _TRIANGLES: Final[Mapping[str, tuple[int, payouts.Risk]]] = {
 def plain_name(name: str) -> str:
     """Of the preset that `name` is a payout variant of: the same board to the ball."""
     return f"triangle-{_TRIANGLES[name][0]}" if name in _TRIANGLES else name
+
+
+def risk_of(name: str) -> payouts.Risk:
+    """Of a preset's payout table; one that has no variants has a medium one."""
+    return _TRIANGLES[name][1] if name in _TRIANGLES else "medium"
 
 
 def preset_names() -> tuple[str, ...]:

@@ -1,17 +1,14 @@
-"""Where drops from each aim land: counted by seeded drops, and as they are on record."""
+"""Where drops from each aim land: counted by drops of consecutive seeds."""
 
-import json
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from engine.board import presets
 from engine.board.model import Board
 from engine.drops.batch import drop_many
+from engine.errors import ParameterError
 
 Floats = npt.NDArray[np.float64]
 
@@ -24,7 +21,7 @@ AT_ONCE: Final = 250_000
 
 @dataclass(frozen=True, slots=True)
 class Landings:
-    """How many of the seeds 0, 1, 2 … landed in each bin, and how many in none.
+    """How many of the seeds `first`, `first` + 1, … landed in each bin, and how many in none.
 
     aim: the middle of the starts that seeds drew, m; None for the board's own.
     """
@@ -32,11 +29,17 @@ class Landings:
     aim: float | None
     histogram: tuple[int, ...]
     unsettled: int
+    first: int = 0
 
     @property
     def drops(self) -> int:
-        """How many there were: the next seed."""
+        """How many seeds there were."""
         return sum(self.histogram) + self.unsettled
+
+    @property
+    def next_seed(self) -> int:
+        """The first that was not dropped."""
+        return self.first + self.drops
 
     @property
     def chances(self) -> Floats:
@@ -47,6 +50,7 @@ class Landings:
         """The JSON form; `landings_of` reads it."""
         return {
             "aim": self.aim,
+            "first": self.first,
             "drops": self.drops,
             "histogram": list(self.histogram),
             "unsettled": self.unsettled,
@@ -86,11 +90,23 @@ def is_mirrored(board: Board) -> bool:
 
 def more(board: Board, found: Landings, drops: int, threads: int | None = None) -> Landings:
     """The same landings with those of the next `drops` seeds."""
-    batch = drop_many(
-        board, range(found.drops, found.drops + drops), aim=found.aim, threads=threads
-    )
-    counted = np.add(found.histogram, batch.histogram).tolist()
-    return Landings(found.aim, tuple(counted), found.unsettled + batch.unsettled)
+    seeds = range(found.next_seed, found.next_seed + drops)
+    batch = drop_many(board, seeds, aim=found.aim, threads=threads)
+    counted = Landings(found.aim, tuple(batch.histogram.tolist()), batch.unsettled, found.next_seed)
+    return joined(found, counted)
+
+
+def joined(found: Landings, following: Landings) -> Landings:
+    """Both as one: those of the seeds that follow the others, from the same aim."""
+    if (found.aim, found.next_seed) != (following.aim, following.first):
+        raise ParameterError(
+            f"seeds from {following.first} at aim {following.aim} do not follow those before "
+            f"{found.next_seed} at aim {found.aim}",
+            field="first",
+        )
+    histogram = np.add(found.histogram, following.histogram).tolist()
+    unsettled = found.unsettled + following.unsettled
+    return Landings(found.aim, tuple(histogram), unsettled, found.first)
 
 
 def none_yet(board: Board) -> tuple[Landings, ...]:
@@ -99,21 +115,11 @@ def none_yet(board: Board) -> tuple[Landings, ...]:
     return tuple(Landings(aim, empty, 0) for aim in aims_of(board))
 
 
+def none_after(found: Landings) -> Landings:
+    """No landings, of the seeds that follow."""
+    return Landings(found.aim, (0,) * len(found.histogram), 0, found.next_seed)
+
+
 def landings_of(form: dict[str, Any]) -> Landings:
     """Landings from their JSON form."""
-    return Landings(form["aim"], tuple(form["histogram"]), form["unsettled"])
-
-
-@cache
-def _record() -> dict[str, Any]:
-    text = files("engine.payouts").joinpath("record.json").read_text(encoding="utf-8")
-    found: dict[str, Any] = json.loads(text)
-    return found
-
-
-def landings_of_record(name: str) -> tuple[Landings, ...]:
-    """Of the preset `name`, as they were counted once, the board's own start first.
-
-    Payout variants are one board to the ball. Empty for a preset that has none of record.
-    """
-    return tuple(landings_of(form) for form in _record().get(presets.plain_name(name), ()))
+    return Landings(form["aim"], tuple(form["histogram"]), form["unsettled"], form["first"])

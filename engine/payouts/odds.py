@@ -7,9 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from engine.board.model import Board
-from engine.board.presets import preset_names
-from engine.payouts.landings import Landings, landings_of_record
+from engine.payouts.landings import Landings
 
 DEVIATIONS: Final = 1.959964
 """Standard deviations on either side that hold 95 % of a normal law."""
@@ -72,10 +70,3 @@ def odds_of(landings: Landings, multipliers: Sequence[float]) -> Odds:
         chances=tuple(chances.tolist()),
         awards=tuple(sorted(awards.items(), reverse=True)),
     )
-
-
-def odds_of_record(board: Board) -> tuple[Odds, ...]:
-    """Of a preset as it ships, by the landings of record, its own start first; else none."""
-    if board.name not in preset_names() or Board.preset(board.name).digest != board.digest:
-        return ()
-    return tuple(odds_of(each, board.bins.multipliers) for each in landings_of_record(board.name))

@@ -6,9 +6,9 @@ bins, so their middle value stands twice.
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Final, Literal
+from typing import Final
 
-Risk = Literal["low", "medium", "high"]
+from engine.board.payouts import Risk
 
 _LOW: Final = {
     8: (5.6, 2.1, 1.1, 1.0, 0.5),

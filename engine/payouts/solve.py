@@ -1,4 +1,8 @@
-"""Solves a board's payout table: drops balls until its return is known, aim by aim."""
+"""Solves a board's payout table: drops balls until its return is known, aim by aim.
+
+Some seeds choose the table, and those after them judge it: by the drops that chose it a table
+returns what it should, whatever it truly returns.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -8,12 +12,12 @@ from typing import Any, Final
 import numpy as np
 
 from engine.board.model import Board
+from engine.board.payouts import Risk
 from engine.errors import ParameterError
 from engine.parameters import number
 from engine.payouts import reference, table
-from engine.payouts.landings import AT_ONCE, Landings, is_mirrored, more, none_yet
+from engine.payouts.landings import AT_ONCE, Landings, is_mirrored, more, none_after, none_yet
 from engine.payouts.odds import DEVIATIONS, Odds, odds_of
-from engine.payouts.reference import Risk
 
 PRECISE: Final = 1e-3
 """Half the interval of 95 % that the return from the board's own start is to be known to."""
@@ -24,8 +28,15 @@ PRECISE_AIM: Final = 2e-3
 FEWEST: Final = 100_000
 """Drops from each aim before a table is solved at all."""
 
-MOST: Final = 200_000_000
-"""Drops from each aim after which the interval is what it is."""
+MOST: Final = 1_000_000_000
+"""Drops from each aim after which the interval is what it is. For a top award of 1,000 times at one
+in 15,000 some 300 million are needed."""
+
+Block = tuple[Landings, ...]
+"""Of each aim, the board's own start first."""
+
+Pays = tuple[float, ...]
+"""Multipliers of all bins, left to right."""
 
 Progress = Callable[[int, int], None]
 """Called with the drops done and the drops that are needed as far as is known."""
@@ -35,7 +46,8 @@ Progress = Callable[[int, int], None]
 class Payouts:
     """A solved table: the board with it, what was asked for, and the odds from each aim.
 
-    odds: the board's own start first. landings: what they were computed from.
+    odds: the board's own start first. landings: what they were computed from. chosen_by: drops that
+    the multipliers were solved for, all aims together; none of them is among the landings.
     """
 
     board: Board
@@ -43,6 +55,7 @@ class Payouts:
     target: float
     odds: tuple[Odds, ...]
     landings: tuple[Landings, ...]
+    chosen_by: int
 
     @property
     def multipliers(self) -> tuple[float, ...]:
@@ -51,7 +64,7 @@ class Payouts:
 
     @property
     def drops(self) -> int:
-        """How many it took, all aims together."""
+        """How many judge it, all aims together."""
         return sum(each.drops for each in self.landings)
 
     @property
@@ -68,6 +81,7 @@ class Payouts:
             "target": self.target,
             "multipliers": list(self.multipliers),
             "drops": self.drops,
+            "chosen_by": self.chosen_by,
             "least": {"aim": self.least.aim, "return": self.least.returned},
             "aims": [each.to_dict() for each in self.odds],
         }
@@ -85,23 +99,39 @@ def solve_payouts(
     """Solve the payout table of `board`, a board or a preset's name, for a return such as 0.99.
 
     Drops balls with the seeds 0, 1, 2 … from the board's own start and from every aim that a player
-    has, until the own start's return is known to PRECISE, or for at most `drops` from each aim.
-    `threads` as for `drop_many`; `progress` is called now and then. Raises ParameterError for a
-    return or risk there is none of, or where no table is within its bounds.
+    has, until the own start's return is known to PRECISE, or for at most `drops` from each aim;
+    then as many with later seeds, which say what the table returns. `threads` as for `drop_many`;
+    `progress` is called now and then. Raises ParameterError for a return or risk there is none of,
+    or where no table is within its bounds.
     """
     target = number(returned, "return", 0.5, 1.0)
     chosen = risk_of(risk)
     if drops < 1:
         raise ParameterError(f"drops {drops!r} is not at least 1", field="drops")
     found = Board.named(board)
-    landings = none_yet(found)
-    wanted = [min(FEWEST, drops)] * len(landings)
-    while True:
-        landings = _count(found, landings, wanted, threads, progress)
-        solved = solve_for(found, landings, target, chosen)
-        wanted = [min(drops, _needed(odds, own=k == 0)) for k, odds in enumerate(solved.odds)]
-        if all(each.drops >= need for each, need in zip(landings, wanted, strict=True)):
-            return solved
+
+    def count(begun: Block, pays_of: Callable[[Block], Pays], told: Progress) -> Block:
+        return _until_known(begun, pays_of, drops, Counting(found, threads, told))
+
+    def told(done: int, of: int) -> None:
+        if progress is not None:
+            progress(done, 2 * of)  # as many judge
+
+    def solved(landings: Block) -> Pays:
+        return table_for(found, landings, target, chosen)
+
+    choosing = count(none_yet(found), solved, told)
+    pays = solved(choosing)
+    first = sum(each.drops for each in choosing)
+
+    def told_again(done: int, of: int) -> None:
+        if progress is not None:
+            progress(first + done, first + of)
+
+    judging = count(tuple(map(none_after, choosing)), lambda _: pays, told_again)
+    paying = replace(found, bins=replace(found.bins, multipliers=pays))
+    odds = tuple(odds_of(each, pays) for each in judging)
+    return Payouts(paying, chosen, target, odds, judging, first)
 
 
 def risk_of(risk: object) -> Risk:
@@ -112,35 +142,51 @@ def risk_of(risk: object) -> Risk:
     raise ParameterError(f"risk {risk!r} is none of low, medium, high", field="risk")
 
 
-def solve_for(board: Board, landings: tuple[Landings, ...], target: float, risk: Risk) -> Payouts:
-    """The table for landings that are there; ParameterError where none is within its bounds."""
+def table_for(board: Board, landings: Block, target: float, risk: Risk) -> Pays:
+    """Multipliers for landings that are there; ParameterError where none are within the bounds."""
     chances = np.array([each.chances for each in landings])
-    pays = table.solve(chances, risk, table.bounds_of(target), is_mirrored(board))
-    paying = replace(board, bins=replace(board.bins, multipliers=pays))
-    odds = tuple(odds_of(each, pays) for each in landings)
-    return Payouts(paying, risk, target, odds, landings)
+    return table.solve(chances, risk, table.bounds_of(target), is_mirrored(board))
 
 
-def _needed(odds: Odds, own: bool) -> int:
+def needed(odds: Odds, own: bool) -> int:
     """Drops after which the return is known as it should be, by what its volatility is so far."""
     return ceil((DEVIATIONS * odds.volatility / (PRECISE if own else PRECISE_AIM)) ** 2)
 
 
-def _count(
-    board: Board,
-    landings: tuple[Landings, ...],
-    wanted: list[int],
-    threads: int | None,
-    progress: Progress | None,
-) -> tuple[Landings, ...]:
+@dataclass(frozen=True, slots=True)
+class Counting:
+    """How drops are counted: on which board and threads, and who is told."""
+
+    board: Board
+    threads: int | None
+    progress: Progress
+
+
+def _until_known(
+    begun: Block, pays_of: Callable[[Block], Pays], drops: int, counting: Counting
+) -> Block:
+    """More landings, from each aim at most `drops`, until what the table returns is known.
+
+    pays_of: the table, by what landed.
+    """
+    landings = begun
+    wanted = [min(FEWEST, drops)] * len(landings)
+    while any(each.drops < need for each, need in zip(landings, wanted, strict=True)):
+        landings = _count(landings, wanted, counting)
+        pays = pays_of(landings)
+        known = [needed(odds_of(each, pays), own=k == 0) for k, each in enumerate(landings)]
+        wanted = [min(drops, need) for need in known]
+    return landings
+
+
+def _count(landings: Block, wanted: list[int], counting: Counting) -> Block:
     """The landings of at least so many drops from each aim."""
     counted = list(landings)
     for k, need in enumerate(wanted):
         while counted[k].drops < need:
             some = min(AT_ONCE, need - counted[k].drops)
-            counted[k] = more(board, counted[k], some, threads)
-            if progress is not None:
-                done = sum(each.drops for each in counted)
-                left = sum(max(n - each.drops, 0) for n, each in zip(wanted, counted, strict=True))
-                progress(done, done + left)
+            counted[k] = more(counting.board, counted[k], some, counting.threads)
+            done = sum(each.drops for each in counted)
+            left = sum(max(n - each.drops, 0) for n, each in zip(wanted, counted, strict=True))
+            counting.progress(done, done + left)
     return tuple(counted)

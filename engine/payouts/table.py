@@ -12,9 +12,9 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from engine.board.payouts import Risk
 from engine.errors import ParameterError
 from engine.payouts import reference
-from engine.payouts.reference import Risk
 
 Floats = npt.NDArray[np.float64]
 Rungs = npt.NDArray[np.intp]

@@ -19,7 +19,7 @@ from app.web.routes.common import (
 from app.web.schemas.board_form import BoardForm
 from app.web.schemas.boards import BoardList, BoardOdds, BoardSummary, BoardView, Odds
 from engine import Board
-from engine.payouts.odds import odds_of_record
+from engine.payouts.record import odds_of_record
 
 router = APIRouter(prefix="/api/v1/boards", tags=["boards"])
 

@@ -23,8 +23,8 @@ router = APIRouter(prefix="/api/v1", tags=["boards"])
 async def solve_payouts(request: Request, server: Server) -> Response:
     """Multipliers that give the return from the board's own start, and bounds from every aim.
 
-    So few drops know the return to a percent or so; each aim says its interval. `plinko payouts`
-    goes on until it is known to 0.1 %.
+    Drops of later seeds, which did not choose them, say what they return. So few know it to a
+    percent or so; each aim says its interval. `plinko payouts` goes on until it is known to 0.1 %.
     """
     body = await read(request, PayoutsRequest)
     most = server.settings.max_simulation
@@ -34,5 +34,6 @@ async def solve_payouts(request: Request, server: Server) -> Response:
         )
     board = await resolve_board(request, body.board)
     run = functools.partial(tasks.payouts, board, body.returned, body.risk, body.drops)
-    price = prices.many_drops(board, body.drops * len(aims_of(board)), Exact())
+    drops = 2 * body.drops * len(aims_of(board))  # some choose the table, as many judge it
+    price = prices.many_drops(board, drops, Exact())
     return reply(await compute(request, run, price))

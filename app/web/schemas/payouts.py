@@ -17,7 +17,7 @@ class PayoutsRequest(
     board: BoardRef
     returned: Annotated[float, Meta(description="Of a stake of 1, 0.5 to 1.")] = 0.99
     risk: Annotated[str, Meta(description="low, medium or high.")] = "medium"
-    drops: Annotated[int, Meta(description="From each aim, at most.")] = 10_000
+    drops: Annotated[int, Meta(description="From each aim, at most; as many then judge.")] = 10_000
 
 
 class LeastReturn(msgspec.Struct, frozen=True):
@@ -35,6 +35,7 @@ class Payouts(msgspec.Struct, frozen=True):
     risk: str
     target: float
     multipliers: Annotated[list[float], Meta(description="Of all bins, left to right.")]
-    drops: Annotated[int, Meta(description="All aims together.")]
+    drops: Annotated[int, Meta(description="That judge the table, all aims together.")]
+    chosen_by: Annotated[int, Meta(description="Others, that its multipliers were solved for.")]
     least: LeastReturn
     aims: Annotated[list[Odds], Meta(description="The board's own start first.")]

@@ -31,8 +31,9 @@ export class PayoutSolver {
       if (board !== this.board()) return;
       this.change({ ...board, bins: { ...board.bins, multipliers: reply.multipliers } });
       const [{ return: returned, doubt }] = reply.aims;
-      this.say(`Payouts solved by ${counted(reply.drops, "drop")}: they give back ` +
-        `${percent(returned)} ± ${percent(doubt)}, from the worst aim ${percent(reply.least.return)}.`);
+      this.say(`Payouts solved by ${counted(reply.chosen_by, "drop")}; by ${counted(reply.drops, "other")} ` +
+        `they give back ${percent(returned)} ± ${percent(doubt)}, ` +
+        `from the worst aim ${percent(reply.least.return)}.`);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       this.say(`No payouts: ${error.message}`);

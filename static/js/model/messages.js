@@ -67,7 +67,8 @@
  * @property {boolean} ended
  * @property {string | null} token told to who began it
  *
- * @typedef {{type: "ended", session: string, server_seed: string}} SessionEnded
+ * @typedef {{type: "ended", session: string, server_seed: string, statement: {drops: number}}}
+ *   SessionEnded
  *
  * @typedef {object} Contact
  * @property {"contact"} type

@@ -11,7 +11,7 @@
  * @typedef {{rooms: {id: string}[]}} RoomList of GET rooms
  * @typedef {{drops: number, histogram: number[], unsettled: number, mean_duration: number}} Simulation
  * @typedef {{board_digest: string, aims: Odds[]}} OddsReply of GET boards/…/odds
- * @typedef {{multipliers: number[], drops: number, least: {aim: number | null, return: number},
+ * @typedef {{multipliers: number[], drops: number, chosen_by: number, least: {aim: number | null, return: number},
  *   aims: Odds[]}} PayoutsReply of POST payouts
  * @typedef {{ok: boolean, field?: string, expected?: unknown, actual?: unknown}} Verification
  */

@@ -9,15 +9,16 @@ import { TickClock } from "../net/tick-clock.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
 import { BoardError } from "../solver/errors.js";
 import { FairPlay } from "./fairness/fair-play.js";
-import { OwnDrops } from "./own-drops.js";
+import { fairPlaceOf, MINOR_UNITS, OwnDrops } from "./own-drops.js";
 import { isPractice, Practice } from "./practice.js";
 
 /** @import { Point } from "../model/board.js" */
-/** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, SessionEnded, Snapshot, TableMessage } from "../model/messages.js" */
-/** @import { Played } from "../model/session.js" */
+/** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Missed, SessionEnded, Snapshot, TableMessage } from "../model/messages.js" */
+/** @import { Played } from "../model/player/session.js" */
 /** @import { Ball, Solve } from "../model/table/table.js" */
 /** @import { SegmentScale } from "../net/segments.js" */
 /** @import { Solver } from "../solver/solver.js" */
+/** @import { Wallet } from "./account/wallet.js" */
 /** @import { Heard } from "./fairness/fair-play.js" */
 
 /** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "closed"} LiveState */
@@ -33,6 +34,7 @@ import { isPractice, Practice } from "./practice.js";
  * @property {() => void} [onSnapshot] the balls have new places
  * @property {() => void} [onSession] the session is another, or has gone on
  * @property {(ended: SessionEnded, heard: Heard) => void} [onEnded] a session is over
+ * @property {(session: string) => void} [onBehind] drops of it have ended, or were taken, unheard of
  * @property {(ms: number) => void} [onPong] how long a message took there and back
  */
 
@@ -41,7 +43,6 @@ import { isPractice, Practice } from "./practice.js";
  * @typedef {{hello: Hello, table: Table, clock: TickClock, scale: SegmentScale}} Visit
  */
 
-const MINOR_UNITS = 100; // the server counts stakes in hundredths
 const SEGMENTS = "segments"; // a segment of a path a bounce, from which the page draws the rest
 const SEEDS = "seeds"; // no paths at all: this page computes each
 const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
@@ -64,13 +65,14 @@ export class LiveTable {
   /**
    * @param {string} room
    * @param {LiveListener} listener
-   * @param {{streams: string[], solver: Solver | null}} means streams: those that will do, the best
-   *   first; a page without a solver can do nothing with `seeds`
+   * @param {{streams: string[], solver: Solver | null, wallet: Wallet}} means streams: those that
+   *   will do, the best first; a page without a solver can do nothing with `seeds`
    */
-  constructor(room, listener, { streams, solver }) {
+  constructor(room, listener, { streams, solver, wallet }) {
     this.room = room;
     this.listener = listener;
     this.solver = solver;
+    this.wallet = wallet;
     this.streams = streams;
     this.own = new OwnDrops(listener);
     this.practice = new Practice();
@@ -79,6 +81,7 @@ export class LiveTable {
       onChange: () => listener.onSession?.(),
       onEnded: (ended, heard) => listener.onEnded?.(ended, heard),
       onRefused: (ref) => this.own.refused(ref),
+      ...wallet.hearing(room, (session) => listener.onBehind?.(session)),
       onFault: (message) => listener.onError(message),
     });
     this.connection = this.#connect();
@@ -112,6 +115,11 @@ export class LiveTable {
   /** @returns {Table | null} null before the first hello */
   get table() {
     return this.#visit?.table ?? null;
+  }
+
+  /** Whether drops that nobody chose are staked here. */
+  get takesStakes() {
+    return this.hello?.mode === "independent";
   }
 
   /** @returns {Hello | null} */
@@ -201,7 +209,7 @@ export class LiveTable {
     if (COUNTED.has(event.type)) this.#seq += 1;
     // A newer server may send more kinds; what this page does not know it can do without.
     if (event.type === "hello") this.#greeted(event);
-    else if (event.type === "missed") this.own.reclaim(event.events ?? []);
+    else if (event.type === "missed") this.#missed(event.events ?? []);
     else if (event.type === "accepted") this.#accepted(event);
     else if (event.type === "contact") this.table?.applyContact(event);
     else if (event.type === "landed") this.#landed(event);
@@ -229,6 +237,7 @@ export class LiveTable {
     if (solve && table.awake) this.#visit.clock.observe(hello.tick, performance.now());
     this.tick = hello.tick;
     const pending = this.own.enter(hello, table);
+    for (const session of this.own.adopt(this.wallet.openIn(this.room))) this.listener.onBehind?.(session);
     this.fair.greeted(hello);
     this.listener.onTable(hello, table);
     this.#resume(hello, pending);
@@ -274,6 +283,14 @@ export class LiveTable {
     else this.own.reclaim([]);
   }
 
+  /** @param {NonNullable<Missed["events"]>} events */
+  #missed(events) {
+    for (const event of events) {
+      if (event.type === "accepted" && this.own.awaits(event.ref)) this.fair.accepted(event);
+    }
+    this.own.reclaim(events);
+  }
+
   /** @param {Accepted | BriefAccepted} event */
   #accepted(event) {
     if (!this.#visit) return;
@@ -282,7 +299,7 @@ export class LiveTable {
     if (!table.awake) clock.restart();
     clock.observe(event.tick, performance.now());
     this.fair.accepted(event);
-    this.own.accepted(event.ref, table.accept(event, this.own.has(event.ref)));
+    this.own.accepted(event.ref, table.accept(event, this.own.has(event.ref)), fairPlaceOf(event));
     this.#setState("live");
     this.connection.expectNews(true);
   }

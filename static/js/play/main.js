@@ -2,12 +2,14 @@
 
 import { BoardView } from "../board/view.js";
 import { Histogram } from "../instruments/histogram.js";
-import { Session } from "../model/session.js";
+import { Session } from "../model/player/session.js";
 import { messageOf } from "../net/api.js";
 import { Theme } from "../paint/theme.js";
 import { openSolver } from "../solver/solver.js";
 import { byId } from "../util/dom.js";
 import { keepOffline } from "../util/offline.js";
+import { Wallet } from "./account/wallet.js";
+import { keepFields } from "./input/kept-fields.js";
 import { Ghost } from "./show/ghost.js";
 import { TablePage } from "./page.js";
 
@@ -31,8 +33,10 @@ async function start() {
     histogram.layOut(geometry);
     ghost.layOut(geometry);
   });
-  const session = new Session(window.sessionStorage);
-  const parts = { theme, view, histogram, ghost, session, solver: await solving };
+  keepFields(window.localStorage);
+  const session = new Session(window.localStorage);
+  const wallet = new Wallet(window.localStorage);
+  const parts = { theme, view, histogram, ghost, session, wallet, solver: await solving };
   new TablePage(parts, asked);
 }
 

@@ -3,21 +3,24 @@
 import { boardAddress, getJson, messageOf } from "../net/api.js";
 import { dropPath } from "../net/drop-address.js";
 
-/** @import { Accepted, Hello, Landed, Missed } from "../model/messages.js" */
+/** @import { Accepted, BriefAccepted, Hello, Landed, Missed } from "../model/messages.js" */
 /** @import { DropRecord } from "../model/motion/drop.js" */
-/** @import { Played } from "../model/session.js" */
+/** @import { OpenDrop } from "../model/player/account.js" */
+/** @import { FairPlace, Played } from "../model/player/session.js" */
 /** @import { Ball, Table } from "../model/table/table.js" */
 
 /**
  * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number}} Accepting
  *   what a drop needs to know of its ball
- * @typedef {{ref: string, stake: number, practice: boolean, ball: Accepting | null}} OwnDrop ball:
- *   null until accepted
+ * @typedef {{ref: string, stake: number, practice: boolean, ball: Accepting | null, fair?: FairPlace}}
+ *   OwnDrop ball: null until accepted; fair: of a staked one, from then on
  *
  * @typedef {object} OwnDropsListener
  * @property {(played: Played) => void} onPlayed a drop of ours has settled
  * @property {(message: string) => void} onError
  */
+
+export const MINOR_UNITS = 100; // the server counts stakes in hundredths
 
 /** Drops of ours that have not settled yet, by the ref under which they were asked for. */
 export class OwnDrops {
@@ -48,6 +51,13 @@ export class OwnDrops {
     let count = 0;
     for (const { ball } of this.#open.values()) if (ball === null) count += 1;
     return count;
+  }
+
+  /** @returns {number} stakes of drops that the table has not answered yet */
+  get held() {
+    let stakes = 0;
+    for (const { ball, stake } of this.#open.values()) if (ball === null) stakes += stake;
+    return stakes;
   }
 
   /** @returns {string} a ref that no drop has had */
@@ -81,10 +91,42 @@ export class OwnDrops {
     return typeof ref === "string" && this.#open.has(ref);
   }
 
-  /** @param {string | null | undefined} ref @param {Ball} ball it is in flight */
-  accepted(ref, ball) {
+  /**
+   * @param {string | null | undefined} ref
+   * @param {Ball} ball it is in flight
+   * @param {FairPlace} [fair] where it stands in its session
+   */
+  accepted(ref, ball, fair) {
     const drop = this.#open.get(ref ?? "");
-    if (drop) drop.ball = ball;
+    if (drop) Object.assign(drop, { ball, fair });
+  }
+
+  /** @param {string | null | undefined} ref @returns {boolean} whether we wait to hear of it */
+  awaits(ref) {
+    return this.#open.get(ref ?? "")?.ball === null;
+  }
+
+  /**
+   * Drops that an earlier life of the page asked for, or another tab, go on.
+   * @param {OpenDrop[]} found
+   * @returns {Set<string>} sessions of those that do not fall here any more
+   */
+  adopt(found) {
+    return new Set(found.filter((drop) => !this.#adopt(drop)).map(({ session }) => session));
+  }
+
+  /** @param {OpenDrop} found @returns {boolean} false when its ball is not in flight here */
+  #adopt({ session, drop: number, stake, ball: id, seed }) {
+    for (const { fair } of this.#open.values()) {
+      if (fair?.session === session && fair.drop === number) return true;
+    }
+    const ball = id === undefined ? undefined : this.#table?.balls.get(id);
+    if (!ball || ball.landed || ball.seed !== seed) return false;
+    ball.mine = true;
+    const ref = `${session}-${number}`;
+    const fair = { session, drop: number };
+    this.#open.set(ref, { ref, ball, stake: stake / MINOR_UNITS, practice: false, fair });
+    return true;
   }
 
   /** @param {string | null | undefined} ref the table would not take it */
@@ -107,7 +149,9 @@ export class OwnDrops {
     const accepted = missed.filter((event) => event.type === "accepted");
     const landed = missed.filter((event) => event.type === "landed");
     for (const drop of this.#pending) {
-      drop.ball ??= acceptingOf(accepted.find(({ ref }) => ref === drop.ref));
+      const heard = accepted.find(({ ref }) => ref === drop.ref);
+      drop.ball ??= acceptingOf(heard);
+      drop.fair ??= fairPlaceOf(heard);
       if (drop.ball) this.#find(drop, drop.ball, landed);
       else {
         this.#open.delete(drop.ref);
@@ -149,12 +193,12 @@ export class OwnDrops {
    * @param {Accepting} ball
    * @param {{bin: number | null, score: number, digest: string | null}} end
    */
-  #close({ ref, stake, practice }, { seed, x, explicit, aim }, { bin, score, digest }) {
+  #close({ ref, stake, practice, fair }, { seed, x, explicit, aim }, { bin, score, digest }) {
     this.#open.delete(ref);
     const { mode, board_name: name, board_digest: boardDigest } = this.#hello;
     this.listener.onPlayed({
       board: this.address, boardDigest, name, seed, x: explicit ? x : null, aim: aim ?? null,
-      knocked: mode === "interacting", stake, practice, bin, score, digest,
+      knocked: mode === "interacting", stake, practice, bin, score, digest, ...(fair && { fair }),
     });
   }
 
@@ -167,6 +211,16 @@ export class OwnDrops {
       this.listener.onError(`Replay links may not work: ${messageOf(error)}`);
     }
   }
+}
+
+/**
+ * @param {Accepted | BriefAccepted} [event]
+ * @returns {FairPlace | undefined} where a staked drop stands in its session
+ */
+export function fairPlaceOf(event) {
+  if (!event?.receipt) return undefined;
+  const { session, drop } = event.receipt.receipt;
+  return { session, drop };
 }
 
 /** @param {Accepted} [event] @returns {Accepting | null} from an acceptance that came late */

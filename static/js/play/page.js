@@ -8,10 +8,13 @@ import { MAIN_ROOM, readBoardName } from "../model/presets.js";
 import { oddsAt, oddsWords } from "../model/odds.js";
 import { emptyScene } from "../model/scene.js";
 import { getJson, messageOf } from "../net/api.js";
+import { streamsFor } from "../net/streams.js";
 import { ratioOf } from "../paint/geometry.js";
 import { byId } from "../util/dom.js";
 import { counted, signed } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
+import { Credits } from "./account/credits.js";
+import { Scoreboard } from "./account/scoreboard.js";
 import { Controls } from "./input/controls.js";
 import { FairPanel } from "./fairness/fair-panel.js";
 import { Drawers } from "./input/drawers.js";
@@ -20,7 +23,6 @@ import { switchGhost, switchSound } from "./input/switches.js";
 import { LiveTable } from "./live.js";
 import { Prover } from "./fairness/proof.js";
 import { findTable } from "./rooms.js";
-import { Scoreboard } from "./scoreboard.js";
 import { Show } from "./show/show.js";
 import { Sound } from "./sound/sound.js";
 
@@ -28,12 +30,13 @@ import { Sound } from "./sound/sound.js";
 /** @import { Expected } from "../instruments/fit-meter.js" */
 /** @import { Histogram } from "../instruments/histogram.js" */
 /** @import { Hello } from "../model/messages.js" */
-/** @import { Played, Session } from "../model/session.js" */
+/** @import { Played, Session } from "../model/player/session.js" */
 /** @import { Odds } from "../model/odds.js" */
 /** @import { OddsReply } from "../net/replies.js" */
 /** @import { Table } from "../model/table/table.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Solver } from "../solver/solver.js" */
+/** @import { Wallet } from "./account/wallet.js" */
 /** @import { Ghost } from "./show/ghost.js" */
 /** @import { Ask, TableChoice } from "./input/controls.js" */
 /** @import { LiveState } from "./live.js" */
@@ -45,11 +48,10 @@ const STATE_TEXTS = {
   asleep: "Ready",
   closed: "Closed",
 };
-const STREAMS = ["seeds", "segments", "snapshots"];
 const SCORE_MS = 200; // between two renewals of the list while balls rain
 
 /** @typedef {{theme: Theme, view: BoardView, histogram: Histogram, ghost: Ghost,
- *   session: Session, solver: Solver | null}} Parts */
+ *   session: Session, wallet: Wallet, solver: Solver | null}} Parts */
 
 /** The live page: one table at a time. */
 export class TablePage {
@@ -68,13 +70,18 @@ export class TablePage {
   #scoreMs = 0;
 
   /** @param {Parts} parts @param {URLSearchParams} asked */
-  constructor({ theme, view, histogram, ghost, session, solver }, asked) {
+  constructor({ theme, view, histogram, ghost, session, wallet, solver }, asked) {
     this.theme = theme;
     this.view = view;
     this.histogram = histogram;
     this.ghost = ghost;
     this.session = session;
-    this.means = { solver, streams: streamsFor(asked.get("stream"), solver !== null) };
+    this.credits = new Credits(session, wallet, {
+      onFound: (played) => this.show.announcer.add(played),
+      onChange: () => this.#scoreChanged(),
+      say: (text) => this.#say(text),
+    });
+    this.means = { solver, wallet, streams: streamsFor(asked.get("stream"), solver !== null) };
     this.prover = new Prover(solver);
     this.sound = new Sound();
     this.show = new Show((text, score) => this.#say(text, score));
@@ -114,6 +121,7 @@ export class TablePage {
       isBusy: () => this.live.own.count > 0,
     });
     this.live = this.#join(asked.get("room") || MAIN_ROOM);
+    this.credits.recovery.seekAllBut(this.live.room);
     const seed = asked.get("seed");
     if (seed !== null) this.controls.setSeed(seed);
   }
@@ -130,8 +138,9 @@ export class TablePage {
       onHit: (bin) => this.#hit(bin),
       onError: (message, code) => this.#refused(message, code),
       onChange: () => this.loop.wake(),
-      onSession: () => this.fairPanel.show(this.live.fair),
+      onSession: () => { this.fairPanel.show(this.live.fair); this.credits.show(); },
       onEnded: (ended, heard) => this.fairPanel.check(ended, heard),
+      onBehind: (stay) => this.credits.recovery.seek([stay]),
       onPong: (ms) => this.instruments.line.pong(ms),
       onSnapshot: () => this.instruments.ball.measure(),
     }, this.means);
@@ -148,6 +157,7 @@ export class TablePage {
       window.history.replaceState(null, "", query);
       this.live.close();
       this.live = this.#join(room);
+      this.credits.recovery.seekAllBut(room);
     } catch (error) {
       this.#say(`That table cannot be opened: ${messageOf(error)}`);
       this.#showTable();
@@ -236,6 +246,7 @@ export class TablePage {
 
   /** @param {Ask} ask */
   #drop(ask) {
+    if (!this.credits.allow(ask, this.live)) return false;
     const sent = this.live.drop(ask);
     this.show.dropped();
     if (!sent) this.#say("There is no line to the table yet. Nothing was dropped.");
@@ -253,9 +264,7 @@ export class TablePage {
     if (table?.growsWhenDrawn) instruments.ball.measure();
     if (table) this.sound.hear(table.heard, t);
     const encore = this.show.show(scene, now / 1000, quiet);
-    if (quiet) scene.balls.length = 0;
-    if (quiet) scene.flashes = [];
-    if (quiet) scene.paths = live.ownPaths();
+    if (quiet) Object.assign(scene, { balls: [], flashes: [], paths: live.ownPaths() });
     scene.aim = this.#hover ?? this.controls.start.aim;
     scene.chosen = instruments.open ? instruments.ball.chosen : null;
     view.draw(scene);
@@ -270,11 +279,8 @@ export class TablePage {
 
   /** @param {Played} played */
   #played(played) {
-    this.session.settle(played);
-    this.#scoreStale = true;
-    // A hidden tab draws no pictures; its list is renewed all the same.
-    if (document.visibilityState === "hidden") this.#showScore(performance.now());
-    else this.loop.wake();
+    this.credits.settle(played);
+    this.#scoreChanged();
     this.fairPanel.show(this.live.fair);
     const { bin, score } = played;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
@@ -285,11 +291,19 @@ export class TablePage {
     if (won !== null) this.#say(`Auto-drop has stopped: ${signed(won)}.`);
   }
 
+  #scoreChanged() {
+    this.#scoreStale = true;
+    // A hidden tab draws no pictures; its list is renewed all the same.
+    if (document.visibilityState === "hidden") this.#showScore(performance.now());
+    else this.loop.wake();
+  }
+
   /** @param {number} now */
   #showScore(now) {
     this.#scoreStale = false;
     this.#scoreMs = now;
     this.scoreboard.show();
+    this.credits.show();
   }
 
   /** @param {number} bin */
@@ -382,14 +396,4 @@ export class TablePage {
       else if (place && this.live.table) this.instruments.pick(place.x, place.y);
     });
   }
-}
-
-/**
- * @param {string | null} asked in the page's address
- * @param {boolean} solves whether this page can compute paths
- * @returns {string[]} the streams that will do, the best first
- */
-function streamsFor(asked, solves) {
-  const others = STREAMS.filter((stream) => stream !== asked && (solves || stream !== STREAMS[0]));
-  return asked === null ? others : [asked, ...others];
 }

@@ -1,7 +1,7 @@
 // Practice: a ball that falls in this page alone, while there is no line to the table.
 
 /** @import { Hello } from "../model/messages.js" */
-/** @import { Played } from "../model/session.js" */
+/** @import { Played } from "../model/player/session.js" */
 /** @import { Ball, Table } from "../model/table/table.js" */
 
 /** @param {Ball} ball @returns {boolean} whether it is none of the table's */

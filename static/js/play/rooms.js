@@ -4,7 +4,7 @@ import { getJson, postJson } from "../net/api.js";
 import { boardName, roomOf } from "../model/presets.js";
 import { isOwn, transported } from "../model/worlds.js";
 
-/** @import { Session } from "../model/session.js" */
+/** @import { Session } from "../model/player/session.js" */
 /** @import { TableChoice } from "./input/controls.js" */
 /** @import { BoardReply, RoomList, RoomReply } from "../net/replies.js" */
 

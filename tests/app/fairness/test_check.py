@@ -12,6 +12,7 @@ from app.cli import main
 from app.fairness.check import Verdict, check_session, kernel_digest_of
 from app.fairness.export import read_export
 from app.fairness.signing import Signer
+from app.protocol.messages import SignedReceipt
 from app.settings import page_kernels
 from engine.errors import RecordError
 from tests.app.fairness.sessions import KERNEL, SIGNER, honest
@@ -196,7 +197,7 @@ def test_the_command_line_proves_and_names(
     file.write_text(json.dumps(session))
     assert main(["verify", str(file)]) == 0
     told = capsys.readouterr().out
-    assert "proven: 1 drops" in told
+    assert "proven: 1 drop," in told
     assert "proven: the server had committed before" in told
     file.write_text(json.dumps({**session, "heard_session": None}))
     assert main(["verify", str(file)]) == 0
@@ -216,3 +217,32 @@ def test_the_command_line_proves_and_names(
 def test_the_golden_session_is_this_one() -> None:
     """What tests/js/fairness tries; `python -m tests.golden.session` makes it anew."""
     assert golden.FILE.read_text() == golden.text()
+
+
+def test_a_player_over_rest_names_the_replies_that_they_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    session = honest(1, kernel=kernel_digest_of(page_kernels().read_bytes()))
+    begun = {**session.pop("heard_session"), "session": "s1", "token": "t", "open": False}
+    file, opened, dropped = (tmp_path / f"{name}.json" for name in ("session", "begun", "drop"))
+    file.write_text(json.dumps(session))
+    opened.write_text(json.dumps(begun))
+    receipt = {name: session["drops"][0][name] for name in SignedReceipt.__struct_fields__}
+    dropped.write_text(json.dumps({"room": "main", "ball": 0, "receipt": receipt}))
+    heard = ("--heard", str(opened), "--heard", str(dropped))
+    assert main(["verify", str(file), *heard]) == 0
+    assert "proven: the server had committed before" in capsys.readouterr().out
+    # A server that drew its secret late, or gave another receipt, is named.
+    late = copy.deepcopy(begun)
+    late["statement"]["server_commitment"] = "5" * 64
+    opened.write_text(json.dumps(late))
+    assert main(["verify", str(file), *heard]) == 1
+    assert "not proven: heard-session" in capsys.readouterr().out
+    opened.write_text(json.dumps(begun))
+    other = {**receipt, "receipt": {**receipt["receipt"], "stake": 7}}
+    dropped.write_text(json.dumps({"receipt": other}))
+    assert main(["verify", str(file), *heard]) == 1
+    assert "not proven:" in capsys.readouterr().out
+    dropped.write_text("{}")
+    assert main(["verify", str(file), *heard]) == 2
+    assert "a reply that was heard is" in capsys.readouterr().err

@@ -17,7 +17,7 @@ from app.render.sheet import GAP, LABEL, MOST_DROPS
 from app.render.still import drop_pixels
 from app.render.theme import THEMES
 from engine import Board, drop, drop_many
-from engine.drops.calibrate import binomial
+from engine.payouts.record import odds_of_record
 
 Pixels = npt.NDArray[np.int64]
 
@@ -172,12 +172,13 @@ def test_columns_are_as_high_as_their_bins_are_full() -> None:
     assert heights[4] > 200
 
 
-def test_a_triangle_is_measured_against_the_binomial_and_others_are_not() -> None:
+def test_a_preset_is_measured_against_its_odds_as_the_page_is_and_others_are_not() -> None:
     found = expected_of(BOARD)
     assert found is not None
-    assert found.tolist() == binomial(8).tolist()
+    assert found.tolist() == list(odds_of_record(BOARD)[0].chances)
     assert expected_of(Board.preset("galton")) is None
-    counts = (binomial(8) * 25_600).round().astype(int)
+    assert expected_of(Board.from_json(BOARD.to_dict() | {"drag": 2.0})) is None
+    counts = (found * 25_600).round().astype(int)
     marked = decode(histogram_picture(BOARD, counts))
     plain = decode(histogram_picture(Board.from_json(BOARD.to_dict() | {"name": "other"}), counts))
     mark = LIGHT["trayMark"]
@@ -186,7 +187,7 @@ def test_a_triangle_is_measured_against_the_binomial_and_others_are_not() -> Non
 
 
 def test_a_mark_lies_on_top_of_a_column_that_is_as_expected() -> None:
-    counts = (binomial(8) * 256_000).round().astype(int)
+    counts = (np.array(odds_of_record(BOARD)[0].chances) * 256_000).round().astype(int)
     picture = decode(histogram_picture(BOARD, counts))
     edges = np.linspace(16, picture.shape[1] - 16, 10)
     x = round(0.5 * (edges[4] + edges[5])) - 8

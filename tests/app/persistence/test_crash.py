@@ -32,16 +32,22 @@ class Load:
         """Drops that the players were told of as accepted."""
         return sum(len(told.accepted) for told in self.rooms.values())
 
+    @property
+    def receipts(self) -> int:
+        """Staked drops that the players hold a receipt of."""
+        return sum(len(each) for told in self.rooms.values() for each in told.receipts.values())
+
     async def until_killed(self, seconds: float) -> None:
-        """Play for a while, until some drops are acknowledged, then kill the server amid it."""
+        """Play for a while, until some drops are acknowledged, one of them staked, then kill."""
         enough = self.acknowledged + ACKNOWLEDGED
+        receipts = self.receipts
         seeds = itertools.count(self.chance.randrange(1 << 60))
         players = [
             asyncio.create_task(play(self.server, told, seeds, self.chance.uniform(0.01, 0.1)))
             for told in self.rooms.values()
         ]
         await asyncio.sleep(seconds)  # no wait: the moment of the kill, left to chance
-        await eventually(lambda: self.acknowledged >= enough)
+        await eventually(lambda: self.acknowledged >= enough and self.receipts > receipts)
         self.server.end(signal.SIGKILL)
         await asyncio.gather(*players)
 

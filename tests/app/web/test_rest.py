@@ -14,7 +14,7 @@ from app.web.schemas.problem import Problem
 from engine import Board, drop, drop_many, preset_names
 from engine.parameters import Exact
 from engine.payouts.landings import aims_of
-from engine.payouts.odds import odds_of_record
+from engine.payouts.record import odds_of_record
 from tests.app.conftest import TINY, Running, serving
 
 BOARD = Board.preset("triangle-16")
@@ -701,9 +701,14 @@ def test_a_payout_table_is_solved_for_a_board_over_rest(http: httpx.Client) -> N
     board = Board.preset("triangle-8").to_dict() | {"name": "mine"}
     body = {"board": board, "return": 0.95, "risk": "low", "drops": 1000}
     found = http.post("/api/v1/payouts", json=body).json()
-    assert found["aims"][0]["return"] == pytest.approx(0.95, abs=6e-4)
+    chose, judge = (
+        drop_many(Board.from_json(board), range(first, first + 1000)).histogram
+        for first in (0, 1000)
+    )
+    assert chose @ found["multipliers"] / 1000 == pytest.approx(0.95, abs=6e-4)
+    assert found["aims"][0]["return"] == pytest.approx(judge @ found["multipliers"] / 1000)
     assert found["multipliers"] == found["multipliers"][::-1]
-    assert found["drops"] == 1000
+    assert found["chosen_by"] == found["drops"] == 1000
     problem(
         http.post("/api/v1/payouts", json=body | {"risk": "huge"}), 422, "bad-parameter", "huge"
     )

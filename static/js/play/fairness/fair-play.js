@@ -4,7 +4,7 @@ import { canonical } from "../../fairness/canonical.js";
 import { bytesOfHex, hasCrypto, hexOf } from "../../fairness/crypto.js";
 import { commitment } from "../../fairness/seeds.js";
 
-/** @import { Signed } from "../../fairness/export.js" */
+/** @import { Receipt, Signed } from "../../fairness/export.js" */
 /** @import { Accepted, BriefAccepted, Hello, Refusal, SessionEnded, SessionState, SignedReceipt } from "../../model/messages.js" */
 
 const REF = "session"; // under which all of it is asked
@@ -33,6 +33,9 @@ const NOT_OURS = "The table's commitment is not about this page's secret, or is 
  * @property {(ended: SessionEnded, heard: Heard) => void} onEnded
  * @property {(ref: string) => void} onRefused a drop that waited for a session goes nowhere
  * @property {(message: string) => void} onFault why there is no session
+ * @property {(receipt: Receipt) => void} [onStaked] the server took a drop into the session
+ * @property {(session: string, total: number) => void} [onOver] it has had so many drops, and no more
+ * @property {(state: SessionState) => void} [onRejoined] it goes on after an absence
  */
 
 /** One player's sessions in one room, one after the other. */
@@ -48,6 +51,7 @@ export class FairPlay {
   #beginning = false;
   #board = "";
   #failed = false;
+  #rejoining = false;
 
   /** @param {string} room @param {Storage} storage @param {FairPlayListener} listener */
   constructor(room, storage, listener) {
@@ -85,6 +89,7 @@ export class FairPlay {
     }
     this.#kept = kept;
     this.#secret = kept.secret;
+    this.#rejoining = true;
     this.listener.send({ type: "session", session: kept.session, token: kept.token, ref: REF });
   }
 
@@ -121,6 +126,9 @@ export class FairPlay {
       this.#keep({ room: this.room, board: this.#board, session, token, secret: this.#secret,
         given: { statement, signature }, heard: [] });
     }
+    if (!state.token && this.#rejoining) this.listener.onRejoined?.(state);
+    this.#rejoining = false;
+    if (state.ended) this.listener.onOver?.(state.session, state.drops);
     if (state.ended) this.#begin();
     else if (!state.open) {
       this.listener.send({ type: "open", session: state.session, seed: this.#secret, ref: REF });
@@ -131,6 +139,7 @@ export class FairPlay {
   /** @param {SessionEnded} ended */
   ended(ended) {
     const { heard } = this;
+    this.listener.onOver?.(ended.session, Number(ended.statement.drops));
     this.#begin();
     this.listener.onEnded(ended, heard);
     this.listener.onChange();
@@ -140,6 +149,7 @@ export class FairPlay {
   accepted({ receipt }) {
     if (!receipt || !this.#kept || receipt.receipt.session !== this.#kept.session) return;
     this.#keep({ ...this.#kept, heard: [...this.#kept.heard, receipt].slice(-HEARD) });
+    this.listener.onStaked?.(/** @type {Receipt} */ (receipt.receipt));
     if (this.state) this.state.drops = receipt.receipt.drop + 1;
     if (this.state && this.state.drops >= MOST_DROPS) this.end();
     this.listener.onChange();

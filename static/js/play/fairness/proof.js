@@ -5,7 +5,7 @@ import { make } from "../../util/dom.js";
 import { counted } from "../../util/format.js";
 
 /** @import { Board } from "../../model/board.js" */
-/** @import { Played } from "../../model/session.js" */
+/** @import { Played } from "../../model/player/session.js" */
 /** @import { BoardReply } from "../../net/replies.js" */
 /** @import { Solver } from "../../solver/solver.js" */
 

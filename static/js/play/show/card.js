@@ -4,7 +4,7 @@ import { replayLink } from "../../net/drop-address.js";
 import { byId } from "../../util/dom.js";
 import { amount, multiplier, plain } from "../../util/format.js";
 
-/** @import { Played } from "../../model/session.js" */
+/** @import { Played } from "../../model/player/session.js" */
 
 const LEAST = 100; // times the stake
 const COUNT_MS = 1800;

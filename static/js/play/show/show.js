@@ -7,7 +7,7 @@ import { Falling } from "./falling.js";
 import { nearMiss } from "./near-miss.js";
 
 /** @import { Scene } from "../../model/scene.js" */
-/** @import { Played } from "../../model/session.js" */
+/** @import { Played } from "../../model/player/session.js" */
 /** @import { Solved } from "../../model/table/solved-feed.js" */
 /** @import { Table } from "../../model/table/table.js" */
 

@@ -1,12 +1,12 @@
 // Shows the session: counters on the marquee, the list of last drops with their replay links.
 
-import { byId, make } from "../util/dom.js";
-import { replayLink } from "../net/drop-address.js";
-import { amount, multiplier, plain, shortSeed, signed } from "../util/format.js";
+import { byId, make } from "../../util/dom.js";
+import { replayLink } from "../../net/drop-address.js";
+import { amount, multiplier, plain, shortSeed, signed } from "../../util/format.js";
 
-/** @import { Played, Session } from "../model/session.js" */
-/** @import { Theme } from "../paint/theme.js" */
-/** @import { Prover } from "./fairness/proof.js" */
+/** @import { Played, Session } from "../../model/player/session.js" */
+/** @import { Theme } from "../../paint/theme.js" */
+/** @import { Prover } from "../fairness/proof.js" */
 
 /** Draws a session; call `show` after it has changed. */
 export class Scoreboard {

@@ -1,11 +1,13 @@
-// What this visitor has played: score and last drops, kept while the tab lives.
+// What this visitor has played: score and last drops, kept by the browser for all its tabs.
 
-import { Mean } from "./statistics.js";
+import { Mean } from "../statistics.js";
 
-const KEY = "plinko.session.2";
+const KEY = "plinko.session.3";
 const KEPT = 30;
 
 /**
+ * @typedef {{session: string, drop: number}} FairPlace a session, and a drop's number there
+ *
  * @typedef {object} Played
  * @property {string} board a preset's name or a digest, as REST takes it
  * @property {string} name what the board calls itself
@@ -18,6 +20,7 @@ const KEPT = 30;
  * @property {number} [stake] 1 unless it was more
  * @property {string | null} [digest] the drop's, or its first digits, as the table told it
  * @property {string} [boardDigest]
+ * @property {FairPlace} [fair] of a staked drop
  * @property {boolean} [practice] its seed was chosen, or it fell in this page alone: it counts for nothing
  */
 
@@ -34,11 +37,19 @@ export class Session {
   /** Where this visitor last played, so that a replay leads back there. */
   room = "";
 
-  /** @param {Storage} storage */
+  #text = "";
+
+  /** @param {Pick<Storage, "getItem" | "setItem">} storage */
   constructor(storage) {
     this.storage = storage;
-    const saved = storage.getItem(KEY);
-    if (saved === null) return;
+    this.refresh();
+  }
+
+  /** Reads what another tab has written. */
+  refresh() {
+    const saved = this.storage.getItem(KEY);
+    if (saved === null || saved === this.#text) return;
+    this.#text = saved;
     const { scores, ...rest } = JSON.parse(saved);
     Object.assign(this, rest, { scores: new Mean(scores) });
   }
@@ -49,6 +60,7 @@ export class Session {
 
   /** @param {Played} drop settled; its stake counts from here on */
   settle(drop) {
+    this.refresh();
     const { stake = 1, score, practice = false } = drop;
     if (!practice) {
       this.staked += stake;
@@ -61,12 +73,14 @@ export class Session {
 
   /** @param {string} room */
   enter(room) {
+    this.refresh();
     this.room = room;
     this.#save();
   }
 
   /** @param {string} digest of a board @param {string} room where it is played */
   remember(digest, room) {
+    this.refresh();
     const rooms = Object.entries({ ...this.rooms, [digest]: room });
     this.rooms = Object.fromEntries(rooms.slice(-KEPT));
     this.#save();
@@ -82,6 +96,7 @@ export class Session {
 
   #save() {
     const { staked, returned, last, scores, rooms, room } = this;
-    this.storage.setItem(KEY, JSON.stringify({ staked, returned, last, scores, rooms, room }));
+    this.#text = JSON.stringify({ staked, returned, last, scores, rooms, room });
+    this.storage.setItem(KEY, this.#text);
   }
 }

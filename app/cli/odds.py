@@ -1,0 +1,170 @@
+"""`plinko odds`: what the presets return by the drops on record, and more drops for the record."""
+
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from app.cli import common
+
+if TYPE_CHECKING:
+    from engine.payouts.odds import Odds
+    from engine.payouts.record import Record, Wanted
+
+STEP: Final = 500_000
+"""Drops between two savings: some ten seconds of a core."""
+
+_HEADS: Final = ("board", "return", "drops", "top award", "hit rate", "volatility", "from aims")
+
+
+@click.command(name="odds", short_help="What the presets return, and count on.")
+@click.option(
+    "--record",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="A record of drops; default: the one that came with this release.",
+)
+@click.option("--count", is_flag=True, help="Drop more balls, cheapest first; needs --record.")
+@click.option("--hours", type=click.FloatRange(min=0.0), help="After which the count stops.")
+@click.option("--threads", type=click.IntRange(min=1), help="Default: every core.")
+@click.option("--solve", metavar="PRESET", help="A new table by all drops; begins a new judgement.")
+def command(
+    record: Path | None, count: bool, hours: float | None, threads: int | None, solve: str | None
+) -> None:
+    """What each preset returns, with its interval of 95 %, by drops that did not choose its table.
+
+    --count goes on with a record where it was, until every return is known to 0.1 % from the own
+    start and to 0.2 % from each aim, the cheapest first. It is saved as it goes and may be stopped
+    at any time. --solve prints multipliers for engine/board/payouts.py and keeps in the record that
+    what was counted so far chose them.
+    """
+    from engine.payouts import record as records
+
+    if record is None and (count or solve):
+        raise click.UsageError("--count and --solve change a record: name it with --record")
+    if record is None:
+        _show(records.shipped())
+        return
+    found = records.from_text(record.read_text(encoding="utf-8"))
+    if solve:
+        _solve(record, found, solve)
+    elif count:
+        _count(record, found, hours, threads)
+    else:
+        _show(found)
+
+
+def _save(path: Path, record: "Record") -> None:
+    from engine.payouts.record import to_text
+
+    unfinished = path.with_name(path.name + ".new")
+    unfinished.write_text(to_text(record), encoding="utf-8")
+    unfinished.replace(path)  # at once: whoever stops us finds the old or the new
+
+
+@contextmanager
+def _asked_to_stop() -> Iterator[list[int]]:
+    """Signals that came; what is being counted is finished and saved before they count."""
+    came: list[int] = []
+
+    def note(number: int, _frame: FrameType | None) -> None:
+        came.append(number)
+        click.echo("stopping after these drops", err=True)
+
+    before = {each: signal.signal(each, note) for each in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield came
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+
+
+def _count(path: Path, record: "Record", hours: float | None, threads: int | None) -> None:
+    from engine.payouts.record import counted_on, still_to_drop, wanted
+
+    began = time.monotonic()
+    dropped = 0
+    with _asked_to_stop() as stop:
+        while needs := wanted(record):
+            some = min(STEP, needs[0].drops)
+            record = counted_on(record, needs[0], some, threads)
+            dropped += some
+            _save(path, record)
+            spent = time.monotonic() - began
+            if stop or (hours is not None and spent >= 3600 * hours):
+                break
+            _tell(needs, still_to_drop(needs) - some, dropped / spent)
+    needs = wanted(record)
+    click.echo(
+        f"{dropped:,} drops in {(time.monotonic() - began) / 3600:.2f} h; still to do: "
+        f"{common.counted(len(needs), 'interval')}, {still_to_drop(needs):,} drops"
+    )
+
+
+def _tell(needs: "list[Wanted]", drops: int, rate: float) -> None:
+    first = needs[0]
+    place = "own start" if first.aim == 0 else f"aim {first.aim}"
+    click.echo(
+        f"{first.table}, {place}: {first.drops:,} drops to go; in all {len(needs)} intervals, "
+        f"{drops:,} drops, {rate:,.0f}/s, {drops / rate / 3600:.1f} h left",
+        err=True,
+    )
+
+
+def _solve(path: Path, record: "Record", name: str) -> None:
+    from engine.board import presets
+    from engine.board.model import Board
+    from engine.payouts.solve import table_for
+
+    board = presets.plain_name(name)
+    if board not in record or name not in record[board].chosen:
+        known = ", ".join(table for counted in record.values() for table in counted.chosen)
+        raise click.UsageError(f"--solve {name!r} is none of {known}")
+    pays = table_for(Board.preset(name), record[board].all(), 0.99, presets.risk_of(name))
+    _save(path, {**record, board: record[board].solved_anew(name)})
+    common.print_fields({name: ", ".join(f"{each:g}" for each in pays)})
+
+
+def _show(record: "Record") -> None:
+    """As a table of Markdown: what docs/payouts.md has."""
+    from engine.board.model import Board
+    from engine.payouts.odds import odds_of
+    from engine.payouts.record import still_to_drop, wanted
+
+    click.echo(_row(_HEADS))
+    click.echo(_row(["---"] * len(_HEADS)))
+    for counted in record.values():
+        for name in counted.chosen:
+            pays = Board.preset(name).bins.multipliers
+            own, *others = (odds_of(each, pays) for each in counted.fresh(name))
+            click.echo(_row([f"`{name}`", *_cells(own, others)]))
+    needs = wanted(record)
+    intervals = sum(len(counted.blocks[-1]) * len(counted.chosen) for counted in record.values())
+    drops = [sum(each.drops for each in counted.all()) for counted in record.values()]
+    unsettled = sum(each.unsettled for counted in record.values() for each in counted.all())
+    click.echo(
+        f"{sum(drops):,} drops, {unsettled} of them unsettled. "
+        f"{intervals - len(needs)} of {intervals} intervals are as narrow as they should be; "
+        f"the others want {still_to_drop(needs):,} drops more."
+    )
+
+
+def _row(cells: "list[str] | tuple[str, ...]") -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _cells(own: "Odds", others: "list[Odds]") -> list[str]:
+    top, chance = own.awards[0]
+    return [
+        f"{own.returned:.2%} ± {own.doubt:.2%}".replace("%", " %"),
+        f"{own.drops:,}",
+        f"{top:g}, " + (f"1 in {1 / chance:,.0f}" if chance else "never seen"),
+        f"{own.hit_rate:.1%}".replace("%", " %"),
+        f"{own.volatility:.2f}",
+        ", ".join(f"{each.returned:.2%} ± {each.doubt:.2%}".replace("%", " %") for each in others)
+        or "–",
+    ]

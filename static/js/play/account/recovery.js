@@ -1,0 +1,112 @@
+// Drops that ended while nobody here watched: what became of them, from the server's ledger.
+
+import { ApiError, getJson } from "../../net/api.js";
+import { counted } from "../../util/format.js";
+import { MINOR_UNITS } from "../own-drops.js";
+
+/** @import { SessionExport } from "../../fairness/export.js" */
+/** @import { AccountEvent } from "../../model/player/account.js" */
+/** @import { Played } from "../../model/player/session.js" */
+/** @import { Wallet } from "./wallet.js" */
+
+const FIRST_WAIT = 1000; // ms until a session is asked for again in which a ball falls
+const LONGEST_WAIT = 30_000;
+const GONE = 404;
+
+/**
+ * What an export tells an account: drops in order, how each has ended, and whether more can come.
+ * @param {SessionExport} session
+ * @returns {AccountEvent[]}
+ */
+export function eventsOf({ session: { statement }, drops, end }) {
+  const session = String(statement.session);
+  const told = drops.flatMap(({ receipt: { drop, stake, room, ball, seed }, result }) => [
+    /** @type {AccountEvent} */ ({ type: "staked", session, drop, stake, room, ball, seed }),
+    ...(result ? [/** @type {AccountEvent} */ ({ type: "settled", session, drop, payout: result.payout })] : []),
+  ]);
+  return end ? [...told, { type: "over", session, total: drops.length }] : told;
+}
+
+/**
+ * @param {SessionExport} session
+ * @param {number} number of a drop that has ended
+ * @returns {Played} as the history has it
+ */
+export function playedOf({ session: { statement }, board, drops }, number) {
+  const { receipt, result } = drops[number];
+  const { board_digest: digest, seed, aim, stake } = receipt;
+  return {
+    board: digest, boardDigest: digest, name: String(board.name), seed, x: null, aim,
+    stake: stake / MINOR_UNITS, practice: false, bin: result?.bin ?? null, score: result?.score ?? 1,
+    digest: result?.digest ?? null, fair: { session: String(statement.session), drop: number },
+  };
+}
+
+/** Asks for sessions until nothing falls in them any more. */
+export class Recovery {
+  /** @type {Map<string, ReturnType<typeof setTimeout> | null>} sessions that are being asked for */
+  #asked = new Map();
+
+  /**
+   * @param {Wallet} wallet
+   * @param {{onFound: (played: Played) => void, onChange: () => void, onGone: (text: string) => void}} listener
+   *   onGone: stakes are back, as nobody knows of their drops
+   * @param {(path: string) => Promise<unknown>} [ask]
+   */
+  constructor(wallet, listener, ask = getJson) {
+    this.wallet = wallet;
+    this.listener = listener;
+    this.ask = ask;
+  }
+
+  /** @param {Iterable<string>} sessions */
+  seek(sessions) {
+    for (const session of sessions) {
+      if (this.#asked.has(session)) continue;
+      this.#asked.set(session, null);
+      this.#look(session, FIRST_WAIT);
+    }
+  }
+
+  /** Every session with a drop whose end was not heard of, but for those of a room that is watched. @param {string} room */
+  seekAllBut(room) {
+    this.seek(new Set(this.wallet.open.filter((drop) => drop.room !== room).map(({ session }) => session)));
+  }
+
+  /** @param {string} session @param {number} wait ms before the next look */
+  async #look(session, wait) {
+    try {
+      const path = `sessions/${encodeURIComponent(session)}/export`;
+      this.#take(/** @type {SessionExport} */ (await this.ask(path)));
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      if (error.status === GONE) this.#refund(session);
+    }
+    if (this.wallet.open.some((drop) => drop.session === session)) {
+      const again = () => this.#look(session, Math.min(2 * wait, LONGEST_WAIT));
+      this.#asked.set(session, setTimeout(again, wait));
+    } else this.#asked.delete(session);
+  }
+
+  /** @param {SessionExport} session */
+  #take(session) {
+    let changed = false;
+    for (const event of eventsOf(session)) {
+      if (!this.wallet.apply(event)) continue;
+      changed = true;
+      if (event.type === "settled") this.listener.onFound(playedOf(session, event.drop));
+    }
+    if (changed) this.listener.onChange();
+  }
+
+  /** The server has another ledger than when these were dropped. @param {string} session */
+  #refund(session) {
+    const lost = this.wallet.open.filter((drop) => drop.session === session);
+    for (const { drop, stake } of lost) {
+      this.wallet.apply({ type: "settled", session, drop, payout: stake });
+    }
+    if (lost.length === 0) return;
+    this.listener.onGone(`The server knows nothing of ${counted(lost.length, "drop")}: stakes are back.`);
+    this.listener.onChange();
+  }
+}

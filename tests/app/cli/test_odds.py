@@ -1,0 +1,61 @@
+"""`plinko odds`: a record of drops is counted on where it was, and says what it says."""
+
+from pathlib import Path
+
+import pytest
+
+from app.cli import main, odds
+from engine import drop_many
+from engine.board import payouts
+from engine.payouts.landings import Landings
+from engine.payouts.odds import odds_of
+from engine.payouts.record import Counted, from_text, shipped, to_text
+
+NAME = "triangle-8"
+CHOSE = Landings(None, tuple(drop_many(NAME, range(3000)).histogram.tolist()), 0)
+
+
+@pytest.fixture
+def record(tmp_path: Path) -> Path:
+    """A record in which drops have chosen a table and none has judged it."""
+    path = tmp_path / "record.json"
+    judge = Landings(None, (0,) * 9, 0, first=CHOSE.drops)
+    path.write_text(to_text({NAME: Counted(((CHOSE,), (judge,)), {NAME: 1})}))
+    return path
+
+
+def test_counting_goes_on_where_it_was_and_is_saved_as_it_goes(
+    record: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(odds, "STEP", 60)
+    for total in (60, 120):
+        assert main(["odds", "--record", str(record), "--count", "--hours", "0"]) == 0
+        counted = from_text(record.read_text())[NAME]
+        assert counted.blocks[0] == (CHOSE,)
+        assert counted.fresh(NAME)[0].histogram == tuple(
+            drop_many(NAME, range(3000, 3000 + total)).histogram.tolist()
+        )
+    assert "60 drops in 0.00 h; still to do: 1 interval, " in capsys.readouterr().out
+    assert list(record.parent.iterdir()) == [record]
+
+
+def test_a_table_is_solved_anew_by_all_that_was_counted_and_its_judgement_begins(
+    record: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["odds", "--record", str(record), "--solve", NAME]) == 0
+    pays = [float(each) for each in capsys.readouterr().out.split("  ")[-1].split(",")]
+    assert odds_of(CHOSE, pays).returned == pytest.approx(0.99, abs=5e-4)
+    assert pays[0] == pytest.approx(payouts.multipliers(8, "medium")[0], rel=0.3)
+    assert from_text(record.read_text())[NAME].fresh(NAME)[0].first == CHOSE.drops
+
+
+def test_the_record_that_ships_is_shown_with_every_table_and_is_not_changed(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["odds"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 3 + sum(len(counted.chosen) for counted in shipped().values())
+    assert lines[2].startswith("| `triangle-8` | 99.")
+    assert " 0 of them unsettled" in lines[-1]
+    assert main(["odds", "--count"]) == 2
+    assert "name it with --record" in capsys.readouterr().err

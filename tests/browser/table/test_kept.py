@@ -1,0 +1,89 @@
+"""Nothing of a player is lost: by reload, a change of table, a new tab; and what credits allow."""
+
+import json
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.browser.conftest import Open, Quick, ServerProcess, quick_table
+from tests.browser.screen import Screen
+
+GRANT = 1000
+
+
+@pytest.fixture
+def other(server: ServerProcess) -> Quick:
+    """Another table to go to."""
+    return quick_table(server, "triangle-9")
+
+
+def settled(page: Page, drops: int) -> None:
+    """Score and balance agree, and all that was staked has come to an end."""
+    expect(page.locator("#drops > li")).to_have_count(drops)
+    expect(page.locator("#staked")).to_have_text(str(drops))
+    net = float(page.locator("#net").inner_text().replace("−", "-"))
+    expect(page.locator("#balance")).to_have_text(f"{GRANT + net:.2f}")
+
+
+def staked(screen: Screen, balls: int) -> None:
+    """So many are taken by the table: their stakes are off the balance, and they fall."""
+    screen.page.get_by_label(f"{balls} balls").check(force=True)
+    screen.drop.click()
+    screen.page.wait_for_function(
+        "(balls) => JSON.parse(localStorage['plinko.account.1'] ?? 'null') !== null"
+        " && Object.values(JSON.parse(localStorage['plinko.account.1']).sessions)"
+        ".flatMap(({ drops }) => Object.values(drops)).length === balls",
+        arg=balls,
+    )
+
+
+def test_balls_and_score_are_found_again_after_a_reload_in_mid_flight_and_in_a_new_tab(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(quick.page).ready()
+    screen.page.get_by_label("Stake").fill("1")
+    staked(screen, 5)
+    screen.page.reload()
+    settled(screen.page, 5)
+    tab = screen.page.context.new_page()
+    tab.goto(f"{screen.url}{quick.page}")
+    settled(tab, 5)
+    expect(tab.get_by_label("5 balls")).to_be_checked()
+    tab.close()
+
+
+def test_balls_are_paid_though_their_player_went_to_another_table(
+    opened: Open, quick: Quick, other: Quick
+) -> None:
+    screen = opened(quick.page).ready()
+    staked(screen, 5)
+    screen.page.goto(f"{screen.url}{other.page}")
+    settled(screen.page, 5)
+
+
+def test_no_more_is_staked_than_there_is_and_a_refill_gives_more(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(quick.page).ready()
+    screen.page.get_by_label("Stake").fill("1000.01")
+    screen.drop.click()
+    expect(screen.result).to_contain_text("more than the 1000.00 credits that are free")
+    assert not screen.drops_sent
+    expect(screen.page.locator("#refill")).to_be_hidden()
+    account = {"grants": 1, "sessions": {}, "before": {"staked": 99_950, "paid": 0}, "away": []}
+    void = {
+        "staked": 1, "returned": 1, "rooms": {}, "room": "", "scores": {},
+        "last": [{"board": "classic", "name": "classic", "seed": "1", "x": None, "bin": None,
+                  "score": 1, "stake": 1}],
+    }  # fmt: skip
+    screen.page.evaluate(
+        "([account, session]) => { localStorage['plinko.account.1'] = account;"
+        " localStorage['plinko.session.3'] = session; }",
+        [json.dumps(account), json.dumps(void)],
+    )
+    screen.page.reload()
+    expect(screen.page.locator("#balance")).to_have_text("0.50")
+    expect(screen.rows).to_have_count(1)
+    expect(screen.rows).to_contain_text("void")
+    screen.page.get_by_role("button", name="Refill credits").click()
+    expect(screen.page.locator("#balance")).to_have_text("1000.50")

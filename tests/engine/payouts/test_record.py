@@ -1,0 +1,94 @@
+"""The record of drops: what judges a table did not choose it, and counting goes on where it was."""
+
+import pytest
+
+from engine import Board, drop_many
+from engine.payouts.landings import Landings, aims_of
+from engine.payouts.odds import odds_of
+from engine.payouts.record import (
+    Counted,
+    Record,
+    counted_on,
+    from_text,
+    shipped,
+    still_to_drop,
+    to_text,
+    wanted,
+)
+
+TABLES = ("triangle-8", "triangle-8-low", "triangle-8-high")
+CHOSE = Landings(None, tuple(drop_many("triangle-8", range(300)).histogram.tolist()), 0)
+JUDGE = Landings(None, (0,) * 9, 0, first=300)
+
+
+def begun() -> Record:
+    return {"triangle-8": Counted(((CHOSE,), (JUDGE,)), dict.fromkeys(TABLES, 1))}
+
+
+def test_a_record_is_its_text() -> None:
+    assert from_text(to_text(begun())) == begun()
+    assert from_text(to_text(shipped())) == shipped()
+
+
+def test_blocks_of_a_board_are_consecutive_seeds_from_0_and_judges_come_after_choosers() -> None:
+    for counted in shipped().values():
+        assert {each.first for each in counted.blocks[0]} == {0}
+        for earlier, later in zip(counted.blocks, counted.blocks[1:], strict=False):
+            assert [each.next_seed for each in earlier] == [each.first for each in later]
+        for name, blocks in counted.chosen.items():
+            assert aims_of(Board.preset(name)) == tuple(each.aim for each in counted.fresh(name))
+            chose = [sum(block[0].drops for block in counted.blocks[:blocks])]
+            assert counted.fresh(name)[0].first == chose[0]
+
+
+def test_fewer_than_one_in_a_million_aimed_drops_end_unsettled() -> None:
+    """The most that so many drops allow at 95 %: 1 - 0.05^(1/n), by 3 / n, where none did."""
+    aimed = [each for counted in shipped().values() for each in counted.all()[1:]]
+    assert sum(each.unsettled for each in aimed) == 0
+    assert 3.0 / sum(each.drops for each in aimed) < 1e-6
+    for counted in shipped().values():
+        own = counted.all()[0]
+        assert own.unsettled == 0
+        assert 3.0 / own.drops < 1e-6, "of a drop at the middle, as the board's own start is"
+
+
+def test_counting_goes_on_with_the_next_seeds_and_changes_nothing_that_was_counted() -> None:
+    record = begun()
+    want = wanted(record)[0]
+    for drops in (40, 60):
+        record = counted_on(from_text(to_text(record)), want, drops)
+    counted = record["triangle-8"]
+    assert counted.blocks[0] == (CHOSE,)
+    assert counted.fresh("triangle-8")[0] == Landings(
+        None, tuple(drop_many("triangle-8", range(300, 400)).histogram.tolist()), 0, first=300
+    )
+    assert (
+        list(counted.all()[0].histogram) == drop_many("triangle-8", range(400)).histogram.tolist()
+    )
+
+
+def test_the_cheapest_interval_is_wanted_first_and_drops_serve_all_tables_of_a_board() -> None:
+    needs = wanted(begun())
+    assert [each.table for each in needs] == ["triangle-8-low", "triangle-8", "triangle-8-high"]
+    volatility = odds_of(CHOSE, Board.preset("triangle-8-high").bins.multipliers).volatility
+    assert needs[-1].drops == pytest.approx((1.96 * volatility / 1e-3) ** 2, rel=1e-3)
+    assert still_to_drop(needs) == needs[-1].drops
+
+
+def test_what_is_known_well_enough_is_wanted_no_more() -> None:
+    sure = Landings(None, tuple(1_000_000 * each for each in CHOSE.histogram), 0, first=300)
+    record = {"triangle-8": begun()["triangle-8"].grown(0, sure)}
+    assert wanted(record) == []
+
+
+def test_a_table_that_is_solved_anew_is_judged_by_later_seeds_alone_and_the_others_as_before() -> (
+    None
+):
+    counted = counted_on(begun(), wanted(begun())[0], 50)["triangle-8"]
+    anew = counted.solved_anew("triangle-8-high")
+    assert anew.fresh("triangle-8-high") == (Landings(None, (0,) * 9, 0, first=350),)
+    assert anew.fresh("triangle-8-low") == counted.fresh("triangle-8-low")
+    assert anew.all() == counted.all()
+    both = anew.solved_anew("triangle-8")
+    assert both.blocks == anew.blocks
+    assert both.fresh("triangle-8") == anew.fresh("triangle-8-high")

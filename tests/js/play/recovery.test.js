@@ -1,0 +1,139 @@
+// What a page missed is found again, and counts once, whoever finds it.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { GRANT } from "../../../static/js/model/player/account.js";
+import { Session } from "../../../static/js/model/player/session.js";
+import { ApiError } from "../../../static/js/net/api.js";
+import { Recovery } from "../../../static/js/play/account/recovery.js";
+import { Wallet } from "../../../static/js/play/account/wallet.js";
+
+/** Where all tabs of a browser keep things. */
+function browser() {
+  const kept = new Map();
+  return { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => kept.set(key, value) };
+}
+
+const landed = (payout, bin = 3) => ({ bin, score: payout / 100, digest: "d1", payout });
+const receipt = (drop) => ({ session: "s1", drop, stake: 100, room: "old", ball: drop, seed: "7",
+  board_digest: "b1", aim: null });
+
+/** A session as the server exports it: how each drop ended, null for one that falls. */
+function exported(results, end = null) {
+  return {
+    session: { statement: { session: "s1" } }, board: { name: "triangle-8" }, end,
+    drops: results.map((result, drop) => ({ receipt: receipt(drop), result })),
+  };
+}
+
+/** A tab whose questions are answered one after the other. */
+function tab(storage, replies) {
+  const wallet = new Wallet(storage);
+  const session = new Session(storage);
+  const told = { paths: [], gone: [] };
+  const quiet = {};
+  quiet.promise = new Promise((resolve) => { quiet.resolve = resolve; });
+  const recovery = new Recovery(wallet, {
+    onFound: (played) => session.settle(played),
+    onChange: () => { if (wallet.open.length === 0) quiet.resolve(); },
+    onGone: (text) => told.gone.push(text),
+  }, async (path) => {
+    told.paths.push(path);
+    const reply = replies.shift();
+    if (reply instanceof Error) throw reply;
+    return reply;
+  });
+  return { wallet, session, recovery, told, done: quiet.promise };
+}
+
+const stakedOne = (wallet, drop = 0) => (
+  wallet.apply({ type: "staked", session: "s1", drop, stake: 100, room: "old", ball: drop, seed: "7" })
+);
+
+test("after a change of table or a reload, what landed meanwhile is asked for, and paid", async () => {
+  const storage = browser();
+  stakedOne(new Wallet(storage)); // the page of before
+  const { wallet, session, recovery, told, done } = tab(storage, [exported([landed(250)])]);
+  assert.equal(wallet.balance, GRANT - 100);
+  recovery.seekAllBut("new");
+  await done;
+  assert.deepEqual(told.paths, ["sessions/s1/export"]);
+  assert.equal(wallet.balance, GRANT + 150);
+  assert.equal(session.net, 1.5);
+  assert.deepEqual(session.last[0].fair, { session: "s1", drop: 0 });
+});
+
+test("the room that is watched tells its drops itself", () => {
+  const storage = browser();
+  stakedOne(new Wallet(storage));
+  const { recovery, told } = tab(storage, []);
+  recovery.seekAllBut("old");
+  assert.deepEqual(told.paths, []);
+});
+
+test("a drop that the server took while the page crashed is found with its stake", async () => {
+  const storage = browser();
+  const { wallet, recovery, done } = tab(storage, [exported([landed(0, 4), landed(300)])]);
+  recovery.seek(["s1"]);
+  await done;
+  assert.equal(wallet.balance, GRANT - 200 + 300);
+});
+
+test("a void drop that is found has its stake back", async () => {
+  const storage = browser();
+  const { wallet, session, recovery, done } = tab(storage, [exported([landed(100, null)])]);
+  recovery.seek(["s1"]);
+  await done;
+  assert.equal(wallet.balance, GRANT);
+  assert.equal(session.last[0].bin, null);
+});
+
+test("a ball that still falls is asked for again, and so is a server that does not answer", async (t) => {
+  t.mock.timers.enable({ apis: ["setTimeout"] });
+  const storage = browser();
+  stakedOne(new Wallet(storage));
+  const replies = [new ApiError("The server does not answer.", 0), exported([null]), exported([landed(20)])];
+  const { wallet, recovery, told, done } = tab(storage, replies);
+  recovery.seek(["s1"]);
+  for (let looks = 1; looks < 3; looks += 1) {
+    while (replies.length > 3 - looks) await Promise.resolve();
+    await new Promise(setImmediate);
+    t.mock.timers.tick(2 ** looks * 1000);
+  }
+  await done;
+  assert.equal(told.paths.length, 3);
+  assert.equal(wallet.balance, GRANT - 80);
+});
+
+test("two tabs that find the same landing count it once, in balance, score and history", async () => {
+  const storage = browser();
+  stakedOne(new Wallet(storage));
+  const one = tab(storage, [exported([landed(250)])]);
+  const two = tab(storage, [exported([landed(250)])]);
+  one.recovery.seek(["s1"]);
+  two.recovery.seek(["s1"]);
+  await one.done;
+  await new Promise(setImmediate);
+  for (const { wallet, session } of [one, two]) {
+    session.refresh();
+    assert.equal(wallet.balance, GRANT + 150);
+    assert.deepEqual([session.staked, session.returned, session.last.length], [1, 2.5, 1]);
+  }
+});
+
+test("where the server's ledger knows nothing of a session its stakes come back", async () => {
+  const storage = browser();
+  stakedOne(new Wallet(storage));
+  const { wallet, recovery, told, done } = tab(storage, [new ApiError("unknown", 404)]);
+  recovery.seek(["s1"]);
+  await done;
+  assert.equal(wallet.balance, GRANT);
+  assert.deepEqual(told.gone, ["The server knows nothing of 1 drop: stakes are back."]);
+});
+
+test("a void drop counts as its stake, and stands in the history without a bin", () => {
+  const session = new Session(browser());
+  session.settle({ board: "b1", name: "b", seed: "1", x: null, bin: null, score: 1, stake: 2 });
+  assert.deepEqual([session.net, session.last[0].bin], [0, null]);
+});
