@@ -18,7 +18,7 @@ _EXPORT = re.compile(r"^export (?=(?:async )?(?:function\*?|class|const) (\w+))"
 _LEFT = re.compile(r"^(?:import|export)\b.*$", re.M)
 _BESIDE = re.compile(r'new URL\("([^"]+)", import\.meta\.url\)')
 # Only comments that stand alone: nothing else of the text is touched.
-_COMMENT = re.compile(r"^[ \t]*(?:/\*\*.*?\*/[ \t]*|//[^\n]*)\n", re.M | re.S)
+_COMMENT = re.compile(r"^[ \t]*(?:/\*\*(?:[^*]|\*(?!/))*\*/[ \t]*|//[^\n]*)\n", re.M)
 _SHEET = re.compile(r'    <link rel="stylesheet" href="(css/[^"]+)">\n')
 # The colours are here: nothing waits for the script that sets them, as css/base.css has it.
 _SHOWN = 'html:not([style*="--page"]) body {\n  visibility: visible;\n}\n'

@@ -33,6 +33,17 @@ def test_one_script_does_what_its_modules_do(tmp_path: Path) -> None:
     assert json.loads(told.stdout) == [1, 2, 1]
 
 
+def test_a_comment_ends_where_it_ends(tmp_path: Path) -> None:
+    """What followed one that stands before code was taken for a part of it, up to the next."""
+    written(
+        tmp_path,
+        main="export const one = (\n  /** @type {any} */ (1)\n);\n/** Two. */\nconsole.log(one);\n",
+    )
+    (tmp_path / "all.mjs").write_text(script(tmp_path, "main.js"))
+    told = subprocess.run(["node", tmp_path / "all.mjs"], capture_output=True, check=True)
+    assert told.stdout == b"1\n"
+
+
 def test_an_export_without_a_name_is_refused_with_its_file(tmp_path: Path) -> None:
     written(tmp_path, main="export default 7;\n")
     with pytest.raises(ValueError, match=r"main\.js has 'export default 7;'"):
