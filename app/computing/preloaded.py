@@ -9,6 +9,7 @@ from typing import Final
 
 import app.render  # noqa: F401
 from engine import Board, drop, drop_many, occupancy
+from engine.jit import accelerator
 
 
 def warm_up() -> None:
@@ -37,6 +38,7 @@ _SMOOTH: Final = {
 }
 """A board without drag and friction, whose drops go by kernels of their own."""
 
+accelerator.forbid()  # what a request may compute is over before numba has compiled
 warm_up()
 gc.collect()
 gc.freeze()  # what is there now stays shared: a collection would write to all of it
