@@ -322,7 +322,7 @@ def run(settings: Settings | None = None) -> None:
     settings = settings or Settings()
     logs.configure(settings.log_level, settings.log_format)
     sys.setswitchinterval(_SWITCH)
-    accelerator.forbid()  # numba would take 150 MB more, and hold the event loop while it loads
+    accelerator.forbid()  # numba would take 150 MB more
     app = create_app(settings)
     with listen(settings) as listener:
         ledger: Ledger = app.state.services.ledger

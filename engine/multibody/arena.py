@@ -8,7 +8,7 @@ machine.
 import hashlib
 from collections.abc import Iterable, Mapping
 from math import isfinite
-from typing import Any, Final
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -16,7 +16,6 @@ import numpy.typing as npt
 
 from engine.constants import PHYSICS_VERSION
 from engine.errors import ParameterError, RecordError
-from engine.jit.accelerator import Accelerator
 from engine.multibody.bodies import DEFAULTS, RANGES, BallTable, check_names, checked
 from engine.multibody.diagnostics import Diagnostics, diagnose
 from engine.multibody.events import ArenaEvent, EventQueue, Landed, Left, new_log
@@ -25,10 +24,6 @@ from engine.multibody.solver.layout import body, step_log
 from engine.multibody.solver.step import step_balls
 from engine.multibody.static_geometry import StaticGeometry, static_shapes
 from engine.parameters import number
-
-STEPS: Final = Accelerator("engine.multibody.solver.step.step_balls", "touching", enough=1e8)
-"""What is told of balls times steps: so many take two minutes of a core, and to compile half a
-minute."""
 
 INPUTS = (
     "add", "add_many", "remove", "remove_many", "clear",
@@ -247,7 +242,6 @@ class Arena:
         if not self._rests:
             table.is_listed = True
             self._collect(start, counts)
-            STEPS.did(table.n)
 
     def _collect(self, start: float, counts: list[int]) -> None:
         """Keep the events of a step, and take out the balls that landed or left."""

@@ -15,8 +15,6 @@ from engine.drops import batch
 from engine.jit import accelerator
 from engine.jit.accelerator import Accelerator, State
 from engine.jit.compilation import named
-from engine.multibody import arena
-from engine.multibody.scenes import sandbox
 from tests.long import LONG
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
@@ -132,29 +130,4 @@ def test_a_batch_has_the_same_bits_when_numba_takes_over_in_its_midst(
     assert drop_many(smooth, range(4000), threads=1, progress=progress).digest == expected
     assert states[0] is State.COMPILING
     assert states[-1] is State.DONE
-    assert cached(hastened.kernel) == 1
-
-
-@pytest.mark.long
-@pytest.mark.skipif(not LONG, reason="numba compiles for half a minute")
-def test_balls_that_touch_go_on_with_the_same_bits(
-    hasten: Callable[..., Accelerator], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def heap(between: Callable[[], None]) -> str:
-        balls = sandbox(40, seed=3, width=2.4, height=1.8)
-        for tick in range(120):
-            balls.step()
-            if tick == 60:
-                between()
-        return balls.digest()
-
-    expected = heap(lambda: None)
-    hastened = hasten(arena.STEPS.kernel, arena.STEPS.play, enough=1.0)
-    monkeypatch.setattr(arena, "STEPS", hastened)
-
-    def wait() -> None:
-        hastened.compilation.wait()
-
-    assert heap(wait) == expected
-    assert hastened.state is State.DONE
     assert cached(hastened.kernel) == 1
