@@ -1,9 +1,11 @@
 """`plinko serve`: the game server, with a flag for every setting."""
 
+import gc
 from typing import Any
 
 import click
 
+from app.cli import common
 from app.settings import Option, Settings, options
 
 
@@ -32,6 +34,8 @@ def command(**flags: Any) -> None:
             flags[row.name] = tuple(filter(None, map(str.strip, flags[row.name].split(","))))
     settings = Settings.load(overrides=flags)
 
-    from app.main import run
+    with common.garbage_waits():
+        from app.main import run
+    gc.freeze()  # of what was imported nothing is ever garbage
 
     run(settings)

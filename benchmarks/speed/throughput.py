@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from benchmarks.harness.clock import Job, Sample, in_turns, timed
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.scenes import boards as scenes
+from benchmarks.serving.process import serving
 from benchmarks.speed import arithmetic, operations
 from engine import Board, drop_many
 
@@ -265,6 +267,9 @@ def _starts(section: Section, effort: Effort) -> None:
         runs,
         lambda: effort.step("warm start"),
     )
+    servers = [_server_start() for _ in range(effort.size(3, 1))]
+    effort.step("server")
+    ready, megabytes = (Sample(tuple(each)) for each in zip(*servers, strict=True))
     section.tables.append(
         Table(
             "Start-up, seconds",
@@ -275,6 +280,8 @@ def _starts(section: Section, effort: Effort) -> None:
                 ["occupancy too", spread(cold[2])],
                 ["`plinko drop triangle-16 --seed 42 --json`", spread(warm["plinko drop"])],
                 ["an empty Python program", spread(warm["python"])],
+                ["`plinko serve` with no ledger yet, until it takes drops", spread(ready)],
+                ["its memory then, MB", spread(megabytes)],
             ],
             [
                 "Whole processes, from start to exit, but for the first three rows: from the first "
@@ -288,7 +295,16 @@ def _starts(section: Section, effort: Effort) -> None:
     section.data["starts"] = {
         **{name: sample.to_dict() for name, sample in zip(COLD, cold, strict=True)},
         **{name: sample.to_dict() for name, sample in warm.items()},
+        "plinko serve": ready.to_dict(),
+        "plinko serve, MB": megabytes.to_dict(),
     }
+
+
+def _server_start() -> tuple[float, float]:
+    """Seconds until a server takes drops that makes its ledger first, and its megabytes then."""
+    began = time.perf_counter()
+    with serving() as served:
+        return time.perf_counter() - began, served.resident / 1e6
 
 
 def _cold_starts(count: int) -> list[list[float]]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from operator import index as as_index
-from typing import SupportsIndex, overload
+from typing import Final, SupportsIndex, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,7 @@ from engine.exact.initial_state import Ints, at_rest, in_flight
 from engine.exact.lockstep.trace import has_only_bounces, trace_bounces
 from engine.exact.outcome import LANDED, MAX_EVENTS, MAX_TIME, Results
 from engine.exact.trace import trace_many
+from engine.jit.accelerator import Accelerator
 from engine.notebooks import figure, png
 from engine.parameters import (
     DEFAULT_CORRECTION,
@@ -48,6 +49,9 @@ LEAST_CHUNK = 256
 PARTS = 2
 """A thread takes at most one in so many of the drops that are left for each: all end together."""
 
+
+LOCKSTEP: Final = Accelerator("engine.exact.lockstep.trace._trace_lanes", "many", enough=1e8)
+"""What is told of impacts: so many take a minute of a core, and to compile a fifth of one."""
 
 _OF_ALL = ("board", "solver", "explicit_x", "aim")
 """Fields of a batch that are one for all its drops."""
@@ -279,6 +283,7 @@ def _run_part(batch: DropBatch, arrays: BoardArrays, part: slice, results: Resul
     some = results.at(part)
     if isinstance(batch.solver, Exact) and has_only_bounces(arrays):
         rest = trace_bounces(arrays, xs, y, MAX_EVENTS, MAX_TIME, some)
+        LOCKSTEP.did(float(some.impacts.sum()))
         if len(rest.drops):
             traced = some.at(rest.drops)
             _trace(arrays, batch.solver, rest.states, rest.initial, traced)

@@ -12,7 +12,9 @@ import pytest
 
 from app.computing.pool import Workers
 from app.errors import BusyError, CostError, DeadlineError, EndedError, InvalidValueError, answer
-from engine import Board, drop
+from benchmarks.serving.attackers import hall
+from engine import Board, drop, drop_many
+from engine.drops.batch import LEAST_CHUNK
 from tests.waiting import eventually
 
 FOR_EVER = functools.partial(time.sleep, 3600.0)
@@ -66,6 +68,20 @@ async def test_what_takes_too_long_is_ended_and_the_next_is_done(workers: Worker
     with pytest.raises(DeadlineError, match=r"longer than the 0\.02 s"):
         await workers.run(FOR_EVER, deadline=0.02)  # computes nothing, and never comes to an end
     assert not lives(pid)
+
+
+async def test_a_board_made_to_be_expensive_takes_no_more_than_anything_else(
+    workers: Workers,
+) -> None:
+    """Balls bounce 100,000 times, in one call of machine code that takes minutes."""
+    board = Board.from_json(hall())
+    pid = await workers.run(os.getpid)
+    many = functools.partial(drop_many, board, range(LEAST_CHUNK), threads=1)
+    with pytest.raises(DeadlineError, match=r"longer than the 0\.1 s") as caught:
+        await workers.run(many, deadline=0.1)
+    assert answer(caught.value).status == 422
+    assert not lives(pid)
+    assert await workers.run(os.getpid) != pid
 
 
 async def test_a_worker_that_gets_no_core_is_waited_for(workers: Workers) -> None:
