@@ -33,14 +33,21 @@ and of a wrong one a kernel makes numbers, not an error."""
 
 
 @cache
+def text_of(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+@cache
 def imports(path: Path) -> tuple[ast.ImportFrom, ...]:
     """All that a file imports by name, wherever it does."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = ast.parse(text_of(path))
     return tuple(node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
 
 
 def bare_columns(path: Path, module: str) -> list[str]:
     """Columns of a module that a file imports by name, without the module."""
+    if module not in text_of(path):  # most files: to parse them all takes seconds
+        return []
     columns = {
         name
         for name, value in vars(import_module(module)).items()

@@ -1,14 +1,16 @@
 """One drop, one digest: by the engine, in a batch, in a world, by the command line, over REST, in a
 live room over a real WebSocket, and after a record's way through JSON and back."""
 
+import contextlib
+import io
 import json
-import subprocess
-import sys
+from collections.abc import Iterator
 from typing import Any
 
 import httpx
 import pytest
 
+from app.cli import main
 from engine import Board, World, drop, drop_many, verify
 from engine.world.events import Landing
 from tests.app.conftest import Running, playing, serving
@@ -16,13 +18,17 @@ from tests.app.conftest import Running, playing, serving
 CASES = [("triangle-16", 42), ("triangle-8-low", 2**64 - 1), ("classic", 7)]
 
 
+@pytest.fixture(scope="module")
+def running() -> Iterator[Running]:
+    with serving() as here:
+        yield here
+
+
 def by_command_line(board: str, seed: int) -> dict[str, Any]:
-    done = subprocess.run(
-        [sys.executable, "-m", "app.cli", "drop", board, "--seed", str(seed), "--json"],
-        capture_output=True,
-        check=True,
-    )
-    record: dict[str, Any] = json.loads(done.stdout)
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        assert main(["drop", board, "--seed", str(seed), "--json"]) == 0
+    record: dict[str, Any] = json.loads(printed.getvalue())
     return record
 
 
@@ -47,7 +53,9 @@ async def in_a_room(running: Running, board: str, seed: int) -> str:
 
 
 @pytest.mark.parametrize(("name", "seed"), CASES)
-async def test_a_drop_has_one_digest_wherever_it_is_computed(name: str, seed: int) -> None:
+async def test_a_drop_has_one_digest_wherever_it_is_computed(
+    running: Running, name: str, seed: int
+) -> None:
     board = Board.preset(name)
     one = drop(board, seed)
     assert drop_many(board, [0, seed, 1]).digests()[1] == one.digest
@@ -56,13 +64,12 @@ async def test_a_drop_has_one_digest_wherever_it_is_computed(name: str, seed: in
     assert record["digest"] == one.digest
     assert record == json.loads(json.dumps(one.record()))
     assert verify(record).ok
-    with serving() as running:
-        async with httpx.AsyncClient(base_url=running.url, timeout=60.0) as http:
-            over_rest = (await http.get(f"/api/v1/drops/{name}/{seed}")).json()
-            verdict = (await http.post("/api/v1/verify", json=over_rest)).json()
-        assert over_rest == record
-        assert verdict["ok"] is True
-        assert await in_a_room(running, name, seed) == one.digest
+    async with httpx.AsyncClient(base_url=running.url, timeout=60.0) as http:
+        over_rest = (await http.get(f"/api/v1/drops/{name}/{seed}")).json()
+        verdict = (await http.post("/api/v1/verify", json=over_rest)).json()
+    assert over_rest == record
+    assert verdict["ok"] is True
+    assert await in_a_room(running, name, seed) == one.digest
 
 
 @pytest.mark.parametrize(("name", "seed"), CASES[:1])

@@ -6,6 +6,7 @@ import os
 import pty
 import re
 import signal
+import socket
 import subprocess
 import sys
 import urllib.request
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.app.conftest import serving
 from tests.waiting import LIMIT, first_line
 
 MODULE = [sys.executable, "-m", "app.cli"]
@@ -139,13 +141,9 @@ def test_serve_prints_its_address_and_stops_in_order() -> None:
 
 
 def test_a_taken_port_is_one_line() -> None:
-    process = start(("serve", "--port", "0"), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    try:
-        port = first_line(process).decode().strip().rstrip("/").rsplit(":", 1)[1]
+    with socket.create_server(("127.0.0.1", 0)) as holder:
+        port = str(holder.getsockname()[1])
         done = run("serve", "--port", port)
-    finally:
-        process.kill()
-        process.communicate(timeout=LIMIT)
     assert done.returncode == 2
     assert done.stderr.startswith(b"plinko: ")
     assert port.encode() in done.stderr
@@ -153,14 +151,9 @@ def test_a_taken_port_is_one_line() -> None:
 
 
 def test_a_ledger_in_use_is_one_line(tmp_path: Path) -> None:
-    ledger = ("--database-url", f"sqlite:///{tmp_path / 'plinko.db'}")
-    process = start(("serve", "--port", "0", *ledger), stdout=subprocess.PIPE)
-    try:
-        assert b"http://" in first_line(process)
-        done = run("serve", "--port", "0", *ledger)
-    finally:
-        process.kill()
-        process.communicate(timeout=LIMIT)
+    ledger = f"sqlite:///{tmp_path / 'plinko.db'}"
+    with serving(database_url=ledger):
+        done = run("serve", "--port", "0", "--database-url", ledger)
     assert done.returncode == 2
     assert b"another server uses it; give this one a --data directory" in done.stderr
     assert done.stderr.count(b"\n") == 1
