@@ -159,7 +159,7 @@ export function makeHalo(radius, density, colour) {
   ctx.setTransform(density, 0, 0, density, side / 2, side / 2);
   const light = ctx.createRadialGradient(0, 0, 0.6 * radius, 0, 0, half);
   light.addColorStop(0, `${colour}90`);
-  light.addColorStop(0.45, `${colour}38`);
+  light.addColorStop(0.4, `${colour}38`);
   light.addColorStop(1, `${colour}00`);
   ctx.fillStyle = light;
   disc(ctx, 0, 0, half);
@@ -208,7 +208,7 @@ export function makeFlashes(radius, density, colour) {
 export function paintFlash(ctx, { sheet, half, side, radius: drawn }, x, y, radius, age, strength) {
   const step = Math.min(FLASH_STEPS - 1, Math.floor(age * FLASH_STEPS));
   // A hard impact shines farther and brighter than a soft one.
-  const reach = (half * radius * (0.55 + 0.45 * strength)) / drawn;
+  const reach = (half * radius * (0.5 + 0.5 * strength)) / drawn;
   ctx.globalAlpha = 0.35 + 0.65 * strength;
   ctx.drawImage(sheet, step * side, 0, side, side, x - reach, y - reach, 2 * reach, 2 * reach);
   ctx.globalAlpha = 1;

@@ -174,7 +174,7 @@ def test_a_server_that_draws_nothing_has_no_pictures_loaded() -> None:
     program = (
         "import sys; from app.main import create_app; from app.settings import Settings;"
         "create_app(Settings(database_url='sqlite://'));"
-        "print([name for name in ('PIL', 'app.render') if name in sys.modules])"
+        "print([name for name in ('PIL', 'app.render.still') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
     assert done.stdout.splitlines()[-1] == b"[]"

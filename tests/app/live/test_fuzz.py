@@ -28,7 +28,7 @@ from tests.app.live import garbled
 from tests.long import tries
 from tests.waiting import eventually
 
-MESSAGES = tries(1_500, 100_000)
+MESSAGES = tries(3_000, 100_000)
 EXAMPLES = tries(4, 300)
 """Requests of each operation of the REST interface."""
 

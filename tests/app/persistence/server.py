@@ -121,6 +121,11 @@ class Heard(Told):
     tokens: dict[str, str] = field(default_factory=dict)  # of own sessions
     session: str | None = None  # the one that is open on this connection
 
+    @property
+    def wants_session(self) -> bool:
+        """Whether there is none, and none was refused."""
+        return self.session is None and "begin" not in self.refused
+
     def frame(self, frame: str | bytes) -> None:
         if isinstance(frame, bytes):
             self.tick = max(self.tick, int.from_bytes(frame[4:8], "little"))
@@ -145,6 +150,8 @@ class Heard(Told):
                 self.session = event["session"]
             case "error" if event["code"] == "room-rebuilding":
                 pass  # and the line ends: one comes back later
+            case "error" if event["code"] == "limit-reached":
+                self.session = None  # it has had its drops: another is begun
             case "error":
                 assert event["code"] in ("too-many-balls", "ledger-unavailable"), event
                 self.refused.add(event["ref"])
@@ -177,6 +184,8 @@ async def play(
                 beginning = asyncio.create_task(begin() if stakes else asyncio.sleep(0))
                 try:
                     for seed in seeds:
+                        if stakes and beginning.done() and told.wants_session:
+                            beginning = asyncio.create_task(begin())
                         if told.session is None or seed % 2:
                             await say(type="drop", seed=seed, ref=str(seed))
                         else:
