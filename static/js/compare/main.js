@@ -20,7 +20,7 @@ import { figure } from "../util/scale.js";
 import {
   distanceAt, distances, distancesAtHits, FLOOR, growthPerHit, parting, together,
 } from "./divergence.js";
-import { readShift, secondStart } from "./second-start.js";
+import { readShift, secondDrop } from "./second-start.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Certificate } from "../model/certificate.js" */
@@ -275,8 +275,8 @@ class ComparePage {
     note.textContent = `None of the next ${TRIES} seeds parts on this board: ask for a larger difference.`;
   }
 
-  /** @param {HTMLFormElement} form @param {DropAddress} dropAddress */
-  #submit(form, { solver, dt, substeps }) {
+  /** @param {HTMLFormElement} form @param {DropAddress} first */
+  #submit(form, first) {
     const [seed, x, other] = [inputOf(form, "seed"), inputOf(form, "x"), inputOf(form, "with")];
     const [board, shift] = [fieldOf(form, "board"), fieldOf(form, "shift")];
     const wanted = shift.value === "seed" ? [seed, other] : [seed];
@@ -293,7 +293,9 @@ class ComparePage {
       field.focus();
       return;
     }
-    const drop = { board: board.value, seed: seed.value.trim(), x: x.value.trim(), solver, dt, substeps };
+    // Another board's middle is elsewhere, and a start of one's own has none.
+    const aim = x.value.trim() || board.value !== first.board ? null : first.aim;
+    const drop = { ...first, board: board.value, seed: seed.value.trim(), x: x.value.trim(), aim };
     const search = dropSearch(drop);
     if (shift.value === "seed") search.set("with", other.value.trim());
     else search.set("shift", shift.value);
@@ -328,9 +330,7 @@ function verdictOf({ board, ...replays }) {
  */
 async function loadBoth(board, first, shift, withSeed) {
   const one = await Replay.compute(board, first);
-  const second = withSeed
-    ? { ...first, seed: withSeed, x: null }
-    : { ...first, x: secondStart(board, one.motion.start.x, shift) };
+  const second = secondDrop(board, first, one.motion.start.x, shift, withSeed);
   return { one, two: await Replay.compute(board, second), second };
 }
 

@@ -1,0 +1,27 @@
+// The second ball of a comparison: another seed's, or the first's moved a little.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { secondDrop } from "../../../static/js/compare/second-start.js";
+
+const board = /** @type {any} */ ({ drop: { x: 0, y: -0.5, jitter: 0.02, reach: 0.1, aim: 0.08 } });
+const aimed = { board: "triangle-8", seed: "42", x: null, aim: "0.05" };
+
+test("a start that is moved is no longer drawn about an aim", () => {
+  const second = secondDrop(board, aimed, 0.051, "1e-3", null);
+  assert.deepEqual(second, { ...aimed, x: 0.052, aim: null });
+});
+
+test("another seed draws about the same aim", () => {
+  assert.deepEqual(secondDrop(board, aimed, 0.051, "bit", "7"), { ...aimed, seed: "7" });
+});
+
+test("another seed has a start of its own where the first's was given", () => {
+  const given = { ...aimed, x: "0.01", aim: null };
+  assert.deepEqual(secondDrop(board, given, 0.01, "bit", "7"), { ...given, seed: "7", x: null });
+});
+
+test("a start at the right end of the zone is moved to the left", () => {
+  assert.equal(secondDrop(board, aimed, 0.1, "1e-3", null).x, 0.099);
+});
