@@ -87,7 +87,7 @@ test-browsers: $(VENV)/.stamp-test
 		tests/js/test_solver.py::test_a_page_computes_every_drop_to_the_engine_s_last_bit \
 		tests/engine/artifact/test_artifact.py::test_the_page_s_artifact_gives_the_engine_s_bits
 
-# Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU; with the JIT and without.
+# Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU: wasmtime there, and Python.
 test-arm64: $(VENV)/.stamp-play
 	tests/arm64/check $(BIN)/python
 
@@ -132,9 +132,11 @@ pictures: $(VENV)/.stamp-test
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.photographs
 	$(BIN)/python -m tests.repository.readme docs/pictures.md
 
-# engine/artifact/*.wasm and the page's static/js/solver/kernels.wasm; a test says when they are stale.
-kernels: $(VENV)/.stamp-play
+# engine/artifact/*.wasm, the page's static/js/solver/kernels.wasm and app/render/raster/pixels.wasm; a
+# test says when they are stale.
+kernels: $(VENV)/.stamp-test
 	$(BIN)/python -m engine.artifact.make
+	$(BIN)/python -m app.render.raster.make
 
 # The newest versions that the ranges in pyproject.toml allow, tried and written down together.
 constraints:

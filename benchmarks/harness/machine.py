@@ -7,7 +7,7 @@ from importlib import metadata
 from pathlib import Path
 
 CPU_INFO = Path("/proc/cpuinfo")
-PACKAGES = ("numpy", "numba", "llvmlite", "pymunk", "Box2D", "mpmath", "matplotlib")
+PACKAGES = ("numpy", "wasmtime", "numba", "llvmlite", "pymunk", "Box2D", "mpmath", "matplotlib")
 
 
 def describe() -> dict[str, str]:

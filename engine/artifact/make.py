@@ -30,16 +30,16 @@ def for_pages() -> bytes:
         "from engine.jit.webassembly import compile_module; "
         "made = compile_module(EXPORTS)"
     )
-    return stamp.stamped(_made_by(code))
+    return stamp.stamped(made_by(code), stamp.current())
 
 
 def made(name: str) -> bytes:
     """An artifact of PLAYS, made now."""
-    return _made_by(f"from engine.artifact import rehearsal; made = rehearsal.compiled({name!r})")
+    return made_by(f"from engine.artifact import rehearsal; made = rehearsal.compiled({name!r})")
 
 
-def _made_by(code: str) -> bytes:
-    """What a program of its own leaves in `made`."""
+def made_by(code: str) -> bytes:
+    """What a program of its own leaves in `made`, in which numba leaves its code as it is."""
     done = subprocess.run(
         [sys.executable, "-c", f"{code}; import sys; sys.stdout.buffer.write(made)"],
         env={**os.environ, "NUMBA_OPT": "0"},

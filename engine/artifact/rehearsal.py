@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import takewhile
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numba
@@ -39,9 +40,19 @@ def compiled(name: str) -> bytes:
     for earlier in takewhile(lambda each: each != name, PLAYS):
         for known in rehearse(PLAYS[earlier]):
             parts.pop(known, None)
+    return module_of(parts, stamp.current(), simd=name in VECTORS)
+
+
+def compiled_beside(file: Path, play: Callable[[], None]) -> bytes:
+    """The artifact of this file's own kernels, which `play` calls."""
+    return module_of(rehearse(play), stamp.current_beside(file))
+
+
+def module_of(parts: dict[str, Part], made_from: dict[str, Any], *, simd: bool = False) -> bytes:
+    """A module of these kernels with a stamp."""
     exports = {k: Entry(p.kernel.function, p.takes) for k, p in parts.items()}
-    code = compile_module(exports, simd=name in VECTORS)
-    return stamp.stamped(code, calls={k: p.call.to_dict() for k, p in parts.items()})
+    code = compile_module(exports, simd=simd)
+    return stamp.stamped(code, made_from, calls={k: p.call.to_dict() for k, p in parts.items()})
 
 
 def rehearse(play: Callable[[], None]) -> dict[str, Part]:

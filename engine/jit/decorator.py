@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Mapping
 from functools import cached_property, update_wrapper
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Generic, ParamSpec, TypeVar, cast
 
 P = ParamSpec("P")
@@ -57,10 +58,13 @@ class EntryKernel(Kernel[P, T]):
 
     @cached_property
     def machine_code(self) -> Callable[..., T]:
-        """The artifact's; numba's, if the kernels have changed since the artifact was made."""
-        artifact, numba = "engine.jit.machine_code", "engine.jit.kernel_compiler"
-        found = import_module(artifact).entry(self) or import_module(numba).compiled(self)
-        return cast("Callable[..., T]", found)
+        """The artifact's. If the kernels have changed since that was made, what numba compiles, or
+        where there is no numba the function itself, which Python runs: slowly, with the same bits.
+        """
+        found = import_module("engine.jit.machine_code").entry(self)
+        if found is None and find_spec("numba") is not None:
+            found = import_module("engine.jit.kernel_compiler").compiled(self)
+        return self.function if found is None else cast("Callable[..., T]", found)
 
     def __call__(self, *args: P.args, **given: P.kwargs) -> T:
         """Run its machine code."""

@@ -22,7 +22,8 @@ from engine.jit import stamp
 from engine.jit.calls import ARRAY, BLOCK, HEAP, STATUS, Call, Kind, Kinds, leaves
 from engine.jit.decorator import EntryKernel
 
-FOLDER: Final = Path(__file__).parents[1] / "artifact"
+ENGINE: Final = Path(__file__).parents[1]
+FOLDER: Final = ENGINE / "artifact"
 
 PAGE: Final = 65_536
 """Bytes that a module's memory grows by."""
@@ -35,11 +36,19 @@ _FINE: Final = (0, -2)  # of numba's codes: a result, or none
 _alone: Final = Lock()
 """Of the thread that reads or compiles modules: others wait for what it gets."""
 
+_modules: Final[list["Module"]] = []
+"""All that were read."""
+
 
 def entry(kernel: EntryKernel[Any, Any]) -> Callable[..., Any] | None:
-    """The machine code of a kernel; None if no artifact has it."""
+    """The machine code of a kernel; None if no artifact has it.
+
+    Those of the engine are in engine/artifact; another's lies beside the file of its kernels.
+    """
+    file = Path(kernel.function.__code__.co_filename)
     with _alone:
-        module = modules().get(kernel.name)
+        found = modules() if ENGINE in file.parents else modules_beside(file)
+    module = found.get(kernel.name)
     return None if module is None else Entry(module, kernel)
 
 
@@ -51,12 +60,25 @@ def modules() -> dict[str, "Module"]:
     """
     found = {}
     for path in sorted(FOLDER.glob("*.wasm")):
-        code = path.read_bytes()
-        said = stamp.read(code)
-        if stamp.is_current(said):
-            module = Module(code, said["calls"])
-            found.update(dict.fromkeys(module.calls, module))
+        found.update(_read(path, stamp.current()))
     return found
+
+
+@cache
+def modules_beside(file: Path) -> dict[str, "Module"]:
+    """`modules` of the artifact beside a file of Python: of one name, made of it alone."""
+    path = file.with_suffix(".wasm")
+    return _read(path, stamp.current_beside(file)) if path.exists() else {}
+
+
+def _read(path: Path, made_from: dict[str, Any]) -> dict[str, "Module"]:
+    code = path.read_bytes()
+    said = stamp.read(code)
+    if not stamp.is_of(made_from, said):
+        return {}
+    module = Module(code, said["calls"])
+    _modules.append(module)
+    return dict.fromkeys(module.calls, module)
 
 
 @cache
@@ -69,9 +91,8 @@ def _engine() -> wasmtime.Engine:
 @atexit.register
 def _let_go() -> None:
     """When Python ends: its objects are let go of by functions that are gone soon."""
-    if modules.cache_info().currsize:
-        for module in modules().values():
-            module.close()
+    for module in _modules:
+        module.close()
     _engine.cache_clear()
 
 

@@ -15,12 +15,20 @@ SECTION: Final = "plinko"
 ENGINE: Final = Path(__file__).parents[1]
 
 
+_MAKERS: Final = (
+    ENGINE / "artifact" / "rehearsal.py",
+    ENGINE / "jit" / "calls.py",
+    ENGINE / "jit" / "kernel_compiler.py",
+    ENGINE / "jit" / "webassembly.py",
+    ENGINE / "jit" / "wasm_sections.py",
+)
+"""What makes machine code of kernels."""
+
+
 def sources() -> list[Path]:
-    """All files of Python that machine code is made of."""
-    found = [ENGINE / "constants.py", ENGINE / "certified" / "reach.py"]
-    found += [ENGINE / "artifact" / name for name in ("entries.py", "plays.py", "rehearsal.py")]
-    found += [ENGINE / "jit" / name for name in ("calls.py", "kernel_compiler.py")]
-    found += [ENGINE / "jit" / name for name in ("webassembly.py", "wasm_sections.py")]
+    """All files of Python that the engine's machine code is made of."""
+    found = [*_MAKERS, ENGINE / "constants.py", ENGINE / "certified" / "reach.py"]
+    found += [ENGINE / "artifact" / name for name in ("entries.py", "plays.py")]
     for package in ("physics", "exact", "stepped", "multibody/solver", "billiards"):
         found += (ENGINE / package).rglob("*.py")
     return sorted(found)
@@ -28,8 +36,13 @@ def sources() -> list[Path]:
 
 @cache
 def current() -> dict[str, Any]:
-    """The stamp of an artifact that is made now."""
+    """The stamp of an artifact of the engine that is made now."""
     return stamp_of_files(sources())
+
+
+def current_beside(file: Path) -> dict[str, Any]:
+    """The stamp of an artifact that is made now of this file's own kernels."""
+    return stamp_of_files([file, *_MAKERS])
 
 
 def stamp_of_files(files: list[Path]) -> dict[str, Any]:
@@ -38,9 +51,9 @@ def stamp_of_files(files: list[Path]) -> dict[str, Any]:
     return {"physics_version": PHYSICS_VERSION, "sources": hashlib.sha256(text).hexdigest()}
 
 
-def stamped(module: bytes, **said: Any) -> bytes:
-    """The module with the current stamp, and whatever else it is to say."""
-    return with_custom(module, SECTION, json.dumps({**current(), **said}).encode())
+def stamped(module: bytes, made_from: dict[str, Any], **said: Any) -> bytes:
+    """The module with its stamp, and whatever else it is to say."""
+    return with_custom(module, SECTION, json.dumps({**made_from, **said}).encode())
 
 
 def read(module: bytes) -> dict[str, Any]:
@@ -52,6 +65,6 @@ def read(module: bytes) -> dict[str, Any]:
     return said
 
 
-def is_current(said: dict[str, Any]) -> bool:
-    """Whether an artifact that says so was made from the sources as they are."""
-    return current().items() <= said.items()
+def is_of(made_from: dict[str, Any], said: dict[str, Any]) -> bool:
+    """Whether an artifact that says so has this stamp."""
+    return made_from.items() <= said.items()

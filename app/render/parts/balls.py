@@ -1,6 +1,7 @@
 """Balls as the page draws them: shadow, body with a band that turns, gloss, and a trail behind."""
 
 import functools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,9 +66,11 @@ def _gloss(radius: float, theme: Theme, asleep: bool) -> Floats:
 
 def paint_trail(pixels: Pixels, points: Floats, look: Look, lowest: int) -> None:
     """The ribbon behind a ball through `points` (n, 2), px, newest first."""
+    rows = _rows(points[:, 1], look.trail_width, len(pixels))
     compiled.paint_trail(
-        pixels, points, look.trail_width, lowest, look.paint.body, look.trail_alpha
-    )
+        pixels[rows], points - (0.0, rows.start), look.trail_width, lowest - rows.start,
+        look.paint.body, look.trail_alpha,
+    )  # fmt: skip
 
 
 def paint_balls(
@@ -85,5 +88,16 @@ def paint_balls(
     """
     if radii is None:
         radii = np.full(len(xs), look.radius)
-    rows = np.column_stack([xs, ys, np.cos(thetas), np.sin(thetas), radii])
-    compiled.paint_balls(pixels, rows, lowest, look.paint)
+    if not len(xs):
+        return
+    rows = _rows(ys, 2.0 * float(radii.max()), len(pixels))
+    balls = np.column_stack([xs, ys - rows.start, np.cos(thetas), np.sin(thetas), radii])
+    compiled.paint_balls(pixels[rows], balls, lowest - rows.start, look.paint)
+
+
+def _rows(ys: Floats, reach: float, height: int) -> slice:
+    """Rows that may change by what lies around `ys`: kernels are given no more of a picture, since
+    it is copied for them. To subtract the first of them from a y is exact."""
+    first = min(max(float(ys.min()) - reach - 2.0, 0.0), float(height))
+    last = min(max(float(ys.max()) + reach + 2.0, first), float(height))
+    return slice(int(first), math.ceil(last))

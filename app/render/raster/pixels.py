@@ -1,30 +1,23 @@
 """The inner loops of pictures, compiled: balls, trails and palettes, pixel by pixel.
 
-They take arrays, numbers and tuples of these. Machine code is cached on disk beside this file and
-runs without the GIL, so that a picture in a worker thread does not hold up the server's loop.
+Kernels as the engine's, but that their machine code, `pixels.wasm`, lies beside this file: make.py
+makes it. It runs without the GIL, so that a picture in a thread does not hold up the server's loop.
 """
 
-from collections.abc import Callable
 from math import ceil, floor, sqrt
-from typing import NamedTuple, ParamSpec, TypeVar, cast
+from typing import NamedTuple
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
-P = ParamSpec("P")
-T = TypeVar("T")
+from engine.jit.decorator import inner_kernel, kernel, lean_kernel
+
 Floats = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.uint8]
 Keys = npt.NDArray[np.int32]
 
 
-def compiled(function: Callable[P, T]) -> Callable[P, T]:
-    """Compile `function`; with NUMBA_DISABLE_JIT=1 it stays plain Python."""
-    return cast("Callable[P, T]", numba.njit(cache=True, nogil=True)(function))
-
-
-@compiled
+@lean_kernel
 def blend(pixels: Pixels, row: int, column: int, colour: Floats, alpha: float) -> None:
     """Mix `colour` (r, g, b, 0 to 255) into one pixel."""
     for channel in range(3):
@@ -32,7 +25,7 @@ def blend(pixels: Pixels, row: int, column: int, colour: Floats, alpha: float) -
         pixels[row, column, channel] = np.uint8(old + alpha * (colour[channel] - old) + 0.5)
 
 
-@compiled
+@lean_kernel
 def disc_cover(distance2: float, radius: float) -> float:
     """Coverage of a pixel whose centre lies sqrt(distance2) px from a disc's; the root is rare."""
     if distance2 >= (radius + 0.5) * (radius + 0.5):
@@ -42,7 +35,7 @@ def disc_cover(distance2: float, radius: float) -> float:
     return radius + 0.5 - sqrt(distance2)
 
 
-@compiled
+@inner_kernel
 def paint_disc(
     pixels: Pixels, x: float, y: float, radius: float, lowest: int, colour: Floats, alpha: float
 ) -> None:
@@ -81,7 +74,7 @@ X, Y, COSINE, SINE, RADIUS = range(5)
 """Columns of a ball: its centre and radius in px, and the direction of its band."""
 
 
-@compiled
+@inner_kernel
 def paint_ball(pixels: Pixels, ball: Floats, lowest: int, paint: BallPaint) -> None:
     """A disc with a band across it, turned, and a gloss that does not turn; ball: shape (5,)."""
     x, y, radius = ball[X], ball[Y], ball[RADIUS]
@@ -113,7 +106,7 @@ def paint_ball(pixels: Pixels, ball: Floats, lowest: int, paint: BallPaint) -> N
                 pixels[row, column, channel] = np.uint8(old + cover * (colour - old) + 0.5)
 
 
-@compiled
+@kernel
 def paint_balls(pixels: Pixels, balls: Floats, lowest: int, paint: BallPaint) -> None:
     """Balls, shape (n, 5), with their shadows, later ones over earlier ones; far-off ones left out.
 
@@ -129,7 +122,20 @@ def paint_balls(pixels: Pixels, balls: Floats, lowest: int, paint: BallPaint) ->
         paint_ball(pixels, balls[i], lowest, paint)
 
 
-@compiled
+@inner_kernel
+def bounds(points: Floats) -> tuple[float, float, float, float]:
+    """The smallest and the largest x, then y, of points (n, 2), n > 0."""
+    least_x = most_x = points[0, 0]
+    least_y = most_y = points[0, 1]
+    for i in range(1, points.shape[0]):
+        least_x = min(least_x, points[i, 0])
+        most_x = max(most_x, points[i, 0])
+        least_y = min(least_y, points[i, 1])
+        most_y = max(most_y, points[i, 1])
+    return least_x, most_x, least_y, most_y
+
+
+@kernel
 def paint_trail(
     pixels: Pixels, points: Floats, width: float, lowest: int, colour: Floats, alpha: float
 ) -> None:
@@ -139,10 +145,11 @@ def paint_trail(
     """
     count = points.shape[0]
     reach = 0.5 * width + 1.0
-    left = max(floor(points[:, 0].min() - reach), 0)
-    right = min(ceil(points[:, 0].max() + reach), pixels.shape[1])
-    top = max(floor(points[:, 1].min() - reach), 0)
-    bottom = min(ceil(points[:, 1].max() + reach), lowest)
+    least_x, most_x, least_y, most_y = bounds(points)
+    left = max(floor(least_x - reach), 0)
+    right = min(ceil(most_x + reach), pixels.shape[1])
+    top = max(floor(least_y - reach), 0)
+    bottom = min(ceil(most_y + reach), lowest)
     if left >= right or top >= bottom or count < 2:
         return
     covers = np.zeros((bottom - top, right - left))
@@ -177,7 +184,7 @@ def paint_trail(
                 blend(pixels, row, column, colour, alpha * cover)
 
 
-@compiled
+@inner_kernel
 def nearest(colours: Pixels, red: int, green: int, blue: int) -> int:
     """Index of the colour in `colours` (n, 3) nearest to one, by Euclid in sRGB."""
     best = 0
@@ -193,7 +200,7 @@ def nearest(colours: Pixels, red: int, green: int, blue: int) -> int:
     return best
 
 
-@compiled
+@kernel
 def index_pixels(pixels: Pixels, colours: Pixels, keys: Keys, values: Pixels, out: Pixels) -> None:
     """Index of the nearest of `colours` to each pixel (h, w, 3), into `out` (h, w).
 

@@ -17,7 +17,7 @@ from tests.engine.artifact.drops import played
 from tests.engine.artifact.host import Host
 from tests.long import LONG
 
-ROOMY = (4096, 16384)  # rows of a log: events and segments, more than any of these drops has
+ROOMY = (4096, 16384)  # rows of a log: events and segments, more than most of these drops have
 
 
 def compare(host: Host) -> int:
@@ -27,8 +27,11 @@ def compare(host: Host) -> int:
         host.load(arrays_of(board))
         for seed in range(seeds):
             done = drop(board, seed)
-            run = host.trace(done.trajectory.start.reshape(1, -1), *ROOMY)
+            start = done.trajectory.start.reshape(1, -1)
+            run = host.trace(start, *ROOMY)
             events, segments, impacts = run.counts.tolist()
+            if events > len(run.events) or segments > len(run.segments):
+                run = host.trace(start, events, segments)
             digest = drop_digest(
                 board.digest, done.solver, start_row(done.trajectory), int(run.outcomes[0]),
                 run.events[:events], run.marks[:events],
@@ -62,7 +65,7 @@ def test_artifacts_made_anew_are_those_that_are_there() -> None:
 @pytest.mark.parametrize("path", [make.PAGE, *(make.FOLDER / f"{n}.wasm" for n in PLAYS)])
 def test_an_artifact_was_made_from_the_kernels_that_are_there(path: Path) -> None:
     made_from = stamp.read(path.read_bytes())
-    assert stamp.is_current(made_from), "kernels have changed since: `make kernels`"
+    assert stamp.is_of(stamp.current(), made_from), "kernels have changed since: `make kernels`"
 
 
 def test_there_is_no_other_artifact() -> None:

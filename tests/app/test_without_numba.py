@@ -1,0 +1,78 @@
+"""All that the product does works where numba is not installed, which is the usual place."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+HIDE = """
+from importlib.machinery import PathFinder
+found = PathFinder.find_spec
+PathFinder.find_spec = lambda name, path=None, target=None: (
+    None if name.partition(".")[0] in ("numba", "llvmlite") else found(name, path, target))
+"""
+"""For every process of Python that has it in its path as `sitecustomize`: there is no numba."""
+
+MAKERS = (
+    "engine.artifact.",
+    "engine.jit.webassembly",
+    "engine.jit.kernel_compiler",
+    "app.cli.__main",
+)
+"""Modules that make machine code of kernels, and one that runs when it is imported."""
+
+PROGRAM = f"""
+import importlib, json, pkgutil, sys, warnings
+import app, engine
+for package in (engine, app):
+    for each in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+        if not each.name.startswith({MAKERS!r}) and ".migrations." not in each.name:
+            importlib.import_module(each.name)
+from engine import Board, World, drop, drop_many
+from app.main import create_app
+from app.render import drop_picture
+from app.settings import Settings
+warnings.simplefilter("ignore")
+from starlette.testclient import TestClient
+
+board = Board.preset("triangle-8")
+one = drop(board, 42)
+world = World(board)
+world.add(seed=42)
+while world.count:
+    world.step()
+with TestClient(create_app(Settings(database_url="sqlite://")), "http://127.0.0.1") as client:
+    served = client.get("/api/v1/drops/triangle-8/42").json()["digest"]
+    picture = client.get("/api/v1/drops/triangle-8/42.png").content
+print(json.dumps({{
+    "numba": "numba" in sys.modules,
+    "drop": one.digest,
+    "world": world.take_events()[-1].digest,
+    "served": served,
+    "batch": drop_many(board, range(50)).digest,
+    "pictures": picture == drop_picture(one),
+}}))
+"""
+
+
+def test_everything_is_imported_and_drops_and_draws_without_numba(tmp_path: Path) -> None:
+    from engine import drop, drop_many
+
+    (tmp_path / "sitecustomize.py").write_text(HIDE, encoding="utf-8")
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", os.getcwd())])
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        env={**os.environ, "PYTHONPATH": path},
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    digest = drop("triangle-8", 42).digest
+    assert json.loads(done.stdout) == {
+        "numba": False,
+        "drop": digest,
+        "world": digest,
+        "served": digest,
+        "batch": drop_many("triangle-8", range(50)).digest,
+        "pictures": True,
+    }
