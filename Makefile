@@ -55,6 +55,8 @@ play: $(VENV)/.stamp-play
 
 # The page's pure modules run in Node.js. Other tests drive a real Chromium and a real PostgreSQL: the
 # machine's own, or else Debian's.
+# A hundred servers and commands start: whatever the environment says, they are compiled once.
+test: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/.stamp-test node_modules/.stamp
 	$(WITH_NODE) && node --test --test-reporter=spec $$(find tests/js -name '*.test.js' | sort)
 	tools/postgresql

@@ -274,18 +274,19 @@ def _many(section: Section, effort: Effort) -> None:
 def _stream(section: Section, effort: Effort) -> None:
     """A room filmed for nobody, for one, and for fifty."""
     ticks = effort.size(240, 6)
-    jobs: dict[str, Job] = {
-        "nobody": lambda: asyncio.run(_filmed(0, ticks))["cpu"],
-        **{
-            f"{viewers} viewer{'s' * (viewers > 1)}": _film_job(viewers, ticks)
-            for viewers in VIEWERS
-        },
-    }
+    drawn: dict[str, float] = {}
+
+    def job(name: str, viewers: int) -> Job:
+        def film() -> float:
+            made = asyncio.run(_filmed(viewers, ticks))
+            drawn[name] = made["drawn"]
+            return float(made["cpu"])
+
+        return film
+
+    watchers = {"nobody": 0, **{f"{n} viewer{'s' * (n > 1)}": n for n in VIEWERS}}
+    jobs = {name: job(name, viewers) for name, viewers in watchers.items()}
     found = in_turns(jobs, effort.rounds, lambda: effort.step("stream"))
-    drawn = {
-        name: asyncio.run(_filmed(viewers, ticks))["drawn"]
-        for name, viewers in zip(jobs, (0, *VIEWERS), strict=True)
-    }
     base = found["nobody"]
     section.data["stream"] = {name: sample.to_dict() for name, sample in found.items()}
     section.data["stream_frames"] = drawn
@@ -309,10 +310,6 @@ def _stream(section: Section, effort: Effort) -> None:
             ],
         )
     )
-
-
-def _film_job(viewers: int, ticks: int) -> Job:
-    return lambda: float(asyncio.run(_filmed(viewers, ticks))["cpu"])
 
 
 async def _filmed(viewers: int, ticks: int) -> dict[str, Any]:

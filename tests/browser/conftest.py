@@ -75,7 +75,7 @@ class ServerProcess:
 
     def start(self) -> None:
         command = [sys.executable, "-m", "app.cli", "serve", "--port", str(self.port)]
-        command += ["--drop-rate", "1000", "--message-rate", "1000"]
+        command += ["--drop-rate", "1000", "--message-rate", "1000", "--creator-rooms", "500"]
         self.process = subprocess.Popen(
             command,
             cwd=ROOT,
@@ -190,6 +190,28 @@ def complaints() -> Iterator[Complaints]:
     assert not collected.left
 
 
+# To be run before the page: a display of 20 Hz, for pages whose motion nobody judges. Without a
+# graphics card a second of the usual 60 Hz costs most of a second of the processor.
+SLOW_DISPLAY = """
+{
+  const next = window.requestAnimationFrame.bind(window);
+  const waiting = new Map();
+  let count = 0;
+  const after = (frames, handle, draw) => next((now) => {
+    if (!waiting.has(handle)) return;
+    if (frames > 1) return after(frames - 1, handle, draw);
+    waiting.delete(handle);
+    draw(now);
+  });
+  window.requestAnimationFrame = (draw) => {
+    waiting.set(++count, true);
+    after(3, count, draw);
+    return count;
+  };
+  window.cancelAnimationFrame = (handle) => waiting.delete(handle);
+}
+"""
+
 Open = Callable[..., Screen]
 Run = Callable[..., Any]
 
@@ -242,6 +264,7 @@ class Profile:
 @pytest.fixture(scope="package")
 def profile(browser: Browser) -> Iterator[Profile]:
     context = browser.new_context(**BRIEF)
+    context.add_init_script(SLOW_DISPLAY)
     yield Profile(context)
     context.close()
 
@@ -262,6 +285,7 @@ def opened(
             shared.append(profile.new_page(server.url))
             return shared[0]
         contexts.append(browser.new_context(**(BRIEF | options)))
+        contexts[-1].add_init_script(SLOW_DISPLAY)
         return contexts[-1].new_page()
 
     def open_page(path: str = "/", *, before: str | None = None, **options: Any) -> Screen:

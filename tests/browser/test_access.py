@@ -109,6 +109,7 @@ def test_reduced_motion_shows_the_way_and_the_result_without_a_moving_ball(
     screen.shot("reduced-motion")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("device", SCREENS)
 def test_the_page_fits_its_screens(opened: Open, device: str) -> None:
     screen = opened(**context_for(device)).ready()

@@ -29,7 +29,7 @@ from tests.long import tries
 from tests.waiting import eventually
 
 MESSAGES = tries(3_000, 100_000)
-EXAMPLES = tries(4, 300)
+EXAMPLES = tries(2, 300)
 """Requests of each operation of the REST interface."""
 
 GROWTH = 8e6

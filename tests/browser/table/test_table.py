@@ -245,7 +245,7 @@ def test_ghost_trails_stay_where_balls_have_been_and_can_be_turned_off(
     expect(button).to_have_attribute("aria-pressed", "false")
     landed = screen.rows.count()
     screen.drop.click()
-    expect(screen.rows).to_have_count(landed + 1)
+    expect(screen.rows).to_have_count(landed + 5)
     screen.ready().at_rest()
     assert painted(screen, "board-ghost") == 0
     button.click()

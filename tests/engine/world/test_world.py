@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.scenes.contact_scenes import scene
 from engine import Board, ParameterError, RecordError, SeedError, World, drop
 from engine.constants import KIND_PEG, KIND_WALL
 from engine.world.events import Contact, Landing
+from tests.long import tries
 
 TRIANGLE = Board.preset("triangle-12")
 SOLVERS = ["exact", "stepped"]
@@ -194,6 +195,8 @@ def test_bodies_are_the_states_of_the_drops(solver: str) -> None:
 
 @pytest.mark.parametrize("solver", SOLVERS)
 @given(ticks=st.lists(st.integers(0, 120), min_size=1, max_size=4), first=st.integers(0, 2**32))
+@pytest.mark.long
+@settings(max_examples=tries(15, 200))
 def test_a_restored_world_goes_on_to_the_bit(solver: str, ticks: list[int], first: int) -> None:
     """Saved and restored at random ticks, with balls of different ages and half a step left."""
     world = World(TRIANGLE, solver=solver)
