@@ -18,6 +18,8 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
 
 from app.computing.pool import Workers
+from app.conformance import inventory
+from app.conformance.self_check import SelfCheck
 from app.errors import SettingError, shorten
 from app.fairness.check import kernel_digest_of
 from app.fairness.signing import Signer
@@ -205,6 +207,7 @@ def _services(settings: Settings) -> Services:
         rooms=held,
         ledger=ledger,
         integrity=Integrity(ledger),
+        self_check=SelfCheck(functools.partial(inventory.digests, settings)),
         tokens=Tokens(secret),
         fair=_fair_sessions(settings, persistence, secret_file),
         session_tokens=Tokens(secret, "session"),
@@ -269,12 +272,13 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
     rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
+    self_checking = asyncio.create_task(server.self_check.run(), name="self-check")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
     try:
         yield
     finally:
         preparing.cancel()
-        for task in (checking, rebuilding, server.ticking):
+        for task in (self_checking, checking, rebuilding, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await task

@@ -22,6 +22,8 @@ COMMANDS = (
     "payouts",
     "odds",
     "verify",
+    "integrity",
+    "conformance",
     "boards",
     "calibrate",
     "load",

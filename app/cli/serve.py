@@ -1,6 +1,7 @@
 """`plinko serve`: the game server, with a flag for every setting."""
 
 import gc
+from collections.abc import Mapping
 from typing import Any
 
 import click
@@ -21,18 +22,29 @@ def _flag(row: Option) -> click.Option:
     )
 
 
+def settings_options() -> list[click.Parameter]:
+    """An option for each setting that has a flag."""
+    return [_flag(row) for row in options() if row.flag]
+
+
+def settings_from(flags: Mapping[str, Any]) -> Settings:
+    """The settings of the environment and of these flags; raises SettingError."""
+    given = dict(flags)
+    for row in options():
+        if isinstance(row.default, tuple) and given.get(row.name) is not None:
+            given[row.name] = tuple(filter(None, map(str.strip, given[row.name].split(","))))
+    return Settings.load(overrides=given)
+
+
 @click.command(
     name="serve",
     short_help="Run the game server.",
     epilog="Each flag can be set as PLINKO_NAME in the environment too; the flag wins.",
-    params=[_flag(row) for row in options() if row.flag],
+    params=settings_options(),
 )
 def command(**flags: Any) -> None:
     """Run the game server and print its address; Ctrl-C stops it."""
-    for row in options():
-        if isinstance(row.default, tuple) and flags.get(row.name) is not None:
-            flags[row.name] = tuple(filter(None, map(str.strip, flags[row.name].split(","))))
-    settings = Settings.load(overrides=flags)
+    settings = settings_from(flags)
 
     with common.garbage_waits():
         from app.main import run

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from app.computing.pool import Workers
+from app.conformance.self_check import SelfCheck
 from app.live.fair_sessions import FairSessions
 from app.live.hub import Hub
 from app.live.registry import Rooms
@@ -32,6 +33,7 @@ class Services:
     rooms: Rooms
     ledger: Ledger
     integrity: Integrity
+    self_check: SelfCheck
     tokens: Tokens
     fair: FairSessions
     session_tokens: Tokens

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import engine
+from app.conformance import inventory
 from tests.golden.check import golden
 from tests.repository.test_repository import ROOT
 
@@ -102,6 +103,16 @@ def test_an_installed_package_is_found_where_it_was_installed_and_paints(
     assert (Path(page) / "theme.json").is_file()
     assert Path(page).is_relative_to(installed.folder)
     assert (same, picture) == ("True", "b'PNG'")
+
+
+def test_an_installed_package_has_the_sources_files_to_the_last_byte(installed: Installed) -> None:
+    source = inventory.listed(inventory.files_of(inventory.installed()))
+    (installed.folder / "source").write_text(source)
+    done = installed.run("plinko", "integrity", "--compare", "source")
+    assert (done.returncode, done.stdout) == (
+        0,
+        f"all {source.count('  ')} files are those of source\n",
+    )
 
 
 def test_an_installed_package_says_where_the_benchmarks_are(installed: Installed) -> None:

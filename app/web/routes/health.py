@@ -8,7 +8,7 @@ from fastapi.responses import PlainTextResponse
 from app.errors import LedgerError, NoTokenError, TokenError
 from app.protocol import asyncapi
 from app.web.routes.common import Server, documented, reply
-from app.web.schemas.health import Health, Readiness, RoomsBack, TickerHealth
+from app.web.schemas.health import Health, IntegrityView, Readiness, RoomsBack, TickerHealth
 from app.web.services import Services
 from app.web.tokens import bearer_of
 from engine import PHYSICS_VERSION
@@ -59,6 +59,18 @@ async def readyz(server: Server) -> Response:
     )
     answer = Readiness(ready, checks, rooms, server.integrity.finding)
     return reply(answer, 200 if ready else 503)
+
+
+@router.get(
+    "/api/v1/integrity", summary="Is it what was installed", responses=documented(IntegrityView)
+)
+async def integrity(server: Server) -> Response:
+    """Digests of code, kernels and configuration as they are now, beside those of the start.
+
+    `plinko integrity` gives the same ones offline, of the same release with the same settings.
+    """
+    found = await server.self_check.look()
+    return reply(IntegrityView(**found.to_dict()), headers={"cache-control": "no-store"})
 
 
 @router.get("/asyncapi.json", include_in_schema=False)

@@ -16,7 +16,7 @@ from app.web.schemas.drops import (
     SimulationRequest,
     Verdict,
 )
-from app.web.schemas.health import Health, Readiness
+from app.web.schemas.health import Health, IntegrityView, Readiness
 from app.web.schemas.payouts import Payouts, PayoutsRequest
 from app.web.schemas.problem import Problem
 from app.web.schemas.rooms import (
@@ -72,6 +72,7 @@ DOCUMENTED = (
     LogHead,
     Health,
     Readiness,
+    IntegrityView,
 )
 
 

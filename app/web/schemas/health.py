@@ -18,6 +18,21 @@ class TickerHealth(msgspec.Struct, frozen=True):
     skipped: int
 
 
+Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$", description="SHA-256, in hexadecimal.")]
+
+
+class IntegrityView(msgspec.Struct, frozen=True):
+    """Digests of the program's files and of its settings, which `plinko integrity` reproduces."""
+
+    code: Sha256
+    kernels: Sha256
+    configuration: Sha256
+    whole: Annotated[Sha256, Meta(description="Of the three others.")]
+    at: Annotated[float, Meta(description="When the files were read: Unix time, in s.")]
+    at_start: Annotated[Sha256, Meta(description="`whole` when the server started.")]
+    unchanged: Annotated[bool, Meta(description="Whether both are the same.")]
+
+
 class Health(msgspec.Struct, frozen=True):
     """That the process answers, and its clock's counts."""
 

@@ -76,6 +76,7 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/sessions/{session}/end", "post"),
         ("/api/v1/sessions/{session}/export", "get"),
         ("/api/v1/log", "get"),
+        ("/api/v1/integrity", "get"),
         ("/healthz", "get"),
         ("/readyz", "get"),
         ("/metrics", "get"),

@@ -1,0 +1,58 @@
+"""`plinko conformance`: the tests of the generator of staked drops, and of mirrored ones."""
+
+import sys
+from contextlib import nullcontext
+from typing import TYPE_CHECKING
+
+import click
+
+from app.cli import common
+
+if TYPE_CHECKING:
+    from app.conformance.generator import Report
+    from app.conformance.mirror import Mirror
+
+
+@click.command(name="conformance", short_help="Test the generator of staked drops.")
+@common.board_argument
+@click.option("--drops", type=click.IntRange(min=1), default=1_000_000, show_default=True)
+@click.option(
+    "--pairs",
+    type=click.IntRange(min=1),
+    default=10_000,
+    show_default=True,
+    help="Drops whose mirror images fall, too.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(board: str, drops: int, pairs: int, as_json: bool) -> int:
+    """Test the starts of DROPS staked drops on BOARD, as sessions draw them.
+
+    Uniformity, independence of consecutive drops and of sessions, and scaling, each with the chance
+    that a good generator is as far out; all are held to 99 % together. Then PAIRS balls fall from x
+    and from -x, and must end alike, bit for bit. Exit code 1 when anything fails.
+    """
+    from app.conformance.generator import check_generator
+    from app.conformance.mirror import check_mirror
+
+    chosen = common.load_board(board)
+    mirror = check_mirror(chosen, pairs)
+    progress = click.progressbar(length=drops, label="drops", file=sys.stderr)
+    with progress if sys.stderr.isatty() else nullcontext() as bar:
+        report = check_generator(
+            chosen, drops, progress=lambda done: None if bar is None else bar.update(done)
+        )
+    good = report.good and not mirror.unlike
+    if as_json:
+        common.print_json({**report.to_dict(), "mirror": mirror.to_dict(), "good": good})
+    else:
+        _show(report, mirror)
+    return 0 if good else 1
+
+
+def _show(report: "Report", mirror: "Mirror") -> None:
+    failed = report.failed
+    for each in report.outcomes:
+        click.echo(f"{'FAILED' if each in failed else 'passed'}  p = {each.p:.4f}  {each.name}")
+    click.echo(f"{report.outside} of {report.drops:,} starts outside the board's range")
+    click.echo(f"{len(failed)} of {len(report.outcomes)} tests fail, together at 99 %")
+    click.echo(f"{len(mirror.unlike)} of {mirror.pairs:,} drops end unlike their mirror images")

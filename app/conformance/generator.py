@@ -1,0 +1,187 @@
+"""Tests of the generator that staked drops start by, over as many drops as one asks for.
+
+The drops are those of sessions: HMAC-SHA256 of both secrets gives a drop's seed, SplitMix64 of it
+the start. The secrets follow from their session's number here, so that a run can be repeated.
+"""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from math import sqrt
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from app.conformance import chances
+from app.conformance.chances import Outcome
+from app.errors import InvalidValueError
+from app.fairness.seeds import drop_seed
+from engine import Board
+from engine.seeding import start_xs
+
+LEVEL: Final = 0.01
+"""Chance that a good generator fails any of the tests: they hold collectively at 99 %."""
+
+DROPS_PER_SESSION: Final = 1000
+SESSIONS_AT_ONCE: Final = 64  # an even number: sessions are compared in pairs
+LEAST_DROPS: Final = DROPS_PER_SESSION * SESSIONS_AT_ONCE
+
+_CELLS: Final = 4096  # of the range of starts; a power of two: as wide as bits say
+_SIDE: Final = 64  # cells each way, of pairs
+_ODD_CELLS: Final = 1000  # no power of two: shows a bias of the scaling to [-jitter, jitter)
+_BYTES: Final = 256
+
+Words = npt.NDArray[np.uint64]
+Counts = npt.NDArray[np.int64]
+
+
+def session_seeds(session: int, board: Board) -> Words:
+    """The seeds of the drops of test session number `session`, shape (DROPS_PER_SESSION,)."""
+    server = hashlib.sha256(b"plinko conformance server %d" % session).digest()
+    client = hashlib.sha256(b"plinko conformance client %d" % session).digest()
+    digest = bytes.fromhex(board.digest)
+    seeds = [drop_seed(server, client, number, digest) for number in range(DROPS_PER_SESSION)]
+    return np.array(seeds, np.uint64)
+
+
+@dataclass(slots=True)
+class Tally:
+    """What the tests count, added up a block of sessions at a time."""
+
+    board: Board
+    drops: int = 0
+    bytes: Counts = field(default_factory=lambda: np.zeros((8, _BYTES), np.int64))
+    starts: Counts = field(default_factory=lambda: np.zeros(_CELLS, np.int64))
+    scaled: Counts = field(default_factory=lambda: np.zeros(_ODD_CELLS, np.int64))
+    drop_pairs: Counts = field(default_factory=lambda: np.zeros(_SIDE * _SIDE, np.int64))
+    session_pairs: Counts = field(default_factory=lambda: np.zeros(_SIDE * _SIDE, np.int64))
+    product: float = 0.0  # sum of products of neighbours, each in [-1, 1)
+    neighbours: int = 0
+    changes: int = 0  # of side, from one drop to the next
+    outside: int = 0  # starts that are not in [-jitter, jitter)
+
+    def add(self, seeds: Words) -> None:
+        """Count the drops of some sessions, shape (sessions, drops), an even number of each."""
+        self.drops += seeds.size
+        for place, column in enumerate(seeds.reshape(-1, 1).view(np.uint8).T):
+            self.bytes[place] += np.bincount(column, minlength=_BYTES)
+        unit = start_xs(seeds, 0.0, 1.0)
+        self.starts += _cells(unit, _CELLS)
+        self._scale(seeds)
+        cell = ((unit + 1.0) * (_SIDE / 2)).astype(np.int64)
+        self.drop_pairs += _pairs(cell[:, 0::2], cell[:, 1::2])
+        self.session_pairs += _pairs(cell[0::2], cell[1::2])
+        self.product += float((unit[:, :-1] * unit[:, 1:]).sum())
+        self.neighbours += unit[:, 1:].size
+        self.changes += int(np.count_nonzero((unit[:, :-1] < 0.0) != (unit[:, 1:] < 0.0)))
+
+    @property
+    def bits(self) -> Counts:
+        """How often each bit of the seeds is set, shape (64,), as the counts of bytes say."""
+        values = np.arange(_BYTES)
+        return np.concatenate([self.bytes @ (values >> bit & 1) for bit in range(8)])
+
+    def _scale(self, seeds: Words) -> None:
+        """Count the starts as this board has them: by the calls that drops are made with."""
+        jitter = self.board.drop.jitter
+        starts = start_xs(seeds, self.board.drop.x, jitter) - self.board.drop.x
+        self.outside += int(np.count_nonzero((starts < -jitter) | (starts >= jitter)))
+        self.scaled += _cells(starts / jitter, _ODD_CELLS)
+
+    def outcomes(self) -> list[Outcome]:
+        """Each test, once something was counted."""
+        steps = self.neighbours
+        return [
+            chances.even_odds("each bit of the seeds is set half the time", self.bits, self.drops),
+            *(
+                chances.chi_square(f"byte {place} of the seeds is uniform", counts)
+                for place, counts in enumerate(self.bytes)
+            ),
+            chances.chi_square("starts are uniform", self.starts),
+            chances.chi_square("starts scaled to the board are uniform", self.scaled),
+            chances.chi_square("consecutive drops are independent", self.drop_pairs),
+            chances.chi_square("consecutive sessions are independent", self.session_pairs),
+            # Each product of two independent uniform values in [-1, 1) has variance 1/9.
+            chances.normal("neighbours are uncorrelated", 3.0 * self.product / sqrt(steps)),
+            chances.normal("runs of sides are as long as a coin's", _coin(self.changes, steps)),
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What the tests found over so many drops on one board."""
+
+    board: str
+    board_digest: str
+    drops: int
+    level: float
+    outside: int
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def failed(self) -> list[Outcome]:
+        """The tests that fail, with all of them held to LEVEL together."""
+        return chances.rejected(self.outcomes, self.level)
+
+    @property
+    def good(self) -> bool:
+        """Whether no test fails, and every start lies where the board says."""
+        return not self.failed and not self.outside
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON form."""
+        tests = [asdict(each) for each in self.outcomes]
+        return {
+            "board": self.board,
+            "board_digest": self.board_digest,
+            "drops": self.drops,
+            "level": self.level,
+            "outside": self.outside,
+            "tests": tests,
+            "failed": [each.name for each in self.failed],
+            "good": self.good,
+        }
+
+
+def check_generator(
+    board: Board,
+    drops: int,
+    seeds_of: Callable[[int, Board], Words] = session_seeds,
+    progress: Callable[[int], None] = lambda done: None,
+) -> Report:
+    """Test `drops` drops on `board`, rounded up to whole blocks of sessions.
+
+    seeds_of: the seeds of a session's drops, by its number. progress: told the drops of each block.
+    Raises InvalidValueError for a board whose start has no jitter, on which nothing is drawn.
+    """
+    if not board.drop.jitter > 0.0:
+        raise InvalidValueError(
+            f"board {board.name!r} draws no start: its jitter is {board.drop.jitter:g} m, not "
+            "more than 0",
+            field="board",
+        )
+    tally = Tally(board)
+    first = 0
+    while tally.drops < drops:
+        block = range(first, first + SESSIONS_AT_ONCE)
+        tally.add(np.stack([seeds_of(session, board) for session in block]))
+        first += SESSIONS_AT_ONCE
+        progress(LEAST_DROPS)
+    return Report(
+        board.name, board.digest, tally.drops, LEVEL, tally.outside, tuple(tally.outcomes())
+    )
+
+
+def _cells(values: npt.NDArray[np.float64], count: int) -> Counts:
+    """How many of `values` lie in each of `count` equal cells of [-1, 1), the outer ones beyond."""
+    place = np.clip((values + 1.0) * (count / 2), 0, count - 1).astype(np.int64)
+    return np.bincount(place.ravel(), minlength=count)
+
+
+def _pairs(one: Counts, other: Counts) -> Counts:
+    return np.bincount((one * _SIDE + other).ravel(), minlength=_SIDE * _SIDE)
+
+
+def _coin(hits: int, tries: int) -> float:
+    return (hits - tries / 2.0) / sqrt(tries / 4.0)

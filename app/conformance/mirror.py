@@ -1,0 +1,58 @@
+"""Whether a ball that starts at -x ends where the one from x does, seen in the mirror: bit for bit.
+
+A board that is its own mirror image has no side that physics or rounding may favour.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from app.errors import InvalidValueError
+from engine import Board, DropBatch, drop_many
+from engine.payouts.landings import is_mirrored
+
+
+@dataclass(frozen=True, slots=True)
+class Mirror:
+    """How many pairs of drops were compared, and the starts, in m, of those that differ."""
+
+    pairs: int
+    unlike: tuple[float, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON form."""
+        return {"pairs": self.pairs, "unlike": list(self.unlike)}
+
+
+def check_mirror(board: Board, pairs: int) -> Mirror:
+    """Drop from the starts of the seeds 0 … pairs - 1, and from their mirror images.
+
+    Raises InvalidValueError for a board that is not its own mirror image about x = 0.
+    """
+    if not is_mirrored(board):
+        raise InvalidValueError(
+            f"board {board.name!r} is not its own mirror image about x = 0", field="board"
+        )
+    seeds = range(pairs)
+    here = drop_many(board, seeds)
+    there = drop_many(board, seeds, xs=-here.x_start)
+    same = (
+        (_bits(here.x_end) == _bits(-there.x_end))
+        & (_bits(here.duration) == _bits(there.duration))
+        & (here.impact_count == there.impact_count)
+        & (here.outcome == there.outcome)
+        & (here.bin == _seen_in_the_mirror(there))
+    )
+    return Mirror(pairs, tuple(here.x_start[~same].tolist()))
+
+
+def _bits(values: npt.NDArray[np.float64]) -> npt.NDArray[np.uint64]:
+    """Doubles bit for bit, but for a zero's sign."""
+    return (values + 0.0).view(np.uint64)
+
+
+def _seen_in_the_mirror(drops: DropBatch) -> npt.NDArray[np.int32]:
+    """The bins counted from the other side; -1, of a ball that did not land, stays."""
+    return np.where(drops.bin < 0, drops.bin, drops.board.bins.count - 1 - drops.bin)
