@@ -20,6 +20,7 @@ import { figure } from "../util/scale.js";
 import {
   distanceAt, distances, distancesAtHits, FLOOR, growthPerHit, parting, together,
 } from "./divergence.js";
+import { openingPair } from "./opening-pair.js";
 import { readShift, secondDrop } from "./second-start.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -77,8 +78,8 @@ class ComparePage {
   async open(search, hash) {
     const asked = readDrop(search);
     const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, hash);
-    const first = { ...asked, board: address, seed: asked.seed || DEFAULT_SEED };
-    const shift = readShift(search.get("shift"));
+    const { seed, shift } = pairAsked(search, asked);
+    const first = { ...asked, board: address, seed };
     const { one, two, second } = await loadBoth(board, first, shift, search.get("with"));
     const line = (/** @type {Replay} */ { motion, duration }) => motion.line(0, duration, PATH_RATE);
     /** @type {Pair} */
@@ -96,7 +97,7 @@ class ComparePage {
     const stops = one.motion.events.map(({ t }) => t);
     this.transport.load({ duration: longest.duration, end: longest.end, stops });
     this.#showBoth(pair);
-    this.#fillForm(board, first, search);
+    this.#fillForm(board, first, search, shift);
     await fillBoards(byId("other-board", HTMLSelectElement), { value: address, name: board.name });
     showState("replay", "Compare");
     if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
@@ -226,8 +227,13 @@ class ComparePage {
     return hash ? `${replayLink({ ...drop, board: "" })}${hash}` : replayLink(drop);
   }
 
-  /** @param {Board} board @param {DropAddress} first @param {URLSearchParams} search */
-  #fillForm(board, first, search) {
+  /**
+   * @param {Board} board
+   * @param {DropAddress} first
+   * @param {URLSearchParams} search
+   * @param {string} by which the second start differs
+   */
+  #fillForm(board, first, search, by) {
     const { hash } = window.location;
     byId("to-table", HTMLAnchorElement).href = tableLink(first.board);
     byId("back", HTMLAnchorElement).href = tableLink(first.board);
@@ -238,7 +244,7 @@ class ComparePage {
     inputOf(form, "seed").value = first.seed;
     inputOf(form, "x").value = String(first.x ?? "");
     inputOf(form, "with").value = search.get("with") ?? "";
-    shift.value = search.get("with") ? "seed" : readShift(search.get("shift"));
+    shift.value = search.get("with") ? "seed" : by;
     const show = () => {
       byId("second").hidden = shift.value !== "seed";
     };
@@ -301,6 +307,17 @@ class ComparePage {
     else search.set("shift", shift.value);
     window.location.assign(`compare.html?${search}`);
   }
+}
+
+/**
+ * What a link leaves open is filled in: of two balls it says nothing about, with a pair that parts.
+ * @param {URLSearchParams} search
+ * @param {DropAddress} asked
+ */
+function pairAsked(search, asked) {
+  const open = !asked.seed && !asked.x && !search.get("shift") && !search.get("with");
+  const found = open ? openingPair(asked.board || DEFAULT_BOARD) : null;
+  return found ?? { seed: asked.seed || DEFAULT_SEED, shift: readShift(search.get("shift")) };
 }
 
 /** @param {Pair} pair @returns {string} when they parted */

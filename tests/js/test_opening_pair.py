@@ -1,0 +1,26 @@
+"""What the compare page opens on: a pair of balls that ends in different bins, on every preset."""
+
+import math
+
+from engine import Board, drop, preset_names
+from tests.js.conftest import Run
+
+MODULE = "compare/opening-pair.js"
+SCRIPT = "({ openingPair }, names) => Object.fromEntries(names.map((n) => [n, openingPair(n)]))"
+
+
+def test_every_preset_has_a_pair_that_a_hair_sends_to_different_bins(run: Run) -> None:
+    for name, pair in run(MODULE, SCRIPT, list(preset_names())).items():
+        board = Board.preset(name)
+        one = drop(board, int(pair["seed"]))
+        bit = pair["shift"] == "bit"
+        x = math.nextafter(one.x_start, math.inf) if bit else one.x_start + float(pair["shift"])
+        two = drop(board, one.seed, x=x)
+        assert one.bin is not None
+        assert two.bin is not None
+        assert one.bin != two.bin, name
+
+
+def test_another_board_has_none(run: Run) -> None:
+    assert run(MODULE, "({ openingPair }) => openingPair('0123456789abcdef')") is None
+    assert run(MODULE, "({ openingPair }) => openingPair('triangle-3')") is None
