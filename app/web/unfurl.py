@@ -10,9 +10,10 @@ from urllib.parse import quote, urlencode
 
 _BOARD = re.compile("[a-z0-9-]{1,64}")  # a preset's name or a digest
 _SEED = re.compile("[0-9]{1,20}")
-_CHOICES = ("x", "solver", "dt", "substeps")  # the rest of a drop's address
+_CHOICES = ("x", "aim", "solver", "dt", "substeps")  # the rest of a drop's address
 _MOST = 32  # characters of one of them
 _WIDTH = 1200  # pixels, which large cards are drawn with
+_MOMENT = "1.5"  # s: the picture's, in which a ball of most boards is on its way
 
 
 def card(query: Mapping[str, str], base: str) -> str:
@@ -28,14 +29,15 @@ def card(query: Mapping[str, str], base: str) -> str:
         return _elements(about)
     choices = {name: query[name] for name in _CHOICES if 0 < len(query.get(name, "")) <= _MOST}
     link = {"board": board, "seed": seed} | choices
+    link |= {"guess": ""} if "guess" in query else {}
     picture = f"{base}api/v1/drops/{quote(board)}/{quote(seed)}.png?"
     about |= {
         "og:title": f"Seed {seed} on {board}",
         "og:description": _INVITATION,
         "og:url": f"{base}replay.html?{urlencode(link)}",
-        "og:image": picture + urlencode(choices | {"width": str(_WIDTH)}),
+        "og:image": picture + urlencode(choices | {"t": _MOMENT, "width": str(_WIDTH)}),
         "og:image:type": "image/png",
-        "og:image:alt": f"The path of one ball through the board {board}",
+        "og:image:alt": f"A ball on its way through the board {board}",
         "twitter:card": "summary_large_image",
     }
     return _elements(about)

@@ -56,12 +56,29 @@ def test_another_site_shows_a_drop_in_a_frame_and_its_end_only_at_the_end(
     complaints.allow("frame-ancestors")
 
 
+def test_a_shared_link_keeps_the_end_until_the_ball_has_landed(opened: Open) -> None:
+    screen = opened(f"/replay.html?{DROP}&guess", reduced_motion="reduce").state("replay")
+    page = screen.page
+    tells = page.locator(".tells")
+    expect(screen.result).to_have_text("Where will it land?")
+    for part in tells.all():
+        expect(part).to_be_hidden()
+    page.get_by_role("radio", name="Bin 0,").check()
+    page.get_by_role("button", name="Let it fall").click()
+    landed = screen.api("drops/triangle-8/42")["bin"]
+    screen.landed(landed)
+    expect(screen.result).to_contain_text(f"lands in bin {landed} and pays")
+    expect(screen.result).to_contain_text(f"Your guess was bin 0: {landed} bins off.")
+    for part in tells.all():
+        expect(part).to_be_visible()
+
+
 def test_a_drop_is_handed_on_as_link_and_frame_poster_film_and_record(opened: Open) -> None:
     screen = opened(f"/replay.html?{DROP}").state("replay")
     page = screen.page
     text = page.get_by_role("textbox", name="What was copied")
     page.get_by_role("button", name="Copy link").click()
-    expect(text).to_have_value(f"{screen.url}/replay.html?{DROP}")
+    expect(text).to_have_value(f"{screen.url}/replay.html?{DROP}&guess")
     page.get_by_role("button", name="Copy HTML frame").click()
     source = f"{screen.url}/embed/replay?{DROP}".replace("&", "&amp;")
     assert f'<iframe src="{source}" title="Seed 42 – Plinko"' in text.input_value()

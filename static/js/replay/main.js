@@ -16,8 +16,10 @@ import { figure } from "../util/scale.js";
 import { CloseUp, paintImpact } from "./closeup.js";
 import { describeEnergy, energyPlot } from "./energy-plot.js";
 import { FileCheck } from "./file-check.js";
+import { Guess } from "./guess.js";
 import { ImpactList } from "./impact-list.js";
 import { boardOf, Replay } from "./replay.js";
+import { dropOfDay, guessWords } from "./riddles.js";
 import { Share } from "./share.js";
 import { Transport } from "./transport.js";
 import { Verifier } from "./verify.js";
@@ -52,6 +54,7 @@ class ReplayPage {
     this.verifier = new Verifier(this.list);
     this.share = new Share();
     this.fileCheck = new FileCheck();
+    this.guess = new Guess(() => this.#fall());
     this.energy = new Chart(byId("energy", HTMLCanvasElement), theme, (t) => this.transport.seek(t));
     this.closeUp = new CloseUp(byId("closeup", HTMLCanvasElement), theme);
     this.withCloseUp = byId("with-closeup", HTMLInputElement);
@@ -71,8 +74,8 @@ class ReplayPage {
     });
   }
 
-  /** @param {DropAddress} asked @param {string} hash */
-  async open(asked, hash) {
+  /** @param {DropAddress} asked @param {string} hash @param {boolean} riddle whose end is guessed */
+  async open(asked, hash, riddle) {
     const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, hash);
     const drop = { ...asked, board: address, seed: asked.seed || DEFAULT_SEED };
     const replay = await Replay.load(board, drop);
@@ -89,12 +92,30 @@ class ReplayPage {
     this.transport.load({ duration: replay.duration, end: replay.end, stops });
     this.#showRecord(replay, drop);
     this.share.load(drop, hash);
+    if (riddle) this.guess.ask(board);
+    else {
+      this.#tell(replay);
+      this.#fall();
+    }
+    await fillBoards(byId("other-board", HTMLSelectElement), { value: drop.board, name: board.name });
+  }
+
+  #fall() {
     if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
-      this.transport.seek(replay.duration);
+      this.transport.seek(this.#replay?.duration ?? 0);
     } else {
       this.transport.play();
     }
-    await fillBoards(byId("other-board", HTMLSelectElement), { value: drop.board, name: board.name });
+  }
+
+  /** @param {Replay} replay @param {number | null} [guess] of its bin */
+  #tell({ record: { bin, score, seed } }, guess = null) {
+    document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
+    const result = byId("result");
+    result.textContent = bin === null
+      ? `Seed ${seed} comes to rest in no bin; its stake goes back.`
+      : `Seed ${seed} lands in bin ${bin} and pays ${multiplier(score)}.${guessWords(guess, bin)}`;
+    result.style.setProperty("--paid", this.theme.payout(score).fill);
   }
 
   /** @param {number} now */
@@ -102,6 +123,7 @@ class ReplayPage {
     const replay = this.#replay;
     if (!replay) return false;
     const t = this.transport.advance(now);
+    if (this.guess.open && t >= replay.duration) this.#tell(replay, this.guess.tell());
     this.list.follow(replay.motion.eventsBy(t) - 1);
     this.energy.mark(Math.min(t, replay.duration));
     if (this.list.chosen >= 0 && t !== replay.motion.events[this.list.chosen].t) {
@@ -129,7 +151,9 @@ class ReplayPage {
   #paintPath(ctx, geometry, replay, t) {
     const { palette } = this.theme;
     const width = Math.max(1.25, 0.16 * replay.board.ball.radius * geometry.scale);
-    paintPath(ctx, geometry, this.#path, { colour: palette.trayMark, width, alpha: 0.3, dash: [2, 4] });
+    if (!this.guess.open) {
+      paintPath(ctx, geometry, this.#path, { colour: palette.trayMark, width, alpha: 0.3, dash: [2, 4] });
+    }
     const past = upTo(this.#path, replay.motion.stateAt(Math.min(t, replay.duration)));
     paintPath(ctx, geometry, past, { colour: palette.trayMark, width: 1.4 * width, alpha: 0.85 });
   }
@@ -158,7 +182,7 @@ class ReplayPage {
   #drawCloseUp(replay, t) {
     const { geometry } = this.stage;
     const { canvas } = this.closeUp;
-    canvas.hidden = !this.withCloseUp.checked;
+    canvas.hidden = !this.withCloseUp.checked || this.guess.open; // it shows the path ahead
     if (canvas.hidden || !geometry) return;
     const state = replay.motion.stateAt(t);
     const impact = this.list.chosen >= 0 ? this.list.impacts[this.list.chosen] : null;
@@ -184,7 +208,7 @@ class ReplayPage {
   #pick(event) {
     const place = this.stage.placeOf(event);
     const scale = this.stage.geometry?.scale ?? 0;
-    if (!this.#replay || !place) return;
+    if (!this.#replay || !place || this.guess.open) return;
     let [best, reach] = [-1, PICK_REACH];
     this.#replay.motion.events.forEach(({ after }, i) => {
       const distance = scale * Math.hypot(after.x - place.x, after.y - place.y);
@@ -197,13 +221,8 @@ class ReplayPage {
   #showRecord({ record, board, motion }, drop) {
     const { bin, score, seed } = record;
     showState("replay", "Replay");
-    document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
     document.title = `Seed ${drop.seed} on ${board.name} – Plinko`;
     byId("title").textContent = `Replay of seed ${seed}`;
-    byId("result").textContent = bin === null
-      ? `Seed ${seed} comes to rest in no bin; its stake goes back.`
-      : `Seed ${seed} lands in bin ${bin} and pays ${multiplier(score)}.`;
-    byId("result").style.setProperty("--paid", this.theme.payout(score).fill);
     const link = window.location.hash;
     const search = dropSearch({ ...drop, board: link ? "" : drop.board });
     byId("to-table", HTMLAnchorElement).href = tableLink(drop.board);
@@ -285,7 +304,9 @@ function sureness({ amplification, x_error: error, certain }) {
 openPage(async (theme) => {
   const page = new ReplayPage(theme);
   const search = new URLSearchParams(window.location.search);
-  await page.open(readDrop(search), window.location.hash);
+  const today = search.has("today");
+  const asked = today ? { ...readDrop(search), ...dropOfDay(new Date()) } : readDrop(search);
+  await page.open(asked, window.location.hash, today || search.has("guess"));
   // Another board in the fragment is another drop, though the document stays the same.
   window.addEventListener("hashchange", () => window.location.reload());
 });

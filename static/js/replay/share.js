@@ -28,7 +28,7 @@ export class Share {
   load(drop, hash) {
     const search = dropSearch({ ...drop, board: hash ? "" : drop.board });
     const at = (/** @type {string} */ path) => new URL(`${path}?${search}${hash}`, document.baseURI).href;
-    this.link = at("replay.html");
+    this.link = new URL(`replay.html?${search}&guess${hash}`, document.baseURI).href;
     this.frame = frameOf(at("embed/replay"), `Seed ${drop.seed}`);
     const api = (/** @type {string} */ part, /** @type {Record<string, string>} */ query = {}) =>
       `api/v1/${dropPath(drop, part, new URLSearchParams(query))}`;

@@ -29,6 +29,12 @@ def test_a_link_to_a_drop_has_its_title_its_text_and_its_picture(http: httpx.Cli
     assert (picture.status_code, picture.headers["content-type"]) == (200, about["og:image:type"])
 
 
+def test_a_riddle_stays_one_on_other_sites() -> None:
+    about = properties(card({"board": "classic", "seed": "1", "aim": "0.1", "guess": ""}, BASE))
+    assert about["og:url"] == f"{BASE}replay.html?board=classic&seed=1&aim=0.1&guess="
+    assert "aim=0.1&t=1.5&" in about["og:image"], "of this drop, before it lands"
+
+
 @pytest.mark.parametrize(
     "query",
     [
