@@ -15,6 +15,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   ├── MissingBallError   it may have landed or been taken out meanwhile
 │   └── ClosedRoomError    it was there, and its creator closed it
 ├── SessionStateError     a player's session that cannot do this now: not open yet, or over
+├── HaltedError           an operator has halted the room: it takes nothing new
 ├── ResetError            a drop that a room's creator took back by resetting the room
 ├── OriginError           a page of another site asked
 ├── HostError             asked under a name that is not this server's
@@ -114,6 +115,10 @@ class MissingBallError(NotFoundError):
 
 class ClosedRoomError(NotFoundError):
     """The room's creator closed it."""
+
+
+class HaltedError(AppError):
+    """The room takes nothing new until who runs the server lets it go on."""
 
 
 class ResetError(AppError):
@@ -250,6 +255,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     SessionStateError: Answer(409, "session-state", "Not in this state of the session"),
     MissingBallError: Answer(404, "no-such-ball", "No such ball"),
     ClosedRoomError: Answer(404, "room-closed", "The room was closed", 4004),
+    HaltedError: Answer(409, "room-halted", "The room is halted"),
     ResetError: Answer(409, "room-reset", "The room was reset"),
     OriginError: Answer(403, "foreign-origin", "Foreign origin"),
     HostError: Answer(421, "unknown-host", "Not this server's host"),

@@ -50,6 +50,7 @@ from app.web.readings import readings
 from app.web.routes import (
     boards,
     drops,
+    halts,
     health,
     live,
     maps,
@@ -137,6 +138,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         rooms.router,
         scenes.router,
         sessions.router,
+        halts.router,
     ):
         app.include_router(router, dependencies=listed)
     app.include_router(health.router)

@@ -71,6 +71,12 @@ class Settings:
         "reaches the server may read it",
         secret=True,
     )
+    operator_token: str = _setting(
+        "",
+        "what tables are halted with over REST, as `Authorization: Bearer TOKEN`, 32 characters or "
+        "more; when not given nobody may",
+        secret=True,
+    )
     tick_rate: int = _setting(60, "ticks and snapshots a second, in Hz", 1, 1000)
     max_catch_up: int = _setting(5, "ticks run at once after a pause; the rest is given up", 1, 60)
     max_body: int = _setting(1 << 20, "largest request body, in bytes", 1024, 1 << 30)
@@ -186,11 +192,12 @@ class Settings:
     def __post_init__(self) -> None:
         for entry in fields(self):
             _check(entry, getattr(self, entry.name))
-        if 0 < len(self.secret) < _SECRET:
-            raise SettingError(
-                f"PLINKO_SECRET has {len(self.secret)} characters, not {_SECRET} or more",
-                field="secret",
-            )
+        for name in ("secret", "operator_token"):
+            if 0 < len(given := getattr(self, name)) < _SECRET:
+                raise SettingError(
+                    f"PLINKO_{name.upper()} has {len(given)} characters, not {_SECRET} or more",
+                    field=name,
+                )
 
     @property
     def data_directory(self) -> Path | None:

@@ -22,6 +22,7 @@ COMMANDS = (
     "payouts",
     "odds",
     "verify",
+    "halt",
     "integrity",
     "conformance",
     "boards",

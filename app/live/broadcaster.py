@@ -1,6 +1,6 @@
 """What those who watch a room are sent: the state to start from, events, snapshots, diagnostics."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import cast
 
 import msgspec
@@ -26,6 +26,7 @@ class Broadcaster:
         self._clock = clock
         self._every = max(1, settings.tick_rate // _DIAGNOSED)  # ticks
         self._limits = messages.Limits(settings.max_balls, settings.drop_rate, settings.max_message)
+        self.halted: Callable[[str], bool] = lambda _: False  # for whoever decides it to set
         self._recent: dict[str, Recent] = {}
         self._seeds: dict[str, SeedStream] = {}  # of the rooms that are watched so
         self._diagnosed: dict[str, set[int]] = {}  # clients that watch a room's diagnostics
@@ -68,11 +69,20 @@ class Broadcaster:
         first = room.first_message(client.stream)
         if first is not None:
             client.show(WireMessage.of_bytes(first))
+        if self.halted(room.id):
+            client.post(WireMessage.of_text(messages.encode_event(messages.Halted(halted=True))))
 
     def greet_all(self, room: Room) -> None:
         """Everyone who watches a room starts over."""
         for client in self._hub.clients(room.id):
             self.greet(room, client)
+
+    def tell_halts(self, rooms: Iterable[Room]) -> None:
+        """Tell those who watch these rooms whether they take anything new."""
+        for room in rooms:
+            event = messages.encode_event(messages.Halted(halted=self.halted(room.id)))
+            for client in self._hub.clients(room.id):
+                self._hub.notify(room.id, client.id, event)
 
     def announce(
         self, room: Room, seq: int, requester: Requester, event: messages.Event

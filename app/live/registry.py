@@ -20,6 +20,7 @@ from app.errors import (
 )
 from app.live.broadcaster import Broadcaster
 from app.live.fair_session import FairSession, TakenDrop
+from app.live.halts import Halts
 from app.live.hub import Client, Hub
 from app.live.landings import Landings
 from app.live.open_rooms import OpenRooms
@@ -76,6 +77,7 @@ class Rooms:
             NullLedger(), tick_rate=settings.tick_rate, limits=self._limits
         )
         self.broadcaster = Broadcaster(hub, settings, clock)
+        self.halts = Halts(self.persistence.ledger, self.broadcaster, self.all)
         self.landings = Landings()
         self.runner = Runner(
             settings,
@@ -198,6 +200,7 @@ class Rooms:
         What moved then comes back one after another: see `rebuilding`.
         """
         left = await self.persistence.recovery.survey(self.public.ground)
+        await self.halts.load()
         self._open.parked_public = left.public
         self._open.parked = OrderedDict((each.id, each) for each in left.owned)
         self.rebuilding.fill(sorted(left.moving, key=lambda each: each.id != MAIN))
@@ -229,8 +232,7 @@ class Rooms:
 
     async def _create(self, ground: Ground, mode: str) -> Room:
         self._open.make_place()
-        room = self._new(self._new_id(), ground, mode)
-        await self.persistence.create(room)
+        await self.persistence.create(room := self._new(self._new_id(), ground, mode))
         return self._add(room)
 
     async def _delete(self, room: Room) -> None:
@@ -323,12 +325,13 @@ class Rooms:
     ) -> "asyncio.Future[messages.Accepted]":
         """Take a drop; once it is durable and its tick has come, it enters and the room is told.
 
-        The future then has the event, whose `ref` goes to `client` alone, or the LedgerError that
-        came in between. Raises BallLimitError, BusyError, LedgerError and the engine's errors.
+        The future then has the event, whose `ref` goes to `client` alone, or the LedgerError in
+        between. Raises HaltedError, BallLimitError, BusyError, LedgerError and the engine's errors.
 
         In a `session` the seed is that of its next drop, and its receipt is kept with the drop;
         also raises what `FairSession.check` raises, and InvalidValueError for a seed or an x.
         """
+        self.halts.check(room.id)
         self.runner.check_memory()
         practice = seed is not None or x is not None
         if session is not None:
@@ -353,8 +356,9 @@ class Rooms:
         """Take an input of a room whose balls touch each other, as `drop` takes a drop.
 
         The future has the first event that came of it, if any. Raises InvalidValueError,
-        BallLimitError, LedgerError.
+        BallLimitError, HaltedError, LedgerError.
         """
+        self.halts.check(room.id)
         request = WaitingRequester.now(client, key, ref)
         self._submit(room, room.plan_change(change, self.persistence.lead, request))
         return request.settled
@@ -386,8 +390,8 @@ class Rooms:
         if taken is not None:
             pending.receipt = taken.settled(refused=error is not None)
         if self._open.in_memory.get(room.id) is not room:
-            gone = LedgerError(f"room {room.id!r} was closed before the drop was kept")
-            pending.requester.refused(error or gone)
+            closed = f"room {room.id!r} was closed before the drop was kept"
+            pending.requester.refused(error or LedgerError(closed))
         elif error is None:
             pending.durable = True
             self.runner.admit_now(room)

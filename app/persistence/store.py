@@ -9,7 +9,7 @@ from sqlalchemy import Connection, Row, Select, delete, func, insert, select, up
 from sqlalchemy.dialects import postgresql, sqlite
 
 from app.errors import DamagedRoomError, shorten
-from app.persistence import fair_store, tables
+from app.persistence import fair_store, halt_store, tables
 from app.rooms.drop_format import DropFormat
 from app.rooms.records import (
     BoardRow,
@@ -18,12 +18,14 @@ from app.rooms.records import (
     FairEnd,
     FairOpening,
     FairSessionRow,
+    Halt,
     InputRow,
     LogLeaf,
     Mark,
     OpenDrop,
     Parked,
     Pruned,
+    Release,
     Reopen,
     ResultRow,
     RoomRow,
@@ -391,4 +393,6 @@ _APPLY: dict[type, Callable[[Connection, Any], None]] = {
     FairOpening: fair_store.open_sessions,
     FairEnd: fair_store.end_sessions,
     LogLeaf: fair_store.add_leaves,
+    Halt: halt_store.halt,
+    Release: halt_store.release,
 }

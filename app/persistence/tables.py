@@ -147,6 +147,14 @@ log_nodes = Table(
     Column("hash", String(64), nullable=False),
 )
 
+# Rooms that take nothing new, by id; `*` for all of them.
+halts = Table(
+    "halts",
+    metadata,
+    Column("room", String(64), primary_key=True),
+    Column("since", Double, nullable=False),  # Unix time, s
+)
+
 # Written and emptied again to find out whether the ledger takes a page's worth of data now.
 probes = Table(
     "probes",

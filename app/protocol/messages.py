@@ -263,6 +263,12 @@ class SessionEnded(Event, frozen=True, tag="ended", kw_only=True):
     ref: Any = None
 
 
+class Halted(Event, frozen=True, tag="halted", kw_only=True):
+    """Whether an operator lets the room take anything new; what is in flight lands all the same."""
+
+    halted: bool
+
+
 class Claimed(Event, frozen=True, tag="claimed", kw_only=True):
     """The token was right: this connection may change the room."""
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,6 +247,25 @@ class ReceiptRow:
     signature: str
 
 
+EVERY_ROOM: Final = "*"
+"""Stands for all rooms where one is halted; no room has this id."""
+
+
+@dataclass(frozen=True, slots=True)
+class Halt:
+    """A room, or EVERY_ROOM, takes nothing new `since` this Unix time, in s."""
+
+    room: str
+    since: float
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """A room, or EVERY_ROOM, is halted no more."""
+
+    room: str
+
+
 Write = (
     BoardRow
     | RoomRow
@@ -262,4 +281,6 @@ Write = (
     | FairOpening
     | FairEnd
     | LogLeaf
+    | Halt
+    | Release
 )

@@ -51,6 +51,21 @@ class Tokens:
             )
 
 
+def check_bearer(authorization: str | None, token: str, whose: str) -> None:
+    """Raise NoTokenError or TokenError unless an Authorization header bears just this token.
+
+    In constant time; `whose` says whose token it is, for the message.
+    """
+    shown = bearer_of(authorization)
+    if shown is None:
+        raise NoTokenError(
+            f"this needs the token {whose}, sent as `Authorization: Bearer TOKEN`",
+            field="authorization",
+        )
+    if not hmac.compare_digest(shown.encode(), token.encode()):
+        raise TokenError(f"the token is not that {whose}", field="authorization")
+
+
 def bearer_of(authorization: str | None) -> str | None:
     """The token that an Authorization header bears, if any."""
     scheme, _, shown = (authorization or "").partition(" ")

@@ -14,6 +14,7 @@ from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from app.errors import (
     AbuseError,
     AppError,
+    HaltedError,
     LedgerError,
     LimitError,
     MalformedError,
@@ -244,7 +245,7 @@ class RoomClient:
 
     def _answer(self, error: AppError | EngineError, ref: object) -> None:
         # A full room, a finger too fast, or a ledger that is lost, is no offence.
-        innocent = isinstance(error, LimitError | LedgerError | MissingBallError)
+        innocent = isinstance(error, HaltedError | LimitError | LedgerError | MissingBallError)
         innocent = innocent and not isinstance(error, MessageFloodError)
         if not innocent and not self._strikes.take(time.monotonic()):
             raise AbuseError(f"too many bad messages; the last: {error}")

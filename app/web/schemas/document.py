@@ -16,6 +16,7 @@ from app.web.schemas.drops import (
     SimulationRequest,
     Verdict,
 )
+from app.web.schemas.halts import HaltRequest, HaltView
 from app.web.schemas.health import Health, IntegrityView, Readiness
 from app.web.schemas.payouts import Payouts, PayoutsRequest
 from app.web.schemas.problem import Problem
@@ -73,6 +74,8 @@ DOCUMENTED = (
     Health,
     Readiness,
     IntegrityView,
+    HaltRequest,
+    HaltView,
 )
 
 

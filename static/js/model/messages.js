@@ -95,6 +95,7 @@
  *
  * @typedef {{type: "error", code: string, detail: string, ref?: string | null}} Refusal
  * @typedef {{type: "missed", events: (Accepted | Landed | Contact)[] | null}} Missed
+ * @typedef {{type: "halted", halted: boolean}} Halted whether an operator lets the table take drops
  * @typedef {{type: "pong", t: number}} Pong
  * @typedef {object} Snapshot one tick of a room, as columns: ball i is ids[i], x[i], …
  * @property {number} tick
@@ -114,7 +115,7 @@
  *   in flight is on
  *
  * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
- *   | Missed | Pong | SessionState | SessionEnded} TableMessage
+ *   | Missed | Halted | Pong | SessionState | SessionEnded} TableMessage
  *
  * @typedef {{type: "placed", ball: number} & BallKind} Placed
  * @typedef {{type: "edited", ball: number | null} & Partial<BallKind>} Edited

@@ -9,6 +9,7 @@ import { TickClock } from "../net/tick-clock.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
 import { BoardError } from "../solver/errors.js";
 import { FairPlay } from "./fairness/fair-play.js";
+import { haltedWords } from "./halted.js";
 import { fairPlaceOf, MINOR_UNITS, OwnDrops } from "./own-drops.js";
 import { isPractice, Practice } from "./practice.js";
 
@@ -217,6 +218,7 @@ export class LiveTable {
     else if (event.type === "error") this.#refused(event);
     else if (event.type === "session") this.fair.told(event);
     else if (event.type === "ended") this.fair.ended(event);
+    else if (event.type === "halted") this.listener.onError(haltedWords(event.halted));
     else if (event.type === "pong") this.listener.onPong?.(performance.now() - event.t);
     this.listener.onChange();
   }

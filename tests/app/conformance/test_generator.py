@@ -1,7 +1,9 @@
 """The generator's tests: they pass what sessions draw, and each names a generator that it fails."""
 
 import hashlib
+import json
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +27,7 @@ from engine import Board
 from tests.app.conftest import TINY
 from tests.long import tries
 
+DOCS = Path(__file__).parents[3] / "docs"
 BOARD = Board.preset("triangle-16")
 
 
@@ -170,3 +173,16 @@ def test_the_command_says_how_each_test_went(capsys: pytest.CaptureFixture[str])
         "0 of 15 tests fail, together at 99 %",
         "0 of 10 drops end unlike their mirror images",
     ]
+
+
+def test_the_run_on_record_is_of_the_board_that_ships_and_on_the_page() -> None:
+    record = json.loads((DOCS / "conformance.json").read_text())
+    assert record["board_digest"] == Board.preset(record["board"]).digest
+    assert record["drops"] >= 10**8
+    found = [Outcome(**each) for each in record["tests"]]
+    fresh = [each.name for each in check_generator(BOARD, 1).outcomes]
+    assert [each.name for each in found] == fresh
+    assert chances.rejected(found, LEVEL) == record["mirror"]["unlike"] == []
+    page = (DOCS / "conformance.md").read_text()
+    for each in found:
+        assert f"passed  p = {each.p:.4f}  {each.name}\n" in page

@@ -21,6 +21,7 @@ KINDS = {
     "removed": messages.Removed,
     "settings": messages.RoomSettings,
     "claimed": messages.Claimed,
+    "halted": messages.Halted,
     "diagnostics": messages.Diagnostics,
     "done": messages.Done,
     "missed": messages.Missed,

@@ -1,0 +1,88 @@
+"""Which tables an operator has halted: they take nothing new, and what is in flight lands and pays.
+
+A halt is in the ledger before it is answered, and outlives the server.
+"""
+
+import logging
+import time
+from collections.abc import Callable, Iterable
+
+from app.errors import DamagedRoomError, HaltedError
+from app.live.broadcaster import Broadcaster
+from app.persistence import halt_store
+from app.persistence.null_ledger import NullLedger
+from app.persistence.writer import Ledger
+from app.rooms.records import EVERY_ROOM, Halt, Release, Write
+from app.rooms.room import Room
+
+_log = logging.getLogger("plinko")
+
+
+class Halts:
+    """For the event loop's thread. `rooms` gives those in memory; `now` gives Unix time, in s."""
+
+    def __init__(
+        self,
+        ledger: Ledger | NullLedger,
+        broadcaster: Broadcaster,
+        rooms: Callable[[], Iterable[Room]],
+        now: Callable[[], float] = time.time,
+    ) -> None:
+        self._ledger = ledger
+        self._broadcaster = broadcaster
+        self._rooms = rooms
+        self._now = now
+        broadcaster.halted = self.holds
+        self._since: dict[str, float] = {}
+
+    @property
+    def since(self) -> dict[str, float]:
+        """What is halted, by id, EVERY_ROOM for all, each since when: Unix time, in s."""
+        return dict(self._since)
+
+    def holds(self, room_id: str) -> bool:
+        """Whether this room takes nothing now."""
+        return room_id in self._since or EVERY_ROOM in self._since
+
+    def check(self, room_id: str) -> None:
+        """Raise HaltedError where nothing is taken."""
+        if self.holds(room_id):
+            raise HaltedError(
+                f"room {room_id!r} is halted by who runs this server: it takes no drops now; those "
+                "in flight land and are paid",
+                field="room",
+            )
+
+    async def load(self) -> None:
+        """What the last server had halted; raises LedgerError when the ledger cannot be read."""
+        if not self._ledger.keeps:
+            return
+        try:
+            self._since = await self._ledger.read(halt_store.halts)
+        except DamagedRoomError as error:
+            _log.error("which tables are halted cannot be read, so that none is: %s", error)
+
+    async def halt(self, room_id: str) -> None:
+        """Take nothing more in a room, at once; raises LedgerError, and then it goes on."""
+        if room_id in self._since:
+            return
+        self._since[room_id] = self._now()
+        try:
+            await self._ledger.commit(Halt(room_id, self._since[room_id]), undo=(Release(room_id),))
+        except BaseException:
+            self._since.pop(room_id, None)
+            raise
+        self._tell("halted", room_id)
+
+    async def release(self, room_id: str) -> None:
+        """Go on in a room; raises LedgerError, and then it stays halted."""
+        if room_id not in self._since:
+            return
+        undo: Write = Halt(room_id, self._since[room_id])
+        await self._ledger.commit(Release(room_id), undo=(undo,))
+        self._since.pop(room_id, None)
+        self._tell("released", room_id)
+
+    def _tell(self, what: str, room_id: str) -> None:
+        _log.warning(what, extra={"room": "all" if room_id == EVERY_ROOM else room_id})
+        self._broadcaster.tell_halts(self._rooms())

@@ -1,0 +1,168 @@
+"""An operator halts a table, or all: nothing new is taken, what is in flight lands and is paid."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from app.cli import main
+from app.errors import HaltedError, LedgerError
+from app.live.hub import Hub
+from app.live.registry import Rooms
+from app.persistence.null_ledger import NullLedger
+from app.persistence.service import PersistenceService
+from app.rooms.boards import Boards
+from app.rooms.kinds import BallLimits
+from app.rooms.records import EVERY_ROOM, Write
+from app.settings import Settings
+from engine import Board
+from tests.app.conftest import TINY, Running, playing, serving
+from tests.app.live.test_fair_sessions import bearer, begun
+from tests.app.passes import run_pass
+from tests.waiting import until
+
+TOKEN = "an operator's token of 32 letters"
+SETTINGS = Settings(port=0, database_url="sqlite://")
+
+
+class Refusing(NullLedger):
+    """A ledger that takes nothing once it is told so."""
+
+    def __init__(self) -> None:
+        self.refuses = False
+
+    async def commit(self, *writes: Write, undo: Any = ()) -> None:
+        if self.refuses:
+            raise LedgerError("it is full")
+
+
+@pytest.fixture
+def ledger() -> Refusing:
+    return Refusing()
+
+
+@pytest.fixture
+def rooms(ledger: Refusing) -> Rooms:
+    limits = BallLimits(20, 20)
+    kept = PersistenceService(ledger, tick_rate=60, limits=limits)
+    board = Board.from_json(TINY)
+    return Rooms(SETTINGS, Boards(4), Hub(4), board, persistence=kept)
+
+
+async def test_a_halted_table_takes_nothing_and_what_flies_lands(rooms: Rooms) -> None:
+    room = rooms.find("main")
+    accepted = await rooms.drop(room, 7, None)
+    await rooms.halts.halt("main")
+    with pytest.raises(HaltedError, match="'main' is halted by who runs this server"):
+        rooms.drop(room, 8, None)
+    await rooms.drop(rooms.find("triangle-8"), 8, None)
+    while run_pass(rooms.runner):
+        pass
+    assert (room.drops, sum(room.histogram), accepted.ball) == (1, 1, 0)
+    await rooms.halts.release("main")
+    await rooms.drop(room, 8, None)
+
+
+async def test_all_tables_halt_at_once_and_one_stays_that_was_halted_by_itself(
+    rooms: Rooms,
+) -> None:
+    await rooms.halts.halt("triangle-8")
+    await rooms.halts.halt(EVERY_ROOM)
+    for name in ("main", "triangle-8", "interacting-triangle-8"):
+        with pytest.raises(HaltedError):
+            rooms.drop(rooms.find(name), 1, None)
+    await rooms.halts.release(EVERY_ROOM)
+    await rooms.drop(rooms.find("main"), 1, None)
+    with pytest.raises(HaltedError):
+        rooms.drop(rooms.find("triangle-8"), 1, None)
+
+
+async def test_what_the_ledger_does_not_keep_is_not_so(rooms: Rooms, ledger: Refusing) -> None:
+    ledger.refuses = True
+    with pytest.raises(LedgerError):
+        await rooms.halts.halt("main")
+    assert not rooms.halts.holds("main")
+    ledger.refuses = False
+    await rooms.halts.halt("main")
+    ledger.refuses = True
+    with pytest.raises(LedgerError):
+        await rooms.halts.release("main")
+    assert rooms.halts.holds("main")
+
+
+def change(server: Running, **body: Any) -> httpx.Response:
+    return httpx.post(f"{server.url}/api/v1/halts", json=body, headers=bearer(TOKEN))
+
+
+def test_a_halt_and_what_was_in_flight_outlive_the_server(tmp_path: Path) -> None:
+    board = tmp_path / "tiny.json"
+    board.write_text(json.dumps(TINY))
+    options: dict[str, Any] = {
+        "board": str(board),
+        "database_url": f"sqlite:///{tmp_path / 'plinko.db'}",
+        "operator_token": TOKEN,
+    }
+    with serving(**options) as server, httpx.Client(base_url=server.url) as http:
+        session, shown = begun(http)
+        body = {"stake": 100, "session": session["session"]}
+        assert http.post("/api/v1/rooms/main/drops", json=body, headers=shown).status_code == 202
+        assert change(server, room="main", halted=True).json()["rooms"][0]["room"] == "main"
+        refused = http.post("/api/v1/rooms/main/drops", json=body, headers=shown)
+        assert (refused.status_code, refused.json()["code"]) == (409, "room-halted")
+    with serving(**options) as server, httpx.Client(base_url=server.url) as http:
+        refused = http.post("/api/v1/rooms/main/drops", json=body, headers=shown)
+        assert refused.json()["code"] == "room-halted"
+        assert http.get("/api/v1/halts").json()["rooms"][0]["room"] == "main"
+        exported = f"/api/v1/sessions/{session['session']}/export"
+        until(lambda: http.get(exported).json()["drops"][0]["result"])
+        (drop,) = http.get(exported).json()["drops"]
+        assert drop["result"]["payout"] is not None
+        assert change(server, room="main", halted=False).json() == {"all_since": None, "rooms": []}
+        again = http.post("/api/v1/rooms/main/drops", json=body, headers=shown)
+        assert again.status_code == 202
+        assert again.json()["receipt"]["receipt"]["drop"] == 1, "no number was spent on a refusal"
+
+
+async def test_who_plays_is_told_and_who_comes_too() -> None:
+    with serving(operator_token=TOKEN) as server:
+        async with playing(server.socket("triangle-8")) as player:
+            assert change(server, halted=True).status_code == 200
+            assert await player.until("halted") == {"type": "halted", "halted": True}
+            await player.send(type="drop", ref="mine")
+            assert (await player.until("error", ref="mine"))["code"] == "room-halted"
+            async with playing(server.socket("triangle-8")) as late:
+                await late.until("halted", halted=True)
+            assert change(server, halted=False).status_code == 200
+            await player.until("halted", halted=False)
+            await player.send(type="drop", ref="mine")
+            await player.until("accepted", ref="mine")
+
+
+def test_only_who_runs_the_server_may(
+    server: Running, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refused = change(server, halted=True)
+    assert (refused.status_code, refused.json()["code"]) == (403, "not-yours")
+    assert "PLINKO_OPERATOR_TOKEN" in refused.json()["detail"]
+    monkeypatch.delenv("PLINKO_OPERATOR_TOKEN", raising=False)
+    with serving(operator_token=TOKEN) as guarded:
+        asked = f"{guarded.url}/api/v1/halts"
+        assert httpx.post(asked, json={"halted": True}).status_code == 401
+        wrong = httpx.post(asked, json={"halted": True}, headers=bearer("x" * 32))
+        assert wrong.status_code == 403
+        assert change(guarded, room="nowhere", halted=True).status_code == 404
+        assert httpx.get(asked).json() == {"all_since": None, "rooms": []}
+        # The command.
+        assert main(["halt", guarded.url]) == 2
+        assert "this needs the token of the operator" in capsys.readouterr().err
+        monkeypatch.setenv("PLINKO_OPERATOR_TOKEN", TOKEN)
+        assert main(["halt", guarded.url, "--room", "main", "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["rooms"][0]["room"] == "main"
+        assert main(["halt", guarded.url, "--room", "main", "--release"]) == 0
+        assert "go on" in capsys.readouterr().out
+    assert main(["halt", guarded.url]) == 2
+    assert "refused" in capsys.readouterr().err
+    assert main(["halt", "nowhere"]) == 2
+    assert "'nowhere' is not an address" in capsys.readouterr().err
