@@ -44,11 +44,17 @@ class Server(uvicorn.Server):
         app: Any = self.config.app
         server: Services = app.state.services
         server.cameras.close()
-        # What is still computed shortly before the grace ends is ended, and its client told so.
+        # What is still waited for shortly before the grace ends is ended, and its client told so.
         patience = _ENDS_WORK * server.settings.shutdown_grace
-        ending = asyncio.get_running_loop().call_later(patience, server.workers.close)
+        ending = asyncio.get_running_loop().call_later(patience, _end_work, server)
         await super().shutdown(sockets)
         ending.cancel()
+
+
+def _end_work(server: Services) -> None:
+    """Let those go who wait for what is computed, or for a ball to land."""
+    server.workers.close()
+    server.rooms.landings.stop()
 
 
 def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:

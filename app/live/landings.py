@@ -11,7 +11,7 @@ class Landings:
     """Waits by room and ball; for the event loop's thread."""
 
     def __init__(self) -> None:
-        self._waiting: dict[tuple[str, int], list[asyncio.Future[messages.Landed]]] = {}
+        self._waiting: dict[tuple[str, int], list[asyncio.Future[messages.Landed | None]]] = {}
 
     @property
     def waiting(self) -> int:
@@ -23,7 +23,8 @@ class Landings:
 
         Raises the error with which the room's waits are ended.
         """
-        future: asyncio.Future[messages.Landed] = asyncio.get_running_loop().create_future()
+        loop = asyncio.get_running_loop()
+        future: asyncio.Future[messages.Landed | None] = loop.create_future()
         key = (room.id, ball)
         self._waiting.setdefault(key, []).append(future)
         try:
@@ -49,3 +50,10 @@ class Landings:
             for future in self._waiting.pop(key):
                 if not future.done():
                     future.set_exception(error)
+
+    def stop(self) -> None:
+        """The server stops: who waits is told that it takes too long."""
+        for futures in self._waiting.values():
+            for future in futures:
+                if not future.done():
+                    future.set_result(None)

@@ -1,5 +1,6 @@
 """The rooms that are awake: ticks them, carries out what is due, and passes on what comes of it."""
 
+import functools
 import itertools
 import logging
 import math
@@ -12,6 +13,7 @@ from app.live.hub import Hub
 from app.live.landings import Landings
 from app.live.public_tables import MAIN
 from app.live.shares import Shares
+from app.live.step_threads import StepThreads
 from app.live.ticker import Schedule, Ticker, Watcher
 from app.persistence.service import PersistenceService
 from app.protocol import messages
@@ -73,11 +75,19 @@ class Runner:
         self._patience = math.ceil(_ALONE * settings.tick_rate)
         self._alone: dict[str, int] = {}  # ticks for which nobody watched a scene
         self.shares = Shares(_SHARE / settings.tick_rate)
+        self._threads = StepThreads()
+        self._catch_up = settings.max_catch_up
+        self._behind: dict[str, int] = {}  # ticks by which rooms wait for another thread
 
     @property
     def awake(self) -> list[Room]:
         """The rooms in which something moves."""
         return list(self._awake.values())
+
+    def close(self) -> list[Room]:
+        """Tick no more; the rooms that would have."""
+        self._threads.close()
+        return self.awake
 
     def check_memory(self) -> None:
         """Raise BusyError when all balls in flight have as many events as may be kept."""
@@ -103,6 +113,8 @@ class Runner:
     def drop_out(self, room: Room) -> None:
         """Run a room no more."""
         self._awake.pop(room.id, None)
+        self._behind.pop(room.id, None)
+        self._threads.forget(room.id)
 
     def admit(self, room: Room) -> None:
         """Carry out what is planned for this tick and durable, and tell everyone."""
@@ -122,6 +134,7 @@ class Runner:
                 requester.refused(entered.failed)
             self._awake[room.id] = room
             self.ticker.wake()
+        self._begin_step(room)
 
     def admit_now(self, room: Room) -> None:
         """`admit` between two ticks; a room that cannot go on fails as it would in its tick."""
@@ -153,17 +166,33 @@ class Runner:
             room = self._awake.get(room_id)
             if room is None or not (room_id == MAIN or self.shares.may_run(room_id, spent)):
                 continue
-            began = self._clock()
-            try:
-                self._advance(room, due)
-            except Exception:  # noqa: BLE001 - one room's fault must not stop the others' clock
-                self._fail(room)
-            took = self._clock() - began
-            self.shares.ran(room_id, took)
+            took = self._take_turn(room, due)
             spent += took
             turn += took
         self._persistence.ticked(due, self._awake.values())
         yield bool(self._awake)
+
+    def _take_turn(self, room: Room, due: int) -> float:
+        """Run what is due of a room; how many s that took."""
+        began = self._clock()
+        try:
+            self._advance(room, due)
+        except Exception:  # noqa: BLE001 - one room's fault must not stop the others' clock
+            self._fail(room)
+        took = self._clock() - began
+        self.shares.ran(room.id, took)
+        return took
+
+    def _begin_step(self, room: Room) -> None:
+        """Have the next tick of a room computed, if that is for another thread."""
+        compute = room.begin_step()
+        if compute is not None:
+            self._threads.submit(room.id, compute, functools.partial(self._computed, room))
+
+    def _computed(self, room: Room) -> None:
+        """The next tick of a room is there: run it, if it has been due."""
+        if room.id in self._behind and self.runs(room):
+            self._take_turn(room, 0)
 
     def _advance(self, room: Room, due: int) -> None:
         # Only this stream tells of contacts, and flags bounces.
@@ -172,8 +201,10 @@ class Runner:
         before = room.world.tick
         began = self._clock()
         until = began + _LOOK
-        for number in range(due):
-            # Of a room whose balls touch a tick may take 7 ms: no more of them than all may have.
+        behind = self._behind.pop(room.id, 0)
+        wanted = min(due + behind, self._catch_up)
+        for number in range(wanted):
+            # A tick of balls that touch may take 1 ms: no more of them than all may have.
             if number and room.id != MAIN and self._clock() - began > self.shares.budget:
                 break
             if room.held:
@@ -183,6 +214,8 @@ class Runner:
             if room.held or not room.awake or not self._persistence.may_step(room):
                 break
             if not self._prepared(room, until):
+                if room.steps_aside:
+                    self._behind[room.id] = wanted - number
                 break
             events += room.step(watched=watched)
         stepped = room.world.tick > before
@@ -191,11 +224,13 @@ class Runner:
         self._pass_on(room, events, with_snapshot=stepped or room.touched)
         self._broadcaster.diagnose(room, before)
         if not room.awake or self._is_left(room, due):
-            del self._awake[room.id]
+            self.drop_out(room)
             self._alone.pop(room.id, None)
             self._persistence.slept(room)
-        elif room.held:
+            return
+        if room.held:
             self.admit(room)
+        self._begin_step(room)
 
     def _is_left(self, room: Room, due: int) -> bool:
         """Whether all that moves in a room moves for nobody, and has for a while.

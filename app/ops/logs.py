@@ -5,6 +5,7 @@ machines can count them: `log.info("room closed", extra={"room": id})`. Addresse
 their query, and bodies, headers and tokens not at all.
 """
 
+import asyncio
 import logging
 import sys
 from datetime import UTC, datetime
@@ -18,6 +19,7 @@ _AT_WILL = (
     "Invalid HTTP request",
     "Unsupported upgrade request",
     "ASGI callable returned without completing handshake",  # said of refused ones too
+    "ASGI callable returned without completing response",  # the application has said why
 )
 _FOREIGN = ("uvicorn", "asyncio")  # their own information lines would show whole addresses
 
@@ -36,11 +38,17 @@ def configure(level: str, style: str) -> None:
 
 
 class _Quiet(logging.Filter):
-    """Drops what any client can have logged at will: a close code has told it already."""
+    """Drops what has been told already: by a close code, or by a line of its own.
+
+    A stop that ends requests after their grace says in one line how many they were; where each of
+    them was then is nobody's failure.
+    """
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether the record is worth a line."""
-        return not record.getMessage().startswith(_AT_WILL)
+        error = record.exc_info[1] if record.exc_info else None
+        ended = isinstance(error, asyncio.CancelledError)
+        return not ended and not record.getMessage().startswith(_AT_WILL)
 
 
 def particulars(record: logging.LogRecord) -> dict[str, Any]:

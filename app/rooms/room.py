@@ -10,7 +10,7 @@ which a ball starts never depends on how long the ledger took.
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Literal, Protocol, TypeVar
 
 import msgspec
@@ -228,6 +228,19 @@ class Room(ABC):
         It changes nothing of what happens, only when it is computed: `step` does what is left.
         """
         return False
+
+    @property
+    def steps_aside(self) -> bool:
+        """Whether a tick takes so long that another thread is to compute it."""
+        return False
+
+    def begin_step(self) -> Callable[[], None] | None:
+        """What another thread is to compute of the next tick; None where there is nothing.
+
+        It touches nothing that anyone else does. Once it has run, the room is ready, unless an
+        input was carried out meanwhile: then there is another to begin.
+        """
+        return None
 
     @abstractmethod
     def step(self, *, watched: bool) -> list[messages.Event]:

@@ -5,6 +5,7 @@ runs. These are its inputs: the same ones at the same ticks give the same bits, 
 machine.
 """
 
+import copy
 import hashlib
 from collections.abc import Iterable, Mapping
 from math import isfinite
@@ -335,6 +336,13 @@ class Arena:
         return self._table.nbytes
 
     # Saving
+
+    def copy(self) -> "Arena":
+        """An arena that goes on from here by itself, bit for bit, and records no inputs."""
+        other = copy.copy(self)
+        other.record, other._log = None, new_log(0)
+        other._table, other._events = self._table.copy(), self._events.copy()
+        return other
 
     def snapshot(self) -> bytes:
         """All that `restore` needs to go on bit for bit, but for events not yet taken."""

@@ -259,6 +259,15 @@ class BallTable:
         """Memory of all arrays, with the room not in use."""
         return sum(array.nbytes for array in (*self.bodies, *self.pairs))
 
+    def copy(self) -> "BallTable":
+        """A table of the same balls, in arrays of its own."""
+        other = BallTable()
+        other.n, other.is_listed = self.n, self.is_listed
+        bodies, pairs = self.bodies._asdict(), self.pairs._asdict()
+        other.bodies = Bodies(**{name: array.copy() for name, array in bodies.items()})
+        other.pairs = NeighbourList(**{name: array.copy() for name, array in pairs.items()})
+        return other
+
     def saved(self) -> dict[str, Any]:
         """What `load` needs."""
         bodies = {

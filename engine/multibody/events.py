@@ -116,6 +116,12 @@ class EventQueue:
         ends, self._ends = self._ends, []
         return sorted(ends, key=lambda event: (event.t, event.ball))
 
+    def copy(self) -> "EventQueue":
+        """A queue of the same events, to be taken from by itself."""
+        other = EventQueue()
+        other.lost, other._touches, other._ends = self.lost, self._touches[:], self._ends[:]
+        return other
+
     def drop(self) -> None:
         """Forget all events."""
         self._touches, self._ends = [], []

@@ -1,20 +1,23 @@
 """The server as a process: says where it is, listens on loopback, stops in order."""
 
 import contextlib
+import inspect
 import os
 import signal
 import subprocess
 import sys
 import urllib.request
 from collections.abc import Iterator
+from typing import Any
 
+import httpx
 import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from app.errors import SettingError
 from app.listening import listen
-from app.main import create_app
+from app.main import create_app, work_out_routes
 from app.settings import Settings
 from tests.waiting import LIMIT, first_line
 
@@ -81,3 +84,24 @@ def test_an_unknown_host_is_named() -> None:
 def test_a_main_board_that_is_none_is_named(board: str) -> None:
     with pytest.raises(SettingError, match=rf"board '{board}'"):
         create_app(Settings(board=board))
+
+
+async def test_the_first_request_waits_for_no_route_to_be_worked_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    app = create_app(Settings(database_url="sqlite://"))
+    looked_at: list[object] = []
+    signature = inspect.signature
+
+    def watched(function: Any, **options: Any) -> inspect.Signature:
+        looked_at.append(function)
+        return signature(function, **options)
+
+    monkeypatch.setattr(inspect, "signature", watched)
+    work_out_routes(app)
+    count = len(looked_at)
+    transport = httpx.ASGITransport(app)
+    async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
+        assert (await client.get("/api/v1/boards")).status_code == 200
+        assert (await client.get("/nowhere")).status_code == 404
+    assert len(looked_at) == count > 30

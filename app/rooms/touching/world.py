@@ -4,6 +4,7 @@ Pure. A tick is a frame of the server's rate; the arena takes as many of its own
 dt says. All of it goes into `snapshot`, so that a restored world goes on bit for bit.
 """
 
+import copy
 import hashlib
 from dataclasses import dataclass
 from typing import Any, Final
@@ -108,6 +109,16 @@ class TouchingWorld:
             if speed > HOLD_SPEED:
                 vx, vy = vx * (HOLD_SPEED / speed), vy * (HOLD_SPEED / speed)
             self.arena.kick(ball, vx - float(row["vx"]), vy - float(row["vy"]))
+
+    def copy(self) -> "TouchingWorld":
+        """A world that goes on from here by itself, bit for bit."""
+        other = copy.copy(self)
+        other.arena, other.holds = self.arena.copy(), self.holds.copy()
+        return other
+
+    def become(self, other: "TouchingWorld") -> None:
+        """Go on as a copy of this world, which is not used any more."""
+        self.tick, self.arena, self.holds = other.tick, other.arena, other.holds
 
     def snapshot(self) -> bytes:
         """All that `restore` needs."""

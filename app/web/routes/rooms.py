@@ -5,7 +5,6 @@ from typing import Annotated
 
 import msgspec
 from fastapi import APIRouter, Depends, Query, Request, Response
-from fastapi.responses import StreamingResponse
 from fastapi.security import HTTPBearer
 
 from app.errors import InvalidValueError, TokenError, UnknownRoomError
@@ -46,6 +45,7 @@ from app.web.schemas.rooms import (
     RoomView,
 )
 from app.web.services import Services
+from app.web.streamed import StreamedAnswer
 from engine import Board
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
@@ -180,7 +180,7 @@ async def get_room_log(
     number = int(session.partition("-")[0])
     reading = server.logs.read(found, address_of(request), marks=marks, part=part, session=number)
     body = await attended(request, reading)
-    return StreamingResponse(body, media_type="application/json", headers=headers)
+    return StreamedAnswer(body, media_type="application/json", headers=headers)
 
 
 @router.post(

@@ -18,6 +18,7 @@ from app.rooms.kinds import SCENE
 from app.settings import Settings
 from engine import Board, World, drop
 from tests.app.passes import run_pass
+from tests.waiting import turns
 
 BOARD = Board.preset("triangle-8")
 
@@ -204,3 +205,13 @@ async def test_a_table_goes_on_for_nobody_as_drops_are_to_land() -> None:
     await finish(held)
     stats = room.stats()
     assert stats.drops == sum(stats.histogram) + stats.unsettled == 1
+
+
+async def test_who_waits_for_a_ball_is_let_go_when_the_server_stops() -> None:
+    held = rooms()
+    main = held.find("main")
+    accepted = await held.drop(main, 1, None)
+    waiting = asyncio.create_task(held.landings.wait(main, accepted.ball, 3600.0))
+    await turns()
+    held.landings.stop()
+    assert await waiting is None

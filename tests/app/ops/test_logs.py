@@ -1,5 +1,6 @@
 """The log: readable lines, or JSON objects with the same content; nothing secret in either."""
 
+import asyncio
 import json
 import logging
 from typing import Any
@@ -7,7 +8,7 @@ from typing import Any
 import httpx
 import pytest
 
-from app.ops.logs import JsonFormatter, TextFormatter
+from app.ops.logs import JsonFormatter, TextFormatter, configure
 from tests.app.conftest import serving
 
 
@@ -57,3 +58,26 @@ def test_a_failing_request_is_logged_without_its_query(
     assert "0.0625" not in " ".join(TextFormatter().format(each) for each in ours)
     (line,) = [each for each in ours if each.getMessage() == "request failed"]
     assert vars(line)["path"] == "/api/v1/drops/triangle-8/1"
+
+
+def test_what_is_told_already_has_no_line_of_its_own(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("", "plinko", "uvicorn", "asyncio"):
+        logger = logging.getLogger(name)
+        monkeypatch.setattr(logger, "level", logger.level)
+        monkeypatch.setattr(logger, "handlers", logger.handlers[:])
+    configure("info", "text")
+    log = logging.getLogger("uvicorn.error")
+    for error in (asyncio.CancelledError("grace exceeded"), ValueError("a fault")):
+        try:
+            raise error
+        except type(error):
+            log.exception("Exception in ASGI application")
+    log.error("ASGI callable returned without completing response.")
+    log.error("Cancel 3 running task(s), timeout graceful shutdown exceeded")
+    lines = capsys.readouterr().err.splitlines()
+    assert [line for line in lines if "ERROR" in line] == [lines[0], lines[-1]]
+    assert "Exception in ASGI application" in lines[0]
+    assert lines[-2] == "ValueError: a fault"
+    assert lines[-1].endswith("Cancel 3 running task(s), timeout graceful shutdown exceeded")

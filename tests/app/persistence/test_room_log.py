@@ -10,10 +10,11 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.errors import BusyError, ReadersError
+from app.errors import BusyError, LedgerError, ReadersError
 from app.persistence.room_log import MOST_OF_ONE, MOST_READERS, RoomLogs
 from app.persistence.sessions import Sessions
 from app.rooms.independent import IndependentRoom
+from app.web.streamed import StreamedAnswer
 from engine import Board
 
 ENTRY = {"ball": 0, "who": "x", "result": None}
@@ -28,9 +29,12 @@ class Disk:
         self.time = 0.0
         self.rested = 0.0
         self.reading = self.most = 0
+        self.broken = False
         self.pages: list[int] = []
 
     async def read(self, entries: Any) -> list[dict[str, Any]]:
+        if self.broken:
+            raise LedgerError("the disk is gone")
         self.reading += 1
         self.most = max(self.most, self.reading)
         await asyncio.sleep(0)
@@ -93,3 +97,34 @@ async def test_one_address_reads_a_few_logs_and_all_together_not_too_many() -> N
     gc.collect()
     assert logs.readers == 0
     assert await whole(logs, room, "a")
+
+
+async def test_a_ledger_that_fails_in_the_middle_of_a_log_ends_it_unfinished_with_one_line(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    logs, room, disk = opened(1_000)
+    answer = StreamedAnswer(await logs.read(room, "reader", marks=False))
+    sent: list[Any] = []
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+        if len(sent) == 3:
+            disk.broken = True
+
+    await answer({"type": "http", "asgi": {"spec_version": "2.4"}}, connected, send)
+    assert [message["type"] for message in sent] == [
+        "http.response.start",
+        *_BODY * (len(sent) - 1),
+    ]
+    assert all(message["more_body"] for message in sent[1:]), "nothing says that this is all"
+    (line,) = caplog.records
+    assert (line.getMessage(), line.exc_info) == ("answer cut short", None)
+    assert vars(line)["why"] == "the disk is gone"
+
+
+_BODY = ["http.response.body"]
+
+
+async def connected() -> Any:
+    """A client that does not leave."""
+    await asyncio.Event().wait()

@@ -1,6 +1,7 @@
 """A room whose balls touch, with no server: inputs in, events and frames out, each time alike."""
 
 import random
+import threading
 from typing import Any
 
 import msgspec
@@ -396,3 +397,56 @@ def test_every_slider_has_a_range_and_a_default_within_it() -> None:
         for name, entry in table.items():
             assert entry.default is not None
             assert entry.low <= entry.default <= entry.high, name
+
+
+def aside(room: TouchingRoom) -> None:
+    """Compute the next tick as another thread does, if the room wants that."""
+    compute = room.begin_step()
+    if compute is not None:
+        thread = threading.Thread(target=compute)
+        thread.start()
+        thread.join()
+
+
+def test_ticks_that_another_thread_computes_have_the_same_bits() -> None:
+    rng = random.Random(5)
+    dear, plain = (box(balls=60, substeps=8, restitution=0.6, seed="9") for _ in range(2))
+    assert dear.steps_aside
+    asked: list[tuple[str, dict[str, Any]]] = [
+        ("add", {"x": 0.0, "y": 0.5, "vx": 3.0}), ("kick", {"ball": 3, "vx": 2.0, "vy": -5.0}),
+        ("drag", {"ball": 7, "x": 1.0, "y": 1.0}), ("settings", {"gravity": 3.0}),
+        ("pause", {"paused": True}), ("step", {}), ("pause", {"paused": False}),
+        ("remove", {"ball": 11}), ("reset", {}), ("release", {"ball": 7}), ("clear", {}),
+    ]  # fmt: skip
+    for kind, values in asked:
+        for _ in range(rng.randrange(1, 12)):
+            if dear.awake:
+                aside(dear)
+                assert dear.ready
+                assert dear.begin_step() is None, "it is computed once"
+                told = [room.step(watched=True) for room in (dear, plain)]
+                assert told[0] == told[1]
+        aside(dear)  # for nothing, as an input comes before it is taken
+        assert tell(dear, kind, **values) == tell(plain, kind, **values)
+        assert dear.checkpoint() == plain.checkpoint()
+        assert dear.snapshot() == plain.snapshot()
+
+
+def test_a_room_shows_and_keeps_its_own_tick_while_the_next_is_computed() -> None:
+    room = box(balls=60, substeps=8)
+    run(room, 20)
+    shown, kept = room.snapshot(), room.checkpoint()
+    aside(room)
+    assert (room.world.tick, room.snapshot(), room.checkpoint()) == (20, shown, kept)
+    again = box(balls=60, substeps=8)
+    again.restore(kept)
+    run(room, 1)
+    run(again, 1)
+    assert again.checkpoint() == room.checkpoint()
+
+
+def test_few_balls_are_not_worth_another_thread() -> None:
+    room = box(balls=10)
+    assert not room.steps_aside
+    assert room.ready
+    assert room.begin_step() is None

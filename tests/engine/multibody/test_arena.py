@@ -488,3 +488,16 @@ def test_recorded_inputs_applied_anew_give_the_same_digest() -> None:
     steps(copy, live.tick - copy.tick)
     assert copy.digest() == live.digest()
     assert len(live.record) == 9
+
+
+def test_a_copy_goes_on_by_itself_with_the_same_bits() -> None:
+    arena = sandbox(40, seed=3, restitution=0.5)
+    steps(arena, 30)
+    other, before = arena.copy(), arena.snapshot()
+    steps(other, 60)
+    other.kick(0, 1.0, 0.0)
+    assert arena.snapshot() == before, "what is done to a copy is not done to what it is of"
+    steps(arena, 60)
+    arena.kick(0, 1.0, 0.0)
+    assert arena.snapshot() == other.snapshot()
+    assert arena.take_events() == other.take_events(), "impacts before and after it was copied"
