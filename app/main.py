@@ -68,7 +68,7 @@ from app.web.services import Services
 from app.web.tokens import Tokens, secret_of, signing_key_of
 from engine import Board, World, __version__, drop, preset_names
 from engine.errors import BoardError
-from engine.jit import accelerator
+from engine.jit import accelerator, limits
 
 _MOMENTS = 1 << 22  # bytes of single frames of rooms that are kept for who asks at the same moment
 _QUIET_START = 5.0  # s after which the workers are prepared, unless somebody asked before
@@ -335,6 +335,7 @@ def run(settings: Settings | None = None) -> None:
     logs.configure(settings.log_level, settings.log_format)
     sys.setswitchinterval(_SWITCH)
     accelerator.forbid()  # numba would take 150 MB more
+    limits.limit_calls()  # all rooms share one thread
     app = create_app(settings)
     with listen(settings) as listener:
         ledger: Ledger = app.state.services.ledger
