@@ -66,7 +66,7 @@ from app.web.routes.queries import listed_queries
 from app.web.schemas.document import components
 from app.web.services import Services
 from app.web.tokens import Tokens, secret_of, signing_key_of
-from engine import Board, World, __version__, drop, preset_names
+from engine import Board, World, __version__, preset_names
 from engine.errors import BoardError
 from engine.jit import accelerator, limits
 
@@ -147,7 +147,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         return JSONResponse(app.openapi())
 
     app.add_api_route("/openapi.json", openapi, include_in_schema=False)
-    app.mount("/", page.Page(static_directory()), name="page")
+    app.state.page = page.Page(static_directory())
+    app.mount("/", app.state.page, name="page")
     # The last one added is the first to see a request.
     app.add_middleware(BodyLimit, max_body=settings.max_body)
     if settings.allowed_origins:
@@ -273,12 +274,13 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
     self_checking = asyncio.create_task(server.self_check.run(), name="self-check")
+    rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
     try:
         yield
     finally:
         preparing.cancel()
-        for task in (self_checking, checking, rebuilding, server.ticking):
+        for task in (rest, self_checking, checking, rebuilding, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await task
@@ -289,14 +291,16 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 
 
 def _warm_up() -> None:
-    """Run each kind of drop once, so that no request waits for a compiler."""
-    board = Board.preset("triangle-8")
-    drop(board, seed=0)
-    drop(board, seed=0, solver="stepped")
-    world = World(board, solver="exact")
+    """Drop once, so that no drop waits for a compiler."""
+    world = World(Board.preset("triangle-8"), solver="exact")
     world.add(seed=0)
     world.step()
-    touching = TouchingRoom("warm-up", board, tick_rate=60, max_balls=2)
+
+
+def _warm_up_rest(site: page.Page) -> None:
+    """What a server that has just started need not wait for: pages, and balls that touch."""
+    site.prepare()
+    touching = TouchingRoom("warm-up", Board.preset("triangle-8"), tick_rate=60, max_balls=2)
     touching.drop(DropCommand(0))
     touching.step(watched=True)
     touching.diagnostics()
