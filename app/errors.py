@@ -49,7 +49,14 @@ Errors of the engine (`engine.errors`) pass through unchanged and are assigned h
 
 from dataclasses import dataclass
 
-from engine.errors import BoardError, EngineError, ParameterError, RecordError, SeedError
+from engine.errors import (
+    BoardError,
+    EffortError,
+    EngineError,
+    ParameterError,
+    RecordError,
+    SeedError,
+)
 
 
 class AppError(Exception):
@@ -286,6 +293,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     SlowClientError: Answer(408, "too-slow", "The client is too slow", 4008),
     EngineError: Answer(422, "invalid-value", "Invalid value"),
     BoardError: Answer(422, "bad-board", "The board cannot be played"),
+    EffortError: Answer(422, "too-much-work", "Takes too much computing"),
     SeedError: Answer(422, "bad-seed", "Invalid seed"),
     ParameterError: Answer(422, "bad-parameter", "Invalid parameter"),
     RecordError: Answer(422, "bad-record", "Malformed drop record"),

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import ctypes
 import functools
 import secrets
 import signal
@@ -68,9 +69,9 @@ from app.web.routes.queries import listed_queries
 from app.web.schemas.document import components
 from app.web.services import Services
 from app.web.tokens import Tokens, secret_of, signing_key_of
-from engine import Board, World, __version__, drop, preset_names
+from engine import Board, World, __version__, preset_names
 from engine.errors import BoardError
-from engine.jit import accelerator
+from engine.jit import accelerator, limits
 
 _MOMENTS = 1 << 22  # bytes of single frames of rooms that are kept for who asks at the same moment
 _QUIET_START = 5.0  # s after which the workers are prepared, unless somebody asked before
@@ -150,7 +151,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         return JSONResponse(app.openapi())
 
     app.add_api_route("/openapi.json", openapi, include_in_schema=False)
-    app.mount("/", page.Page(static_directory()), name="page")
+    app.state.page = page.Page(static_directory())
+    app.mount("/", app.state.page, name="page")
     # The last one added is the first to see a request.
     app.add_middleware(BodyLimit, max_body=settings.max_body)
     if settings.allowed_origins:
@@ -267,7 +269,7 @@ def _main_board(name: str) -> Board:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Start the ticker once the physics is compiled and the ledger read; stop all at the end."""
     server: Services = app.state.services
-    await asyncio.to_thread(_warm_up, app)
+    await asyncio.to_thread(_warm_up)
     server.warm = True
     await asyncio.to_thread(server.ledger.open)
     server.ledger.start()
@@ -276,12 +278,13 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
     self_checking = asyncio.create_task(server.self_check.run(), name="self-check")
+    rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
     try:
         yield
     finally:
         preparing.cancel()
-        for task in (self_checking, checking, rebuilding, server.ticking):
+        for task in (rest, self_checking, checking, rebuilding, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await task
@@ -291,19 +294,29 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         server.workers.close()
 
 
-def _warm_up(app: FastAPI) -> None:
-    """Work out the routes, and run each kind of drop once, so that no request waits for it."""
-    work_out_routes(app)
-    board = Board.preset("triangle-8")
-    drop(board, seed=0)
-    drop(board, seed=0, solver="stepped")
-    world = World(board, solver="exact")
+def _warm_up() -> None:
+    """Drop once, so that no drop waits for a compiler."""
+    world = World(Board.preset("triangle-8"), solver="exact")
     world.add(seed=0)
     world.step()
-    touching = TouchingRoom("warm-up", board, tick_rate=60, max_balls=2)
+    _give_back()
+
+
+def _warm_up_rest(app: FastAPI, site: page.Page) -> None:
+    """What a server that has just started need not wait for: routes, pages, balls that touch."""
+    work_out_routes(app)
+    site.prepare()
+    touching = TouchingRoom("warm-up", Board.preset("triangle-8"), tick_rate=60, max_balls=2)
     touching.drop(DropCommand(0))
     touching.step(watched=True)
     touching.diagnostics()
+    _give_back()
+
+
+def _give_back() -> None:
+    """Let the system have what compilers took, a tenth of all, where the C library knows how."""
+    with contextlib.suppress(AttributeError, OSError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def work_out_routes(app: FastAPI) -> None:
@@ -350,6 +363,7 @@ def run(settings: Settings | None = None) -> None:
     logs.configure(settings.log_level, settings.log_format)
     sys.setswitchinterval(_SWITCH)
     accelerator.forbid()  # numba would take 150 MB more
+    limits.limit_calls()  # all rooms share one thread
     app = create_app(settings)
     with listen(settings) as listener:
         ledger: Ledger = app.state.services.ledger

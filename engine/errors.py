@@ -3,6 +3,7 @@
 EngineError (a ValueError)
 ├── BoardError        a board that cannot be played; `field` says where
 ├── SeedError         not an integer 0 <= seed < 2^64
+├── EffortError       it takes more computing than a call may
 ├── ParameterError    a solver's or a drop's parameter out of range; `field` says which
 └── RecordError       a drop record that is malformed; `field` says where
 """
@@ -18,6 +19,10 @@ class EngineError(ValueError):
 
 class BoardError(EngineError):
     """A board that cannot be played. `field` is its path in the JSON form, as `pegs[3].radius`."""
+
+
+class EffortError(EngineError):
+    """It takes more computing than whoever runs this process allows one call; see `limit_calls`."""
 
 
 class SeedError(EngineError):

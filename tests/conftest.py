@@ -4,9 +4,17 @@
 which sets LONG=1: see tests/long.py.
 """
 
+import functools
 import os
+import threading
+from typing import Any, cast
 
+import pytest
 from hypothesis import settings
+
+from engine.exact.trace import trace_many
+from engine.jit import limits, machine_code
+from engine.jit.decorator import EntryKernel
 
 # Property tests try the same examples in every run, and a slow machine fails none of them.
 # HYPOTHESIS_PROFILE=search looks for new examples, many more of them.
@@ -17,3 +25,19 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 # Servers that tests start keep nothing where a user's server keeps its own; those that are to come
 # back are given a directory.
 os.environ.setdefault("PLINKO_DATABASE_URL", "sqlite://")
+
+
+@pytest.fixture
+def limited_calls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Calls of `trace_many` end after so many instructions, as all do in a server."""
+    if "NUMBA_DISABLE_JIT" in os.environ:
+        pytest.skip("Python counts nothing")
+    limited = threading.Event()
+    limited.set()
+    monkeypatch.setattr(limits, "_limited", limited)
+    compiler = machine_code._compiler.__wrapped__()
+    monkeypatch.setattr(machine_code, "_compiler", lambda: compiler)
+    monkeypatch.setattr(machine_code, "modules", functools.cache(machine_code.modules.__wrapped__))
+    monkeypatch.setattr(machine_code, "_modules", [])
+    kernel = cast("EntryKernel[Any, Any]", trace_many)
+    monkeypatch.setattr(kernel, "machine_code", machine_code.entry(kernel))

@@ -42,6 +42,7 @@ from app.rooms.room import Ground, Room
 from app.rooms.touching.scene import Scene
 from app.settings import Settings
 from engine import Board
+from engine.errors import EffortError
 
 _FAILED = "its room failed"
 """What the result of a drop says that was in flight then."""
@@ -259,9 +260,10 @@ class Rooms:
         self.broadcaster.begin(room, self._new_id())
         self.broadcaster.greet_all(room)
 
-    def _close(self, room: Room) -> None:
+    def _close(self, room: Room, why: Exception) -> None:
         """A room failed: what was in flight gets its stake back, and everyone is told."""
-        error = AppError(f"room {room.id!r} failed and was closed")
+        reason = f": {why}" if isinstance(why, EffortError) else ""
+        error = AppError(f"room {room.id!r} failed and was closed{reason}")
         self._open.in_memory.pop(room.id, None)
         self.broadcaster.broadcast(room, list(room.give_up(_FAILED)), with_snapshot=False)
         self.broadcaster.forget(room.id)

@@ -54,7 +54,7 @@ class Runner:
         *,
         clock: Callable[[], float],
         watchers: Sequence[Watcher],
-        failed: Callable[[Room], None],
+        failed: Callable[[Room, Exception], None],
         renewed: Callable[[Room], None],
         watched: Callable[[str], bool],
     ) -> None:
@@ -140,13 +140,13 @@ class Runner:
         """`admit` between two ticks; a room that cannot go on fails as it would in its tick."""
         try:
             self.admit(room)
-        except Exception:  # noqa: BLE001 - as in `tick`
-            self._fail(room)
+        except Exception as error:  # noqa: BLE001 - as in `tick`
+            self._fail(room, error)
 
-    def _fail(self, room: Room) -> None:
+    def _fail(self, room: Room, error: Exception) -> None:
         where = {"room": room.id, "tick": room.world.tick}
         _log.exception("room failed and is closed", extra=where)
-        self._failed(room)
+        self._failed(room, error)
 
     def tick(self, due: int) -> Iterator[bool]:
         """Run `due` ticks of every room that is awake; yields whether one still is.
@@ -177,8 +177,8 @@ class Runner:
         began = self._clock()
         try:
             self._advance(room, due)
-        except Exception:  # noqa: BLE001 - one room's fault must not stop the others' clock
-            self._fail(room)
+        except Exception as error:  # noqa: BLE001 - one room's fault must not stop the others' clock
+            self._fail(room, error)
         took = self._clock() - began
         self.shares.ran(room.id, took)
         return took

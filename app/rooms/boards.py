@@ -1,9 +1,14 @@
 """The boards that the server knows by name or digest: every preset, and what was registered."""
 
 from collections import OrderedDict
+from typing import Final
 
 from app.errors import UnknownBoardError, shorten
 from engine import Board, preset_names
+from engine.board.proven import DIGESTS
+
+_NAMES: Final = {digest: name for name, digest in DIGESTS.items()}
+"""Of each preset, by its digest."""
 
 
 class Boards:
@@ -16,9 +21,11 @@ class Boards:
 
     def __init__(self, max_boards: int) -> None:
         self.max_boards = max_boards
-        self.presets = {name: Board.preset(name) for name in preset_names()}
-        self._preset_digests = {board.digest: board for board in self.presets.values()}
         self._registered: OrderedDict[str, Board] = OrderedDict()
+
+    def presets(self) -> list[Board]:
+        """All presets. Each is made when it is first asked for, once in a process."""
+        return [Board.preset(name) for name in preset_names()]
 
     def registered(self) -> list[Board]:
         """The registered boards, the longest unused first."""
@@ -26,20 +33,20 @@ class Boards:
 
     def find(self, name: str) -> Board:
         """The board of this preset name or digest; raises UnknownBoardError naming it."""
-        board = self.presets.get(name) or self._preset_digests.get(name)
-        if board is None and name in self._registered:
+        preset = name if name in preset_names() else _NAMES.get(name)
+        if preset is not None:
+            return Board.preset(preset)
+        if name in self._registered:
             self._registered.move_to_end(name)
-            board = self._registered[name]
-        if board is None:
-            raise UnknownBoardError(
-                f"board {shorten(name)} is neither a preset nor the digest of a registered board",
-                field="board",
-            )
-        return board
+            return self._registered[name]
+        raise UnknownBoardError(
+            f"board {shorten(name)} is neither a preset nor the digest of a registered board",
+            field="board",
+        )
 
     def register(self, board: Board) -> bool:
         """Keep a board; False when it was known already."""
-        if board.digest in self._preset_digests:
+        if board.digest in _NAMES:
             return False
         if board.digest in self._registered:
             self._registered.move_to_end(board.digest)

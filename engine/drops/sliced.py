@@ -4,22 +4,28 @@ For whoever must not be kept waiting by a ball that bounces a hundred thousand t
 """
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from engine.board.model import Board
 from engine.drops.trajectory import at_start
+from engine.errors import EffortError
 from engine.exact import event_log
 from engine.exact.board_arrays import arrays_of
 from engine.exact.event_log import Log, new_log
 from engine.exact.initial_state import Ints, in_flight
 from engine.exact.outcome import EVENT_LIMIT, MAX_EVENTS, MAX_TIME, RUNNING
 from engine.exact.trace import trace_many
+from engine.jit.limits import at_most
 from engine.physics import body
 from engine.physics.contact import new_series
 
 Floats = npt.NDArray[np.float64]
+
+EFFORT: Final = 40_000_000
+"""Instructions of WebAssembly in a slice, some 6 ms: of a preset one takes a four-hundredth."""
 
 _BEYOND = 8  # events that may follow the one at which a slice is asked to end, and then some
 
@@ -47,7 +53,7 @@ class SlicedPath:
         self.bin = -1
         self.events = 0  # so far
         self._initial = in_flight(1)
-        self._max_events = max_events
+        self._max_events = self._most = max_events
         self._series = new_series()
 
     @property
@@ -61,10 +67,24 @@ class SlicedPath:
         return float(self.state[body.T])
 
     def follow(self, most: int) -> Slice:
-        """Follow it for `most` events more, or a few besides; nothing once it has ended."""
+        """Follow it for `most` events more, or a few besides; nothing once it has ended.
+
+        Where calls are limited (`limit_calls`) and so many take more than EFFORT, it is followed
+        for fewer at a time from then on; raises EffortError where a single event takes more.
+        """
         if self.ended:
             return _slice(new_log(0, 0))
-        limit = min(most, self._max_events - self.events)
+        while True:
+            limit = min(most, self._most, self._max_events - self.events)
+            try:
+                with at_most(EFFORT):
+                    return self._followed(limit)
+            except EffortError:
+                if limit == 1:
+                    raise
+                self._most = max(1, limit // 8)
+
+    def _followed(self, limit: int) -> Slice:
         segments = 4 * (limit + _BEYOND)
         while True:
             log = new_log(limit + _BEYOND, segments)

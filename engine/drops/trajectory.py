@@ -20,7 +20,7 @@ from engine.stepped.step import trace_stepped_many
 
 Floats = npt.NDArray[np.float64]
 
-_ROOM = 256  # rows of a first log; a longer drop is traced again with the room it asked for
+_ROOM = 256  # rows of a first log: presets' drops have fewer, others are traced again with more
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -84,7 +84,7 @@ def follow(
     the exact solver ends it at the first event or stretch that begins after `max_time`, in s.
     """
     arrays = arrays_of(board)
-    events, segments = _ROOM, 4 * _ROOM
+    events = segments = _ROOM
     outcome, where, impacts = np.empty(1, np.int8), np.empty(1, np.int32), np.empty(1, np.int32)
     while True:
         log = new_log(events, segments)

@@ -18,7 +18,8 @@ from typing import Any, Final, NamedTuple, get_args, get_type_hints
 import numpy as np
 import wasmtime
 
-from engine.jit import stamp
+from engine.errors import EffortError
+from engine.jit import limits, stamp
 from engine.jit.calls import ARRAY, BLOCK, HEAP, STATUS, Call, Kind, Kinds, leaves
 from engine.jit.decorator import EntryKernel
 
@@ -81,11 +82,20 @@ def _read(path: Path, made_from: dict[str, Any]) -> dict[str, "Module"]:
     return dict.fromkeys(module.calls, module)
 
 
+class _Compiler(NamedTuple):
+    """What compiles modules, and whether their code counts its instructions."""
+
+    engine: wasmtime.Engine
+    counts: bool
+
+
 @cache
-def _engine() -> wasmtime.Engine:
+def _compiler() -> _Compiler:
+    counts = limits.are_limited()
     config = wasmtime.Config()
     config.parallel_compilation = False  # by threads, which a process that is forked does not have
-    return wasmtime.Engine(config)
+    config.consume_fuel = counts
+    return _Compiler(wasmtime.Engine(config), counts)
 
 
 @atexit.register
@@ -93,7 +103,7 @@ def _let_go() -> None:
     """When Python ends: its objects are let go of by functions that are gone soon."""
     for module in _modules:
         module.close()
-    _engine.cache_clear()
+    _compiler.cache_clear()
 
 
 class Module:
@@ -114,7 +124,7 @@ class Module:
         except IndexError:
             with _alone:
                 if self._compiled is None:
-                    self._compiled = wasmtime.Module(_engine(), self._code)
+                    self._compiled = wasmtime.Module(_compiler().engine, self._code)
             return Machine(self._compiled, self.begin)
 
     def give(self, machine: "Machine") -> None:
@@ -224,7 +234,8 @@ class Machine:
     """Memory, and the code that works on it."""
 
     def __init__(self, module: wasmtime.Module, begin: int) -> None:
-        self._store = wasmtime.Store(_engine())
+        engine, self._counts = _compiler()
+        self._store = wasmtime.Store(engine)
         self._memory = wasmtime.Memory(self._store, wasmtime.MemoryType(wasmtime.Limits(5, None)))
         kind = wasmtime.GlobalType(wasmtime.ValType.i32(), True)
         stack = wasmtime.Global(self._store, kind, wasmtime.Val.i32(BLOCK))
@@ -246,7 +257,7 @@ class Machine:
             memory[copy.begin : copy.end] = copy.array.data.cast("B")
         entry.block.pack_into(memory, BLOCK, *first.numbers, *rest.numbers)
         _ADDRESS.pack_into(memory, HEAP, rest.end)
-        self._exports[entry.name](self._store)
+        self._call(entry.name)
         memory = self._all_memory(rest.end)  # it may have grown
         (status,) = _STATUS.unpack_from(memory, STATUS)
         if status not in _FINE:
@@ -257,6 +268,21 @@ class Machine:
                 if copy.given is not copy.array:
                     copy.given[...] = copy.array
         return _results(entry.gives, memory, BLOCK + entry.block.size)
+
+    def _call(self, name: str) -> None:
+        """Run the function of this name; EffortError where it takes longer than it may."""
+        most = limits.most()
+        if self._counts:
+            self._store.set_fuel(most)
+        try:
+            self._exports[name](self._store)
+        except wasmtime.Trap as trap:
+            if trap.trap_code is not wasmtime.TrapCode.OUT_OF_FUEL:
+                raise
+            raise EffortError(
+                f"too much to compute: {name.rpartition('.')[2]} has not ended after {most:,} "
+                "instructions"
+            ) from None
 
     def _placed_first(self, entry: Entry, value: Any) -> _Placed:
         """The first argument; a tuple of locked arrays, as a board is, stays for the next call."""

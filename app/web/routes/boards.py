@@ -39,7 +39,7 @@ _EXAMPLE = {
 @router.get("", summary="List the boards", responses=documented(BoardList))
 async def list_boards(server: Server) -> Response:
     """Every preset with its payout table, then the registered boards."""
-    boards = [*server.boards.presets.values(), *server.boards.registered()]
+    boards = [*server.boards.presets(), *server.boards.registered()]
     return reply(BoardList([_summary(board) for board in boards]))
 
 

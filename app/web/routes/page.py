@@ -1,9 +1,12 @@
 """The page and its files, as they lie in static/; and what to say of paths that nobody serves."""
 
+import asyncio
 import hashlib
 import os
 import re
+from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 
 from starlette.datastructures import Headers, QueryParams
 from starlette.exceptions import HTTPException
@@ -21,11 +24,30 @@ _READING = frozenset({"GET", "HEAD"})
 _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 
 # Where all files stand once more, for good: v-<digest of all of them>/<path>.
-_RELEASE = re.compile("v-([0-9a-f]{16})/(.+)")
+_ADDRESS = re.compile("v-([0-9a-f]{16})/(.+)")
 _FOR_GOOD = "public, max-age=31536000, immutable"
 _EMBED = {"embed/replay": "embed.html"}  # what other sites may show in a frame, and nothing else
 _KINDS = {".js": "text/javascript", ".css": "text/css"}
 _OWN_PARTS = re.compile('(href|src)="((?:css|js)/)')
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """The files as they are now."""
+
+    digest: str  # of every file's path and contents, 16 hex digits
+    pages: dict[str, str]  # by their names: HTML with one sheet and one script
+    made: dict[str, str]  # both, by paths at which no file is
+
+    @classmethod
+    def of(cls, directory: Path) -> "Release":
+        """Those in a directory."""
+        pages: dict[str, str] = {}
+        made: dict[str, str] = {}
+        for page in sorted(directory.glob("*.html")):
+            pages[page.name], its = parts(directory, page.name, page.read_text("utf-8"))
+            made |= its
+        return cls(_digest_of(directory), pages, made)
 
 
 class Page(StaticFiles):
@@ -37,12 +59,16 @@ class Page(StaticFiles):
 
     def __init__(self, directory: Path) -> None:
         super().__init__(directory=directory, html=True)
-        self.release = _digest_of(directory)
-        self.pages: dict[str, str] = {}
-        self.made: dict[str, str] = {}
-        for page in sorted(directory.glob("*.html")):
-            self.pages[page.name], made = parts(directory, page.name, page.read_text("utf-8"))
-            self.made |= made
+        self._files = directory
+        self._release: Release | None = None
+        self._making = Lock()
+
+    def prepare(self) -> "Release":
+        """What all pages are made of, made once: a tenth of a second that no start waits for."""
+        with self._making:
+            if self._release is None:
+                self._release = Release.of(self._files)
+            return self._release
 
     def file_response(
         self,
@@ -54,8 +80,9 @@ class Page(StaticFiles):
         """The file; a page with its parts as those of this release."""
         if not str(full_path).endswith(".html"):
             return super().file_response(full_path, stat_result, scope, status_code)
-        text = self.pages[Path(full_path).name]
-        text = _OWN_PARTS.sub(rf'\1="v-{self.release}/\2', text)
+        release = self.prepare()
+        text = release.pages[Path(full_path).name]
+        text = _OWN_PARTS.sub(rf'\1="v-{release.digest}/\2', text)
         if Path(full_path).name == "replay.html":
             about = card(QueryParams(scope["query_string"]), str(Request(scope).base_url))
             text = text.replace("  </head>", f"{about}  </head>")
@@ -82,13 +109,16 @@ class Page(StaticFiles):
             if not allowed:
                 raise HTTPException(404)
             raise HTTPException(405, headers={"allow": ", ".join(sorted(allowed))})
-        of_release = _RELEASE.fullmatch(path)
+        release = self._release
+        if release is None:
+            release = await asyncio.to_thread(self.prepare)
+        of_release = _ADDRESS.fullmatch(path)
         path = of_release[2] if of_release else path
         embedded = _EMBED.get(path)
         path = embedded or path
         try:
-            if path in self.made:
-                response = self._told(self.made[path], scope, _KINDS[Path(path).suffix])
+            if path in release.made:
+                response = self._told(release.made[path], scope, _KINDS[Path(path).suffix])
             else:
                 response = await super().get_response(path, scope)
         except HTTPException as error:
@@ -97,7 +127,7 @@ class Page(StaticFiles):
                 raise
             raise HTTPException(405, headers={"allow": ", ".join(sorted(allowed))}) from error
         # Another release's file is given as it is now: a page and its server may be of two.
-        for_good = of_release is not None and of_release[1] == self.release
+        for_good = of_release is not None and of_release[1] == release.digest
         response.headers.setdefault("cache-control", _FOR_GOOD if for_good else "no-cache")
         if embedded:
             response.headers.update(EMBEDDED)

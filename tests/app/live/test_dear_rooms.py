@@ -19,6 +19,7 @@ from app.rooms.pending import DropCommand
 from app.settings import Settings
 from benchmarks.serving.attackers import hall
 from engine import Board, World, drop
+from engine.drops import sliced
 from engine.physics import body
 from engine.world.exact_path import KEPT, SLICE
 from tests.app.passes import run_pass
@@ -183,3 +184,39 @@ def test_a_dear_ball_lands_as_its_drop_says() -> None:
     (landed,) = events
     assert len(alone.impacts) > 10_000
     assert (landed.digest, landed.bin, landed.t) == (alone.digest, alone.bin, alone.duration)
+
+
+SHAFT = {
+    "name": "shaft",
+    "width": 4e-3,
+    "height": 1.0,
+    "ball": {"radius": 1e-3, "restitution": 1.0},
+    "walls": [
+        {"x1": -5e-3, "y1": 0.97, "x2": 2.5e-3, "y2": 0.97},
+        {"x1": -5e-3, "y1": -0.01, "x2": -5e-3, "y2": 1.0},
+        {"x1": 5e-3, "y1": -0.01, "x2": 5e-3, "y2": 1.0},
+    ],
+    "wall_material": {"restitution": 1.0},
+    "bins": {"y": 1.0, "edges": [-5e-3, 0.0, 5e-3], "multipliers": [1.0, 1.0]},
+    "drop": {"x": -1.25e-3, "y": 0.0, "jitter": 1e-4},
+}
+"""The way to an impact is hundreds of times as long as the ball is wide."""
+
+
+async def test_a_board_on_which_one_impact_takes_too_long_closes_its_room_and_says_why(
+    limited_calls: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sliced, "EFFORT", 50_000)
+    rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=Clock())
+    main, dear = rooms.find("main"), await rooms.create(Board.from_json(SHAFT))
+    asked = [rooms.drop(room, 1, None) for room in (main, dear)]
+    accepted = [await each for each in asked]
+    landing = asyncio.ensure_future(rooms.landings.wait(dear, accepted[1].ball, 60.0))
+    await asyncio.sleep(0)
+    while rooms.is_open(dear.id):
+        run_pass(rooms.runner)
+    with pytest.raises(AppError, match="was closed: too much to compute"):
+        await landing
+    before = main.world.tick
+    run_pass(rooms.runner)
+    assert main.world.tick == before + 1

@@ -6,9 +6,11 @@ import pytest
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
 from engine import Board, World
+from engine.drops import sliced
 from engine.drops.sliced import Slice, SlicedPath
 from engine.drops.start import start_of
 from engine.drops.trajectory import at_start, follow
+from engine.errors import EffortError
 from engine.exact.outcome import EVENT_LIMIT
 from engine.parameters import Exact
 from tests.long import tries
@@ -63,6 +65,29 @@ def test_a_drop_without_end_ends_at_the_same_event() -> None:
     limited = SlicedPath(board, x, 2)
     in_slices(limited, [1])
     assert limited.outcome == EVENT_LIMIT
+
+
+def test_slices_become_shorter_where_they_take_more_than_a_call_may(
+    limited_calls: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A preset's 64 events take 100,000 instructions."""
+    monkeypatch.setattr(sliced, "EFFORT", 20_000)
+    board = Board.preset("triangle-16")
+    assert assert_same(board, start_of(board, 0, None), [64]) > 16
+    path = SlicedPath(board, start_of(board, 0, None))
+    assert 0 < len(path.follow(64).events) < 16
+
+
+def test_what_takes_more_than_a_call_may_with_a_single_event_says_so(
+    limited_calls: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = SlicedPath(Board.preset("triangle-8"), 0.01)
+    path.follow(2)
+    before = path.state.tobytes()
+    monkeypatch.setattr(sliced, "EFFORT", 50)
+    with pytest.raises(EffortError, match="trace_many has not ended after 50 instructions"):
+        path.follow(64)
+    assert (path.state.tobytes(), path.ended) == (before, False)
 
 
 def test_a_world_is_the_same_however_far_ahead_it_was_followed() -> None:
