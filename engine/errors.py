@@ -5,7 +5,8 @@ EngineError (a ValueError)
 ├── SeedError         not an integer 0 <= seed < 2^64
 ├── EffortError       it takes more computing than a call may
 ├── ParameterError    a solver's or a drop's parameter out of range; `field` says which
-└── RecordError       a drop record that is malformed; `field` says where
+├── RecordError       a drop record that is malformed; `field` says where
+└── ClusterError      workers elsewhere that cannot compute what is asked of them
 """
 
 
@@ -35,3 +36,7 @@ class ParameterError(EngineError):
 
 class RecordError(EngineError):
     """A drop record that lacks a field or holds one of the wrong type."""
+
+
+class ClusterError(EngineError):
+    """Workers elsewhere that cannot compute: nobody answers, there are none, or they differ."""

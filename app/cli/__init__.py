@@ -17,6 +17,7 @@ COMMANDS = (
     "drop",
     "certify",
     "simulate",
+    "merge",
     "render",
     "map",
     "payouts",

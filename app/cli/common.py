@@ -2,8 +2,11 @@
 
 import gc
 import json
+import sys
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
+from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -11,6 +14,7 @@ import click
 
 if TYPE_CHECKING:
     from engine import Board
+    from engine.batches.workers import Workers
     from engine.parameters import Solver
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -92,6 +96,49 @@ def solver_options(command: Command) -> Command:
     ):
         command = option(command)
     return command
+
+
+def workers_options(command: Command) -> Command:
+    """Add --threads and --cluster, which say where it is computed; open them with `workers`."""
+    for option in (
+        click.option(
+            "--cluster",
+            metavar="WHERE",
+            help="Workers elsewhere: local[:N] processes, or a Dask scheduler's tcp://host:8786.",
+        ),
+        click.option("--threads", type=click.IntRange(min=1), help="Default: every core."),
+    ):
+        command = option(command)
+    return command
+
+
+def workers(cluster: str | None, threads: int | None) -> "AbstractContextManager[Workers]":
+    """The workers that --cluster and --threads ask for; see `workers_at` for errors."""
+    from engine.batches.workers import workers_at
+
+    return workers_at(cluster, threads)
+
+
+@contextmanager
+def progress(length: int, label: str, done: int = 0) -> Iterator[Callable[[int], None] | None]:
+    """A bar on stderr with rate and time left, where somebody sees it, and else nothing.
+
+    What is told to it is how many are done, of which `done` were before.
+    """
+    if not sys.stderr.isatty():
+        yield None
+        return
+    began = time.monotonic()
+    with click.progressbar(length=length, label=label, show_eta=False, file=sys.stderr) as bar:
+        bar.update(done)
+
+        def told(now: int) -> None:
+            rate = (now - done) / max(time.monotonic() - began, 1e-9)
+            left = timedelta(seconds=min(round((length - now) / max(rate, 1e-9)), 10**13))
+            bar.label = f"{label}, {rate:,.0f}/s, {left} left"
+            bar.update(now - bar.pos)
+
+        yield told
 
 
 def read_solver(

@@ -16,10 +16,13 @@ import numpy.typing as npt
 from app.computing import prices
 from app.errors import InvalidValueError
 from app.rooms.log import verify_log
-from engine import Board, Drop, drop_many, verify
+from engine import Board, Drop, DropBatch, drop_many, verify
+from engine.batches.block import Block, summed
+from engine.batches.job import Job
+from engine.batches.tally import Tally
+from engine.drops.digest import BLOCK
 from engine.drops.drop import make_drop
 from engine.drops.start import unsigned_zero
-from engine.drops.tally import Tally
 from engine.parameters import Exact, Solver, Stepped
 from engine.payouts.solve import solve_payouts
 
@@ -187,14 +190,22 @@ def tally(
     board: Board, first: int, drops: int, solver: Solver, seconds: float = MAX_SECONDS
 ) -> dict[str, Any]:
     """The summary of many drops; raises InvalidValueError when they take longer than `seconds`."""
-    found = Tally(known(board), solver)
+    found = Tally(Job(known(board), solver, first, drops))
     patience = Patience(drops, seconds)
-    how: dict[str, Any] = {"solver": solver.name, "threads": 1, **solver.fields()}
-    while found.drops < drops:
-        seeds = range(first + found.drops, first + min(found.drops + _CHUNK, drops))
-        found.add(drop_many(found.board, seeds, **how))
-        patience(found.drops)
+    for number in range(found.job.blocks):
+        found.add(_block(found.job, number, patience))
     return found.summary()
+
+
+def _block(job: Job, number: int, patience: Patience) -> Block:
+    """A block, with a look at the clock after every few drops."""
+    seeds = job.seeds(number)
+    parts: list[DropBatch] = []
+    for begin in range(0, len(seeds), _CHUNK):
+        part = seeds[begin : begin + _CHUNK]
+        parts.append(drop_many(job.board, part, threads=1, **job.options))
+        patience(number * BLOCK + begin + len(part))
+    return summed(number, parts)
 
 
 def payouts(board: Board, returned: float, risk: str, drops: int) -> dict[str, Any]:

@@ -13,7 +13,6 @@ from typing import Any, Final, TypeVar
 import msgspec
 
 from app.errors import InvalidValueError
-from app.fairness import merkle
 from app.fairness.export import ExportedDrop, SessionExport, Signed
 from app.fairness.seeds import commitment, drop_seed, parse_hex
 from app.fairness.signing import is_signed
@@ -28,7 +27,7 @@ from app.fairness.statements import (
 )
 from app.protocol.messages import SignedReceipt
 from app.rooms.stakes import payout_of
-from engine import PHYSICS_VERSION, Board, drop
+from engine import PHYSICS_VERSION, Board, drop, merkle
 from engine.errors import EngineError, RecordError
 
 Kind = TypeVar("Kind", SessionStatement, Receipt, TreeHead, Closing)

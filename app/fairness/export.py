@@ -9,8 +9,8 @@ from typing import Any, Final
 
 import msgspec
 
-from app.fairness import merkle
 from app.protocol.messages import SignedReceipt
+from engine import merkle
 from engine.errors import RecordError
 
 KIND: Final = "plinko-session"

@@ -19,7 +19,6 @@ from app.errors import (
     UnknownSessionError,
     shorten,
 )
-from app.fairness import merkle
 from app.fairness.export import KIND, VERSION, DropResult, SessionExport, Signed, make_export
 from app.fairness.seeds import SECRET_BYTES, commitment, parse_hex
 from app.fairness.signing import Signer
@@ -32,7 +31,7 @@ from app.rooms.canonical import canonical
 from app.rooms.independent import INDEPENDENT
 from app.rooms.records import FairEnd, FairOpening, FairSessionRow, ReceiptRow, ResultRow
 from app.rooms.room import Room
-from engine import PHYSICS_VERSION, Board
+from engine import PHYSICS_VERSION, Board, merkle
 
 _HELD: Final = 10_000  # sessions in memory; the others are in the ledger
 

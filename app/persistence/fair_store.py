@@ -11,7 +11,6 @@ from typing import Any, Final
 import msgspec
 from sqlalchemy import Connection, delete, func, insert, select, tuple_, update
 
-from app.fairness import merkle
 from app.persistence import tables
 from app.rooms.canonical import canonical
 from app.rooms.records import (
@@ -23,6 +22,7 @@ from app.rooms.records import (
     ResultRow,
     Undo,
 )
+from engine import merkle
 
 _AT_ONCE: Final = 400  # nodes of one SELECT, below what SQLite takes
 

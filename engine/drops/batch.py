@@ -156,7 +156,7 @@ class DropBatch:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of all outcomes in order, 64 hex digits; `engine.drops.digest` says of what."""
+        """Merkle root over blocks of all outcomes, 64 hex digits; `engine.drops.digest` has it."""
         return outcomes_digest(
             self.board.digest, self.solver, self.bin, self.duration, self.impact_count, self.x_end
         )

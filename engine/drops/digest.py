@@ -14,10 +14,12 @@ All numbers little-endian, floats as their raw IEEE 754 bits (a NaN as one fixed
 
 import hashlib
 import struct
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
+from engine import merkle
 from engine.canonical import float_bits
 from engine.constants import PHYSICS_VERSION
 from engine.parameters import Solver
@@ -71,38 +73,31 @@ def drop_digest(
 
 _OUTCOME = np.dtype([("bin", "<i4"), ("duration", "<f8"), ("impacts", "<i4"), ("x_end", "<f8")])
 
+BLOCK: Final = 65_536
+"""Drops whose outcomes are hashed together: some 0.2 s of a core, 1.5 MB."""
 
-class OutcomesDigest:
-    """Digest of a batch, fed in parts: how it is cut does not matter, the order does.
 
-    The drop's head up to the solver under the name "plinko drops", then a row per drop: int32 bin
-    (-1 if it did not land), float64 duration, int32 impacts, float64 end.
+def block_hash(
+    board_digest: str,
+    solver: Solver,
+    bins: npt.NDArray[np.int32],
+    durations: npt.NDArray[np.float64],
+    impact_counts: npt.NDArray[np.int32],
+    x_ends: npt.NDArray[np.float64],
+) -> bytes:
+    """Hash of at most BLOCK drops in the order of their seeds, 32 bytes; all arrays of shape (n,).
+
+    It is that of a leaf (`engine.merkle`): a drop's head up to the solver under the name "plinko
+    drops", then a row per drop: int32 bin (-1 if it did not land), float64 duration, int32 impacts,
+    float64 end.
     """
-
-    def __init__(self, board_digest: str, solver: Solver) -> None:
-        self._sha = hashlib.sha256(b"plinko drops")
-        self._sha.update(bytes.fromhex(board_digest))
-        self._sha.update(struct.pack("<I", PHYSICS_VERSION))
-        self._sha.update(solver.encoded())
-
-    def add(
-        self,
-        bins: npt.NDArray[np.int32],
-        durations: npt.NDArray[np.float64],
-        impact_counts: npt.NDArray[np.int32],
-        x_ends: npt.NDArray[np.float64],
-    ) -> None:
-        """Take the next drops in the order of their seeds; all arrays of shape (n,)."""
-        rows = np.zeros(len(bins), _OUTCOME)
-        rows["bin"] = bins
-        rows["duration"] = float_bits(durations)
-        rows["impacts"] = impact_counts
-        rows["x_end"] = float_bits(x_ends)
-        self._sha.update(rows.tobytes())
-
-    def hexdigest(self) -> str:
-        """Return the digest of all drops so far, 64 hex digits."""
-        return self._sha.hexdigest()
+    rows = np.zeros(len(bins), _OUTCOME)
+    rows["bin"] = bins
+    rows["duration"] = float_bits(durations)
+    rows["impacts"] = impact_counts
+    rows["x_end"] = float_bits(x_ends)
+    head = b"plinko drops" + bytes.fromhex(board_digest) + struct.pack("<I", PHYSICS_VERSION)
+    return merkle.leaf_hash(head + solver.encoded() + rows.tobytes())
 
 
 def outcomes_digest(
@@ -113,7 +108,16 @@ def outcomes_digest(
     impact_counts: npt.NDArray[np.int32],
     x_ends: npt.NDArray[np.float64],
 ) -> str:
-    """Hex digest of a whole batch in the order of its seeds; all arrays of shape (n,)."""
-    digest = OutcomesDigest(board_digest, solver)
-    digest.add(bins, durations, impact_counts, x_ends)
-    return digest.hexdigest()
+    """Hex digest of a whole batch in the order of its seeds; all arrays of shape (n,).
+
+    The root of the Merkle tree over its blocks, of which all but the last have BLOCK drops; no
+    drops are one block without rows.
+    """
+    parts = [slice(first, first + BLOCK) for first in range(0, max(len(bins), 1), BLOCK)]
+    hashes = [
+        block_hash(
+            board_digest, solver, bins[part], durations[part], impact_counts[part], x_ends[part]
+        )
+        for part in parts
+    ]
+    return merkle.root_of(hashes).hex()

@@ -133,15 +133,30 @@ def record_errors(record: Json, form: Json) -> list[str]:
     return wrong
 
 
-def batch_digest(records: list[Json]) -> str:
+def batch_digest(records: list[Json], block: int) -> str:
+    blocks = [records[k : k + block] for k in range(0, len(records), block)]
+    return tree_root([block_hash(each) for each in blocks]).hex()
+
+
+def block_hash(records: list[Json]) -> bytes:
     first = records[0]
-    sha = hashlib.sha256(b"plinko drops" + bytes.fromhex(first["board_digest"]))
+    sha = hashlib.sha256(b"\0plinko drops" + bytes.fromhex(first["board_digest"]))
     sha.update(u32(first["physics_version"]) + solver_bytes(first))
     for record in records:
         hits = sum(row[6] <= 1 for row in record["impacts"])
         where = -1 if record["bin"] is None else record["bin"]
         sha.update(struct.pack("<idid", where, record["duration"], hits, record["x_end"]))
-    return sha.hexdigest()
+    return sha.digest()
+
+
+def tree_root(hashes: list[bytes]) -> bytes:
+    if len(hashes) == 1:
+        return hashes[0]
+    left = 1
+    while 2 * left < len(hashes):
+        left *= 2
+    both = tree_root(hashes[:left]) + tree_root(hashes[left:])
+    return hashlib.sha256(b"\1" + both).digest()
 
 
 # Logs.

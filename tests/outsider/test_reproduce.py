@@ -9,7 +9,8 @@ import pytest
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
-from engine import Board, drop, preset_names
+from engine import Board, drop, drop_many, preset_names
+from tests.engine.batches.open_board import DROPS, OPEN
 from tests.long import tries
 
 PAGE = (Path(__file__).parents[2] / "docs" / "reproduce.md").read_text(encoding="utf-8")
@@ -91,3 +92,12 @@ def worked() -> str:
 def test_the_worked_drop_is_what_the_page_computes() -> None:
     assert f"```text\n{worked()}```\n" in PAGE
     assert f"digest          {drop('triangle-8', 42).digest}\n" in PAGE
+
+
+def test_the_page_gives_the_digest_of_a_batch() -> None:
+    page, many = solver(), drop_many(OPEN, range(DROPS))
+    columns = (many.bin, many.duration, many.impact_count, many.x_end)
+    rows = list(zip(*(each.tolist() for each in columns), strict=True))
+    blocks = [rows[k : k + 65_536] for k in range(0, DROPS, 65_536)]
+    hashes = [page["block_hash"](OPEN.digest, each) for each in blocks]
+    assert page["batch_digest"](hashes).hex() == many.digest

@@ -4,7 +4,6 @@ from typing import Any
 
 import msgspec
 
-from app.fairness import merkle
 from app.fairness.check import kernel_digest_of
 from app.fairness.export import KIND, VERSION, DropResult, SessionExport, Signed, make_export
 from app.fairness.seeds import commitment, drop_seed
@@ -19,7 +18,7 @@ from app.fairness.statements import (
 )
 from app.protocol.messages import SignedReceipt
 from app.rooms.stakes import payout_of
-from engine import PHYSICS_VERSION, Board, drop
+from engine import PHYSICS_VERSION, Board, drop, merkle
 
 KERNEL = kernel_digest_of(b"kernels")
 BOARD = Board.preset("triangle-9")

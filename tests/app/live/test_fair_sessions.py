@@ -8,9 +8,9 @@ import pytest
 
 from app.fairness.check import Verdict, check_session, kernel_digest_of
 from app.fairness.export import read_export
-from app.fairness.merkle import is_consistent
 from app.fairness.signing import is_signed
 from app.settings import page_kernels
+from engine.merkle import is_consistent
 from tests.app.conftest import TINY, Running, playing
 from tests.waiting import until
 

@@ -41,6 +41,17 @@ def root(size: int, lookup: Lookup) -> bytes:
     return _over(0, size, lookup) if size else hashlib.sha256().digest()
 
 
+def root_of(hashes: Sequence[bytes]) -> bytes:
+    """The root over leaves that are all there, by their hashes."""
+    if not hashes:
+        return hashlib.sha256().digest()
+    row = list(hashes)
+    while len(row) > 1:
+        odd = row[len(row) & ~1 :]  # without a sibling, it is the root of what is under it
+        row = [*map(node_hash, row[0:-1:2], row[1::2]), *odd]
+    return row[0]
+
+
 def inclusion(index: int, size: int, lookup: Lookup) -> list[bytes]:
     """The proof that leaf `index` is in the tree of the first `size` leaves."""
     return _inclusion(index, 0, size, lookup)

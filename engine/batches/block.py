@@ -1,0 +1,59 @@
+"""What is kept of a block of drops: counts, sums and the hash of all outcomes."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.batches.job import Job
+from engine.drops.batch import DropBatch, drop_many
+from engine.drops.digest import block_hash
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Outcomes of block `number` of a job.
+
+    histogram: drops in each bin; unsettled: those in none. impacts: of all drops. duration: of all
+    drops, s, the correctly rounded sum. hash: of all outcomes, 32 bytes (`block_hash`).
+    """
+
+    number: int
+    histogram: tuple[int, ...]
+    unsettled: int
+    impacts: int
+    duration: float
+    hash: bytes
+
+    @property
+    def drops(self) -> int:
+        """How many there are."""
+        return sum(self.histogram) + self.unsettled
+
+
+def batch_of(job: Job, number: int, threads: int) -> DropBatch:
+    """Compute all drops of a block."""
+    return drop_many(job.board, job.seeds(number), threads=threads, **job.options)
+
+
+def block_of(job: Job, number: int, threads: int) -> Block:
+    """Compute a block."""
+    return summed(number, [batch_of(job, number, threads)])
+
+
+def summed(number: int, parts: Sequence[DropBatch]) -> Block:
+    """The block of drops that were computed in some parts, in the order of their seeds."""
+    board, solver = parts[0].board, parts[0].solver
+    bins = np.concatenate([each.bin for each in parts])
+    durations = np.concatenate([each.duration for each in parts])
+    impacts = np.concatenate([each.impact_count for each in parts])
+    x_ends = np.concatenate([each.x_end for each in parts])
+    return Block(
+        number=number,
+        histogram=tuple(np.sum([each.histogram for each in parts], axis=0).tolist()),
+        unsettled=sum(each.unsettled for each in parts),
+        impacts=int(impacts.sum(dtype=np.int64)),
+        duration=math.fsum(durations.tolist()),
+        hash=block_hash(board.digest, solver, bins, durations, impacts, x_ends),
+    )

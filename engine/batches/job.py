@@ -1,0 +1,89 @@
+"""A job: drops of consecutive seeds, cut into blocks that any worker may compute."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from engine.board.model import Board
+from engine.constants import PHYSICS_VERSION
+from engine.drops.digest import BLOCK
+from engine.drops.start import aim_of
+from engine.drops.verify import board_of
+from engine.errors import EngineError, ParameterError, RecordError
+from engine.parameters import Solver, Stepped, make_solver
+from engine.seeding import parse_seed
+
+
+@dataclass(frozen=True)
+class Job:
+    """All that decides the outcomes: of the seeds `first`, `first` + 1, … so many drops.
+
+    aim: the middle of the starts that seeds draw, m; None for the board's own. Block k has the
+    seeds from `first` + k * BLOCK on. Raises ParameterError and SeedError for what is out of range.
+    """
+
+    board: Board
+    solver: Solver
+    first: int
+    drops: int
+    aim: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.drops < 1:
+            raise ParameterError(f"drops {self.drops!r} is not at least 1", field="drops")
+        parse_seed(self.first)
+        parse_seed(self.first + self.drops - 1)
+        if self.aim is not None:
+            object.__setattr__(self, "aim", aim_of(self.board, self.aim))
+
+    @property
+    def blocks(self) -> int:
+        """How many there are; the last may have fewer drops than the others."""
+        return -(-self.drops // BLOCK)
+
+    def seeds(self, number: int) -> range:
+        """The seeds of a block."""
+        begin = BLOCK * number
+        return range(self.first + begin, self.first + min(begin + BLOCK, self.drops))
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Solver and aim, as `drop_many` takes them."""
+        return {"solver": self.solver.name, **self.solver.fields(), "aim": self.aim}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON form; `job_of` reads it. Two jobs are one if theirs are equal."""
+        return {
+            "board": self.board.preset_name or self.board.to_dict(),
+            "board_digest": self.board.digest,
+            "physics_version": PHYSICS_VERSION,
+            "solver": self.solver.name,
+            **self.solver.fields(),
+            "seed": str(self.first),
+            "aim": self.aim,
+            "asked": self.drops,
+        }
+
+
+def job_of(form: Mapping[str, Any]) -> Job:
+    """A job from its JSON form; RecordError for one of another physics, or that is none."""
+    board = board_of({"board": wanted(form, "board")})
+    for name, ours in (("board_digest", board.digest), ("physics_version", PHYSICS_VERSION)):
+        if wanted(form, name) != ours:
+            raise RecordError(f"{name} is {form[name]!r}, and here it is {ours!r}", field=name)
+    how = {name: form[name] for name in Stepped().fields() if name in form}
+    drops = wanted(form, "asked")
+    if isinstance(drops, bool) or not isinstance(drops, int):
+        raise RecordError(f"asked {drops!r} is not a whole number", field="asked")
+    try:
+        solver = make_solver(wanted(form, "solver"), **how)
+        return Job(board, solver, parse_seed(wanted(form, "seed")), drops, form.get("aim"))
+    except EngineError as error:
+        raise RecordError(str(error), field=error.field) from error
+
+
+def wanted(form: Mapping[str, Any], name: str) -> Any:
+    """A field that a batch's result must have; RecordError if it does not."""
+    if name not in form:
+        raise RecordError(f"the result of a batch lacks {name!r}", field=name)
+    return form[name]
