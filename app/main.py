@@ -59,6 +59,7 @@ from app.web.routes import (
     page,
     payouts,
     pictures,
+    players,
     rooms,
     scenes,
     sessions,
@@ -140,6 +141,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         rooms.router,
         scenes.router,
         sessions.router,
+        players.router,
         halts.router,
     ):
         app.include_router(router, dependencies=listed)

@@ -75,7 +75,9 @@ drops = Table(
     Column("aim", Double),  # m, where the player chose the middle of what the seed draws
     Column("practice", Boolean, nullable=False, server_default=false()),  # chosen seed or x
     CheckConstraint("stake >= 0", name="drops_stake"),
-)
+    Index("drops_who", "who", sqlite_where=text("who IS NOT NULL"),
+          postgresql_where=text("who IS NOT NULL")),
+)  # fmt: skip
 
 # What rooms were told whose balls touch each other, drops included: such a room follows from it.
 inputs = Table(

@@ -19,6 +19,7 @@ from app.web.schemas.drops import (
 from app.web.schemas.halts import HaltRequest, HaltView
 from app.web.schemas.health import Health, IntegrityView, Readiness
 from app.web.schemas.payouts import Payouts, PayoutsRequest
+from app.web.schemas.players import PlayList
 from app.web.schemas.problem import Problem
 from app.web.schemas.rooms import (
     RoomChange,
@@ -76,6 +77,7 @@ DOCUMENTED = (
     IntegrityView,
     HaltRequest,
     HaltView,
+    PlayList,
 )
 
 

@@ -78,6 +78,7 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/log", "get"),
         ("/api/v1/integrity", "get"),
         ("/api/v1/halts", "get"),
+        ("/api/v1/players/{key}/plays", "get"),
         ("/api/v1/halts", "post"),
         ("/healthz", "get"),
         ("/readyz", "get"),
@@ -164,8 +165,9 @@ def test_every_operation_reads_well(document: dict[str, Any]) -> None:
             assert "application/json" in operation["requestBody"]["content"], path
         success = next(code for code in operation["responses"] if code.startswith("2"))
         if success != "204":
-            (content,) = operation["responses"][success]["content"].values()
-            assert content["schema"], path
+            contents = operation["responses"][success]["content"]
+            assert [*contents][1:] == (["text/csv"] if path.endswith("/plays") else []), path
+            assert all(content["schema"] for content in contents.values()), path
 
 
 def test_failures_are_problem_details(document: dict[str, Any]) -> None:

@@ -1,0 +1,135 @@
+"""A player's last plays: found by the mark alone, with paths that are the drops' own, in pages."""
+
+import csv
+import io
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from tests.app.conftest import TINY, serving
+from tests.app.live.test_fair_sessions import begun
+from tests.waiting import until
+
+BOARD = {**TINY, "drop": {"x": 0.0, "y": 0.0, "jitter": 0.25, "reach": 0.5, "aim": 0.25}}
+MARK = "mark of nobody else"
+PLAYS = f"/api/v1/players/{MARK}/plays"
+
+
+def played(http: httpx.Client, room: str, *, wait: int = 1, **body: Any) -> dict[str, Any]:
+    answer = http.post(f"/api/v1/rooms/{room}/drops", params={"wait": wait}, json=body)
+    assert answer.status_code in (200, 202), answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def recalled(http: httpx.Client, **query: Any) -> dict[str, Any]:
+    answer = http.get(PLAYS, params=query)
+    assert answer.status_code == 200, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+@pytest.fixture(scope="module")
+def rooms(http: httpx.Client) -> tuple[str, str]:
+    """Two tables, on the second of which four plays were made, and others'."""
+    first, second = (http.post("/api/v1/rooms", json={"board": BOARD}).json()["id"] for _ in "ab")
+    session, shown = begun(http, second)
+    staked = {"stake": 100, "session": session["session"], "who": MARK, "aim": 0.1}
+    for number in range(3):
+        played(http, second, wait=0, seed=str(number), who=MARK)
+        played(http, second, wait=0, seed=str(number), who="another")
+    address = f"/api/v1/rooms/{second}/drops"
+    answer = http.post(address, params={"wait": 1}, json=staked, headers=shown)
+    assert answer.json().get("landed"), answer.text
+    until(lambda: http.get(f"/api/v1/rooms/{second}").json()["balls"] == [])
+    return first, second
+
+
+def test_the_last_play_comes_first_with_all_that_was_staked_and_paid(
+    http: httpx.Client, rooms: tuple[str, str]
+) -> None:
+    last = recalled(http, limit=1)["plays"][0]
+    assert (last["room"], last["board"], last["stake"], last["aim"]) == (rooms[1], "tiny", 100, 0.1)
+    assert last["payout"] == 100 * last["score"]
+    assert last["session_drop"] == 0
+    assert abs(last["time"] / 1000.0 - time.time()) < 3600.0
+    first = recalled(http)["plays"][-1]
+    assert (first["seed"], first["practice"], first["stake"], first["session"]) == (
+        "0",
+        True,
+        0,
+        None,
+    )
+
+
+def test_a_play_s_path_is_its_own_to_the_last_bit(
+    http: httpx.Client, rooms: tuple[str, str]
+) -> None:
+    plays = recalled(http)["plays"]
+    assert len(plays) == 4
+    for play in plays:
+        path = http.get(play["path"]).json()
+        assert path["digest"] == play["digest"]
+        assert path["impacts"][-1][0] == play["duration"]
+        assert (path["bin"], path["x_end"]) == (play["bin"], play["x_end"])
+
+
+def test_pages_follow_one_another_without_gap_and_end(
+    http: httpx.Client, rooms: tuple[str, str]
+) -> None:
+    whole = recalled(http)
+    assert whole["next"] is None
+    found: list[Any] = []
+    query: dict[str, Any] = {"limit": 2}
+    while True:
+        page = recalled(http, **query)
+        found += page["plays"]
+        if page["next"] is None:
+            break
+        query["before"] = page["next"]
+    assert found == whole["plays"]
+
+
+def test_plays_as_csv_say_the_same(http: httpx.Client, rooms: tuple[str, str]) -> None:
+    answer = http.get(PLAYS, params={"limit": 2}, headers={"accept": "text/csv"})
+    assert answer.headers["content-type"].startswith("text/csv")
+    rows = list(csv.DictReader(io.StringIO(answer.text)))
+    told = recalled(http, limit=2)["plays"]
+    assert [*rows[0]] == [*told[0]]
+    for row, play in zip(rows, told, strict=True):
+        assert {name: "" if v is None else str(v) for name, v in play.items()} == row
+    following = answer.links["next"]["url"]
+    rest = http.get(following, params={"format": "csv"} | dict(httpx.URL(following).params))
+    assert len(list(csv.DictReader(io.StringIO(rest.text)))) == 2
+    assert http.get(PLAYS, params={"format": "json"}, headers={"accept": "text/csv"}).json()
+
+
+def test_a_mark_that_nobody_used_has_no_plays_and_what_is_none_is_named(
+    http: httpx.Client,
+) -> None:
+    assert http.get("/api/v1/players/nobody/plays").json() == {"plays": [], "next": None}
+    for query, named in (({"before": "1"}, "before '1'"), ({"limit": 101}, "limit")):
+        answer = http.get(PLAYS, params=query)
+        assert answer.status_code == 422
+        assert named in answer.json()["detail"]
+
+
+def test_plays_and_their_paths_outlive_the_server(tmp_path: Path) -> None:
+    board = tmp_path / "tiny.json"
+    board.write_text(json.dumps(BOARD))
+    url = f"sqlite:///{tmp_path / 'plinko.db'}"
+    first = serving(database_url=url, board=str(board))
+    with first as server, httpx.Client(base_url=server.url) as http:
+        played(http, "main", seed="5", x=0.25, who=MARK)
+        before = recalled(http)
+    # The next server has another main board: this one is known from the ledger alone.
+    second = serving(database_url=url, board="triangle-8")
+    with second as server, httpx.Client(base_url=server.url) as http:
+        assert recalled(http) == before
+        (play,) = before["plays"]
+        assert http.get(play["path"]).json()["digest"] == play["digest"]
+        assert play["x"] == 0.25
