@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import resource
 import signal
 import time
@@ -9,8 +10,12 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
-MEMORY: Final = 320 << 20
+MEMORY: Final = 256 << 20
 """Bytes that a worker may take beyond what it was started with."""
+
+KEPT: Final = 64 << 20
+"""Bytes beyond that, with which a worker ends when its work is done: what a large picture took is
+not all given back otherwise, and another worker is there within milliseconds."""
 
 _POLITE: Final = 10  # where there are fewer cores than work, the event loop has its time first
 
@@ -28,7 +33,8 @@ def serve(pipe: Connection) -> None:
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     os.nice(_POLITE)
-    _limit_memory()
+    begun_with = _data()
+    _limit_memory(begun_with)
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         while True:
             work, seconds = pipe.recv()
@@ -39,7 +45,10 @@ def serve(pipe: Connection) -> None:
             answer = _answer(work)
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.setitimer(signal.ITIMER_PROF, 0.0)
-            _send(pipe, (*answer, time.process_time() - began))
+            ends = _data() - begun_with > KEPT
+            _send(pipe, (*answer, time.process_time() - began, ends))
+            if ends:
+                return
 
 
 def _answer(work: Any) -> tuple[bool, Any]:
@@ -49,19 +58,24 @@ def _answer(work: Any) -> tuple[bool, Any]:
         return False, error
 
 
-def _send(pipe: Connection, answer: tuple[bool, Any, float]) -> None:
+def _send(pipe: Connection, answer: tuple[bool, Any, float, bool]) -> None:
     try:
         pipe.send(answer)
     except (TypeError, AttributeError) as error:  # what cannot be pickled
-        pipe.send((False, RuntimeError(f"{answer[1]!r}: {error}"), answer[2]))
+        pipe.send((False, RuntimeError(f"{answer[1]!r}: {error}"), *answer[2:]))
 
 
-def _limit_memory() -> None:
-    """Let what takes too much fail by itself, where the system can tell how much that is."""
+def _data() -> int:
+    """Bytes of memory that this process has to itself; 0 where the system does not tell."""
     statistics = Path("/proc/self/status")
     if not statistics.exists():
-        return
-    for line in statistics.read_text().splitlines():
-        if line.startswith("VmData:"):
-            limit = int(line.split()[1]) * 1024 + MEMORY
-            resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
+        return 0
+    (line,) = re.findall(r"^VmData:\s+([0-9]+) kB$", statistics.read_text(), re.MULTILINE)
+    return int(line) * 1024
+
+
+def _limit_memory(begun_with: int) -> None:
+    """Let what takes too much fail by itself, where the system can tell how much that is."""
+    if begun_with:
+        limit = begun_with + MEMORY
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))

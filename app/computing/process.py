@@ -62,13 +62,14 @@ class WorkerProcess:
             if not pipe.poll(WALL * seconds):
                 self._stop()
                 raise _too_long(seconds)
-            fine, value, spent = pipe.recv()
+            fine, value, spent, ends = pipe.recv()
         except (EOFError, OSError) as error:
             if self._stop() == -signal.SIGPROF:
                 raise _too_long(seconds) from error
             raise EndedError("the process that computed it ended") from error
-        if isinstance(value, MemoryError):
+        if ends or isinstance(value, MemoryError):
             self._stop()
+        if isinstance(value, MemoryError):
             raise CostError("it takes more memory than a request may")
         return Done(value, None, spent) if fine else Done(None, value, spent)
 

@@ -62,6 +62,7 @@ class Film:
         board = board_canvas(d.board, self._view, theme)
         paint_caption(board, d, self._view, named(theme), falling=0.0)
         self._board = board.bytes()
+        del board  # its floats take four times as much, and the result's canvas has as many
         self._look = balls.look_of(d.board.ball.radius * self._view.scale, theme)
         seconds = min(d.duration, LONGEST)
         self.times = np.arange(max(math.ceil(seconds * fps), 1)) / fps

@@ -66,7 +66,9 @@ def _pixels(found: Occupancy, view: View, theme_name: str) -> npt.NDArray[np.uin
     canvas = plate_canvas(found.board, view, theme_name)
     brightest = _brightest(found)
     light = _light(found, brightest)
-    canvas.blend(0, 0, _opacity(light), _colours(light, theme))
+    for rows in bands(len(light)):
+        part = light[rows]
+        canvas.blend(0, rows.start, _opacity(part), _colours(part, theme))
     paint_furniture(canvas, found.board, view, theme)
     room = paint_strip(canvas, view, theme)
     room -= _paint_scale(canvas, view, theme, brightest) + 16.0 * view.unit

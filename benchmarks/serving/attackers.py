@@ -59,6 +59,7 @@ class Attack:
     logged: str = ""  # the room whose log is long
     answers: Counter[str] = field(default_factory=Counter)
     prices: dict[str, str] = field(default_factory=dict)
+    opened: dict[str, str] = field(default_factory=dict)  # rooms, and the tokens that close them
     stopped: threading.Event = field(default_factory=threading.Event)
 
     def ask(self, path: str, body: Any = None) -> Any:
@@ -80,7 +81,10 @@ class Attack:
             peer.close()
         if answer.status < 300:
             self.answers[str(answer.status)] += 1
-            return json.loads(found) if data is not None else None
+            told = json.loads(found) if data is not None else None
+            if path == "/api/v1/rooms" and told:
+                self.opened[told["id"]] = told["token"]
+            return told
         problem = json.loads(found or b"{}")
         self.answers[f"{answer.status} {problem.get('code', '')}"] += 1
         if answer.status == 422:
@@ -97,6 +101,16 @@ class Attack:
             if found is not None:
                 return found
         raise MissingError(f"POST {path} was not answered: {dict(self.answers)}")
+
+    def close_rooms(self) -> None:
+        """Close the rooms that were opened and are still there."""
+        while self.opened:
+            room, token = self.opened.popitem()
+            peer = http.client.HTTPConnection(*self._peer, timeout=_TIMEOUT)
+            with contextlib.suppress(OSError, http.client.HTTPException), contextlib.closing(peer):
+                head = {"Authorization": f"Bearer {token}"}
+                peer.request("DELETE", f"/api/v1/rooms/{room}", headers=head)
+                peer.getresponse().read()
 
     @property
     def _peer(self) -> tuple[str, int]:

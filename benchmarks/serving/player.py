@@ -1,41 +1,38 @@
 """A player of `main` who notes what others' attacks do to it."""
 
 import asyncio
+import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-_SETTLES: Final = 1.0  # s after which a room that slept runs, and the player's clock is set
+_SETTLES: Final = 1.0  # s after which a room that slept runs
+_AROUND: Final = 60  # ticks, of which some came in time
+_RATE: Final = 60.0  # ticks a second
 
 
 class Player:
-    """A player of `main`: when its snapshots come, and how long its drops wait.
+    """A player of `main`: when its snapshots come, and how long its drops wait."""
 
-    `clock` estimates when each tick was due; see app.load.client.
-    """
-
-    def __init__(self, clock: Any) -> None:
-        self.late: list[float] = []
+    def __init__(self) -> None:
+        self.seen: list[tuple[int, float]] = []  # ticks, and when they came
         self.accepted: list[float] = []
         self.refused = 0
         self.asked: dict[str, float] = {}
-        self._clock = clock
-        self._settled = float("inf")  # from when on the room has not slept
+        self._settled = math.inf  # from when on the room has not slept
 
     def event(self, client: Any, event: dict[str, Any], now: float) -> None:
-        """Take an event: a pong sets the clock, an acceptance ends a wait."""
-        if event["type"] == "pong":
-            self._clock.observe(event, now)
-        elif event["type"] == "accepted" and event.get("ref") in self.asked:
+        """Take an event: an acceptance ends a wait."""
+        if event["type"] == "accepted" and event.get("ref") in self.asked:
             self.accepted.append(now - self.asked.pop(event["ref"]))
         elif event["type"] == "error":
             self.refused += 1
 
     def binary(self, client: Any, data: bytes, now: float) -> None:
-        """Take a snapshot: it is due when its tick is."""
-        tick = int.from_bytes(data[4:8], "little")
-        if self._clock.known and now > self._settled:
-            self.late.append(now - self._clock.due(tick))
+        """Take a snapshot."""
+        if now > self._settled:
+            self.seen.append((int.from_bytes(data[4:8], "little"), now))
 
     def closed(self, client: Any, code: int, reason: str) -> None:
         """Nothing: what does not come is missed."""
@@ -49,12 +46,30 @@ class Player:
         end = self._settled + seconds
         number = 0
         while (now := time.monotonic()) < end:
-            client.send(type="ping", t=now)
             self.asked[str(number)] = now
             client.send(type="drop", ref=str(number))
             number += 1
             await asyncio.sleep(0.25)
         client.close()
+
+
+def lateness(seen: Sequence[tuple[int, float]], rate: float = _RATE) -> list[float]:
+    """By how many s each tick of a room that does not sleep came late; ticks with their times.
+
+    The least late of all came in time. Ticks that the server gave up are missing from its rate, and
+    those that follow are not late for it: how many it gave up, the least late of the second before
+    a tick shows, or of the second after.
+    """
+    begins = [at - tick / rate for tick, at in seen]
+    first = min(begins, default=0.0)
+    late = []
+    for number, begin in enumerate(begins):
+        before = max(number + 1 - _AROUND, 0)
+        after = max(min(number, len(begins) - _AROUND), 0)
+        least = max(min(begins[start : start + _AROUND]) for start in (before, after))
+        given_up = math.floor((least - first) * rate + 0.1)
+        late.append(begin - first - given_up / rate)
+    return late
 
 
 @dataclass(frozen=True)
@@ -68,8 +83,6 @@ class Seen:
 
 def play(address: str, seconds: float) -> Seen:
     """Play on the server for so long."""
-    from app.load.client import Clock
-
-    player = Player(Clock(60.0))
+    player = Player()
     asyncio.run(player.play(address, seconds))
-    return Seen(player.late, player.accepted, player.refused)
+    return Seen(lateness(player.seen), player.accepted, player.refused)

@@ -33,6 +33,7 @@ from benchmarks.scenes import boards as scenes
 from benchmarks.scenes import random_boards
 from benchmarks.serving import fan_out, page, render, stream, wire
 from benchmarks.serving import process as serving
+from benchmarks.serving.player import lateness
 from benchmarks.speed import arithmetic, operations, stripped, worlds
 from benchmarks.stability import invariants, torture
 from engine import drop, drop_many
@@ -439,3 +440,20 @@ def test_a_server_is_watched_from_outside_and_stopped() -> None:
         assert server.cpu > before > 0
         assert server.process.poll() is None
     assert server.process.poll() == 0
+
+
+def test_ticks_are_late_by_what_they_lag_behind_the_schedule_and_not_by_those_given_up() -> None:
+    on_time = [(tick, 100.0 + tick / 60.0) for tick in range(300)]
+    assert lateness(on_time) == pytest.approx([0.0] * 300, abs=1e-9)
+    once = [(tick, at + (0.009 if tick == 150 else 0.0)) for tick, at in on_time]
+    assert lateness(once)[149:152] == pytest.approx([0.0, 0.009, 0.0], abs=1e-9)
+    # A stall of six ticks: five were made up for in one message, and one was given up.
+    stalled = [
+        (tick, at + (0.0 if tick < 150 else 1.0 / 60.0))
+        for tick, at in on_time
+        if not 150 <= tick < 154
+    ]
+    assert max(lateness(stalled)) == pytest.approx(0.0, abs=1e-9)
+    # For a second and more every tick is late by nearly one: that is late, not given up.
+    slow = [(tick, at + (0.014 if tick >= 100 else 0.0)) for tick, at in on_time]
+    assert lateness(slow)[200:] == pytest.approx([0.014] * 100, abs=1e-9)

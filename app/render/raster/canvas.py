@@ -160,12 +160,17 @@ def polygon_coverage(
     polygons: Sequence[Sequence[tuple[float, float]]], width: int, height: int
 ) -> Array:
     """Coverage (height, width) of the union of polygons in px."""
-    size = (width * SUPERSAMPLING, height * SUPERSAMPLING)
-    mask = Image.new("L", size)
-    draw = ImageDraw.Draw(mask)
-    for points in polygons:
-        draw.polygon([(x * SUPERSAMPLING, y * SUPERSAMPLING) for x, y in points], fill=255)
-    return np.asarray(mask.reduce(SUPERSAMPLING), dtype=np.float32) / np.float32(255.0)
+    # Whole numbers, as Pillow draws them, so that an edge is the same in every band it crosses.
+    fine = [np.trunc(np.array(points) * SUPERSAMPLING).astype(np.int64) for points in polygons]
+    coverage = np.empty((height, width), np.float32)
+    for rows in bands(height):
+        mask = Image.new("L", (width * SUPERSAMPLING, (rows.stop - rows.start) * SUPERSAMPLING))
+        draw = ImageDraw.Draw(mask)
+        for points in fine:
+            corners = points - (0, rows.start * SUPERSAMPLING)
+            draw.polygon(corners.ravel().tolist(), fill=255)
+        coverage[rows] = np.asarray(mask.reduce(SUPERSAMPLING), np.float32) / np.float32(255.0)
+    return coverage
 
 
 def polyline_coverage(

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.computing.inside import KEPT
 from app.computing.pool import Workers
 from app.errors import BusyError, CostError, DeadlineError, EndedError, InvalidValueError, answer
 from benchmarks.serving.attackers import hall
@@ -126,6 +127,24 @@ async def test_memory_has_a_bound(workers: Workers) -> None:
     with pytest.raises(CostError, match="more memory"):
         await workers.run(functools.partial(np.ones, 10**9))
     assert await workers.run(os.getpid) != os.getpid()
+
+
+_held: list[object] = []
+
+
+def hold(count: int) -> int:
+    """Take so many bytes and let nobody have them back."""
+    _held.append(np.ones(count, np.uint8))
+    return os.getpid()
+
+
+async def test_a_worker_that_has_grown_ends_with_its_work(workers: Workers) -> None:
+    little, much = (functools.partial(hold, part) for part in (KEPT // 4, KEPT))
+    pid = await workers.run(little)
+    assert await workers.run(little) == pid
+    assert await workers.run(much) == pid
+    assert not lives(pid), "what it held is given back, and what came of its work is there"
+    assert await workers.run(little) != pid
 
 
 async def test_a_worker_that_dies_is_replaced(workers: Workers) -> None:
