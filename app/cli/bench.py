@@ -62,6 +62,7 @@ WHAT = (
     type=click.Path(file_okay=False, path_type=Path),
     help="stability: save the drops that went wrong in this directory.",
 )
+@common.cluster_option
 @click.option("--node/--no-node", default=True, show_default=True, help="Engines for Node.js too.")
 def command(
     what: str,
@@ -73,6 +74,7 @@ def command(
     rounds: int | None,
     long: bool,
     findings: Path | None,
+    cluster: str | None,
     node: bool,
 ) -> None:
     """Measure the engine, in turns with others where there are others.
@@ -105,6 +107,7 @@ def command(
             long=long,
             node=node,
             findings=findings,
+            cluster=cluster,
             step=step,
         )
         about = machine.describe()

@@ -8,7 +8,7 @@ import click
 from app.cli import common
 
 if TYPE_CHECKING:
-    from engine.drops.calibrate import Fit
+    from engine.batches.calibrate import Fit
 
 
 @click.command(name="calibrate", short_help="Search for a triangle's physics.")
@@ -17,9 +17,16 @@ if TYPE_CHECKING:
 @click.option("--drops", type=click.IntRange(min=1), default=10_000, show_default=True)
 @click.option("--check", type=click.IntRange(min=1), help="Drops of a last look with new seeds.")
 @click.option("--preset", is_flag=True, help="Search nothing: look at the preset as it is.")
+@common.cluster_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object a line.")
 def command(
-    rows: int, trials: int, drops: int, check: int | None, preset: bool, as_json: bool
+    rows: int,
+    trials: int,
+    drops: int,
+    check: int | None,
+    preset: bool,
+    cluster: str | None,
+    as_json: bool,
 ) -> None:
     """Find drag, restitution, friction and jitter that bring a triangle's bins near the binomial.
 
@@ -29,14 +36,15 @@ def command(
     many fair draws would show. --check measures the last, or with --preset the preset, with seeds
     that no search has seen.
     """
+    from engine.batches import calibrate
     from engine.board import presets
-    from engine.drops import calibrate
 
     tuning = presets.TUNING[f"triangle-{rows}"]
     if not preset:
-        for found in calibrate.search(rows, trials, drops):
-            _show("better", found, as_json)
-            tuning = found.tuning
+        with common.workers(cluster, None) as workers:
+            for found in calibrate.search(rows, trials, drops, workers):
+                _show("better", found, as_json)
+                tuning = found.tuning
     if preset or check:
         unseen = calibrate.UNSEEN
         _show("check", calibrate.fit(rows, tuning, check or drops, unseen), as_json)

@@ -98,18 +98,19 @@ def solver_options(command: Command) -> Command:
     return command
 
 
+def cluster_option(command: Command) -> Command:
+    """Add --cluster, which says where it is computed; open it with `workers`."""
+    return click.option(
+        "--cluster",
+        metavar="WHERE",
+        help="Workers elsewhere: local[:N] processes, or a Dask scheduler's tcp://host:8786.",
+    )(command)
+
+
 def workers_options(command: Command) -> Command:
-    """Add --threads and --cluster, which say where it is computed; open them with `workers`."""
-    for option in (
-        click.option(
-            "--cluster",
-            metavar="WHERE",
-            help="Workers elsewhere: local[:N] processes, or a Dask scheduler's tcp://host:8786.",
-        ),
-        click.option("--threads", type=click.IntRange(min=1), help="Default: every core."),
-    ):
-        command = option(command)
-    return command
+    """Add --threads and --cluster."""
+    threads = click.option("--threads", type=click.IntRange(min=1), help="Default: every core.")
+    return threads(cluster_option(command))
 
 
 def workers(cluster: str | None, threads: int | None) -> "AbstractContextManager[Workers]":

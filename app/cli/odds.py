@@ -13,6 +13,7 @@ import click
 from app.cli import common
 
 if TYPE_CHECKING:
+    from engine.batches.workers import Workers
     from engine.payouts.odds import Odds
     from engine.payouts.record import Record, Wanted
 
@@ -30,10 +31,15 @@ _HEADS: Final = ("board", "return", "drops", "top award", "hit rate", "volatilit
 )
 @click.option("--count", is_flag=True, help="Drop more balls, cheapest first; needs --record.")
 @click.option("--hours", type=click.FloatRange(min=0.0), help="After which the count stops.")
-@click.option("--threads", type=click.IntRange(min=1), help="Default: every core.")
+@common.workers_options
 @click.option("--solve", metavar="PRESET", help="A new table by all drops; begins a new judgement.")
 def command(
-    record: Path | None, count: bool, hours: float | None, threads: int | None, solve: str | None
+    record: Path | None,
+    count: bool,
+    hours: float | None,
+    threads: int | None,
+    cluster: str | None,
+    solve: str | None,
 ) -> None:
     """What each preset returns, with its interval of 95 %, by drops that did not choose its table.
 
@@ -53,7 +59,8 @@ def command(
     if solve:
         _solve(record, found, solve)
     elif count:
-        _count(record, found, hours, threads)
+        with common.workers(cluster, threads) as workers:
+            _count(record, found, hours, workers)
     else:
         _show(found)
 
@@ -83,7 +90,7 @@ def _asked_to_stop() -> Iterator[list[int]]:
             signal.signal(each, handler)
 
 
-def _count(path: Path, record: "Record", hours: float | None, threads: int | None) -> None:
+def _count(path: Path, record: "Record", hours: float | None, workers: "Workers") -> None:
     from engine.payouts.record import counted_on, still_to_drop, wanted
 
     began = time.monotonic()
@@ -91,7 +98,7 @@ def _count(path: Path, record: "Record", hours: float | None, threads: int | Non
     with _asked_to_stop() as stop:
         while needs := wanted(record):
             some = min(STEP, needs[0].drops)
-            record = counted_on(record, needs[0], some, threads)
+            record = counted_on(record, needs[0], some, workers)
             dropped += some
             _save(path, record)
             spent = time.monotonic() - began

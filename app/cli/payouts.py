@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     "--risk", type=click.Choice(["low", "medium", "high"]), default="medium", show_default=True
 )
 @click.option("--drops", type=click.IntRange(min=1), help="From each aim, at most; as many judge.")
-@click.option("--threads", type=click.IntRange(min=1), help="Default: every core.")
+@common.workers_options
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="The board, as JSON.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
@@ -30,6 +30,7 @@ def command(
     risk: str,
     drops: int | None,
     threads: int | None,
+    cluster: str | None,
     out: Path | None,
     as_json: bool,
 ) -> None:
@@ -41,7 +42,10 @@ def command(
     """
     from engine.payouts.solve import MOST, solve_payouts
 
-    with click.progressbar(length=1, label="drops", file=sys.stderr) as bar:
+    with (
+        common.workers(cluster, threads) as workers,
+        click.progressbar(length=1, label="drops", file=sys.stderr) as bar,
+    ):
 
         def progress(done: int, of: int) -> None:
             bar.length = of
@@ -53,7 +57,7 @@ def command(
             returned=returned,
             risk=risk,
             drops=drops or MOST,
-            threads=threads,
+            workers=workers,
             progress=progress,
         )
     if out is not None:

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -33,6 +33,7 @@ MANY = ("sheet", "density", "histogram")
 @click.option("--columns", type=int, help="Of a sheet.  [as many as rows, if they fit]")
 @click.option("--density", type=int, metavar="N", help="Where N drops spend their time.")
 @click.option("--histogram", type=int, metavar="N", help="Where N drops land.")
+@common.cluster_option
 @click.option("--width", type=int, help="In pixels.  [760; a sheet 1140]")
 @click.option("--fps", type=int, default=30, show_default=True, help="Of an animation, 1 to 60.")
 @click.option(
@@ -50,6 +51,7 @@ def command(  # one parameter an option: click hands them over by name
     correction: float | None,
     at: float | None,
     columns: int | None,
+    cluster: str | None,
     width: int | None,
     fps: int,
     theme: str,
@@ -63,6 +65,8 @@ def command(  # one parameter an option: click hands them over by name
     """
     how = common.read_solver(solver, dt, substeps, correction)
     asked = {name: count for name, count in many.items() if count is not None}
+    if cluster is not None and set(asked) != {"density"}:
+        raise click.UsageError(f"--cluster {cluster} belongs to --density")
     path = _writable(out, STILLS if asked or at is not None else (*STILLS, *ANIMATIONS))
     fmt = path.suffix.lower()[1:]
     if asked:
@@ -71,7 +75,11 @@ def command(  # one parameter an option: click hands them over by name
         seeds = _seeds(seed, count, kind)
         sizes = {"width": width, "columns": columns}
         given = {name: value for name, value in sizes.items() if value is not None}
-        picture = _draw_many(kind, common.load_board(board), seeds, fmt, theme, how, given)
+        drawn = common.load_board(board)
+        if cluster is None:
+            picture = _draw_many(kind, drawn, seeds, fmt, theme, how, given)
+        else:
+            picture = _draw_by(cluster, drawn, seeds, fmt, theme, given)
     else:
         if seed is None:
             raise click.UsageError("one drop needs --seed")
@@ -106,7 +114,7 @@ def _draw_many(
     fmt: str,
     theme: str,
     how: common.Options,
-    sizes: dict[str, int],
+    sizes: dict[str, Any],
 ) -> bytes:
     from app.render import contact_sheet, density_picture, histogram_picture
     from engine import drop_many
@@ -121,6 +129,20 @@ def _draw_many(
         return histogram_picture(
             board, batch.histogram, fmt, theme=theme, unsettled=batch.unsettled, **sizes
         )
+
+
+def _draw_by(
+    cluster: str, board: "Board", seeds: range, fmt: str, theme: str, sizes: dict[str, int]
+) -> bytes:
+    """Where the drops spend their time, counted by a cluster."""
+    from app.render import density_picture
+
+    with (
+        common.workers(cluster, None) as workers,
+        common.progress(len(seeds), "drops") as told,
+    ):
+        how: dict[str, Any] = {"progress": told, "workers": workers, **sizes}
+        return density_picture(board, seeds, fmt, theme=theme, **how)
 
 
 def _check_many(

@@ -1,6 +1,7 @@
 """Where the balls of many drops spend their time, as light on the board."""
 
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Final
 
 import numpy as np
@@ -14,6 +15,8 @@ from app.render.raster.canvas import Canvas, bands, text_width
 from app.render.still import DEFAULT_WIDTH
 from app.render.theme import Theme, named
 from engine import Board, Occupancy, occupancy
+from engine.batches.density import Grid, occupancy_by
+from engine.batches.workers import Workers
 
 Floats = npt.NDArray[np.float32]
 Steps = npt.NDArray[np.uint8]
@@ -40,24 +43,22 @@ def density_picture(
     theme: str = "light",
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
+    workers: Workers | None = None,
 ) -> bytes:
     """Where the centres of the balls of `seeds` are how long, in `fmt`: `png`, `jpg` or `webp`.
 
     Each pixel is a cell of the count; memory does not grow with the drops. `threads` and `progress`
-    as in `engine.drops.occupancy`. Raises InvalidValueError and the engine's errors.
+    as in `engine.drops.occupancy`; `workers` count consecutive seeds elsewhere. Raises
+    InvalidValueError and the engine's errors.
     """
     view = lay_out(board, width)
     named(theme)
-    found = occupancy(
-        board,
-        seeds,
-        left=view.left,
-        top=view.drop_y - view.start / view.scale,
-        cells_per_metre=view.scale,
-        shape=(view.height, view.width),
-        threads=threads,
-        progress=progress,
-    )
+    top = view.drop_y - view.start / view.scale
+    grid = Grid(view.left, top, view.scale, (view.height, view.width))
+    if workers is not None and isinstance(seeds, range):
+        found = occupancy_by(workers, board, seeds, grid, progress)
+    else:
+        found = occupancy(board, seeds, threads=threads, progress=progress, **asdict(grid))
     return encode.still(_pixels(found, view, theme), fmt)
 
 

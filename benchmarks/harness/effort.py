@@ -18,7 +18,8 @@ class Effort:
     """quick: small sizes, to see that all works. rounds: repeats of each timed job, at least 1.
 
     long: 10^7 random drops in the stability benchmark, which takes hours. node: engines for
-    Node.js too. findings: where faults are saved, if anywhere. step(label) is called at each piece
+    Node.js too. findings: where faults are saved, if anywhere. cluster: who computes the
+    random drops, see `engine.batches.workers`. step(label) is called at each piece
     of work done.
     """
 
@@ -27,6 +28,7 @@ class Effort:
     long: bool = False
     node: bool = True
     findings: Path | None = None
+    cluster: str | None = None
     step: Callable[[str], None] = _silent
 
     def size(self, full: int, quick: int) -> int:

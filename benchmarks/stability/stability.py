@@ -2,6 +2,7 @@
 
 import json
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from benchmarks.scenes import random_boards
 from benchmarks.stability import torture, touching_torture
 from benchmarks.stability.invariants import FAULTS, Findings, examine
 from engine import Board, World
+from engine.batches.workers import workers_at
 
 STARTS = 100
 """Starts on each random board."""
@@ -153,12 +155,14 @@ def _random(totals: dict[str, Findings], effort: Effort) -> Table:
         share = boards if name == "exact" else max(1, boards // 4)  # a stepped drop costs more
         count = min(STARTS, drops)
         jobs = [(seed, count, solver) for seed in range(share)]
-        if effort.quick:
-            for job in jobs:
-                found.add(_one_board(job))
+        if effort.quick or effort.cluster:
+            with workers_at(effort.cluster, 1 if effort.cluster is None else None) as workers:
+                for _, part in workers.compute(_one_board, jobs):
+                    found.add(part)
+                    effort.step(f"random boards, {name}")
         else:
             with ProcessPoolExecutor(machine.cores(), mp_context=get_context("spawn")) as pool:
-                for part in pool.map(_one_board, jobs, chunksize=4):
+                for part in pool.map(partial(_one_board, threads=1), jobs, chunksize=4):
                     found.add(part)
                     effort.step(f"random boards, {name}")
         totals[name].add(found)
@@ -175,7 +179,7 @@ def _random(totals: dict[str, Findings], effort: Effort) -> Table:
     )
 
 
-def _one_board(job: tuple[int, int, dict[str, Any]]) -> Findings:
+def _one_board(job: tuple[int, int, dict[str, Any]], threads: int) -> Findings:
     seed, count, solver = job
     board = random_boards.random_board(seed)
     return examine(board, random_boards.starts(board, count, seed), solver)

@@ -90,7 +90,7 @@ def occupancy(
     board = Board.named(board)
     starts = seed_array(seeds)
     rows, columns = _checked_shape(shape)
-    chosen = _default_step(len(starts)) if step is None else number(step, "step", 1e-6, 1.0)
+    chosen = default_step(len(starts)) if step is None else number(step, "step", 1e-6, 1.0)
     cells = number(cells_per_metre, "cells_per_metre", 1e-3, 1e6)
     corner = (number(left, "left", -1e6, 1e6), number(top, "top", -1e6, 1e6))
     work = _Work(board, starts, chosen, corner, cells)
@@ -169,7 +169,8 @@ class _Work:
                 self._follow(*part, new_log(0, _SEGMENTS, part[1] - part[0]), counts)
 
 
-def _default_step(drops: int) -> float:
+def default_step(drops: int) -> float:
+    """How often so many drops are looked at, s."""
     return min(max(SHORTEST_STEP * drops / _FINE, SHORTEST_STEP), LONGEST_STEP)
 
 

@@ -1,22 +1,24 @@
 """Where drops from each aim land: counted by drops of consecutive seeds."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
+from engine.batches.block import block_of
+from engine.batches.job import Job
+from engine.batches.workers import Here, Workers
 from engine.board.model import Board
-from engine.drops.batch import drop_many
 from engine.errors import ParameterError
+from engine.parameters import Exact
 
 Floats = npt.NDArray[np.float64]
 
 STEPS: Final = 4
 """Aims from the board's own x to the farthest, where a player may aim anywhere in between."""
-
-AT_ONCE: Final = 250_000
-"""Drops between two looks at `progress` and at the interval: 32 bytes each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,11 +90,26 @@ def is_mirrored(board: Board) -> bool:
     )
 
 
-def more(board: Board, found: Landings, drops: int, threads: int | None = None) -> Landings:
-    """The same landings with those of the next `drops` seeds."""
-    seeds = range(found.next_seed, found.next_seed + drops)
-    batch = drop_many(board, seeds, aim=found.aim, threads=threads)
-    counted = Landings(found.aim, tuple(batch.histogram.tolist()), batch.unsettled, found.next_seed)
+def more(
+    board: Board,
+    found: Landings,
+    drops: int,
+    workers: Workers | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Landings:
+    """The same landings with those of the next `drops` seeds, counted here or by `workers`.
+
+    `progress` is called with how many of them are counted, now and then.
+    """
+    job = Job(board, Exact(), found.next_seed, drops, found.aim)
+    histogram, unsettled, done = np.zeros(board.bins.count, np.int64), 0, 0
+    for _, block in (workers or Here()).compute(partial(block_of, job), range(job.blocks)):
+        histogram += np.array(block.histogram)
+        unsettled += block.unsettled
+        done += block.drops
+        if progress is not None:
+            progress(done)
+    counted = Landings(found.aim, tuple(histogram.tolist()), unsettled, found.next_seed)
     return joined(found, counted)
 
 

@@ -11,6 +11,7 @@ from functools import cache, reduce
 from importlib.resources import files
 from typing import Any, Final
 
+from engine.batches.workers import Workers
 from engine.board import presets
 from engine.board.model import Board
 from engine.payouts import landings
@@ -97,10 +98,10 @@ def still_to_drop(needs: Sequence[Wanted]) -> int:
     return sum(most.values())
 
 
-def counted_on(record: Record, want: Wanted, drops: int, threads: int | None = None) -> Record:
+def counted_on(record: Record, want: Wanted, drops: int, workers: Workers | None = None) -> Record:
     """The record with `drops` more of the board and from the aim that are wanted."""
     counted = record[want.board]
-    grown = landings.more(Board.preset(want.board), counted.blocks[-1][want.aim], drops, threads)
+    grown = landings.more(Board.preset(want.board), counted.blocks[-1][want.aim], drops, workers)
     return {**record, want.board: counted.grown(want.aim, grown)}
 
 

@@ -6,17 +6,19 @@ returns what it should, whatever it truly returns.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from math import ceil
 from typing import Any, Final
 
 import numpy as np
 
+from engine.batches.workers import Here, Workers
 from engine.board.model import Board
 from engine.board.payouts import Risk
 from engine.errors import ParameterError
 from engine.parameters import number
 from engine.payouts import reference, table
-from engine.payouts.landings import AT_ONCE, Landings, is_mirrored, more, none_after, none_yet
+from engine.payouts.landings import Landings, is_mirrored, more, none_after, none_yet
 from engine.payouts.odds import DEVIATIONS, Odds, odds_of
 
 PRECISE: Final = 1e-3
@@ -94,6 +96,7 @@ def solve_payouts(
     risk: str = "medium",
     drops: int = MOST,
     threads: int | None = None,
+    workers: Workers | None = None,
     progress: Progress | None = None,
 ) -> Payouts:
     """Solve the payout table of `board`, a board or a preset's name, for a return such as 0.99.
@@ -101,8 +104,9 @@ def solve_payouts(
     Drops balls with the seeds 0, 1, 2 … from the board's own start and from every aim that a player
     has, until the own start's return is known to PRECISE, or for at most `drops` from each aim;
     then as many with later seeds, which say what the table returns. `threads` as for `drop_many`;
-    `progress` is called now and then. Raises ParameterError for a return or risk there is none of,
-    or where no table is within its bounds.
+    `workers` compute elsewhere (`engine.batches.workers`). `progress` is called now and then.
+    Raises ParameterError for a return or risk there is none of, or where no table is within its
+    bounds.
     """
     target = number(returned, "return", 0.5, 1.0)
     chosen = risk_of(risk)
@@ -111,7 +115,7 @@ def solve_payouts(
     found = Board.named(board)
 
     def count(begun: Block, pays_of: Callable[[Block], Pays], told: Progress) -> Block:
-        return _until_known(begun, pays_of, drops, Counting(found, threads, told))
+        return _until_known(begun, pays_of, drops, Counting(found, workers or Here(threads), told))
 
     def told(done: int, of: int) -> None:
         if progress is not None:
@@ -155,10 +159,10 @@ def needed(odds: Odds, own: bool) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Counting:
-    """How drops are counted: on which board and threads, and who is told."""
+    """How drops are counted: on which board, by whom, and who is told."""
 
     board: Board
-    threads: int | None
+    workers: Workers
     progress: Progress
 
 
@@ -183,10 +187,14 @@ def _count(landings: Block, wanted: list[int], counting: Counting) -> Block:
     """The landings of at least so many drops from each aim."""
     counted = list(landings)
     for k, need in enumerate(wanted):
-        while counted[k].drops < need:
-            some = min(AT_ONCE, need - counted[k].drops)
-            counted[k] = more(counting.board, counted[k], some, counting.threads)
-            done = sum(each.drops for each in counted)
+        if counted[k].drops < need:
+            before = sum(each.drops for each in counted)
             left = sum(max(n - each.drops, 0) for n, each in zip(wanted, counted, strict=True))
-            counting.progress(done, done + left)
+            told = partial(_told, counting.progress, before, before + left)
+            some = need - counted[k].drops
+            counted[k] = more(counting.board, counted[k], some, counting.workers, told)
     return tuple(counted)
+
+
+def _told(progress: Progress, before: int, of: int, done: int) -> None:
+    progress(before + done, of)

@@ -139,8 +139,8 @@ def test_a_drop_that_never_ends_is_looked_at_while_it_lasts() -> None:
 
 def test_many_drops_are_looked_at_less_often_each() -> None:
     assert occupancy(BOARD, range(10), **GRID).step == SHORTEST_STEP
-    assert MODULE._default_step(10**6) == LONGEST_STEP
-    assert SHORTEST_STEP < MODULE._default_step(50_000) < LONGEST_STEP
+    assert MODULE.default_step(10**6) == LONGEST_STEP
+    assert SHORTEST_STEP < MODULE.default_step(50_000) < LONGEST_STEP
 
 
 def test_progress_is_told_and_may_stop_the_work() -> None:

@@ -6,9 +6,7 @@ from itertools import groupby, pairwise
 import numpy as np
 import pytest
 
-from engine.board.presets import TUNING
-from engine.drops.batch import drop_many
-from engine.drops.calibrate import (
+from engine.batches.calibrate import (
     LONGEST_FALL,
     ROUNDS,
     SHORTEST_FALL,
@@ -22,6 +20,8 @@ from engine.drops.calibrate import (
     total_variation,
     tuned,
 )
+from engine.board.presets import TUNING
+from engine.drops.batch import drop_many
 
 
 def test_the_expected_bins_are_those_of_fair_coins() -> None:

@@ -7,11 +7,13 @@ it, and nothing steers the ball: what can be chosen are four parameters.
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import comb, sqrt
 
 import numpy as np
 import numpy.typing as npt
 
+from engine.batches.workers import Here, Workers
 from engine.board import payouts, presets
 from engine.board.model import Board
 from engine.board.presets import TABLE_GRAVITY, Tuning
@@ -95,9 +97,12 @@ def tuned(rows: int, tuning: Tuning) -> Board:
     return Board.of(fields)
 
 
-def fit(rows: int, tuning: Tuning, drops: int, first_seed: int = 0) -> Fit:
+def fit(
+    rows: int, tuning: Tuning, drops: int, first_seed: int = 0, threads: int | None = None
+) -> Fit:
     """Measure one tuning with the seeds first_seed … first_seed + drops - 1."""
-    batch = drop_many(tuned(rows, tuning), range(first_seed, first_seed + drops))
+    seeds = range(first_seed, first_seed + drops)
+    batch = drop_many(tuned(rows, tuning), seeds, threads=threads)
     return fit_of(batch, tuning)
 
 
@@ -120,48 +125,84 @@ def fit_of(batch: DropBatch, tuning: Tuning) -> Fit:
     )
 
 
-def search(rows: int, trials: int, drops: int) -> Iterator[Fit]:
+def search(rows: int, trials: int, drops: int, workers: Workers | None = None) -> Iterator[Fit]:
     """Yield each better fit found: a sweep of the whole range, then rounds ever nearer the best.
 
     The sweep is `trials` points of Halton's sequence with `drops` drops each. Each of the ROUNDS
     looks at a quarter as many with twice the drops of the round before, the best so far measured
     anew among them: by chance it may have looked better than it is. Within a round every trial uses
     the same seeds, so that two tunings differ by themselves and not by luck; each round has others.
+    `workers` (default: this process) measure as many trials side by side as they can; what is
+    found does not depend on them.
     """
+    given = workers or Here()
     low, high = limits(rows)
     centre = _tuning(np.full(len(low), 0.5), low, high)
-    best = yield from _round(rows, _around(centre, 0.5, trials, low, high), drops, 0)
+    best = yield from _round(
+        given, _Trials(rows, drops, 0), _around(centre, 0.5, trials, low, high)
+    )
     seed = drops
     for reach in ROUNDS:
         drops *= 2
         near = _around(best.tuning, reach, max(trials // 4, 1), low, high)
-        best = yield from _round(rows, [best.tuning, *near], drops, seed)
+        best = yield from _round(given, _Trials(rows, drops, seed), [best.tuning, *near])
         seed += drops
 
 
+@dataclass(frozen=True, slots=True)
+class _Trials:
+    """What the trials of a round have in common."""
+
+    rows: int
+    drops: int
+    first_seed: int
+
+    def fits(self, tuning: Tuning, best: Fit | None, threads: int) -> list[Fit]:
+        """A tuning with ever more of the drops, until a part shows it to be worse than `best`."""
+        parts = () if best is None else HEATS
+        found = []
+        for part in (*parts, 1):
+            drops = max(self.drops // part, 1)
+            found.append(fit(self.rows, tuning, drops, self.first_seed, threads))
+            if _is_behind(found[-1], best):
+                break
+        return found
+
+
 def _round(
-    rows: int, tunings: Sequence[Tuning], drops: int, first_seed: int
+    workers: Workers, trials: _Trials, tunings: Sequence[Tuning]
 ) -> Generator[Fit, None, Fit]:
-    """Yield each better fit of a round and return the best."""
-    best = None
-    for tuning in tunings:
-        if best is not None and _falls_behind(rows, tuning, drops, first_seed, best):
-            continue
-        found = fit(rows, tuning, drops, first_seed)
-        if best is None or found.cost < best.cost:
-            best = found
-            yield found
+    """Yield each better fit of a round and return the best.
+
+    Trials that are measured side by side know the best before them, not of them. That measures some
+    for longer than one after the other would, and decides the same: a best is only ever replaced
+    by a better one, so that who falls behind the older falls behind the newer.
+    """
+    best: Fit | None = None
+    left = list(tunings)
+    while left:
+        # Without a best the first goes alone: all others are measured against it.
+        some = left[: 1 if best is None else workers.at_once]
+        left = left[len(some) :]
+        measured = dict(workers.compute(partial(_measured, trials, best), some))
+        for tuning in some:
+            *heats, whole = measured[tuning]
+            if any(_is_behind(each, best) for each in heats) or whole.drops < trials.drops:
+                continue
+            if best is None or whole.cost < best.cost:
+                best = whole
+                yield best
     assert best is not None
     return best
 
 
-def _falls_behind(rows: int, tuning: Tuning, drops: int, first_seed: int, best: Fit) -> bool:
-    """Whether a part of its drops shows that a tuning is worse than the best."""
-    for part in HEATS:
-        found = fit(rows, tuning, max(drops // part, 1), first_seed)
-        if found.cost > best.cost + DOUBT * found.floor:
-            return True
-    return False
+def _measured(trials: _Trials, best: Fit | None, tuning: Tuning, threads: int) -> list[Fit]:
+    return trials.fits(tuning, best, threads)
+
+
+def _is_behind(found: Fit, best: Fit | None) -> bool:
+    """Whether drops show that a tuning is worse than the best."""
+    return best is not None and found.cost > best.cost + DOUBT * found.floor
 
 
 def _around(centre: Tuning, reach: float, count: int, low: Tuning, high: Tuning) -> list[Tuning]:

@@ -1,0 +1,205 @@
+"""Work on the workers of a Dask cluster: the one module that imports Dask.
+
+Calls are handed out a few for each thread ahead, so that neither the scheduler nor this process
+holds more than these. What a lost worker had under way, others do again.
+"""
+
+import logging
+import pickle
+import re
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import cache, lru_cache
+from importlib.util import find_spec
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from engine.drops.threads import thread_count
+from engine.errors import ClusterError, ParameterError
+from engine.jit import accelerator, stamp
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+A = TypeVar("A")
+R = TypeVar("R")
+
+AHEAD: Final = 3
+"""Calls handed out for each thread of the workers: one is computed, others wait beside it."""
+
+LOST: Final = 5
+"""Times that a call is tried again whose worker was lost, beyond Dask's own three: then it is the
+call that ends workers."""
+
+CONNECTING: Final = "10s"
+"""How long a scheduler may take to answer the first word."""
+
+_REMEMBERED: Final = 8  # kinds of work whose board a worker keeps ready
+
+
+def local_workers(address: str) -> int | None:
+    """How many workers `local[:N]` asks for; None for a scheduler's address.
+
+    Raises ParameterError for what is neither.
+    """
+    found = re.fullmatch(r"local(?::([1-9]\d{0,3}))?", address)
+    if found is not None:
+        return int(found[1]) if found[1] else thread_count(None)
+    if re.fullmatch(r"(tcp|tls)://[^\s/:]+:\d{1,5}|(tcp|tls)://\[[0-9a-fA-F:]+\]:\d{1,5}", address):
+        return None
+    raise ParameterError(
+        f"cluster {address!r} is neither local, local:4 nor an address such as "
+        "tcp://scheduler:8786",
+        field="cluster",
+    )
+
+
+@contextmanager
+def opened(address: str) -> Iterator["Cluster"]:
+    """The workers at an address, all of which compute what this process would.
+
+    Raises ParameterError for a malformed address, ClusterError where they cannot be used.
+    """
+    count = local_workers(address)
+    if find_spec("distributed") is None:
+        raise ClusterError(
+            "a cluster needs Dask, which is not installed: pip install 'plinko-server[cluster]'",
+            field="cluster",
+        )
+    with ExitStack() as stack:
+        client = stack.enter_context(_local(stack, count) if count else _remote(address))
+        check(address, client.run(who, on_error="return"))
+        yield Cluster(client)
+
+
+def _local(stack: ExitStack, count: int) -> "Client":
+    """A client of so many processes with a thread each, which end with it."""
+    from distributed import Client, LocalCluster  # noqa: PLC0415
+
+    cluster = stack.enter_context(
+        LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address=None,
+            worker_dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+        )
+    )
+    return Client(cluster)
+
+
+def _remote(address: str) -> "Client":
+    from distributed import Client  # noqa: PLC0415
+
+    try:
+        return Client(address, timeout=CONNECTING)
+    except (OSError, ValueError) as error:  # TimeoutError is an OSError
+        raise ClusterError(f"no scheduler answers at {address}: {error}", field="cluster") from None
+
+
+def who() -> dict[str, Any]:
+    """What all workers must have in common: the physics, and the sources of the kernels."""
+    accelerator.forbid()  # a worker stays small
+    return _who()
+
+
+@cache
+def _who() -> dict[str, Any]:
+    return stamp.current()
+
+
+def check(address: str, told: dict[str, Any]) -> None:
+    """Raise ClusterError unless there are workers, and all say that they are as this process is."""
+    if not told:
+        raise ClusterError(
+            f"the scheduler at {address} has no workers: start some with `dask worker {address}`",
+            field="cluster",
+        )
+    for worker, theirs in told.items():
+        if not isinstance(theirs, dict):
+            raise ClusterError(
+                f"the worker {worker} cannot compute drops: {theirs!r}; install the same release "
+                "of plinko-server there",
+                field="cluster",
+            )
+        _compare(worker, theirs)
+
+
+def _compare(worker: str, theirs: dict[str, Any], ours: dict[str, Any] | None = None) -> None:
+    ours = _who() if ours is None else ours
+    names = {"physics_version": "PHYSICS_VERSION", "sources": "kernels of the digest"}
+    for key, name in names.items():
+        if theirs.get(key) != ours[key]:
+            raise ClusterError(
+                f"the worker {worker} has {name} {theirs.get(key)} and this process {ours[key]}: "
+                "install the same release of plinko-server there",
+                field="cluster",
+            )
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _unpacked(work: bytes) -> Callable[[Any, int], Any]:
+    """Work from its bytes: the same object again, with what its board keeps ready."""
+    found: Callable[[Any, int], Any] = pickle.loads(work)
+    return found
+
+
+def call(ours: dict[str, Any], work: bytes, asked: Any) -> Any:
+    """On a worker: compute what is asked for, if it computes what the client would.
+
+    A worker may have come after all others were asked.
+    """
+    _compare("that took this work", who(), ours)
+    return _unpacked(work)(asked, 1)
+
+
+class Cluster:
+    """The workers behind a client of Dask; one thread computes one call."""
+
+    def __init__(self, client: "Client") -> None:
+        self._client = client
+        self.at_once = max(sum(client.nthreads().values()), 1)
+
+    def compute(self, work: Callable[[A, int], R], asked: Iterable[A]) -> Iterator[tuple[A, R]]:
+        """Each of `asked` with what `work` makes of it, as they become ready."""
+        from distributed import as_completed  # noqa: PLC0415
+
+        todo, packed = iter(asked), pickle.dumps(work)
+        waiting: dict[Future[Any], tuple[A, int]] = {}
+        ready = as_completed(with_results=True, raise_errors=False, loop=self._client.loop)
+
+        def submit(one: A, lost: int = 0) -> None:
+            future = self._client.submit(call, _who(), packed, one, pure=False)
+            waiting[future] = one, lost
+            ready.add(future)
+
+        try:
+            for one in islice(todo, AHEAD * self.at_once):
+                submit(one)
+            for future, result in ready:
+                one, lost = waiting.pop(future)
+                if future.status == "finished":
+                    for following in islice(todo, 1):
+                        submit(following)
+                    yield one, result
+                else:
+                    submit(one, _lost_again(future, lost))
+        finally:
+            self._client.cancel(list(waiting))
+
+
+def _lost_again(future: "Future[Any]", lost: int) -> int:
+    """How often a call's workers were lost; what else went wrong is raised."""
+    from distributed import KilledWorker  # noqa: PLC0415
+
+    if future.status != "error":
+        raise ClusterError(
+            "the scheduler is gone, with what was under way; --resume goes on with the rest"
+        )
+    error = future.exception()
+    assert error is not None
+    if not isinstance(error, KilledWorker) or lost >= LOST:
+        raise error
+    return lost + 1

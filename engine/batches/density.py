@@ -1,0 +1,71 @@
+"""Where the balls of many drops are, counted by workers part by part."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from engine.batches.workers import Workers
+from engine.board.model import Board
+from engine.drops.occupancy import Occupancy, default_step, occupancy
+
+PART: Final = 1 << 14
+"""Drops that are followed at a time: some 2 s of a core, for a grid of some megabytes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Cells over a board: the corner at (left, top), m, and the shape (rows, columns)."""
+
+    left: float
+    top: float
+    cells_per_metre: float
+    shape: tuple[int, int]
+
+
+def occupancy_by(
+    workers: Workers,
+    board: Board,
+    seeds: range,
+    grid: Grid,
+    progress: Callable[[int], None] | None = None,
+) -> Occupancy:
+    """`engine.occupancy` of consecutive seeds, by `workers`: the same counts.
+
+    `progress` is called with the number of drops done, now and then.
+    """
+    work = partial(_part, board, seeds, grid, default_step(len(seeds)))
+    total = _part(board, seeds[:0], grid, default_step(len(seeds)), 0, 1)
+    durations = []
+    for _, found in workers.compute(work, range(0, len(seeds), PART)):
+        durations.append(found.duration)
+        total = replace(
+            total,
+            drops=total.drops + found.drops,
+            counts=np.add(total.counts, found.counts),
+            histogram=np.add(total.histogram, found.histogram),
+            unsettled=total.unsettled + found.unsettled,
+        )
+        if progress is not None:
+            progress(total.drops)
+    for array in (total.counts, total.histogram):
+        array.setflags(write=False)
+    return replace(total, duration=math.fsum(durations))
+
+
+def _part(
+    board: Board, seeds: range, grid: Grid, step: float, begin: int, threads: int
+) -> Occupancy:
+    return occupancy(
+        board,
+        seeds[begin : begin + PART],
+        left=grid.left,
+        top=grid.top,
+        cells_per_metre=grid.cells_per_metre,
+        shape=grid.shape,
+        step=step,
+        threads=threads,
+    )

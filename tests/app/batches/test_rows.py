@@ -1,0 +1,74 @@
+"""A row a drop, as Parquet and CSV: what other programs read is what the drops are."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas
+import polars
+import pytest
+
+from app.batches.rows import COLUMNS, FORMATS, RowWriter, rows_and_block
+from app.batches.running import Run
+from app.errors import InvalidValueError
+from engine import drop_many
+from engine.batches.job import Job
+from engine.batches.tally import Tally
+from engine.batches.workers import Here
+from engine.parameters import Exact
+from tests.app.batches.test_running import Stopping
+from tests.engine.batches.open_board import DROPS, OPEN
+
+FIRST = 2**64 - DROPS
+JOB = Job(OPEN, Exact(), FIRST, DROPS)
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_rows_are_the_drops_to_the_last_bit(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"drops{ending}"
+    run = Run(Tally(JOB))
+    with RowWriter(path) as rows:
+        run.compute(Here(2), range(3), rows=rows)
+        assert not path.exists(), "a file has its name once it is whole"
+    expected = drop_many(OPEN, range(FIRST, FIRST + DROPS))
+    assert run.tally.digest == expected.digest
+    kinds = {"seed": polars.UInt64}
+    csv = ending == ".csv"
+    read = polars.read_csv(path, schema_overrides=kinds) if csv else polars.read_parquet(path)
+    assert read.columns == list(COLUMNS)
+    known = expected.to_columns()
+    for name, column in COLUMNS.items():
+        assert np.array_equal(read[name].to_numpy(), known[column]), name
+    if not csv:
+        assert pandas.read_parquet(path)["x_end"].to_numpy().tobytes() == expected.x_end.tobytes()
+    assert [each.name for each in tmp_path.iterdir()] == [path.name]
+
+
+def test_an_interrupt_leaves_a_whole_file_of_what_was_done(tmp_path: Path) -> None:
+    run = Run(Tally(JOB))
+    with RowWriter(tmp_path / "drops.parquet") as rows:
+        run.compute(Stopping(1, KeyboardInterrupt), range(3), rows=rows)
+    assert len(polars.read_parquet(tmp_path / "drops.parquet")) == run.tally.drops == 65_536
+
+
+def test_an_error_leaves_no_file(tmp_path: Path) -> None:
+    with pytest.raises(MemoryError), RowWriter(tmp_path / "drops.csv") as rows:
+        Run(Tally(JOB)).compute(Stopping(0, MemoryError), [2], rows=rows)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_block_is_written_at_once_so_that_memory_is_flat(tmp_path: Path) -> None:
+    """Each block is a row group of its own: none waits for others."""
+    from pyarrow import parquet
+
+    path = tmp_path / "drops.parquet"
+    with RowWriter(path) as rows:
+        for _ in range(5):
+            rows.write(rows_and_block(JOB, 2, 1)[0])
+    groups = parquet.ParquetFile(path).metadata
+    assert [groups.row_group(k).num_rows for k in range(groups.num_row_groups)] == [100] * 5
+
+
+@pytest.mark.parametrize("name", ["drops", "drops.xlsx", "drops.parquet.gz"])
+def test_another_ending_is_named(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InvalidValueError, match=name):
+        RowWriter(tmp_path / name)
