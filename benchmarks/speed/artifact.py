@@ -1,17 +1,22 @@
 """The artifacts beside numba's code of the same kernels: python -m benchmarks.speed.artifact
 
 Not among the benchmarks of `plinko bench`: numba compiles for a minute, and the table is only asked
-for when it is to be decided again what runs.
+for when it is to be decided again what runs. `--page docs/benchmarks.md` puts it into the page.
 """
 
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import click
+
 from benchmarks.harness.clock import in_turns, seconds_of
-from benchmarks.harness.report import Table, spread
-from engine import Board, drop_many, occupancy
+from benchmarks.harness.machine import describe
+from benchmarks.harness.markers import fill
+from benchmarks.harness.report import Section, Table, spread
+from engine import Board, drop, drop_many, occupancy
 from engine.exact.lockstep import trace as lockstep
 from engine.exact.occupancy import occupy
 from engine.exact.trace import trace_many
@@ -47,6 +52,10 @@ WORK: dict[str, tuple[tuple[Any, ...], Callable[[], str]]] = {
         (trace_many,),
         lambda: drop_many(BOARD, range(4000), threads=1).digest,
     ),
+    "`drop` called 2,000 times": (
+        (trace_many,),
+        lambda: "".join(drop(BOARD, seed).digest for seed in range(2000)),
+    ),
     "20,000 drops without drag and friction, in lockstep": (
         (trace_many, lockstep._trace_lanes),
         lambda: drop_many(SMOOTH, range(20_000), threads=1).digest,
@@ -62,7 +71,7 @@ WORK: dict[str, tuple[tuple[Any, ...], Callable[[], str]]] = {
 """What is timed: the kernels that Python calls in it, and work that ends in a digest."""
 
 
-def row(what: str) -> list[str]:
+def row(what: str, rounds: int) -> list[str]:
     """Processor times of both, and how fast the artifact is; ValueError if their bits differ."""
     kernels, work = WORK[what]
     codes: dict[str, Callable[[EntryKernel[Any, Any]], Any]]
@@ -77,17 +86,28 @@ def row(what: str) -> list[str]:
 
         return run
 
-    times = in_turns({name: job(find) for name, find in codes.items()}, ROUNDS)
+    times = in_turns({name: job(find) for name, find in codes.items()}, rounds)
     if len(digests) != 1:
         raise ValueError(f"{what}: the digests differ")
     ratio = spread(times["numba"].over(times["artifact"]))
     return [what, spread(times["artifact"]), spread(times["numba"]), ratio]
 
 
-def main() -> None:
+@click.command()
+@click.option("--page", type=Path, help="Put the table into this page, between its markers, too.")
+@click.option("--quick", is_flag=True, help="One round, to see that it works.")
+def main(page: Path | None, quick: bool) -> None:
     """Print the table."""
     columns = ["what", "artifact, s", "numba, s", "speed of the artifact"]
-    print(Table("Machine code", columns, [row(what) for what in WORK]).text())
+    rounds = 1 if quick else ROUNDS
+    notes = [
+        f"Processor seconds of one thread, {rounds} round(s) in turns. The digests are the same."
+    ]
+    rows = [row(what, rounds) for what in WORK]
+    section = Section("machine-code", [Table("By wasmtime and by numba", columns, rows, notes)])
+    print(section.text())
+    if page is not None:
+        fill(page, describe(), [section], page.parent)
 
 
 if __name__ == "__main__":

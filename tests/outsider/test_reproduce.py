@@ -43,6 +43,13 @@ def compare(board: Board, seeds: int, x: float | None = None) -> None:
         assert found == expected.digest, (board.name, seed)
 
 
+def test_the_page_starts_drops_about_an_aim() -> None:
+    board = Board.preset("triangle-9")
+    for seed, aim in [(0, board.drop.aim_span), (7, -0.5 * board.drop.aim_span), (8, 0.0)]:
+        x = solver()["start_x"](seed, board.to_dict()["drop"], aim)
+        assert x == drop(board, seed, aim=aim).x_start
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["triangle-8", "classic", "galton", *tries([], preset_names())])
 def test_the_page_gives_the_digests_of_presets(name: str) -> None:
