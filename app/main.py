@@ -49,6 +49,7 @@ from app.web.head import HeadAsGet
 from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
 from app.web.readings import readings
+from app.web.returns import Returns
 from app.web.routes import (
     boards,
     drops,
@@ -214,6 +215,7 @@ def _services(settings: Settings) -> Services:
         rooms=held,
         ledger=ledger,
         integrity=Integrity(ledger),
+        returns=Returns(ledger, known.presets),
         self_check=SelfCheck(functools.partial(inventory.digests, settings)),
         tokens=Tokens(secret),
         fair=_fair_sessions(settings, persistence, secret_file),

@@ -85,12 +85,14 @@ class _Reader(Collector):
         self._readings = readings
 
     def collect(self) -> Iterable[Metric]:
-        """One metric a reading."""
+        """One metric for all readings of a name."""
+        families: dict[str, CounterMetricFamily | GaugeMetricFamily] = {}
         for name, text, value, labels in self._readings():
-            kind = CounterMetricFamily if name.endswith("_total") else GaugeMetricFamily
-            family = kind(name.removesuffix("_total"), text, labels=list(labels))
-            family.add_metric(list(labels.values()), value)
-            yield family
+            if name not in families:
+                kind = CounterMetricFamily if name.endswith("_total") else GaugeMetricFamily
+                families[name] = kind(name.removesuffix("_total"), text, labels=list(labels))
+            families[name].add_metric(list(labels.values()), value)
+        return families.values()
 
     def describe(self) -> Iterable[Metric]:
         """Nothing beforehand: the parts that are read may not be put together yet."""

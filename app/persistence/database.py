@@ -16,7 +16,7 @@ from sqlalchemy.pool import NullPool, StaticPool
 from app.errors import LedgerError, SettingError
 from app.persistence.fence import Fence
 
-HEAD = "0006"  # the last step of `migrations`
+HEAD = "0007"  # the last step of `migrations`
 
 _PATIENCE = 5  # s that a database may take to answer
 _LOCK = 0x706C696E6B6F  # 'plinko', the key of PostgreSQL's advisory lock

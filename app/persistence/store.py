@@ -9,7 +9,7 @@ from sqlalchemy import Connection, Row, Select, delete, func, insert, select, up
 from sqlalchemy.dialects import postgresql, sqlite
 
 from app.errors import DamagedRoomError, shorten
-from app.persistence import fair_store, halt_store, tables
+from app.persistence import fair_store, halt_store, tables, totals
 from app.rooms.drop_format import DropFormat
 from app.rooms.records import (
     BoardRow,
@@ -298,14 +298,14 @@ def _result(row: Row[Any]) -> ResultRow | None:
     )
 
 
-def _insert_new(connection: Connection, table: Any, rows: Sequence[dict[str, Any]]) -> None:
-    """Insert rows, leaving those alone that are there already."""
+def _new(connection: Connection, table: Any) -> Any:
+    """What inserts rows into a table, leaving those alone that are there already."""
     dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
-    connection.execute(dialect.insert(table).on_conflict_do_nothing(), rows)
+    return dialect.insert(table).on_conflict_do_nothing()
 
 
 def _add_boards(connection: Connection, rows: list[BoardRow]) -> None:
-    _insert_new(connection, tables.boards, [asdict(row) for row in rows])
+    connection.execute(_new(connection, tables.boards), [asdict(row) for row in rows])
 
 
 def _add_rooms(connection: Connection, rows: list[RoomRow]) -> None:
@@ -324,7 +324,9 @@ def _add_inputs(connection: Connection, rows: list[InputRow]) -> None:
 
 def _add_results(connection: Connection, rows: list[ResultRow]) -> None:
     # A result that is written again is the same: it follows from the drop.
-    _insert_new(connection, tables.results, [asdict(row) for row in rows])
+    result = tables.results.c
+    adding = _new(connection, tables.results).returning(result.room, result.ball)
+    totals.count(connection, connection.execute(adding, [asdict(row) for row in rows]).all())
 
 
 def _mark(connection: Connection, rows: list[Mark]) -> None:

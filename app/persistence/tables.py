@@ -149,6 +149,19 @@ log_nodes = Table(
     Column("hash", String(64), nullable=False),
 )
 
+# What was staked and paid in all, by board and power of ten of the stake: `totals` says of what.
+totals = Table(
+    "totals",
+    metadata,
+    Column("board", String(64), primary_key=True),
+    Column("stake", BigInteger, primary_key=True, autoincrement=False),
+    Column("aimed", Boolean, primary_key=True),
+    Column("plays", BigInteger, nullable=False),
+    Column("staked", BigInteger, nullable=False),  # minor units
+    Column("squares", Double, nullable=False),  # of the stakes
+    Column("paid", BigInteger, nullable=False),  # minor units
+)
+
 # Rooms that take nothing new, by id; `*` for all of them.
 halts = Table(
     "halts",

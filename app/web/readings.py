@@ -17,6 +17,7 @@ def readings(server: Services) -> Iterator[Reading]:
     yield "plinko_info", "What runs here; `transport` is how clients are written to.", 1, info
     unchanged = server.self_check.sound
     yield "plinko_program_unchanged", "0 once its files differ from the start's.", unchanged, {}
+    yield from server.returns.readings()
     parts = (
         *_clock(server),
         *_rooms(server),

@@ -19,6 +19,7 @@ from app.pictures.film import Cameras
 from app.rooms.boards import Boards
 from app.settings import Settings
 from app.web.limits import Budgets, KeyedBuckets, Quota
+from app.web.returns import Returns
 from app.web.tokens import Tokens
 
 
@@ -34,6 +35,7 @@ class Services:
     ledger: Ledger
     integrity: Integrity
     self_check: SelfCheck
+    returns: Returns
     tokens: Tokens
     fair: FairSessions
     session_tokens: Tokens

@@ -43,6 +43,8 @@ FLAGS = [
     "--process-per-site",  # pages of one profile share a renderer, see Profile
 ]
 
+OPERATOR = "whoever runs the server of these tests"
+
 # The smallest that shows a page as on a desk: without a graphics card each pixel costs.
 SMALL: ViewportSize = {"width": 1040, "height": 560}
 
@@ -81,7 +83,11 @@ class ServerProcess:
             cwd=ROOT,
             stdout=subprocess.PIPE,
             text=True,
-            env={**os.environ, "PLINKO_DATABASE_URL": f"sqlite:///{self.folder}/plinko.db"},
+            env={
+                **os.environ,
+                "PLINKO_DATABASE_URL": f"sqlite:///{self.folder}/plinko.db",
+                "PLINKO_OPERATOR_TOKEN": OPERATOR,
+            },
         )
         line = first_line(self.process)
         found = re.search(r"http://\S+", line)

@@ -95,6 +95,7 @@ def _may_read(request: Request, server: Server) -> None:
 )
 async def metrics(request: Request, server: Server) -> Response:
     """Counts and times for Prometheus; docs/operations.md says what each means."""
+    await server.returns.refresh()
     body, media_type = server.metrics.exposition(request.headers.get("accept", ""))
     return Response(body, media_type=media_type, headers={"cache-control": "no-store"})
 

@@ -334,6 +334,7 @@ export class TablePage {
   #refused(message, code) {
     // A full table is no fault of a shower of balls: it goes on as soon as there is room.
     if (code === "too-many-balls" && this.dropper.running) return;
+    if (code === "room-halted") this.dropper.clear();
     this.#say(message);
   }
 

@@ -1,8 +1,10 @@
 """The line alone breaks, and the server lives: what was dropped stays ours."""
 
+import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import Open
+from app.cli import main
+from tests.browser.conftest import OPERATOR, Open, Quick, ServerProcess
 
 
 def test_a_ball_in_flight_is_still_ours_after_the_line_alone_broke(opened: Open) -> None:
@@ -25,6 +27,26 @@ def test_a_drop_whose_acceptance_was_never_heard_is_ours_too(opened: Open) -> No
     expect(screen.rows).to_have_count(1)
     screen.landed(screen.last_dropped()["bin"])
     expect(screen.page.locator("#staked")).to_have_text("1")
+
+
+def test_a_halted_table_says_so_and_takes_no_drop(
+    opened: Open, quick: Quick, server: ServerProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PLINKO_OPERATOR_TOKEN", OPERATOR)
+    screen = opened(f"/?room={quick.room}").ready()
+    screen.drop.click()
+    screen.state("live")
+    assert main(["halt", server.url, "--room", quick.room]) == 0
+    expect(screen.result).to_have_text(
+        "This table is paused: it takes no drops now. Balls in flight land and are paid."
+    )
+    expect(screen.rows).to_have_count(1)  # the ball in flight has landed
+    screen.drop.click()
+    expect(screen.result).to_contain_text("is halted by who runs this server")
+    assert main(["halt", server.url, "--room", quick.room, "--release"]) == 0
+    expect(screen.result).to_have_text("This table takes drops again.")
+    screen.drop.click()
+    expect(screen.rows).to_have_count(2)
 
 
 _BREAKS_AFTER_A_DROP = """

@@ -1,0 +1,89 @@
+"""What tables paid back of what was staked, and what they should: as the metrics tell it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+from app.errors import LedgerError
+from app.ops.metrics import Reading
+from app.ops.returns import return_of
+from app.persistence import totals
+from app.persistence.null_ledger import NullLedger
+from app.persistence.totals import Total
+from app.persistence.writer import Ledger
+from engine import Board
+from engine.board.presets import risk_of
+from engine.payouts.record import odds_of_record
+
+OTHER: Final = "other"
+"""Stands for all boards that are no presets, of which nobody knows what they should return."""
+
+
+@dataclass
+class Returns:
+    """All plays with a stake since the ledger began; `presets` by name."""
+
+    ledger: Ledger | NullLedger
+    presets: dict[str, Board]
+    found: tuple[Total, ...] = ()
+
+    async def refresh(self) -> None:
+        """Ask the ledger; where it does not answer, what it said last stands."""
+        try:
+            self.found = tuple(await self.ledger.read(totals.read))
+        except LedgerError:
+            return  # told by plinko_ledger_up
+
+    def readings(self) -> Iterator[Reading]:
+        """Sums and returns, by board, risk, size of stake, and whether the players aimed."""
+        for total in self._merged():
+            board = self._by_digest.get(total.board)
+            labels = {
+                "board": board.name if board else OTHER,
+                "risk": risk_of(board.name) if board else OTHER,
+                "stake": str(total.stake),
+                "aimed": "yes" if total.aimed else "no",
+            }
+            yield "plinko_plays_total", "Drops with a stake that ended.", total.plays, labels
+            yield "plinko_staked_total", "Minor units staked on them.", total.staked, labels
+            yield "plinko_paid_total", "Minor units paid for them.", total.paid, labels
+            if board is not None and not total.aimed:
+                yield from _judged(board, total, labels)
+
+    @cached_property
+    def _by_digest(self) -> dict[str, Board]:
+        return {board.digest: board for board in self.presets.values()}
+
+    def _merged(self) -> list[Total]:
+        """With one total for all boards that are no presets, so that labels stay few."""
+        merged: dict[tuple[str, int, bool], Total] = {}
+        for each in self.found:
+            board = each.board if each.board in self._by_digest else OTHER
+            into = merged.setdefault(
+                (board, each.stake, each.aimed), Total(board, each.stake, each.aimed)
+            )
+            into.plays += each.plays
+            into.staked += each.staked
+            into.squares += each.squares
+            into.paid += each.paid
+        return list(merged.values())
+
+
+def _judged(board: Board, total: Total, labels: dict[str, str]) -> Iterator[Reading]:
+    """What came back and what should, of a preset whose landings were counted."""
+    counted = odds_of_record(board)
+    if not counted:
+        return
+    found = return_of(
+        plays=total.plays,
+        staked=total.staked,
+        squares=total.squares,
+        paid=total.paid,
+        expected=counted[0].returned,
+        doubt=counted[0].doubt,
+        sigma=counted[0].volatility,
+    )
+    yield "plinko_return", "What came back of a unit staked.", found.actual, labels
+    yield "plinko_return_expected", "What should come back.", found.expected, labels
+    yield "plinko_return_tolerance", "How far both may differ.", found.tolerance, labels

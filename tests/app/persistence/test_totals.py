@@ -1,0 +1,138 @@
+"""What was staked and paid is counted once, by board and size of stake, and held to what should."""
+
+import re
+from math import sqrt
+from pathlib import Path
+
+import httpx
+import pytest
+import sqlalchemy as sa
+import yaml
+
+from app.ops.returns import DEVIATIONS, return_of
+from app.persistence import store, totals
+from app.persistence.database import Database
+from app.persistence.null_ledger import NullLedger
+from app.persistence.totals import Total, band
+from app.rooms.records import BoardRow, DropRow, ResultRow, RoomRow, Write
+from app.web.returns import Returns
+from engine import Board
+from engine.payouts.record import odds_of_record
+from tests.app.conftest import Running
+
+RULES = Path(__file__).parents[3] / "tools" / "prometheus-alerts.yml"
+BOARD = Board.preset("triangle-16-high")
+
+
+def played(ball: int, stake: int, payout: int, **more: object) -> list[Write]:
+    drop = DropRow(1, ball, 0, ball, stake=stake, aim=0.01 if more.get("aimed") else None)
+    where = None if more.get("unsettled") else 3
+    return [drop, ResultRow(1, ball, 9, where, 1.0, 1.0, 0.0, "d" * 64, None, payout)]
+
+
+STORY: list[Write] = [
+    BoardRow("b" * 64, "board", "{}"),
+    RoomRow(1, "r", "b" * 64, "independent", True, 60, 1, 1.5, 2.5),
+    *played(0, 100, 250),
+    *played(1, 999, 0),
+    *played(2, 99, 99),
+    *played(3, 100, 40, aimed=True),
+    *played(4, 0, 0),
+    *played(5, 100, 100, unsettled=True),
+]
+SUMS = [
+    Total("b" * 64, 10, False, 1, 99, 99.0**2, 99),
+    Total("b" * 64, 100, False, 2, 1099, 100.0**2 + 999.0**2, 250),
+    Total("b" * 64, 100, True, 1, 100, 100.0**2, 40),
+]
+
+
+def test_staked_plays_are_counted_once_however_often_they_are_written(url: str) -> None:
+    database = Database(url)
+    database.open()
+    with database.transaction() as connection:
+        store.apply(connection, STORY)
+    with database.transaction() as connection:
+        assert totals.read(connection) == SUMS
+        store.apply(connection, [row for row in STORY if isinstance(row, ResultRow)])
+        assert totals.read(connection) == SUMS
+        store.apply(connection, played(6, 100, 0))
+        assert totals.read(connection)[1] == Total("b" * 64, 100, False, 3, 1199, 1018001.0, 250)
+    database.close()
+
+
+def test_a_ledger_of_before_is_counted_when_it_is_opened(url: str) -> None:
+    database = Database(url)
+    database.open()
+    with database.transaction() as connection:
+        store.apply(connection, STORY)
+        connection.execute(sa.text("DROP TABLE totals"))
+        connection.execute(sa.text("UPDATE alembic_version SET version_num = '0006'"))
+    database.close()
+    database.open()
+    with database.transaction() as connection:
+        assert totals.read(connection) == SUMS
+    database.close()
+
+
+def test_stakes_are_told_apart_by_powers_of_ten() -> None:
+    assert [band(stake) for stake in (1, 9, 10, 999, 1000, 10**9)] == [1, 1, 10, 100, 1000, 10**9]
+
+
+def test_the_tolerance_is_k_sigma_by_the_root_of_the_plays() -> None:
+    found = return_of(
+        plays=400, staked=400_000, squares=4e8, paid=380_000, expected=0.99, doubt=0.0, sigma=2.0
+    )
+    assert (found.actual, found.expected) == (0.95, 0.99)
+    rounding = 400 / 400_000
+    assert found.tolerance == pytest.approx(DEVIATIONS * 2.0 / sqrt(400) + rounding)
+    # One large stake among small ones is as good as one play, whatever their number.
+    rare = return_of(
+        plays=101, staked=10_100, squares=1e8, paid=0, expected=0.99, doubt=0.0, sigma=2.0
+    )
+    assert rare.tolerance > DEVIATIONS * 2.0 * 0.99
+
+
+def told(*found: Total) -> dict[tuple[str, str, str], float]:
+    """What the metrics say of these totals: by name, board and size of stake."""
+    returns = Returns(NullLedger(), {BOARD.name: BOARD}, found)
+    return {
+        (name, labels["board"], labels["stake"]): value
+        for name, _, value, labels in returns.readings()
+    }
+
+
+def test_a_preset_s_return_is_told_beside_what_it_should_be() -> None:
+    found = told(Total(BOARD.digest, 100, False, 100, 10_000, 1e6, 20_000))
+    where = (BOARD.name, "100")
+    (own, *_) = odds_of_record(BOARD)
+    assert found["plinko_return", *where] == 2.0
+    assert found["plinko_return_expected", *where] == own.returned
+    assert found["plinko_return_tolerance", *where] == pytest.approx(
+        4.0 * own.volatility / 10.0 + own.doubt + 0.01
+    )
+    assert found["plinko_plays_total", *where] == 100
+
+
+def test_boards_of_players_share_a_label_and_are_not_judged() -> None:
+    found = told(
+        Total("a" * 64, 10, False, 1, 10, 100.0, 5), Total("b" * 64, 10, False, 2, 30, 500.0, 7)
+    )
+    assert found == {
+        ("plinko_plays_total", "other", "10"): 3,
+        ("plinko_staked_total", "other", "10"): 40,
+        ("plinko_paid_total", "other", "10"): 12,
+    }
+
+
+def test_the_alerts_are_about_what_the_metrics_say(server: Running) -> None:
+    rules = [
+        rule for group in yaml.safe_load(RULES.read_text())["groups"] for rule in group["rules"]
+    ]
+    said = httpx.get(f"{server.url}/metrics").text
+    known = {name for name, _, _ in told(Total(BOARD.digest, 100, False, 1, 100, 1e4, 0))}
+    for rule in rules:
+        for name in re.findall(r"plinko_\w+", rule["expr"]):
+            assert name in known or f"\n{name}" in said or f"\n# TYPE {name} " in said, name
+        assert rule["annotations"]["summary"]
+    assert len(rules) == len({rule["alert"] for rule in rules}) >= 6
