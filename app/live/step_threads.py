@@ -41,12 +41,15 @@ class StepThreads:
         self._numbers = itertools.count()
         self._had: dict[str, float] = {}
         self._begun = 0.0  # the start of the job that was begun last
+        self._closed = False
 
     def submit(self, room_id: str, compute: Callable[[], None], done: Callable[[], None]) -> None:
         """Have `compute()` done for a room, then `done()` on the event loop; nothing once closed.
 
         `compute` raises nothing.
         """
+        if self._closed:  # what is still written down at the end may admit a ball to a room
+            return
         start = max(self._had.get(room_id, 0.0), self._begun)
         loop = asyncio.get_running_loop()
         self._waiting.put(_Job(start, next(self._numbers), room_id, compute, done, loop))
@@ -58,6 +61,7 @@ class StepThreads:
 
     def close(self) -> None:
         """Drop what waits, and wait for what is computed: a tick of a room, at most."""
+        self._closed = True
         self._threads.shutdown(cancel_futures=True)
 
     def _do_next(self) -> None:

@@ -10,6 +10,7 @@ import urllib.request
 from collections.abc import Iterator
 from typing import Any
 
+import anyio
 import httpx
 import pytest
 from websockets.exceptions import ConnectionClosed
@@ -105,3 +106,16 @@ async def test_the_first_request_waits_for_no_route_to_be_worked_out(
         assert (await client.get("/api/v1/boards")).status_code == 200
         assert (await client.get("/nowhere")).status_code == 404
     assert len(looked_at) == count > 30
+
+
+async def test_a_request_that_computes_nothing_needs_no_other_thread(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def refuse(function: Any, *_: Any, **__: Any) -> None:
+        raise AssertionError(f"{function} is for another thread")
+
+    monkeypatch.setattr(anyio.to_thread, "run_sync", refuse)
+    transport = httpx.ASGITransport(create_app(Settings(database_url="sqlite://")))
+    async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
+        for path in ("/api/v1/boards", "/api/v1/boards/triangle-8", "/api/v1/scenes", "/healthz"):
+            assert (await client.get(path)).status_code == 200

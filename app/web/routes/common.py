@@ -49,7 +49,12 @@ def services(connection: HTTPConnection) -> Services:
     return found
 
 
-Server = Annotated[Services, Depends(services)]
+async def _asked_for(connection: HTTPConnection) -> Services:
+    """`services`, for routes; a plain function would be called on another thread, each time."""
+    return services(connection)
+
+
+Server = Annotated[Services, Depends(_asked_for)]
 
 
 async def read(request: Request, kind: type[T], empty: T | None = None) -> T:

@@ -184,3 +184,19 @@ async def test_threads_serve_the_room_first_that_has_had_least_time(
     threads.close()
     # What others had before a room came back does not count: those two are even in the third round.
     assert order == ["dear", "one", "two", "two", "one", "dear", "one", "two", "dear"]
+
+
+async def test_an_input_that_is_kept_when_the_server_stops_harms_no_room(
+    rooms: Rooms, caplog: pytest.LogCaptureFixture
+) -> None:
+    heap = await heap_of(rooms)
+    await eventually(lambda: run_pass(rooms.runner) and heap.world.tick >= 1)
+    placed = rooms.change(heap, AddMessage(x=0.0, y=0.5))
+    rooms.leave()
+    while heap.planned:
+        run_pass(rooms.runner)
+        heap.step(watched=False)
+    rooms.runner.admit_now(heap)
+    assert placed.done()
+    assert rooms.find(heap.id) is heap
+    assert caplog.text == ""
