@@ -1,0 +1,29 @@
+"""The golden digests on an emulated arm64 processor: by wasmtime, and as Python runs kernels."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.golden import check
+from tests.long import LONG
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not LONG, reason="it takes minutes, and packages from the network")
+@pytest.mark.skipif(shutil.which("apt-get") is None, reason="it is made of Debian's packages")
+@pytest.mark.timeout(3600)
+def test_the_artifacts_give_the_golden_digests_on_arm64() -> None:
+    done = subprocess.run(
+        [Path(__file__).with_name("check"), sys.executable],
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+    system, by_artifacts, as_python = done.stdout.splitlines()
+    assert "aarch64" in system
+    quick = len(check.names()) * len(check.SOLVERS)
+    assert by_artifacts == f"{quick * len(check.SEEDS)} drops have the golden digests"
+    assert as_python == f"{quick} drops have the golden digests"
