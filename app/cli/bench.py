@@ -19,6 +19,7 @@ WHAT = (
     "accuracy",
     "certified",
     "throughput",
+    "batches",
     "stability",
     "features",
     "stream",
