@@ -12,6 +12,7 @@ MODULES = {
     "certified": "accuracy.certified",
     "throughput": "speed.throughput",
     "stability": "stability.stability",
+    "batches": "speed.batches",
     "features": "speed.features",
     "stream": "serving.stream",
     "page": "serving.page",

@@ -20,6 +20,7 @@ WHAT = (
     "certified",
     "throughput",
     "stability",
+    "batches",
     "features",
     "stream",
     "page",

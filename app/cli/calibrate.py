@@ -8,7 +8,7 @@ import click
 from app.cli import common
 
 if TYPE_CHECKING:
-    from engine.batches.calibrate import Fit
+    from engine.drops.calibrate import Fit
 
 
 @click.command(name="calibrate", short_help="Search for a triangle's physics.")
@@ -36,13 +36,14 @@ def command(
     many fair draws would show. --check measures the last, or with --preset the preset, with seeds
     that no search has seen.
     """
-    from engine.batches import calibrate
+    from engine.batches.search import search
     from engine.board import presets
+    from engine.drops import calibrate
 
     tuning = presets.TUNING[f"triangle-{rows}"]
     if not preset:
         with common.workers(cluster, None) as workers:
-            for found in calibrate.search(rows, trials, drops, workers):
+            for found in search(rows, trials, drops, workers):
                 _show("better", found, as_json)
                 tuning = found.tuning
     if preset or check:

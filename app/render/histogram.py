@@ -14,7 +14,7 @@ from app.render.raster.canvas import Canvas, text_width
 from app.render.still import DEFAULT_WIDTH
 from app.render.theme import Theme, named
 from engine import Board
-from engine.batches.calibrate import sampling_floor, total_variation
+from engine.drops.calibrate import sampling_floor, total_variation
 from engine.payouts.record import odds_of_record
 
 Floats = npt.NDArray[np.float64]

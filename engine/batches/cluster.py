@@ -7,11 +7,11 @@ holds more than these. What a lost worker had under way, others do again.
 import logging
 import pickle
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import cache, lru_cache
 from importlib.util import find_spec
-from itertools import islice
+from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from engine.drops.threads import thread_count
@@ -26,6 +26,10 @@ R = TypeVar("R")
 
 AHEAD: Final = 3
 """Calls handed out for each thread of the workers: one is computed, others wait beside it."""
+
+THREADS_A_CALL: Final = 40
+"""For so many threads more, a call takes one more of what is asked: a scheduler has some hundred
+calls a second in it, and a thousand workers would compute thousands of blocks."""
 
 LOST: Final = 5
 """Times that a call is tried again whose worker was lost, beyond Dask's own three: then it is the
@@ -139,6 +143,11 @@ def _compare(worker: str, theirs: dict[str, Any], ours: dict[str, Any] | None = 
             )
 
 
+def together(threads: int) -> int:
+    """How much of what is asked goes into a call, where there is enough for all threads."""
+    return 1 + threads // THREADS_A_CALL
+
+
 @lru_cache(maxsize=_REMEMBERED)
 def _unpacked(work: bytes) -> Callable[[Any, int], Any]:
     """Work from its bytes: the same object again, with what its board keeps ready."""
@@ -146,13 +155,14 @@ def _unpacked(work: bytes) -> Callable[[Any, int], Any]:
     return found
 
 
-def call(ours: dict[str, Any], work: bytes, asked: Any) -> Any:
+def call(ours: dict[str, Any], work: bytes, asked: Sequence[Any]) -> list[Any]:
     """On a worker: compute what is asked for, if it computes what the client would.
 
     A worker may have come after all others were asked.
     """
     _compare("that took this work", who(), ours)
-    return _unpacked(work)(asked, 1)
+    compute = _unpacked(work)
+    return [compute(each, 1) for each in asked]
 
 
 class Cluster:
@@ -166,28 +176,38 @@ class Cluster:
         """Each of `asked` with what `work` makes of it, as they become ready."""
         from distributed import as_completed  # noqa: PLC0415
 
-        todo, packed = iter(asked), pickle.dumps(work)
-        waiting: dict[Future[Any], tuple[A, int]] = {}
+        packed, calls = pickle.dumps(work), self._calls(asked)
+        waiting: dict[Future[Any], tuple[Sequence[A], int]] = {}
         ready = as_completed(with_results=True, raise_errors=False, loop=self._client.loop)
 
-        def submit(one: A, lost: int = 0) -> None:
-            future = self._client.submit(call, _who(), packed, one, pure=False)
-            waiting[future] = one, lost
+        def submit(some: Sequence[A], lost: int = 0) -> None:
+            future = self._client.submit(call, _who(), packed, some, pure=False)
+            waiting[future] = some, lost
             ready.add(future)
 
         try:
-            for one in islice(todo, AHEAD * self.at_once):
-                submit(one)
-            for future, result in ready:
-                one, lost = waiting.pop(future)
+            for some in islice(calls, AHEAD * self.at_once):
+                submit(some)
+            for future, results in ready:
+                some, lost = waiting.pop(future)
                 if future.status == "finished":
-                    for following in islice(todo, 1):
+                    for following in islice(calls, 1):
                         submit(following)
-                    yield one, result
+                    yield from zip(some, results, strict=True)
                 else:
-                    submit(one, _lost_again(future, lost))
+                    submit(some, _lost_again(future, lost))
         finally:
             self._client.cancel(list(waiting))
+
+    def _calls(self, asked: Iterable[A]) -> Iterator[Sequence[A]]:
+        """What is asked, some for each call, but so that there are calls for all threads."""
+        handed_out = AHEAD * self.at_once
+        todo = iter(asked)
+        first = list(islice(todo, handed_out * together(self.at_once)))
+        size = max(len(first) // handed_out, 1)
+        everything = chain(first, todo)
+        while some := tuple(islice(everything, size)):
+            yield some
 
 
 def _lost_again(future: "Future[Any]", lost: int) -> int:

@@ -11,8 +11,8 @@ from PIL import Image
 from app.cli import main
 from app.cli.common import garbage_waits
 from engine import Board, drop, drop_many, preset_names
-from engine.batches.calibrate import UNSEEN, fit_of
 from engine.board.presets import TUNING, Tuning
+from engine.drops.calibrate import UNSEEN, fit_of
 
 BOARD = {
     "name": "my board",

@@ -85,7 +85,7 @@ def test_workers_that_would_compute_something_else_are_refused(
 
 def test_a_worker_that_came_later_refuses_work_of_another_release() -> None:
     with pytest.raises(ClusterError, match="PHYSICS_VERSION"):
-        cluster.call(OURS | {"physics_version": 99}, b"", 1)
+        cluster.call(OURS | {"physics_version": 99}, b"", [1])
 
 
 @pytest.mark.parametrize(
@@ -102,6 +102,28 @@ def test_addresses_say_how_many_workers_are_started() -> None:
     assert cluster.local_workers("local") == len(os.sched_getaffinity(0))
     for address in ("tcp://127.0.0.1:8786", "tls://scheduler:1", "tcp://[::1]:8786"):
         assert cluster.local_workers(address) is None
+
+
+class _Threads:
+    """A client that knows how many threads there are."""
+
+    def __init__(self, threads: int) -> None:
+        self._threads = threads
+
+    def nthreads(self) -> dict[str, int]:
+        return {"tcp://a:1": self._threads - 1, "tcp://b:2": 1}
+
+
+@pytest.mark.parametrize(
+    ("threads", "asked", "size"),
+    [(2, 10**6, 1), (400, 10**6, 11), (400, 1200, 1), (400, 2400, 2), (400, 5, 1), (400, 0, 0)],
+)
+def test_a_call_takes_more_where_there_are_many_threads_and_much_to_do(
+    threads: int, asked: int, size: int
+) -> None:
+    calls = list(cluster.Cluster(_Threads(threads))._calls(range(asked)))  # type: ignore[arg-type]
+    assert [each for some in calls for each in some] == list(range(asked))
+    assert max(map(len, calls), default=0) == size
 
 
 def test_threads_are_not_a_cluster_s() -> None:

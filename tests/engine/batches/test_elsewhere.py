@@ -9,10 +9,10 @@ import numpy as np
 
 from engine import occupancy
 from engine.batches import density
-from engine.batches.calibrate import search
 from engine.batches.certify import certify_all
 from engine.batches.density import Grid, occupancy_by
 from engine.batches.job import Job
+from engine.batches.search import search
 from engine.certified.many import certify_many
 from engine.drops.digest import BLOCK
 from engine.parameters import Exact

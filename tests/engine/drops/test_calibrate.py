@@ -6,22 +6,20 @@ from itertools import groupby, pairwise
 import numpy as np
 import pytest
 
-from engine.batches.calibrate import (
+from engine.batches.search import ROUNDS, limits, search
+from engine.board.presets import TUNING
+from engine.drops.batch import drop_many
+from engine.drops.calibrate import (
     LONGEST_FALL,
-    ROUNDS,
     SHORTEST_FALL,
     Fit,
     binomial,
     fit,
     fit_of,
-    limits,
     sampling_floor,
-    search,
     total_variation,
     tuned,
 )
-from engine.board.presets import TUNING
-from engine.drops.batch import drop_many
 
 
 def test_the_expected_bins_are_those_of_fair_coins() -> None:
