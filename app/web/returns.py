@@ -1,6 +1,6 @@
 """What tables paid back of what was staked, and what they should: as the metrics tell it."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -22,10 +22,10 @@ OTHER: Final = "other"
 
 @dataclass
 class Returns:
-    """All plays with a stake since the ledger began; `presets` by name."""
+    """All plays with a stake since the ledger began; `presets` gives them when they are needed."""
 
     ledger: Ledger | NullLedger
-    presets: dict[str, Board]
+    presets: Callable[[], Iterable[Board]]
     found: tuple[Total, ...] = ()
 
     async def refresh(self) -> None:
@@ -53,7 +53,7 @@ class Returns:
 
     @cached_property
     def _by_digest(self) -> dict[str, Board]:
-        return {board.digest: board for board in self.presets.values()}
+        return {board.digest: board for board in self.presets()}
 
     def _merged(self) -> list[Total]:
         """With one total for all boards that are no presets, so that labels stay few."""

@@ -95,7 +95,7 @@ def test_the_tolerance_is_k_sigma_by_the_root_of_the_plays() -> None:
 
 def told(*found: Total) -> dict[tuple[str, str, str], float]:
     """What the metrics say of these totals: by name, board and size of stake."""
-    returns = Returns(NullLedger(), {BOARD.name: BOARD}, found)
+    returns = Returns(NullLedger(), lambda: [BOARD], found)
     return {
         (name, labels["board"], labels["stake"]): value
         for name, _, value, labels in returns.readings()
