@@ -3,12 +3,14 @@
 A halt is in the ledger before it is answered, and outlives the server.
 """
 
+import asyncio
 import logging
 import time
 from collections.abc import Callable, Iterable
 
-from app.errors import DamagedRoomError, HaltedError
+from app.errors import DamagedRoomError, HaltedError, LedgerError
 from app.live.broadcaster import Broadcaster
+from app.live.to_the_end import to_the_end
 from app.persistence import halt_store
 from app.persistence.null_ledger import NullLedger
 from app.persistence.writer import Ledger
@@ -34,6 +36,7 @@ class Halts:
         self._now = now
         broadcaster.halted = self.holds
         self._since: dict[str, float] = {}
+        self._turn = asyncio.Lock()
 
     @property
     def since(self) -> dict[str, float]:
@@ -63,25 +66,33 @@ class Halts:
             _log.error("which tables are halted cannot be read, so that none is: %s", error)
 
     async def halt(self, room_id: str) -> None:
-        """Take nothing more in a room, at once; raises LedgerError, and then it goes on."""
-        if room_id in self._since:
-            return
-        self._since[room_id] = self._now()
-        try:
-            await self._ledger.commit(Halt(room_id, self._since[room_id]), undo=(Release(room_id),))
-        except BaseException:
-            self._since.pop(room_id, None)
-            raise
-        self._tell("halted", room_id)
+        """Take nothing more in a room; raises LedgerError, and then it goes on."""
+        await to_the_end(self._halt(room_id))
 
     async def release(self, room_id: str) -> None:
         """Go on in a room; raises LedgerError, and then it stays halted."""
-        if room_id not in self._since:
-            return
-        undo: Write = Halt(room_id, self._since[room_id])
-        await self._ledger.commit(Release(room_id), undo=(undo,))
-        self._since.pop(room_id, None)
-        self._tell("released", room_id)
+        await to_the_end(self._release(room_id))
+
+    async def _halt(self, room_id: str) -> None:
+        async with self._turn:
+            if room_id in self._since:
+                return
+            since = self._since[room_id] = self._now()  # at once: a ledger may take its time
+            try:
+                await self._ledger.commit(Halt(room_id, since), undo=(Release(room_id),))
+            except LedgerError:
+                del self._since[room_id]
+                raise
+            self._tell("halted", room_id)
+
+    async def _release(self, room_id: str) -> None:
+        async with self._turn:
+            if room_id not in self._since:
+                return
+            undo: Write = Halt(room_id, self._since[room_id])
+            await self._ledger.commit(Release(room_id), undo=(undo,))
+            del self._since[room_id]
+            self._tell("released", room_id)
 
     def _tell(self, what: str, room_id: str) -> None:
         _log.warning(what, extra={"room": "all" if room_id == EVERY_ROOM else room_id})

@@ -1,5 +1,6 @@
 """An operator halts a table, or all: nothing new is taken, what is in flight lands and is paid."""
 
+import asyncio
 import json
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from engine import Board
 from tests.app.conftest import TINY, Running, playing, serving
 from tests.app.live.test_fair_sessions import bearer, begun
 from tests.app.passes import run_pass
-from tests.waiting import until
+from tests.waiting import turns, until
 
 TOKEN = "an operator's token of 32 letters"
 SETTINGS = Settings(port=0, database_url="sqlite://")
@@ -90,6 +91,17 @@ async def test_what_the_ledger_does_not_keep_is_not_so(rooms: Rooms, ledger: Ref
     with pytest.raises(LedgerError):
         await rooms.halts.release("main")
     assert rooms.halts.holds("main")
+
+
+async def test_who_leaves_in_between_leaves_no_half_halted_table(rooms: Rooms) -> None:
+    asked = asyncio.create_task(rooms.halts.halt("main"))
+    await asyncio.sleep(0)
+    asked.cancel()
+    await turns()
+    assert rooms.halts.holds("main")
+    both = (rooms.halts.release("main"), rooms.halts.halt("main"), rooms.halts.release("main"))
+    await asyncio.gather(*both)
+    assert not rooms.halts.holds("main")
 
 
 def change(server: Running, **body: Any) -> httpx.Response:
