@@ -14,6 +14,7 @@ from importlib.util import find_spec
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from engine.batches import local_worker
 from engine.drops.threads import thread_count
 from engine.errors import ClusterError, ParameterError
 from engine.jit import accelerator, stamp
@@ -88,6 +89,7 @@ def _local(stack: ExitStack, count: int) -> "Client":
             host="127.0.0.1",
             dashboard_address=None,
             worker_dashboard_address=None,
+            preload=local_worker.__name__,
             silence_logs=logging.CRITICAL,
         )
     )

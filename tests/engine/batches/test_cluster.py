@@ -52,6 +52,17 @@ def test_a_cluster_computes_the_same_batch_and_raises_what_a_call_raises(
     assert next(asked) <= 1 + 2 * cluster.AHEAD, "calls are asked for as they are needed"
 
 
+def test_an_interrupt_is_the_client_s_and_local_workers_go_on(workers: Workers) -> None:
+    [(_, worker)] = workers.compute(_interrupted, [0])
+    assert worker != os.getpid()
+    assert list(workers.compute(_interrupted, [1])) == [(1, worker)]
+
+
+def _interrupted(_number: int, _threads: int) -> int:
+    os.kill(os.getpid(), signal.SIGINT)
+    return os.getpid()
+
+
 def _refuse(name: str, _threads: int) -> None:
     raise ParameterError(f"{name!r} is refused", field="name")
 
