@@ -227,7 +227,8 @@ class Rooms:
     async def reset(self, room: Room, board: Board | None = None) -> Room:
         """Begin a room anew, on another board if one is given; everyone there starts over.
 
-        Raises LedgerError, and InvalidValueError where no board can be; nothing is done then.
+        Raises LedgerError, InvalidValueError where no board can be, and ClosedRoomError where it
+        was closed meanwhile; nothing is done then.
         """
         return await to_the_end(self._reset(room, board))
 
@@ -248,6 +249,8 @@ class Rooms:
 
     async def _reset(self, room: Room, board: Board | None) -> Room:
         new = await self._new_aside(room.id, room.ground_after_reset(board), room.mode)
+        if self._open.in_memory.get(room.id) is not room:
+            raise ClosedRoomError(f"room {room.id!r} was closed or begun anew meanwhile")
         await self.persistence.replace(room, new)
         self._leave_behind(room, ResetError(f"room {room.id!r} was reset by its creator"))
         self._open.in_memory[room.id] = new

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.errors import AppError
+from app.errors import AppError, ClosedRoomError
 from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.live.step_threads import StepThreads
@@ -134,6 +134,17 @@ async def test_a_room_is_closed_or_begun_anew_while_its_step_is_computed(
     await eventually(lambda: run_pass(rooms.runner) and again.world.tick >= 3)
     assert (gone.world.tick, anew.world.tick) == (0, 0), "nobody ticks what is gone"
     assert again.world.digest() == alone(again.world.tick).world.digest()
+
+
+async def test_a_room_that_is_deleted_while_it_is_begun_anew_stays_deleted(rooms: Rooms) -> None:
+    heap = await heap_of(rooms)
+    begun, deleted = await asyncio.gather(
+        rooms.reset(heap), rooms.delete(heap), return_exceptions=True
+    )
+    assert isinstance(begun, ClosedRoomError)
+    assert deleted is None
+    with pytest.raises(AppError):
+        rooms.find(heap.id)
 
 
 async def test_a_step_that_fails_in_another_thread_closes_its_room_alone(
