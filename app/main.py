@@ -273,7 +273,7 @@ def _main_board(name: str) -> Board:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Start the ticker once the physics is compiled and the ledger read; stop all at the end."""
     server: Services = app.state.services
-    await asyncio.to_thread(_warm_up)
+    await asyncio.to_thread(_warm_up, app)
     server.warm = True
     await asyncio.to_thread(server.ledger.open)
     server.ledger.start()
@@ -282,7 +282,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
     self_checking = asyncio.create_task(server.self_check.run(), name="self-check")
-    rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app, app.state.page), name="rest")
+    rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
     try:
         yield
@@ -298,17 +298,17 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         server.workers.close()
 
 
-def _warm_up() -> None:
-    """Drop once, so that no drop waits for a compiler."""
+def _warm_up(app: FastAPI) -> None:
+    """Work out the routes, and drop once, so that no request waits for either."""
+    work_out_routes(app)
     world = World(Board.preset("triangle-8"), solver="exact")
     world.add(seed=0)
     world.step()
     _give_back()
 
 
-def _warm_up_rest(app: FastAPI, site: page.Page) -> None:
-    """What a server that has just started need not wait for: routes, pages, balls that touch."""
-    work_out_routes(app)
+def _warm_up_rest(site: page.Page) -> None:
+    """What a server that has just started need not wait for: pages, and balls that touch."""
     site.prepare()
     touching = TouchingRoom("warm-up", Board.preset("triangle-8"), tick_rate=60, max_balls=2)
     touching.drop(DropCommand(0))
@@ -326,7 +326,8 @@ def _give_back() -> None:
 def work_out_routes(app: FastAPI) -> None:
     """Have the framework find out what each route takes.
 
-    Else it does so for the first request: a tenth of a second, for which no ball would move.
+    Else it does so for the first request: a tenth of a second, for which no ball would move. Not
+    beside other work: it silences warnings meanwhile, which Python does for all threads at once.
     """
     for kind in ("http", "websocket"):
         nowhere: Scope = {"type": kind, "method": "GET", "path": "/nowhere", "headers": []}

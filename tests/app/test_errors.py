@@ -14,8 +14,10 @@ def tree(root: type[Exception]) -> set[type[Exception]]:
 
 def test_every_error_a_client_can_meet_has_its_own_answer() -> None:
     known = tree(errors.AppError) | tree(engine.errors.EngineError)
-    # A server that cannot start answers nobody, and no server is refused by another's client.
-    assert set(errors.ANSWERS) == known - {errors.SettingError, RefusedError}
+    # A server that cannot start answers nobody, no server is refused by another's client, and none
+    # has its batches computed elsewhere.
+    untold = {errors.SettingError, RefusedError, engine.errors.ClusterError}
+    assert set(errors.ANSWERS) == known - untold
 
 
 def test_codes_are_told_apart() -> None:
