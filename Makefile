@@ -60,6 +60,8 @@ test: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/.stamp-test node_modules/.stamp
 	$(WITH_NODE) && node --test --test-reporter=spec $$(find tests/js -name '*.test.js' | sort)
 	tools/postgresql
+	tools/haproxy
+	tools/redis
 	chromium="$$(tools/chromium shell)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
 
@@ -100,6 +102,7 @@ lint: $(VENV)/.stamp-lint node_modules/.stamp
 	$(BIN)/lint-imports
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec deploy/compose.yaml
 	$(WITH_NODE) && node_modules/.bin/eslint .
 	$(WITH_NODE) && node_modules/.bin/tsc
 
@@ -111,11 +114,12 @@ docs: $(VENV)/.stamp-docs
 links: $(VENV)/.stamp-docs
 	$(BIN)/python -m sphinx -b linkcheck --quiet -D nb_execution_mode=off -d .cache/doctrees docs build/links
 
-# Every table and plot of docs/benchmarks.md and docs/validation.md, anew; BENCH_ARGS=--quick for a trial.
+# Every table and plot of docs/benchmarks.md, docs/validation.md and docs/scale.md, anew; BENCH_ARGS=--quick for a trial.
 bench: $(VENV)/.stamp-bench
 	chromium="$$(tools/chromium)" && \
 	CHROMIUM="$$chromium" $(BIN)/plinko bench all --plots docs/images --page docs/benchmarks.md \
-		--page docs/validation.md --readme README.md $(BENCH_ARGS)
+		--page docs/validation.md --page docs/scale.md --readme README.md $(BENCH_ARGS)
+	$(BIN)/python -m benchmarks.scale
 
 format: $(VENV)/.stamp-lint
 	$(BIN)/ruff check --fix-only --quiet .

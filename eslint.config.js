@@ -7,8 +7,10 @@
 import js from "@eslint/js";
 import { importX } from "eslint-plugin-import-x";
 
+import { ownWords } from "./tools/own-words.js";
+
 /** Folders of static/js from the ground up. */
-export const LAYERS = ["util", "model", "solver", "fairness", "net", "paint", "board", "instruments"];
+export const LAYERS = ["texts", "util", "model", "solver", "fairness", "net", "paint", "board", "instruments"];
 export const PAGES = ["play", "replay", "compare", "embed", "map", "editor", "sandbox", "verify"];
 
 /** @param {string} folder @returns {string[]} what it must not import */
@@ -55,5 +57,14 @@ export default [
       "max-lines": ["error", 400],
     },
   },
+  {
+    files: ["static/js/**"],
+    // What files hold is the same in every language, and so is what the engine says of them.
+    ignores: ["static/js/texts/??.js", "static/js/solver/**", "static/js/fairness/export.js",
+      "static/js/model/motion/event-names.js"],
+    plugins: { texts: { rules: { "own-words": ownWords } } },
+    rules: { "texts/own-words": "error" },
+  },
+  { files: ["static/js/texts/??.js"], rules: { "max-lines": "off" } }, // all texts of a language
   ...layers,
 ];

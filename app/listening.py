@@ -4,7 +4,6 @@ import asyncio
 import gc
 import socket
 import threading
-from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
@@ -15,6 +14,7 @@ from app.settings import Settings
 from app.web.edge.addresses import Connections, Proxies
 from app.web.edge.choose import choose, counted
 from app.web.edge.guarded import Edge
+from app.web.edge.turns import Turns
 from app.web.services import Services
 
 _OWN_FILES = 100  # that the server opens besides connections: its ledger, workers, the page's
@@ -24,8 +24,9 @@ _ENDS_WORK = 0.7  # of the grace at shutdown, that what is computed may go on
 class Server(uvicorn.Server):
     """uvicorn's server, which says where it is once it can be used."""
 
-    def __init__(self, config: uvicorn.Config) -> None:
+    def __init__(self, services: Services, config: uvicorn.Config) -> None:
         super().__init__(config)
+        self.services = services
         self.listening = threading.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
@@ -36,13 +37,12 @@ class Server(uvicorn.Server):
         gc.collect()
         gc.freeze()
         for listener in sockets or ():
-            print(f"Plinko is at {_address(listener)}", flush=True)  # noqa: T201 - it says where
+            print(f"Plinko is at {address_of(listener)}", flush=True)  # noqa: T201 - it says where
         self.listening.set()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop; streams have no end of their own and are ended before requests are waited for."""
-        app: Any = self.config.app
-        server: Services = app.state.services
+        server = self.services
         server.cameras.close()
         # What is still waited for shortly before the grace ends is ended, and its client told so.
         patience = _ENDS_WORK * server.settings.shutdown_grace
@@ -57,17 +57,22 @@ def _end_work(server: Services) -> None:
     server.rooms.landings.stop()
 
 
-def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
-    """How uvicorn is to serve: fast parser and loop, no compression, no log line a request.
+def server_over(app: FastAPI, settings: Settings) -> Server:
+    """uvicorn with the application, ready to run.
 
     Raises SettingError when the transport that the settings demand does not work.
     """
-    server: Services = app.state.services
+    services: Services = app.state.services
+    return Server(services, _config(app, services, settings))
+
+
+def _config(app: FastAPI, server: Services, settings: Settings) -> uvicorn.Config:
+    """How uvicorn is to serve: fast parser and loop, no compression, no log line a request."""
     server.transport = kind = transport.choose(settings.transport)
     proxies = Proxies(settings.trusted_proxies)
     edge = _edge(server, proxies)
     return uvicorn.Config(
-        app,
+        Turns(app),
         host=settings.host,
         port=settings.port,
         loop="uvloop",
@@ -92,12 +97,12 @@ def _edge(server: Services, proxies: Proxies) -> Edge:
         head_seconds=settings.head_timeout,
         body_seconds=settings.body_timeout,
         unread_seconds=settings.unread_timeout,
-        connections=Connections(settings.address_connections, proxies, _most(settings)),
+        connections=Connections(settings.address_connections, proxies, raise_files(settings)),
         refused=lambda code: server.metrics.errors.labels(code).inc(),
     )
 
 
-def _most(settings: Settings) -> int:
+def raise_files(settings: Settings) -> int:
     """Connections that there may be, having raised what the system allows as far as it lets us."""
     try:
         import resource  # noqa: PLC0415 - not on every system
@@ -133,7 +138,7 @@ def listen(settings: Settings) -> socket.socket:
     return listener
 
 
-def _address(listener: socket.socket) -> str:
+def address_of(listener: socket.socket) -> str:
     """The address to open in a browser; the wildcard is this machine too."""
     host, port = listener.getsockname()[:2]
     host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)

@@ -25,7 +25,7 @@ from app.conformance.self_check import SelfCheck
 from app.errors import SettingError, shorten
 from app.fairness.check import kernel_digest_of
 from app.fairness.signing import Signer
-from app.listening import Server, listen, server_config
+from app.listening import listen, server_over
 from app.live.fair_sessions import FairSessions
 from app.live.hub import Hub
 from app.live.registry import Rooms
@@ -38,6 +38,8 @@ from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
 from app.pictures.film import Cameras
+from app.relay.feed import feed_relays
+from app.relay.redis_at import redis_at
 from app.rooms.boards import Boards
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import DropCommand
@@ -129,6 +131,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         lifespan=_lifespan,
     )
     app.state.services = _services(settings)
+    app.state.bus = redis_at(settings.relays) if settings.relays else None
     problems.install(app)
     listed = [Depends(listed_queries)]
     for router in (
@@ -284,11 +287,14 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     self_checking = asyncio.create_task(server.self_check.run(), name="self-check")
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
+    feeding = asyncio.create_task(
+        feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
+    )
     try:
         yield
     finally:
         preparing.cancel()
-        for task in (rest, self_checking, checking, rebuilding, server.ticking):
+        for task in (feeding, rest, self_checking, checking, rebuilding, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await task
@@ -373,7 +379,7 @@ def run(settings: Settings | None = None) -> None:
     with listen(settings) as listener:
         ledger: Ledger = app.state.services.ledger
         ledger.open()
-        server = Server(server_config(app, settings))
+        server = server_over(app, settings)
         # uvicorn raises the signal that stopped it once more at the end; an orderly end is none.
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: None)

@@ -56,6 +56,11 @@ class Settings:
         "the ledger: `sqlite:///FILE`, `postgresql://USER@HOST/NAME`, or `sqlite://` to keep it in "
         "memory; `plinko.db` in the data directory when not given, in memory with port 0",
     )
+    relays: str = _setting(
+        "",
+        "Redis by which relays hear what happens in rooms: `redis://HOST:6379`; none when not "
+        "given",
+    )
     ledger_patience: float = _setting(
         2.0, "seconds that the ledger may take for a commit before drops get 503", 0.05, 3600
     )

@@ -18,7 +18,9 @@ MODULES = {
     "page": "serving.page",
     "render": "serving.render",
     "stepped": "speed.stepped",
+    "relays": "serving.relays",
     "literature": "literature.literature",
+    "scale": "scale.units",
     "attack": "serving.attack",
 }
 """Where in this package each benchmark is, in the order in which all of them run."""

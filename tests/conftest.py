@@ -5,8 +5,10 @@ which sets LONG=1: see tests/long.py.
 """
 
 import functools
+import gc
 import os
 import threading
+from pathlib import Path
 from typing import Any, cast
 
 import pytest
@@ -25,6 +27,16 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 # Servers that tests start keep nothing where a user's server keeps its own; those that are to come
 # back are given a directory.
 os.environ.setdefault("PLINKO_DATABASE_URL", "sqlite://")
+
+# Nobody here speaks TLS, and each of many HTTP clients would read all of a system's certificates:
+# they look for them in a folder that has none.
+os.environ.pop("SSL_CERT_FILE", None)
+os.environ["SSL_CERT_DIR"] = str(Path(__file__).parent)
+
+
+def pytest_collection_finish() -> None:
+    """What is imported by now stays: a search for garbage need not go through it again."""
+    gc.freeze()
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ import click
 
 COMMANDS = (
     "serve",
+    "relay",
     "drop",
     "certify",
     "simulate",

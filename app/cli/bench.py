@@ -26,7 +26,9 @@ WHAT = (
     "page",
     "render",
     "stepped",
+    "relays",
     "literature",
+    "scale",
     "attack",
 )
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from engine import Board, Drop
 
 STILLS = (".png", ".jpg", ".webp")
-ANIMATIONS = (".gif", ".webp", ".apng")
+ANIMATIONS = (".gif", ".webp", ".apng", ".mp4")
 MANY = ("sheet", "density", "histogram")
 """Options that draw many drops."""
 
@@ -59,8 +59,8 @@ def command(  # one parameter an option: click hands them over by name
 ) -> None:
     """Draw drops on BOARD into the file OUT; its ending says how.
 
-    One drop, with --seed: its whole path (.png, .jpg), as it falls (.gif, .webp, .apng), or one
-    moment (--at; .png, .jpg, .webp). Many, with --sheet, --density or --histogram and a number:
+    One drop, with --seed: its whole path (.png, .jpg), as it falls (.gif, .webp, .apng, .mp4), or
+    one moment (--at; .png, .jpg, .webp). Many, with --sheet, --density or --histogram and a number:
     .png, .jpg or .webp, of the seeds from --seed on.
     """
     how = common.read_solver(solver, dt, substeps, correction)

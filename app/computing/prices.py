@@ -17,6 +17,10 @@ PIXEL_FRAMES: Final = 3e8
 """Pixels times frames of an animation: some 8 s. One of 760 pixels and 30 frames/s of a preset's
 drop has 1e8; the page asks for no larger ones."""
 
+MOVING_PIXELS: Final = 4.2e6
+"""Of an animation's picture: 2,048 x 2,048. Each takes 50 bytes and more while it is made, and a
+worker has 256 MB."""
+
 SUBSTEPS: Final = 1e6
 """Of one stepped drop: 88 bytes each are kept of its path."""
 
@@ -117,7 +121,10 @@ def still(pixels: int, drops: int = 1) -> Price:
 def animation(pixels: int, frames: int) -> Price:
     """A picture that moves."""
     amount = float(pixels) * frames
-    return Price("pixels x frames", amount, PIXEL_FRAMES, _ONCE + _PIXEL_FRAME * amount, "fps")
+    seconds = _ONCE + _PIXEL_FRAME * amount
+    if pixels > MOVING_PIXELS:
+        return Price("pixels a frame", float(pixels), MOVING_PIXELS, seconds, "width")
+    return Price("pixels x frames", amount, PIXEL_FRAMES, seconds, "fps")
 
 
 def check(surfaces: int) -> Price:

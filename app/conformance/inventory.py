@@ -20,7 +20,7 @@ from app.settings import Settings, static_directory
 KERNELS: Final = ".wasm"
 """Ends the names of kernels that come compiled; whatever else is compiled, is so from the code."""
 
-_UNTOLD: Final = frozenset({"data", "database_url", "host", "port"})
+_UNTOLD: Final = frozenset({"data", "database_url", "host", "port", "relays"})
 """Settings that say where the server is and keeps its ledger, not how it plays. Secrets aside."""
 
 _LINE: Final = re.compile("(?P<digest>[0-9a-f]{64})  (?P<name>.+)")

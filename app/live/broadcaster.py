@@ -6,6 +6,7 @@ from typing import cast
 import msgspec
 
 from app.live.hub import Client, Hub
+from app.live.presence import Presence
 from app.live.replay_buffer import Recent
 from app.protocol import messages
 from app.protocol.seeds import SeedStream
@@ -24,6 +25,7 @@ class Broadcaster:
     def __init__(self, hub: Hub, settings: Settings, clock: Callable[[], float]) -> None:
         self._hub = hub
         self._clock = clock
+        self.presence = Presence(clock)
         self._every = max(1, settings.tick_rate // _DIAGNOSED)  # ticks
         self._limits = messages.Limits(settings.max_balls, settings.drop_rate, settings.max_message)
         self.halted: Callable[[str], bool] = lambda _: False  # for whoever decides it to set
@@ -88,6 +90,7 @@ class Broadcaster:
         self, room: Room, seq: int, requester: Requester, event: messages.Event
     ) -> messages.Event:
         """Send everyone what came of an input; its note goes to the requester alone."""
+        event = self.presence.signed(room.id, requester.client, event)
         noted = messages.has_ref(event)
         self._recent[room.id].add(seq, event, requester.key if noted else "", requester.ref)
         own = msgspec.structs.replace(event, ref=requester.ref) if noted else event

@@ -313,6 +313,7 @@ class Rooms:
         """A client watches no more."""
         self.hub.leave(room_id, client)
         self.broadcaster.unwatch(room_id, client.id)
+        self.broadcaster.presence.leave(room_id, client.id)
         room = self._open.in_memory.get(room_id)
         if room is not None:
             self.persistence.touch(room)

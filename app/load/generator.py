@@ -88,12 +88,16 @@ class Report:
 
 @dataclass(slots=True)
 class Load:
-    """Joins `clients` clients to a room, has one of them drop balls, and counts."""
+    """Joins `clients` clients to a room, has one of them drop balls, and counts.
+
+    Over `url`, or in turns over it and all of `more`.
+    """
 
     url: str
     clients: int
     stream: str = messages.SNAPSHOTS
     drops: float = 5.0  # a second
+    more: tuple[str, ...] = ()
     settle: float = 0.5  # s of watching before counting begins
     on_count: Callable[[], None] = lambda: None  # called when counting begins
     on_counted: Callable[[], None] = lambda: None  # and when it has ended
@@ -131,12 +135,13 @@ class Load:
 
     async def _join(self) -> list[RoomClient]:
         gate = asyncio.Semaphore(_TOGETHER)
+        urls = (self.url, *self.more)
 
         async def join(number: int) -> RoomClient | None:
             async with gate:
                 try:
                     # One of them listens for all: to decode events takes longer than to count.
-                    client = await connect(self.url, self, events=number == 0)
+                    client = await connect(urls[number % len(urls)], self, events=number == 0)
                 except (RefusedError, OSError) as error:
                     self.refused[str(error)] += 1
                     return None

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from itertools import groupby
 from typing import Any
 
-from sqlalchemy import Connection, Row, Select, delete, func, insert, select, update
+from sqlalchemy import Connection, Row, Select, bindparam, delete, func, insert, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
 from app.errors import DamagedRoomError, shorten
@@ -35,6 +35,7 @@ from app.rooms.records import (
     Write,
 )
 
+_MARKED = ("tick", "awake", "used", "checkpoint", "checkpoint_drops")  # the last two together
 _PROBE = b"\0" * 8192  # more than a page, so that a ledger that cannot grow refuses it
 
 
@@ -330,13 +331,12 @@ def _add_results(connection: Connection, rows: list[ResultRow]) -> None:
 
 
 def _mark(connection: Connection, rows: list[Mark]) -> None:
-    for row in rows:
-        values: dict[str, Any] = {"tick": row.tick, "awake": row.awake, "used": row.used}
-        if row.checkpoint is not None:
-            values |= {"checkpoint": row.checkpoint, "checkpoint_drops": row.checkpoint_drops}
-        connection.execute(
-            update(tables.rooms).where(tables.rooms.c.number == row.room).values(values)
-        )
+    for far, run in groupby(rows, key=lambda row: row.checkpoint is not None):
+        names = _MARKED if far else _MARKED[:3]
+        new: dict[str, Any] = {name: bindparam(f"new_{name}") for name in names}
+        marked = update(tables.rooms).where(tables.rooms.c.number == bindparam("room")).values(new)
+        values = [{"room": m.room} | {f"new_{n}": getattr(m, n) for n in names} for m in run]
+        connection.execute(marked, values)
 
 
 def _undo(connection: Connection, rows: list[Undo]) -> None:

@@ -15,7 +15,12 @@ QUERY: Final = {
         "enum": list(messages.STREAMS),
         "default": messages.SNAPSHOTS,
         "description": "What the binary messages are.",
-    }
+    },
+    "watch": {
+        "type": "string",
+        "enum": ["true"],
+        "description": "This client is going to watch alone, so that any relay may serve it.",
+    },
 }
 """The query parameters of a room's address, by name; there are no others."""
 

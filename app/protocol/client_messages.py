@@ -12,6 +12,7 @@ import msgspec
 from app.errors import InvalidValueError, MalformedError, UnknownMessageError, shorten
 from app.protocol.messages import SNAPSHOTS, STREAMS
 from app.protocol.touching_messages import Change, ClaimMessage, WatchMessage
+from app.protocol.visitors import AppearMessage
 
 
 class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields=True):
@@ -73,6 +74,7 @@ Message = (
     | SessionMessage
     | OpenMessage
     | EndMessage
+    | AppearMessage
     | Change
     | WatchMessage
     | ClaimMessage
@@ -84,7 +86,7 @@ _STRINGS = re.compile(r'"(?:[^"\\]|\\.)*"', re.DOTALL)
 
 _messages: msgspec.json.Decoder[Message] = msgspec.json.Decoder(Message)
 _types = (
-    "drop", "ping", "resume", "session", "open", "end", "add", "kick", "drag",
+    "drop", "ping", "resume", "session", "open", "end", "appear", "add", "kick", "drag",
     "release", "remove", "clear", "edit", "settings", "pause", "step", "reset", "watch", "claim",
 )  # fmt: skip
 
@@ -172,3 +174,10 @@ def parse_stream(value: str | None) -> str:
         known = ", ".join(STREAMS)
         raise InvalidValueError(f"stream {shorten(value)} is not one of: {known}", field="stream")
     return stream
+
+
+def parse_watch(value: str | None) -> bool:
+    """Whether a client says that it only watches; raises InvalidValueError for any other value."""
+    if value not in (None, "true"):
+        raise InvalidValueError(f"watch {shorten(value)} is not true", field="watch")
+    return value is not None

@@ -8,6 +8,8 @@ from typing import Any
 
 import msgspec
 
+from app.protocol.visitors import Visitor
+
 PROTOCOL_VERSION = 1
 
 SNAPSHOTS = "snapshots"  # the streams of a room: what its binary messages hold
@@ -113,7 +115,7 @@ class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
 
     `aim` in m is there where the player chose the middle of what the seed draws, `stake` in minor
     units where something was staked, `receipt` where the drop is one of a session, `practice`
-    (true) where its player chose the seed or x.
+    (true) where its player chose the seed or x, `visitor` where who dropped it is one.
     """
 
     ball: int
@@ -126,6 +128,7 @@ class Accepted(Event, frozen=True, tag="accepted", kw_only=True):
     stake: int | msgspec.UnsetType = msgspec.UNSET
     practice: bool | msgspec.UnsetType = msgspec.UNSET
     receipt: SignedReceipt | msgspec.UnsetType = msgspec.UNSET
+    visitor: int | msgspec.UnsetType = msgspec.UNSET
 
 
 class Contact(Event, frozen=True, tag="contact", kw_only=True):
@@ -178,6 +181,7 @@ class BriefAccepted(Event, frozen=True, tag="accepted", kw_only=True, omit_defau
     stake: int | msgspec.UnsetType = msgspec.UNSET
     practice: bool | msgspec.UnsetType = msgspec.UNSET
     receipt: SignedReceipt | msgspec.UnsetType = msgspec.UNSET
+    visitor: int | msgspec.UnsetType = msgspec.UNSET
 
 
 class BriefLanded(Event, frozen=True, tag="landed", kw_only=True, omit_defaults=True):
@@ -267,6 +271,17 @@ class Halted(Event, frozen=True, tag="halted", kw_only=True):
     """Whether an operator lets the room take anything new; what is in flight lands all the same."""
 
     halted: bool
+
+
+class Presence(Event, frozen=True, tag="presence", kw_only=True):
+    """How many visitors are here, and who was last heard of. `you`: who is told, once it appears.
+
+    Only visitors are told.
+    """
+
+    here: int
+    visitors: list[Visitor]
+    you: int | msgspec.UnsetType = msgspec.UNSET
 
 
 class Claimed(Event, frozen=True, tag="claimed", kw_only=True):

@@ -84,6 +84,7 @@ class SeedStream:
                 stake=event.stake,
                 practice=event.practice,
                 receipt=event.receipt,
+                visitor=event.visitor,
             )
         if isinstance(event, messages.Landed) and event.digest is not None:
             digest = event.digest[:DIGITS]

@@ -1,4 +1,4 @@
-"""A drop as it falls: an animated GIF, WebP or APNG of the ball with its trail, and the result.
+"""A drop as it falls: a GIF, WebP, APNG or MP4 of the ball with its trail, and the result.
 
 Only the ball's surroundings change from frame to frame, so only they are painted and encoded. One
 frame is in memory at a time, however long the fall.
@@ -19,9 +19,10 @@ from app.render.parts.board import board_canvas
 from app.render.parts.caption import paint_caption
 from app.render.parts.view import View, lay_out
 from app.render.raster import gif, png
+from app.render.raster.mp4 import mp4
 from app.render.raster.palette import UNCHANGED, Palette
 from app.render.still import DEFAULT_WIDTH, drop_pixels
-from app.render.theme import named
+from app.render.theme import at_place, named
 from engine import Drop
 
 Pixels = npt.NDArray[np.uint8]
@@ -43,7 +44,8 @@ def drop_animation(
     """The drop as an animation in `fmt`, one of ANIMATIONS, at real speed and `fps` frames/s.
 
     It ends with the picture of the whole drop, held for HOLD s. Raises InvalidValueError naming a
-    format, a width, an fps or a theme that is none.
+    format, a width, an fps or a theme that is none; MissingPartError where a format needs a library
+    that is not installed.
     """
     if fmt not in ANIMATIONS:
         names = ", ".join(ANIMATIONS)
@@ -57,7 +59,9 @@ class Film:
     """The frames of a drop: the first one whole, then what changes, and the result at the end."""
 
     def __init__(self, d: Drop, width: int, fps: int, theme: str) -> None:
+        theme = at_place(theme, d.board.name)
         self._drop = d
+        self.fps = fps
         self._view = lay_out(d.board, width)
         board = board_canvas(d.board, self._view, theme)
         paint_caption(board, d, self._view, named(theme), falling=0.0)
@@ -178,6 +182,22 @@ def _webp(film: Film) -> bytes:
     return buffer.getvalue()
 
 
+def _mp4(film: Film) -> bytes:
+    return mp4(_frames(film), film.fps)
+
+
+def _frames(film: Film) -> Iterator[Pixels]:
+    """Whole frames; the result as often as makes HOLD s, which costs next to nothing."""
+    frame = film.first.copy()
+    yield frame
+    for left, top, pixels in film.patches():
+        height, width = pixels.shape[:2]
+        frame[top : top + height, left : left + width] = pixels
+        yield frame
+    for _ in range(round(HOLD * film.fps) - 1):
+        yield frame
+
+
 class _Reel:
     """The frames after the first as one Pillow image of many, of which one is in memory."""
 
@@ -199,5 +219,6 @@ ANIMATIONS: Final[Mapping[str, Callable[[Film], bytes]]] = {
     "gif": _gif,
     "webp": _webp,
     "apng": _apng,
+    "mp4": _mp4,
 }
 """Formats of animations."""

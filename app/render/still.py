@@ -13,7 +13,7 @@ from app.render.parts.caption import paint_caption
 from app.render.parts.path import paint_contacts, paint_ghosts, paint_path
 from app.render.parts.view import View, lay_out
 from app.render.raster import encode
-from app.render.theme import named
+from app.render.theme import at_place, named
 from engine import Drop
 
 Pixels = npt.NDArray[np.uint8]
@@ -36,7 +36,8 @@ def drop_picture(
     """
     if at is not None and not (math.isfinite(at) and at >= 0.0):
         raise InvalidValueError(f"t {at!r} is not a number of seconds from 0 on", field="t")
-    return encode.still(drop_pixels(d, lay_out(d.board, width), theme, at), fmt)
+    placed = at_place(theme, d.board.name)
+    return encode.still(drop_pixels(d, lay_out(d.board, width), placed, at), fmt)
 
 
 def drop_pixels(d: Drop, view: View, theme_name: str, at: float | None = None) -> Pixels:

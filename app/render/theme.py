@@ -8,6 +8,9 @@ from typing import Any, Final
 from app.errors import InvalidValueError
 from app.settings import static_directory
 
+SCHEMES: Final = ("light", "dark")
+_PART: Final = " · "  # between the parts of a board's name, and of a theme's
+
 Colour = tuple[int, int, int]
 """Red, green, blue, 0 to 255, sRGB."""
 
@@ -49,25 +52,43 @@ def parse(text: str) -> Colour:
     return int(digits[0:2], 16), int(digits[2:4], 16), int(digits[4:6], 16)
 
 
-def _theme(data: Mapping[str, Any], name: str) -> Theme:
+def _theme(data: Mapping[str, Any], name: str, place: Mapping[str, Any] | None = None) -> Theme:
     payouts = tuple(
         Payout(step["from"], parse(step["fill"]), parse(step["ink"])) for step in data["payout"]
     )
-    colours = {key: parse(value) for key, value in data[name].items()}
-    return Theme(colours, payouts, data["shapes"])
+    own = place or {"palette": {}, "peg": {}}
+    colours = {key: parse(value) for key, value in {**data[name], **own["palette"]}.items()}
+    shapes = {**data["shapes"], "peg": {**data["shapes"]["peg"], **own["peg"]}}
+    return Theme(colours, payouts, shapes)
 
 
 def _load() -> dict[str, Theme]:
     data = json.loads((static_directory() / "theme.json").read_text(encoding="utf-8"))
-    return {name: _theme(data, name) for name in ("light", "dark")}
+    themes = {name: _theme(data, name) for name in SCHEMES}
+    for place in data["places"].values():
+        for name in SCHEMES:
+            themes[f"{name}{_PART}{place['named']}"] = _theme(data, name, place)
+    return themes
 
 
 THEMES: Final = _load()
-"""The two themes of the page: `light` and `dark`."""
+"""The page's themes `light` and `dark`, and both at each place: `light · Moon`."""
 
 
 def named(name: str) -> Theme:
-    """The theme `light` or `dark`; InvalidValueError for another name."""
+    """The theme of a name in THEMES; InvalidValueError for another."""
     if name not in THEMES:
         raise InvalidValueError(f"theme {name!r:.60} is not light or dark", field="theme")
     return THEMES[name]
+
+
+def at_place(scheme: str, board_name: str) -> str:
+    """The theme in which the page shows a board of that name.
+
+    That is `scheme` itself, but for boards of a place of its own, as `triangle-16 · Moon`. Raises
+    InvalidValueError for a scheme that is neither light nor dark.
+    """
+    if scheme not in SCHEMES:
+        raise InvalidValueError(f"theme {scheme!r:.60} is not light or dark", field="theme")
+    themes = (f"{scheme}{_PART}{part}" for part in board_name.split(_PART)[1:])
+    return next((theme for theme in themes if theme in THEMES), scheme)

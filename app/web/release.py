@@ -1,13 +1,16 @@
 """A page's modules as one script and its styles as one sheet, so that a slow line waits twice only.
 
 Nothing is translated or renamed: each module becomes a function that gives its exports, in an order
-in which what it imports is there. The files in static/ stay what they are, and work without this.
+in which what it imports is there. The texts are those of one language: see languages.py.
 """
 
 import json
 import posixpath
 import re
+from collections.abc import Mapping
 from pathlib import Path
+
+from app.web.languages import ENGLISH, Texts, filled, path_of, used_in
 
 _IMPORT = re.compile(
     r'^import\s+(?:\{(?P<names>[^}]*)\}|\*\s+as\s+(?P<space>\w+))\s+from\s+"(?P<path>[^"]+)";$',
@@ -30,9 +33,14 @@ def script(static: Path, entry: str) -> str:
 
     Raises ValueError for a module that imports or exports in a form that no page of ours uses.
     """
+    return "".join(_modules(static, entry).values())
+
+
+def _modules(static: Path, entry: str) -> dict[str, str]:
+    """Each module as a function that was called, by its path, what others use before them."""
     modules: dict[str, str] = {}
     _add(static, entry, posixpath.dirname(entry), modules)
-    return "".join(modules.values())
+    return modules
 
 
 def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
@@ -77,22 +85,29 @@ def _name(path: str) -> str:
 def sheet(static: Path, styles: list[str]) -> str:
     """The colours of theme.json and then these sheets, as one."""
     theme = json.loads((static / "theme.json").read_text(encoding="utf-8"))
-    dark = f"@media (prefers-color-scheme: dark) {{\n{_colours(theme['dark'])}}}\n"
+    unless_light = _colours(theme["dark"], ':root:not([data-scheme="light"])')
+    dark = f"@media (prefers-color-scheme: dark) {{\n{unless_light}}}\n"
+    dark += _colours(theme["dark"], ':root[data-scheme="dark"]')  # as page.py says of who chose it
     texts = [(static / style).read_text(encoding="utf-8") for style in styles]
-    return "".join([_colours(theme["light"]), dark, *texts, _SHOWN])
+    return "".join([_colours(theme["light"], ":root"), dark, *texts, _SHOWN])
 
 
-def _colours(palette: dict[str, str]) -> str:
+def _colours(palette: dict[str, str], selector: str) -> str:
     lines = [f"  --{_kebab(name)}: {colour};\n" for name, colour in palette.items()]
-    return "".join([":root {\n", *lines, "}\n"])
+    return "".join([f"{selector} {{\n", *lines, "}\n"])
 
 
 def _kebab(name: str) -> str:
     return re.sub("[A-Z]", lambda big: f"-{big[0].lower()}", name)
 
 
-def parts(static: Path, page: str, text: str) -> tuple[str, dict[str, str]]:
-    """The HTML of `page` with one sheet and one script, and both by their paths below `static`."""
+def parts(
+    static: Path, page: str, text: str, languages: Mapping[str, Texts]
+) -> tuple[dict[str, str], dict[str, str]]:
+    """The HTML of `page` in each language, with one sheet and one script.
+
+    Sheet and scripts come by their paths below `static`.
+    """
     name = page.removesuffix(".html")
     made: dict[str, str] = {}
     styles = _SHEET.findall(text)
@@ -100,9 +115,24 @@ def parts(static: Path, page: str, text: str) -> tuple[str, dict[str, str]]:
         made[f"css/all-{name}.css"] = sheet(static, styles)
         text = _SHEET.sub("", text, count=len(styles) - 1)
         text = _SHEET.sub(f'    <link rel="stylesheet" href="css/all-{name}.css">\n', text)
+    pages = dict.fromkeys(languages, text)
     entry = _SCRIPT.search(text)
-    if entry:
-        path = f"{posixpath.dirname(entry[1])}/all.js"
-        made[path] = script(static, entry[1])
-        text = text.replace(entry[0], f'<script type="module" src="{path}">')
-    return text, made
+    modules = _modules(static, entry[1]) if entry else {}
+    english = path_of(ENGLISH)
+    used = used_in("".join(text for path, text in modules.items() if path != english))
+    for language, texts in languages.items():
+        if entry:
+            path = f"{posixpath.dirname(entry[1])}/all.{language}.js"
+            made[path] = _with_texts(modules, {key: texts[key] for key in texts if key in used})
+            pages[language] = text.replace(entry[0], f'<script type="module" src="{path}">')
+        pages[language] = filled(pages[language], texts)
+    return pages, made
+
+
+def _with_texts(modules: dict[str, str], texts: Texts) -> str:
+    """A page's modules as one, with these texts in the place of all English ones."""
+    english = path_of(ENGLISH)
+    if english in modules:
+        own = f"const {_name(english)} = {{ texts: {json.dumps(texts, ensure_ascii=False)} }};\n"
+        modules = modules | {english: own}
+    return "".join(modules.values())

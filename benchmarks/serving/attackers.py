@@ -63,8 +63,11 @@ class Attack:
     stopped: threading.Event = field(default_factory=threading.Event)
 
     def ask(self, path: str, body: Any = None) -> Any:
-        """Send a request; counts what came of it, and returns a JSON answer to a POST."""
-        data = None if body is None else json.dumps(body).encode()
+        """Send a request; counts what came of it, and returns a JSON answer to a POST.
+
+        `body` is JSON as bytes, or what becomes that.
+        """
+        data = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
         headers = {"Content-Type": "application/json"} if data else {}
         peer = http.client.HTTPConnection(
             *self._peer, timeout=_TIMEOUT, source_address=(self.address, 0)
@@ -258,8 +261,11 @@ def _boards(attack: Attack) -> "list[Callable[[int], None]]":
     }
     form["walls"] = [{"x1": x, "y1": -2, "x2": x, "y2": 21} for x in (-22, 22)]
 
+    form["drop"] = {"x": 0.1, "y": -0.7, "jitter": 0.1}
+    body = json.dumps(form).encode()
+
     def act(number: int) -> None:
-        attack.ask("/api/v1/boards/check", {**form, "drop": {"x": 0.1, "y": -0.7, "jitter": 0.1}})
+        attack.ask("/api/v1/boards/check", body)
 
     return [act] * 4
 

@@ -35,11 +35,7 @@ class Served:
     @property
     def cpu(self) -> float:
         """User and system time so far, in s."""
-        with contextlib.suppress(OSError, AttributeError):
-            # The clock of another process, as clock_getcpuclockid(3) names it on Linux.
-            return time.clock_gettime((~self.process.pid << 3) | 2)
-        fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        return processor_time(self.process.pid)
 
     @property
     def resident(self) -> float:
@@ -55,6 +51,15 @@ class Served:
             lines = answer.read().decode().splitlines()
         pairs = (line.rpartition(" ") for line in lines if not line.startswith("#"))
         return {name: float(value) for name, _, value in pairs}
+
+
+def processor_time(pid: int) -> float:
+    """User and system time of a process so far, in s."""
+    with contextlib.suppress(OSError, AttributeError):
+        # The clock of another process, as clock_getcpuclockid(3) names it on Linux.
+        return time.clock_gettime((~pid << 3) | 2)
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def memory(pid: int) -> float:
@@ -102,18 +107,25 @@ def core_for_server() -> int | None:
 def serving(arguments: Sequence[str] = (), log: IO[str] | None = None) -> Iterator[Served]:
     """Run `plinko serve` with these arguments until the block ends; `log` gets what it logs."""
     with tempfile.TemporaryDirectory() as directory:
-        command = [sys.executable, "-m", "app.cli", "serve", "--port", "0", "--data", directory]
-        process = subprocess.Popen(
-            [*command, *arguments],
-            cwd=Path(__file__).parents[2],
-            stdout=subprocess.PIPE,
-            stderr=log or subprocess.DEVNULL,
-            text=True,
-        )
-        try:
-            yield Served(process, _address(process))
-        finally:
-            stop(process)
+        given = ["serve", "--port", "0", "--data", directory, *arguments]
+        with started(given, "/readyz", log) as found:
+            yield found
+
+
+@contextlib.contextmanager
+def started(arguments: Sequence[str], answers: str, log: IO[str] | None = None) -> Iterator[Served]:
+    """Run a command of `plinko` that serves, from when this path answers until the block ends."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "app.cli", *arguments],
+        cwd=Path(__file__).parents[2],
+        stdout=subprocess.PIPE,
+        stderr=log or subprocess.DEVNULL,
+        text=True,
+    )
+    try:
+        yield Served(process, _address(process, answers))
+    finally:
+        stop(process)
 
 
 def pinned(process: subprocess.Popen[str], core: int | None) -> None:
@@ -136,7 +148,7 @@ def stop(process: subprocess.Popen[str]) -> None:
         process.stdout.close()
 
 
-def _address(process: subprocess.Popen[str]) -> str:
+def _address(process: subprocess.Popen[str], answers: str) -> str:
     """The address that a server prints once it can be used."""
     assert process.stdout is not None
     if not select.select([process.stdout], [], [], READY)[0]:
@@ -148,7 +160,7 @@ def _address(process: subprocess.Popen[str]) -> str:
     end = time.monotonic() + READY
     while time.monotonic() < end:
         try:
-            with urllib.request.urlopen(f"{address}/readyz", timeout=2.0):
+            with urllib.request.urlopen(f"{address}{answers}", timeout=2.0):
                 return address
         except OSError:  # not ready yet
             time.sleep(0.1)

@@ -172,7 +172,7 @@ def _drops(section: Section, effort: Effort) -> None:
     """A drop of four seconds in every format."""
     from app.render import drop_animation, drop_picture
 
-    d, fps = four_seconds(), effort.size(GIF_FPS, 10)
+    d, fps = four_seconds(), effort.size(GIF_FPS, 5)
     drawings: dict[str, Callable[[], bytes]] = {
         "PNG": lambda: drop_picture(d),
         "JPEG": lambda: drop_picture(d, "jpg"),
@@ -245,10 +245,10 @@ def _many(section: Section, effort: Effort) -> None:
     from app.render import contact_sheet, density_picture, histogram_picture
 
     board = Board.preset(BOARD)
-    drops = effort.size(100_000, 200)
+    drops, tiles = effort.size(100_000, 200), effort.size(25, 4)
     counts = drop_many(board, range(1000)).histogram
     drawings: dict[str, Callable[[], bytes]] = {
-        "sheet of 25 drops": lambda: contact_sheet(board, range(25)),
+        f"sheet of {tiles} drops": lambda: contact_sheet(board, range(tiles)),
         f"density of {drops:,} drops": lambda: density_picture(board, range(drops), threads=1),
         "histogram, drops counted before": lambda: histogram_picture(board, counts),
     }

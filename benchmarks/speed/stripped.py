@@ -8,6 +8,7 @@ outcomes must be equal to the last bit.
 
 import ast
 import importlib
+import re
 import shutil
 import sys
 import tempfile
@@ -21,35 +22,22 @@ import engine
 SOURCE = Path(engine.__file__).parent
 
 
-class _Rename(ast.NodeTransformer):
+_IMPORTED = re.compile(r"^( *from )engine(?=[. ])", re.MULTILINE)
+_WHOLE = re.compile(r"^ *import engine\b.*", re.MULTILINE)
+_NAMED = re.compile(r"^class (\w+)\(NamedTuple\):$", re.MULTILINE)
+
+
+def _renamed(text: str, package: str) -> str:
     """Imports of the engine become imports of the copy, and its named tuples have other names.
 
     Numba tells the types of arguments quickly by the names of their classes. Of two classes of one
     name only the first has the quick way; the other's calls would each take 0.4 ms.
     """
-
-    def __init__(self, package: str) -> None:
-        self.package = package
-
-    def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.ImportFrom:
-        """from engine… import …"""
-        if node.module and node.module.split(".")[0] == "engine":
-            node.module = self.package + node.module.removeprefix("engine")
-        return node
-
-    def visit_ClassDef(self, node: ast.ClassDef) -> ast.ClassDef | list[ast.stmt]:
-        """class BoardArrays(NamedTuple)."""
-        if not any(isinstance(base, ast.Name) and base.id == "NamedTuple" for base in node.bases):
-            return node
-        renamed = f"{node.name}.__name__ = '{node.name}_of_{self.package}'"
-        return [node, *ast.parse(renamed).body]
-
-    def visit_Import(self, node: ast.Import) -> ast.Import:
-        """import engine… is not used by the engine."""
-        for name in node.names:
-            if name.name.split(".")[0] == "engine":
-                raise ValueError(f"line {node.lineno}: `import {name.name}` cannot be renamed")
-        return node
+    whole = _WHOLE.search(text)
+    if whole:
+        raise ValueError(f"`{whole[0].strip()}` cannot be renamed, and the engine has no such line")
+    names = [f"{name}.__name__ = '{name}_of_{package}'\n" for name in _NAMED.findall(text)]
+    return _IMPORTED.sub(rf"\1{package}", text) + "".join(names)
 
 
 class _Cut(ast.NodeTransformer):
@@ -186,12 +174,11 @@ def copy(package: str, cut: _Cut, folder: Path) -> None:
     """Write the cut copy into a folder; LostTouchError if there was nothing to cut."""
     target = folder / package
     shutil.copytree(SOURCE, target, ignore=shutil.ignore_patterns("__pycache__", "artifact"))
-    rename = _Rename(package)
     for path in target.rglob("*.py"):
-        tree = rename.visit(ast.parse(path.read_text()))
+        text = _renamed(path.read_text(), package)
         if path.relative_to(target).as_posix().startswith(cut.places):
-            tree = cut.visit(tree)
-        path.write_text(ast.unparse(ast.fix_missing_locations(tree)))
+            text = ast.unparse(cut.visit(ast.parse(text)))
+        path.write_text(text)
     if cut.done < cut.least:
         raise LostTouchError(
             f"{cut.done} of {cut.least} to cut for {package}: its switch has another name now"

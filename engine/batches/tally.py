@@ -6,8 +6,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from engine import merkle
 from engine.batches.block import Block
+from engine.batches.hashes import BlockHashes, Runs, first_in_both
 from engine.batches.job import Job, job_of, wanted
 from engine.drops.digest import BLOCK
 from engine.errors import ParameterError, RecordError
@@ -20,7 +20,7 @@ _HASH: Final = 32  # bytes
 class Tally:
     """Sums over blocks of a job; neither their order nor where they came from leaves a trace.
 
-    Memory grows by a hash for each block, some megabytes for a billion drops.
+    Memory grows by a hash for each block, up to so many (`engine.batches.hashes`).
     """
 
     def __init__(self, job: Job) -> None:
@@ -29,16 +29,17 @@ class Tally:
         self._unsettled = 0
         self._impacts = 0
         self._duration = Fraction(0)  # exact: the mean has the same bits however blocks came
-        self._hashes: dict[int, bytes] = {}
+        self._hashes = BlockHashes(job.blocks)
 
     def add(self, block: Block) -> None:
         """Count a block; ParameterError if it was counted before."""
-        self._refuse_twice({block.number})
+        if block.number in self._hashes:
+            raise _twice(block.number)
         self._histogram += np.array(block.histogram)
         self._unsettled += block.unsettled
         self._impacts += block.impacts
         self._duration += Fraction(block.duration)
-        self._hashes[block.number] = block.hash
+        self._hashes.add(block.number, block.hash)
 
     def merge(self, other: "Tally") -> None:
         """Count other blocks of the same job; ParameterError for another job, or a block twice."""
@@ -50,16 +51,14 @@ class Tally:
                     f"{theirs.get(name)!r} in the other",
                     field=name,
                 )
-        self._refuse_twice(other._hashes.keys() & self._hashes.keys())
+        both = first_in_both(self.blocks, other.blocks)
+        if both is not None:
+            raise _twice(both)
         self._histogram += other._histogram
         self._unsettled += other._unsettled
         self._impacts += other._impacts
         self._duration += other._duration
-        self._hashes |= other._hashes
-
-    def _refuse_twice(self, numbers: set[int]) -> None:
-        for number in sorted(numbers & self._hashes.keys()):
-            raise ParameterError(f"block {number} is in both results", field="blocks")
+        self._hashes.merge(other._hashes)
 
     @property
     def drops(self) -> int:
@@ -67,20 +66,14 @@ class Tally:
         return int(self._histogram.sum()) + self._unsettled
 
     @property
-    def blocks(self) -> list[tuple[int, int]]:
+    def blocks(self) -> Runs:
         """Which blocks were counted: each run's first, and the one after its last."""
-        runs: list[tuple[int, int]] = []
-        for number in sorted(self._hashes):
-            if runs and runs[-1][1] == number:
-                runs[-1] = (runs[-1][0], number + 1)
-            else:
-                runs.append((number, number + 1))
-        return runs
+        return self._hashes.runs
 
     @property
     def is_complete(self) -> bool:
         """Whether no block is missing."""
-        return len(self._hashes) == self.job.blocks
+        return self._hashes.count == self.job.blocks
 
     def missing(self, begin: int = 0, end: int | None = None) -> Iterator[int]:
         """Numbers of blocks that are not counted when they are asked for, in order."""
@@ -88,15 +81,14 @@ class Tally:
         return (number for number in range(begin, last) if number not in self._hashes)
 
     def hash_of(self, number: int) -> bytes | None:
-        """The hash of a block's outcomes; None if it was not counted."""
-        return self._hashes.get(number)
+        """The hash of a block's outcomes; None if it was not counted, or is kept with others."""
+        return self._hashes.of(number)
 
     @property
     def digest(self) -> str | None:
         """Of the whole batch, 64 hex digits, as `DropBatch.digest`; None while blocks miss."""
-        if not self.is_complete:
-            return None
-        return merkle.root_of([self._hashes[k] for k in range(self.job.blocks)]).hex()
+        root = self._hashes.root
+        return None if root is None else root.hex()
 
     def summary(self) -> dict[str, Any]:
         """What came of at least one block. Means are over all drops, unsettled ones included."""
@@ -118,8 +110,8 @@ class Tally:
             "blocks": [list(run) for run in self.blocks],
             "impacts": self._impacts,
             "duration": str(self._duration),
-            **(self.summary() if self._hashes else {"histogram": [], "unsettled": 0}),
-            "hashes": [self._hashes[number].hex() for number in sorted(self._hashes)],
+            **(self.summary() if self._hashes.count else {"histogram": [], "unsettled": 0}),
+            "hashes": [each.hex() for each in self._hashes.hashes],
         }
 
 
@@ -129,34 +121,46 @@ def tally_of(form: Any) -> Tally:
         raise RecordError(f"it is no result of `plinko simulate`: its kind is not {KIND!r}")
     tally = Tally(job_of(form))
     try:
-        numbers = [n for begin, end in wanted(form, "blocks") for n in range(begin, end)]
+        runs = [(int(begin), int(end)) for begin, end in wanted(form, "blocks")]
         hashes = [bytes.fromhex(each) for each in wanted(form, "hashes")]
-        tally._hashes = dict(zip(numbers, hashes, strict=True))
-        if numbers:
+        _check_runs(runs, tally.job.blocks)
+        tally._hashes.fill(runs, hashes)
+        if runs:
             tally._histogram += np.array(wanted(form, "histogram"), np.int64)
         tally._unsettled = int(wanted(form, "unsettled"))
         tally._impacts = int(wanted(form, "impacts"))
         tally._duration = Fraction(wanted(form, "duration"))
     except (TypeError, ValueError) as error:
         raise RecordError(f"a malformed result of a batch: {error}") from error
-    _check(tally, numbers, form.get("digest"))
+    _check(tally, hashes, form.get("digest"))
     return tally
 
 
-def _check(tally: Tally, numbers: list[int], digest: Any) -> None:
-    """Raise RecordError where counts, blocks, hashes and digest are not of one result."""
-    if any(len(each) != _HASH for each in tally._hashes.values()):
-        raise RecordError("a hash is not 64 hex digits", field="hashes")
-    if len(tally._hashes) != len(numbers) or not all(0 <= n < tally.job.blocks for n in numbers):
+def _check_runs(runs: Runs, blocks: int) -> None:
+    """Raise RecordError unless these are runs of a job's blocks, in order."""
+    edges = [edge for run in runs for edge in run]
+    if edges != sorted(edges) or any(not 0 <= begin < end <= blocks for begin, end in runs):
         raise RecordError(
-            f"blocks {numbers[:4]}… are not some of 0 to {tally.job.blocks - 1}, each once",
+            f"blocks {runs[:4]} are not runs of 0 to {blocks - 1} in order, each once",
             field="blocks",
         )
-    drops = sum(len(tally.job.seeds(number)) for number in numbers)
+
+
+def _check(tally: Tally, hashes: list[bytes], digest: Any) -> None:
+    """Raise RecordError where counts, blocks, hashes and digest are not of one result."""
+    if any(len(each) != _HASH for each in hashes):
+        raise RecordError("a hash is not 64 hex digits", field="hashes")
+    job = tally.job
+    drops = sum(min(end * BLOCK, job.drops) - begin * BLOCK for begin, end in tally.blocks)
     if drops != tally.drops:
         raise RecordError(
-            f"{tally.drops} drops are counted in {len(numbers)} blocks of {BLOCK}, {drops} in all",
+            f"{tally.drops} drops are counted in {tally._hashes.count} blocks of {BLOCK}, "
+            f"{drops} in all",
             field="histogram",
         )
     if digest != tally.digest:
         raise RecordError(f"digest {digest!r} is not that of the hashes", field="digest")
+
+
+def _twice(number: int) -> ParameterError:
+    return ParameterError(f"block {number} is in both results", field="blocks")

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import functools
 import threading
 from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass
@@ -12,10 +13,12 @@ import msgspec
 import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
-from app.listening import Server, listen, server_config
+from app.conformance import inventory
+from app.listening import Server, listen, server_over
 from app.main import create_app
 from app.protocol.messages import Extent
 from app.settings import Settings
+from app.web.routes.page import Release
 from app.web.services import Services
 from tests.app.protocol.decoders import Snapshot, decode_snapshot
 from tests.waiting import LIMIT
@@ -52,13 +55,30 @@ class Running:
         return f"ws{self.url.removeprefix('http')}/ws/rooms/{room}"
 
 
+@pytest.fixture(scope="session", autouse=True)
+def files_read_once() -> Iterator[None]:
+    """What servers of this process make of the program's files, the first one makes for all.
+
+    That is half of what a start takes, and nothing changes these files while they are tested.
+    """
+    once = functools.cache(lambda: inventory.files_of(inventory.installed()))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            inventory,
+            "digests",
+            lambda settings: inventory.digests_of(once(), inventory.configuration_of(settings)),
+        )
+        patch.setattr(Release, "of", functools.cache(Release.of))
+        yield
+
+
 @contextlib.contextmanager
 def serving(**settings: Any) -> Iterator[Running]:
     """Run a server with these settings until the block ends."""
     chosen = Settings(**{"port": 0, "database_url": "sqlite://", **settings})
     app = create_app(chosen)
     listener = listen(chosen)
-    server = Server(server_config(app, chosen))
+    server = server_over(app, chosen)
     thread = threading.Thread(target=server.run, args=([listener],), name="server")
     port = listener.getsockname()[1]
     thread.start()

@@ -253,7 +253,7 @@ def test_bands_are_seen() -> None:
     d = render.four_seconds()
     from app.render import drop_animation
 
-    good = drop_animation(d, "gif", fps=10)
+    good = drop_animation(d, "gif", fps=5)
     with Image.open(io.BytesIO(good)) as frames:
         shown = []
         for number in range(getattr(frames, "n_frames", 1)):
@@ -262,8 +262,8 @@ def test_bands_are_seen() -> None:
             shown.append(few.convert("RGB"))
     buffer = io.BytesIO()
     shown[0].save(buffer, "WEBP", save_all=True, append_images=shown[1:], lossless=True, method=0)
-    assert render.bands(d, good, 10) <= render.BAND
-    assert render.bands(d, buffer.getvalue(), 10) > 2.0 * render.BAND
+    assert render.bands(d, good, 5) <= render.BAND
+    assert render.bands(d, buffer.getvalue(), 5) > 2.0 * render.BAND
 
 
 STRIPPED = """

@@ -11,9 +11,14 @@ from tests.long import LONG
 _IN_BOTH = ("360x", "1280x")
 
 
+def asks_axe(name: str) -> bool:
+    """Whether axe looks at a screen of this name: with LONG=1 at each, else at those in both."""
+    return LONG or name.startswith(_IN_BOTH)
+
+
 def check_axe_on(screen: Screen, name: str) -> None:
-    """`check_axe` on a screen of this name: with LONG=1 on each, else on those in both schemes."""
-    if LONG or name.startswith(_IN_BOTH):
+    """`check_axe` on a screen of this name, if axe looks at it."""
+    if asks_axe(name):
         check_axe(screen)
 
 

@@ -20,6 +20,7 @@ from playwright.sync_api import (
     Browser,
     BrowserContext,
     ConsoleMessage,
+    Error,
     Page,
     ViewportSize,
     sync_playwright,
@@ -173,7 +174,12 @@ class Complaints:
 
     def watch(self, page: Page) -> None:
         page.on("console", self._console)
-        page.on("pageerror", lambda error: self.seen.append(f"page error: {error}"))
+        page.on("pageerror", self._thrown)
+
+    def leave(self, page: Page) -> None:
+        """Note no more of what it says, which another test may."""
+        page.remove_listener("console", self._console)
+        page.remove_listener("pageerror", self._thrown)
 
     def allow(self, pattern: str) -> None:
         """Forget what a test provokes on purpose, told already or still on its way."""
@@ -183,6 +189,9 @@ class Complaints:
     def left(self) -> list[str]:
         """What nobody has allowed."""
         return [text for text in self.seen if not any(re.search(one, text) for one in self.allowed)]
+
+    def _thrown(self, error: Error) -> None:
+        self.seen.append(f"page error: {error}")
 
     def _console(self, message: ConsoleMessage) -> None:
         if message.type == "error":
@@ -218,6 +227,12 @@ SLOW_DISPLAY = """
 }
 """
 
+# To be run before the page: nothing falls over a table but what a test drops, however long that
+# waits.
+NO_DEMO = """
+if (location.protocol.startsWith("http")) localStorage.setItem("plinko.demo.1", "off");
+"""
+
 Open = Callable[..., Screen]
 Run = Callable[..., Any]
 
@@ -238,6 +253,11 @@ def run(browser: Browser, server: ServerProcess) -> Iterator[Run]:
     page.close()
     complaints.allow("404")  # a bare file has no icon; a missing module fails by itself
     assert not complaints.left
+
+
+# What one page may have that others of its context have not; for the rest it takes a context.
+OF_A_PAGE = ("viewport", "color_scheme", "reduced_motion")
+USUAL = {"device_scale_factor": 1, "is_mobile": False, "has_touch": False}
 
 
 @dataclass
@@ -267,35 +287,64 @@ class Profile:
         session.detach()
 
 
+@dataclass
+class Profiles:
+    """A profile for each kind of device."""
+
+    browser: Browser
+    kept: dict[str, Profile] = field(default_factory=dict)
+
+    def of(self, device: dict[str, Any]) -> Profile:
+        """The one that all tests share, for options of a context."""
+        kind = json.dumps(device, sort_keys=True)
+        if kind not in self.kept:
+            self.kept[kind] = Profile(self.new_context(device))
+        return self.kept[kind]
+
+    def new_context(self, device: dict[str, Any]) -> BrowserContext:
+        """One of a test's own."""
+        context = self.browser.new_context(**(BRIEF | device))
+        context.add_init_script(SLOW_DISPLAY)
+        context.add_init_script(NO_DEMO)
+        return context
+
+
 @pytest.fixture(scope="package")
-def profile(browser: Browser) -> Iterator[Profile]:
-    context = browser.new_context(**BRIEF)
-    context.add_init_script(SLOW_DISPLAY)
-    yield Profile(context)
-    context.close()
+def profiles(browser: Browser) -> Iterator[Profiles]:
+    shared = Profiles(browser)
+    yield shared
+    for profile in shared.kept.values():
+        profile.context.close()
 
 
 @pytest.fixture
-def opened(
-    browser: Browser, profile: Profile, server: ServerProcess, complaints: Complaints
-) -> Iterator[Open]:
+def opened(profiles: Profiles, server: ServerProcess, complaints: Complaints) -> Iterator[Open]:
     """Opens the page at a path, in an empty profile, with options of `Browser.new_context`.
 
-    The first without options is in the profile that all tests share; others have their own.
+    A test's first page of a kind of device is in the profile that all tests share; others have
+    their own, as has one with service workers.
     """
     contexts: list[BrowserContext] = []
-    shared: list[Page] = []
+    shared: list[tuple[Profile, Page]] = []
 
-    def new_page(options: dict[str, Any]) -> Page:
-        if not options and not shared:
-            shared.append(profile.new_page(server.url))
-            return shared[0]
-        contexts.append(browser.new_context(**(BRIEF | options)))
-        contexts[-1].add_init_script(SLOW_DISPLAY)
+    def new_page(device: dict[str, Any]) -> Page:
+        if "service_workers" not in device:
+            profile = profiles.of(device)
+            if all(profile is not other for other, _ in shared):
+                shared.append((profile, profile.new_page(server.url)))
+                return shared[-1][1]
+        contexts.append(profiles.new_context(device))
         return contexts[-1].new_page()
 
     def open_page(path: str = "/", *, before: str | None = None, **options: Any) -> Screen:
-        page = new_page(options)
+        of_page = {name: options.pop(name) for name in OF_A_PAGE if name in options}
+        page = new_page(
+            {name: value for name, value in options.items() if value != USUAL.get(name)}
+        )
+        if "viewport" in of_page:
+            page.set_viewport_size(of_page.pop("viewport"))
+        if of_page:
+            page.emulate_media(**of_page)
         complaints.watch(page)
         if before is not None:
             page.add_init_script(before)
@@ -306,6 +355,6 @@ def opened(
     yield open_page
     for context in contexts:
         context.close()
-    for page in shared:
+    for profile, page in shared:
         page.close()
         profile.clear(server.url)

@@ -1,6 +1,6 @@
 """What every page owes every screen: no sideways scrolling, targets that a finger hits."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from tests.browser.screen import Screen
@@ -41,13 +41,21 @@ def context_for(device: str) -> dict[str, Any]:
     }
 
 
-def each_screen(screen: Screen, device: str) -> Iterator[str]:
-    """Put the open page on one screen of the device after the other; gives each one's name."""
+def each_screen(
+    screen: Screen, device: str, wanted: Callable[[str], bool] = lambda name: True
+) -> Iterator[str]:
+    """Put the open page on one screen of the device after the other; gives each one's name.
+
+    Only on those whose names are `wanted`.
+    """
     for width, height, scheme in SCREENS[device]:
+        name = f"{width}x{height}-{scheme}"
+        if not wanted(name):
+            continue
         screen.page.set_viewport_size({"width": width, "height": height})
         screen.page.emulate_media(color_scheme="dark" if scheme == "dark" else "light")
         screen.frames(2)  # laid out anew in the next one, and drawn by the one after
-        yield f"{width}x{height}-{scheme}"
+        yield name
 
 
 def check_fit(screen: Screen) -> None:

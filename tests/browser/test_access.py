@@ -158,5 +158,5 @@ def test_nothing_is_loaded_from_elsewhere(opened: Open) -> None:
     loaded = screen.page.evaluate(
         "performance.getEntriesByType('resource').map((entry) => entry.name)"
     )
-    assert any(address.endswith("/js/play/all.js") for address in loaded)
+    assert any(address.endswith("/js/play/all.en.js") for address in loaded)
     assert all(address.startswith(f"{screen.url}/") for address in loaded)

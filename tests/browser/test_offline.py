@@ -1,4 +1,7 @@
-"""A browser that was here once opens the pages with the network cut, and checks drops in them."""
+"""A browser that was here once opens the pages with the network cut, and checks drops in them.
+
+The pages that it keeps are in the language of who was here: here it is German.
+"""
 
 import json
 
@@ -20,7 +23,7 @@ LET_GO = """text => {
 
 
 def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: Complaints) -> None:
-    screen = opened("/replay.html?board=triangle-8&seed=1", service_workers="allow")
+    screen = opened("/replay.html?board=triangle-8&seed=1", service_workers="allow", locale="de-CH")
     screen.state("replay")
     page = screen.page
     page.evaluate("navigator.serviceWorker.ready.then(() => null)")
@@ -28,25 +31,28 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     page.context.set_offline(True)
 
     page.goto(f"{base}/replay.html?board=triangle-16&seed=42")
-    page.get_by_role("button", name="Verify").click()
-    expect(page.locator("#verdict")).to_contain_text("Reproduced in this page")
+    page.get_by_role("button", name="Prüfen").click()
+    expect(page.locator("#verdict")).to_contain_text("In dieser Seite wiederholt")
 
     checked = page.locator("#check-note")
     record = drop(Board.preset("triangle-8"), 7).record()
-    for landed, said in ((record["bin"], "is reproduced"), (99, "is not reproduced: bin is 99")):
+    for landed, said in (
+        (record["bin"], "jedes Bit von"),
+        (99, "nicht wiederholt: bin ist 99"),
+    ):
         text = json.dumps({**record, "bin": landed}).encode()
         file = FilePayload(name="drop.json", mimeType="application/json", buffer=text)
         page.locator("#check-file").set_input_files(file)
         expect(checked).to_contain_text(said)
     page.evaluate(LET_GO, json.dumps(LOGS["drops"]()))
-    expect(checked).to_contain_text("room.json is reproduced in this page: 4 drops")
+    expect(checked).to_contain_text("room.json ist in dieser Seite wiederholt: 4 Abwürfe")
 
     page.goto(f"{base}/compare.html?board=triangle-16&seed=42")
     expect(page.locator("html")).to_have_attribute("data-state", "replay")
 
     page.goto(f"{base}/editor.html?board=triangle-8")
     page.locator("#test").click()
-    expect(page.locator("#tray-count")).to_have_text("100 test drops")
+    expect(page.locator("#tray-count")).to_have_text("100 Testabwürfe")
 
     page.goto(f"{base}/map.html?board=triangle-8")
     expect(page.get_by_role("textbox", name="x")).to_have_value("0")
@@ -54,5 +60,5 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     # Its solver is another than the page's, which is named: so all of it was checked here.
     page.goto(f"{base}/verify.html")
     page.locator("#file").set_input_files(session.FILE)
-    expect(page.locator("#verdict")).to_contain_text("not over yet. kernel.")
+    expect(page.locator("#verdict")).to_contain_text("noch nicht vorbei. kernel.")
     complaints.allow(CUT)

@@ -3,13 +3,21 @@
 import json
 import math
 import re
+from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Route, expect
 
 from engine import Board, drop
 from tests.browser.axe import check_axe_on
-from tests.browser.conftest import Complaints, Open, Quick
+from tests.browser.conftest import (
+    ARTIFACTS,
+    Complaints,
+    Open,
+    Profiles,
+    Quick,
+    ServerProcess,
+)
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
 
@@ -25,6 +33,28 @@ def paused(screen: Screen) -> Screen:
     screen.state("replay")
     screen.page.get_by_role("button", name="Pause").click()
     return screen
+
+
+@pytest.fixture(scope="module")
+def kept(profiles: Profiles, server: ServerProcess) -> Iterator[Screen]:
+    """One page for all tests that look at this drop and change nothing but the moment."""
+    page = profiles.of({}).new_page(server.url)
+    screen = Screen(page, server.url, ARTIFACTS)
+    page.goto(f"{server.url}{LINK}")
+    yield screen.state("replay")
+    page.close()
+
+
+@pytest.fixture
+def replay(kept: Screen, complaints: Complaints) -> Iterator[Screen]:
+    """That page, at rest at the beginning of the fall."""
+    complaints.watch(kept.page)
+    pause = kept.page.get_by_role("button", name="Pause")
+    if pause.is_visible():
+        pause.click()
+    kept.page.get_by_label("Time in the drop").fill("0")
+    yield kept
+    complaints.leave(kept.page)
 
 
 def test_a_replay_link_shows_the_same_bin_and_digest_as_live(opened: Open, quick: Quick) -> None:
@@ -56,62 +86,59 @@ def test_a_link_of_the_first_release_still_leads_to_the_replay(opened: Open) -> 
     expect(screen.fact("start")).to_have_text("0.125 m, practice")
 
 
-def test_any_moment_can_be_looked_at_and_is_always_the_same_picture(opened: Open) -> None:
-    screen = paused(opened(LINK))
-    sampled = screen.api("drops/triangle-8/42/frames?fps=1")
-    board = screen.api("boards/triangle-8")["board"]
-    time = screen.page.get_by_label("Time in the drop")
+def test_any_moment_can_be_looked_at_and_is_always_the_same_picture(replay: Screen) -> None:
+    sampled = replay.api("drops/triangle-8/42/frames?fps=1")
+    board = replay.api("boards/triangle-8")["board"]
+    time = replay.page.get_by_label("Time in the drop")
     at = []
     for when in ("1", "2", "1"):
         time.fill(when)
-        expect(screen.page.locator("#clock")).to_have_text(f"{when}.000 s")
-        at.append(screen.ball())
-    drawn = screen.pixels(board, [sampled["frames"][i][1:3] for i in (1, 2)])
+        expect(replay.page.locator("#clock")).to_have_text(f"{when}.000 s")
+        at.append(replay.ball())
+    drawn = replay.pixels(board, [sampled["frames"][i][1:3] for i in (1, 2)])
     radius = board["ball"]["radius"] * drawn["scale"]
     assert math.dist(at[0], drawn["points"][0]) < 0.5 * radius
     assert math.dist(at[1], drawn["points"][1]) < 0.5 * radius
     assert at[0] == at[2], "the same moment is the same picture"
 
 
-def test_each_impact_is_listed_with_its_time_normal_and_impulse(opened: Open) -> None:
-    screen = paused(opened(LINK))
-    record = screen.api("drops/triangle-8/42")
+def test_each_impact_is_listed_with_its_time_normal_and_impulse(replay: Screen) -> None:
+    record = replay.api("drops/triangle-8/42")
     board = Board.preset("triangle-8")
-    rows = screen.page.locator("#impacts tr")
+    rows = replay.page.locator("#impacts tr")
     expect(rows).to_have_count(len(record["impacts"]))
-    before = screen.api("drops/triangle-8/42/frames?fps=1")["before"]
+    before = replay.api("drops/triangle-8/42/frames?fps=1")["before"]
     number = 2
     t, x, y, vx, vy, omega, kind, index = record["impacts"][number]
     assert kind == 0, "the third impact of this drop is on a peg"
     rows.nth(number).click()
-    expect(screen.page.locator("#clock")).to_have_text(f"{t:.3f} s")
-    assert moment(screen) == pytest.approx(t, abs=1e-9)
-    expect(screen.fact("impact")).to_have_text(
+    expect(replay.page.locator("#clock")).to_have_text(f"{t:.3f} s")
+    assert moment(replay) == pytest.approx(t, abs=1e-9)
+    expect(replay.fact("impact")).to_have_text(
         f"{number + 1} of {len(record['impacts'])}: peg {index}"
     )
-    expect(screen.fact("time")).to_have_text(f"{t!r} s")
+    expect(replay.fact("time")).to_have_text(f"{t!r} s")
 
     peg = board.pegs[index]
     angle = math.degrees(math.atan2(peg.y - y, x - peg.x))
-    expect(screen.fact("normal")).to_contain_text(f"{angle:.0f}°".replace("-", "−"))
+    expect(replay.fact("normal")).to_contain_text(f"{angle:.0f}°".replace("-", "−"))
     impulse = board.ball.mass * math.hypot(vx - before[number][4], vy - before[number][5])
     expect(rows.nth(number).locator("td").nth(4)).to_have_text(f"{impulse:.4g}")
-    expect(screen.fact("spin")).to_contain_text(f"{omega:.4g} rad/s".replace("-", "−"))
-    expect(screen.result).to_contain_text(f"Impact {number + 1}, peg {index}")
-    assert painted(screen, "board-arrows") > 200, "its normal and impulse are drawn"
-    screen.shot("replay-impact")
+    expect(replay.fact("spin")).to_contain_text(f"{omega:.4g} rad/s".replace("-", "−"))
+    expect(replay.result).to_contain_text(f"Impact {number + 1}, peg {index}")
+    assert painted(replay, "board-arrows") > 200, "its normal and impulse are drawn"
+    replay.shot("replay-impact")
 
-    screen.page.get_by_label("Time in the drop").fill("0.1")
-    expect(screen.fact("chosen")).to_contain_text("none")
-    assert painted(screen, "board-arrows") == 0
+    replay.page.get_by_label("Time in the drop").fill("0.1")
+    expect(replay.fact("chosen")).to_contain_text("none")
+    assert painted(replay, "board-arrows") == 0
 
 
-def test_the_record_says_how_sure_the_bin_is(opened: Open) -> None:
-    screen = paused(opened(LINK))
-    record = screen.api("drops/triangle-8/42?certainty=true")
-    expect(screen.fact("bin-is-certain")).to_contain_text("yes" if record["certain"] else "no")
-    told = screen.fact("amplified").text_content() or ""
-    digits, power = re.fullmatch(r"([\d.]+)(?:·10(\S+))? times.*", told).groups()  # type: ignore[union-attr]
+def test_the_record_says_how_sure_the_bin_is(replay: Screen) -> None:
+    record = replay.api("drops/triangle-8/42?certainty=true")
+    expect(replay.fact("certain")).to_contain_text("yes" if record["certain"] else "no")
+    told = replay.fact("chaotic").text_content() or ""
+    digits, power = re.search(r"([\d.]+)(?:·10(\S+))? times", told).groups()  # type: ignore[union-attr]
     ten = 10 ** int((power or "⁰").translate(str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")))
     assert float(digits) * ten == pytest.approx(record["amplification"], rel=0.01)
 
@@ -163,11 +190,10 @@ def test_time_goes_by_frames_and_by_impacts_with_keys_alone(opened: Open) -> Non
     assert moment(screen) == pytest.approx(record["duration"], abs=1e-9)
 
 
-def test_slow_motion_is_as_slow_as_it_says(opened: Open) -> None:
-    screen = paused(opened(LINK))
-    screen.page.get_by_role("radio", name="1/100").check()
-    screen.page.get_by_label("Time in the drop").fill("0.5")
-    clock, shown = screen.page.evaluate(
+def test_slow_motion_is_as_slow_as_it_says(replay: Screen) -> None:
+    replay.page.get_by_role("radio", name="1/100").check()
+    replay.page.get_by_label("Time in the drop").fill("0.5")
+    clock, shown = replay.page.evaluate(
         """async () => {
           const time = document.querySelector("#time");
           const [clock, shown] = [[], []];
@@ -185,12 +211,11 @@ def test_slow_motion_is_as_slow_as_it_says(opened: Open) -> None:
     assert pytest.approx(0.01, rel=0.1) in speeds
 
 
-def test_the_server_reproduces_the_digest(opened: Open) -> None:
-    screen = paused(opened(LINK))
-    screen.page.get_by_role("button", name="Verify").click()
-    verdict = screen.page.locator("#verdict")
+def test_the_server_reproduces_the_digest(replay: Screen) -> None:
+    replay.page.get_by_role("button", name="Verify").click()
+    verdict = replay.page.locator("#verdict")
     expect(verdict).to_contain_text("Reproduced")
-    expect(verdict).to_contain_text(screen.api("drops/triangle-8/42")["digest"])
+    expect(verdict).to_contain_text(replay.api("drops/triangle-8/42")["digest"])
 
 
 def test_a_page_loaded_once_verifies_a_drop_with_the_network_cut(
@@ -225,17 +250,16 @@ def test_a_record_that_was_tampered_with_is_not_reproduced(opened: Open) -> None
     expect(screen.page.locator("#verdict")).to_contain_text("Not reproduced: x_end")
 
 
-def test_the_energy_is_told_and_a_click_on_it_goes_there(opened: Open) -> None:
-    screen = paused(opened(LINK))
-    plot = screen.page.get_by_role("img", name=re.compile("Energy of the ball.*percent lost"))
+def test_the_energy_is_told_and_a_click_on_it_goes_there(replay: Screen) -> None:
+    plot = replay.page.get_by_role("img", name=re.compile("Energy of the ball.*percent lost"))
     box = plot.bounding_box()
     assert box is not None
     plot.click(position={"x": box["width"] / 2, "y": box["height"] / 2})
-    duration = screen.api("drops/triangle-8/42")["duration"]
-    assert 0.3 * duration < moment(screen) < 0.7 * duration
-    bare = painted(screen, "energy")
-    screen.page.get_by_label("with height").check()
-    screen.page.wait_for_function(
+    duration = replay.api("drops/triangle-8/42")["duration"]
+    assert 0.3 * duration < moment(replay) < 0.7 * duration
+    bare = painted(replay, "energy")
+    replay.page.get_by_label("with height").check()
+    replay.page.wait_for_function(
         f"""() => {{
           const canvas = document.querySelector("#energy");
           const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
@@ -244,12 +268,11 @@ def test_the_energy_is_told_and_a_click_on_it_goes_there(opened: Open) -> None:
     )
 
 
-def test_the_table_can_be_kept_as_a_file(opened: Open) -> None:
-    screen = paused(opened(LINK))
-    with screen.page.expect_download() as download:
-        screen.page.get_by_role("button", name="Save as CSV").click()
+def test_the_table_can_be_kept_as_a_file(replay: Screen) -> None:
+    with replay.page.expect_download() as download:
+        replay.page.get_by_role("button", name="Save as CSV").click()
     lines = download.value.path().read_text().splitlines()
-    record = screen.api("drops/triangle-8/42")
+    record = replay.api("drops/triangle-8/42")
     assert len(lines) == 1 + len(record["impacts"])
     names = lines[0].split(",")
     first = dict(zip(names, lines[1].split(","), strict=True))
@@ -293,12 +316,11 @@ def test_the_stepped_solver_is_replayed_as_it_stepped(opened: Open) -> None:
     expect(screen.fact("solver")).to_contain_text("stepped")
 
 
-def test_a_bad_seed_is_named_beside_its_field(opened: Open) -> None:
-    screen = paused(opened(LINK))
-    field = screen.page.get_by_label("Seed", exact=True)
+def test_a_bad_seed_is_named_beside_its_field(replay: Screen) -> None:
+    field = replay.page.get_by_label("Seed", exact=True)
     field.fill("-3")
-    screen.page.get_by_role("button", name="Replay it").click()
-    expect(screen.page.locator("#other-note")).to_contain_text("-3")
+    replay.page.get_by_role("button", name="Replay it").click()
+    expect(replay.page.locator("#other-note")).to_contain_text("-3")
     expect(field).to_be_focused()
     expect(field).to_have_attribute("aria-invalid", "true")
 

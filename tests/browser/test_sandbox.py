@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
+from app.cli import main
 from tests.browser.axe import check_axe_on
-from tests.browser.conftest import Open, ServerProcess, holding, quick_table
+from tests.browser.conftest import OPERATOR, Open, ServerProcess, holding, quick_table
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
 
@@ -57,7 +58,7 @@ def told(screen: Screen, kind: str) -> list[dict[str, Any]]:
 
 def balls(screen: Screen, count: int) -> None:
     """Wait until the page says that there are so many balls."""
-    name = re.compile(f"Box with {count} balls")
+    name = re.compile(f"Box with {count} balls?")
     expect(screen.page.locator("#board-moving")).to_have_attribute("aria-label", name)
 
 
@@ -206,8 +207,8 @@ def test_another_table_has_balls_that_knock_each_other(opened: Open) -> None:
     table.ready()
 
 
-def test_a_board_whose_balls_knock_each_other_is_played_on_both_pages(
-    opened: Open, server: ServerProcess
+def test_a_board_whose_balls_knock_each_other_is_played_and_halted_on_both_pages(
+    opened: Open, server: ServerProcess, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     quick = quick_table(server, "triangle-8", "interacting")
     table = opened(quick.page).ready()
@@ -218,6 +219,11 @@ def test_a_board_whose_balls_knock_each_other_is_played_on_both_pages(
     expect(screen.page.locator("#title")).to_contain_text("quick")
     screen.page.get_by_role("button", name="Drop one").click()
     expect(screen.result).to_have_text(re.compile(r"fell into bin \d|came to rest"))
+    monkeypatch.setenv("PLINKO_OPERATOR_TOKEN", OPERATOR)
+    assert main(["halt", server.url, "--room", quick.room]) == 0
+    expect(screen.result).to_have_text(
+        "This table is paused: it takes no drops now. Balls in flight land."
+    )
 
 
 @pytest.mark.long

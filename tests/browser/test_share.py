@@ -87,3 +87,8 @@ def test_a_drop_is_handed_on_as_link_and_frame_poster_film_and_record(opened: Op
         link = page.get_by_role("link", name=name, exact=True).get_attribute("href")
         with urllib.request.urlopen(f"{screen.url}/{link}") as reply:
             assert reply.headers["content-type"] == kind
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Video").click()
+    assert saved.value.suggested_filename == "plinko-42.mp4"
+    assert saved.value.path().read_bytes()[4:8] == b"ftyp"
+    expect(page.locator("#share-note")).to_contain_text("the video")

@@ -3,7 +3,7 @@
 import json
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +13,18 @@ MODULES = Path(__file__).parents[2] / "static" / "js"
 
 Run = Callable[..., Any]
 
-# The function gets the module, the argument, and `load` for further modules.
-_CALL = """
+# One line asks, one line answers. A function is a module of its own, so that it may await imports;
+# it gets the module that is named, the argument, and `load` for further modules.
+_ANSWER = """
+import { createInterface } from "node:readline";
 const load = (name) => import(new URL(name, MODULES));
-let text = "";
-for await (const chunk of process.stdin) text += chunk;
-const { name, argument } = JSON.parse(text);
-const result = await (FUNCTION)(await load(name), argument, load);
-process.stdout.write(JSON.stringify(result ?? null));
+for await (const line of createInterface({ input: process.stdin })) {
+  const { name, source, argument } = JSON.parse(line);
+  const told = await import(`data:text/javascript,${encodeURIComponent(source)}`)
+    .then(async (script) => ({ result: await script.default(await load(name), argument, load) }))
+    .catch((error) => ({ thrown: error.stack ?? String(error) }));
+  process.stdout.write(`${JSON.stringify(told)}\\n`);
+}
 """
 
 
@@ -29,22 +33,36 @@ class ScriptError(Exception):
 
 
 @pytest.fixture(scope="session")
-def run() -> Run:
-    """Calls a JavaScript function with a module of static/js and an argument."""
+def run() -> Iterator[Run]:
+    """Calls a JavaScript function with a module of static/js and an argument.
+
+    All calls are answered by one process, in which each module is loaded once.
+    """
     node = shutil.which("node")
     assert node, "Node.js is not installed; tools/node sees to that"
+    script = _ANSWER.replace("MODULES", json.dumps(f"{MODULES.as_uri()}/"))
+    process = subprocess.Popen(
+        [node, "--input-type=module", "--eval", script],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdin is not None
+    assert process.stdout is not None
+    asking, answering = process.stdin, process.stdout
 
     def call(name: str, function: str, argument: Any = None) -> Any:
-        script = _CALL.replace("MODULES", json.dumps(f"{MODULES.as_uri()}/"))
-        done = subprocess.run(
-            [node, "--input-type=module", "--eval", script.replace("FUNCTION", function)],
-            input=json.dumps({"name": name, "argument": argument}),
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        if done.returncode:
-            raise ScriptError(done.stderr)
-        return json.loads(done.stdout)
+        source = f"export default {function.strip()}"
+        asking.write(json.dumps({"name": name, "source": source, "argument": argument}) + "\n")
+        asking.flush()
+        line = answering.readline()
+        assert line, "Node.js ended"
+        told = json.loads(line)
+        if "thrown" in told:
+            raise ScriptError(told["thrown"])
+        return told.get("result")
 
-    return call
+    yield call
+    asking.close()
+    process.wait()
+    answering.close()

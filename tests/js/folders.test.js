@@ -60,6 +60,7 @@ test("what a file exports is used by another, or in the file itself", () => {
   }
   const unused = [];
   for (const [path, text] of texts) {
+    if (/^texts\/..\.js$/.test(path)) continue; // a language takes the place of English
     for (const [, name] of text.matchAll(/^export (?:async )?(?:function\*?|class|const) (\w+)/gm)) {
       const uses = text.match(new RegExp(`(?<![\\w.#])${name}\\b`, "g")).length;
       if (uses < 2 && !imported.has(`${path}:${name}`)) unused.push(`${path}: ${name}`);

@@ -1,4 +1,4 @@
-// What the tests of the page's pure modules share: golden files, comparisons, seeded chance, a board.
+// What the tests of the page's pure modules share: golden files, comparisons, seeded chance, a board, storage.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -77,4 +77,10 @@ export function goldenSegments() {
 export function segmentOf({ ball, bend, ...rest }) {
   const segment = { ...rest, id: ball };
   return bend ? { ...segment, bend: { ax: bend[0], ay: bend[1] } } : segment;
+}
+
+/** A browser's storage. @returns {Pick<Storage, "getItem" | "setItem">} */
+export function storage() {
+  const kept = new Map();
+  return { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => kept.set(key, value) };
 }

@@ -1,6 +1,7 @@
 """What is drawn between the server's words: true to the fall, at any display's rate, in bounds."""
 
 import random
+from bisect import bisect_right
 from collections.abc import Callable
 from typing import Any
 
@@ -59,9 +60,10 @@ def told(board: Board, seed: int, jitter: float) -> tuple[dict[str, Any], Any]:
     ticks = np.arange(1, int(fall.duration / TICK) + 1)
     states = fall.states(ticks * TICK)
     hits = [row for row in fall.impacts if int(row["kind"]) in (0, 1)]
+    at = [float(hit["t"]) for hit in hits]
     stamps, arrived = [], 0.0
     for tick, state in zip(ticks.tolist(), states, strict=True):
-        since = [hit for hit in hits if (tick - 1) * TICK < hit["t"] <= tick * TICK]
+        since = hits[bisect_right(at, (tick - 1) * TICK) : bisect_right(at, tick * TICK)]
         arrived = max(arrived, 1000 * tick * TICK + chance.expovariate(1.0) * jitter)
         stamps.append(
             {

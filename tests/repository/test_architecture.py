@@ -10,7 +10,7 @@ from tests.repository.architecture import PICTURE, ROOT, draw, stacks
 
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 NAMED = sorted(
-    set(re.findall(r"`((?:app|engine|static|tests|benchmarks|docs|tools)/[^`\s]*)`", PAGE))
+    set(re.findall(r"`((?:app|engine|static|tests|benchmarks|deploy|docs|tools)/[^`\s]*)`", PAGE))
 )
 
 

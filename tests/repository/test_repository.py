@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 CODE = sorted(
     path
-    for folder in ("engine", "app", "benchmarks", "tests", "static", "tools")
+    for folder in ("engine", "app", "benchmarks", "deploy", "tests", "static", "tools")
     for path in (ROOT / folder).rglob("*")
     if path.is_file() and "__pycache__" not in path.parts and "node_modules" not in path.parts
 )
@@ -98,7 +98,16 @@ def test_a_wheel_carries_the_page_where_the_server_looks_for_it() -> None:
 
 
 @pytest.mark.parametrize(
-    "script", [".ci/run", "tools/make-venv", "tools/chromium", "tools/node", "tools/postgresql"]
+    "script",
+    [
+        ".ci/run",
+        "tools/make-venv",
+        "tools/chromium",
+        "tools/haproxy",
+        "tools/node",
+        "tools/postgresql",
+        "tools/redis",
+    ],
 )
 def test_a_script_can_be_run_and_is_sound_shell(script: str) -> None:
     path = ROOT / script

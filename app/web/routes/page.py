@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 
-from starlette.datastructures import Headers, QueryParams
+from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
@@ -16,6 +16,7 @@ from starlette.routing import Match, Mount
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
+from app.web.languages import chosen, languages_of
 from app.web.middleware import EMBEDDED
 from app.web.release import parts
 from app.web.unfurl import card
@@ -27,6 +28,9 @@ _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 _ADDRESS = re.compile("v-([0-9a-f]{16})/(.+)")
 _FOR_GOOD = "public, max-age=31536000, immutable"
 _EMBED = {"embed/replay": "embed.html"}  # what other sites may show in a frame, and nothing else
+_LANGUAGE = "language"  # the cookie in which a page keeps the one that was chosen
+_SCHEME = "scheme"  # and that of light or dark, so that the first picture is in these colours
+_SCHEMES = frozenset({"light", "dark"})
 _KINDS = {".js": "text/javascript", ".css": "text/css"}
 _OWN_PARTS = re.compile('(href|src)="((?:css|js)/)')
 
@@ -36,16 +40,18 @@ class Release:
     """The files as they are now."""
 
     digest: str  # of every file's path and contents, 16 hex digits
-    pages: dict[str, str]  # by their names: HTML with one sheet and one script
+    pages: dict[str, dict[str, str]]  # by names and languages: HTML with one sheet and one script
     made: dict[str, str]  # both, by paths at which no file is
 
     @classmethod
     def of(cls, directory: Path) -> "Release":
         """Those in a directory."""
-        pages: dict[str, str] = {}
+        pages: dict[str, dict[str, str]] = {}
         made: dict[str, str] = {}
+        languages = languages_of(directory)
         for page in sorted(directory.glob("*.html")):
-            pages[page.name], its = parts(directory, page.name, page.read_text("utf-8"))
+            text = page.read_text("utf-8")
+            pages[page.name], its = parts(directory, page.name, text, languages)
             made |= its
         return cls(_digest_of(directory), pages, made)
 
@@ -81,12 +87,20 @@ class Page(StaticFiles):
         if not str(full_path).endswith(".html"):
             return super().file_response(full_path, stat_result, scope, status_code)
         release = self.prepare()
-        text = release.pages[Path(full_path).name]
+        request = Request(scope)
+        said = release.pages[Path(full_path).name]
+        accepted = request.headers.get("accept-language", "")
+        text = said[chosen(request.cookies.get(_LANGUAGE), accepted, said)]
+        scheme = request.cookies.get(_SCHEME)
+        if scheme in _SCHEMES:  # else the system's, as the sheet has it
+            text = text.replace("<html ", f'<html data-scheme="{scheme}" ', 1)
         text = _OWN_PARTS.sub(rf'\1="v-{release.digest}/\2', text)
         if Path(full_path).name == "replay.html":
-            about = card(QueryParams(scope["query_string"]), str(Request(scope).base_url))
+            about = card(request.query_params, str(request.base_url))
             text = text.replace("  </head>", f"{about}  </head>")
-        return self._told(text, scope, "text/html", status_code)
+        response = self._told(text, scope, "text/html", status_code)
+        response.headers.add_vary_header("accept-language, cookie")
+        return response
 
     def _told(self, text: str, scope: Scope, kind: str, status_code: int = 200) -> Response:
         """A text that is no file, or nothing where the client has it already."""

@@ -52,6 +52,8 @@ MOST_FPS = 60
 _MOST_SHEET = 1 << 23  # pixels of a sheet of many drops, about
 
 ANIMATIONS = {"gif": "image/gif", "webp": "image/webp", "apng": "image/apng"}
+VIDEOS = {"mp4": "video/mp4"}
+"""Where there is the library for them."""
 
 
 async def picture_reply(
@@ -146,7 +148,8 @@ def _animation(fmt: str) -> Callable[..., object]:
         # A rate that is none is the drawing's to refuse, as is a width.
         frames = math.ceil(min(found.duration, LONGEST) * min(max(fps, 1), MOST_FPS)) + 1
         price = prices.animation(pixels_of(ask.board, width), frames)
-        return await picture_reply(request, server, name, draw, price, ANIMATIONS[fmt])
+        media_type = {**ANIMATIONS, **VIDEOS}[fmt]
+        return await picture_reply(request, server, name, draw, price, media_type)
 
     return get_animation
 
@@ -238,6 +241,7 @@ histogram = _of_many(
 
 add_routes(router, "/drops/{board}/{seed}", STILLS, _still, "A drop", "get_drop")
 add_routes(router, "/drops/{board}/{seed}", ANIMATIONS, _animation, "A drop's fall", "get_drop")
+add_routes(router, "/drops/{board}/{seed}", VIDEOS, _animation, "A drop's fall", "get_drop", 501)
 add_routes(
     router, "/boards/{board}/density", MANY, density, "The density of many drops", "get_density"
 )

@@ -30,6 +30,7 @@ from app.live.hub import Client, Mailbox
 from app.live.transport import connection_of, sever
 from app.protocol import asyncapi, client_messages, messages
 from app.protocol.touching_messages import ClaimMessage, WatchMessage
+from app.protocol.visitors import AppearMessage, parse_colour, parse_name
 from app.protocol.wire import WireMessage
 from app.rooms.room import Room
 from app.rooms.stakes import parse_stake, parse_who
@@ -48,6 +49,10 @@ router = APIRouter()
 _STRIKES = 20
 _STRIKES_FORGIVEN = 1.0  # a second
 
+# Names are for people: who changes theirs more often shouts.
+_APPEARANCES = 0.5  # a second, and
+_APPEARANCES_AT_ONCE = 5
+
 _log = logging.getLogger("plinko")
 
 _CLOSE_SECONDS = 1.0  # for the close frame to find room in a buffer that has some
@@ -61,6 +66,7 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
     try:
         check_queries(socket.query_params, asyncapi.QUERY)
         stream = client_messages.parse_stream(socket.query_params.get("stream"))
+        client_messages.parse_watch(socket.query_params.get("watch"))  # which is for relays
         room = await server.rooms.seek(room_id)
         error = await RoomClient(socket, server, room, stream).run()
     except AppError as refused:
@@ -108,6 +114,7 @@ class RoomClient:
         )
         self._messages = TokenBucket(settings.message_rate, 2 * settings.message_rate, now)
         self._drops = TokenBucket(settings.drop_rate, 2 * settings.drop_rate, now)
+        self._appearances = TokenBucket(_APPEARANCES, _APPEARANCES_AT_ONCE, now)
         self._changes = Changes(server, room.id, self.client.id)
         self._sessions = JoinedSessions(server)
         self._asked: set[asyncio.Task[messages.Event]] = set()  # held, or they would be collected
@@ -181,6 +188,8 @@ class RoomClient:
                 | client_messages.EndMessage()
             ):
                 self._ask(message)
+            case AppearMessage():
+                self._appear(message)
             case ClaimMessage():
                 self._tell(self._changes.claim(message))
             case WatchMessage():
@@ -208,6 +217,12 @@ class RoomClient:
             ref=message.ref,
         )
         self._follow(message.ref, asked)
+
+    def _appear(self, message: AppearMessage) -> None:
+        spend(self._appearances, time.monotonic(), "changes of name")
+        name, colour = parse_name(message.name), parse_colour(message.colour)
+        presence = self.server.rooms.broadcaster.presence
+        self._tell(presence.appear(self.room_id, self.client, name, colour))
 
     def _ask(self, message: client_messages.SessionRequest) -> None:
         """Answer what is said of a session, once the ledger has it."""

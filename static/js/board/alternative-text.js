@@ -1,5 +1,6 @@
 // The alternative text of a board, for those who do not see the picture. Pure.
 
+import { t } from "../texts/text.js";
 import { multiplier } from "../util/format.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -9,8 +10,6 @@ export function describeBoard(board) {
   const { multipliers } = board.bins;
   const rows = new Set(board.pegs.map((peg) => peg.y.toFixed(6))).size;
   const middle = multipliers[Math.floor(multipliers.length / 2)];
-  return (
-    `Plinko board ${board.name}: ${rows} rows of pegs over ${multipliers.length} bins that pay ` +
-    `from ${multiplier(multipliers[0])} at the left edge to ${multiplier(middle)} in the middle.`
-  );
+  const [edge, inner] = [multipliers[0], middle].map(multiplier);
+  return t("page.board-picture", { name: board.name, rows, bins: multipliers.length, edge, middle: inner });
 }

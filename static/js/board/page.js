@@ -5,6 +5,7 @@ import { Session } from "../model/player/session.js";
 import { ApiError, getJson, messageOf } from "../net/api.js";
 import { LinkError } from "../net/board-link.js";
 import { Theme } from "../paint/theme.js";
+import { t } from "../texts/text.js";
 import { byId, make } from "../util/dom.js";
 import { keepOffline } from "../util/offline.js";
 
@@ -22,7 +23,7 @@ export async function openPage(open) {
   try {
     await open(await Theme.load());
   } catch (error) {
-    showState("failed", "Failed");
+    showState("failed", t("page.failed"));
     byId("result").textContent = messageOf(error);
     // A refusal by the server is told to the visitor; anything else is a fault to be seen.
     if (!(error instanceof ApiError || error instanceof LinkError)) throw error;

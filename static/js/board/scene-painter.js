@@ -1,14 +1,16 @@
 // Paints scenes over one board at one size in one set of colours, and wipes what it painted last.
 
-import { makeFlashes, makeHalo, makeSprite, paintBall, paintFlash, paintPaid, traceTrail } from "../paint/ball.js";
+import { makeFlashes, paintBall, paintFlash, paintPaid, traceTrail } from "../paint/ball.js";
 import { beamHeight, paintPulse, pulseOf } from "../paint/bin.js";
 import { binBox } from "../paint/board.js";
 import { Damage } from "../paint/damage.js";
 import { paintNote, paintPath, paintRing } from "../paint/marks.js";
+import { t } from "../texts/text.js";
+import { StampBook } from "../paint/stamps.js";
 import { metric, multiplier } from "../util/format.js";
 
 /** @import { Board, Point } from "../model/board.js" */
-/** @import { BinHit, Flash, Parting, Scene, SceneBall } from "../model/scene.js" */
+/** @import { BinHit, Flash, Parting, Scene, SceneBall, Streak } from "../model/scene.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
@@ -26,6 +28,8 @@ const PAID_RISE = 46; // CSS pixels that a paid score climbs
 export class ScenePainter {
   #damage = new Damage();
   #points = new Float64Array(64);
+  /** Balls by the colour of their tails. @type {Map<string, SceneBall[]>} */
+  #tails = new Map();
 
   /** @param {Ground} ground @param {Theme} theme */
   constructor({ still, board, geometry, density }, theme) {
@@ -35,17 +39,8 @@ export class ScenePainter {
     this.density = density;
     this.theme = theme;
     this.radius = board.ball.radius * geometry.scale;
-    const { palette, shapes: { ball } } = theme;
-    const { ballLight: light, shadow } = palette;
-    this.mine = makeSprite(this.radius, density, {
-      body: palette.ball, dark: palette.ballDark, light, band: palette.ballBand, shadow,
-    }, ball);
-    this.others = makeSprite(this.radius, density, {
-      body: palette.other, dark: palette.otherDark, light: "#ffffff",
-      band: palette.otherDark, shadow,
-    }, ball);
-    this.halo = makeHalo(this.radius, density, palette.ball);
-    this.otherHalo = makeHalo(this.radius, density, palette.other);
+    const { palette } = theme;
+    this.stamps = new StampBook(this.radius, density, theme);
     const largest = board.pegs.reduce((most, peg) => Math.max(most, peg.radius), 0.01);
     this.flashes = makeFlashes(largest * geometry.scale, density, palette.flash);
     // What another painter has left on the canvas is not known here.
@@ -56,10 +51,10 @@ export class ScenePainter {
   draw(ctx, scene) {
     this.#damage.clear(ctx, this.geometry.width, this.geometry.height);
     for (const path of scene.paths) this.#drawPath(ctx, path);
+    for (const streak of scene.streaks ?? []) this.#drawStreak(ctx, streak);
     if (scene.fork) this.#drawFork(ctx, scene.fork);
     for (const flash of scene.flashes) this.#drawFlash(ctx, flash);
-    this.#drawTrails(ctx, scene.balls, false);
-    this.#drawTrails(ctx, scene.balls, true);
+    this.#drawTrails(ctx, scene.balls);
     for (const ball of scene.balls) if (!ball.mine) this.#drawBall(ctx, ball);
     for (const ball of scene.balls) if (ball.mine) this.#drawBall(ctx, ball);
     for (const ball of scene.balls) if (ball.id === scene.chosen) this.#drawChosen(ctx, ball);
@@ -68,30 +63,61 @@ export class ScenePainter {
     for (const hit of scene.hits) if (hit.ticket ?? true) this.#drawPaid(ctx, hit);
   }
 
-  /** @param {CanvasRenderingContext2D} ctx @param {SceneBall[]} balls @param {boolean} mine */
-  #drawTrails(ctx, balls, mine) {
+  /**
+   * Comets' tails, those of a colour at once, our own above the others: as long as the way of their last
+   * moments, so the faster a ball the longer its tail.
+   * @param {CanvasRenderingContext2D} ctx @param {SceneBall[]} balls
+   */
+  #drawTrails(ctx, balls) {
+    for (const tails of this.#tails.values()) tails.length = 0;
+    for (const ball of balls) this.#tailsOf(ball).push(ball);
+    const { trail } = this.theme.shapes;
+    for (const mine of [false, true]) {
+      for (const [colour, tails] of this.#tails) {
+        if (!tails.some((ball) => ball.mine === mine)) continue;
+        ctx.fillStyle = colour;
+        this.#fillTrails(ctx, tails, mine, { ...trail, part: 1 });
+        if (mine) this.#fillTrails(ctx, tails, mine, trail.core);
+      }
+    }
+    ctx.globalAlpha = 1;
+  }
+
+  /** @param {SceneBall} ball @returns {SceneBall[]} those whose tails have its colour */
+  #tailsOf(ball) {
+    const { colour } = this.stamps.of(ball);
+    let tails = this.#tails.get(colour);
+    if (!tails) this.#tails.set(colour, (tails = []));
+    return tails;
+  }
+
+  /**
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {SceneBall[]} balls
+   * @param {boolean} mine which of them
+   * @param {{width: number, alpha: number, part: number}} shape part: of its length
+   */
+  #fillTrails(ctx, balls, mine, { width, alpha, part }) {
     const { px, py } = this.geometry;
     const points = this.#points;
-    const { palette, shapes: { trail } } = this.theme;
     ctx.beginPath();
     for (const ball of balls) {
       if (ball.mine !== mine) continue;
-      const count = Math.min(ball.trailCount, points.length / 2);
+      const count = Math.min(Math.ceil(part * ball.trailCount), points.length / 2);
       for (let i = 0; i < count; i += 1) {
         points[2 * i] = px(ball.trail[2 * i]);
         points[2 * i + 1] = py(ball.trail[2 * i + 1]);
       }
-      traceTrail(ctx, points, count, trail.width * this.radius);
-      this.#damage.addPoints(points, count, this.radius + 2);
+      traceTrail(ctx, points, count, width * this.radius);
+      if (part === 1) this.#damage.addPoints(points, count, this.radius + 2);
     }
-    ctx.globalAlpha = trail.alpha;
-    ctx.fillStyle = mine ? palette.ball : palette.other;
+    ctx.globalAlpha = alpha;
     ctx.fill();
-    ctx.globalAlpha = 1;
   }
 
-  /** @param {CanvasRenderingContext2D} ctx @param {SceneBall} sceneBall */
-  #drawBall(ctx, { x, y, angle, mine }) {
+  /** @param {CanvasRenderingContext2D} ctx @param {SceneBall} ball */
+  #drawBall(ctx, ball) {
+    const { x, y, angle } = ball;
     const { px, py, binTop, width } = this.geometry;
     const atX = px(x);
     const atY = py(y);
@@ -104,9 +130,9 @@ export class ScenePainter {
       ctx.rect(0, 0, width, binTop + 2);
       ctx.clip();
     }
-    const halo = mine ? this.halo : this.otherHalo;
+    const { halo, body } = this.stamps.of(ball);
     paintBall(ctx, halo, atX, atY, 0);
-    paintBall(ctx, mine ? this.mine : this.others, atX, atY, angle);
+    paintBall(ctx, body, atX, atY, angle);
     if (sinking) ctx.restore();
     this.#touch(atX, atY, Math.max(1.6 * radius, halo.half) + 3);
   }
@@ -160,7 +186,7 @@ export class ScenePainter {
     const { px, dropY, aimBottom } = this.geometry;
     const at = px(x);
     ctx.globalAlpha = 0.55;
-    paintBall(ctx, this.mine, at, dropY, 0);
+    paintBall(ctx, this.stamps.of({ mine: true }).body, at, dropY, 0);
     ctx.globalAlpha = 1;
     ctx.fillStyle = this.theme.palette.rail;
     ctx.beginPath();
@@ -186,6 +212,20 @@ export class ScenePainter {
     this.#damage.add(0, 0, width, height);
   }
 
+  /** @param {CanvasRenderingContext2D} ctx @param {Streak} streak */
+  #drawStreak(ctx, { points, age }) {
+    const { width, height } = this.geometry;
+    const { palette } = this.theme;
+    const left = (1 - age) ** 1.5;
+    const line = Math.max(2, 0.55 * this.radius);
+    for (const [colour, wide, alpha] of /** @type {const} */ ([
+      [palette.ball, 2.4 * line, 0.3], [palette.ball, line, 0.9], [palette.ballLight, 0.4 * line, 0.9],
+    ])) {
+      paintPath(ctx, this.geometry, points, { colour, width: wide, alpha: alpha * left });
+    }
+    this.#damage.add(0, 0, width, height);
+  }
+
   /**
    * The impact that decided, and the way of the ball that took the other.
    * @param {CanvasRenderingContext2D} ctx @param {Parting} fork
@@ -198,7 +238,7 @@ export class ScenePainter {
     paintPath(ctx, this.geometry, path, aside);
     paintRing(ctx, px(at.x), py(at.y), 2 * this.radius, { colour: palette.flash, width: line });
     const size = Math.max(11, Math.min(16, 0.16 * this.geometry.scale));
-    paintNote(ctx, `${metric(hair)} aside: ${multiplier(score)}`, {
+    paintNote(ctx, t("play.aside", { hair: metric(hair), pays: multiplier(score) }), {
       x: px(at.x), y: py(at.y), gap: 2 * this.radius + size, size, width,
     }, palette);
     this.#damage.add(0, 0, width, height);

@@ -1,6 +1,7 @@
 // The board on two canvases: one that never moves, one that is redrawn only where it did.
 // Knows boards, scenes and colours; nothing of the network.
 
+import { placeOf } from "../model/worlds.js";
 import { paintBoard } from "../paint/board.js";
 import { layOut } from "../paint/geometry.js";
 import { contextOf } from "../util/canvas.js";
@@ -41,6 +42,7 @@ export class BoardView {
 
   /** @param {Board} board @param {number[]} slots */
   setBoard(board, slots) {
+    this.theme.enter(placeOf(board.name));
     this.#shown = { board, slots };
     this.#width = 0;
     this.relayout();

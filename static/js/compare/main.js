@@ -12,9 +12,10 @@ import { dropPath, dropSearch, readDrop, replayLink } from "../net/drop-address.
 import { paintPath } from "../paint/marks.js";
 import { boardOf, Replay } from "../replay/replay.js";
 import { Transport } from "../replay/transport.js";
-import { byId, fieldOf, inputOf, make, radiosOf, radioValue } from "../util/dom.js";
+import { t as words } from "../texts/text.js";
+import { byId, factId, fieldOf, inputOf, make, radiosOf, radioValue } from "../util/dom.js";
 import { bitsOf } from "../util/doubles.js";
-import { multiplier, seconds } from "../util/format.js";
+import { fixed, multiplier, rounded, seconds } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
 import {
@@ -29,6 +30,7 @@ import { readShift, secondDrop } from "./second-start.js";
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
+/** @import { Key } from "../texts/text.js" */
 
 const PATH_RATE = 120;
 const BITS = 12; // shown of a start's 64
@@ -99,7 +101,7 @@ class ComparePage {
     this.#showBoth(pair);
     this.#fillForm(board, first, search, shift);
     await fillBoards(byId("other-board", HTMLSelectElement), { value: address, name: board.name });
-    showState("replay", "Compare");
+    showState("replay", words("page.compare"));
     if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
       this.transport.seek(longest.duration);
     } else {
@@ -111,7 +113,7 @@ class ComparePage {
   async #certify() {
     if (!this.#pair) return;
     const note = byId("proven");
-    note.textContent = "The server proves both paths…";
+    note.textContent = words("compare.proving");
     try {
       const [one, two] = await Promise.all(this.#pair.drops.map(certificateOf));
       note.textContent = partingWords(one, two);
@@ -138,7 +140,7 @@ class ComparePage {
     this.stage.draw(scene, (ctx, geometry) => this.#paintPaths(ctx, geometry, pair, t));
     byId("now").textContent = t <= end
       ? `${figure(distanceAt(one.motion, two.motion, t))} m`
-      : "one has landed";
+      : words("compare.one-landed");
     const hits = one.motion.hits.filter((hit) => hit.t <= t).length;
     this.chart.mark(this.againstHits ? hits : Math.min(t, end));
     return this.transport.playing;
@@ -182,14 +184,14 @@ class ComparePage {
     const least = Math.max(FLOOR, Math.min(radius / 10, ...seen));
     this.chart.set({
       x: this.againstHits
-        ? { from: 0, to: Math.max(1, hits.length - 1), unit: "impacts of the first" }
+        ? { from: 0, to: Math.max(1, hits.length - 1), unit: words("compare.first-impacts") }
         : { from: 0, to: end, unit: "s" },
       y: { from: least / 3, to: 30 * Math.max(radius, ...seen), unit: "m", log: true },
       series: [{ points, colour: "trayBar", width: 2, dots: this.againstHits }],
       events: this.againstHits ? [] : one.motion.hits.map(({ t }) => t),
-      limit: { y: radius, text: "a ball's radius" },
+      limit: { y: radius, text: words("compare.radius") },
     });
-    byId("distance").setAttribute("aria-label", `Distance of the two balls. ${verdictOf(this.#pair)}`);
+    byId("distance").setAttribute("aria-label", words("compare.distance-words", { verdict: verdictOf(this.#pair) }));
     this.loop.wake();
   }
 
@@ -197,27 +199,27 @@ class ComparePage {
   #showBoth(pair) {
     const { board, one, two, drops } = pair;
     byId("result").textContent = verdictOf(pair);
-    document.title = `${one.record.seed} beside ${two.record.seed} on ${board.name} – Plinko`;
-    /** @type {[string, (replay: Replay, drop: DropAddress) => Node | string][]} */
+    document.title = words("compare.title-seeds", { one: one.record.seed, two: two.record.seed, board: board.name });
+    /** @type {[Key, (replay: Replay, drop: DropAddress) => Node | string][]} */
     const rows = [
-      ["Seed", ({ record }) => record.seed],
-      ["Start", ({ motion }) => `${motion.start.x} m`],
-      ["Its bits", ({ motion }) => bits(motion.start.x, one.motion.start.x)],
-      ["Bin", ({ record }) => (record.bin === null ? "none" : String(record.bin))],
-      ["Score", ({ record }) => multiplier(record.score)],
-      ["Duration", ({ record }) => `${record.duration.toFixed(4)} s`],
-      ["Impacts", ({ motion }) => String(motion.hits.length)],
-      ["End", ({ record }) => `${record.x_end.toFixed(6)} m`],
-      ["Digest", ({ record }) => `${record.digest.slice(0, 12)}…`],
-      ["Replay", (_, drop) => make("a", { class: "back", href: this.#link(drop) }, "Replay")],
+      ["fact.seed", ({ record }) => record.seed],
+      ["fact.start", ({ motion }) => `${motion.start.x} m`],
+      ["fact.its-bits", ({ motion }) => bits(motion.start.x, one.motion.start.x)],
+      ["fact.bin", ({ record }) => (record.bin === null ? words("word.none") : String(record.bin))],
+      ["fact.score", ({ record }) => multiplier(record.score)],
+      ["fact.duration", ({ record }) => `${fixed(record.duration, 4)} s`],
+      ["fact.impacts", ({ motion }) => String(motion.hits.length)],
+      ["fact.end", ({ record }) => `${fixed(record.x_end, 6)} m`],
+      ["fact.digest", ({ record }) => `${record.digest.slice(0, 12)}…`],
+      ["fact.replay", (_, drop) => make("a", { class: "back", href: this.#link(drop) }, words("fact.replay"))],
     ];
     byId("both").replaceChildren(...rows.map(([name, value]) => {
       const cells = [one, two].map((replay, i) => {
         const cell = make("td", {}, value(replay, drops[i]));
-        cell.dataset.fact = `${name.toLowerCase()}-${i + 1}`;
+        cell.dataset.fact = `${factId(name)}-${i + 1}`;
         return cell;
       });
-      return make("tr", {}, make("th", { scope: "row" }, name), ...cells);
+      return make("tr", {}, make("th", { scope: "row" }, words(name)), ...cells);
     }));
   }
 
@@ -268,7 +270,7 @@ class ComparePage {
     const { radius } = board.ball;
     for (let i = 1; i <= TRIES; i += 1) {
       const seed = String((BigInt(first.seed) + BigInt(i)) % (MAX_SEED + 1n));
-      note.textContent = `Looking at seed ${seed}…`;
+      note.textContent = words("compare.looking", { seed });
       const drop = { ...first, seed, x: null };
       const { one, two } = await loadBoth(board, drop, shift, null);
       if (!parting(one.motion, two.motion, radius)) continue;
@@ -278,7 +280,7 @@ class ComparePage {
       window.location.assign(`compare.html?${search}${hash}`);
       return;
     }
-    note.textContent = `None of the next ${TRIES} seeds parts on this board: ask for a larger difference.`;
+    note.textContent = words("compare.not-found", { n: TRIES });
   }
 
   /** @param {HTMLFormElement} form @param {DropAddress} first */
@@ -295,7 +297,7 @@ class ComparePage {
       if (good) continue;
       note.hidden = false;
       note.dataset.tone = "bad";
-      note.textContent = complaintOf(reading, "A drop needs a seed.");
+      note.textContent = complaintOf(reading, words("compare.needs-seed"));
       field.focus();
       return;
     }
@@ -325,17 +327,15 @@ function verdictOf({ board, ...replays }) {
   const { radius } = board.ball;
   const [one, two] = [replays.one.motion, replays.two.motion];
   const start = distanceAt(one, two, 0);
-  if (start === 0) return "Both start at the same place, so they never part.";
-  if (start > radius) return `They start ${figure(start)} m apart, more than a ball's radius.`;
+  if (start === 0) return words("compare.same-place");
+  if (start > radius) return words("compare.start-far", { start: figure(start) });
   const parted = parting(one, two, radius);
-  const from = `They start ${figure(start)} m apart`;
-  if (!parted) return `${from} and stay within a ball's radius until one lands.`;
+  if (!parted) return words("compare.stay", { start: figure(start) });
   const growth = growthPerHit(one, two, radius);
-  const grown = growth ? ` On average each impact multiplied that by ${growth.toPrecision(2)}.` : "";
-  return (
-    `${from} and are parted by more than a ball's radius (${figure(radius)} m) after impact ` +
-    `${parted.hits}, at ${seconds(parted.t)}.${grown}`
-  );
+  const told = words("compare.part", {
+    start: figure(start), radius: figure(radius), hits: parted.hits, time: seconds(parted.t),
+  });
+  return growth ? `${told} ${words("compare.grown", { growth: rounded(growth, 2) })}` : told;
 }
 
 /**

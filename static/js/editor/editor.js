@@ -1,8 +1,9 @@
 // The editor: joins the board being edited with its view, panels, checks, tests and links.
 
 import { showState } from "../board/page.js";
+import { t } from "../texts/text.js";
 import { byId, isWithin, radioValue } from "../util/dom.js";
-import { counted, withFullStop } from "../util/format.js";
+import { withFullStop } from "../util/format.js";
 import { BoardCheck } from "./check.js";
 import {
   describeRef, duplicated, EMPTY, holds, placeOf, refsInProblem, refsOf, sameRef, without, written,
@@ -67,7 +68,7 @@ export class Editor {
     this.pointer.cursor = { x: board.drop.x, y: Math.round((board.drop.y + board.bins.y) * 10) / 20 };
     this.#refresh();
     this.#say(said);
-    showState("asleep", "Editing");
+    showState("asleep", t("editor.editing"));
   }
 
   /** @returns {Bench} */
@@ -87,7 +88,7 @@ export class Editor {
     this.history.push(board);
     this.selected = ref;
     this.#refresh();
-    const all = `${counted(board.pegs.length, "peg")}, ${counted(board.walls.length, "wall")}`;
+    const all = [t("editor.pegs", { n: board.pegs.length }), t("editor.walls", { n: board.walls.length })].join(", ");
     this.#say(`${ref ? describeRef(board, ref) : all}.`);
   }
 
@@ -120,8 +121,8 @@ export class Editor {
     byId("undo", HTMLButtonElement).disabled = !canUndo;
     byId("redo", HTMLButtonElement).disabled = !canRedo;
     this.name.value = board.name;
-    byId("field").setAttribute("aria-label", `${board.name}, ${counted(board.pegs.length, "peg")}`);
-    document.title = `${board.name} – Board editor – Plinko`;
+    byId("field").setAttribute("aria-label", `${board.name}, ${t("editor.pegs", { n: board.pegs.length })}`);
+    document.title = t("editor.title-board", { board: board.name });
     this.boardFields.show(BOARD_ROWS, board);
     this.#showSelected();
     this.#mark();
@@ -134,7 +135,7 @@ export class Editor {
   #showSelected() {
     const { board } = this.history;
     const ref = this.selected;
-    byId("selected-title").textContent = ref ? nameOf(ref) : "Nothing selected";
+    byId("selected-title").textContent = ref ? nameOf(ref) : t("editor.nothing-selected");
     byId("selected-keys").hidden = !ref;
     byId("duplicate").hidden = !ref || !["peg", "wall", "group"].includes(ref.kind);
     byId("delete").hidden = ref?.kind === "drop";
@@ -167,7 +168,7 @@ export class Editor {
     const text = byId("check-text");
     text.dataset.tone = verdict.ok ? "good" : "bad";
     text.textContent = verdict.ok
-      ? `It can be played. Digest ${verdict.digest.slice(0, 16)}…`
+      ? t("editor.playable", { digest: verdict.digest.slice(0, 16) })
       : withFullStop(verdict.message);
     byId("show-problem").hidden = verdict.ok;
     document.documentElement.dataset.check = verdict.ok ? "good" : "bad";
@@ -210,7 +211,7 @@ export class Editor {
     else if (command === "and-next") this.#step(1, true);
     else if (command === "and-last") this.#step(-1, true);
     else if (command === "all") this.#select(groupOf(refsOf(board)));
-    else if (!this.selected) this.#say("Nothing is selected.");
+    else if (!this.selected) this.#say(t("editor.nothing-is-selected"));
     else if (command === "delete") this.#delete(board, this.selected);
     else this.#duplicate(board, this.selected);
   }
@@ -218,11 +219,11 @@ export class Editor {
   /** @param {"undo" | "redo"} way */
   #travel(way) {
     if (!this.history[way]()) {
-      this.#say(way === "undo" ? "There is nothing to undo." : "There is nothing to do again.");
+      this.#say(way === "undo" ? t("editor.undo-none") : t("editor.redo-none"));
       return;
     }
     this.#refresh();
-    this.#say(way === "undo" ? "Undone." : "Done again.");
+    this.#say(way === "undo" ? t("editor.undone") : t("editor.redone"));
   }
 
   /**
@@ -246,12 +247,12 @@ export class Editor {
   #delete(board, ref) {
     const left = without(board, ref);
     if (!left) {
-      this.#say("A board keeps its start and one bin.");
+      this.#say(t("editor.keeps"));
       return;
     }
     this.pointer.cursor = placeOf(board, ref);
     this.#change(left, null);
-    this.#say(`${nameOf(ref)} deleted.`);
+    this.#say(t("editor.deleted", { what: nameOf(ref) }));
   }
 
   /** @param {Board} board @param {Ref} ref */

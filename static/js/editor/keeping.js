@@ -2,9 +2,10 @@
 
 import { ApiError, getJson, postJson } from "../net/api.js";
 import { packBoard } from "../net/board-link.js";
+import { t } from "../texts/text.js";
 import { byId, make } from "../util/dom.js";
 import { saveFile } from "../util/file.js";
-import { counted, withFullStop } from "../util/format.js";
+import { withFullStop } from "../util/format.js";
 import { complete, EMPTY } from "./draft/draft.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -39,8 +40,8 @@ export class Keeping {
     const { boards } = /** @type {BoardList} */ (await getJson("boards"));
     const presets = boards.filter(({ preset }) => preset).map(({ name }) => name);
     this.presets.append(
-      make("option", { value: "", disabled: "", selected: "" }, "choose a board to copy"),
-      make("option", { value: "" }, "a small board"),
+      make("option", { value: "", disabled: "", selected: "" }, t("editor.choose-board")),
+      make("option", { value: "" }, t("editor.small-board")),
       ...presets.map((name) => make("option", { value: name }, name)),
     );
   }
@@ -66,12 +67,13 @@ export class Keeping {
     const file = this.file.files?.[0];
     if (!file) return;
     try {
-      this.open(complete(JSON.parse(await file.text())), `Loaded ${file.name}.`);
-      this.#note([`Loaded ${file.name}.`]);
+      const said = t("editor.loaded", { file: file.name });
+      this.open(complete(JSON.parse(await file.text())), said);
+      this.#note([said]);
     } catch (error) {
       if (!(error instanceof SyntaxError || error instanceof RangeError)) throw error;
-      const why = error instanceof SyntaxError ? `It is not JSON: ${error.message}.` : error.message;
-      this.#note([`${file.name} was not loaded. ${why}`], "bad");
+      const why = error instanceof SyntaxError ? t("editor.not-json", { why: error.message }) : error.message;
+      this.#note([t("editor.not-loaded", { file: file.name, why })], "bad");
     } finally {
       this.file.value = ""; // the same file can be chosen again
     }
@@ -82,9 +84,9 @@ export class Keeping {
     await this.#attempt(async () => {
       if (name) {
         const { board } = /** @type {BoardReply} */ (await getJson(`boards/${name}`));
-        this.open(board, `A copy of ${name}.`);
+        this.open(board, t("editor.copy-of", { board: name }));
       } else {
-        this.open(EMPTY, "A small board.");
+        this.open(EMPTY, t("editor.opened-small"));
       }
     });
   }
@@ -96,10 +98,10 @@ export class Keeping {
     this.link.select();
     try {
       await navigator.clipboard.writeText(address);
-      this.#note([`The link is copied: ${counted(address.length, "character")}, the whole board is in it.`]);
+      this.#note([t("editor.link-copied", { n: address.length })]);
     } catch {
       // Without permission or a secure address the browser refuses; the field has the link.
-      this.#note(["Copy the link from the field: this browser does not let the page do it."]);
+      this.#note([t("editor.link-marked")]);
     }
   }
 
@@ -107,8 +109,8 @@ export class Keeping {
     await this.#attempt(async () => {
       const { digest } = /** @type {BoardReply} */ (await postJson("boards", this.board()));
       this.#note([
-        "Registered under its digest ", make("code", {}, digest), ". ",
-        make("a", { href: `replay.html?board=${digest}&seed=1` }, "Replay seed 1 on it"), ".",
+        t("editor.registered"), " ", make("code", {}, digest), " ",
+        make("a", { href: `replay.html?board=${digest}&seed=1` }, t("editor.replay-it")),
       ], "good");
     });
   }

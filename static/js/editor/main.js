@@ -3,6 +3,7 @@
 import { openPage } from "../board/page.js";
 import { getJson } from "../net/api.js";
 import { boardInHash, unpackBoard } from "../net/board-link.js";
+import { t } from "../texts/text.js";
 import { complete, EMPTY } from "./draft/draft.js";
 import { Editor } from "./editor.js";
 
@@ -13,13 +14,13 @@ import { Editor } from "./editor.js";
 async function firstBoard() {
   const packed = boardInHash(window.location.hash);
   if (packed !== null) {
-    return { board: complete(await unpackBoard(packed)), said: "The board of the link." };
+    return { board: complete(await unpackBoard(packed)), said: t("editor.opened-link") };
   }
   const name = new URLSearchParams(window.location.search).get("board");
-  if (!name) return { board: EMPTY, said: "A small board to start with." };
+  if (!name) return { board: EMPTY, said: t("editor.opened-start") };
   const reply = await getJson(`boards/${encodeURIComponent(name)}`);
   const { board } = /** @type {BoardReply} */ (reply);
-  return { board, said: `A copy of ${board.name}.` };
+  return { board, said: t("editor.copy-of", { board: board.name }) };
 }
 
 openPage(async (theme) => {

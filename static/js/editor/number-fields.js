@@ -1,5 +1,6 @@
 // Labelled fields for the numbers of a board, each at its path; what is no number is said beside it.
 
+import { t } from "../texts/text.js";
 import { make, parentOf } from "../util/dom.js";
 import { read } from "./draft/draft.js";
 
@@ -80,7 +81,7 @@ export class NumberFields {
   #take(path, text) {
     const value = Number(text.trim().replace("−", "-").replace(",", "."));
     if (text.trim() === "" || !Number.isFinite(value)) {
-      this.#say(path, `“${text.slice(0, 24)}” is not a number.`);
+      this.#say(path, t("editor.no-number", { typed: text.slice(0, 24) }));
       return;
     }
     this.#say(path, "");

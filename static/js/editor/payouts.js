@@ -1,8 +1,9 @@
 // What the bins pay, solved by the server for the board being edited.
 
 import { ApiError, postJson } from "../net/api.js";
+import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
-import { counted } from "../util/format.js";
+import { percent } from "../util/format.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { PayoutsReply } from "../net/replies.js" */
@@ -31,17 +32,15 @@ export class PayoutSolver {
       if (board !== this.board()) return;
       this.change({ ...board, bins: { ...board.bins, multipliers: reply.multipliers } });
       const [{ return: returned, doubt }] = reply.aims;
-      this.say(`Payouts solved by ${counted(reply.chosen_by, "drop")}; by ${counted(reply.drops, "other")} ` +
-        `they give back ${percent(returned)} ± ${percent(doubt)}, ` +
-        `from the worst aim ${percent(reply.least.return)}.`);
+      this.say(t("editor.solved", {
+        chosen: reply.chosen_by, judged: reply.drops, returned: percent(returned),
+        doubt: percent(doubt), least: percent(reply.least.return),
+      }));
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      this.say(`No payouts: ${error.message}`);
+      this.say(t("editor.no-payouts", { why: error.message }));
     } finally {
       this.button.disabled = false;
     }
   }
 }
-
-/** @param {number} value */
-const percent = (value) => `${(100 * value).toFixed(1)} %`;

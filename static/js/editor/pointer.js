@@ -1,5 +1,6 @@
 // The pointer controller: pointer and keys on the board become changes of it. Knows no panel, no server.
 
+import { t } from "../texts/text.js";
 import { zoom } from "../util/canvas.js";
 import { hit, moved, placeOf, snap, withPeg, withSplit, withWall } from "./draft/draft.js";
 import { contains, groupOf, inside, membersOf, toggled } from "./draft/group.js";
@@ -102,7 +103,7 @@ export class PointerController {
   #toggle(ref) {
     const { selected } = this.bench();
     const now = toggled(selected, ref);
-    if (now === selected) this.listener.onSay("Only the start, pegs and walls can be selected together.");
+    if (now === selected) this.listener.onSay(t("editor.only-parts"));
     else this.listener.onSelect(now);
   }
 
@@ -202,7 +203,7 @@ export class PointerController {
     const isNew = ref.index >= this.#count(ref);
     if (ref.kind === "wall" && isNew && ref.end && lengthOf(drag.board.walls[ref.index]) < LEAST_WALL) {
       this.listener.onChange(this.bench().board, null);
-      this.listener.onSay("A wall needs two ends: drag from one to the other.");
+      this.listener.onSay(t("editor.wall-drag"));
       return;
     }
     this.listener.onChange(drag.board, isNew && !ref.refs ? { kind: ref.kind, index: ref.index } : ref);
@@ -232,7 +233,7 @@ export class PointerController {
     const { board, step } = this.bench();
     const made = withSplit(board, snap(x, step));
     if (made) this.listener.onChange(made.board, made.ref);
-    else this.listener.onSay("There is an edge already.");
+    else this.listener.onSay(t("editor.edge-there"));
   }
 
   /** @param {Point} point */
@@ -277,7 +278,7 @@ export class PointerController {
       const found = hit(board, x, y, this.#reach);
       if (also && found) this.#toggle(found);
       else this.listener.onSelect(found);
-      if (!found) this.listener.onSay("Nothing lies there.");
+      if (!found) this.listener.onSay(t("editor.nothing-there"));
     } else if (tool === "peg") {
       this.#add(withPeg(board, x, y, pegRadius));
     } else if (tool === "edge") {
@@ -285,12 +286,12 @@ export class PointerController {
       this.listener.onSelect(null);
     } else if (!this.#wallFrom) {
       this.#wallFrom = { x, y };
-      this.listener.onSay("The wall starts here. Go on, and press Enter at its other end.");
+      this.listener.onSay(t("editor.wall-starts"));
     } else {
       const from = this.#wallFrom;
       this.#wallFrom = null;
       if (Math.hypot(x - from.x, y - from.y) >= LEAST_WALL) this.#add(withWall(board, from.x, from.y, x, y));
-      else this.listener.onSay("A wall needs two ends.");
+      else this.listener.onSay(t("editor.wall-ends"));
     }
   }
 

@@ -1,41 +1,43 @@
 // What the editor's panels call the parts of a board, and the numbers that each part has. Pure.
 
+import { t } from "../texts/text.js";
 import { capital } from "../util/format.js";
 import { named } from "./draft/group.js";
 
+/** @import { Key } from "../texts/text.js" */
 /** @import { Ref } from "./draft/element.js" */
 
 /** @typedef {{path: string, label: string, step?: number}} Row of a panel; step: of the arrow keys */
 
 /** @type {Row[]} the numbers of the whole board */
 export const BOARD_ROWS = [
-  { path: "gravity", label: "Gravity, m/s²", step: 0.1 },
-  { path: "drag", label: "Drag, 1/s", step: 0.1 },
-  { path: "ball.radius", label: "Ball radius, m", step: 0.005 },
-  { path: "ball.density", label: "Ball density, kg/m²", step: 0.1 },
-  { path: "ball.restitution", label: "Ball bounce", step: 0.05 },
-  { path: "ball.friction", label: "Ball friction", step: 0.05 },
-  { path: "peg_material.restitution", label: "Peg bounce", step: 0.05 },
-  { path: "peg_material.friction", label: "Peg friction", step: 0.05 },
-  { path: "wall_material.restitution", label: "Wall bounce", step: 0.05 },
-  { path: "wall_material.friction", label: "Wall friction", step: 0.05 },
-  { path: "bins.y", label: "Bins at y, m", step: 0.05 },
-  { path: "drop.jitter", label: "Start spread, m", step: 0.05 },
-  { path: "drop.reach", label: "Start within, m", step: 0.05 },
-  { path: "drop.aim", label: "Aim within, m", step: 0.01 },
+  { path: "gravity", label: t("editor.row-gravity"), step: 0.1 },
+  { path: "drag", label: t("editor.row-drag"), step: 0.1 },
+  { path: "ball.radius", label: t("editor.row-ball-radius"), step: 0.005 },
+  { path: "ball.density", label: t("editor.row-ball-density"), step: 0.1 },
+  { path: "ball.restitution", label: t("editor.row-ball-bounce"), step: 0.05 },
+  { path: "ball.friction", label: t("editor.row-ball-friction"), step: 0.05 },
+  { path: "peg_material.restitution", label: t("editor.row-peg-bounce"), step: 0.05 },
+  { path: "peg_material.friction", label: t("editor.row-peg-friction"), step: 0.05 },
+  { path: "wall_material.restitution", label: t("editor.row-wall-bounce"), step: 0.05 },
+  { path: "wall_material.friction", label: t("editor.row-wall-friction"), step: 0.05 },
+  { path: "bins.y", label: t("editor.row-bins-y"), step: 0.05 },
+  { path: "drop.jitter", label: t("editor.row-start-spread"), step: 0.05 },
+  { path: "drop.reach", label: t("editor.row-start-within"), step: 0.05 },
+  { path: "drop.aim", label: t("editor.row-aim-within"), step: 0.01 },
 ];
 
 /** @param {Ref} ref @returns {Row[]} the numbers of an element; a group has none */
 export function rowsOf({ kind, index }) {
-  if (kind === "peg") return fieldsOf(`pegs[${index}]`, ["x", "y", "radius"]);
+  if (kind === "peg") return fieldsOf(`pegs[${index}]`, ["x", "y"]).concat({ path: `pegs[${index}].radius`, label: t("editor.row-radius") });
   if (kind === "wall") return fieldsOf(`walls[${index}]`, ["x1", "y1", "x2", "y2"]);
   if (kind === "edge") return [{ path: `bins.edges[${index}]`, label: "x, m" }];
-  if (kind === "bin") return [{ path: `bins.multipliers[${index}]`, label: "Pays", step: 0.1 }];
+  if (kind === "bin") return [{ path: `bins.multipliers[${index}]`, label: t("editor.row-pays"), step: 0.1 }];
   if (kind === "group") return [];
   return [
     { path: "drop.x", label: "x, m" },
     { path: "drop.y", label: "y, m" },
-    { path: "drop.jitter", label: "Spread, m" },
+    { path: "drop.jitter", label: t("editor.row-spread") },
   ];
 }
 
@@ -44,11 +46,16 @@ function fieldsOf(path, names) {
   return names.map((name) => ({ path: `${path}.${name}`, label: `${name}, m` }));
 }
 
+/** @type {Record<Exclude<Ref["kind"], "drop" | "group">, Key>} */
+const NAMES = {
+  peg: "editor.name-peg", wall: "editor.name-wall", edge: "editor.name-edge", bin: "editor.name-bin",
+};
+
 /** @param {Ref} ref @returns {string} what it is called */
 export function nameOf(ref) {
   if (ref.refs) return capital(named(ref));
   const { kind, index, end } = ref;
-  if (kind === "drop") return "Start";
-  if (kind === "wall" && end) return `Wall ${index}, end ${end}`;
-  return `${capital(kind)} ${index}`;
+  if (kind === "drop") return t("word.start");
+  if (kind === "wall" && end) return t("editor.name-wall-end", { index, end });
+  return t(NAMES[kind], { index });
 }

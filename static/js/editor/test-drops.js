@@ -3,8 +3,9 @@
 import { Histogram } from "../instruments/histogram.js";
 import { messageOf } from "../net/api.js";
 import { Batch } from "../solver/many/batch.js";
+import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
-import { counted, seconds } from "../util/format.js";
+import { percent, seconds } from "../util/format.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Theme } from "../paint/theme.js" */
@@ -14,9 +15,9 @@ import { counted, seconds } from "../util/format.js";
 class TestHistogram extends Histogram {
   /** @param {number} total @returns {string} */
   describe(total) {
-    if (total === 0) return "Histogram: no ball was test-dropped yet.";
-    const bins = this.counts.map((count, bin) => `bin ${bin}: ${count}`);
-    return `Histogram of ${counted(total, "test drop")}. ${bins.join(", ")}.`;
+    if (total === 0) return t("editor.histogram-none");
+    const bins = this.counts.map((count, bin) => t("lab.histogram-bin", { bin, count }));
+    return t("editor.histogram", { n: total, bins: bins.join(", ") });
   }
 }
 
@@ -63,9 +64,9 @@ export class TestDrops {
       if (board !== this.board()) return;
       const short = (tally?.drops ?? 0) < drops;
       const numbers = `${byId("tray-count").textContent}: ${byId("tray-numbers").textContent}.`;
-      this.say(`${short ? "Cancelled. " : ""}${tally ? numbers : ""}`);
+      this.say([short ? t("editor.cancelled") : "", tally ? numbers : ""].join(" ").trim());
     } catch (error) {
-      this.say(`No test: ${messageOf(error)}`);
+      this.say(t("editor.test-failed", { why: messageOf(error) }));
     } finally {
       if (this.#batch === batch) this.#running(null);
     }
@@ -82,14 +83,14 @@ export class TestDrops {
   /** @param {Batch | null} batch */
   #running(batch) {
     this.#batch = batch;
-    this.button.textContent = batch ? "Cancel" : "Test-drop";
+    this.button.textContent = batch ? t("editor.cancel") : t("editor.test");
     this.progress.hidden = batch === null;
     this.progress.value = 0;
   }
 
   #show() {
     const tally = this.#tally;
-    byId("tray-count").textContent = tally ? counted(tally.drops, "test drop") : "No test yet";
+    byId("tray-count").textContent = tally ? t("editor.test-drops", { n: tally.drops }) : t("editor.no-test");
     if (!tally) {
       byId("tray-numbers").textContent = "";
       return;
@@ -98,9 +99,9 @@ export class TestDrops {
     // A ball that never settles gives its stake back.
     const paid = tally.histogram.reduce((sum, count, bin) => sum + count * pays[bin], tally.unsettled);
     const parts = [
-      `return ${((100 * paid) / tally.drops).toFixed(1)} %`,
-      `mean fall ${seconds(tally.time / tally.drops)}`,
-      ...(tally.unsettled ? [`${tally.unsettled} unsettled`] : []),
+      t("editor.return", { share: percent(paid / tally.drops) }),
+      t("editor.mean-fall", { time: seconds(tally.time / tally.drops) }),
+      ...(tally.unsettled ? [t("editor.unsettled", { n: tally.unsettled })] : []),
     ];
     byId("tray-numbers").textContent = parts.join(", ");
   }

@@ -6,6 +6,7 @@ import { upTo } from "../model/motion/drop.js";
 import { replayLink, readDrop } from "../net/drop-address.js";
 import { paintPath } from "../paint/marks.js";
 import { boardOf, Replay } from "../replay/replay.js";
+import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
 import { multiplier } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
@@ -45,9 +46,9 @@ class EmbeddedDrop {
     this.#path = replay.motion.line(0, replay.duration, PATH_RATE);
     this.stage.setBoard(board);
     byId("more", HTMLAnchorElement).href = hash ? `replay.html?seed=${drop.seed}${hash}` : replayLink(drop);
-    document.title = `Seed ${drop.seed} on ${board.name} – Plinko`;
-    showState("replay", "Ready");
-    byId("result").textContent = "Guess where it lands.";
+    document.title = t("replay.title-seed", { seed: drop.seed, board: board.name });
+    showState("replay", t("play.ready"));
+    byId("result").textContent = t("embed.guess");
     this.button.disabled = false;
     this.loop.wake();
   }
@@ -58,7 +59,7 @@ class EmbeddedDrop {
     this.#lastMs = 0;
     this.#falling = true;
     this.button.disabled = true;
-    byId("result").textContent = "Falling…";
+    byId("result").textContent = t("embed.falling");
     this.loop.wake();
   }
 
@@ -78,11 +79,11 @@ class EmbeddedDrop {
 
   /** @param {Replay} replay whose ball is down */
   #tell({ record: { bin, score } }) {
-    const text = bin === null ? "It comes to rest in no bin." : `Bin ${bin} pays ${multiplier(score)}.`;
+    const text = bin === null ? t("embed.none") : t("embed.pays", { bin, pays: multiplier(score) });
     const result = byId("result");
     if (result.textContent !== text) result.textContent = text;
     this.button.disabled = false;
-    this.button.textContent = "Again";
+    this.button.textContent = t("embed.again");
   }
 
   /**

@@ -4,6 +4,7 @@
 
 import { BoardError, ParameterError } from "../solver/errors.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
+import { t } from "../texts/text.js";
 import { canonical } from "./canonical.js";
 import { bytesOfHex, bytesOfText, hexOf, isSigned, sha256 } from "./crypto.js";
 import { ExportError } from "./export.js";
@@ -12,6 +13,7 @@ import { payoutOf } from "./payout.js";
 import { commitment, dropSeed } from "./seeds.js";
 
 /** @import { Solver } from "../solver/solver.js" */
+/** @import { Key } from "../texts/text.js" */
 /** @import { ExportedDrop, Receipt, SessionExport, Signed, SignedReceipt } from "./export.js" */
 
 /**
@@ -19,7 +21,7 @@ import { commitment, dropSeed } from "./seeds.js";
  * @typedef {object} Step
  * @property {string} name
  * @property {boolean} ok
- * @property {string} text for people
+ * @property {Key} text for people, by its key
  * @property {unknown} said
  * @property {unknown} found
  * @property {number | null} drop which it concerns
@@ -45,7 +47,7 @@ export async function* checkSession(session, tools) {
   }
 }
 
-/** @param {string} name @param {string} text @param {unknown} said @param {unknown} found
+/** @param {string} name @param {Key} text @param {unknown} said @param {unknown} found
  *  @param {number | null} [drop] @returns {Step} */
 function same(name, text, said, found, drop = null) {
   return { name, ok: canonical(said ?? null) === canonical(found ?? null), text, said, found, drop };
@@ -72,9 +74,9 @@ class Check {
   /** @returns {AsyncGenerator<Step>} */
   async* steps() {
     const { key, drops, heard = [], heard_session: given } = this.#session;
-    if (this.#tools.key) yield same("key", "the server's key", key, this.#tools.key);
-    yield this.#signed("session", "the session's statement is signed", this.#session.session);
-    yield this.#signed("head", "the log's head is signed", this.#session.head);
+    if (this.#tools.key) yield same("key", "step.key", key, this.#tools.key);
+    yield this.#signed("session", "step.session", this.#session.session);
+    yield this.#signed("head", "step.head", this.#session.head);
     if (given) yield this.#heardSession(given);
     yield* this.#secrets();
     yield* this.#played();
@@ -87,7 +89,7 @@ class Check {
     for (const receipt of heard) yield this.#heard(receipt);
   }
 
-  /** @param {string} name @param {string} text @param {Signed} signed @param {number | null} [drop]
+  /** @param {string} name @param {Key} text @param {Signed} signed @param {number | null} [drop]
    *  @returns {Promise<Step>} */
   async #signed(name, text, { statement, signature }, drop = null) {
     const message = bytesOfText(canonical(statement));
@@ -102,12 +104,12 @@ class Check {
    */
   async #heardSession(heard) {
     const name = "heard-session";
-    const { ok } = await this.#signed(name, "", heard);
+    const { ok } = await this.#signed(name, "step.heard-session", heard);
     if (!ok) {
-      return { name, ok, text: "a statement that this server gave", said: heard.signature,
+      return { name, ok, text: "step.heard-session", said: heard.signature,
         found: "invalid", drop: null };
     }
-    return same(name, "the statement is the one that the player had before they opened",
+    return same(name, "step.heard-same",
       heard.statement, this.#session.session.statement);
   }
 
@@ -115,16 +117,17 @@ class Check {
   async* #secrets() {
     const { client_seed: client, server_seed: server } = this.#session;
     const { client_commitment: clients, server_commitment: servers } = this.#said;
-    for (const [name, secret, committed] of /** @type {const} */ ([
-      ["client-seed", client, clients], ["server-seed", server, servers],
+    for (const [name, secret, committed, closed, text] of /** @type {const} */ ([
+      ["client-seed", client, clients, "step.client-closed", "step.client-same"],
+      ["server-seed", server, servers, "step.server-closed", "step.server-same"],
     ])) {
       if (secret === null) {
-        yield { name: `${name}-open`, ok: false, text: `the ${name} is not opened`, said: null,
-          found: "a secret", drop: null };
+        yield { name: `${name}-open`, ok: false, text: closed, said: null,
+          found: t("step.found-secret"), drop: null };
         continue;
       }
       const found = hexOf(await commitment(bytesOfHex(secret, name)));
-      yield same(name, `the ${name} is the one committed to`, committed, found);
+      yield same(name, text, committed, found);
     }
   }
 
@@ -133,19 +136,19 @@ class Check {
     const { board } = this.#session;
     const said = this.#said;
     const { boardDigest } = this.#tools.solver.drop(board, { seed: 0 });
-    yield same("board", "the board", said.board_digest, boardDigest);
+    yield same("board", "step.board", said.board_digest, boardDigest);
     const { multipliers } = /** @type {{multipliers: number[]}} */ (board.bins);
     const payouts = hexOf(await sha256(bytesOfText(canonical(multipliers))));
-    yield same("payouts", "the board's multipliers", said.payouts_digest, payouts);
-    yield same("physics", "the laws of motion", said.physics_version, PHYSICS_VERSION);
-    yield same("kernel", "the compiled solver", said.kernel_digest, this.#tools.kernelDigest);
+    yield same("payouts", "step.payouts", said.payouts_digest, payouts);
+    yield same("physics", "step.physics", said.physics_version, PHYSICS_VERSION);
+    yield same("kernel", "step.kernel", said.kernel_digest, this.#tools.kernelDigest);
   }
 
   /** @returns {Step} */
   #counter() {
     const numbers = this.#session.drops.map(({ receipt }) => receipt.drop);
     const gap = numbers.findIndex((number, i) => number !== i);
-    const text = "drops are numbered from 0, none left out";
+    const text = "step.counter";
     if (gap < 0) return same("counter", text, numbers.length, numbers.length);
     return same("counter", text, numbers[gap], gap, gap);
   }
@@ -153,42 +156,42 @@ class Check {
   /** @returns {AsyncGenerator<Step>} */
   async* #end() {
     const { end, server_seed: seed, drops } = this.#session;
-    const text = "the session's end is signed";
+    const text = "step.end";
     if (end === null) {
-      yield { name: "end", ok: false, text, said: null, found: "a signed end", drop: null };
+      yield { name: "end", ok: false, text, said: null, found: t("step.found-end"), drop: null };
       return;
     }
     yield this.#signed("end", text, end);
     const { statement } = end;
-    yield same("end-session", "the end is this session's", statement.session, this.#said.session);
-    yield same("end-seed", "the end's server seed", statement.server_seed, seed);
-    yield same("truncated", "the log has every drop up to the session's end", statement.drops,
+    yield same("end-session", "step.end-session", statement.session, this.#said.session);
+    yield same("end-seed", "step.end-seed", statement.server_seed, seed);
+    yield same("truncated", "step.truncated", statement.drops,
       drops.length);
   }
 
   /** @param {ExportedDrop} drop @returns {AsyncGenerator<Step>} */
   async* #logged({ receipt, index, root, signature, inclusion, consistency }) {
     const number = receipt.drop;
-    yield same("receipt-session", "the receipt is this session's", receipt.session,
+    yield same("receipt-session", "step.receipt-session", receipt.session,
       this.#said.session, number);
-    yield same("receipt-board", "the receipt's board", receipt.board_digest,
+    yield same("receipt-board", "step.receipt-board", receipt.board_digest,
       this.#said.board_digest, number);
     yield this.#entrySigned("receipt", { receipt, index, root, signature });
     const head = { size: this.#head.size, root: this.#root };
     const leaf = bytesOfText(canonical(receipt));
     const included = await isIncluded(leaf, { index, ...head }, hashes(inclusion));
-    yield { name: "inclusion", ok: included, text: "the receipt is in the log", said: index,
+    yield { name: "inclusion", ok: included, text: "step.inclusion", said: index,
       found: this.#head.root, drop: number };
     const then = { size: index + 1, root: bytesOfHex(root, "root") };
     const grew = await isConsistent(then, head, hashes(consistency));
-    yield { name: "consistency", ok: grew, text: "the log only grew since this receipt", said: root,
+    yield { name: "consistency", ok: grew, text: "step.consistency", said: root,
       found: this.#head.root, drop: number };
   }
 
   /** @param {string} name @param {SignedReceipt} entry */
   #entrySigned(name, { receipt, index, root, signature }) {
     const statement = { kind: "plinko log entry", version: 1, receipt, index, root };
-    const text = "the receipt and its place in the log are signed";
+    const text = "step.receipt";
     return this.#signed(name, text, { statement, signature }, receipt.drop);
   }
 
@@ -200,15 +203,15 @@ class Check {
     const payout = payoutOf(receipt.stake, found.score);
     if (result === null) {
       const owed = { bin: found.bin, payout };
-      yield same("result", "the drop has ended and was paid", null, owed, number);
+      yield same("result", "step.result", null, owed, number);
       return;
     }
-    yield same("trajectory", "every bit of the path", result.digest, found.digest, number);
-    yield same("outcome", "where the ball ended", endOf(result), endOf({
+    yield same("trajectory", "step.trajectory", result.digest, found.digest, number);
+    yield same("outcome", "step.outcome", endOf(result), endOf({
       bin: found.bin, score: found.score, t: found.duration, x_end: found.xEnd,
       unsettled: found.unsettled,
     }), number);
-    yield same("payout", "what was paid", result.payout, payout, number);
+    yield same("payout", "step.payout", result.payout, payout, number);
   }
 
   /** @param {Receipt} receipt @param {string} board its digest @returns {AsyncGenerator<Step>} */
@@ -220,7 +223,7 @@ class Check {
       client: bytesOfHex(client, "client-seed"),
       board: bytesOfHex(board, "board"),
     }, drop);
-    yield same("start", "the start is drawn by both secrets", seed, found, drop);
+    yield same("start", "step.start", seed, found, drop);
   }
 
   /** @param {SignedReceipt} heard what the player was given must be in the export @returns {Promise<Step>} */
@@ -229,11 +232,11 @@ class Check {
     const number = receipt.drop;
     const { ok } = await this.#entrySigned("heard", heard);
     if (!ok || receipt.session !== this.#said.session) {
-      return { name: "heard", ok: false, text: "a receipt that this server gave", said: index,
+      return { name: "heard", ok: false, text: "step.heard-receipt", said: index,
         found: null, drop: number };
     }
     const there = this.#session.drops[number];
-    return same("heard", "what the player was given is in the export", [receipt, index, root],
+    return same("heard", "step.heard", [receipt, index, root],
       there ? [there.receipt, there.index, there.root] : null, number);
   }
 }

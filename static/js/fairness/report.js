@@ -1,18 +1,12 @@
 // The steps of a check on the page: which hold, with both values of each to copy, and what it proves.
 
+import { t } from "../texts/text.js";
 import { make } from "../util/dom.js";
 import { canonical } from "./canonical.js";
 import { checkSession } from "./check.js";
 
 /** @import { Step, Tools } from "./check.js" */
 /** @import { SessionExport } from "./export.js" */
-
-const PROVEN = "no drop is left out, and each path and payout is what it must be.";
-const NOT = "that stakes and payouts stand in any account, or whose the server's key is unless you know it from elsewhere.";
-const BOUND = `Proven: neither side could choose a start, ${PROVEN} Not proven: ${NOT}`;
-// Without what the player was given at the beginning, a server could have chosen its secret late.
-const UNBOUND = `Proven: each start is drawn by both secrets, ${PROVEN} Not proven: that the server committed before it knew the player's secret (a session saved at the table has what shows that), ${NOT}`;
-const FORGED = "Not proven, see the steps marked ✗: this session was forged, changed, or is not over yet.";
 
 /** @typedef {{verdict: HTMLElement, list: HTMLElement}} Places where the sentence and the steps go */
 
@@ -24,7 +18,7 @@ const FORGED = "Not proven, see the steps marked ✗: this session was forged, c
  * @returns {Promise<Step[]>} those that failed
  */
 export async function report(session, tools, { verdict, list }) {
-  say(verdict, "", "Computing…");
+  say(verdict, "", t("page.computing"));
   list.replaceChildren();
   /** @type {Map<number | null, Step[]>} */
   const groups = new Map();
@@ -34,9 +28,10 @@ export async function report(session, tools, { verdict, list }) {
     if (!step.ok) failed.push(step);
   }
   list.append(...Array.from(groups, ([drop, steps]) => group(drop, steps)));
-  const names = [...new Set(failed.map(({ name, drop }) => (drop === null ? name : `${name} of drop ${drop}`)))];
-  if (failed.length > 0) say(verdict, "bad", `${FORGED} ${names.slice(0, 8).join(", ")}.`);
-  else say(verdict, "good", session.heard_session ? BOUND : UNBOUND);
+  const names = [...new Set(failed.map(({ name, drop }) => (drop === null ? name : t("check.of-drop", { name, drop }))))];
+  if (failed.length > 0) say(verdict, "bad", `${t("check.forged")} ${names.slice(0, 8).join(", ")}.`);
+  // Without what the player was given at the beginning, a server could have chosen its secret late.
+  else say(verdict, "good", session.heard_session ? t("check.proven") : t("check.proven-late"));
   return failed;
 }
 
@@ -49,8 +44,9 @@ export function say(note, tone, text) {
 /** @param {number | null} drop @param {Step[]} steps */
 function group(drop, steps) {
   const ok = steps.every((step) => step.ok);
-  const title = drop === null ? "The session" : `Drop ${drop}`;
-  const summary = make("summary", {}, mark(ok), ` ${title}: ${steps.length} steps`);
+  const n = steps.length;
+  const title = drop === null ? t("check.session-steps", { n }) : t("check.drop-steps", { drop, n });
+  const summary = make("summary", {}, mark(ok), " ", title);
   const details = make("details", { class: "fair-group", "data-ok": String(ok) }, summary);
   // A long session has thousands of values, of which a reader looks at a few.
   details.addEventListener("toggle", () => {
@@ -64,8 +60,8 @@ function group(drop, steps) {
 function table(steps) {
   return make("ul", { class: "fair-steps" }, ...steps.map((step) => make(
     "li", { "data-step": step.name, "data-ok": String(step.ok) },
-    make("p", {}, mark(step.ok), " ", make("b", {}, step.name), `: ${step.text}`),
-    value("said", step.said), value("found here", step.found),
+    make("p", {}, mark(step.ok), " ", make("b", {}, step.name), `: ${t(step.text)}`),
+    value(t("check.said"), step.said), value(t("check.found"), step.found),
   )));
 }
 
@@ -75,10 +71,10 @@ const mark = (ok) => make("span", { class: ok ? "fair-good" : "fair-bad" }, ok ?
 /** @param {string} name @param {unknown} content a value with a button that copies it */
 export function value(name, content) {
   const text = typeof content === "string" ? content : canonical(content);
-  const copy = make("button", { type: "button", class: "fair-copy", "aria-label": `Copy ${name}` }, "Copy");
+  const copy = make("button", { type: "button", class: "fair-copy", "aria-label": t("check.copy-what", { name }) }, t("check.copy"));
   copy.addEventListener("click", async () => {
     await navigator.clipboard.writeText(text);
-    copy.textContent = "Copied";
+    copy.textContent = t("check.copied");
   });
   return make("p", { class: "fair-value" }, make("span", {}, name), make("code", {}, text), copy);
 }

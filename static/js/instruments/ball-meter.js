@@ -2,6 +2,7 @@
 
 import { energyOf } from "../model/impact.js";
 import { shortestTurn } from "../model/motion/interpolate.js";
+import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
 import { figure, prefixed } from "../util/scale.js";
 import { Series } from "../util/series.js";
@@ -52,7 +53,7 @@ export class BallMeter {
     this.#release();
     this.chosen = ball.id;
     this.#start = ball.start;
-    this.note.textContent = `Seed ${ball.seed} is followed.`;
+    this.note.textContent = t("lab.followed", { seed: ball.seed });
   }
 
   /** The ball that started after the followed one, or the oldest. */
@@ -60,7 +61,7 @@ export class BallMeter {
     const balls = [...(this.#table?.balls.values() ?? [])];
     const ball = balls.find(({ id }) => id > (this.chosen ?? -1)) ?? balls[0];
     if (ball) this.follow(ball);
-    else this.note.textContent = "No ball is in flight.";
+    else this.note.textContent = t("lab.no-ball");
   }
 
   /** @param {number} x metres @param {number} y metres @returns {boolean} whether a ball is there */
@@ -127,22 +128,22 @@ export class BallMeter {
       series: [{ points, colour: "trayMark", width: 1.5 }],
     });
     this.speed.canvas.setAttribute("aria-label", points.length
-      ? `Speed of the ball against time: now ${figure(this.#series.last("speed"))} m/s, at most ${figure(most)}.`
-      : "Speed of the ball against time: nothing yet");
+      ? t("lab.speed", { now: figure(this.#series.last("speed")), most: figure(most) })
+      : t("lab.speed-none"));
   }
 
   #plotEnergy() {
-    const t = this.#series.points("t", "height");
+    const potential = this.#series.points("t", "height");
     const moving = this.#series.points("t", "moving");
     const turning = this.#series.points("t", "turning");
-    const total = t.map(({ y }, i) => y + moving[i].y + turning[i].y);
+    const total = potential.map(({ y }, i) => y + moving[i].y + turning[i].y);
     const most = Math.max(1e-9, ...total);
     const { unit, per } = prefixed(most, "J");
     /** @param {(i: number) => number} value */
-    const at = (value) => t.map(({ x }, i) => ({ x, y: per * value(i) }));
+    const at = (value) => potential.map(({ x }, i) => ({ x, y: per * value(i) }));
     const ground = at(() => 0);
-    const height = at((i) => t[i].y);
-    const motion = at((i) => t[i].y + moving[i].y);
+    const height = at((i) => potential[i].y);
+    const motion = at((i) => potential[i].y + moving[i].y);
     const all = at((i) => total[i]);
     this.energy.set({
       x: { from: 0, to: Math.max(1, this.#series.last("t") || 0), unit: "s" },
@@ -155,7 +156,7 @@ export class BallMeter {
       ],
     });
     this.energy.canvas.setAttribute("aria-label", total.length
-      ? `Energy of the ball against time: ${figure(per * total[0])} ${unit} at first, now ${figure(per * total[total.length - 1])}.`
-      : "Energy of the ball against time: nothing yet");
+      ? t("lab.energy", { first: figure(per * total[0]), unit, now: figure(per * total[total.length - 1]) })
+      : t("lab.energy-none"));
   }
 }

@@ -2,8 +2,9 @@
 
 import { fitTest, Mean, sameTest } from "../model/statistics.js";
 import { messageOf, postJson } from "../net/api.js";
+import { t } from "../texts/text.js";
 import { byId, make, parentOf, radiosOf } from "../util/dom.js";
-import { counted } from "../util/format.js";
+import { fixed, percent } from "../util/format.js";
 
 
 /** @import { Hello } from "../model/messages.js" */
@@ -59,7 +60,7 @@ export class FitMeter {
    * @param {boolean} seen whether anyone looks at the panel
    */
   setRecord(odds, seen) {
-    const label = `counted, ${counted(odds?.drops ?? 0, "drop")}`;
+    const label = t("lab.label-counted", { n: odds?.drops ?? 0 });
     this.#record = odds && { label, chances: odds.chances };
     const [record, measured] = this.choices;
     record.disabled = odds === null;
@@ -81,20 +82,20 @@ export class FitMeter {
 
   /** @param {string} digest */
   async #measure(digest) {
-    this.#waiting = `The server drops ${counted(SAMPLE, "ball")}…`;
+    this.#waiting = t("lab.measuring", { n: SAMPLE });
     this.#take(null);
     try {
       const asked = { board: this.#board, drops: SAMPLE };
       const { histogram } = /** @type {Simulation} */ (await postJson("simulate", asked));
       const total = histogram.reduce((sum, count) => sum + count, 0);
-      const label = `measured, ${counted(total, "drop")}`;
+      const label = t("lab.label-measured", { n: total });
       const chances = histogram.map((count) => count / total);
       // One board is kept: a new one is measured anew in a moment.
       const expected = { label, chances, counts: histogram };
       this.#measured = new Map([[digest, expected]]);
       if (digest === this.#digest) this.#take(expected);
     } catch (error) {
-      this.#waiting = `The expected histogram could not be measured: ${messageOf(error)}`;
+      this.#waiting = t("lab.measure-failed", { why: messageOf(error) });
       this.say(this.#waiting);
       this.#take(null);
     }
@@ -140,12 +141,10 @@ export class FitMeter {
     if (!expected) {
       byId("fit-note").textContent = this.#waiting;
     } else if (!fit) {
-      byId("fit-note").textContent =
-        `${counted(total, "drop")} landed: too few to judge. Ten or so begin to tell.`;
+      byId("fit-note").textContent = t("lab.too-few", { n: total });
     } else {
-      byId("fit-note").textContent =
-        `G = ${fit.statistic.toFixed(1)} with ${counted(fit.freedom, "degree")} of freedom, ` +
-        `${counted(total, "drop")}. ${verdict(fit.p)}`;
+      const told = { g: fixed(fit.statistic, 1), n: fit.freedom, drops: t("count.drop", { n: total }) };
+      byId("fit-note").textContent = `${verdict(fit.p)} ${t("lab.fit-note", told)}`;
     }
   }
 
@@ -155,12 +154,11 @@ export class FitMeter {
     const { multipliers } = this.#board.bins;
     const table = new Mean();
     counts.forEach((count, bin) => table.add(multipliers[bin], count));
-    byId("returns").replaceChildren(row("Yours", own), row("The table's", table));
+    byId("returns").replaceChildren(row(t("lab.yours"), own), row(t("lab.tables"), table));
     const due = this.expected?.chances.reduce((sum, chance, bin) => sum + chance * multipliers[bin], 0);
     byId("returns-note").textContent = due === undefined || !this.expected
       ? ""
-      : `Expected (${this.expected.label}): ${percent(due)}. Rare bins pay most, so it takes ` +
-        "many drops to come near.";
+      : t("lab.expected", { label: this.expected.label, due: percent(due) });
   }
 }
 
@@ -171,19 +169,14 @@ function judge(counts, { chances, counts: sample }) {
 
 /** @param {number} p */
 function verdict(p) {
-  if (p < UNLIKELY) return "Chance alone would hardly differ so much.";
-  return "Chance alone differs as much as that.";
+  if (p < UNLIKELY) return t("lab.unlikely");
+  return t("lab.likely");
 }
 
 /** @param {number} p @returns {string} two digits that tell; tiny ones as a bound */
 function probability(p) {
-  if (p < 0.0001) return "< 0.0001";
-  return p < 0.01 ? p.toFixed(4) : p.toFixed(2);
-}
-
-/** @param {number} value */
-function percent(value) {
-  return `${(100 * value).toFixed(1)} %`;
+  if (p < 0.0001) return `< ${fixed(0.0001, 4)}`;
+  return fixed(p, p < 0.01 ? 4 : 2);
 }
 
 /** @param {string} name @param {Mean} mean */
@@ -192,15 +185,15 @@ function row(name, mean) {
   const known = Number.isFinite(doubt);
   if (mean.count === 0) return make("div", {}, make("dt", {}, name), make("dd", {}, none()));
   const value = make("dd", {}, percent(mean.mean));
-  if (known) value.append(" ", make("small", {}, `± ${(100 * doubt).toFixed(1)}`));
-  value.append(make("small", {}, ` of ${counted(mean.count, "drop")}`));
+  if (known) value.append(" ", make("small", {}, `± ${fixed(100 * doubt, 1)}`));
+  value.append(" ", make("small", {}, t("lab.of-drops", { n: mean.count })));
   const parts = [make("dt", {}, name), value];
   if (known) parts.push(make("dd", { class: "ruler-box" }, ruler(mean.mean, doubt)));
   return make("div", {}, ...parts);
 }
 
 function none() {
-  return make("small", {}, "no drops yet");
+  return make("small", {}, t("lab.no-drops"));
 }
 
 /**

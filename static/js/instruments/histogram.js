@@ -1,8 +1,8 @@
 // The tray under the bins: how many balls lie in each, beside how many theory expects.
 
+import { t } from "../texts/text.js";
 import { fitted } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
-import { counted } from "../util/format.js";
 
 /** @import { Bins, Board } from "../model/board.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
@@ -119,10 +119,10 @@ export class Histogram {
 
   /** @param {number} total @returns {string} the alternative text */
   describe(total) {
-    if (total === 0) return "Histogram: nothing has landed at this table yet.";
+    if (total === 0) return t("lab.histogram-none");
     const bins = this.#counts.map((count, bin) => ({ count, bin })).filter(({ count }) => count);
-    const parts = bins.map(({ count, bin }) => `bin ${bin}: ${count}`);
-    return `Histogram of ${counted(total, "drop")} at this table. ${parts.join(", ")}.`;
+    const parts = bins.map(({ count, bin }) => t("lab.histogram-bin", { bin, count }));
+    return t("lab.histogram", { n: total, bins: parts.join(", ") });
   }
 
   /** @param {number} bin @param {Geometry} geometry @returns {{x: number, width: number}} CSS pixels */

@@ -1,6 +1,7 @@
 // The line to the server in numbers: tick, latency, bytes and pictures a second.
 
 import { byId } from "../util/dom.js";
+import { fixed } from "../util/format.js";
 
 
 const READ_MS = 1000;
@@ -28,7 +29,7 @@ export class LineMeter {
     this.#latency = Number.isNaN(this.#latency)
       ? ms
       : this.#latency + SMOOTH * (ms - this.#latency);
-    byId("latency").textContent = `${this.#latency.toFixed(this.#latency < 10 ? 1 : 0)} ms`;
+    byId("latency").textContent = `${fixed(this.#latency, this.#latency < 10 ? 1 : 0)} ms`;
   }
 
   /** @param {Line} line @param {number} nowMs */
@@ -67,5 +68,5 @@ export class LineMeter {
 /** @param {number} bytes a second @returns {string} */
 function rate(bytes) {
   if (bytes < 1000) return `${Math.round(bytes)} B/s`;
-  return `${(bytes / 1000).toFixed(bytes < 10_000 ? 1 : 0)} kB/s`;
+  return `${fixed(bytes / 1000, bytes < 10_000 ? 1 : 0)} kB/s`;
 }

@@ -2,6 +2,7 @@
 
 import { DEFAULT_BOARD, fillBoards, openPage, showState } from "../board/page.js";
 import { ApiError, getJson } from "../net/api.js";
+import { t } from "../texts/text.js";
 import { byId, fieldOf, inputOf, make } from "../util/dom.js";
 import { pixelMiddle, rationalText, readRational } from "./rational.js";
 
@@ -40,7 +41,7 @@ class MapPage {
         this.#paint(strip, tile);
       }
     }
-    showState("replay", "Map");
+    showState("replay", t("map.map"));
   }
 
   /** @param {number} level @param {number} first @returns {Promise<Tile>} */
@@ -62,7 +63,7 @@ class MapPage {
     const canvas = make("canvas", { class: "map-strip", role: "img" });
     [canvas.width, canvas.height] = [PIXELS, 1];
     canvas.dataset.level = String(level);
-    canvas.setAttribute("aria-label", `Starts, zoomed by ten ${level} times`);
+    canvas.setAttribute("aria-label", t("map.strip", { level }));
     byId("strips").append(make("li", {}, make("span", { class: "map-width" }), canvas));
     return canvas;
   }
@@ -70,7 +71,7 @@ class MapPage {
   /** @param {HTMLCanvasElement} canvas @param {Tile} tile */
   #paint(canvas, tile) {
     const ctx = canvas.getContext("2d");
-    if (!ctx) throw new Error("the browser paints on no canvas");
+    if (!ctx) throw new Error(t("page.no-canvas"));
     tile.bins.forEach((bin, i) => {
       ctx.fillStyle = colourOf(bin, this.board.bins.multipliers.length);
       ctx.fillRect(tile.first + i, 0, 1, 1);
@@ -82,7 +83,7 @@ class MapPage {
     canvas.onclick = (event) => this.#zoom(event, tile);
     this.#proofs += tile.proofs;
     this.#whole += tile.whole;
-    byId("result").textContent = `${this.#proofs} proofs; ${this.#whole} pixels proven for every start in them.`;
+    byId("result").textContent = t("map.count", { n: this.#proofs, whole: this.#whole });
   }
 
   /** @param {MouseEvent} event @param {Tile} tile of the strip that was pointed at */

@@ -1,5 +1,9 @@
 // What the server has proven of a drop, in words, and where two proven paths part. Pure.
 
+import { t } from "../texts/text.js";
+
+/** @import { Key } from "../texts/text.js" */
+
 /**
  * @typedef {{low: number, high: number, text: string}} Enclosed
  * @typedef {[kind: number, index: number, t: number, x: number, y: number, error: number]} ProvenEvent
@@ -24,17 +28,27 @@
 const PEG = 0;
 const WALL = 1;
 
+/** @type {Record<string, Key>} by what the engine's reasons begin with */
+const WHY = {
+  wedged: "proof.wedged", balanced: "proof.balanced", escaped: "proof.escaped",
+  "event limit": "proof.event-limit", "time limit": "proof.time-limit",
+};
+
+/** @param {string} unsettled the engine's reason @returns {string} */
+function whyWords(unsettled) {
+  const key = WHY[unsettled.split(":")[0]];
+  return key ? t(key) : unsettled;
+}
+
 /** @param {Certificate} certificate @returns {string} */
 export function provenWords({ certified, bin, unsettled, undecided, ...rest }) {
-  if (!certified) return `Not proven: it stays open ${undecided}.`;
-  const { x_end: x, duration, bits, comparisons, ties, agrees } = rest;
-  const how = `${comparisons} comparisons, each decided with ${bits} bits`;
-  const tied = ties.length ? ` At the same instant: ${ties.join("; ")}.` : "";
-  const other = agrees ? "Double precision has it right." : "Double precision has another.";
+  if (!certified) return t("proof.open", { what: String(undecided) });
+  const { x_end: x, duration, bits, comparisons: n, ties, agrees } = rest;
   const where = bin === null
-    ? `Proven: no bin, ${unsettled}`
-    : `Certified: bin ${bin}, x = ${x?.text} m after ${duration?.text} s`;
-  return `${where}; ${how}.${tied} ${other}`;
+    ? t("proof.none", { why: whyWords(String(unsettled)), n, bits })
+    : t("proof.bin", { bin, x: x?.text ?? "", time: duration?.text ?? "", n, bits });
+  const tied = ties.length ? [t("proof.ties", { ties: ties.join("; ") })] : [];
+  return [where, ...tied, agrees ? t("proof.agrees") : t("proof.differs")].join(" ");
 }
 
 /**
@@ -63,11 +77,11 @@ export function partingOf(one, two) {
 
 /** @param {ProvenEvent | undefined} event @returns {string} what the ball does there */
 export function eventWords(event) {
-  if (!event) return "has ended";
+  if (!event) return t("proof.ended");
   const [kind, index] = event;
-  if (kind === PEG) return `hits peg ${index}`;
-  if (kind === WALL) return `hits wall ${index}`;
-  return ["begins to roll or slide", "changes how it moves", "leaves", `lands in bin ${index}`][kind - 2];
+  if (kind === PEG) return t("proof.hits-peg", { n: index });
+  if (kind === WALL) return t("proof.hits-wall", { n: index });
+  return [t("proof.rolls"), t("proof.changes"), t("proof.leaves"), t("event.lands", { n: index })][kind - 2];
 }
 
 /** @param {Certificate} one @param {Certificate} two @returns {string} */
@@ -77,9 +91,10 @@ export function partingWords(one, two) {
     return provenWords(open);
   }
   const parting = partingOf(one, two);
-  if (!parting) return `Proven: both go the same way to the end, bin ${one.bin}.`;
+  if (!parting) return t("proof.same-way", { bin: String(one.bin) });
   const { common, apart, error } = parting;
-  const far = common === 0 ? "" : ` There they were ${apart.toExponential(1)} m apart, within ${error.toExponential(0)} m.`;
-  const then = `the first ${eventWords(one.events[common])}, the second ${eventWords(two.events[common])}`;
-  return `Proven: ${common} events are common to both, then ${then}.${far}`;
+  const [first, second] = [one, two].map(({ events }) => eventWords(events[common]));
+  const parted = t("proof.parting", { n: common, one: first, two: second });
+  if (common === 0) return parted;
+  return `${parted} ${t("proof.apart", { apart: apart.toExponential(1), error: error.toExponential(0) })}`;
 }

@@ -4,7 +4,9 @@
 // part across it friction, which also spins the ball: I (omega_after - omega_before) = -R J_t.
 // The normal points from the peg's centre, or from the wall's nearest point, to the ball's centre.
 
+import { t } from "../texts/text.js";
 import { CONTACT_BEGIN, CONTACT_CHANGE, CONTACT_END, LANDING, PEG, WALL } from "./motion/drop.js";
+import { describe } from "./motion/event-names.js";
 
 /** @import { Board, Point, Wall } from "./board.js" */
 /** @import { DropEvent } from "./motion/drop.js" */
@@ -13,7 +15,8 @@ import { CONTACT_BEGIN, CONTACT_CHANGE, CONTACT_END, LANDING, PEG, WALL } from "
 /**
  * @typedef {object} Impact
  * @property {number} t seconds
- * @property {string} what "peg 12", "wall 0", "lands in bin 3" …
+ * @property {string} what "peg 12", "wall 0", "lands in bin 3" …, as files have it
+ * @property {string} told the same in the page's language
  * @property {{x: number, y: number} | null} normal unit, towards the ball; null for a landing
  * @property {{x: number, y: number}} point where the ball touches, metres
  * @property {{x: number, y: number}} impulse N s
@@ -56,6 +59,7 @@ export function impactOf(board, event) {
   return {
     t,
     what: describe(kind, index),
+    told: eventText(kind, index),
     normal,
     point: {
       x: after.x - board.ball.radius * n.x,
@@ -109,14 +113,14 @@ function nearestOn({ x1, y1, x2, y2 }, x, y) {
 }
 
 /** @param {number} kind @param {number} index @returns {string} */
-export function describe(kind, index) {
-  const surface = index >= 0 ? `peg ${index}` : `wall ${-1 - index}`;
+function eventText(kind, index) {
+  const surface = index >= 0 ? t("event.peg", { n: index }) : t("event.wall", { n: -1 - index });
   switch (kind) {
-    case PEG: return `peg ${index}`;
-    case WALL: return `wall ${index}`;
-    case CONTACT_BEGIN: return `rides ${surface}`;
-    case CONTACT_CHANGE: return `slips or grips, ${surface}`;
-    case CONTACT_END: return `leaves ${surface}`;
-    default: return `lands in bin ${index}`;
+    case PEG: return t("event.peg", { n: index });
+    case WALL: return t("event.wall", { n: index });
+    case CONTACT_BEGIN: return t("event.rides", { surface });
+    case CONTACT_CHANGE: return t("event.changes", { surface });
+    case CONTACT_END: return t("event.leaves", { surface });
+    default: return t("event.lands", { n: index });
   }
 }

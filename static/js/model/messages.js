@@ -50,10 +50,12 @@
  * @property {string} signature
  *
  * @typedef {{type: "accepted", ref?: string | null, explicit_x: boolean, aim?: number,
- *   practice?: boolean, receipt?: SignedReceipt} & BallStart} Accepted
+ *   practice?: boolean, receipt?: SignedReceipt, visitor?: number} & BallStart} Accepted
  * @typedef {{type: "accepted", ref?: string | null, explicit_x?: boolean, x?: number, aim?: number,
- *   practice?: boolean, receipt?: SignedReceipt} & Omit<BallStart, "x">} BriefAccepted in the stream
- *   `seeds`: x only where the seed does not say it
+ *   practice?: boolean, receipt?: SignedReceipt, visitor?: number} & Omit<BallStart, "x">} BriefAccepted in
+ *   the stream `seeds`: x only where the seed does not say it
+ * @typedef {{visitor: number, name?: string, colour?: string}} Visitor colour: #rrggbb
+ * @typedef {{type: "presence", here: number, visitors: Visitor[], you?: number}} Presence who is at the table
  * @typedef {{type: "clock", tick: number, seq: number}} ClockMessage the room's time
  *
  * @typedef {object} SessionState a session as it stands
@@ -115,7 +117,7 @@
  *   in flight is on
  *
  * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
- *   | Missed | Halted | Pong | SessionState | SessionEnded} TableMessage
+ *   | Presence | Missed | Halted | Pong | SessionState | SessionEnded} TableMessage
  *
  * @typedef {{type: "placed", ball: number} & BallKind} Placed
  * @typedef {{type: "edited", ball: number | null} & Partial<BallKind>} Edited
@@ -139,5 +141,5 @@
  *
  * @typedef {Placed | Accepted | Edited | Removed | Landed | SettingsChange | Claimed | Diagnostics
  *   } ArenaEvent
- * @typedef {ArenaHello | ArenaEvent | Refusal} ArenaMessage
+ * @typedef {ArenaHello | ArenaEvent | Halted | Refusal} ArenaMessage
  */

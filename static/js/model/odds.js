@@ -1,5 +1,8 @@
 // What a drop gives back on average, and how often the top award comes, from the aim chosen. Pure.
 
+import { t } from "../texts/text.js";
+import { percent, plain } from "../util/format.js";
+
 /**
  * @typedef {{multiplier: number, chance: number}} Award
  * @typedef {{aim: number | null, drops: number, return: number, doubt: number, hit_rate: number,
@@ -24,9 +27,6 @@ export function oddsAt(counted, aim, middle) {
 /** @param {Odds} odds @returns {string} a sentence for those who are about to drop */
 export function oddsWords({ return: returned, doubt, awards }) {
   const [{ multiplier, chance }] = awards;
-  const once = chance > 0 ? `comes once in ${Math.round(1 / chance).toLocaleString("en")} drops` : "was never seen";
-  return `Gives back ${percent(returned)} ± ${percent(doubt)} on average; ${multiplier}× ${once}.`;
+  const told = { returned: percent(returned), doubt: percent(doubt), top: plain(multiplier) };
+  return chance > 0 ? t("play.odds", { ...told, drops: Math.round(1 / chance) }) : t("play.odds-never", told);
 }
-
-/** @param {number} value */
-const percent = (value) => `${(100 * value).toFixed(1)} %`;

@@ -10,6 +10,7 @@
  * @property {Point[][]} paths whole paths, as lines
  * @property {number | null} aim where a ball would start
  * @property {number | null} chosen id of the ball that is measured
+ * @property {Streak[]} [streaks] ways of balls that landed as soon as they were dropped
  * @property {Parting | null} [fork] where another ball, started a hair aside, went another way
  *
  * @typedef {object} SceneBall
@@ -17,12 +18,14 @@
  * @property {number} y
  * @property {number} angle
  * @property {boolean} mine
+ * @property {string} [colour] #rrggbb; without one it has that of its kind, ours or another's
  * @property {Float64Array} trail x y x y …, newest first
  * @property {number} trailCount
  * @property {number} [id]
  *
  * @typedef {{at: Point, path: Point[], hair: number, score: number}} Parting hair: how far aside, m; score: what
  *   the other's bin pays
+ * @typedef {{points: Point[], age: number}} Streak age 0 … 1
  * @typedef {Point & {radius: number, age: number, strength: number}} Flash age and strength 0 … 1
  * @typedef {{bin: number, age: number, score: number, ticket?: boolean}} BinHit age 0 … 1; with a
  *   ticket of false what it paid is not written above it

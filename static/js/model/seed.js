@@ -1,5 +1,7 @@
 // What counts as a seed, and what to say when it does not. Pure.
 
+import { t } from "../texts/text.js";
+
 export const MAX_SEED = 2n ** 64n - 1n;
 
 /**
@@ -12,12 +14,12 @@ export function readSeed(text) {
   const typed = text.trim();
   if (typed === "") return { ok: true, seed: null };
   if (!/^[0-9]+$/.test(typed)) {
-    return { ok: false, message: `“${clip(typed)}” is not a seed. ${RULE}` };
+    return { ok: false, message: `${t("seed.none", { typed: clip(typed) })} ${RULE}` };
   }
   // The length check keeps a pasted novel of digits away from BigInt.
   const digits = typed.replace(/^0+(?=\d)/, "");
   if (digits.length > 20 || BigInt(digits) > MAX_SEED) {
-    return { ok: false, message: `${clip(digits)} is too large for a seed. ${RULE}` };
+    return { ok: false, message: `${t("seed.large", { typed: clip(digits) })} ${RULE}` };
   }
   return { ok: true, seed: digits };
 }
@@ -32,7 +34,7 @@ export function seedAfter(seed) {
   return String((BigInt(seed) + 1n) & MAX_SEED);
 }
 
-const RULE = `Use a whole number from 0 to ${MAX_SEED}.`;
+const RULE = t("seed.rule", { most: String(MAX_SEED) });
 
 /** @param {string} text */
 function clip(text) {

@@ -1,5 +1,8 @@
 // A preset board under another gravity or of another material. Pure.
 
+import { t } from "../texts/text.js";
+
+/** @import { Key } from "../texts/text.js" */
 /** @import { Board } from "./board.js" */
 
 /**
@@ -21,12 +24,56 @@ export const RESTITUTION = {
   "Billiard balls": [0.92, 0.98],
 };
 
+/** @type {Record<string, Key>} what the page calls them */
+const WORDS = {
+  Earth: "world.earth", Moon: "world.moon", Mars: "world.mars", Jupiter: "world.jupiter",
+  "Steel on steel": "world.steel", "Glass on glass": "world.glass", "Rubber on concrete": "world.rubber",
+  Glass: "place.glass", Steel: "place.steel", Rubber: "place.rubber",
+  "Tennis ball on court": "world.tennis", "Clay (putty)": "world.clay", "Billiard balls": "world.billiards",
+};
+
 /** As the preset has it. */
 export const OWN = "own";
 
 const BETWEEN = " · ";
 
 /** @typedef {{gravity: string, material: string}} World names of presets, or OWN */
+
+/** @param {string} name of a gravity, a material or a table @returns {string} in the page's language, where it has one */
+export function worldWords(name) {
+  return name in WORDS ? t(WORDS[name]) : name;
+}
+
+/**
+ * Tables with a look and a sound of their own: one tap sets gravity and material. The first is home.
+ * @type {(World & {name: string})[]}
+ */
+export const TABLES = [
+  { name: "Earth", gravity: OWN, material: OWN },
+  { name: "Moon", gravity: "Moon", material: OWN },
+  { name: "Mars", gravity: "Mars", material: OWN },
+  { name: "Jupiter", gravity: "Jupiter", material: OWN },
+  { name: "Glass", gravity: OWN, material: "Glass on glass" },
+  { name: "Steel", gravity: OWN, material: "Steel on steel" },
+  { name: "Rubber", gravity: OWN, material: "Rubber on concrete" },
+];
+
+/** @param {World} world @returns {string | null} the table that is just so, if one is */
+export function tableOf({ gravity, material }) {
+  return TABLES.find((table) => table.gravity === gravity && table.material === material)?.name ?? null;
+}
+
+/**
+ * @param {string} boardName
+ * @returns {string | null} whose look and sound its board has: its gravity's place, or else its material's; null at home
+ */
+export function placeOf(boardName) {
+  const { gravity, material } = readWorldName(boardName);
+  const [, ...away] = TABLES;
+  const own = away.find((table) => table.gravity === gravity && gravity !== OWN)
+    ?? away.find((table) => table.material === material && material !== OWN);
+  return own?.name ?? null;
+}
 
 /** @param {World} world */
 export function isOwn({ gravity, material }) {

@@ -1,5 +1,7 @@
 // The REST side: where things are, and errors that say what was wrong.
 
+import { t } from "../texts/text.js";
+
 /** @import { BoardList } from "./replies.js" */
 /** @import { Hello } from "../model/messages.js" */
 
@@ -53,7 +55,7 @@ export async function request(path, options) {
   try {
     response = await fetch(url, { headers: { accept: "application/json" }, ...options });
   } catch (cause) {
-    throw new ApiError("The server does not answer.", 0, { cause });
+    throw new ApiError(t("page.silent-server"), 0, { cause });
   }
   if (response.ok) return response;
   throw await refusal(response);
@@ -61,7 +63,8 @@ export async function request(path, options) {
 
 /** @param {Response} response @returns {Promise<ApiError>} with the problem detail, if it has one */
 async function refusal(response) {
-  const fallback = `The server answered ${response.status} ${response.statusText}`.trim();
+  const status = `${response.status} ${response.statusText}`.trim();
+  const fallback = t("page.server-said", { status });
   if (!(response.headers.get("content-type") ?? "").includes("json")) {
     return new ApiError(fallback, response.status);
   }

@@ -1,5 +1,7 @@
 // A board in a link's fragment: JSON, deflated, in base64url. Nothing of it reaches a server log.
 
+import { t } from "../texts/text.js";
+
 /** @import { Board } from "../model/board.js" */
 
 const FRAGMENT = "board";
@@ -25,7 +27,7 @@ export async function unpackBoard(packed) {
     const text = await through(bytes, new DecompressionStream("deflate-raw"), MAX_TEXT);
     return JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(text));
   } catch (cause) {
-    throw new LinkError("The link's board cannot be read; was the link cut short?", { cause });
+    throw new LinkError(t("page.broken-link"), { cause });
   }
 }
 

@@ -1,6 +1,7 @@
 // Which streams of a room a page asks for, the best first.
 
-const STREAMS = ["seeds", "segments", "snapshots"];
+export const SEEDS = "seeds"; // no paths at all: the page computes each
+const STREAMS = [SEEDS, "segments", "snapshots"];
 
 /**
  * @param {string | null} asked in the page's address
@@ -8,6 +9,6 @@ const STREAMS = ["seeds", "segments", "snapshots"];
  * @returns {string[]} the streams that will do, the best first
  */
 export function streamsFor(asked, solves) {
-  const others = STREAMS.filter((stream) => stream !== asked && (solves || stream !== STREAMS[0]));
+  const others = STREAMS.filter((stream) => stream !== asked && (solves || stream !== SEEDS));
   return asked === null ? others : [asked, ...others];
 }

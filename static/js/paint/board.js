@@ -1,12 +1,14 @@
-// Paints what never moves: plate, rays, rails, pegs, bins. Called on resize and theme change only.
+// Paints what never moves: plate, rails, pegs, bins. Called on resize and theme change only.
 
 import { startSpan } from "../model/board.js";
 import { disc } from "../util/canvas.js";
 import { tight } from "../util/format.js";
+import { GROUNDS, SURROUNDINGS } from "./ground.js";
+import { paintPeg } from "./peg.js";
 
 /** @import { Board, Wall } from "../model/board.js" */
 /** @import { Geometry } from "./geometry.js" */
-/** @import { Palette, PayoutColour, PegShape, RailShape, Shapes, Theme } from "./theme.js" */
+/** @import { Look, Palette, PayoutColour, PegShape, RailShape } from "./theme.js" */
 
 export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow", "Arial Narrow", sans-serif';
 
@@ -15,31 +17,32 @@ export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow
  * @param {Geometry} geometry
  * @param {Board} board
  * @param {number[]} slots
- * @param {Theme} theme
+ * @param {Look} look
  */
-export function paintBoard(ctx, geometry, board, slots, theme) {
-  const colours = theme.palette;
-  paintPlate(ctx, geometry, board, colours, theme.shapes);
+export function paintBoard(ctx, geometry, board, slots, look) {
+  const { palette: colours, shapes } = look;
+  paintPlate(ctx, geometry, board, look);
   paintHopper(ctx, geometry, board, slots, colours);
-  paintPegs(ctx, geometry, board, colours, theme.shapes.peg);
+  paintPegs(ctx, geometry, board, colours, shapes.peg);
   board.bins.multipliers.forEach((score, bin) => {
-    paintBin(ctx, geometry, board, bin, theme.payout(score));
+    paintBin(ctx, geometry, board, bin, look.payout(score));
   });
-  paintRails(ctx, geometry, board, colours, theme.shapes.rail);
+  paintRails(ctx, geometry, board, colours, shapes.rail);
 }
 
 /**
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
  * @param {Board} board
- * @param {Palette} colours
- * @param {Pick<Shapes, "rays">} given
+ * @param {Look} look
  */
-function paintPlate(ctx, geometry, board, colours, { rays }) {
-  const { width, height } = geometry;
+function paintPlate(ctx, geometry, board, { palette: colours, shapes: { rays }, ground }) {
+  const { px, dropY, width, height } = geometry;
+  const place = { x: px(board.drop.x), y: dropY, width, height, colours, rays };
   ctx.fillStyle = colours.shoulder;
   ctx.fillRect(0, 0, width, height);
-  paintRays(ctx, geometry, board, rays, colours.shoulderRay);
+  SURROUNDINGS[ground](ctx, place);
+  if (ground !== "rays") fadeSides(ctx, geometry, colours.shoulder);
   ctx.save();
   clipToField(ctx, geometry, board);
   const enamel = ctx.createLinearGradient(0, 0, 0, height);
@@ -47,9 +50,23 @@ function paintPlate(ctx, geometry, board, colours, { rays }) {
   enamel.addColorStop(1, colours.boardDeep);
   ctx.fillStyle = enamel;
   ctx.fillRect(0, 0, width, height);
-  ctx.globalAlpha = 0.6;
-  paintRays(ctx, geometry, board, rays, colours.ray);
+  GROUNDS[ground](ctx, place);
   ctx.restore();
+}
+
+/**
+ * Beyond the picture's sides the page goes on in the colour of the shoulders.
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Geometry} geometry
+ * @param {string} colour #rrggbb
+ */
+function fadeSides(ctx, { width, height }, colour) {
+  const fade = ctx.createLinearGradient(0, 0, width, 0);
+  for (const [at, alpha] of [[0, "ff"], [0.07, "00"], [0.93, "00"], [1, "ff"]]) {
+    fade.addColorStop(Number(at), `${colour}${alpha}`);
+  }
+  ctx.fillStyle = fade;
+  ctx.fillRect(0, 0, width, height);
 }
 
 /** @typedef {{x: number, y: number, width: number, height: number}} Box */
@@ -83,29 +100,6 @@ function clipToField(ctx, { px, py, width, height }, board) {
 function chain(walls) {
   const ends = walls.flatMap(({ x1, y1, x2, y2 }) => [{ x: x1, y: y1 }, { x: x2, y: y2 }]);
   return ends.sort((one, two) => one.y - two.y);
-}
-
-/**
- * The printed sunburst: every other wedge, out of the place where balls start.
- * @param {CanvasRenderingContext2D} ctx
- * @param {Geometry} geometry
- * @param {Board} board
- * @param {number} rays
- * @param {string} colour
- */
-function paintRays(ctx, { px, dropY, width, height }, board, rays, colour) {
-  const x = px(board.drop.x);
-  const reach = width + height;
-  ctx.fillStyle = colour;
-  for (let ray = 0; ray < rays; ray += 2) {
-    const from = ((ray + 0.5) / rays) * 2 * Math.PI;
-    const to = ((ray + 1.5) / rays) * 2 * Math.PI;
-    ctx.beginPath();
-    ctx.moveTo(x, dropY);
-    ctx.lineTo(x + reach * Math.cos(from), dropY + reach * Math.sin(from));
-    ctx.lineTo(x + reach * Math.cos(to), dropY + reach * Math.sin(to));
-    ctx.fill();
-  }
 }
 
 /**
@@ -153,25 +147,8 @@ function paintPegs(ctx, { px, py, scale }, board, colours, shape) {
   }
   ctx.globalAlpha = 1;
   for (const peg of board.pegs) {
-    paintPeg(ctx, px(peg.x), py(peg.y), peg.radius * scale, colours, shape);
+    paintPeg(ctx, { x: px(peg.x), y: py(peg.y), r: peg.radius * scale }, colours, shape);
   }
-}
-
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {number} x
- * @param {number} y
- * @param {number} r
- * @param {Palette} colours
- * @param {PegShape} pegShape
- */
-function paintPeg(ctx, x, y, r, colours, { highlight, shade }) {
-  const brass = ctx.createRadialGradient(
-    x + highlight.x * r, y + highlight.y * r, highlight.radius * r, x, y, r,
-  );
-  for (const { at, colour } of shade) brass.addColorStop(at, colours[colour]);
-  ctx.fillStyle = brass;
-  disc(ctx, x, y, r);
 }
 
 /**

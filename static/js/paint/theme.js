@@ -7,7 +7,8 @@
  * Measures of what is drawn, in parts of a radius where they say nothing else.
  * @typedef {{across: number, down: number, alpha: number}} Shadow
  * @typedef {{x: number, y: number, radius: number}} Highlight
- * @typedef {{shadow: Shadow, highlight: Highlight, shade: {at: number, colour: string}[]}} PegShape
+ * @typedef {{shadow: Shadow, highlight: Highlight, shade: {at: number, colour: string}[], mark?: string}} PegShape mark:
+ *   what paint/peg.js draws over it
  * @typedef {{band: number, shadow: Shadow, highlight: Highlight,
  *   gloss: {at: number, colour: "light" | "dark", alpha: number}[]}} BallShape
  * @typedef {{metres: number, least: number, shade: number[]}} RailShape least: CSS pixels
@@ -16,19 +17,54 @@
  * @property {number} rays
  * @property {PegShape} peg
  * @property {BallShape} ball
- * @property {{width: number, alpha: number}} trail
+ * @property {{width: number, alpha: number, core: {width: number, alpha: number, part: number}}} trail part:
+ *   of the trail's length; the core is in the trails of our own balls
  * @property {RailShape} rail
  * @property {{pad: number, metres: number, least: number, most: number}} box CSS pixels, but metres
+ *
+ * @typedef {{named: string, ground: string, palette: Palette, peg: Partial<PegShape>}} Place what of the look is a place's own;
+ *   named: the part of a board's name that says so; ground: what paint/ground.js prints on its boards
+ * @typedef {{light: Palette, dark: Palette, payout: PayoutColour[], shapes: Shapes, places: Record<string, Place>}}
+ *   ThemeData theme.json
+ *
+ * @typedef {object} Look all that painting a board needs
+ * @property {Palette} palette
+ * @property {Shapes} shapes
+ * @property {string} ground
+ * @property {(score: number) => PayoutColour} payout
  */
 
-/** Loads theme.json, follows the visitor's light or dark preference, sets the CSS variables. */
-export class Theme {
-  #dark = window.matchMedia("(prefers-color-scheme: dark)");
+/** @typedef {"system" | "light" | "dark"} Scheme */
 
-  /** @param {{light: Palette, dark: Palette, payout: PayoutColour[], shapes: Shapes}} data theme.json */
-  constructor(data) {
+const KEY = "plinko.scheme.1";
+const KEPT_S = 365 * 24 * 3600; // of the cookie by which the server's page begins in the right colours
+/** @type {Scheme[]} */
+export const SCHEMES = ["system", "light", "dark"];
+
+/** The look of the page as the visitor has chosen it, or the system; sets the CSS variables. */
+export class Theme {
+  #system = window.matchMedia("(prefers-color-scheme: dark)");
+  /** @type {(() => void)[]} */
+  #listeners = [];
+  /** @type {Scheme} */
+  #scheme;
+  /** @type {string | null} where the board stands; null for the house's own ground */
+  #place = null;
+  /** @type {Look} */
+  #look;
+
+  /** @param {ThemeData} data @param {Pick<Storage, "getItem" | "setItem">} storage */
+  constructor(data, storage = window.localStorage) {
     this.data = data;
-    this.#apply();
+    this.storage = storage;
+    this.#scheme = schemeOf(storage.getItem(KEY));
+    this.#look = this.#apply();
+    this.#system.addEventListener("change", () => this.#change());
+    window.addEventListener("storage", ({ key, newValue }) => {
+      if (key !== KEY) return;
+      this.#scheme = schemeOf(newValue);
+      this.#change();
+    });
   }
 
   /** @returns {Promise<Theme>} */
@@ -38,40 +74,98 @@ export class Theme {
     return new Theme(await response.json());
   }
 
+  get scheme() {
+    return this.#scheme;
+  }
+
+  /** @param {Scheme} scheme for this page and, from now on, all others of this browser */
+  choose(scheme) {
+    this.#scheme = scheme;
+    this.storage.setItem(KEY, scheme);
+    document.cookie = `scheme=${scheme}; max-age=${KEPT_S}; samesite=lax`;
+    this.#change();
+  }
+
+  /** @param {string | null} place in which the board stands that is shown */
+  enter(place) {
+    if (place === this.#place) return;
+    this.#place = place;
+    this.#change();
+  }
+
+  /** @param {string | null} place @returns {Look} what a board there looks like now */
+  lookOf(place) {
+    const { data } = this;
+    const dark = this.#scheme === "dark" || (this.#scheme === "system" && this.#system.matches);
+    return lookOf(data, dark ? data.dark : data.light, place);
+  }
+
   /** @type {Palette} */
   get palette() {
-    return this.#dark.matches ? this.data.dark : this.data.light;
+    return this.#look.palette;
   }
 
   /** Measures of what is drawn, as in theme.json. */
   get shapes() {
-    return this.data.shapes;
+    return this.#look.shapes;
+  }
+
+  get ground() {
+    return this.#look.ground;
   }
 
   /** @param {() => void} listener called after the colours have changed */
   onChange(listener) {
-    this.#dark.addEventListener("change", () => {
-      this.#apply();
-      listener();
-    });
+    this.#listeners.push(listener);
   }
 
   /** @param {number} score @returns {PayoutColour} */
   payout(score) {
-    return payoutColour(this.data.payout, score);
+    return this.#look.payout(score);
   }
 
+  #change() {
+    this.#look = this.#apply();
+    for (const listener of this.#listeners) listener();
+  }
+
+  /** @returns {Look} */
   #apply() {
-    const { style } = document.documentElement;
-    for (const [name, colour] of Object.entries(this.palette)) {
+    const look = this.lookOf(this.#place);
+    const { style, dataset } = document.documentElement;
+    for (const [name, colour] of Object.entries(look.palette)) {
       style.setProperty(`--${kebab(name)}`, colour);
     }
+    style.colorScheme = this.#scheme === "system" ? "" : this.#scheme;
+    dataset.ground = look.ground;
+    return look;
   }
+}
+
+/**
+ * @param {ThemeData} data
+ * @param {Palette} palette of the house, by day or by night
+ * @param {string | null} place
+ * @returns {Look}
+ */
+export function lookOf(data, palette, place) {
+  const own = place === null ? null : data.places[place];
+  return {
+    palette: { ...palette, ...own?.palette },
+    shapes: { ...data.shapes, peg: { ...data.shapes.peg, ...own?.peg } },
+    ground: own?.ground ?? "rays",
+    payout: (score) => payoutColour(data.payout, score),
+  };
 }
 
 /** @param {PayoutColour[]} steps ascending @param {number} score @returns {PayoutColour} */
 export function payoutColour(steps, score) {
   return steps.findLast((step) => score >= step.from) ?? steps[0];
+}
+
+/** @param {string | null} text as it was kept @returns {Scheme} */
+function schemeOf(text) {
+  return SCHEMES.find((scheme) => scheme === text) ?? "system";
 }
 
 /** @param {string} name */

@@ -1,8 +1,8 @@
 // What a player reads when who runs the server halts the table, or lets it go on.
 
+import { t } from "../texts/text.js";
+
 /** @param {boolean} halted @returns {string} */
 export function haltedWords(halted) {
-  return halted
-    ? "This table is paused: it takes no drops now. Balls in flight land and are paid."
-    : "This table takes drops again.";
+  return halted ? t("play.halted") : t("play.resumed");
 }

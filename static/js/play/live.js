@@ -1,25 +1,27 @@
 // A live table: joins connection, clock and balls, and says what to draw and what happened.
 
+import { Company } from "../model/table/company.js";
 import { Table } from "../model/table/table.js";
 import { socketUrl } from "../net/api.js";
 import { Connection } from "../net/connection.js";
 import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
 import { decodeSegments } from "../net/segments.js";
+import { SEEDS } from "../net/streams.js";
 import { TickClock } from "../net/tick-clock.js";
-import { PHYSICS_VERSION } from "../solver/digest.js";
-import { BoardError } from "../solver/errors.js";
+import { t } from "../texts/text.js";
 import { FairPlay } from "./fairness/fair-play.js";
-import { haltedWords } from "./halted.js";
 import { fairPlaceOf, MINOR_UNITS, OwnDrops } from "./own-drops.js";
 import { isPractice, Practice } from "./practice.js";
+import { solveFor } from "./solving.js";
 
 /** @import { Point } from "../model/board.js" */
 /** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Missed, SessionEnded, Snapshot, TableMessage } from "../model/messages.js" */
 /** @import { Played } from "../model/player/session.js" */
-/** @import { Ball, Solve } from "../model/table/table.js" */
+/** @import { Ball } from "../model/table/table.js" */
 /** @import { SegmentScale } from "../net/segments.js" */
 /** @import { Solver } from "../solver/solver.js" */
 /** @import { Wallet } from "./account/wallet.js" */
+/** @import { Self } from "./account/self.js" */
 /** @import { Heard } from "./fairness/fair-play.js" */
 
 /** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "closed"} LiveState */
@@ -28,10 +30,13 @@ import { isPractice, Practice } from "./practice.js";
  * @typedef {object} LiveListener
  * @property {(hello: Hello, table: Table) => void} onTable a table is there, or there again
  * @property {(state: LiveState, detail?: string) => void} onState
- * @property {(played: Played) => void} onPlayed a drop of ours has settled
+ * @property {(played: Played) => void} onSeen a drop of ours is seen to land
+ * @property {(played: Played) => void} onPlayed the table has told its landing, too
  * @property {(bin: number) => void} onHit a ball, whosever, lies in a bin
  * @property {(message: string, code?: string) => void} onError
  * @property {() => void} onChange there is something new to draw
+ * @property {(halted: boolean) => void} [onHalted] whoever runs the server lets no drops in, or does again
+ * @property {() => void} [onCompany] somebody came, went, changed or landed
  * @property {() => void} [onSnapshot] the balls have new places
  * @property {() => void} [onSession] the session is another, or has gone on
  * @property {(ended: SessionEnded, heard: Heard) => void} [onEnded] a session is over
@@ -45,7 +50,6 @@ import { isPractice, Practice } from "./practice.js";
  */
 
 const SEGMENTS = "segments"; // a segment of a path a bounce, from which the page draws the rest
-const SEEDS = "seeds"; // no paths at all: this page computes each
 const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
 
 /** One room, through reconnections. */
@@ -66,17 +70,19 @@ export class LiveTable {
   /**
    * @param {string} room
    * @param {LiveListener} listener
-   * @param {{streams: string[], solver: Solver | null, wallet: Wallet}} means streams: those that
+   * @param {{streams: string[], solver: Solver | null, wallet: Wallet, self: Self}} means streams: those that
    *   will do, the best first; a page without a solver can do nothing with `seeds`
    */
-  constructor(room, listener, { streams, solver, wallet }) {
+  constructor(room, listener, { streams, solver, wallet, self }) {
     this.room = room;
     this.listener = listener;
     this.solver = solver;
     this.wallet = wallet;
+    this.self = self;
     this.streams = streams;
     this.own = new OwnDrops(listener);
     this.practice = new Practice();
+    this.company = new Company(() => listener.onCompany?.());
     this.fair = new FairPlay(room, window.localStorage, {
       send: (message) => this.connection.send(message),
       onChange: () => listener.onSession?.(),
@@ -94,7 +100,7 @@ export class LiveTable {
         for (const event of /** @type {TableMessage[]} */ (decodeEvents(text))) this.#take(event);
       }),
       onBytes: (bytes) => this.#read(() => this.#takeBytes(bytes)),
-      onLost: (waitMs) => this.#lost(waitMs),
+      onLost: (waitMs) => this.#setState("reconnecting", String(Math.max(1, Math.round(waitMs / 1000)))),
       onRefused: (reason) => this.#setState("closed", reason),
       // A ball that flies for long sends no segments meanwhile.
       onQuiet: () => this.ping(),
@@ -136,11 +142,11 @@ export class LiveTable {
   drop({ seed, aim, stake = 1 }) {
     if (!this.#visit) return false;
     const ref = this.own.nextRef();
-    const aimed = aim === null ? {} : { aim };
+    const ours = { who: this.wallet.mark.value, ...(aim !== null && { aim }) };
     const minor = Math.round(stake * MINOR_UNITS);
-    const staked = seed === null && this.fair.drop(ref, { stake: minor, ...aimed });
+    const staked = seed === null && this.fair.drop(ref, { stake: minor, ...ours });
     // Where others may knock the ball nothing is staked, either.
-    const plain = { type: "drop", ref, ...(seed !== null && { seed }), ...aimed };
+    const plain = { type: "drop", ref, ...(seed !== null && { seed }), ...ours };
     if (!staked && !this.connection.send(plain)) return this.#practise({ seed, aim });
     this.own.add(ref, staked ? stake : 0, seed !== null);
     this.connection.expectNews(true);
@@ -154,7 +160,7 @@ export class LiveTable {
     const now = performance.now();
     if (!table.flying) clock.observe(this.tick ?? hello.tick, now);
     this.practice.drop(table, ask, clock.renderTick(now));
-    this.listener.onError("No line to the table: a practice ball falls, with nothing staked.");
+    this.listener.onError(t("play.no-line-practice"));
     this.listener.onChange();
     return true;
   }
@@ -173,7 +179,9 @@ export class LiveTable {
   settle(due, nowMs) {
     const { table } = this;
     if (!table) return;
-    for (const ball of table.settle(due, nowMs === null ? null : nowMs / 1000)) this.#settled(ball);
+    const { seen, settled } = table.settle(due, nowMs === null ? null : nowMs / 1000);
+    for (const ball of seen) this.#seen(ball);
+    for (const ball of settled) this.#settled(ball);
     this.#rest(table);
   }
 
@@ -201,7 +209,7 @@ export class LiveTable {
     } catch (error) {
       if (!(error instanceof ProtocolError)) throw error;
       this.connection.close();
-      this.#setState("closed", `This page does not understand the server: ${error.message}.`);
+      this.#setState("closed", t("play.foreign", { why: error.message }));
     }
   }
 
@@ -218,7 +226,8 @@ export class LiveTable {
     else if (event.type === "error") this.#refused(event);
     else if (event.type === "session") this.fair.told(event);
     else if (event.type === "ended") this.fair.ended(event);
-    else if (event.type === "halted") this.listener.onError(haltedWords(event.halted));
+    else if (event.type === "halted") this.listener.onHalted?.(event.halted);
+    else if (event.type === "presence") this.company.hear(event, this.table?.balls.values());
     else if (event.type === "pong") this.listener.onPong?.(performance.now() - event.t);
     this.listener.onChange();
   }
@@ -232,7 +241,7 @@ export class LiveTable {
       spinScale: hello.spin_scale,
       rate: hello.tick_rate,
     };
-    const solve = this.#solveFor(hello);
+    const solve = solveFor(this.solver, hello);
     if (hello.stream === SEEDS && !solve && this.#retreat()) return;
     const table = new Table(hello, solve);
     this.#visit = { hello, table, clock: new TickClock({ rate: hello.tick_rate }), scale };
@@ -241,26 +250,17 @@ export class LiveTable {
     const pending = this.own.enter(hello, table);
     for (const session of this.own.adopt(this.wallet.openIn(this.room))) this.listener.onBehind?.(session);
     this.fair.greeted(hello);
+    this.company.begin();
+    this.appear();
     this.listener.onTable(hello, table);
     this.#resume(hello, pending);
     this.#setState(table.flying ? "live" : "asleep");
     this.connection.expectNews(table.flying);
   }
 
-  /**
-   * @param {Hello} hello
-   * @returns {Solve | null} null where the room is shown otherwise, or this page cannot compute it
-   */
-  #solveFor({ stream, board, physics_version: version }) {
-    const { solver } = this;
-    if (stream !== SEEDS || !solver || version !== PHYSICS_VERSION) return null;
-    try {
-      const whole = solver.read(board);
-      return (start) => solver.drop(whole, start);
-    } catch (error) {
-      if (!(error instanceof BoardError)) throw error;
-      return null;
-    }
+  /** Says who we are, to those at the table who said so, too. */
+  appear() {
+    this.connection.send(this.self.message);
   }
 
   /** @param {ClockMessage} event */
@@ -301,7 +301,9 @@ export class LiveTable {
     if (!table.awake) clock.restart();
     clock.observe(event.tick, performance.now());
     this.fair.accepted(event);
-    this.own.accepted(event.ref, table.accept(event, this.own.has(event.ref)), fairPlaceOf(event));
+    const ball = table.accept(event, this.own.has(event.ref));
+    this.company.dye(ball);
+    this.own.accepted(event.ref, ball, fairPlaceOf(event));
     this.#setState("live");
     this.connection.expectNews(true);
   }
@@ -310,7 +312,7 @@ export class LiveTable {
   #landed(event) {
     if (this.table && !this.table.applyLanded(event)) {
       this.#seq -= 1; // what became of it is asked for again
-      this.listener.onError("This page computed another path than the table; it now shows the table's.");
+      this.listener.onError(t("play.other-path"));
       this.#retreat();
       return;
     }
@@ -323,14 +325,22 @@ export class LiveTable {
   }
 
   /** @param {Ball} ball */
-  #settled(ball) {
-    if (!ball.landed) return;
-    if (isPractice(ball)) {
-      if (this.hello) this.listener.onPlayed(this.practice.played(this.hello, this.own.address, ball));
-      return;
+  #seen(ball) {
+    const { outcome } = ball;
+    if (!outcome || !this.hello) return;
+    if (isPractice(ball)) this.listener.onSeen(this.practice.played(this.hello, this.own.address, ball));
+    else {
+      if (outcome.bin !== null) this.listener.onHit(outcome.bin);
+      this.company.landed(ball, outcome);
+      this.own.seen(ball, outcome);
     }
-    if (ball.landed.bin !== null) this.listener.onHit(ball.landed.bin);
-    this.own.settled(ball, ball.landed);
+  }
+
+  /** @param {Ball} ball */
+  #settled(ball) {
+    if (!ball.landed || !this.hello) return;
+    if (isPractice(ball)) this.listener.onPlayed(this.practice.played(this.hello, this.own.address, ball));
+    else this.own.settled(ball, ball.landed);
   }
 
   /** @param {Refusal} event */
@@ -370,25 +380,14 @@ export class LiveTable {
     return this.#snapshot.tick;
   }
 
-  /** @param {number} waitMs */
-  #lost(waitMs) {
-    this.#setState("reconnecting", `${Math.max(1, Math.round(waitMs / 1000))} s`);
-  }
-
   /**
    * Nothing in flight and nothing asked for: the line may be silent as long as it likes.
    * @param {Table} table
    */
   #rest(table) {
-    let flying = false;
-    let showing = false;
-    for (const ball of table.balls.values()) {
-      flying ||= !ball.landed;
-      showing ||= !ball.settled;
-    }
-    if (flying || this.own.unanswered > 0 || this.#state === "reconnecting") return;
+    if (table.awake || this.own.unanswered > 0 || this.#state === "reconnecting") return;
     this.connection.expectNews(false);
-    if (!showing) this.#setState("asleep");
+    if (table.shown) this.#setState("asleep");
   }
 
   /** @param {LiveState} state @param {string} [detail] */

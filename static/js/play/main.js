@@ -6,12 +6,16 @@ import { Session } from "../model/player/session.js";
 import { messageOf } from "../net/api.js";
 import { Theme } from "../paint/theme.js";
 import { openSolver } from "../solver/solver.js";
+import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
 import { keepOffline } from "../util/offline.js";
 import { Wallet } from "./account/wallet.js";
+import { showRecall } from "./account/recall.js";
 import { keepFields } from "./input/kept-fields.js";
+import { chooseLanguage } from "./input/language.js";
 import { Ghost } from "./show/ghost.js";
 import { TablePage } from "./page.js";
+import { leadBack } from "./rooms.js";
 
 async function start() {
   const asked = new URLSearchParams(window.location.search);
@@ -33,16 +37,19 @@ async function start() {
     histogram.layOut(geometry);
     ghost.layOut(geometry);
   });
+  chooseLanguage();
   keepFields(window.localStorage);
   const session = new Session(window.localStorage);
   const wallet = new Wallet(window.localStorage);
+  showRecall(wallet.mark);
+  await leadBack(session);
   const parts = { theme, view, histogram, ghost, session, wallet, solver: await solving };
   new TablePage(parts, asked);
 }
 
 start().catch((error) => {
   document.documentElement.dataset.state = "failed";
-  byId("state-text").textContent = "Failed";
+  byId("state-text").textContent = t("page.failed");
   byId("result").textContent = messageOf(error);
   throw error;
 });

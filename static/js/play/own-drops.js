@@ -2,6 +2,7 @@
 
 import { boardAddress, getJson, messageOf } from "../net/api.js";
 import { dropPath } from "../net/drop-address.js";
+import { t } from "../texts/text.js";
 
 /** @import { Accepted, BriefAccepted, Hello, Landed, Missed } from "../model/messages.js" */
 /** @import { DropRecord } from "../model/motion/drop.js" */
@@ -12,11 +13,14 @@ import { dropPath } from "../net/drop-address.js";
 /**
  * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number}} Accepting
  *   what a drop needs to know of its ball
- * @typedef {{ref: string, stake: number, practice: boolean, ball: Accepting | null, fair?: FairPlace}}
- *   OwnDrop ball: null until accepted; fair: of a staked one, from then on
+ * @typedef {{ref: string, stake: number, practice: boolean, ball: Accepting | null, fair?: FairPlace,
+ *   seen?: boolean}} OwnDrop ball: null until accepted; fair: of a staked one, from then on
+ *
+ * @typedef {{bin: number | null, score: number, digest: string | null}} End
  *
  * @typedef {object} OwnDropsListener
- * @property {(played: Played) => void} onPlayed a drop of ours has settled
+ * @property {(played: Played) => void} onSeen a drop of ours is seen to land
+ * @property {(played: Played) => void} onPlayed the table has told its landing, too
  * @property {(message: string) => void} onError
  */
 
@@ -44,6 +48,13 @@ export class OwnDrops {
   /** How many have not settled yet. */
   get count() {
     return this.#open.size;
+  }
+
+  /** How many are still to be seen to land. */
+  get unseen() {
+    let count = 0;
+    for (const { seen } of this.#open.values()) if (!seen) count += 1;
+    return count;
   }
 
   /** How many the table has not answered yet. */
@@ -134,6 +145,14 @@ export class OwnDrops {
     this.#open.delete(ref ?? "");
   }
 
+  /** @param {Ball} ball whosever @param {Landed} outcome it is seen to land so */
+  seen(ball, outcome) {
+    for (const drop of this.#open.values()) {
+      // After a lost line a ball that was shown at once is seen to fall once more.
+      if (drop.ball === ball && !drop.seen) this.#see(drop, ball, outcome);
+    }
+  }
+
   /** @param {Ball} ball whosever @param {Landed} landed */
   settled(ball, landed) {
     for (const drop of this.#open.values()) {
@@ -155,7 +174,7 @@ export class OwnDrops {
       if (drop.ball) this.#find(drop, drop.ball, landed);
       else {
         this.#open.delete(drop.ref);
-        this.listener.onError("The line broke before the table took a drop. Its stake is back.");
+        this.listener.onError(t("play.line-broke-drop"));
       }
     }
   }
@@ -175,7 +194,7 @@ export class OwnDrops {
   async #recover(drop, ball) {
     this.#open.delete(drop.ref);
     if (this.#hello.mode === "interacting") {
-      this.listener.onError(`What became of seed ${ball.seed} is unknown: others knocked it.`);
+      this.listener.onError(t("play.unknown-knocked", { seed: ball.seed }));
       return;
     }
     try {
@@ -184,22 +203,34 @@ export class OwnDrops {
       const record = /** @type {DropRecord} */ (await getJson(dropPath(address)));
       this.#close(drop, ball, record);
     } catch (error) {
-      this.listener.onError(`What became of seed ${ball.seed} is unknown: ${messageOf(error)}`);
+      this.listener.onError(t("play.unknown", { seed: ball.seed, why: messageOf(error) }));
     }
   }
 
   /**
    * @param {OwnDrop} drop
    * @param {Accepting} ball
-   * @param {{bin: number | null, score: number, digest: string | null}} end
+   * @param {End} end
    */
-  #close({ ref, stake, practice, fair }, { seed, x, explicit, aim }, { bin, score, digest }) {
-    this.#open.delete(ref);
+  #close(drop, ball, end) {
+    if (!drop.seen) this.#see(drop, ball, end);
+    this.#open.delete(drop.ref);
+    this.listener.onPlayed(this.#played(drop, ball, end));
+  }
+
+  /** @param {OwnDrop} drop @param {Accepting} ball @param {End} end */
+  #see(drop, ball, end) {
+    drop.seen = true;
+    this.listener.onSeen(this.#played(drop, ball, end));
+  }
+
+  /** @param {OwnDrop} drop @param {Accepting} ball @param {End} end @returns {Played} */
+  #played({ stake, practice, fair }, { seed, x, explicit, aim }, { bin, score, digest }) {
     const { mode, board_name: name, board_digest: boardDigest } = this.#hello;
-    this.listener.onPlayed({
+    return {
       board: this.address, boardDigest, name, seed, x: explicit ? x : null, aim: aim ?? null,
       knocked: mode === "interacting", stake, practice, bin, score, digest, ...(fair && { fair }),
-    });
+    };
   }
 
   /** @param {Hello} hello */
@@ -208,7 +239,7 @@ export class OwnDrops {
     try {
       this.address = await boardAddress(hello);
     } catch (error) {
-      this.listener.onError(`Replay links may not work: ${messageOf(error)}`);
+      this.listener.onError(t("play.links-fail", { why: messageOf(error) }));
     }
   }
 }

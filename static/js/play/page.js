@@ -4,26 +4,35 @@ import { describeBoard } from "../board/alternative-text.js";
 import { announceShape } from "../board/shape.js";
 import { InstrumentPanel } from "../instruments/panel.js";
 import { allowedAim } from "../model/board.js";
-import { MAIN_ROOM, readBoardName } from "../model/presets.js";
-import { oddsAt, oddsWords } from "../model/odds.js";
+import { MAIN_ROOM } from "../model/presets.js";
+import { PACES } from "../model/table/pace.js";
 import { emptyScene } from "../model/scene.js";
-import { getJson, messageOf } from "../net/api.js";
+import { messageOf } from "../net/api.js";
 import { streamsFor } from "../net/streams.js";
 import { ratioOf } from "../paint/geometry.js";
+import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
-import { counted, signed } from "../util/format.js";
+import { signed } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
+import { CompanyPanel } from "./account/company-panel.js";
 import { Credits } from "./account/credits.js";
 import { Scoreboard } from "./account/scoreboard.js";
+import { Self } from "./account/self.js";
+import { BoardPointer } from "./input/board-pointer.js";
 import { Controls } from "./input/controls.js";
 import { FairPanel } from "./fairness/fair-panel.js";
 import { Drawers } from "./input/drawers.js";
 import { Dropper } from "./input/dropper.js";
-import { switchGhost, switchSound } from "./input/switches.js";
+import { switchScheme } from "./input/settings.js";
+import { switchGhost } from "./input/switches.js";
+import { haltedWords } from "./halted.js";
 import { LiveTable } from "./live.js";
 import { Prover } from "./fairness/proof.js";
-import { findTable } from "./rooms.js";
+import { findTable, putIntoAddress, roomOfAddress } from "./rooms.js";
+import { Demo } from "./show/demo.js";
+import { OddsNote } from "./show/odds-note.js";
 import { Show } from "./show/show.js";
+import { SoundChoice } from "./sound/choice.js";
 import { Sound } from "./sound/sound.js";
 
 /** @import { BoardView } from "../board/view.js" */
@@ -31,8 +40,6 @@ import { Sound } from "./sound/sound.js";
 /** @import { Histogram } from "../instruments/histogram.js" */
 /** @import { Hello } from "../model/messages.js" */
 /** @import { Played, Session } from "../model/player/session.js" */
-/** @import { Odds } from "../model/odds.js" */
-/** @import { OddsReply } from "../net/replies.js" */
 /** @import { Table } from "../model/table/table.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Solver } from "../solver/solver.js" */
@@ -43,10 +50,10 @@ import { Sound } from "./sound/sound.js";
 
 /** @type {Partial<Record<LiveState, string>>} */
 const STATE_TEXTS = {
-  connecting: "Connecting…",
-  live: "Live",
-  asleep: "Ready",
-  closed: "Closed",
+  connecting: t("play.connecting"),
+  live: t("play.live"),
+  asleep: t("play.ready"),
+  closed: t("play.closed"),
 };
 const SCORE_MS = 200; // between two renewals of the list while balls rain
 
@@ -55,13 +62,9 @@ const SCORE_MS = 200; // between two renewals of the list while balls rain
 
 /** The live page: one table at a time. */
 export class TablePage {
-  /** @type {number | null} the aim under the pointer, m */
-  #hover = null;
   /** @type {string | null} as far as it is known */
   #mainBoard = null;
   #digest = "";
-  /** @type {Odds[]} by aim, where they are known of the board */
-  #odds = [];
   #shownCount = -1;
   /** @type {LiveState} */
   #state = "connecting";
@@ -81,14 +84,22 @@ export class TablePage {
       onChange: () => this.#scoreChanged(),
       say: (text) => this.#say(text),
     });
-    this.means = { solver, wallet, streams: streamsFor(asked.get("stream"), solver !== null) };
+    const self = new Self(window.localStorage);
+    this.company = new CompanyPanel(theme, self, () => this.live.appear());
+    this.means = { solver, wallet, self, streams: streamsFor(asked.get("stream"), solver !== null) };
     this.prover = new Prover(solver);
     this.sound = new Sound();
-    this.show = new Show((text, score) => this.#say(text, score));
+    this.show = new Show(view, (text, score) => this.#say(text, score));
     this.loop = new FrameLoop((now) => this.#draw(now));
+    this.demo = new Demo(window.localStorage, () => this.loop.wake());
     this.instruments = new InstrumentPanel(theme, {
       onExpected: (expected) => this.#compare(expected),
       onChange: () => this.loop.wake(),
+      say: (text) => this.#say(text),
+    });
+    this.odds = new OddsNote({
+      onOdds: (odds) => this.instruments.fit.setRecord(odds, this.instruments.open),
+      aim: () => this.controls.start.aim,
       say: (text) => this.#say(text),
     });
     this.dropper = new Dropper({
@@ -96,19 +107,26 @@ export class TablePage {
       onDrop: (ask) => this.#drop(ask),
       onAuto: (running, left) => this.controls.showAuto(running, left),
     });
-    this.controls = new Controls({
+    this.controls = new Controls(theme, {
       onDrop: (count, ask) => this.#dropSome(count, ask),
       onAuto: (...asked) => this.dropper.start(...asked),
       onStop: () => this.dropper.stop(),
       onBoard: (choice) => this.#move(choice),
       onAim: () => this.#aimed(),
+      onPace: () => this.#setPace(),
       onSeed: () => this.drawers.show("lab"),
     });
     this.scoreboard = new Scoreboard(session, theme, this.prover, (seed) => this.controls.setSeed(seed));
     this.drawers = new Drawers();
-    switchSound(this.sound);
+    this.soundChoice = new SoundChoice(this.sound, window.localStorage);
+    switchScheme(theme);
     switchGhost(this.ghost, () => this.loop.wake());
-    this.#followPointer(view.moving);
+    this.pointer = new BoardPointer(view, {
+      aimAt: (x) => (this.live.hello ? allowedAim(this.live.hello.board, this.live.hello.slots, x) : null),
+      onDrop: (x) => this.controls.drop(x),
+      onPick: (x, y) => { if (this.live.table) this.instruments.pick(x, y); },
+      onHover: () => this.loop.wake(),
+    });
     theme.onChange(() => this.#recolour());
     const { onLayout } = view;
     view.onLayout = (geometry) => {
@@ -116,14 +134,14 @@ export class TablePage {
       this.loop.wake();
     };
     document.addEventListener("visibilitychange", () => this.loop.wake());
+    window.addEventListener("popstate", () => this.#change(roomOfAddress()));
     this.fairPanel = new FairPanel({
       onCheck: () => this.live.fair.end(),
       isBusy: () => this.live.own.count > 0,
     });
-    this.live = this.#join(asked.get("room") || MAIN_ROOM);
+    this.live = this.#join(roomOfAddress());
     this.credits.recovery.seekAllBut(this.live.room);
-    const seed = asked.get("seed");
-    if (seed !== null) this.controls.setSeed(seed);
+    if (asked.has("seed")) this.controls.setSeed(asked.get("seed") ?? "");
   }
 
   /** @param {string} room */
@@ -134,10 +152,13 @@ export class TablePage {
     return new LiveTable(room, {
       onTable: (hello, table) => this.#setTable(hello, table),
       onState: (state, detail) => this.#showState(state, detail),
+      onSeen: (played) => this.#seen(played),
       onPlayed: (played) => this.#played(played),
       onHit: (bin) => this.#hit(bin),
       onError: (message, code) => this.#refused(message, code),
       onChange: () => this.loop.wake(),
+      onHalted: (halted) => { this.show.hush(halted); this.#say(haltedWords(halted)); },
+      onCompany: () => this.company.renew(this.live),
       onSession: () => { this.fairPanel.show(this.live.fair); this.credits.show(); },
       onEnded: (ended, heard) => this.fairPanel.check(ended, heard),
       onBehind: (stay) => this.credits.recovery.seek([stay]),
@@ -151,17 +172,20 @@ export class TablePage {
     try {
       const room = await findTable(choice, this.#mainBoard, this.session);
       if (room === this.live.room) return;
-      const query = room === MAIN_ROOM
-        ? window.location.pathname
-        : `?room=${encodeURIComponent(room)}`;
-      window.history.replaceState(null, "", query);
-      this.live.close();
-      this.live = this.#join(room);
-      this.credits.recovery.seekAllBut(room);
+      putIntoAddress(room);
+      this.#change(room);
     } catch (error) {
-      this.#say(`That table cannot be opened: ${messageOf(error)}`);
+      this.#say(t("play.table-fails", { why: messageOf(error) }));
       this.#showTable();
     }
+  }
+
+  /** @param {string} room */
+  #change(room) {
+    if (room === this.live.room) return; // the address changed in its fragment alone
+    this.live.close();
+    this.live = this.#join(room);
+    this.credits.recovery.seekAllBut(room);
   }
 
   #showTable() {
@@ -180,7 +204,7 @@ export class TablePage {
     if (this.#digest !== hello.board_digest) {
       this.#digest = hello.board_digest;
       announceShape(ratioOf(board));
-      this.#learnOdds(hello);
+      this.odds.learn(hello);
       this.controls.setBoard(name, board, slots);
       this.ghost.setBoard(board);
       this.sound.setBoard(board);
@@ -189,45 +213,31 @@ export class TablePage {
     }
     this.controls.showKnocking(hello.mode === "interacting");
     this.show.setTable(table);
+    this.#setPace();
     table.onPassed = this.ghost.follow;
     table.tracing = this.#still.matches;
+    this.demo.setTable(hello, table);
     this.instruments.setTable(hello, table);
     this.histogram.setBoard(board, hello.stats.histogram, this.instruments.fit.expected);
     this.#showCount();
     this.loop.wake();
   }
 
-  /** @param {Hello} hello */
-  async #learnOdds({ board_digest: digest, board_name: name, mode }) {
-    this.#odds = [];
-    try {
-      // Where balls knock each other no odds of one ball hold; other boards were never counted.
-      if (mode !== "interacting" && readBoardName(name)) {
-        const found = /** @type {OddsReply} */ (await getJson(`boards/${name}/odds`));
-        if (digest === this.#digest && digest === found.board_digest) this.#odds = found.aims;
-      }
-    } catch (error) {
-      this.#say(`The odds of this table are unknown: ${messageOf(error)}`);
-    }
-    if (digest === this.#digest) this.#showOdds();
+  #setPace() {
+    const { table } = this.live;
+    if (!table) return;
+    table.pace = table.solve ? this.controls.pace : PACES.real;
+    this.controls.showPace(table.solve !== null);
   }
 
   #aimed() {
-    if (this.#odds.length) this.#showOdds();
+    this.odds.aimed();
     this.loop.wake();
   }
 
-  #showOdds() {
-    const middle = this.live.hello?.board.drop.x ?? 0;
-    const odds = oddsAt(this.#odds, this.controls.start.aim, middle);
-    byId("odds-note").textContent = odds ? oddsWords(odds) : "";
-    this.instruments.fit.setRecord(odds, this.instruments.open);
-  }
-
   #hasRoom() {
-    const { live } = this;
-    const flying = (live.table?.balls.size ?? 0) + live.own.unanswered;
-    return flying < (live.hello?.limits.balls ?? Number.POSITIVE_INFINITY);
+    const { table, own, hello } = this.live;
+    return (table?.balls.size ?? 0) + own.unanswered < (hello?.limits.balls ?? Number.POSITIVE_INFINITY);
   }
 
   /**
@@ -249,7 +259,8 @@ export class TablePage {
     if (!this.credits.allow(ask, this.live)) return false;
     const sent = this.live.drop(ask);
     this.show.dropped();
-    if (!sent) this.#say("There is no line to the table yet. Nothing was dropped.");
+    if (sent) this.soundChoice.offer();
+    else this.#say(t("play.no-line"));
     return sent;
   }
 
@@ -260,12 +271,13 @@ export class TablePage {
     const t = live.time(now);
     const quiet = this.#still.matches;
     live.settle(quiet ? Number.POSITIVE_INFINITY : t, now);
-    const scene = table ? table.sceneAt(t, now / 1000) : emptyScene();
+    const demo = this.demo.sceneAt(now, table, quiet);
+    const scene = demo ?? table?.sceneAt(t, now / 1000) ?? emptyScene();
     if (table?.growsWhenDrawn) instruments.ball.measure();
     if (table) this.sound.hear(table.heard, t);
     const encore = this.show.show(scene, now / 1000, quiet);
     if (quiet) Object.assign(scene, { balls: [], flashes: [], paths: live.ownPaths() });
-    scene.aim = this.#hover ?? this.controls.start.aim;
+    scene.aim = this.pointer.hover ?? this.controls.start.aim;
     scene.chosen = instruments.open ? instruments.ball.chosen : null;
     view.draw(scene);
     this.ghost.paint(now);
@@ -274,21 +286,26 @@ export class TablePage {
     if (this.#scoreStale && now - this.#scoreMs >= SCORE_MS) this.#showScore(now);
     const measuring = instruments.show(live, this.histogram.counts, this.session.scores, now);
     return (table?.busy ?? false) || this.ghost.pending || this.histogram.pending
-      || this.#scoreStale || measuring || encore;
+      || this.#scoreStale || measuring || encore || demo !== null;
   }
 
-  /** @param {Played} played */
+  /** @param {Played} played the table has told it: it counts */
   #played(played) {
     this.credits.settle(played);
     this.#scoreChanged();
     this.fairPanel.show(this.live.fair);
+  }
+
+  /** @param {Played} played it is seen to land */
+  #seen(played) {
     const { bin, score } = played;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
     if (bin !== null) this.sound.chime(score, (bin + 0.5) / this.histogram.counts.length);
     const looked = document.visibilityState !== "hidden";
-    this.show.played(played, { last: looked && this.live.own.count === 0, still: this.#still.matches });
+    const last = looked && this.live.own.unseen === 0 && !this.dropper.running;
+    this.show.played(played, { last, still: this.#still.matches, atOnce: this.controls.pace === PACES.instant });
     const won = this.dropper.landed(played);
-    if (won !== null) this.#say(`Auto-drop has stopped: ${signed(won)}.`);
+    if (won !== null) this.#say(t("play.auto-stopped", { won: signed(won) }));
   }
 
   #scoreChanged() {
@@ -323,11 +340,9 @@ export class TablePage {
     const { total } = this.histogram;
     const { expected } = this.instruments.fit;
     this.#shownCount = total;
-    byId("tray-count").textContent = total
-      ? `${counted(total, "drop")} landed at this table`
-      : "Nothing has landed here yet";
+    byId("tray-count").textContent = total ? t("play.landed-here", { n: total }) : t("play.none-landed");
     byId("tray-key").hidden = !expected;
-    byId("tray-key").textContent = expected ? `expected: ${expected.label}` : "";
+    byId("tray-key").textContent = expected ? t("play.expected", { label: expected.label }) : "";
   }
 
   /** @param {string} message @param {string} [code] */
@@ -342,12 +357,12 @@ export class TablePage {
   #showState(state, detail) {
     document.documentElement.dataset.state = state;
     byId("state-text").textContent = state === "reconnecting"
-      ? `Reconnecting… in ${detail}`
+      ? t("play.reconnecting", { seconds: detail ?? "" })
       : (STATE_TEXTS[state] ?? "");
-    if (state === "closed") this.#say(detail || "The table is closed.");
-    if (state === "reconnecting" && this.#state !== state) this.#say("The line to the table broke.");
+    if (state === "closed") this.#say(detail || t("play.table-closed"));
+    if (state === "reconnecting" && this.#state !== state) this.#say(t("play.line-broke"));
     if (state === "reconnecting" || state === "closed") this.dropper.clear();
-    if (this.#state === "reconnecting" && state !== this.#state) this.#say("Back at the table.");
+    if (this.#state === "reconnecting" && state !== this.#state) this.#say(t("play.back"));
     this.#state = state;
     if (state === "live") this.instruments.line.wake();
     else this.instruments.line.rest(this.live);
@@ -369,32 +384,5 @@ export class TablePage {
     this.histogram.draw();
     this.scoreboard.recolour();
     this.loop.wake();
-  }
-
-  /** @param {HTMLCanvasElement} canvas */
-  #followPointer(canvas) {
-    /** @param {MouseEvent} event @returns {number | null} metres */
-    const aim = (event) => {
-      const place = this.view.aimOf(event);
-      const { hello } = this.live;
-      return place?.above && hello ? allowedAim(hello.board, hello.slots, place.x) : null;
-    };
-    /** @param {number | null} x metres */
-    const hover = (x) => {
-      if (x === this.#hover) return;
-      this.#hover = x;
-      canvas.style.cursor = x === null ? "" : "pointer";
-      this.loop.wake();
-    };
-    canvas.addEventListener("pointermove", (event) => {
-      hover(event.pointerType === "mouse" ? aim(event) : null);
-    });
-    canvas.addEventListener("pointerleave", () => hover(null));
-    canvas.addEventListener("click", (event) => {
-      const x = aim(event);
-      const place = this.view.aimOf(event);
-      if (x !== null) this.controls.drop(x);
-      else if (place && this.live.table) this.instruments.pick(place.x, place.y);
-    });
   }
 }

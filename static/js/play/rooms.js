@@ -1,12 +1,24 @@
-// Finds or opens the room where a board is played in the world that was chosen.
+// Finds or opens the room where a board is played in the world that was chosen; and its address.
 
 import { getJson, postJson } from "../net/api.js";
-import { boardName, roomOf } from "../model/presets.js";
+import { boardName, MAIN_ROOM, roomOf } from "../model/presets.js";
 import { isOwn, transported } from "../model/worlds.js";
 
 /** @import { Session } from "../model/player/session.js" */
 /** @import { TableChoice } from "./input/controls.js" */
 /** @import { BoardReply, RoomList, RoomReply } from "../net/replies.js" */
+
+/** @returns {string} the room that the page's address names, or the public one */
+export function roomOfAddress() {
+  return new URLSearchParams(window.location.search).get("room") || MAIN_ROOM;
+}
+
+/** Makes it the page's address; Back leads to the one before. @param {string} room */
+export function putIntoAddress(room) {
+  const { pathname } = window.location;
+  const address = room === MAIN_ROOM ? pathname : `?room=${encodeURIComponent(room)}`;
+  window.history.pushState(null, "", address);
+}
 
 /**
  * @param {TableChoice} choice
@@ -27,6 +39,19 @@ export async function findTable(choice, mainBoard, session) {
   const { id } = /** @type {RoomReply} */ (await postJson("rooms", { board: digest, mode }));
   session.remember(key, id);
   return id;
+}
+
+/**
+ * A visitor who asks for no table gets the address of the one where they were, if it is still there.
+ * @param {Session} session
+ */
+export async function leadBack({ room }) {
+  const asked = new URLSearchParams(window.location.search);
+  if (asked.get("room") || !room || room === MAIN_ROOM) return;
+  // Without a server, too, there is a table to come to: it says so, and tries again.
+  if (!(await isOpen(room).catch(() => false))) return;
+  asked.set("room", room);
+  window.history.replaceState(null, "", `?${asked}`);
 }
 
 /** The list is asked, not the room itself: one that is gone is no error. @param {string} id */

@@ -1,6 +1,8 @@
 // The ball's energy against time as a plot: height, motion and spin on top of each other. Pure.
 
 import { energyOf } from "../model/impact.js";
+import { t } from "../texts/text.js";
+import { fixed } from "../util/format.js";
 import { figure, prefixed } from "../util/scale.js";
 
 /** @import { Plot } from "../instruments/chart.js" */
@@ -59,9 +61,8 @@ export function describeEnergy(motion) {
   const first = energyOf(motion.board, motion.start).total;
   const last = energyOf(motion.board, motion.end).total;
   const { unit, per } = prefixed(first, "J");
-  return (
-    `Energy of the ball against time: ${figure(per * first)} ${unit} at the start, ` +
-    `${figure(per * last)} at the end, ${(100 * (1 - last / first)).toFixed(0)} percent lost in ` +
-    `${motion.hits.length} hits and to the air.`
-  );
+  return t("replay.energy-words", {
+    first: figure(per * first), unit, last: figure(per * last),
+    share: fixed(100 * (1 - last / first), 0), n: motion.hits.length,
+  });
 }

@@ -6,8 +6,9 @@ import { RecordError } from "../solver/errors.js";
 import { readJson } from "../solver/log/canonical.js";
 import { compareLog, isLog } from "../solver/log/log.js";
 import { openSolver } from "../solver/solver.js";
+import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
-import { counted } from "../util/format.js";
+import { toldOf } from "./verify.js";
 
 /** @import { BoardReply } from "../net/replies.js" */
 /** @import { Difference } from "../solver/log/difference.js" */
@@ -47,51 +48,51 @@ export class FileCheck {
   /** @param {File | undefined} file */
   async #check(file) {
     if (!file) return;
-    say("", `Computing ${file.name}…`);
+    say("", t("replay.check-file", { file: file.name }));
     try {
       const solver = await this.#solving;
       const value = readJson(await file.text());
       const check = isLog(value) ? checkLog : checkRecord;
-      const { difference, what } = await check(solver, value);
-      if (difference) say("bad", `${file.name} is not reproduced: ${denied(difference)}`);
-      else say("good", `${file.name} is reproduced in this page: ${what}`);
+      const { difference, words } = await check(solver, value, file.name);
+      if (difference) say("bad", t("replay.check-differs", { file: file.name, ...toldOf(difference) }));
+      else say("good", words);
     } catch (error) {
-      const why = error instanceof SyntaxError ? `it is not JSON: ${error.message}` : messageOf(error);
-      say("bad", `${file.name} cannot be checked: ${why}`);
+      const why = error instanceof SyntaxError ? t("replay.not-json", { why: error.message }) : messageOf(error);
+      say("bad", t("replay.check-fails", { file: file.name, why }));
     }
   }
 }
 
-/** @typedef {{difference: Difference | null, what: string}} Checked */
+/** @typedef {{difference: Difference | null, words: string}} Checked */
 
-/** @param {Solver} solver @param {unknown} value @returns {Promise<Checked>} */
-async function checkLog(solver, value) {
+/** @param {Solver} solver @param {unknown} value @param {string} file its name @returns {Promise<Checked>} */
+async function checkLog(solver, value, file) {
   const log = /** @type {Log} */ (value);
   const board = await boardOf(log.board);
   const difference = await compareLog(solver, log, board, async (done) => {
-    say("", `Computing: ${counted(done, "drop")}…`);
+    say("", t("replay.check-drops", { n: done }));
     await new Promise(requestAnimationFrame);
   });
-  return { difference, what: `${counted(log.drops.length, "drop")}, digest ${log.digest}.` };
+  return { difference, words: t("replay.check-log", { file, n: log.drops.length, digest: String(log.digest) }) };
 }
 
-/** @param {Solver} solver @param {unknown} value @returns {Promise<Checked>} */
-async function checkRecord(solver, value) {
+/** @param {Solver} solver @param {unknown} value @param {string} file its name @returns {Promise<Checked>} */
+async function checkRecord(solver, value, file) {
   if (typeof value !== "object" || value === null || !("digest" in value) || !("board" in value)) {
-    throw new RecordError("it is neither a drop's record nor a room's log", "");
+    throw new RecordError(t("replay.no-record"), "");
   }
   const record = /** @type {Fields} */ (value);
   if (record.solver !== "exact") {
-    throw new RecordError(`solver is ${String(record.solver)}, and this page computes exact drops alone: `
-      + "plinko verify computes both", "solver");
+    throw new RecordError(t("replay.other-solver", { solver: String(record.solver) }), "solver");
   }
   const strange = Object.keys(record).find((name) => !KNOWN.includes(name) && !HOW_SURE.includes(name));
-  if (strange) throw new RecordError(`it has an unknown field ${strange}`, strange);
+  if (strange) throw new RecordError(t("replay.strange-field", { field: strange }), strange);
   const start = /** @type {{seed: string | null, x?: number | null, aim?: number | null}} */ (record);
   const computed = solver.drop(await boardOf(record.board), start).record();
   const { same, difference } = compareRecords(record, computed);
-  const unsaid = HOW_SURE.some((name) => name in record) ? " How sure its bin is was not computed." : "";
-  return { difference, what: `every bit of ${counted(same, "event")}, digest ${computed.digest}.${unsaid}` };
+  const words = [t("replay.check-record", { file, n: same, digest: computed.digest })];
+  if (HOW_SURE.some((name) => name in record)) words.push(t("replay.check-unsure"));
+  return { difference, words: words.join(" ") };
 }
 
 /** @param {unknown} board its JSON, or what REST calls it @returns {Promise<unknown>} */
@@ -99,11 +100,6 @@ async function boardOf(board) {
   if (typeof board !== "string") return board;
   const reply = await getJson(`boards/${encodeURIComponent(board)}`);
   return /** @type {BoardReply} */ (reply).board;
-}
-
-/** @param {Difference} difference */
-function denied({ field, expected, actual }) {
-  return `${field} is ${String(expected)} in the file, ${String(actual)} in this page.`;
 }
 
 /** @param {"" | "good" | "bad"} tone @param {string} text */

@@ -1,5 +1,6 @@
 // Guess where it lands: while the ball of a shared link falls, the page keeps to itself where to.
 
+import { t } from "../texts/text.js";
 import { byId, make, radiosOf } from "../util/dom.js";
 import { multiplier } from "../util/format.js";
 
@@ -24,12 +25,12 @@ export class Guess {
     document.documentElement.dataset.told = "no";
     const chips = bins.multipliers.map((pays, bin) => make(
       "label", { class: "chip" },
-      make("input", { type: "radio", name: "guess", value: String(bin), "aria-label": `Bin ${bin}, ${multiplier(pays)}` }),
+      make("input", { type: "radio", name: "guess", value: String(bin), "aria-label": t("replay.guess-bin", { bin, pays: multiplier(pays) }) }),
       make("span", {}, multiplier(pays)),
     ));
     byId("guess-bins").replaceChildren(...chips);
     this.panel.hidden = false;
-    byId("result").textContent = "Where will it land?";
+    byId("result").textContent = t("replay.where");
   }
 
   /** The ball is down: nothing is kept back any more. @returns {number | null} what was guessed */

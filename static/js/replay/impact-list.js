@@ -1,8 +1,10 @@
 // The impacts of a drop as a table to choose from, the chosen one in numbers, and all as CSV.
 
 import { impactOf } from "../model/impact.js";
+import { t } from "../texts/text.js";
 import { byId, fillFacts, make, parentOf } from "../util/dom.js";
 import { saveFile } from "../util/file.js";
+import { fixed, percent } from "../util/format.js";
 import { figure, prefixed } from "../util/scale.js";
 
 
@@ -74,7 +76,7 @@ export class ImpactList {
     this.#chosen = index;
     if (index >= 0) this.#rows[index].button.setAttribute("aria-pressed", "true");
     fillFacts(byId("impact-facts"), this.#replay && index >= 0 ? this.#facts(this.#replay, index) : [
-      ["Chosen", "none: choose one below or on the board"],
+      ["fact.chosen", t("fact.chosen-none")],
     ]);
   }
 
@@ -98,13 +100,13 @@ export class ImpactList {
   /** @param {Impact} impact @param {number} i */
   #row(impact, i) {
     const button = make("button", { class: "impact", type: "button", "aria-pressed": "false" });
-    button.setAttribute("aria-label", `Impact ${i + 1}, ${impact.what}`);
+    button.setAttribute("aria-label", t("replay.impact-button", { n: i + 1, what: impact.told }));
     button.append(String(i + 1));
     const size = Math.hypot(impact.impulse.x, impact.impulse.y);
     const row = make("tr", {},
       make("td", {}, button),
-      make("td", {}, impact.t.toFixed(3)),
-      make("td", {}, impact.what),
+      make("td", {}, fixed(impact.t, 3)),
+      make("td", {}, impact.told),
       make("td", {}, impact.normal ? `${degrees(impact.normal)}°` : "–"),
       make("td", {}, impact.normal ? figure(size * this.#units.impulse.per) : "–"));
     row.addEventListener("click", () => this.onChoose(i));
@@ -113,25 +115,27 @@ export class ImpactList {
 
   /** @param {Replay} replay @param {number} i */
   #facts(replay, i) {
-    const { normal, impulse, along, across, approach, lost, share, what, t } = this.impacts[i];
+    const { normal, impulse, along, across, approach, lost, share, told, t: time } = this.impacts[i];
     const { before, after } = replay.motion.events[i];
     /** @type {Fact[]} */
-    const rows = [["Impact", `${i + 1} of ${this.impacts.length}: ${what}`], ["Time", `${t} s`]];
+    const rows = [
+      ["fact.impact", t("fact.impact-of", { n: i + 1, all: this.impacts.length, what: told })],
+      ["fact.time", `${time} s`],
+    ];
     if (normal) {
       const push = this.#inUnit("impulse");
       rows.push(
-        ["Normal", [swatch("normal"), `${degrees(normal)}° (${figure(normal.x)}, ${figure(normal.y)})`]],
-        ["Impulse", [swatch("impulse"), push(Math.hypot(impulse.x, impulse.y))]],
-        ["of it normal", `${push(along)} at ${figure(approach)} m/s`],
-        ["of it friction", push(across)],
+        ["fact.normal", [swatch("normal"), `${degrees(normal)}° (${figure(normal.x)}, ${figure(normal.y)})`]],
+        ["fact.impulse", [swatch("impulse"), push(Math.hypot(impulse.x, impulse.y))]],
+        ["fact.of-it-normal", t("fact.of-it-normal-at", { push: push(along), speed: figure(approach) })],
+        ["fact.of-it-friction", push(across)],
       );
     }
     rows.push(
-      ["Speed", `${figure(speed(before))} → ${figure(speed(after))} m/s`],
-      ["Spin", `${figure(before.omega)} → ${figure(after.omega)} rad/s`],
+      ["fact.speed", `${figure(speed(before))} → ${figure(speed(after))} m/s`],
+      ["fact.spin", `${figure(before.omega)} → ${figure(after.omega)} rad/s`],
     );
-    const percent = (100 * share).toFixed(1);
-    if (normal) rows.push(["Energy lost", `${this.#inUnit("energy")(lost)}, ${percent} %`]);
+    if (normal) rows.push(["fact.energy-lost", `${this.#inUnit("energy")(lost)}, ${percent(share)}`]);
     return rows;
   }
 

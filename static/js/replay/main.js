@@ -9,8 +9,9 @@ import { complaintOf, readSeed } from "../model/seed.js";
 import { ApiError, getJson } from "../net/api.js";
 import { dropPath, dropSearch, readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath, paintRing } from "../paint/marks.js";
+import { t } from "../texts/text.js";
 import { byId, fieldOf, fillFacts, inputOf } from "../util/dom.js";
-import { multiplier, seconds } from "../util/format.js";
+import { metric, multiplier, seconds } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
 import { CloseUp, paintImpact } from "./closeup.js";
@@ -113,8 +114,8 @@ class ReplayPage {
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
     const result = byId("result");
     result.textContent = bin === null
-      ? `Seed ${seed} comes to rest in no bin; its stake goes back.`
-      : `Seed ${seed} lands in bin ${bin} and pays ${multiplier(score)}.${guessWords(guess, bin)}`;
+      ? t("replay.rests", { seed })
+      : t("replay.lands", { seed, bin, pays: multiplier(score) }) + guessWords(guess, bin);
     result.style.setProperty("--paid", this.theme.payout(score).fill);
   }
 
@@ -194,8 +195,8 @@ class ReplayPage {
   #choose(index) {
     this.transport.seek(this.list.impacts[index].t);
     this.list.choose(index);
-    const { what, t } = this.list.impacts[index];
-    byId("result").textContent = `Impact ${index + 1}, ${what}, after ${seconds(t)}.`;
+    const { told, t: time } = this.list.impacts[index];
+    byId("result").textContent = t("replay.chosen-impact", { n: index + 1, what: told, time: seconds(time) });
   }
 
   /** After a step from impact to impact, the one that was reached is the chosen one. */
@@ -220,9 +221,9 @@ class ReplayPage {
   /** @param {Replay} replay @param {DropAddress} drop */
   #showRecord({ record, board, motion }, drop) {
     const { bin, score, seed } = record;
-    showState("replay", "Replay");
-    document.title = `Seed ${drop.seed} on ${board.name} – Plinko`;
-    byId("title").textContent = `Replay of seed ${seed}`;
+    showState("replay", t("page.replay"));
+    document.title = t("replay.title-seed", { seed: drop.seed, board: board.name });
+    byId("title").textContent = t("replay.of-seed", { seed });
     const link = window.location.hash;
     const search = dropSearch({ ...drop, board: link ? "" : drop.board });
     byId("to-table", HTMLAnchorElement).href = tableLink(drop.board);
@@ -230,17 +231,17 @@ class ReplayPage {
     byId("to-compare", HTMLAnchorElement).href = `compare.html?${search}${link}`;
     byId("to-editor", HTMLAnchorElement).href = link ? `editor.html${link}` : `editor.html?board=${drop.board}`;
     fillFacts(byId("facts"), [
-      ["Board", board.name],
-      ["Seed", seed],
-      ["Start", `${motion.start.x} m${record.x === undefined ? "" : ", practice"}`],
-      ...(record.aim === undefined ? [] : /** @type {[string, string][]} */ ([["Aim", `${record.aim} m`]])),
-      ["Solver", record.solver === "stepped" ? `stepped, dt ${record.dt} s / ${record.substeps}` : "exact"],
-      ["Bin", bin === null ? "none" : String(bin)],
-      ["Score", bin === null ? "void, the stake is back" : multiplier(score)],
-      ["Duration", seconds(record.duration)],
-      ["Impacts", String(record.impacts.length)],
+      ["fact.board", board.name],
+      ["fact.seed", seed],
+      ["fact.start", record.x === undefined ? `${motion.start.x} m` : t("fact.start-practice", { x: String(motion.start.x) })],
+      ...(record.aim === undefined ? [] : /** @type {Fact[]} */ ([["fact.aim", `${record.aim} m`]])),
+      ["fact.solver", solverWords(record)],
+      ["fact.bin", bin === null ? t("word.none") : String(bin)],
+      ["fact.score", bin === null ? t("fact.score-void") : multiplier(score)],
+      ["fact.duration", seconds(record.duration)],
+      ["fact.impacts", String(record.impacts.length)],
       ...sureness(record),
-      ["Digest", record.digest],
+      ["fact.digest", record.digest],
     ]);
     this.#fillForm(drop);
   }
@@ -260,7 +261,7 @@ class ReplayPage {
       const note = byId("other-note");
       note.hidden = wanted !== null;
       note.dataset.tone = "bad";
-      note.textContent = wanted !== null ? "" : complaintOf(reading, "A replay needs a seed.");
+      note.textContent = wanted !== null ? "" : complaintOf(reading, t("replay.needs-seed"));
       seed.setAttribute("aria-invalid", String(wanted === null));
       if (wanted === null) {
         seed.focus();
@@ -277,7 +278,7 @@ class ReplayPage {
     if (!this.#drop) return;
     const note = byId("verdict");
     note.dataset.tone = "";
-    note.textContent = "The server proves the bin…";
+    note.textContent = t("replay.certifying");
     try {
       const path = dropPath(this.#drop, "", new URLSearchParams({ certified: "true" }));
       const { certificate } = /** @type {{certificate: Certificate}} */ (await getJson(path));
@@ -291,13 +292,19 @@ class ReplayPage {
   }
 }
 
+/** @param {DropRecord} record */
+function solverWords({ solver, dt, substeps }) {
+  if (solver !== "stepped") return t("fact.solver-exact");
+  return t("fact.solver-stepped", { dt: String(dt), substeps: String(substeps) });
+}
+
 /** @param {DropRecord} record @returns {Fact[]} how sure the bin is, where the server says so */
 function sureness({ amplification, x_error: error, certain }) {
   if (typeof amplification !== "number" || typeof error !== "number") return [];
   return [
-    ["Amplified", `${figure(amplification)} times, from start to end`],
-    ["End is right to", `${figure(error)} m`],
-    ["Bin is certain", certain ? "yes" : "no: half a bit may change it"],
+    ["fact.chaotic", t("fact.chaotic-times", { times: figure(amplification) })],
+    ["fact.accurate", error > 0 && error < 1 ? metric(error) : `${figure(error)} m`],
+    ["fact.certain", certain ? t("fact.certain-yes") : t("fact.certain-no")],
   ];
 }
 

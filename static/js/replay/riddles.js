@@ -1,6 +1,7 @@
 // Drops whose end is not told beforehand: of shared links, and of the day. Pure.
 
-import { counted } from "../util/format.js";
+import { t } from "../texts/text.js";
+
 
 const DAY_BOARD = "triangle-16";
 
@@ -21,5 +22,5 @@ export function dropOfDay(now) {
 export function guessWords(guess, bin) {
   if (guess === null || bin === null) return "";
   const off = Math.abs(guess - bin);
-  return off === 0 ? " Your guess was right." : ` Your guess was bin ${guess}: ${counted(off, "bin")} off.`;
+  return off === 0 ? ` ${t("replay.right")}` : ` ${t("replay.wrong", { n: off, guess })}`;
 }

@@ -1,7 +1,11 @@
 // What a drop is shared as: a link, a frame for other sites, a poster, a film, its record.
 
+import { messageOf, request } from "../net/api.js";
 import { dropPath, dropSearch } from "../net/drop-address.js";
+import { t } from "../texts/text.js";
+import { copyFrom } from "../util/copy.js";
 import { byId } from "../util/dom.js";
+import { saveFile } from "../util/file.js";
 
 /** @import { DropAddress } from "../net/drop-address.js" */
 
@@ -16,9 +20,11 @@ export class Share {
     this.note = byId("share-note");
     this.link = "";
     this.frame = "";
-    this.buttons = ["share-link", "share-frame"].map((id) => byId(id, HTMLButtonElement));
-    this.buttons[0].addEventListener("click", () => this.#copy(this.link, "The link"));
-    this.buttons[1].addEventListener("click", () => this.#copy(this.frame, "The HTML"));
+    this.video = { path: "", name: "" };
+    this.buttons = ["share-link", "share-frame", "share-video"].map((id) => byId(id, HTMLButtonElement));
+    this.buttons[0].addEventListener("click", () => this.#copy(this.link, { copied: t("replay.link-copied"), marked: t("replay.link-marked") }));
+    this.buttons[2].addEventListener("click", () => this.#saveVideo());
+    this.buttons[1].addEventListener("click", () => this.#copy(this.frame, { copied: t("replay.frame-copied"), marked: t("replay.frame-marked") }));
   }
 
   /**
@@ -29,7 +35,7 @@ export class Share {
     const search = dropSearch({ ...drop, board: hash ? "" : drop.board });
     const at = (/** @type {string} */ path) => new URL(`${path}?${search}${hash}`, document.baseURI).href;
     this.link = new URL(`replay.html?${search}&guess${hash}`, document.baseURI).href;
-    this.frame = frameOf(at("embed/replay"), `Seed ${drop.seed}`);
+    this.frame = frameOf(at("embed/replay"), t("replay.frame-title", { seed: drop.seed }));
     const api = (/** @type {string} */ part, /** @type {Record<string, string>} */ query = {}) =>
       `api/v1/${dropPath(drop, part, new URLSearchParams(query))}`;
     byId("share-poster", HTMLAnchorElement).href = api(".png", { width: POSTER_WIDTH });
@@ -39,21 +45,29 @@ export class Share {
     byId("share-poster", HTMLAnchorElement).download = `${name}.png`;
     byId("share-film", HTMLAnchorElement).download = `${name}.webp`;
     byId("share-record", HTMLAnchorElement).download = `${name}.json`;
+    this.video = { path: dropPath(drop, ".mp4", new URLSearchParams({ width: FILM_WIDTH })), name: `${name}.mp4` };
     for (const button of this.buttons) button.disabled = false;
   }
 
-  /** @param {string} text @param {string} what it is, in words */
-  async #copy(text, what) {
-    this.text.hidden = false;
-    this.text.value = text;
-    this.text.select();
+  /** Asked for by a script and not by a link: not every server can, and why is said in words. */
+  async #saveVideo() {
+    const { path, name } = this.video;
+    const button = this.buttons[2];
+    button.disabled = true;
+    this.note.textContent = t("page.computing");
     try {
-      await navigator.clipboard.writeText(text);
-      this.note.textContent = `${what} is copied.`;
-    } catch {
-      // Without permission, or on a page that came by plain HTTP: it is marked, ready for the keys.
-      this.note.textContent = `${what} is marked above; copy it from there.`;
+      const reply = await request(path);
+      saveFile(name, await reply.blob(), "video/mp4");
+      this.note.textContent = t("replay.share-note");
+    } catch (error) {
+      this.note.textContent = messageOf(error);
     }
+    button.disabled = false;
+  }
+
+  /** @param {string} text @param {{copied: string, marked: string}} words for either end */
+  async #copy(text, { copied, marked }) {
+    this.note.textContent = (await copyFrom(this.text, text)) ? copied : marked;
   }
 }
 

@@ -1,6 +1,8 @@
 // Time of a replay: play, pause, scrub, step by frame or by impact, slow motion; buttons and keys.
 
+import { t as words } from "../texts/text.js";
 import { byId, isWithin, radioValue } from "../util/dom.js";
+import { fixed } from "../util/format.js";
 
 const FRAME = 1 / 60; // s of a display's frame; a step is what plays in one at the chosen speed
 
@@ -99,10 +101,10 @@ export class Transport {
   #show(wake = true) {
     const t = Math.min(this.t, this.#timeline.duration);
     this.slider.value = String(t);
-    const text = `${t.toFixed(this.speed < 0.1 ? 4 : 3)} s`;
+    const text = `${fixed(t, this.speed < 0.1 ? 4 : 3)} s`;
     this.slider.setAttribute("aria-valuetext", text);
     this.clock.textContent = text;
-    const label = this.playing ? "Pause" : "Play";
+    const label = this.playing ? words("word.pause") : words("replay.play");
     if (this.button.textContent !== label) this.button.textContent = label;
     if (wake) this.onChange();
   }

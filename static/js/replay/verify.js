@@ -3,6 +3,7 @@
 import { ApiError, messageOf, postJson } from "../net/api.js";
 import { compareRecords } from "../solver/log/difference.js";
 import { openSolver } from "../solver/solver.js";
+import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
 
 /** @import { Verification } from "../net/replies.js" */
@@ -21,7 +22,7 @@ export class Verifier {
 
   /** @param {Replay} replay */
   async verify(replay) {
-    show("", "Computing…");
+    show("", t("page.computing"));
     const here = await this.#here(replay);
     if (here.tone === "bad") {
       show("bad", here.text);
@@ -34,17 +35,17 @@ export class Verifier {
 
   /** @param {Replay} replay @returns {Promise<Said>} */
   async #here({ board, record }) {
-    if (record.solver !== "exact") return { tone: "", text: "This page computes exact drops alone." };
+    if (record.solver !== "exact") return { tone: "", text: t("replay.exact-alone") };
     const solver = await this.#solver;
-    if (typeof solver === "string") return { tone: "", text: `Not computed here: ${solver}` };
+    if (typeof solver === "string") return { tone: "", text: t("replay.not-here", { why: solver }) };
     const start = { seed: record.seed, x: record.x, aim: record.aim };
     const computed = solver.drop(board, start).record();
     const { same, difference } = compareRecords({ ...record }, computed);
     await this.list.turnGreen(same);
-    if (difference) return { tone: "bad", text: denied(difference, "in this page") };
+    if (difference) return { tone: "bad", text: t("replay.other-here", toldOf(difference)) };
     return {
       tone: "good",
-      text: `Reproduced in this page, every bit of ${same} impacts: digest ${computed.digest}.`,
+      text: t("replay.same-here", { n: same, digest: computed.digest }),
     };
   }
 }
@@ -58,11 +59,10 @@ async function atServer({ text, record, board }) {
     const asked = text ?? JSON.stringify({ ...record, board });
     const reply = /** @type {Verification} */ (await postJson("verify", asked));
     const { ok, field, expected, actual } = reply;
-    if (!ok) return { tone: "bad", text: denied({ field: field ?? "", expected, actual }, "at the server") };
+    if (!ok) return { tone: "bad", text: t("replay.other-there", toldOf({ field: field ?? "", expected, actual })) };
     return {
       tone: "good",
-      text: `Reproduced by the server, every bit of ${record.impacts.length} impacts: ` +
-        `digest ${record.digest}.`,
+      text: t("replay.same-there", { n: record.impacts.length, digest: record.digest }),
     };
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
@@ -70,9 +70,9 @@ async function atServer({ text, record, board }) {
   }
 }
 
-/** @param {Difference} difference @param {string} where */
-function denied({ field, expected, actual }, where) {
-  return `Not reproduced: ${field} is ${String(expected)} in the record, ${String(actual)} ${where}.`;
+/** @param {Difference} difference @returns {{field: string, expected: string, actual: string}} */
+export function toldOf({ field, expected, actual }) {
+  return { field, expected: String(expected), actual: String(actual) };
 }
 
 /** @param {string} tone @param {string} text */

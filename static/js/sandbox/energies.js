@@ -1,6 +1,8 @@
 // What is measured in the box: the last half minute of energies as a plot, and the rest as numbers.
 
+import { t } from "../texts/text.js";
 import { fillFacts } from "../util/dom.js";
+import { fixed, seconds } from "../util/format.js";
 import { figure, prefixed } from "../util/scale.js";
 
 /** @import { Plot } from "../instruments/chart.js" */
@@ -74,27 +76,28 @@ export function showFacts(list, event, row) {
   /** @param {number} value */
   const joule = (value) => {
     const { unit, per } = prefixed(Math.max(Math.abs(value), 1e-3), "J");
-    return `${fixed(per * value)} ${unit}`;
+    return `${steady(per * value)} ${unit}`;
   };
   const momentum = Math.hypot(event.px, event.py);
   fillFacts(list, [
-    ["Total energy", joule(row.total)],
-    ["Kinetic", joule(row.kinetic)],
-    ["Potential", joule(row.potential)],
-    ["Rotational", joule(row.rotational)],
-    ["Momentum", `${fixed(momentum)} kg m/s`],
-    ["Momentum x, y", `${fixed(event.px)}, ${fixed(event.py)}`],
-    ["Angular", `${fixed(event.angular)} kg m²/s`],
-    ["Contacts", String(event.contacts)],
-    ["Deepest overlap", `${figure(Number((1000 * event.penetration).toPrecision(3)))} mm`],
-    ["Asleep", `${event.asleep} of ${event.count}`],
-    ["Time", `${event.time.toFixed(2)} s`],
+    ["fact.total-energy", joule(row.total)],
+    ["fact.kinetic", joule(row.kinetic)],
+    ["fact.potential", joule(row.potential)],
+    ["fact.rotational", joule(row.rotational)],
+    ["fact.momentum", `${steady(momentum)} kg m/s`],
+    ["fact.momentum-xy", `${steady(event.px)}, ${steady(event.py)}`],
+    ["fact.angular", `${steady(event.angular)} kg m²/s`],
+    ["fact.contacts", String(event.contacts)],
+    ["fact.deepest-overlap", `${figure(Number((1000 * event.penetration).toPrecision(3)))} mm`],
+    ["fact.asleep", t("fact.asleep-of", { n: event.asleep, all: event.count })],
+    ["fact.time", seconds(event.time)],
   ]);
 }
 
 /** @param {number} value */
-function fixed(value) {
+function steady(value) {
   const size = Math.abs(value);
-  const text = size >= 1e5 ? figure(value) : value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : 2);
-  return /^-0(\.0+)?$/.test(text) ? text.slice(1) : text.replace("-", "−");
+  if (size >= 1e5) return figure(value);
+  const text = fixed(size, size >= 100 ? 0 : size >= 10 ? 1 : 2);
+  return value < 0 && /[1-9]/.test(text) ? `−${text}` : text;
 }

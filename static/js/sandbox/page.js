@@ -2,10 +2,13 @@
 
 import { showState } from "../board/page.js";
 import { Chart } from "../instruments/chart.js";
+import { worldWords } from "../model/worlds.js";
 import { ApiError, postJson } from "../net/api.js";
+import { t } from "../texts/text.js";
 import { byId, isWithin, make } from "../util/dom.js";
-import { capital } from "../util/format.js";
+import { capital, fixed, rounded } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
+import { figure } from "../util/scale.js";
 import { Dials } from "./dials.js";
 import { EnergyHistory, energies, massOf, showFacts } from "./energies.js";
 import { PointerController } from "./pointer.js";
@@ -24,7 +27,8 @@ const TOKENS = "plinko.tokens.1"; // of the rooms this tab has opened
 const CALM_MS = 400; // between two pictures for those who do not want to see motion
 /** @type {Partial<Record<RoomState, string>>} */
 const STATE_TEXTS = {
-  connecting: "Connecting…", live: "Live", asleep: "At rest", paused: "Paused", closed: "Closed",
+  connecting: t("play.connecting"), live: t("play.live"), asleep: t("box.at-rest"), paused: t("box.paused"),
+  closed: t("play.closed"),
 };
 /** The page: one room. */
 export class SandboxPage {
@@ -145,7 +149,7 @@ export class SandboxPage {
     this.#lock(arena.owned);
     if (arena.owned && token) this.room.send({ type: "claim", token });
     this.#describe();
-    this.#say(`${titleOf(hello)}: ${arena.balls.ball.length} balls.`);
+    this.#say(t("box.opened", { title: titleOf(hello), n: arena.balls.ball.length }));
     this.loop.wake();
   }
 
@@ -174,8 +178,8 @@ export class SandboxPage {
     else if (event.type === "diagnostics") this.#measured(event);
     else if (event.type === "landed") {
       this.#gone([event.ball]);
-      const where = event.bin === null ? "came to rest on the board" : `fell into bin ${event.bin}`;
-      this.#say(`Ball ${event.ball} ${where}.`);
+      const { ball, bin } = event;
+      this.#say(bin === null ? t("box.ball-rests", { ball }) : t("box.ball-fell", { ball, bin }));
     }
   }
 
@@ -193,18 +197,15 @@ export class SandboxPage {
     this.history.add(row);
     this.chart.set(this.history.plot());
     showFacts(byId("facts"), event, row);
-    byId("energy").setAttribute(
-      "aria-label",
-      `Energy against time: total ${row.total.toPrecision(3)}, kinetic ` +
-      `${row.kinetic.toPrecision(3)}, potential ${row.potential.toPrecision(3)} joules.`,
-    );
+    const [total, kinetic, potential] = [row.total, row.kinetic, row.potential].map(figure);
+    byId("energy").setAttribute("aria-label", t("box.energy-words", { total, kinetic, potential }));
   }
 
   /** @param {Settings} settings */
   #showSettings(settings) {
     this.world.set(settings);
     this.solver.set(settings);
-    byId("pause").textContent = this.room.paused ? "Resume" : "Pause";
+    byId("pause").textContent = this.room.paused ? t("box.resume") : t("word.pause");
     byId("step", HTMLButtonElement).disabled = this.pointer.locked || !this.room.paused;
     for (const [name, options] of Object.entries(this.#presets)) {
       const found = Object.entries(options).find(([, value]) => Math.abs(value - settings[name]) < 1e-9);
@@ -217,9 +218,9 @@ export class SandboxPage {
   /** @param {RoomState} state @param {string} [detail] */
   #showState(state, detail) {
     showState(state, state === "reconnecting"
-      ? `Reconnecting… in ${detail}` : (STATE_TEXTS[state] ?? ""));
-    if (state === "closed") this.#say(detail || "The room is closed.");
-    if (state === "asleep" && this.room.made.size) this.#say("Everything is at rest.");
+      ? t("play.reconnecting", { seconds: detail ?? "" }) : (STATE_TEXTS[state] ?? ""));
+    if (state === "closed") this.#say(detail || t("box.room-closed"));
+    if (state === "asleep" && this.room.made.size) this.#say(t("box.all-rest"));
     this.loop.wake();
   }
 
@@ -229,9 +230,9 @@ export class SandboxPage {
     for (const [name, values] of Object.entries(presets)) {
       const select = byId(`${name}-preset`, HTMLSelectElement);
       if (select.options.length) continue;
-      const own = make("option", { value: "" }, "as set");
+      const own = make("option", { value: "" }, t("box.as-set"));
       select.append(own, ...Object.entries(values).map(([preset, value]) =>
-        make("option", { value: preset }, `${capital(preset)} (${value.toFixed(2)})`)));
+        make("option", { value: preset }, `${worldWords(capital(preset))} (${fixed(value, 2)})`)));
     }
   }
 
@@ -242,8 +243,8 @@ export class SandboxPage {
     const radius = this.throwing.value("radius");
     const sent = this.room.send({ type: "add", x, y, vx, vy, radius });
     const speed = Math.hypot(vx, vy);
-    if (!sent) this.#say("There is no line to the room yet. Nothing was thrown.");
-    else this.#say(speed ? `Thrown at ${speed.toFixed(1)} m/s.` : "Put down.");
+    if (!sent) this.#say(t("box.no-line"));
+    else this.#say(speed ? t("box.thrown", { speed: fixed(speed, 1) }) : t("box.put-down"));
   }
 
   /** @returns {[number, number]} m/s */
@@ -262,19 +263,19 @@ export class SandboxPage {
     if (ball === null) return;
     const [vx, vy] = this.#aimed();
     this.room.send({ type: "kick", ball, vx, vy });
-    this.#say(`Kicked ball ${ball}.`);
+    this.#say(t("box.kicked", { ball }));
   }
 
   #remove() {
     const ball = this.pointer.chosen ?? this.#ballAt(this.pointer.cross, 0.1);
     if (ball === null) return;
     this.room.send({ type: "remove", ball });
-    this.#say(`Ball ${ball} removed.`);
+    this.#say(t("box.removed", { ball }));
   }
 
   #pause() {
     this.room.send({ type: "pause", paused: !this.room.paused });
-    this.#say(this.room.paused ? "Going on." : "Paused.");
+    this.#say(this.room.paused ? t("box.going-on") : t("box.paused-said"));
   }
 
   #step() {
@@ -288,7 +289,7 @@ export class SandboxPage {
     byId("ball-panel").hidden = !made;
     if (!made) return;
     const mass = massOf([made]);
-    byId("ball-title").textContent = `Ball ${ball}, ${mass.toPrecision(3)} kg`;
+    byId("ball-title").textContent = t("box.ball-title", { ball: String(ball), mass: rounded(mass, 3) });
     this.ball.set(made);
   }
 
@@ -341,9 +342,7 @@ export class SandboxPage {
   }
 
   #describe() {
-    byId("board-moving").setAttribute(
-      "aria-label", `Box with ${this.room.made.size} balls that touch each other`,
-    );
+    byId("board-moving").setAttribute("aria-label", t("box.describe", { n: this.room.made.size }));
   }
 
   /** @param {string} text */
@@ -354,8 +353,8 @@ export class SandboxPage {
 
 /** @param {ArenaHello} arenaHello */
 function titleOf({ board, board_name: name, arena }) {
-  if (board) return `Balls that touch, on ${name}`;
-  return arena.scene?.scene === "galton" ? "Galton pile" : "Sandbox";
+  if (board) return t("box.touching-on", { board: name });
+  return arena.scene?.scene === "galton" ? t("box.galton") : t("page.sandbox");
 }
 
 /** @returns {Record<string, string>} by room */

@@ -1,5 +1,7 @@
 // The pointer controller: pointer and keys on the canvas become throws, drags and kicks.
 
+import { t } from "../texts/text.js";
+
 /** @import { SandboxView } from "./view.js" */
 /** @import { Point } from "../model/board.js" */
 /** @import { Extent } from "../model/messages.js" */
@@ -181,17 +183,17 @@ export class PointerController {
     if (this.#grabbed !== null) {
       this.#grabbed = null;
       this.listener.onLetGo();
-      this.listener.onSay("Let go.");
+      this.listener.onSay(t("box.let-go"));
       return;
     }
     const ball = this.find(this.cross, Number.POSITIVE_INFINITY);
     if (ball === null) {
-      this.listener.onSay("There is no ball to grab.");
+      this.listener.onSay(t("box.no-ball"));
       return;
     }
     this.#grabbed = ball;
     this.#choose(ball);
     this.listener.onDrag(ball, this.cross);
-    this.listener.onSay(`Ball ${ball} is held; arrow keys move it, G lets go.`);
+    this.listener.onSay(t("box.held", { ball }));
   }
 }

@@ -5,6 +5,7 @@ import { socketUrl } from "../net/api.js";
 import { Connection } from "../net/connection.js";
 import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
 import { TickClock } from "../net/tick-clock.js";
+import { t } from "../texts/text.js";
 
 /** @import { BallKind } from "../model/board.js" */
 /**
@@ -69,7 +70,7 @@ export class SandboxRoom {
         for (const event of /** @type {ArenaMessage[]} */ (decodeEvents(text))) this.#take(event);
       }),
       onBytes: (bytes) => this.#read(() => this.#takeSnapshot(bytes)),
-      onLost: (waitMs) => this.#setState("reconnecting", `${Math.max(1, Math.round(waitMs / 1000))} s`),
+      onLost: (waitMs) => this.#setState("reconnecting", String(Math.max(1, Math.round(waitMs / 1000)))),
       onRefused: (reason) => this.#setState("closed", reason),
     });
   }
@@ -209,6 +210,7 @@ export class SandboxRoom {
   #take(event) {
     if (event.type === "hello") this.#greeted(event);
     else if (event.type === "error") this.listener.onError(event.detail);
+    else if (event.type === "halted") this.listener.onError(haltedWords(event.halted));
     else this.#happened(event);
   }
 
@@ -216,7 +218,7 @@ export class SandboxRoom {
   #greeted(hello) {
     if (!hello.arena) {
       this.connection.close();
-      this.#setState("closed", `The balls of room ${hello.room} do not touch each other.`);
+      this.#setState("closed", t("box.not-touching", { room: hello.room }));
       return;
     }
     this.connection.settled();
@@ -332,4 +334,11 @@ function made({ radius, density, restitution, friction }) {
 function inside(value, one, other) {
   const slack = 0.02 + 0.5 * Math.abs(one - other);
   return value >= Math.min(one, other) - slack && value <= Math.max(one, other) + slack;
+}
+
+/** @param {boolean} halted whether whoever runs the server lets the table take no drops */
+function haltedWords(halted) {
+  return halted
+    ? t("box.halted")
+    : t("play.resumed");
 }

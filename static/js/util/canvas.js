@@ -1,9 +1,11 @@
 // Canvases: their context, their size in device pixels, and what several painters draw alike.
 
+import { t } from "../texts/text.js";
+
 /** @param {HTMLCanvasElement} canvas @returns {CanvasRenderingContext2D} */
 export function contextOf(canvas) {
   const ctx = canvas.getContext("2d");
-  if (!ctx) throw new Error("this browser does not draw on a canvas");
+  if (!ctx) throw new Error(t("page.no-canvas"));
   return ctx;
 }
 

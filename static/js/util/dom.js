@@ -1,5 +1,9 @@
 // Small helpers to find, make, fill and ask elements. What a page should have and has not is thrown.
 
+import { t } from "../texts/text.js";
+
+/** @import { Key } from "../texts/text.js" */
+
 /**
  * @template {HTMLElement} [T=HTMLElement]
  * @param {string} id
@@ -70,7 +74,7 @@ export function isWithin(event, selector) {
   return event.target instanceof Element && event.target.closest(selector) !== null;
 }
 
-/** @typedef {[string, string | Node | (string | Node)[]]} Fact name and value */
+/** @typedef {[Key, string | Node | (string | Node)[]]} Fact name and value */
 
 /**
  * Rows of a definition list.
@@ -80,7 +84,12 @@ export function isWithin(event, selector) {
 export function fillFacts(list, facts) {
   list.replaceChildren(...facts.map(([name, value]) => {
     const data = make("dd", {}, ...(Array.isArray(value) ? value : [value]));
-    data.dataset.fact = name.toLowerCase().replace(/ /g, "-");
-    return make("div", {}, make("dt", {}, name), data);
+    data.dataset.fact = factId(name);
+    return make("div", {}, make("dt", {}, t(name)), data);
   }));
+}
+
+/** @param {Key} key of a fact's name @returns {string} what it is found by, whatever the language */
+export function factId(key) {
+  return key.replace(/^fact\./, "");
 }

@@ -1,10 +1,10 @@
-// Lets the visitor keep a text as a file.
+// Lets the visitor keep a text, or bytes, as a file.
 
 import { make } from "./dom.js";
 
-/** @param {string} name of the file @param {string} text @param {string} type its media type */
-export function saveFile(name, text, type) {
-  const url = URL.createObjectURL(new Blob([text], { type }));
+/** @param {string} name of the file @param {string | Blob} content @param {string} type its media type */
+export function saveFile(name, content, type) {
+  const url = URL.createObjectURL(new Blob([content], { type }));
   const link = make("a", { href: url, download: name });
   link.click();
   // The browser has begun to read it; the address is not needed again.

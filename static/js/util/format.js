@@ -1,30 +1,32 @@
-// Numbers and sentences as the page shows them. Pure.
+// Numbers as the page shows them, in its language. Pure.
+
+import { number } from "../texts/text.js";
 
 /** @param {number} value a multiplier, e.g. 1.5 @returns {string} "1.5×" */
 export function multiplier(value) {
   return `${plain(value)}×`;
 }
 
-/** @param {number} value @returns {string} shortest: "110", "1.5", ".5" */
+/** @param {number} value @returns {string} shortest: "110", "1.5", ".5"; a language with commas keeps the 0 */
 export function tight(value) {
-  return plain(value).replace(/^0\./, ".");
+  return plain(value).replace(/^0(?=\.)/, "");
 }
 
 /** @param {number} value @returns {string} two decimals: "12.50" */
 export function amount(value) {
-  return value.toFixed(2);
+  return fixed(value, 2);
 }
 
 /** @param {number} value @returns {string} "+2.50", "−0.50", "0.00" */
 export function signed(value) {
-  const text = Math.abs(value).toFixed(2);
-  if (text === "0.00") return text;
+  const text = amount(Math.abs(value));
+  if (Math.round(100 * value) === 0) return text;
   return value > 0 ? `+${text}` : `−${text}`;
 }
 
 /** @param {number} value seconds @returns {string} "3.42 s" */
 export function seconds(value) {
-  return `${value.toFixed(2)} s`;
+  return `${fixed(value, 2)} s`;
 }
 
 /** @param {string} seed @returns {string} at most 12 characters, both ends kept */
@@ -32,14 +34,24 @@ export function shortSeed(seed) {
   return seed.length > 12 ? `${seed.slice(0, 5)}…${seed.slice(-5)}` : seed;
 }
 
-/** @param {number} count @param {string} one @returns {string} "1 drop", "2 drops" */
-export function counted(count, one) {
-  return `${count.toLocaleString("en")} ${one}${count === 1 ? "" : "s"}`;
+/** @param {number} value @returns {string} a share in hundredths: "93.1 %" */
+export function percent(value) {
+  return `${fixed(100 * value, 1)} %`;
+}
+
+/** @param {number} value @param {number} decimals @returns {string} "12.500" */
+export function fixed(value, decimals) {
+  return number(value, { minimumFractionDigits: decimals, maximumFractionDigits: decimals });
+}
+
+/** @param {number} value @param {number} digits that count @returns {string} "1.5", "0.015" */
+export function rounded(value, digits) {
+  return number(value, { maximumSignificantDigits: digits, minimumSignificantDigits: digits });
 }
 
 /** @param {number} value @returns {string} no more digits than it needs, at most four decimals */
 export function plain(value) {
-  return String(Number(value.toFixed(4)));
+  return number(value, { maximumFractionDigits: 4 });
 }
 
 const SMALL = /** @type {const} */ ([[1e-3, "mm"], [1e-6, "µm"], [1e-9, "nm"], [1e-12, "pm"], [1e-15, "fm"]]);
@@ -47,7 +59,7 @@ const SMALL = /** @type {const} */ ([[1e-3, "mm"], [1e-6, "µm"], [1e-9, "nm"], 
 /** @param {number} metres above 0, below 1 @returns {string} "3.2 mm", "0.11 fm" */
 export function metric(metres) {
   const [unit, name] = SMALL.find(([size]) => metres >= size) ?? SMALL[SMALL.length - 1];
-  return `${Number((metres / unit).toPrecision(2))} ${name}`;
+  return `${number(metres / unit, { maximumSignificantDigits: 2 })} ${name}`;
 }
 
 /** @param {string} text @returns {string} with a capital letter */

@@ -1,5 +1,7 @@
 // Has the browser keep the pages that need no server, for when there is none.
 
+import { language } from "../texts/text.js";
+
 const RELEASE = /\/v-([0-9a-f]{16})\//;
 
 /**
@@ -10,7 +12,7 @@ export function keepOffline() {
   if (window.top !== window) return;
   const [, release = "none"] = RELEASE.exec(import.meta.url) ?? [];
   const register = () => {
-    const url = new URL(`sw.js?${release}`, document.baseURI);
+    const url = new URL(`sw.js?${release}-${language}`, document.baseURI);
     // Where it is not allowed, or the server is gone already, the pages work as they are.
     navigator.serviceWorker?.register(url).catch(() => {});
   };

@@ -1,5 +1,7 @@
 // Axes: where their marks are and what they say. Pure.
 
+import { number } from "../texts/text.js";
+
 /**
  * Round values that divide [from, to] into about `count` parts.
  * @param {number} from
@@ -53,9 +55,10 @@ export function figure(value) {
   if (size >= 1e5 || size < 1e-3) {
     const [digits, power] = value.toExponential(2).split("e");
     const raised = [...String(Number(power))].map((letter) => SUPERSCRIPTS[letter]).join("");
-    return `${digits.replace("-", "−")}·10${raised}`;
+    const shown = number(Number(digits), { minimumFractionDigits: 2 });
+    return `${shown.replace("-", "−")}·10${raised}`;
   }
-  return String(Number(value.toPrecision(4))).replace("-", "−");
+  return number(value, { maximumSignificantDigits: 4, useGrouping: false }).replace("-", "−");
 }
 
 /** @type {[number, string][]} */

@@ -3,6 +3,7 @@
 import { openTools } from "../fairness/tools.js";
 import { report, say } from "../fairness/report.js";
 import { ExportError, readExport } from "../fairness/export.js";
+import { t } from "../texts/text.js";
 import { byId, inputOf } from "../util/dom.js";
 import { messageOf } from "../net/api.js";
 import { Theme } from "../paint/theme.js";
@@ -29,14 +30,14 @@ async function check(text, key) {
 function refuse(error) {
   document.documentElement.dataset.state = "failed";
   list.replaceChildren();
-  say(verdict, "bad", error instanceof ExportError ? `No session to check: ${error.message}.` : messageOf(error));
+  say(verdict, "bad", error instanceof ExportError ? t("check.no-session", { why: error.message }) : messageOf(error));
 }
 
 /** @param {string} link */
 async function checkLink(link) {
   try {
     const response = await fetch(link);
-    if (!response.ok) throw new Error(`${link} is not there: ${response.status}`);
+    if (!response.ok) throw new Error(t("check.missing", { address: link, status: String(response.status) }));
     await check(await response.text(), key());
   } catch (error) {
     refuse(error);

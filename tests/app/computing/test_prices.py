@@ -4,12 +4,13 @@ import pytest
 
 from app.computing import prices, tasks
 from app.errors import CostError, answer
+from app.web.routes.pictures import pixels_of
 from engine import Board, preset_names
 from engine.parameters import Exact, make_solver
 from tests.app.conftest import TINY
 
 BOARD = Board.preset("triangle-16")
-WIDE = 2048 * 2270  # pixels of that board's largest picture
+WIDE = pixels_of(BOARD, 2048)  # of that board's largest picture
 PAGE = 760 * 840
 
 
@@ -31,6 +32,14 @@ def test_the_largest_animations_are_refused(seconds: float, fps: int) -> None:
 @pytest.mark.parametrize(("pixels", "fps"), [(PAGE, 30), (PAGE, 60), (WIDE, 10)])
 def test_animations_as_people_ask_for_them_are_drawn(pixels: int, fps: int) -> None:
     assert prices.animation(pixels, frames(6.0, fps)).check().seconds < 9.0
+
+
+def test_an_animation_of_more_pixels_than_a_worker_has_memory_for_is_refused() -> None:
+    """`classic` is high: at 2,048 pixels it took 330 MB of the 256 there are, and failed late."""
+    tall = pixels_of(Board.preset("classic"), 2048)
+    with pytest.raises(CostError, match=r"6\.5e\+06 pixels a frame.* 4\.2e\+06") as refused:
+        prices.animation(tall, 2).check()
+    assert refused.value.field == "width"
 
 
 def test_a_stepped_drop_that_would_take_gigabytes_is_refused_before_it_is_kept() -> None:

@@ -7,20 +7,9 @@ import os
 import urllib.request
 from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import httpx
 import pytest
-import schemathesis
-from hypothesis import HealthCheck, given, settings
-from schemathesis import GenerationMode
-from schemathesis.checks import not_a_server_error
-from schemathesis.core.failures import Failure, FailureGroup
-from schemathesis.specs.openapi.checks import (
-    content_type_conformance,
-    response_schema_conformance,
-    status_code_conformance,
-)
 
 from benchmarks.serving.process import Served, can_watch, serving
 from tests.app.conftest import serving as serving_here
@@ -29,18 +18,8 @@ from tests.long import tries
 from tests.waiting import eventually
 
 MESSAGES = tries(3_000, 100_000)
-EXAMPLES = tries(2, 300)
-"""Requests of each operation of the REST interface."""
-
 GROWTH = 8e6
 """Bytes by which a server may grow between the first third of the messages and the last."""
-
-CHECKS = [
-    not_a_server_error,
-    status_code_conformance,
-    content_type_conformance,
-    response_schema_conformance,
-]
 
 OPTIONS = ("--message-rate", "1000000", "--drop-rate", "1000000", "--max-balls", "20")
 
@@ -126,45 +105,18 @@ def test_garbled_messages_are_the_same_for_a_seed_and_of_every_kind() -> None:
 @pytest.mark.timeout(3600)
 def test_whatever_is_asked_the_answer_is_one_that_is_promised() -> None:
     """Every operation of /openapi.json but those that never end, with values good and bad."""
+    from tests.app.live.rest_requests import WRONG, ask, operations_of
+
     failures = []
     with serving_here(wait_limit=0.2, drop_rate=1e6, creator_rooms=10_000) as server:
-        schema = schemathesis.openapi.from_url(f"{server.url}/openapi.json")
-        operations: Any = schema.exclude(path_regex=r"mjpg").get_all_operations()
-        found = [result.ok() for result in operations]
+        found = operations_of(f"{server.url}/openapi.json")
         for operation in found:
             room = httpx.post(f"{server.url}/api/v1/rooms", json={"board": "triangle-8"}).json()
             try:
                 ask(operation, room)
-            except (AssertionError, FailureGroup, Failure) as failure:
+            except WRONG as failure:
                 failures.append(f"{operation.label}: {failure}")
         assert len(found) > 15
         assert httpx.get(f"{server.url}/readyz").status_code == 200
         assert 'code="server-error"' not in httpx.get(f"{server.url}/metrics").text
     assert not failures, "\n\n".join(failures)
-
-
-def ask(operation: Any, room: dict[str, Any]) -> None:
-    """Ask for one operation in many ways; raises what is wrong with an answer.
-
-    Half of the requests are about things that there are, and come from the room's creator.
-    """
-    good = operation.as_strategy(generation_mode=GenerationMode.POSITIVE)
-    bad = operation.as_strategy(generation_mode=GenerationMode.NEGATIVE)
-    real = {"board": "triangle-8", "seed": "42", "room": room["id"]}
-
-    @given(case=good | bad if operation.path_parameters or operation.body else good, known=...)
-    @settings(
-        max_examples=EXAMPLES,
-        deadline=None,
-        derandomize=True,
-        database=None,
-        suppress_health_check=list(HealthCheck),
-    )
-    def answered(case: Any, known: bool) -> None:
-        headers = {}
-        if known:
-            case.path_parameters.update({k: v for k, v in real.items() if k in case.path})
-            headers = {"authorization": f"Bearer {room['token']}"}
-        case.call_and_validate(checks=CHECKS, timeout=60, headers=headers)
-
-    answered()

@@ -16,8 +16,8 @@ from benchmarks.serving.process import Served, can_watch, serving
 from tests.long import LONG, tries
 from tests.waiting import eventually
 
-SECONDS = tries(4.0, 600.0)
-WAVE = tries(2.0, 4.0)  # s; then everybody leaves and others come
+SECONDS = tries(2.0, 600.0)
+WAVE = tries(1.0, 4.0)  # s; then everybody leaves and others come
 CLIENTS = 20
 CREEP = 1e5
 """Bytes a minute by which memory may grow in the second half of the time.

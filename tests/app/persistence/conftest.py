@@ -27,8 +27,13 @@ def cluster() -> Iterator[postgres.Cluster]:
 @pytest.fixture(params=[SQLITE, POSTGRESQL])
 def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     """An empty database's address, of each kind in turn."""
+    return new_database(request, tmp_path)
+
+
+def new_database(request: pytest.FixtureRequest, folder: Path) -> str:
+    """An empty database's address, of the kind that the fixture which asks is parametrized with."""
     if request.param == "sqlite":
-        return f"sqlite:///{tmp_path / 'plinko.db'}"
+        return f"sqlite:///{folder / 'plinko.db'}"
     cluster: postgres.Cluster = request.getfixturevalue("cluster")
     return cluster.new_database()
 

@@ -25,6 +25,9 @@ from tests.waiting import LIMIT
 SHARE: Final = 0.5
 """Cores that all of it takes on average, attackers included: it lasts hours, and others work."""
 
+REST: Final = 30.0
+"""s after which the next attack begins in any case: rooms that attackers left may take as much."""
+
 STALLS: Final = (0.5, 1.0, 2.0, 2.5, 4.0, 10.0)  # s
 FAULTS: Final = ("kill", "stop", "stall", "lock", "nothing")
 
@@ -92,8 +95,12 @@ class Siege:
             await self.until_all_take_drops()
             if time.monotonic() > began + seconds:
                 return
-            while self.effort - before > SHARE * (time.monotonic() - began):
+            rested = time.monotonic() + REST
+            while time.monotonic() < rested and self._works_much(before, began):
                 await asyncio.sleep(1.0)  # no wait: others work here
+
+    def _works_much(self, before: float, began: float) -> bool:
+        return self.effort - before > SHARE * (time.monotonic() - began)
 
     @contextlib.asynccontextmanager
     async def attacked(self, name: str, address: str) -> AsyncIterator[None]:

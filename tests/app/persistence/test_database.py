@@ -5,8 +5,6 @@ from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
-from alembic.autogenerate import compare_metadata
-from alembic.migration import MigrationContext
 
 from app.errors import DamagedRoomError, SettingError
 from app.persistence import store, tables
@@ -17,6 +15,9 @@ from tests.waiting import until
 
 
 def test_the_migrations_make_the_tables_that_the_code_knows(url: str) -> None:
+    from alembic.autogenerate import compare_metadata
+    from alembic.migration import MigrationContext
+
     database = Database(url)
     database.open()
     with database.transaction() as connection:

@@ -16,12 +16,18 @@ from app.errors import SettingError
 from app.web.tokens import secret_of
 from engine import Board, drop
 from tests.app.conftest import TINY, Player, Running, playing, serving
+from tests.app.persistence.conftest import new_database
+from tests.app.persistence.server import POSTGRESQL, SQLITE
 from tests.waiting import eventually, until
 
 
-@pytest.fixture
-def server(url: str) -> Iterator[Running]:
-    with serving(database_url=url, drop_rate=1000.0, secret="s" * 32) as running:
+@pytest.fixture(scope="module", params=[SQLITE, POSTGRESQL])
+def server(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Running]:
+    """For all that is done in rooms of a test's own."""
+    url = new_database(request, tmp_path_factory.mktemp("rooms"))
+    with serving(database_url=url, drop_rate=1000.0, creator_rooms=1000) as running:
         yield running
 
 
@@ -29,7 +35,7 @@ def client_of(server: Running) -> httpx.Client:
     return httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def http(server: Running) -> Iterator[httpx.Client]:
     with client_of(server) as client:
         yield client

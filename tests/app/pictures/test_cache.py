@@ -13,6 +13,7 @@ from PIL import Image
 from app.computing import tasks
 from app.errors import BusyError, InvalidValueError
 from app.pictures.cache import Pictures, look
+from app.render import drop_animation, drop_picture
 from engine import Board, drop, drop_many
 from tests.app.conftest import TINY, Running
 
@@ -47,9 +48,13 @@ def test_a_drop_comes_in_every_format(
         assert getattr(picture, "n_frames", 1) == frames
 
 
-def test_what_is_asked_for_is_what_is_drawn(http: httpx.Client) -> None:
-    from app.render import drop_animation, drop_picture
+def test_a_drop_comes_as_a_video(http: httpx.Client) -> None:
+    response = http.get(f"{DROP}.mp4?width=240&fps=5")
+    assert response.headers["content-type"] == "video/mp4"
+    assert response.content == drop_animation(drop(BOARD, 42), "mp4", 240, 5)
 
+
+def test_what_is_asked_for_is_what_is_drawn(http: httpx.Client) -> None:
     done = drop(BOARD, 42)
     query = "width=300&theme=dark&t=1.5"
     assert http.get(f"{DROP}.png?{query}").content == drop_picture(done, "png", 300, "dark", 1.5)

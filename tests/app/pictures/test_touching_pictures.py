@@ -76,7 +76,7 @@ def test_each_ball_of_a_box_is_as_large_as_it_is() -> None:
 
 
 def test_who_sleeps_is_grey() -> None:
-    arena = sandbox(12, seed=3, speed=0.0)
+    arena = sandbox(12, seed=3, speed=0.0, drag=0.5)
     while arena.awake:
         arena.step()
     arena.add(0.0, 1.0, radius=0.2)

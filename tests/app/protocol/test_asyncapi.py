@@ -24,6 +24,7 @@ SAID: list[dict[str, Any]] = [
     {"type": "add", "x": 0.0, "y": 1.0, "ref": 1},
     {"type": "step"},
     {"type": "watch", "diagnostics": True},
+    {"type": "appear", "name": "Ada", "colour": "#57c7ff"},
 ]
 
 

@@ -97,3 +97,11 @@ def test_brackets_within_a_note_are_no_nesting() -> None:
         assert isinstance(message, client_messages.DropMessage)
         assert message.ref == note
         assert client_messages.peek(data, "ref") == note
+
+
+def test_a_client_says_that_it_only_watches_or_nothing() -> None:
+    assert client_messages.parse_watch("true")
+    assert not client_messages.parse_watch(None)
+    for bad in ("false", "1", ""):
+        with pytest.raises(InvalidValueError, match="is not true"):
+            client_messages.parse_watch(bad)

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from app.protocol import messages
+from app.protocol.visitors import Visitor
 
 GOLDEN = Path(__file__).parents[2] / "golden"
 EVENTS = json.loads((GOLDEN / "events.json").read_text())["events"]
@@ -21,6 +22,7 @@ KINDS = {
     "removed": messages.Removed,
     "settings": messages.RoomSettings,
     "claimed": messages.Claimed,
+    "presence": messages.Presence,
     "halted": messages.Halted,
     "diagnostics": messages.Diagnostics,
     "done": messages.Done,
@@ -34,6 +36,8 @@ BRIEF = KINDS | {"accepted": messages.BriefAccepted, "landed": messages.BriefLan
 def test_golden_events_encode_to_exactly_this_text(golden: dict[str, Any]) -> None:
     value = dict(golden["value"])
     kinds = BRIEF if golden.get("stream") == messages.SEEDS else KINDS
+    if "visitors" in value:
+        value["visitors"] = [Visitor(**each) for each in value["visitors"]]
     event = kinds[value.pop("type")](**value)
     assert messages.encode_event(event).decode() == golden["text"]
     assert json.loads(golden["text"]) == golden["value"]

@@ -7,18 +7,20 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import av
 import numpy as np
 import numpy.typing as npt
 import pytest
 from PIL import Image
 
-from app.errors import InvalidValueError
+from app.errors import InvalidValueError, MissingPartError
 from app.render import drop_animation, drop_picture
-from app.render.animation import HOLD, LONGEST
+from app.render.animation import HOLD, LONGEST, Film
 from app.render.parts.balls import TRAIL_POINTS, TRAIL_STEP, look_of, paint_balls, paint_trail
 from app.render.parts.board import board_pixels
 from app.render.parts.path import points_at, sample_times
 from app.render.parts.view import MAX_ASPECT, View, lay_out
+from app.render.raster import mp4
 from app.render.raster.canvas import Canvas
 from app.render.raster.palette import Palette
 from app.render.raster.png import png
@@ -171,6 +173,16 @@ def test_themes_differ(fall: Drop) -> None:
 def test_a_width_out_of_range_is_refused(fall: Drop, width: int) -> None:
     with pytest.raises(InvalidValueError, match=str(width)):
         drop_picture(fall, width=width)
+
+
+def test_a_drop_on_the_moon_looks_like_it(fall: Drop) -> None:
+    board = {**fall.board.to_dict(), "name": "triangle-8 · Moon · Clay (putty)"}
+    there = drop(Board.from_json(board), seed=1)
+    pixels = decode(drop_picture(there, width=300, theme="dark"))
+    here, moon = (np.array(THEMES[name]["shoulder"]) for name in ("dark", "dark · Moon"))
+    assert (pixels == moon).all(axis=-1).sum() > 1000 > (pixels == here).all(axis=-1).sum()
+    film = Film(there, 300, 10, "dark").first
+    assert (film == moon).all(axis=-1).sum() > 1000
 
 
 def test_an_unknown_theme_is_refused(fall: Drop) -> None:
@@ -369,6 +381,7 @@ def test_a_frame_shows_the_ball_where_it_is_and_leaves_the_rest(
 ) -> None:
     view = lay_out(fall.board, 400)
     shown = [pixels for pixels, _ in frames(drop_animation(fall, fmt, width=400, fps=20))]
+    bare = bare_frame(shown)
     for number in range(0, len(shown) - 1, 10):
         assert red_spots(shown[number], fall, view, number / 20) > 0.2
         # Outside of the ball, its shadow and its trail the board is bare.
@@ -378,7 +391,7 @@ def test_a_frame_shows_the_ball_where_it_is_and_leaves_the_rest(
         low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
         left, top = np.maximum(low, 0.0).astype(int)
         right, bottom = high.astype(int) + 1
-        apart = abs(shown[number] - bare_frame(shown))
+        apart = abs(shown[number] - bare)
         apart[top:bottom, left:right] = 0
         assert np.quantile(apart, 1.0 if tolerance == 0 else 0.999) <= tolerance
 
@@ -419,6 +432,46 @@ def test_a_short_fall_and_a_long_one_are_shown(fall: Drop) -> None:
     slow = drop(odd_board(walls=walls, bins=bins, gravity=0.2), 1)
     assert slow.duration > 1.1 * LONGEST
     assert len(list(frames(drop_animation(slow, "gif", 240, fps=1)))) == LONGEST + 1
+
+
+def video(film: bytes) -> tuple[Any, list[Pixels]]:
+    """The stream of a film as MP4, and its frames."""
+    with av.open(io.BytesIO(film), "r") as container:
+        pictures = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+        stream = container.streams.video[0]
+        return stream, [picture.astype(np.int64) for picture in pictures]
+
+
+def test_a_film_as_mp4_shows_the_same_at_real_speed_in_a_form_that_all_browsers_play(
+    fall: Drop,
+) -> None:
+    film = drop_animation(fall, "mp4", width=400, fps=10)
+    stream, shown = video(film)
+    assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
+    assert film.index(b"moov") < film.index(b"mdat"), "a browser would wait for the end of the file"
+    falling = math.ceil(fall.duration * 10)
+    assert len(shown) == falling + 10 * HOLD
+    assert float(stream.duration * stream.time_base) == len(shown) / 10
+    same = [pixels for pixels, _ in frames(drop_animation(fall, "apng", width=400, fps=10))]
+    for number in (0, falling // 2, falling):
+        height, width = same[number].shape[:2]
+        assert abs(shown[number][:height, :width] - same[number]).mean() < 4.0  # as WebP
+    assert abs(shown[-1] - shown[falling]).mean() < 1.0
+    assert drop_animation(fall, "mp4", width=400, fps=10) == film
+
+
+def test_sides_of_a_film_as_mp4_are_even(fall: Drop) -> None:
+    view = lay_out(fall.board, 401)
+    _, (first, *_) = video(drop_animation(fall, "mp4", width=401, fps=1))
+    assert first.shape == (view.height + view.height % 2, 402, 3)
+
+
+def test_without_its_library_a_film_as_mp4_says_what_to_install(
+    fall: Drop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mp4, "find_spec", lambda name: None)
+    with pytest.raises(MissingPartError, match=r"plinko-server\[video\]"):
+        drop_animation(fall, "mp4")
 
 
 @pytest.mark.parametrize(

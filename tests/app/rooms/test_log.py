@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import pytest
 import rfc8785
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from app.rooms.canonical import LARGEST, canonical
@@ -156,6 +156,8 @@ JSON = st.recursive(
 
 
 @given(JSON)
+@example(1.0577017964096304e-06)  # was written with an exponent, which JavaScript does from 1e-7 on
+@example([1e-6, -9.999999999999999e-06, 1e-5, 9.999999999999999e-07])
 def test_the_canonical_form_is_that_of_rfc_8785(value: Any) -> None:
     assert canonical(value) == rfc8785.dumps(value)
 

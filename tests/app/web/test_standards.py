@@ -38,7 +38,7 @@ def land(http: httpx.Client, room: str, *seeds: int) -> None:
 @pytest.mark.parametrize(
     "path",
     ["/", "/js/play/main.js", "/healthz", "/readyz", "/metrics", "/openapi.json", "/api/v1/boards",
-     "/api/v1/boards/classic", "/api/v1/rooms", "/api/v1/rooms/main", "/api/v1/rooms/main/log",
+     "/api/v1/boards/classic", "/api/v1/rooms", "/api/v1/rooms/main", "{room}/log",
      "/api/v1/scenes", DROP, f"{DROP}.png", f"{DROP}/frames", "{room}/frame.png"],
 )  # fmt: skip
 def test_head_says_what_get_would_and_sends_no_body(http: httpx.Client, path: str) -> None:

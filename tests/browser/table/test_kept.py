@@ -21,8 +21,8 @@ def settled(page: Page, drops: int) -> None:
     """Score and balance agree, and all that was staked has come to an end."""
     expect(page.locator("#drops > li")).to_have_count(drops)
     expect(page.locator("#staked")).to_have_text(str(drops))
-    net = float(page.locator("#net").inner_text().replace("−", "-"))
-    expect(page.locator("#balance")).to_have_text(f"{GRANT + net:.2f}")
+    net = float(page.locator("#net").inner_text().replace("−", "-").replace(",", ""))
+    expect(page.locator("#balance")).to_have_text(f"{GRANT + net:,.2f}")
 
 
 def staked(screen: Screen, balls: int) -> None:
@@ -67,7 +67,7 @@ def test_no_more_is_staked_than_there_is_and_a_refill_gives_more(
     screen = opened(quick.page).ready()
     screen.page.get_by_label("Stake").fill("1000.01")
     screen.drop.click()
-    expect(screen.result).to_contain_text("more than the 1000.00 credits that are free")
+    expect(screen.result).to_contain_text("more than the 1,000.00 credits that are free")
     assert not screen.drops_sent
     expect(screen.page.locator("#refill")).to_be_hidden()
     account = {"grants": 1, "sessions": {}, "before": {"staked": 99_950, "paid": 0}, "away": []}
@@ -86,4 +86,26 @@ def test_no_more_is_staked_than_there_is_and_a_refill_gives_more(
     expect(screen.rows).to_have_count(1)
     expect(screen.rows).to_contain_text("void")
     screen.page.get_by_role("button", name="Refill credits").click()
-    expect(screen.page.locator("#balance")).to_have_text("1000.50")
+    expect(screen.page.locator("#balance")).to_have_text("1,000.50")
+
+
+def test_table_and_aim_are_found_again_and_drops_by_a_mark_of_the_players_own(
+    opened: Open, other: Quick
+) -> None:
+    screen = opened(other.page).ready()
+    screen.page.get_by_label("Aim", exact=True).check(force=True)
+    screen.page.locator("#start-x").press("End")
+    screen.drop.click()
+    settled(screen.page, 1)
+    (sent,) = screen.drops_sent
+    tab = screen.page.context.new_page()
+    tab.goto(screen.url)
+    settled(tab, 1)
+    expect(tab.get_by_label("Aim", exact=True)).to_be_checked()
+    assert float(tab.locator("#start-x").input_value()) == sent["aim"] > 0.0
+    plays = tab.locator("#plays-json").get_attribute("href")
+    (play,) = json.loads(tab.evaluate("(url) => fetch(url).then((reply) => reply.text())", plays))[
+        "plays"
+    ]
+    assert (play["room"], play["aim"]) == (other.room, sent["aim"])
+    tab.close()

@@ -171,5 +171,5 @@ def test_closed_instruments_ask_the_server_for_nothing(opened: Open) -> None:
     screen.drop.click()
     screen.ready()
     asked = {json.loads(frame)["type"] for frame in screen.sent}
-    assert asked <= {"session", "open", "drop"}
+    assert asked <= {"appear", "session", "open", "drop"}
     assert len(screen.drops_sent) == 1

@@ -12,6 +12,16 @@ from engine import drop
 from tests.browser.conftest import Open, Quick, ServerProcess, quick_table
 from tests.browser.screen import COUNT_FRAMES, HEAR
 
+# Whether each counter holds a fortune, within its own ground.
+_FORTUNES = """
+[...document.querySelectorAll(".counters > div")].map((counter) => {
+  const number = counter.querySelector("dd");
+  number.textContent = "1,000,000,000.00";
+  const [inner, outer] = [number.getBoundingClientRect(), counter.getBoundingClientRect()];
+  return inner.left >= outer.left && inner.right <= outer.right && outer.right <= innerWidth;
+})
+"""
+
 
 def distance_to_path(place: list[float], path: list[list[float]]) -> float:
     """Least distance of a place from a polyline."""
@@ -167,6 +177,14 @@ def test_rows_and_risk_choose_another_table_with_other_payouts(opened: Open) -> 
     screen.ready()
     expect(screen.drawer("Table").get_by_label("Rows", exact=True)).to_have_value("8")
     expect(screen.page.get_by_role("radio", name="High")).to_be_checked()
+    screen.page.set_viewport_size({"width": 360, "height": 640})
+    fits = screen.page.evaluate(_FORTUNES)
+    assert len(fits) == 3
+    assert all(fits), "a thousand million fits into each counter of a small phone"
+    screen.page.go_back()
+    expect(screen.page.get_by_role("radio", name="High")).not_to_be_checked()
+    screen.ready()
+    assert screen.page.url.endswith("?room=triangle-8")
 
 
 def test_everyone_at_a_table_sees_the_same_histogram(opened: Open, quick: Quick) -> None:

@@ -6,15 +6,16 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import Complaints, Open, ServerProcess
+from engine import drop
+from tests.browser.conftest import Complaints, Open, ServerProcess, quick_table
 
 # What a browser writes of requests that were under way, or made, while the server was gone.
 GONE = r"WebSocket connection .* failed|net::ERR_(CONNECTION_\w+|EMPTY_RESPONSE)"
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def server() -> Iterator[ServerProcess]:
-    """A server of each test's own, to be killed."""
+    """A server of these tests' own, to be killed."""
     running = ServerProcess()
     running.start()
     yield running
@@ -24,7 +25,8 @@ def server() -> Iterator[ServerProcess]:
 def test_play_goes_on_after_the_server_was_killed_and_started_again(
     opened: Open, server: ServerProcess, complaints: Complaints
 ) -> None:
-    screen = opened("/?room=triangle-8").ready()
+    quick = quick_table(server, "triangle-8")
+    screen = opened(quick.page).ready()
     screen.seed.fill("42")
     server.kill(signal.SIGKILL)
     screen.state("reconnecting")
@@ -41,7 +43,9 @@ def test_play_goes_on_after_the_server_was_killed_and_started_again(
     expect(screen.seed).to_have_value("42")
     expect(screen.page.locator("#staked")).to_have_text("0")
     screen.drop.click()
-    screen.landed(screen.api("drops/triangle-8/42")["bin"])
+    landing = drop(quick.whole, 42).bin
+    assert landing is not None
+    screen.landed(landing)
     expect(screen.rows).to_have_count(2)
     complaints.allow(GONE)
 

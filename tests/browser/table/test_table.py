@@ -68,6 +68,22 @@ def test_a_stake_is_counted_and_paid_back_by_the_bin(opened: Open, quick: Quick)
     expect(screen.result).to_contain_text(f"{2.5 * score:.2f} for 2.5")
 
 
+def test_an_instant_drop_is_told_at_once_and_counts_when_the_table_s_ball_is_down(
+    opened: Open,
+) -> None:
+    screen = opened("/?room=triangle-8").ready()
+    screen.page.get_by_text("Auto-drop and speed").click()
+    screen.page.get_by_role("radio", name="Instant").check()
+    screen.drop.click()
+    expect(screen.result).to_contain_text(re.compile(r"^Bin \d pays"))
+    expect(screen.page.locator("#staked")).to_have_text("0")
+    screen.state("live")
+    screen.page.reload()  # in mid-flight
+    expect(screen.rows).to_have_count(1)
+    expect(screen.page.locator("#staked")).to_have_text("1")
+    expect(screen.page.locator("#paces input:checked")).to_have_value("instant")
+
+
 def test_what_is_no_stake_drops_nothing(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     field = screen.page.get_by_label("Stake")
@@ -108,11 +124,13 @@ def test_arrow_keys_go_from_slot_to_slot(opened: Open) -> None:
 
 def test_another_gravity_and_material_make_a_table_of_their_own(opened: Open) -> None:
     screen = opened("/?room=triangle-8").ready()
-    screen.drawer("Table").get_by_label("Gravity").select_option("Jupiter")
+    screen.drawer("Table").get_by_role("radio", name="Jupiter").check()
     expect(screen.root).to_have_attribute("data-state", "asleep")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
         "aria-label", re.compile("triangle-8 · Jupiter")
     )
+    expect(screen.root).to_have_attribute("data-ground", "bands")
+    screen.page.get_by_text("by the numbers").click()
     screen.page.get_by_label("Material").select_option("Rubber on concrete")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
         "aria-label", re.compile("triangle-8 · Jupiter · Rubber on concrete")
@@ -136,6 +154,7 @@ def test_another_gravity_and_material_make_a_table_of_their_own(opened: Open) ->
     expect(friend.page.get_by_label("Gravity")).to_have_value("Jupiter")
     expect(friend.page.get_by_label("Material")).to_have_value("Rubber on concrete")
     expect(friend.page.get_by_label("Rows", exact=True)).to_have_value("8")
+    expect(friend.root).to_have_attribute("data-ground", "bands")
 
     # The table is found again rather than opened twice.
     screen.drawer("Table").get_by_label("Material").select_option("own")
@@ -167,7 +186,9 @@ window.AudioContext = class extends Real {
 """
 
 
-def test_sound_is_off_until_asked_for_and_has_a_limit(opened: Open, quick: Quick) -> None:
+def test_sound_is_offered_once_off_until_asked_for_limited_and_remembered(
+    opened: Open, quick: Quick
+) -> None:
     screen = opened(quick.page, before=_LISTEN).ready()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
@@ -175,7 +196,9 @@ def test_sound_is_off_until_asked_for_and_has_a_limit(opened: Open, quick: Quick
 
     button = screen.page.get_by_role("button", name="Sound")
     expect(button).to_have_attribute("aria-pressed", "false")
-    button.click()
+    screen.page.get_by_label("How loud").fill("35")
+    screen.page.get_by_role("button", name="Yes").click()
+    expect(screen.page.locator("#offer")).to_be_hidden()
     expect(button).to_have_attribute("aria-pressed", "true")
     screen.page.get_by_role("radio", name="20 balls").check()
     screen.drop.click()
@@ -191,6 +214,17 @@ def test_sound_is_off_until_asked_for_and_has_a_limit(opened: Open, quick: Quick
     screen.drop.click()
     expect(screen.rows).to_have_count(22)
     assert screen.page.evaluate("heard.voices") == before
+
+    button.click()
+    screen.page.reload()
+    screen.ready()
+    expect(button).to_have_attribute("aria-pressed", "true")
+    expect(screen.page.locator("#volume")).to_have_value("35")
+    assert screen.page.evaluate("heard.contexts") == 0, "nobody has touched this page yet"
+    screen.page.keyboard.press("Space")
+    expect(screen.rows).to_have_count(23)
+    assert screen.page.evaluate("heard.voices") > 0
+    expect(screen.page.locator("#offer")).to_be_hidden()
 
 
 def test_the_harder_the_impact_the_louder_the_sound(run: Run) -> None:
@@ -214,6 +248,17 @@ def test_the_harder_the_impact_the_louder_the_sound(run: Run) -> None:
     assert loud["soft"] is None
     assert loud["heard"] == sorted(loud["heard"])
     assert loud["heard"][-1] > 5 * loud["heard"][0] > 0
+
+
+def test_light_or_dark_as_the_player_says_on_every_page(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    ground = "getComputedStyle(document.documentElement).getPropertyValue('--page')"
+    light = screen.page.evaluate(ground)
+    screen.drawer("Settings").get_by_role("radio", name="Dark").check()
+    dark = screen.page.evaluate(ground)
+    assert dark != light
+    screen.page.goto(f"{screen.url}/map.html")
+    screen.page.wait_for_function(f"dark => {ground} === dark", arg=dark)
 
 
 def test_ghost_trails_stay_where_balls_have_been_and_can_be_turned_off(

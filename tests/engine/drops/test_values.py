@@ -5,8 +5,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pandas
-import polars
 import pytest
 
 from engine import (
@@ -144,6 +142,9 @@ def test_a_batch_has_columns_for_tables() -> None:
 
 
 def test_pandas_and_polars_take_the_columns_as_they_are() -> None:
+    import pandas
+    import polars
+
     many = drop_many(BOARD, [3, 4, 2**64 - 1])
     for frame in (pandas.DataFrame(many.to_columns()), polars.DataFrame(many.to_columns())):
         assert list(frame.columns) == list(many.to_columns())

@@ -37,7 +37,7 @@ test("two paths part where they first hit different things", () => {
   const parting = partingOf(PROVEN, other);
   assert.equal(parting?.common, 1);
   assert.equal(parting?.apart, 3e-9);
-  assert.match(partingWords(PROVEN, other), /1 events are common to both, then the first hits peg 9, the second hits peg 8/);
+  assert.match(partingWords(PROVEN, other), /1 event is common to both, then the first hits peg 9, the second hits peg 8/);
   assert.equal(partingOf(PROVEN, PROVEN), null);
   assert.match(partingWords(PROVEN, PROVEN), /same way to the end, bin 3/);
 });

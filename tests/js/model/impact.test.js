@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { describe } from "../../../static/js/model/impact.js";
+import { describe } from "../../../static/js/model/motion/event-names.js";
 
 test("events are named by what the ball touched", () => {
   const events = [[0, 12], [1, 3], [2, 4], [2, -1], [4, -3], [5, 6]];

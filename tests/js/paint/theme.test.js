@@ -3,8 +3,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { payoutColour } from "../../../static/js/paint/theme.js";
-import { json } from "../support.js";
+import { COLOURS } from "../../../static/js/model/player/colour.js";
+import { placeOf, TABLES, transported } from "../../../static/js/model/worlds.js";
+import { GROUNDS as PRINTS, SURROUNDINGS } from "../../../static/js/paint/ground.js";
+import { lookOf, payoutColour } from "../../../static/js/paint/theme.js";
+import { json, triangle } from "../support.js";
 
 const THEME = json("static/theme.json");
 
@@ -50,6 +53,34 @@ for (const name of ["light", "dark"]) {
     // What shows where a field or a button ends needs less than text does.
     assert.ok(contrast(colours.line, colours.page) >= 3);
     assert.ok(contrast(colours.focus, colours.page) >= 3);
+  });
+}
+
+test("each place has a ground and a palette of its own, known by the board's name", () => {
+  const [home, ...away] = TABLES;
+  assert.equal(placeOf(transported(triangle(), home).name), null);
+  assert.deepEqual(away.map((table) => placeOf(transported(triangle(), table).name)), Object.keys(THEME.places));
+  const both = { gravity: "Moon", material: "Glass on glass" };
+  assert.equal(placeOf(transported(triangle(), both).name), "Moon");
+  for (const [name, { named, ground, palette }] of Object.entries(THEME.places)) {
+    assert.equal(placeOf(`triangle-16 · ${named}`), name, "pictures made elsewhere go by the same names");
+    assert.ok(ground in PRINTS && ground in SURROUNDINGS, name);
+    for (const colour of Object.keys(palette)) assert.ok(colour in THEME.light, `${name}: ${colour}`);
+  }
+});
+
+for (const place of [null, ...Object.keys(THEME.places)]) {
+  test(`balls, words and trays are seen on their ground: ${place ?? "home"}`, () => {
+    for (const scheme of [THEME.light, THEME.dark]) {
+      const { palette } = lookOf(THEME, scheme, place);
+      assert.ok(contrast(palette.trayInk, palette.tray) >= 4.5);
+      assert.ok(contrast(palette.flash, palette.railShade) >= 4.5);
+      assert.ok(contrast(palette.trayBar, palette.tray) >= 3);
+      for (const ground of [palette.board, palette.boardDeep]) {
+        const dim = Math.min(...[...COLOURS, palette.other].map((colour) => contrast(colour, ground)));
+        assert.ok(dim >= 2.4, `a ball of another on ${ground}: ${dim.toFixed(2)}`);
+      }
+    }
   });
 }
 

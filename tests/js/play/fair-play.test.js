@@ -5,14 +5,9 @@ import { createHash } from "node:crypto";
 import { test } from "node:test";
 
 import { FairPlay } from "../../../static/js/play/fairness/fair-play.js";
+import { storage } from "../support.js";
 
 const HELLO = { board_digest: "b1", mode: "independent" };
-
-/** Where a page keeps things. */
-function storage() {
-  const kept = new Map();
-  return { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => kept.set(key, value) };
-}
 
 /** A page at a table, whose messages we see and answer. */
 function visit(kept = storage()) {

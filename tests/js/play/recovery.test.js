@@ -8,12 +8,7 @@ import { Session } from "../../../static/js/model/player/session.js";
 import { ApiError } from "../../../static/js/net/api.js";
 import { Recovery } from "../../../static/js/play/account/recovery.js";
 import { Wallet } from "../../../static/js/play/account/wallet.js";
-
-/** Where all tabs of a browser keep things. */
-function browser() {
-  const kept = new Map();
-  return { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => kept.set(key, value) };
-}
+import { storage as browser } from "../support.js";
 
 const landed = (payout, bin = 3) => ({ bin, score: payout / 100, digest: "d1", payout });
 const receipt = (drop) => ({ session: "s1", drop, stake: 100, room: "old", ball: drop, seed: "7",

@@ -1,5 +1,6 @@
 // A board being edited: its elements, and new boards made from it by single changes. Pure.
 
+import { number, t } from "../../texts/text.js";
 import * as element from "./element.js";
 import * as group from "./group.js";
 
@@ -25,7 +26,7 @@ const DEFAULTS = {
 
 /** A board to start from: three pegs over three bins. @type {Board} */
 export const EMPTY = {
-  name: "my board", width: 4, height: 3, gravity: 9.81, drag: 0.5,
+  name: t("editor.my-board"), width: 4, height: 3, gravity: 9.81, drag: 0.5,
   ball: { radius: 0.08, density: 1, restitution: 0.6, friction: 0.1 },
   pegs: [
     { x: 0, y: 0.8, radius: 0.05 }, { x: -0.5, y: 1.4, radius: 0.05 }, { x: 0.5, y: 1.4, radius: 0.05 },
@@ -44,7 +45,7 @@ export const EMPTY = {
  */
 export function complete(form) {
   if (form === null || typeof form !== "object" || Array.isArray(form)) {
-    throw new RangeError("A board is a JSON object.");
+    throw new RangeError(t("editor.not-object"));
   }
   const given = /** @type {BoardForm} */ (form);
   const parts = {
@@ -65,7 +66,7 @@ export function complete(form) {
   for (const wall of list(board.walls, "walls")) numbers.push(wall?.x1, wall?.y1, wall?.x2, wall?.y2);
   numbers.push(board.bins.y, ...board.bins.edges, ...board.bins.multipliers);
   if (!numbers.every(Number.isFinite)) {
-    throw new RangeError("Some place or size on the board is not a number, so it cannot be drawn.");
+    throw new RangeError(t("editor.not-numbers"));
   }
   return board;
 }
@@ -81,7 +82,7 @@ function completeBins(bins, { width, height }) {
   };
   const rises = made.edges.every((edge, i) => i === 0 || edge > made.edges[i - 1]);
   if (count < 1 || !rises || made.multipliers.length !== count) {
-    throw new RangeError("The bins need edges that rise, and one multiplier between each two.");
+    throw new RangeError(t("editor.bad-bins"));
   }
   return made;
 }
@@ -101,7 +102,7 @@ function sideWalls({ drop, ball, bins }) {
  * @returns {T[]}
  */
 function list(value, name) {
-  if (!Array.isArray(value)) throw new RangeError(`The board's ${name} are not a list.`);
+  if (!Array.isArray(value)) throw new RangeError(t("editor.no-list", { name }));
   return value;
 }
 
@@ -271,20 +272,22 @@ function binAt({ bins }, x, y) {
 
 /** @param {Board} board @param {Ref} ref @returns {string} the element described */
 export function describeRef(board, ref) {
-  if (ref.refs) return `${group.named(ref)} selected`;
-  const { x, y } = placeOf(board, ref);
-  const at = `x ${short(x)}, y ${short(y)} m`;
+  if (ref.refs) return t("editor.selected", { what: group.named(ref) });
+  const place = placeOf(board, ref);
+  const at = { x: short(place.x), y: short(place.y) };
   const { kind, index, end } = ref;
-  if (kind === "drop") return `Start at ${at}`;
-  if (kind === "peg") return `Peg ${index} of ${board.pegs.length}, ${at}`;
-  if (kind === "wall") return `${end ? `End ${end} of wall` : "Wall"} ${index} of ${board.walls.length}, ${at}`;
-  if (kind === "edge") return `Edge ${index} of the bins, x ${short(x)} m`;
-  return `Bin ${index}, pays ${board.bins.multipliers[index]}`;
+  const { pegs, walls, bins } = board;
+  if (kind === "drop") return t("editor.start-at", at);
+  if (kind === "peg") return t("editor.peg-at", { index, all: pegs.length, ...at });
+  if (kind === "wall" && end) return t("editor.wall-end-at", { end, index, all: walls.length, ...at });
+  if (kind === "wall") return t("editor.wall-at", { index, all: walls.length, ...at });
+  if (kind === "edge") return t("editor.edge-at", { index, x: at.x });
+  return t("editor.bin-pays", { index, pays: bins.multipliers[index] });
 }
 
 /** @param {number} value */
 function short(value) {
-  return String(Number(value.toFixed(4))).replace("-", "−");
+  return number(value, { maximumFractionDigits: 4, useGrouping: false }).replace("-", "−");
 }
 
 /**

@@ -1,6 +1,6 @@
 // Several elements of a board at once: the start, pegs and whole walls, moved and copied together. Pure.
 
-import { counted } from "../../util/format.js";
+import { t } from "../../texts/text.js";
 import { duplicated as copied, placeOf, sameElement } from "./element.js";
 
 /** @import { Board } from "../../model/board.js" */
@@ -152,11 +152,12 @@ export function named({ refs }) {
   /** @param {ElementRef["kind"]} kind */
   const count = (kind) => refs.filter((ref) => ref.kind === kind).length;
   const parts = [
-    count("drop") ? "the start" : "",
-    count("peg") ? counted(count("peg"), "peg") : "",
-    count("wall") ? counted(count("wall"), "wall") : "",
+    count("drop") ? t("editor.the-start") : "",
+    count("peg") ? t("editor.pegs", { n: count("peg") }) : "",
+    count("wall") ? t("editor.walls", { n: count("wall") }) : "",
   ].filter(Boolean);
-  return parts.length > 1 ? `${parts.slice(0, -1).join(", ")} and ${parts.at(-1)}` : parts[0];
+  if (parts.length === 1) return parts[0];
+  return t("editor.and", { some: parts.slice(0, -1).join(", "), last: parts[parts.length - 1] });
 }
 
 /** Sums of decimal steps written in decimal. @param {number} value */

@@ -2,9 +2,11 @@
 
 import { Path } from "../motion/path.js";
 import { Trace } from "../motion/trace.js";
+import { colourOf } from "../player/colour.js";
 import { emptyScene } from "../scene.js";
 import { ImpactQueue } from "./impact-queue.js";
 import { Obstacles } from "./obstacles.js";
+import { shownEnd, timeInFall, timeSeen } from "./pace.js";
 import { SegmentFeed } from "./segment-feed.js";
 import { SolvedFeed } from "./solved-feed.js";
 
@@ -17,6 +19,7 @@ import { SolvedFeed } from "./solved-feed.js";
 const SINK_SECONDS = 0.25; // a landed ball is still seen falling into its pocket
 const HIT_SECONDS = 1.4;
 const TRAIL_POINTS = 8;
+const OWN_TRAIL_POINTS = 14; // the eye follows one's own
 const TRAIL_STEP = 1 / 55; // s between points of a trail
 const KEPT_SECONDS = 0.3; // of a path behind the picture: the trail, and some for late contacts
 const QUIET = 0.05; // m/s; slower impacts are not told in any stream
@@ -32,6 +35,7 @@ const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
  * @property {number} [aim] middle of what the seed drew, m, where it was chosen
  * @property {number} start table time, s
  * @property {boolean} mine
+ * @property {number} [visitor] whose it is, where that is known
  * @property {Path} path
  * @property {SegmentFeed | null} feed makes the path, where segments of it come
  * @property {SolvedFeed | null} solved makes the path, where this page computed it
@@ -39,7 +43,9 @@ const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
  * @property {number} end table time of its landing, s; infinite until it is known
  * @property {{vx: number, vy: number} | null} sink m/s: its last velocity, if it fell into a bin
  * @property {Passed} passed called with each stretch of its path that time has passed
- * @property {boolean} settled its landing has been shown
+ * @property {number} pace times as fast as the table's clock it is shown to fall
+ * @property {Landed | null} outcome what its landing is, once that has been shown
+ * @property {boolean} settled its landing has been shown, and the table has told it
  * @property {Trace | null} trace the whole way, when it is wanted
  * @property {SceneBall} pose as it was last drawn
  */
@@ -59,6 +65,8 @@ export class Table {
   balls = new Map();
   /** Impacts that became due with the last scene. @type {QueuedImpact[]} */
   heard = [];
+  /** Times as fast as the table's clock that balls of ours are shown to fall, from the next on. */
+  pace = 1;
   /** Whether the whole way of our balls is to be kept until the next one has landed. */
   tracing = false;
   /** The way of our last landed ball, for those who do not want to see it move. @type {Trace | null} */
@@ -100,6 +108,8 @@ export class Table {
     const explicit = event.explicit_x ?? false;
     const ball = this.#add(event, { mine, explicit, fresh: true, from });
     ball.aim = event.aim;
+    ball.visitor = event.visitor;
+    if (!mine && event.receipt) ball.pose.colour = colourOf(event.receipt.receipt.session);
     return ball;
   }
 
@@ -116,6 +126,12 @@ export class Table {
 
   get flying() {
     return this.balls.size > 0;
+  }
+
+  /** Whether every landing has been shown and told. */
+  get shown() {
+    for (const ball of this.balls.values()) if (!ball.settled) return false;
+    return true;
   }
 
   /** @param {Snapshot} snapshot */
@@ -175,24 +191,35 @@ export class Table {
   }
 
   /**
-   * Balls whose landing is due; each is given once.
+   * Balls whose landing is due, each given once: `seen` when it is to be shown, `settled` when the table has
+   * told it, too. One that falls faster to the eye than by the table's clock is seen before.
    * @param {number} until landings up to this table time are due, s
    * @param {number | null} wall local time at which their bins light up, s; null when nobody looks
-   * @returns {Ball[]}
+   * @returns {{seen: Ball[], settled: Ball[]}}
    */
   settle(until, wall) {
-    const due = [];
+    /** @type {{seen: Ball[], settled: Ball[]}} */
+    const due = { seen: [], settled: [] };
     for (const ball of this.balls.values()) {
-      if (!ball.landed || ball.settled || until < ball.end) continue;
-      ball.settled = true;
-      if (wall !== null) this.#light(ball.landed, ball.mine, wall);
-      if (ball.mine && ball.trace) {
-        this.#pass(ball, Number.POSITIVE_INFINITY);
-        this.lastTrace = ball.trace;
+      if (!ball.outcome && until >= shownEnd(ball)) {
+        ball.outcome = ball.landed ?? foreseen(ball);
+        if (ball.outcome) this.#see(ball, ball.outcome, wall);
+        if (ball.outcome) due.seen.push(ball);
       }
-      due.push(ball);
+      if (ball.settled || !ball.outcome || !ball.landed) continue;
+      ball.settled = true;
+      due.settled.push(ball);
     }
     return due;
+  }
+
+  /** @param {Ball} ball @param {Landed} outcome @param {number | null} wall */
+  #see(ball, outcome, wall) {
+    if (wall !== null) this.#light(outcome, ball.mine, wall);
+    if (!ball.mine || !ball.trace) return;
+    ball.solved?.until(ball.end);
+    this.#pass(ball, Number.POSITIVE_INFINITY);
+    this.lastTrace = ball.trace;
   }
 
   /**
@@ -208,12 +235,17 @@ export class Table {
     scene.balls.length = 0;
     scene.paths.length = 0;
     for (const ball of this.balls.values()) {
+      const own = timeInFall(ball, t);
+      // One that was shown sooner waits, unseen, for the table to tell its landing.
+      if (own > ball.end + SINK_SECONDS && ball.outcome) continue;
       ball.feed?.until(t + 1 / this.rate);
-      ball.solved?.until(t + 1 / this.rate, (at, impact) => {
-        if (at > t - HEARD_SECONDS && impact.speed >= QUIET) this.impacts.add(at, impact);
+      ball.solved?.until(timeInFall(ball, t + 1 / this.rate), (at, impact) => {
+        const then = timeSeen(ball, at);
+        if (!Number.isFinite(ball.pace) || then < t - HEARD_SECONDS || impact.speed < QUIET) return;
+        this.impacts.add(then, impact);
       });
-      if (!ball.path.keyframes.length || t < ball.path.start) continue;
-      scene.balls.push(this.#pose(ball, t));
+      if (!ball.path.keyframes.length || own < ball.path.start) continue;
+      scene.balls.push(this.#pose(ball, own));
     }
     scene.flashes = this.impacts.lit;
     for (const hit of this.#hits) hit.age = Math.max(0, wall - hit.since) / HIT_SECONDS;
@@ -224,8 +256,8 @@ export class Table {
   /** @param {number} t table time, s @param {number} wall local time, s */
   forget(t, wall) {
     for (const ball of this.balls.values()) {
-      if (ball.settled && t >= ball.end + SINK_SECONDS) this.#remove(ball);
-      else this.#pass(ball, t - KEPT_SECONDS);
+      if (ball.settled && t >= shownEnd(ball) + SINK_SECONDS) this.#remove(ball);
+      else this.#pass(ball, timeInFall(ball, t) - KEPT_SECONDS);
     }
     let kept = 0;
     for (const hit of this.#hits) if (wall < hit.since + HIT_SECONDS) this.#hits[kept++] = hit;
@@ -245,13 +277,14 @@ export class Table {
     const x = solved?.xStart ?? given ?? 0;
     /** @type {Ball} */
     const ball = {
-      id, seed, x, aim, explicit, start, mine, path, landed: null, settled: false,
+      id, seed, x, aim, explicit, start, mine, path, landed: null, outcome: null, settled: false,
+      pace: mine && solved ? this.pace : 1,
       end: Number.POSITIVE_INFINITY, sink: null,
       feed: this.obstacles && new SegmentFeed(path, board, this.obstacles, rate),
       solved: solved ? new SolvedFeed(path, solved, board, { start, from, rate }) : null,
       trace: mine && this.tracing ? new Trace() : null,
       pose: {
-        x, y: board.drop.y, angle: 0, mine, trail: new Float64Array(2 * TRAIL_POINTS),
+        x, y: board.drop.y, angle: 0, mine, trail: new Float64Array(2 * OWN_TRAIL_POINTS),
         trailCount: 0, id,
       },
       passed: (a, b, law) => {
@@ -314,7 +347,8 @@ export class Table {
     pose.trail[0] = pose.x;
     pose.trail[1] = pose.y;
     pose.trailCount = 1;
-    for (let i = 1; i < TRAIL_POINTS; i += 1) {
+    const most = ball.mine ? OWN_TRAIL_POINTS : TRAIL_POINTS;
+    for (let i = 1; i < most; i += 1) {
       const then = t - i * TRAIL_STEP;
       if (then < path.start) break;
       this.#place(ball, then, this.#scratch);
@@ -335,6 +369,16 @@ export class Table {
     out.y += Math.max(vy, 1.5) * (t - ball.end);
     return out;
   }
+}
+
+/**
+ * What this page computed of a ball that is shown to land before the table tells it: its seed has decided it.
+ * @param {Ball} ball
+ * @returns {Landed | null}
+ */
+function foreseen({ id, pace, solved }) {
+  if (pace === 1 || !solved) return null;
+  return solved.landing({ type: "landed", ball: id, digest: solved.solved.digest });
 }
 
 /** What a snapshot tells of a ball, on its way into a path. */

@@ -1,6 +1,7 @@
 // What the page shows of the account and allows by it: balance, refill, stakes that can be paid.
 
 import { payoutOf } from "../../fairness/payout.js";
+import { t } from "../../texts/text.js";
 import { byId } from "../../util/dom.js";
 import { amount } from "../../util/format.js";
 import { MINOR_UNITS } from "../own-drops.js";
@@ -36,7 +37,7 @@ export class Credits {
     byId("refill").addEventListener("click", () => {
       wallet.refill();
       this.show();
-      listener.say(`There are ${this.#balance} demo credits again.`);
+      listener.say(t("play.refilled", { balance: this.#balance }));
     });
     window.addEventListener("storage", () => {
       session.refresh();
@@ -66,8 +67,8 @@ export class Credits {
     if (Math.round(stake * MINOR_UNITS) <= free) return true;
     const { canRefill } = this.wallet;
     this.show();
-    this.listener.say(`A stake of ${amount(stake)} is more than the ${amount(free / MINOR_UNITS)} credits `
-      + `that are free: stake less${canRefill ? ", or refill" : ""}.`);
+    const told = { stake: amount(stake), free: amount(free / MINOR_UNITS) };
+    this.listener.say(canRefill ? t("play.too-few-refill", told) : t("play.too-few", told));
     return false;
   }
 

@@ -1,7 +1,7 @@
 // Drops that ended while nobody here watched: what became of them, from the server's ledger.
 
 import { ApiError, getJson } from "../../net/api.js";
-import { counted } from "../../util/format.js";
+import { t } from "../../texts/text.js";
 import { MINOR_UNITS } from "../own-drops.js";
 
 /** @import { SessionExport } from "../../fairness/export.js" */
@@ -106,7 +106,7 @@ export class Recovery {
       this.wallet.apply({ type: "settled", session, drop, payout: stake });
     }
     if (lost.length === 0) return;
-    this.listener.onGone(`The server knows nothing of ${counted(lost.length, "drop")}: stakes are back.`);
+    this.listener.onGone(t("play.stakes-back", { n: lost.length }));
     this.listener.onChange();
   }
 }

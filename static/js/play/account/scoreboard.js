@@ -1,5 +1,6 @@
 // Shows the session: counters on the marquee, the list of last drops with their replay links.
 
+import { t } from "../../texts/text.js";
 import { byId, make } from "../../util/dom.js";
 import { replayLink } from "../../net/drop-address.js";
 import { amount, multiplier, plain, shortSeed, signed } from "../../util/format.js";
@@ -48,20 +49,20 @@ export class Scoreboard {
   /** @param {Played} drop */
   #row(drop) {
     const paid = this.#paid(drop);
-    const seed = make("button", { class: "seed", type: "button", title: `Use seed ${drop.seed}` });
-    seed.setAttribute("aria-label", `Use seed ${drop.seed} again`);
+    const seed = make("button", { class: "seed", type: "button", title: t("play.use-seed", { seed: drop.seed }) });
+    seed.setAttribute("aria-label", t("play.use-seed-again", { seed: drop.seed }));
     seed.append(shortSeed(drop.seed));
     seed.addEventListener("click", () => this.onReuse(drop.seed));
     const practice = drop.practice || drop.x !== null;
     const where = practice
-      ? make("span", { class: "on" }, "practice")
+      ? make("span", { class: "on" }, t("play.practice"))
       : make("span", { class: "on board-name" }, drop.name);
     if (drop.knocked) {
       // What others did to the ball is in no seed: there is nothing to replay alone.
-      return make("li", {}, paid, seed, where, make("span", { class: "on" }, "knocked"));
+      return make("li", {}, paid, seed, where, make("span", { class: "on" }, t("play.knocked")));
     }
-    const link = make("a", { class: "again", href: replayLink(drop) }, "Replay");
-    link.setAttribute("aria-label", `Replay seed ${drop.seed} on ${drop.name}`);
+    const link = make("a", { class: "again", href: replayLink(drop) }, t("play.replay"));
+    link.setAttribute("aria-label", t("play.replay-seed", { seed: drop.seed, board: drop.name }));
     const row = make("li", {}, paid, seed, where, link);
     if (this.prover.canVerify(drop)) link.before(this.#verifyButton(drop, row));
     return row;
@@ -69,8 +70,8 @@ export class Scoreboard {
 
   /** @param {Played} drop @param {HTMLElement} row */
   #verifyButton(drop, row) {
-    const button = make("button", { class: "verify", type: "button" }, "Verify");
-    button.setAttribute("aria-label", `Verify seed ${drop.seed} on ${drop.name}`);
+    const button = make("button", { class: "verify", type: "button" }, t("play.verify"));
+    button.setAttribute("aria-label", t("play.verify-seed", { seed: drop.seed, board: drop.name }));
     button.addEventListener("click", () => this.prover.show(drop, row));
     return button;
   }
@@ -84,8 +85,8 @@ export class Scoreboard {
   /** @param {Played} drop @returns {HTMLElement} its multiplier, or that it has none */
   #paid({ bin, score }) {
     if (bin === null) {
-      const title = "The ball came to rest in no bin: the stake is back";
-      return make("span", { class: "paid", title }, "void");
+      const title = t("play.void-why");
+      return make("span", { class: "paid", title }, t("play.void"));
     }
     const paid = make("span", { class: "paid" }, multiplier(score));
     const { fill, ink } = this.theme.payout(score);

@@ -1,6 +1,7 @@
 // The account as this browser keeps it, for all its tabs: read anew before each change.
 
 import { applied, balanceOf, knownDrops, newAccount, openDrops, refillOf } from "../../model/player/account.js";
+import { Mark } from "./mark.js";
 
 /** @import { Account, AccountEvent, OpenDrop } from "../../model/player/account.js" */
 /** @import { FairPlayListener } from "../fairness/fair-play.js" */
@@ -15,6 +16,7 @@ export class Wallet {
   /** @param {Pick<Storage, "getItem" | "setItem">} storage */
   constructor(storage) {
     this.storage = storage;
+    this.mark = new Mark(storage);
   }
 
   /** @returns {Account} as the last of all tabs left it */

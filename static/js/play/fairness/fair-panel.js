@@ -4,9 +4,9 @@ import { readExport } from "../../fairness/export.js";
 import { report, say, value } from "../../fairness/report.js";
 import { openTools } from "../../fairness/tools.js";
 import { messageOf, request } from "../../net/api.js";
+import { t } from "../../texts/text.js";
 import { byId } from "../../util/dom.js";
 import { saveFile } from "../../util/file.js";
-import { counted } from "../../util/format.js";
 
 /** @import { Tools } from "../../fairness/check.js" */
 /** @import { SessionEnded } from "../../model/messages.js" */
@@ -42,27 +42,28 @@ export class FairPanel {
   show(fair) {
     const { committed, open, state } = fair;
     this.padlock.dataset.open = String(open);
-    const text = committed ? committed.slice(0, SHORT) : "no lock";
+    const text = committed ? committed.slice(0, SHORT) : t("play.no-lock");
     byId("padlock-text").textContent = text;
     this.padlock.setAttribute("aria-label", committed
-      ? `Fair drops: the server has committed to ${text}`
-      : "Fair drops: nothing is committed to yet");
+      ? t("fair.committed", { lock: text })
+      : t("fair.uncommitted"));
     this.button.disabled = !state || state.drops === 0 || this.listener.isBusy();
     if (!state) return;
-    const drops = counted(state.drops, "drop");
-    this.button.textContent = state.drops === 0 ? "Reveal and check" : `Reveal and check ${drops}`;
+    this.button.textContent = state.drops === 0
+      ? t("fair.reveal")
+      : t("fair.reveal-drops", { n: state.drops });
     byId("fair-values").replaceChildren(
-      value("server", committed),
-      value("yours", String(state.statement.client_commitment)),
-      value("session", state.session),
-      value("key", state.key),
+      value(t("fair.server"), committed),
+      value(t("fair.yours"), String(state.statement.client_commitment)),
+      value(t("fair.session"), state.session),
+      value(t("fair.key"), state.key),
     );
   }
 
   /** @param {SessionEnded} ended @param {Heard} heard what we were given meanwhile */
   async check({ session }, heard) {
     this.verdict.hidden = false;
-    say(this.verdict, "", "Computing…");
+    say(this.verdict, "", t("page.computing"));
     try {
       const reply = await request(`sessions/${encodeURIComponent(session)}/export`);
       const text = JSON.stringify({ ...(await reply.json()), ...heard });
@@ -71,7 +72,7 @@ export class FairPanel {
       const places = { verdict: this.verdict, list: byId("fair-steps") };
       await report(readExport(text), await this.#tools, places);
     } catch (error) {
-      say(this.verdict, "bad", `The session could not be checked: ${messageOf(error)}`);
+      say(this.verdict, "bad", t("fair.failed", { why: messageOf(error) }));
     }
     byId("fair-links").hidden = false;
     byId("fair-verify", HTMLAnchorElement).href = `verify.html?session=${encodeURIComponent(session)}`;

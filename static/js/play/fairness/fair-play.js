@@ -3,6 +3,7 @@
 import { canonical } from "../../fairness/canonical.js";
 import { bytesOfHex, hasCrypto, hexOf } from "../../fairness/crypto.js";
 import { commitment } from "../../fairness/seeds.js";
+import { t } from "../../texts/text.js";
 
 /** @import { Receipt, Signed } from "../../fairness/export.js" */
 /** @import { Accepted, BriefAccepted, Hello, Refusal, SessionEnded, SessionState, SignedReceipt } from "../../model/messages.js" */
@@ -14,10 +15,6 @@ const HEARD = 20; // the last receipts: numbers have no gaps, so those before th
 const KEY = "plinko.fair.2";
 const MOST_DROPS = 1000; // of one session, as the server has it
 
-const NO_CRYPTO = "Your browser draws secrets on pages from https or your own machine alone: "
-  + "drops here are practice, with nothing staked.";
-const NOT_OURS = "The table's commitment is not about this page's secret, or is another than before: "
-  + "drops are practice, with nothing staked.";
 
 /**
  * What outlives the page, of one room's session.
@@ -117,7 +114,7 @@ export class FairPlay {
     this.#beginning = false;
     if (!this.#isOurs(state)) {
       this.#give();
-      this.listener.onFault(NOT_OURS);
+      this.listener.onFault(t("fair.not-ours"));
       return;
     }
     this.state = state;
@@ -167,7 +164,7 @@ export class FairPlay {
   async #begin() {
     if (!hasCrypto()) {
       this.#give();
-      this.listener.onFault(NO_CRYPTO);
+      this.listener.onFault(t("fair.no-crypto"));
       return;
     }
     this.#beginning = true;

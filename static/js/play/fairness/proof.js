@@ -1,8 +1,8 @@
 // Verify: a landed drop is computed anew in this page, and held against what the table told of it.
 
 import { getJson, messageOf } from "../../net/api.js";
+import { t } from "../../texts/text.js";
 import { make } from "../../util/dom.js";
-import { counted } from "../../util/format.js";
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { Played } from "../../model/player/session.js" */
@@ -41,37 +41,35 @@ export class Prover {
   async show(drop, row) {
     row.querySelector(".proof")?.remove();
     const dots = make("span", { class: "proof-dots", "aria-hidden": "true" });
-    const words = make("span", { class: "proof-words", role: "status" }, "Computing…");
+    const words = make("span", { class: "proof-words", role: "status" }, t("page.computing"));
     row.append(make("div", { class: "proof" }, dots, words));
     try {
       const { impacts, fault, digest } = await this.#verify(drop);
       await turn(dots, impacts, fault === null ? "good" : "bad");
       words.dataset.tone = fault === null ? "good" : "bad";
-      words.textContent = fault ?? `Verified in this page, every bit of ${counted(impacts, "impact")}: `
-        + `digest ${digest.slice(0, SHOWN)}…`;
+      words.textContent = fault ?? t("fair.verified", { n: impacts, digest: digest.slice(0, SHOWN) });
     } catch (error) {
       words.dataset.tone = "bad";
-      words.textContent = `Not verified: ${messageOf(error)}`;
+      words.textContent = t("fair.unverified", { why: messageOf(error) });
     }
   }
 
   /** @param {Played} drop @returns {Promise<Verdict>} */
   async #verify({ seed, x, aim, digest: told, bin, score, board, boardDigest }) {
-    if (!this.solver || !told) throw new Error("there is nothing to compute it with");
+    if (!this.solver || !told) throw new Error(t("fair.no-solver"));
     const known = this.#boards.get(boardDigest ?? "") ?? (await fetched(board));
     const drop = this.solver.drop(known, { seed, x, aim });
     const impacts = drop.impacts.length;
     const { digest } = drop;
     if (boardDigest && drop.boardDigest !== boardDigest) {
-      return { impacts, digest, fault: "Not verified: the board is another one now." };
+      return { impacts, digest, fault: t("fair.other-board") };
     }
     if (!digest.startsWith(told)) {
-      const fault = `Not the same path: digest ${digest.slice(0, SHOWN)}… here, `
-        + `${told.slice(0, SHOWN)}… told by the table.`;
+      const fault = t("fair.other-path", { here: digest.slice(0, SHOWN), told: told.slice(0, SHOWN) });
       return { impacts, digest, fault };
     }
     const paid = drop.bin === bin && drop.score === score;
-    return { impacts, digest, fault: paid ? null : `It lands in bin ${drop.bin}, not ${bin}.` };
+    return { impacts, digest, fault: paid ? null : t("fair.other-bin", { found: String(drop.bin), told: String(bin) }) };
   }
 }
 

@@ -2,13 +2,21 @@
 
 import { readBoardName } from "../../model/presets.js";
 import { readSeed, seedAfter } from "../../model/seed.js";
-import { GRAVITY, OWN, readWorldName, RESTITUTION, restitutionOf } from "../../model/worlds.js";
-import { byId, fieldOf, isWithin, make, radiosOf } from "../../util/dom.js";
+import { GRAVITY, OWN, readWorldName, RESTITUTION, restitutionOf, tableOf, worldWords } from "../../model/worlds.js";
+import { PACES } from "../../model/table/pace.js";
+import { t } from "../../texts/text.js";
+import { byId, fieldOf, isWithin, make, radiosOf, radioValue } from "../../util/dom.js";
+import { plain } from "../../util/format.js";
+import { figure } from "../../util/scale.js";
+import { KeptAims } from "./kept-aims.js";
 import { StartField } from "./start-field.js";
+import { Tables } from "./tables.js";
 
 /** @import { Board } from "../../model/board.js" */
+/** @import { Pace } from "../../model/table/pace.js" */
 /** @import { Choice } from "../../model/presets.js" */
 /** @import { World } from "../../model/worlds.js" */
+/** @import { Theme } from "../../paint/theme.js" */
 /** @import { Limits } from "./dropper.js" */
 
 const FEWEST_ROWS = 8;
@@ -27,6 +35,7 @@ const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), text
  * @property {() => void} onStop
  * @property {(choice: TableChoice) => void} onBoard
  * @property {() => void} onAim
+ * @property {() => void} onPace
  * @property {() => void} onSeed the field of the seed is to be seen
  */
 
@@ -34,21 +43,24 @@ const TYPED_INTO = "input:not([type=range], [type=radio], [type=checkbox]), text
 export class Controls {
   #running = false;
 
-  /** @param {ControlsListener} listener */
-  constructor(listener) {
+  /** @param {Theme} theme @param {ControlsListener} listener */
+  constructor(theme, listener) {
     this.listener = listener;
+    this.tables = new Tables(theme, (world) => this.#setWorld(world));
     this.seed = byId("seed", HTMLInputElement);
     this.stake = byId("stake", HTMLInputElement);
+    this.paces = byId("paces", HTMLFieldSetElement);
     this.note = byId("seed-note");
     this.hint = this.note.textContent ?? "";
     this.boardForm = byId("board-form", HTMLFormElement);
-    this.start = new StartField(() => listener.onAim());
+    this.start = new StartField(new KeptAims(window.localStorage), () => listener.onAim());
     this.#fillRows();
     byId("drop-form").addEventListener("submit", (event) => {
       event.preventDefault();
       this.drop(this.start.aim);
     });
     byId("auto").addEventListener("click", () => this.#auto());
+    this.paces.addEventListener("change", () => listener.onPace());
     this.seed.addEventListener("input", () => this.#checkSeed());
     byId("seed-clear").addEventListener("click", () => this.setSeed(""));
     this.boardForm.addEventListener("change", () => listener.onBoard(this.#choice()));
@@ -79,7 +91,7 @@ export class Controls {
   /** @param {string} name @param {Board} board @param {number[]} slots */
   setBoard(name, board, slots) {
     this.showChoice(name);
-    byId("gravity", HTMLSelectElement).options[0].textContent = `Board's own (${Number(board.gravity.toFixed(2))} m/s²)`;
+    byId("gravity", HTMLSelectElement).options[0].textContent = t("world.own-gravity", { g: figure(board.gravity) });
     this.start.setBoard(board, slots);
   }
 
@@ -95,12 +107,18 @@ export class Controls {
     for (const radio of radiosOf("kind")) radio.checked = radio.value === choice?.kind;
     byId("triangle-only").hidden = choice?.kind !== "triangle";
     byId("world").hidden = choice === null;
-    fieldOf(this.boardForm, "gravity").value = gravity;
-    fieldOf(this.boardForm, "material").value = material;
+    this.#setWorld({ gravity, material });
+    this.tables.show(tableOf({ gravity, material }));
     if (choice?.kind === "triangle") {
       fieldOf(this.boardForm, "rows").value = String(choice.rows);
       fieldOf(this.boardForm, "risk").value = choice.risk;
     }
+  }
+
+  /** @param {World} world as the two fields of the form are to say */
+  #setWorld({ gravity, material }) {
+    fieldOf(this.boardForm, "gravity").value = gravity;
+    fieldOf(this.boardForm, "material").value = material;
   }
 
   /** @param {boolean} running @param {number} left drops still to come */
@@ -108,8 +126,18 @@ export class Controls {
     this.#running = running;
     const button = byId("auto");
     button.setAttribute("aria-pressed", String(running));
-    const text = running ? `Stop${Number.isFinite(left) ? ` ${left}` : ""}` : "Start";
+    const text = running ? stopWords(left) : t("play.auto-start");
     if (button.textContent !== text) button.textContent = text;
+  }
+
+  /** Times as fast as the table's clock that our balls are to fall to the eye. */
+  get pace() {
+    return PACES[/** @type {Pace} */ (radioValue("pace"))];
+  }
+
+  /** @param {boolean} free whether this page knows a ball's way before it has fallen */
+  showPace(free) {
+    this.paces.disabled = !free;
   }
 
   get #balls() {
@@ -202,12 +230,18 @@ export class Controls {
       rows.append(make("option", { value: String(count) }, String(count)));
     }
     rows.value = String(MOST_ROWS);
-    const own = () => make("option", { value: OWN }, "Board's own");
-    byId("gravity").append(own(), ...Object.entries(GRAVITY).map(([name, value]) =>
-      make("option", { value: name }, `${name}, ${value}`)));
-    byId("material").append(own(), ...Object.keys(RESTITUTION).map((name) =>
-      make("option", { value: name }, `${name}, ${restitutionOf(name)}`)));
+    /** @param {string} value @param {...string} parts */
+    const option = (value, ...parts) => make("option", { value }, parts.join(" "));
+    byId("gravity").append(option(OWN, t("world.own")), ...Object.entries(GRAVITY).map(([name, value]) =>
+      option(name, worldWords(name), plain(value))));
+    byId("material").append(option(OWN, t("world.own-material")), ...Object.keys(RESTITUTION).map((name) =>
+      option(name, worldWords(name), plain(restitutionOf(name)))));
   }
+}
+
+/** @param {number} left drops still to come, Infinity without an end */
+function stopWords(left) {
+  return Number.isFinite(left) ? t("play.auto-stop-left", { n: left }) : t("play.auto-stop");
 }
 
 /** @param {HTMLInputElement} field @returns {number} Infinity where it is empty */

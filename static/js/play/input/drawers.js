@@ -1,8 +1,8 @@
-// The drawers behind "More": Table, Fairness, Lab, one open at a time; and the sheet of keys.
+// The drawers behind "More": Table, Fairness, Lab, Settings, one open at a time; and the sheet of keys.
 
 import { byId, isWithin } from "../../util/dom.js";
 
-const KEYS = new Map([["t", "table"], ["f", "fair"], ["l", "lab"]]);
+const KEYS = new Map([["t", "table"], ["f", "fair"], ["l", "lab"], ["s", "settings"]]);
 
 /** Opens and closes drawers. The board stays in view: a drawer takes the room of what lies in the well. */
 export class Drawers {
@@ -32,7 +32,7 @@ export class Drawers {
       tab.setAttribute("aria-expanded", String(mine === name));
       byId(mine).hidden = mine !== name;
     }
-    if (name !== null) this.box.scrollIntoView({ block: "nearest" });
+    if (name !== null) this.box.scrollIntoView({ block: "start" });
   }
 
   /** @param {KeyboardEvent} event */

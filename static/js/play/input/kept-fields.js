@@ -4,8 +4,7 @@ import { byId, fieldOf } from "../../util/dom.js";
 
 const KEY = "plinko.desk.1";
 const FIELDS = ["stake", "auto-count", "auto-rate"];
-const BALLS = "balls";
-const BALLS_CHOICES = ["1", "5", "20"];
+const CHOICES = { balls: ["1", "5", "20"], pace: ["real", "turbo", "instant"] };
 
 /** Fills the fields with what was chosen last, and keeps what is chosen from now on. @param {Storage} storage */
 export function keepFields(storage) {
@@ -17,10 +16,11 @@ export function keepFields(storage) {
     if (!field.checkValidity() || (field instanceof HTMLSelectElement && !field.value)) field.value = first;
   }
   const form = byId("drop-form", HTMLFormElement);
-  const balls = fieldOf(form, BALLS);
-  if (BALLS_CHOICES.includes(kept[BALLS])) balls.value = kept[BALLS];
+  const choices = Object.entries(CHOICES).map(([name, values]) => ({ name, values, field: fieldOf(form, name) }));
+  for (const { name, values, field } of choices) if (values.includes(kept[name])) field.value = kept[name];
   form.addEventListener("change", () => {
     const values = fields.filter((field) => field.checkValidity()).map((field) => [field.id, field.value]);
-    storage.setItem(KEY, JSON.stringify(Object.fromEntries([...values, [BALLS, balls.value]])));
+    const chosen = choices.map(({ name, field }) => [name, field.value]);
+    storage.setItem(KEY, JSON.stringify(Object.fromEntries([...values, ...chosen])));
   });
 }

@@ -1,9 +1,12 @@
 // About where the ball starts: in the middle, at an aim on a slider, or in one of the board's slots.
 
 import { aimSpan } from "../../model/board.js";
+import { t } from "../../texts/text.js";
 import { byId, make, radioValue } from "../../util/dom.js";
+import { fixed } from "../../util/format.js";
 
 /** @import { Board } from "../../model/board.js" */
+/** @import { KeptAims } from "./kept-aims.js" */
 
 const SEED = "seed";
 const CHOSEN = "chosen";
@@ -14,38 +17,52 @@ const FINE = 1 / 240; // with Shift
 export class StartField {
   /** @type {number[]} */
   #slots = [];
-  #middle = 0;
+  /** @type {Board | null} */
+  #board = null;
 
-  /** @param {() => void} onChange */
-  constructor(onChange) {
+  /** @param {KeptAims} kept @param {() => void} onChange */
+  constructor(kept, onChange) {
+    this.kept = kept;
     this.chips = byId("start-chips");
     this.sliderBox = byId("start-slider");
     this.slider = byId("start-x", HTMLInputElement);
     this.told = byId("start-words");
     this.onChange = onChange;
-    this.chips.addEventListener("change", () => this.#show());
-    this.slider.addEventListener("input", () => this.#show());
+    this.chips.addEventListener("change", () => this.#moved());
+    this.slider.addEventListener("input", () => this.#moved());
   }
 
   /** @param {Board} board @param {number[]} slots */
   setBoard(board, slots) {
     this.#slots = slots;
-    this.#middle = board.drop.x;
+    this.#board = board;
     this.told.textContent = "";
     const { x } = board.drop;
     const places = slots.length
-      ? slots.map((_, index) => [String(index), String(index + 1), `Slot ${index + 1}`])
-      : [[CHOSEN, "Aim", "Aim"]];
+      ? slots.map((_, index) => [String(index), String(index + 1), t("play.slot", { n: index + 1 })])
+      : [[CHOSEN, t("word.aim"), t("word.aim")]];
     // A tenth of a millimetre inside, so that rounding never steps over the end.
     const reach = Math.max(0, Math.floor(aimSpan(board.drop) * 1e4 - 1) / 1e4);
     if (!slots.length && reach === 0) places.length = 0;
     this.chips.replaceChildren(
-      chip(SEED, "Random", "Random", true),
+      chip(SEED, t("play.random"), t("play.random"), true),
       ...places.map(([value, text, name]) => chip(value, text, name, false)),
     );
     Object.assign(this.slider, { min: String(x - reach), max: String(x + reach), step: "any" });
     this.slider.value = String(x);
+    this.#restore();
     this.#show();
+  }
+
+  /** The aim of the last time, where this board still allows it. */
+  #restore() {
+    const aim = this.#board && this.kept.of(this.#board);
+    if (aim === null) return;
+    if (this.#slots.length) this.#choose(String(this.#slots.indexOf(aim)));
+    else if (aim >= Number(this.slider.min) && aim <= Number(this.slider.max)) {
+      this.#choose(CHOSEN);
+      this.slider.value = String(aim);
+    }
   }
 
   /** @returns {number | null} middle of what the seed draws, metres; null for the board's own */
@@ -68,7 +85,7 @@ export class StartField {
       this.#choose(CHOSEN);
       this.slider.value = String(Number(value) + side * step);
     }
-    this.#show();
+    this.#moved();
     this.told.textContent = this.#sentence();
   }
 
@@ -87,17 +104,23 @@ export class StartField {
 
   /** @returns {string} the place as a sentence, for those who do not see the ball over the board. */
   #sentence() {
-    if (this.#slots.length) return `Slot ${Number(this.#choice) + 1}.`;
-    const off = (this.aim ?? this.#middle) - this.#middle;
-    const size = `${Math.abs(off).toFixed(3)} m`;
-    if (Math.abs(off) < 5e-4) return "In the middle.";
-    return off < 0 ? `${size} left of the middle.` : `${size} right of the middle.`;
+    if (this.#slots.length) return t("play.aim-slot", { n: Number(this.#choice) + 1 });
+    const middle = this.#board?.drop.x ?? 0;
+    const off = (this.aim ?? middle) - middle;
+    const size = fixed(Math.abs(off), 3);
+    if (Math.abs(off) < 5e-4) return t("play.aim-middle");
+    return off < 0 ? t("play.aim-left", { size }) : t("play.aim-right", { size });
   }
 
   /** @returns {string} */
   get #choice() {
     // Before the first board has come there is nothing to choose from.
     return this.chips.hasChildNodes() ? radioValue("start") : SEED;
+  }
+
+  #moved() {
+    if (this.#board) this.kept.keep(this.#board, this.aim);
+    this.#show();
   }
 
   #show() {

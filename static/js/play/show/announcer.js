@@ -1,6 +1,7 @@
 // Tells what drops came to: each by itself, a round of several in one line. Pure but for time.
 
-import { amount, counted, multiplier, plain } from "../../util/format.js";
+import { t } from "../../texts/text.js";
+import { amount, multiplier, plain } from "../../util/format.js";
 
 const PAUSE_MS = 1500; // between two sentences: a listener hears each to its end
 
@@ -19,6 +20,7 @@ export class Announcer {
   #count = 0;
   #paid = 0;
   #staked = 0;
+  #practice = true; // all that is counted
   /** Balls of one push: how many are still to land, and what they come to. @type {Round | null} */
   #round = null;
 
@@ -38,7 +40,7 @@ export class Announcer {
     }
     this.#round.left += count;
     this.#round.count += count;
-    this.say(`${counted(this.#round.count, "ball")} fall…`);
+    this.say(t("play.balls-fall", { n: this.#round.count }));
   }
 
   /** Whether balls of a round are still to land. */
@@ -65,8 +67,8 @@ export class Announcer {
     this.#round = null;
     this.#forget();
     const words = practice
-      ? `${counted(count, "practice ball")}: ${amount(scores / count)}× on average.`
-      : `${counted(count, "ball")}: ${amount(paid)} back for ${plain(staked)}.`;
+      ? t("play.round-practice", { n: count, mean: amount(scores / count) })
+      : t("play.round", { n: count, paid: amount(paid), staked: plain(staked) });
     this.say(words, scores / count);
   }
 
@@ -78,6 +80,7 @@ export class Announcer {
     }
     this.#last = result;
     this.#count += 1;
+    this.#practice &&= result.practice ?? false;
     this.#staked += result.stake ?? 1;
     this.#paid += (result.stake ?? 1) * result.score;
     if (this.#timer !== 0) return;
@@ -91,12 +94,23 @@ export class Announcer {
     this.#lastMs = performance.now();
     const last = this.#last;
     if (!last) return;
-    this.say(this.#count === 1 ? sentence(last) : summary(this.#count, this.#staked, this.#paid, last),
+    this.say(this.#count === 1 ? sentence(last) : this.#summary(last),
       last.bin === null ? undefined : last.score);
     this.#forget();
   }
 
+  /** @param {Result} last */
+  #summary(last) {
+    const n = this.#count;
+    const came = this.#practice
+      ? t("play.landed-practice", { n })
+      : t("play.landed", { n, paid: amount(this.#paid), staked: plain(this.#staked) });
+    const { bin, score } = last;
+    return `${came} ${bin === null ? t("play.last-none") : t("play.last-bin", { bin, pays: multiplier(score) })}`;
+  }
+
   #forget() {
+    this.#practice = true;
     this.#count = 0;
     this.#paid = 0;
     this.#staked = 0;
@@ -105,18 +119,13 @@ export class Announcer {
 
 /** @param {Result} result */
 function sentence({ bin, score, seed, stake = 1, practice = false, near = "" }) {
-  if (practice) {
-    const where = bin === null ? "no bin" : `bin ${bin}, ${multiplier(score)}`;
-    return `Practice: ${where} for seed ${seed}.${near}`;
+  if (bin === null) {
+    if (practice) return t("play.practice-none", { seed });
+    return stake ? t("play.rests-back", { seed }) : t("play.rests", { seed });
   }
-  if (bin === null) return `Seed ${seed} came to rest in no bin.${stake ? " Its stake is back." : ""}`;
-  if (stake === 0) return `Seed ${seed} lands in bin ${bin}, ${multiplier(score)}. Nothing was staked.`;
-  const worth = stake === 1 ? "" : `, ${amount(stake * score)} for ${plain(stake)},`;
-  return `Bin ${bin} pays ${multiplier(score)}${worth} for seed ${seed}.${near}`;
-}
-
-/** @param {number} count @param {number} staked @param {number} paid @param {Result} last */
-function summary(count, staked, paid, last) {
-  return `${counted(count, "ball")} landed: ${amount(paid)} back for ${plain(staked)}. ` +
-    `The last: ${last.bin === null ? "no bin" : `bin ${last.bin}, ${multiplier(last.score)}`}.`;
+  const told = { bin, seed, pays: multiplier(score) };
+  if (practice) return t("play.practice-bin", told) + near;
+  if (stake === 0) return t("play.lands-free", told);
+  if (stake === 1) return t("play.pays", told) + near;
+  return t("play.pays-stake", { ...told, paid: amount(stake * score), stake: plain(stake) }) + near;
 }

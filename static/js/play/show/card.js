@@ -1,6 +1,7 @@
 // The card of a large win: what it paid, counted up, and the way to share the ball.
 
 import { replayLink } from "../../net/drop-address.js";
+import { t } from "../../texts/text.js";
 import { byId } from "../../util/dom.js";
 import { amount, multiplier, plain } from "../../util/format.js";
 
@@ -8,6 +9,11 @@ import { amount, multiplier, plain } from "../../util/format.js";
 
 const LEAST = 100; // times the stake
 const COUNT_MS = 1800;
+
+/** @param {Played} played @returns {boolean} whether it is worth a card */
+export function isLarge({ score, bin }) {
+  return score >= LEAST && bin !== null;
+}
 
 /** Lies over the board until the next ball falls, or until it is put away. */
 export class Card {
@@ -20,18 +26,22 @@ export class Card {
     byId("card-close").addEventListener("click", () => this.hide());
   }
 
+  /** Whether it still counts up. */
+  get counting() {
+    return this.#counting !== null;
+  }
+
   hide() {
     this.#counting = null;
     this.box.hidden = true;
   }
 
-  /** @param {Played} played settled @param {boolean} still nothing is to move */
+  /** @param {Played} played a large win @param {boolean} still nothing is to move */
   show(played, still) {
-    const { score, bin, stake = 1, practice } = played;
-    if (score < LEAST || bin === null) return;
+    const { score, stake = 1, practice } = played;
     byId("card-words").textContent = practice
-      ? "In practice: nothing was staked."
-      : `${amount(stake * score)} for ${plain(stake)}.`;
+      ? t("play.win-practice")
+      : t("play.win-paid", { paid: amount(stake * score), stake: plain(stake) });
     byId("card-share", HTMLAnchorElement).href = replayLink(played);
     this.#counting = { score, since: null };
     this.box.hidden = false;

@@ -4,7 +4,7 @@ import { startSpan } from "../../model/board.js";
 import { PEG } from "../../model/motion/drop.js";
 import { findFork } from "./fork.js";
 
-/** @import { Board, Peg } from "../../model/board.js" */
+/** @import { Board, Peg, Point } from "../../model/board.js" */
 /** @import { Flash, Scene } from "../../model/scene.js" */
 /** @import { Solved } from "../../model/table/solved-feed.js" */
 /** @import { Fork } from "./fork.js" */
@@ -14,13 +14,14 @@ const JACKPOT = 100; // and from here on what decided it is seen once more, slow
 const RUN_S = 1.1; // that the light takes from the first peg to the last
 const FADE_S = 0.7;
 const SLOW_S = 2; // that the slow look takes
+const NEAR_S = 0.45; // that the view takes to come near, before
 const AROUND_S = 0.14; // of the drop, before and after what decided it
 const TRAIL = 10;
 const TRAIL_S = 0.008;
 
 /** The last landing of ours, for as long as nothing else falls. */
 export class Encore {
-  /** @type {{drop: Solved, pegs: Peg[], fork: Fork | null, score: number} | null} */
+  /** @type {{drop: Solved, pegs: Peg[], fork: Fork | null, score: number, slow: boolean} | null} */
   #shown = null;
   /** @type {number | null} local time at which it began, s */
   #since = null;
@@ -28,25 +29,31 @@ export class Encore {
 
   clear() {
     this.#shown = null;
+    this.near = null;
   }
 
   /**
    * @param {Solved} drop that has landed
    * @param {Board} board
    * @param {(x: number) => Solved} dropAt
+   * @param {boolean} still nothing is to move
    */
-  begin(drop, board, dropAt) {
+  begin(drop, board, dropAt, still) {
     const pegs = drop.impacts.filter((row) => row[6] === PEG).map((row) => board.pegs[row[7]]);
     const { x } = board.drop;
     const span = startSpan(board.drop);
     const fork = findFork(drop, dropAt, { from: x - span, to: x + span });
-    this.#shown = { drop, pegs, fork, score: drop.score };
+    const slow = !still && fork !== null && drop.score >= JACKPOT;
+    this.#shown = { drop, pegs, fork, score: drop.score, slow };
     this.#since = null;
   }
 
-  /** @returns {Fork | null} */
-  get fork() {
-    return this.#shown?.fork ?? null;
+  /** What decided a jackpot, while it is looked at from near. @type {Point | null} */
+  near = null;
+
+  /** Whether a jackpot's look from near is still to come or to end: nothing is shown over it. */
+  get looking() {
+    return this.#shown !== null && this.#shown.slow && (this.#since === null || this.near !== null);
   }
 
   /**
@@ -58,15 +65,20 @@ export class Encore {
    */
   show(scene, wall, still) {
     if (!this.#shown) return false;
-    const { drop, pegs, fork, score } = this.#shown;
+    const { drop, pegs, fork, score, slow } = this.#shown;
     this.#since ??= wall;
     const age = wall - this.#since;
     scene.fork = fork;
     if (still || score < WIN) return false;
-    scene.flashes = [...scene.flashes, ...lights(pegs, age)];
-    const slow = score >= JACKPOT && fork !== null && age < SLOW_S;
-    if (slow) scene.balls.push(this.#slowBall(drop, fork.t + (age / SLOW_S - 0.5) * 2 * AROUND_S));
-    return slow || age < RUN_S + FADE_S;
+    const before = slow ? NEAR_S + SLOW_S : 0;
+    this.near = slow && age < before && fork ? fork.at : null;
+    if (this.near && fork) {
+      const part = Math.max(0, age - NEAR_S) / SLOW_S;
+      scene.balls.push(this.#slowBall(drop, fork.t + (part - 0.5) * 2 * AROUND_S));
+      return true;
+    }
+    scene.flashes = [...scene.flashes, ...lights(pegs, age - before)];
+    return age < before + RUN_S + FADE_S;
   }
 
   /** @param {Solved} drop @param {number} t s since its start */

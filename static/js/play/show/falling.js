@@ -1,5 +1,6 @@
 // What the status says while a ball of ours falls: a few times on its way, in words. Pure.
 
+import { t } from "../../texts/text.js";
 import { multiplier } from "../../util/format.js";
 
 /** @import { Board } from "../../model/board.js" */
@@ -16,12 +17,15 @@ export class Falling {
   /** @type {number | undefined} */
   #ball;
   #told = 0;
+  /** Whether something else is to be read meanwhile. */
+  silent = false;
 
   /** @param {Board} board */
   setBoard({ pegs, bins }) {
     this.#rows = [...new Set(pegs.map(({ y }) => Number(y.toFixed(6))))].sort((a, b) => a - b);
     this.#bins = bins;
     this.#ball = undefined;
+    this.silent = false;
   }
 
   /**
@@ -31,20 +35,22 @@ export class Falling {
   words(balls) {
     const own = balls.filter(({ mine }) => mine);
     const [ball] = own;
-    if (own.length !== 1 || !this.#bins || ball.y > this.#bins.y) return null;
+    if (this.silent || own.length !== 1 || !this.#bins || ball.y > this.#bins.y) return null;
     const passed = this.#rows.filter((y) => y < ball.y).length;
     const part = 1 + Math.floor((TIMES * passed) / (this.#rows.length + 1));
     if (ball.id !== this.#ball) this.#told = 0;
     this.#ball = ball.id;
     if (part <= this.#told) return null;
     this.#told = part;
-    if (passed === 0) return "It falls…";
-    return `Row ${passed} of ${this.#rows.length}${this.#above(this.#bins, ball.x)}…`;
+    if (passed === 0) return t("play.falls");
+    const told = { row: passed, rows: this.#rows.length };
+    const pays = this.#below(this.#bins, ball.x);
+    return pays ? t("play.row-above", { ...told, pays }) : t("play.row", told);
   }
 
-  /** @param {Board["bins"]} bins @param {number} x m */
-  #above({ edges, multipliers }, x) {
+  /** @param {Board["bins"]} bins @param {number} x m @returns {string} what the bin there pays */
+  #below({ edges, multipliers }, x) {
     const bin = edges.findIndex((edge, i) => x >= edge && x < edges[i + 1]);
-    return bin < 0 ? "" : `, above ${multiplier(multipliers[bin])}`;
+    return bin < 0 ? "" : multiplier(multipliers[bin]);
   }
 }

@@ -1,7 +1,9 @@
 // Plays tones: a few voices of WebAudio, made only once sound was asked for.
 
+import { placeOf } from "../../model/worlds.js";
 import { sides } from "../../paint/geometry.js";
-import { chimeOf, chosen, toneOf } from "./tones.js";
+import { HOME, TIMBRES } from "./timbres.js";
+import { chimeOf, chosen, toneOf, withOvertones } from "./tones.js";
 import { strike } from "./voice.js";
 
 /** @import { Board } from "../../model/board.js" */
@@ -10,7 +12,7 @@ import { strike } from "./voice.js";
 
 const VOICES = 16;
 const STALE = 0.1; // s: what is longer over than this is not heard any more
-const MASTER = 0.5;
+const MASTER = 0.8; // of what the limiter takes, at full volume
 
 /** @typedef {{context: AudioContext, master: GainNode}} Output */
 
@@ -22,6 +24,8 @@ export class Sound {
   #output = null;
   /** @type {{left: number, right: number} | null} of the board, metres */
   #sides = null;
+  #timbre = HOME;
+  #volume = 1;
 
   /** @param {boolean} on from a click or a key: browsers allow sound only then */
   async switch(on) {
@@ -31,12 +35,20 @@ export class Sound {
       return;
     }
     this.#output ??= makeOutput();
+    this.volume = this.#volume;
     await this.#output.context.resume();
+  }
+
+  /** @param {number} volume 0 … 1; loudness is heard as about the root of the power */
+  set volume(volume) {
+    this.#volume = volume;
+    if (this.#output) this.#output.master.gain.value = MASTER * volume ** 2;
   }
 
   /** @param {Board} board */
   setBoard(board) {
     this.#sides = sides(board);
+    this.#timbre = TIMBRES[placeOf(board.name) ?? ""] ?? HOME;
   }
 
   /**
@@ -48,8 +60,8 @@ export class Sound {
     if (!this.#audible || !across) return;
     const tones = [];
     for (const impact of impacts) {
-      const tone = t - impact.t < STALE ? toneOf(impact, across) : null;
-      if (tone) tones.push(tone);
+      const tone = t - impact.t < STALE ? toneOf(impact, across, this.#timbre) : null;
+      if (tone) tones.push(...withOvertones(tone, this.#timbre));
     }
     for (const tone of chosen(tones, VOICES - this.playing)) this.#strike(tone, 0);
   }
@@ -57,7 +69,7 @@ export class Sound {
   /** @param {number} score what a ball of ours was paid @param {number} place 0 … 1 across */
   chime(score, place) {
     if (!this.#audible || !this.#sides) return;
-    chosen(chimeOf(score, place), VOICES - this.playing).forEach((tone, i) => {
+    chosen(chimeOf(score, place, this.#timbre), VOICES - this.playing).forEach((tone, i) => {
       this.#strike(tone, 0.07 * i);
     });
   }
@@ -82,7 +94,6 @@ function makeOutput() {
   const context = new AudioContext({ latencyHint: "interactive" });
   const limiter = context.createDynamicsCompressor();
   const master = context.createGain();
-  master.gain.value = MASTER;
   master.connect(limiter).connect(context.destination);
   return { context, master };
 }

@@ -1,8 +1,13 @@
 // What an impact sounds like, from how hard and where it was; what a bin's pay sounds like. Pure.
 
+import { HOME } from "./timbres.js";
+
+/** @import { Timbre } from "./timbres.js" */
+
 const SILENT = 0.12; // m/s: softer touches make no sound
 const LOUD = 6; // m/s: harder ones are not louder
 const WALL = 1;
+const WALL_DECAY = 0.8; // of a peg's
 
 /**
  * @typedef {object} Tone
@@ -10,6 +15,8 @@ const WALL = 1;
  * @property {number} gain 0 … 1
  * @property {number} decay s until it is a thousandth
  * @property {number} pan -1 … 1
+ * @property {OscillatorType} wave
+ * @property {number} bend how far above its pitch it begins, times
  */
 
 /**
@@ -17,27 +24,46 @@ const WALL = 1;
  * that is heard goes with the square of the speed; ears hear that as steps, hence the root.
  * @param {{kind: number, speed: number, x: number}} impact
  * @param {{left: number, right: number}} sides of the board, metres
+ * @param {Timbre} [timbre]
  * @returns {Tone | null} null for a touch too soft to be heard
  */
-export function toneOf({ kind, speed, x }, { left, right }) {
+export function toneOf({ kind, speed, x }, { left, right }, timbre = HOME) {
   if (!(speed > SILENT)) return null;
   const force = Math.min(1, speed / LOUD);
   const across = Math.max(0, Math.min(1, (x - left) / (right - left)));
-  const base = kind === WALL ? 420 : 1250 + 500 * across;
+  const [low, span] = timbre.peg;
+  const [short, more] = timbre.decay;
+  const base = kind === WALL ? timbre.wall : low + span * across;
+  const decay = short + more * force;
   return {
-    frequency: base * (1 + 0.35 * force),
+    frequency: base * (1 + timbre.rise * force),
     gain: 0.5 * force ** 0.8,
-    decay: kind === WALL ? 0.09 : 0.05 + 0.06 * force,
+    decay: kind === WALL ? WALL_DECAY * decay : decay,
     pan: 1.4 * (across - 0.5),
+    wave: timbre.wave,
+    bend: timbre.bend,
   };
 }
 
-/** @param {number} score @param {number} place 0 … 1 across @returns {Tone[]} a rising chord */
-export function chimeOf(score, place) {
+/** @param {Tone} tone @param {Timbre} timbre @returns {Tone[]} it and what rings with it */
+export function withOvertones(tone, { overtones }) {
+  return [tone, ...overtones.map(({ ratio, gain, decay }) => ({
+    ...tone, frequency: ratio * tone.frequency, gain: gain * tone.gain, decay: decay * tone.decay,
+  }))];
+}
+
+/**
+ * @param {number} score
+ * @param {number} place 0 … 1 across
+ * @param {Timbre} [timbre]
+ * @returns {Tone[]} a soft tick for less than the stake, for more a rising chord
+ */
+export function chimeOf(score, place, { root, wave } = HOME) {
   const steps = score < 1 ? 1 : Math.min(4, 2 + Math.floor(Math.log10(score)));
-  const root = score < 1 ? 220 : 392;
+  const base = score < 1 ? root / 1.78 : root;
   return [1, 1.25, 1.5, 2].slice(0, steps).map((ratio) => ({
-    frequency: root * ratio, gain: 0.22, decay: 0.35, pan: 1.4 * (place - 0.5),
+    frequency: base * ratio, gain: score < 1 ? 0.14 : 0.22, decay: score < 1 ? 0.16 : 0.35, pan: 1.4 * (place - 0.5),
+    wave, bend: 1.5,
   }));
 }
 

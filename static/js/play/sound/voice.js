@@ -3,20 +3,20 @@
 /** @import { Tone } from "./tones.js" */
 
 /**
- * One struck tone with its overtone, fading by itself.
+ * One struck tone, fading by itself.
  * @param {BaseAudioContext} context
  * @param {AudioNode} into what is played
  * @param {Tone} tone
  * @param {number} later s
  * @param {() => void} onEnd
  */
-export function strike(context, into, { frequency, gain, decay, pan }, later, onEnd) {
+export function strike(context, into, { frequency, gain, decay, pan, wave, bend }, later, onEnd) {
   const start = context.currentTime + later;
   const voice = context.createOscillator();
   const envelope = context.createGain();
   const place = context.createStereoPanner();
-  voice.type = "triangle";
-  voice.frequency.setValueAtTime(1.5 * frequency, start);
+  voice.type = wave;
+  voice.frequency.setValueAtTime(bend * frequency, start);
   voice.frequency.exponentialRampToValueAtTime(frequency, start + 0.012);
   envelope.gain.setValueAtTime(0, start);
   envelope.gain.linearRampToValueAtTime(gain, start + 0.002);

@@ -23,7 +23,7 @@ HERE = Path(__file__).parent
 REPOSITORY = HERE.parents[3]
 DIGEST = drop(Board.preset("triangle-8"), 42).digest
 
-PICTURES = ("image/png", "image/jpeg", "image/gif", "image/webp", "image/apng")
+PICTURES = ("image/png", "image/jpeg", "image/gif", "image/webp", "image/apng", "video/mp4")
 CONFIG = {
     "content_type_overrides": dict.fromkeys(PICTURES, "application/octet-stream"),
     "post_hooks": [],

@@ -37,3 +37,12 @@ test("a near miss is told where the path shows it, and to no bin that pays littl
   assert.equal(nearMiss(board, 0, -0.06), "", "more than half a radius away");
   assert.equal(nearMiss(board, 1, 0.001), "", "what was missed pays less");
 });
+
+test("nothing is told of a fall while something else is to be read", () => {
+  const falling = new Falling();
+  falling.setBoard(board);
+  falling.silent = true;
+  assert.equal(falling.words([ball(0)]), null);
+  falling.silent = false;
+  assert.notEqual(falling.words([ball(0)]), null);
+});

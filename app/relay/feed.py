@@ -1,0 +1,184 @@
+"""A room's side: whatever its spectators by seeds are sent goes to the bus as well, once.
+
+A feed is one more client of the room, whose connection is the bus. It is there while relays wish
+for it, and greeted anew when one of them has somebody to greet.
+"""
+
+import asyncio
+import contextlib
+import functools
+import logging
+import secrets
+import time
+from collections.abc import Callable, Iterator
+from typing import Final
+
+from app.errors import AppError, MalformedError
+from app.live.hub import Client, Mailbox
+from app.live.registry import Rooms
+from app.protocol.messages import SEEDS
+from app.protocol.wire import WireMessage
+from app.relay.bus import Bus, Carried
+from app.relay.letter import END, WISHES, Letter, channel_of, kind_of, payload_of, wished
+from app.rooms.room import Room
+
+KEPT: Final = 3.0
+"""s for which a feed goes on after the last wish; relays wish once a second."""
+
+TOGETHER: Final = 0.05
+"""s for which those who wish for a hello wait for others, to be greeted with one."""
+
+_log = logging.getLogger("plinko")
+
+
+class Feed:
+    """The letters of one room; what the room's hub writes to."""
+
+    def __init__(self, bus: Bus, room_id: str, rooms: Rooms, clock: Callable[[], float]) -> None:
+        self.wished = clock()
+        self.greets = False  # soon
+        self.client: Client | None = None  # while it watches the room
+        self._bus = bus
+        self._channel = channel_of(room_id)
+        self._room_id = room_id
+        self._rooms = rooms
+        self._clock = clock
+        self._name = secrets.token_bytes(8)
+        self._number = 0
+
+    def write(self, wire: bytes) -> bool:
+        """Send what a client would be sent."""
+        payload = payload_of(wire)
+        self._send(kind_of(payload), payload)
+        return True
+
+    async def send(self, message: WireMessage) -> None:
+        """`write`, for who waits; nobody does here."""
+        self.write(message.wire)
+
+    def end(self) -> None:
+        """There will be no more: whoever watches must ask the room itself why."""
+        self._send(END, b"")
+
+    def _send(self, kind: int, payload: bytes) -> None:
+        self._number += 1
+        tick, tick_time = 0, 0.0
+        with contextlib.suppress(AppError):  # a room that was closed has no time
+            room = self._rooms.find(self._room_id)
+            tick, tick_time = room.world.tick, room.tick_time
+        letter = Letter(kind, self._name, self._number, tick, tick_time, self._clock(), payload)
+        self._bus.publish(self._channel, letter.encode())
+
+
+async def feed_relays(bus: Carried | None, rooms: Rooms, client_ids: Iterator[int]) -> None:
+    """Feed relays over a bus, and carry it, until this is cancelled; nothing without a bus."""
+    if bus is None:
+        return
+    feeds = Feeds(bus, rooms, new_client=client_ids.__next__)
+    try:
+        await bus.run()
+    finally:
+        feeds.close()
+
+
+class Feeds:
+    """The feeds of all rooms that relays wish for.
+
+    `holds` says which rooms are this process's; `kept` is how long a feed lasts after a wish, s.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        rooms: Rooms,
+        *,
+        new_client: Callable[[], int],
+        holds: Callable[[str], bool] = lambda _: True,
+        clock: Callable[[], float] = time.monotonic,
+        kept: float = KEPT,
+    ) -> None:
+        self._bus = bus
+        self._kept = kept
+        self._rooms = rooms
+        self._new_client = new_client
+        self._holds = holds
+        self._clock = clock
+        self._feeds: dict[str, Feed] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
+        bus.subscribe(WISHES, self._heard)
+
+    @property
+    def count(self) -> int:
+        """Rooms that are fed to relays now."""
+        return len(self._feeds)
+
+    def close(self) -> None:
+        """Feed nobody any more."""
+        self._bus.unsubscribe(WISHES)
+        for task in self._tasks:
+            task.cancel()
+
+    def _heard(self, data: bytes) -> None:
+        try:
+            room_id, hello = wished(data)
+        except MalformedError as error:
+            _log.warning("a wish on the bus is none", extra={"error": str(error)})
+            return
+        if not self._holds(room_id):
+            return
+        feed = self._feeds.get(room_id)
+        if feed is None:
+            self._begin(room_id)
+            return
+        feed.wished = self._clock()
+        if hello and not feed.greets:
+            feed.greets = True
+            greet = functools.partial(self._greet, room_id, feed)
+            asyncio.get_running_loop().call_later(TOGETHER, greet)
+
+    def _begin(self, room_id: str) -> None:
+        feed = self._feeds[room_id] = Feed(self._bus, room_id, self._rooms, self._clock)
+        task = asyncio.create_task(self._run(room_id, feed), name=f"feed of {room_id}")
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _run(self, room_id: str, feed: Feed) -> None:
+        """Feed a room until nobody wishes for it, or it ends."""
+        try:
+            room = await self._rooms.seek(room_id)
+            if room.stream_of(SEEDS) == SEEDS:
+                await self._watch(room, feed)
+            else:
+                feed.end()
+        except AppError:
+            feed.end()
+        finally:
+            del self._feeds[room_id]
+
+    async def _watch(self, room: Room, feed: Feed) -> None:
+        # Nothing ever waits for the bus, so its mailbox is never used.
+        client = Client(self._new_client(), feed, Mailbox(1, 1), self._kept, stream=SEEDS)
+        self._rooms.enter(room, client)
+        feed.client = client
+        writing = asyncio.create_task(client.run())
+        try:
+            while (left := feed.wished + self._kept - self._clock()) > 0 and not writing.done():
+                await asyncio.wait([writing], timeout=left)
+            if writing.done():
+                writing.result()  # why the room sent everyone away
+        finally:
+            feed.client = None
+            self._rooms.exit(room.id, client)
+            writing.cancel()
+            with contextlib.suppress(asyncio.CancelledError, AppError):
+                await writing
+
+    def _greet(self, room_id: str, feed: Feed) -> None:
+        """Begin anew for all who wait: in order with what happened before."""
+        feed.greets = False
+        if feed.client is None:
+            return  # it is about to be greeted as everyone who comes
+        with contextlib.suppress(AppError):
+            room = self._rooms.find(room_id)
+            self._rooms.broadcaster.release(room_id)
+            self._rooms.broadcaster.greet(room, feed.client)

@@ -1,0 +1,21 @@
+"""A bus over Redis, where its client is installed."""
+
+from importlib import import_module
+from typing import Any
+
+from app.errors import MissingPartError
+from app.relay.bus import Carried
+
+
+def redis_at(url: str) -> Carried:
+    """The bus at an address; raises MissingPartError without the client, SettingError."""
+    try:
+        module: Any = import_module("app.relay.redis_bus")
+    except ModuleNotFoundError as error:
+        if error.name != "redis":
+            raise
+        raise MissingPartError(
+            "relays need the Redis client: pip install 'plinko-server[relays]'"
+        ) from None
+    bus: Carried = module.RedisBus(url)
+    return bus

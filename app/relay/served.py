@@ -1,0 +1,80 @@
+"""The application of a relay: rooms' WebSockets, its health, and its metrics."""
+
+import asyncio
+import contextlib
+import socket
+from collections.abc import AsyncIterator, Iterator
+
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
+
+from app.errors import AppError
+from app.ops.metrics import Metrics, Reading
+from app.relay.bus import Carried
+from app.relay.spectators import Spectators
+from app.settings import Settings
+from app.web.edge.hosts import Hosts
+from app.web.middleware import HostCheck, OriginCheck
+from app.web.problems import problem_response
+from app.web.tokens import check_bearer
+
+
+def create_relay(settings: Settings, bus: Carried, rooms: str) -> Starlette:
+    """The application; SettingError where `rooms` is no address of a server."""
+    here = Spectators(bus, rooms, settings)
+    metrics = Metrics()
+    metrics.read_from(lambda: _readings(here))
+
+    async def watch(client: WebSocket) -> None:
+        await here.serve(client, client.path_params["room"])
+
+    async def healthz(_: Request) -> Response:
+        return JSONResponse(
+            {"status": "ok", "clients": here.hub.total, "rooms": here.mirrors, "lines": here.lines}
+        )
+
+    async def measured(request: Request) -> Response:
+        if settings.metrics_token:
+            try:
+                asked = request.headers.get("authorization")
+                check_bearer(asked, settings.metrics_token, "of the metrics")
+            except AppError as error:
+                return problem_response(error)
+        body, media_type = metrics.exposition(request.headers.get("accept", ""))
+        return Response(body, media_type=media_type, headers={"cache-control": "no-store"})
+
+    @contextlib.asynccontextmanager
+    async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        tasks = [asyncio.create_task(work) for work in (here.tend(), bus.run())]
+        try:
+            yield
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    app = Starlette(
+        routes=[
+            WebSocketRoute("/ws/rooms/{room}", watch),
+            Route("/healthz", healthz),
+            Route("/metrics", measured),
+        ],
+        lifespan=lifespan,
+    )
+    app.add_middleware(OriginCheck, allowed=settings.allowed_origins)
+    hosts = Hosts(settings.host, settings.hosts, socket.gethostname())
+    app.add_middleware(HostCheck, hosts=hosts)
+    app.state.spectators = here
+    return app
+
+
+def _readings(here: Spectators) -> Iterator[Reading]:
+    traffic = here.hub.traffic
+    yield "plinko_clients", "Clients connected to rooms.", here.hub.total, {}
+    yield "plinko_frames_sent_total", "WebSocket messages sent.", traffic.frames, {}
+    yield "plinko_sent_bytes_total", "Bytes of those messages.", traffic.bytes, {}
+    text = "Clients closed because they did not read."
+    yield "plinko_clients_too_slow_total", text, traffic.too_slow, {}

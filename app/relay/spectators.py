@@ -1,0 +1,200 @@
+"""All who watch over a relay, by their rooms, and how each of them is served."""
+
+import asyncio
+import contextlib
+import secrets
+import time
+from collections.abc import Callable
+from itertools import count
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from app.errors import AppError, MalformedError, MessageFloodError, SlowClientError, answer, told
+from app.live.hub import Client, Hub, Mailbox
+from app.live.transport import connection_of, sever
+from app.protocol import client_messages, messages
+from app.protocol.wire import WireMessage
+from app.relay import line
+from app.relay.bus import Bus
+from app.relay.letter import WISHES, channel_of, wish
+from app.relay.mirror import Mirror
+from app.settings import Settings
+from app.web.limits import TokenBucket
+
+
+class Spectators:
+    """Everybody who watches here. `rooms` is where the rooms' own processes are."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        rooms: str,
+        settings: Settings,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        line.address(rooms, "main", "")  # is one
+        self.hub = Hub(settings.max_clients)
+        self.settings = settings
+        self.clock = clock
+        self.lines = 0
+        self._rooms = rooms
+        self._bus = bus
+        self._mirrors: dict[str, Mirror] = {}
+        self._numbers = count()
+
+    @property
+    def mirrors(self) -> int:
+        """Rooms that somebody watches here."""
+        return len(self._mirrors)
+
+    async def serve(self, socket: WebSocket, room_id: str) -> None:
+        """Serve a client until it leaves: by letters if it only watches, else by a line."""
+        await socket.accept()
+        query = socket.url.query
+        first = None
+        try:
+            if _only_watches(socket):
+                first = await Spectator(self, socket, room_id).watch()
+            await self._talk(socket, line.address(self._rooms, room_id, query), first)
+        except WebSocketDisconnect:
+            return
+        except AppError as error:
+            await _close(socket, error, self.settings.client_linger)
+
+    async def _talk(self, socket: WebSocket, url: str, first: str | None) -> None:
+        self.lines += 1
+        try:
+            await line.talk(socket, url, first)
+        finally:
+            self.lines -= 1
+
+    def next_client(self, socket: WebSocket) -> Client:
+        """One who watches by seeds."""
+        settings = self.settings
+        return Client(
+            next(self._numbers),
+            connection_of(socket),
+            Mailbox(settings.max_queue, settings.max_queue_bytes),
+            settings.client_grace,
+            stream=messages.SEEDS,
+            key=secrets.token_hex(8),
+            traffic=self.hub.traffic,
+        )
+
+    def join(self, room_id: str, client: Client, hand_over: Callable[[], None]) -> Mirror:
+        """Let a client watch a room; raises RoomFullError."""
+        mirror = self._mirrors.get(room_id)
+        if mirror is None:
+            channel = channel_of(room_id)
+            mirror = Mirror(room_id, self.hub, lambda hello: self._wish(room_id, hello), self.clock)
+            self._bus.subscribe(channel, mirror.take)
+            self._mirrors[room_id] = mirror
+        mirror.join(client, hand_over)
+        return mirror
+
+    def leave(self, room_id: str, client: Client) -> None:
+        """A client watches no more."""
+        mirror = self._mirrors[room_id]
+        mirror.leave(client)
+        if not mirror.count:
+            del self._mirrors[room_id]
+            self._bus.unsubscribe(channel_of(room_id))
+
+    def _wish(self, room_id: str, hello: bool) -> None:
+        self._bus.publish(WISHES, wish(room_id, hello=hello))
+
+    async def tend(self) -> None:
+        """Go on wishing for the rooms that are watched, for ever."""
+        while True:
+            for mirror in list(self._mirrors.values()):
+                mirror.tend()
+            await asyncio.sleep(1.0)
+
+
+class Spectator:
+    """One who watches here, until they say more than `ping`."""
+
+    def __init__(self, all_here: Spectators, socket: WebSocket, room_id: str) -> None:
+        settings = all_here.settings
+        self._here = all_here
+        self._socket = socket
+        self._room_id = room_id
+        self._client = all_here.next_client(socket)
+        self._messages = TokenBucket(
+            settings.message_rate, 2 * settings.message_rate, all_here.clock()
+        )
+        self._handed_over = asyncio.Event()
+        self._mirror: Mirror | None = None
+
+    async def watch(self) -> str | None:
+        """Serve until the room itself must be asked; the message that it is to be asked first.
+
+        Raises WebSocketDisconnect when the client leaves, and why it must.
+        """
+        self._mirror = self._here.join(self._room_id, self._client, self._handed_over.set)
+        reading = asyncio.create_task(self._read())
+        writing = asyncio.create_task(self._client.run())
+        handed = asyncio.create_task(self._handed_over.wait())
+        tasks = (reading, writing, handed)
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._here.leave(self._room_id, self._client)
+            for task in tasks:
+                task.cancel()
+            ended = await asyncio.gather(*tasks, return_exceptions=True)
+        for outcome in ended:
+            if isinstance(outcome, Exception) and not isinstance(outcome, asyncio.CancelledError):
+                raise outcome
+        said = ended[0]
+        return said if isinstance(said, str) else None
+
+    async def _read(self) -> str:
+        """Answer pings; the first message that is something else."""
+        while True:
+            message = await self._socket.receive()
+            if message["type"] == "websocket.disconnect":
+                raise WebSocketDisconnect(message.get("code", 1005))
+            if not self._messages.take(self._here.clock()):
+                raise MessageFloodError(f"more than {self._messages.rate:g} messages a second")
+            said = message.get("text")
+            if said is None:
+                raise MalformedError("a binary frame is no message; send JSON in a text frame")
+            ping = _ping_of(said)
+            if ping is None:
+                return str(said)
+            # Before the first hello nobody knows what time it is there, and nobody needs to.
+            pong = self._mirror and self._mirror.pong(ping.t)
+            if pong:
+                self._client.post(WireMessage.of_text(messages.encode_event(pong)))
+
+
+def _only_watches(socket: WebSocket) -> bool:
+    """Whether a client says that it asks for nothing, and can be shown what letters tell.
+
+    Everyone else has a line from the start: the hello that comes with one later would surprise who
+    has asked for something meanwhile.
+    """
+    asked = socket.query_params
+    return asked.get("stream") == messages.SEEDS and asked.get("watch") == "true"
+
+
+def _ping_of(said: str) -> client_messages.PingMessage | None:
+    """The ping that a message is, if it is one."""
+    with contextlib.suppress(AppError):
+        asked = client_messages.decode_message(said)
+        return asked if isinstance(asked, client_messages.PingMessage) else None
+    return None
+
+
+async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
+    """Tell why, and close; a client that does not read gets `linger` seconds to find it."""
+    if isinstance(error, SlowClientError):
+        sever(socket.scope, linger)
+    event = messages.Error(code=answer(error).code, detail=told(error))
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
+        async with asyncio.timeout(1.0):
+            if not isinstance(error, SlowClientError):
+                await socket.send_text(messages.encode_event(event).decode())
+            reason = told(error).encode()[:120].decode(errors="ignore")
+            await socket.close(answer(error).close, reason)

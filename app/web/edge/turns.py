@@ -1,0 +1,78 @@
+"""Requests begin one in a turn of the event loop, clients in turn: a flood is not one piece."""
+
+import asyncio
+from collections import deque
+from typing import Generic, TypeVar
+
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from app.web.edge.addresses import one_client
+
+Waiting = TypeVar("Waiting")
+
+
+class Queue(Generic[Waiting]):
+    """Who waits: the first of each client, clients in turn. Pure."""
+
+    def __init__(self) -> None:
+        self._clients: deque[str] = deque()
+        self._waiting: dict[str, deque[Waiting]] = {}
+
+    def put(self, client: str, waiting: Waiting) -> None:
+        """Let one more of this client wait."""
+        if client not in self._waiting:
+            self._waiting[client] = deque()
+            self._clients.append(client)
+        self._waiting[client].append(waiting)
+
+    def take(self) -> Waiting | None:
+        """Whose turn it is; the next one of the same client comes when all others had theirs."""
+        if not self._clients:
+            return None
+        client = self._clients.popleft()
+        waiting = self._waiting[client]
+        taken = waiting.popleft()
+        if waiting:
+            self._clients.append(client)
+        else:
+            del self._waiting[client]
+        return taken
+
+
+class Turns:
+    """An ASGI application whose requests begin one by one.
+
+    What a request computes before it first waits is done in one piece, some 0.5 ms. A hundred that
+    come at once would hold up the ticks of all rooms for as long as all of them take; between two
+    turns of the event loop it does what else is due. Nothing waits that comes alone.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+        self._queue: Queue[asyncio.Future[None]] = Queue()
+        self._begun = False  # in this turn of the event loop
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on when it is its turn."""
+        if scope["type"] != "lifespan":
+            await self._turn(one_client((scope.get("client") or ("",))[0]))
+        await self._app(scope, receive, send)
+
+    async def _turn(self, client: str) -> None:
+        loop = asyncio.get_running_loop()
+        if self._begun:
+            waiting = loop.create_future()
+            self._queue.put(client, waiting)
+            await waiting
+        else:
+            self._begun = True
+            loop.call_soon(self._next, loop)
+
+    def _next(self, loop: asyncio.AbstractEventLoop) -> None:
+        """In the turn after: let the next one begin that has not given up."""
+        while (waiting := self._queue.take()) is not None:
+            if not waiting.done():
+                waiting.set_result(None)
+                loop.call_soon(self._next, loop)
+                return
+        self._begun = False

@@ -1,0 +1,287 @@
+"""What much needs, by what little takes: figures are measured, or one times another. Pure."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from app.settings import Settings
+from benchmarks.harness.effort import MissingError
+from benchmarks.harness.report import Table
+from benchmarks.scale import units
+from benchmarks.scale.recorded import Recorded
+from benchmarks.serving import relays
+from benchmarks.serving.streams import CLIENTS, FALL, IN_FLIGHT
+from engine.batches.hashes import KEPT
+from engine.drops.digest import BLOCK
+
+SPECTATORS: Final = 1_000_000
+ROOMS: Final = 100_000
+DROPS: Final = 10**12
+
+MARKS: Final = 4.0
+"""Times a second that the ledger hears how far an awake room has come."""
+
+SHARE: Final = 0.5
+"""Of a core that one process gives to its rooms, and to those who watch them: the rest is for
+requests and for what comes at once."""
+
+DAY: Final = 86_400.0  # s
+WORKERS: Final = 1000
+
+STREAMS: Final = f"The streams of a room, {IN_FLIGHT} balls in flight"
+CROWDS: Final = "One room at 60 Hz, some 50 balls in flight"
+WIRE: Final = "Bytes a second of flight and ball"
+MEMORY: Final = "Resident memory"
+THROUGHPUT: Final = "Drops per second"
+
+_ROW: Final = 40
+"""Bytes of a drop's row before compression: seed, bin, score, duration, impacts, x_end."""
+
+_HASH: Final = 68
+"""Bytes of a hash in a result's JSON: 64 digits, quotes, comma and blank."""
+
+
+@dataclass(frozen=True)
+class Units:
+    """Measured costs. Of a stream: clients a core, bytes/s and messages/s of one client; none of
+    them where they are not recorded. relayed: the same of one over a relay, whose core it is.
+
+    ticks, room_bytes: s of a core and bytes of a room, by its balls. drop, mark: s that PostgreSQL
+    takes; row: bytes of a drop there. client, server: resident bytes. rate: drops/s of a core.
+    """
+
+    streams: dict[str, tuple[float, float, float]]
+    ticks: dict[int, float]
+    room_bytes: dict[int, float]
+    drop: float
+    mark: float
+    row: float
+    client: float
+    server: float
+    rate: float
+    relayed: tuple[float, float, float] | None = None
+
+
+def units_of(page: Recorded) -> Units:
+    """The costs that pages record; MissingError names the first one that is not there.
+
+    The streams side by side may be missing, which a quiet machine alone can measure: snapshots are
+    then told by the largest crowd and by what a ball in flight takes on the wire.
+    """
+
+    def stream(name: str) -> tuple[float, float, float]:
+        columns = ("clients a core", "bytes/s a client", "messages/s a client")
+        clients, size, messages = (page.number(STREAMS, name, column) for column in columns)
+        return clients, size, messages
+
+    def ledger(column: str) -> float:
+        return page.number(units.LEDGER, "PostgreSQL", column)
+
+    crowd = max(CLIENTS["snapshots"])
+    return Units(
+        streams=(
+            {name: stream(name) for name in CLIENTS}
+            if page.has(STREAMS)
+            else {"snapshots": _crowd(page)}
+        ),
+        ticks={n: 1e-6 * page.number(units.ROOM, str(n), "µs a tick") for n in units.BALLS},
+        room_bytes={n: page.number(units.ROOM, str(n), "bytes") for n in (0, *units.BALLS)},
+        drop=1e-6 * ledger("µs a drop"),
+        mark=1e-6 * ledger("µs a mark"),
+        row=ledger("bytes a drop"),
+        client=page.number(MEMORY, f"each of {crowd} clients who watch {IN_FLIGHT} balls", "bytes"),
+        server=page.number(MEMORY, "the server, physics loaded, ready", "bytes"),
+        rate=page.number(THROUGHPUT, "triangle-16, everything", "exact, one core"),
+        relayed=_relayed(page) if page.has(relays.COST) else None,
+    )
+
+
+def _crowd(page: Recorded) -> tuple[float, float, float]:
+    """Clients a core by snapshots, bytes/s and messages/s of one."""
+    clients, rate = 800, Settings().tick_rate
+    share = page.number(CROWDS, str(clients), "of a core")
+    for row in page.rows(WIRE):
+        if row["board"] == units.BOARD and row["balls"] == str(IN_FLIGHT):
+            return clients / share, IN_FLIGHT * float(row["snapshots"].replace(",", "")), rate
+    raise MissingError(f"no page records {units.BOARD} with {IN_FLIGHT} balls under {WIRE!r}")
+
+
+def _relayed(page: Recorded) -> tuple[float, float, float]:
+    """Spectators a core of relays, bytes/s and messages/s of one."""
+    crowd = f"{max(relays.CROWDS):,}"
+    return (
+        page.number(relays.COST, relays.SERVED, "value"),
+        page.number(relays.SHARES, crowd, "bytes/s a spectator"),
+        page.number(relays.SHARES, crowd, "messages/s a spectator"),
+    )
+
+
+def tables(cost: Units) -> list[Table]:
+    """All that docs/scale.md derives."""
+    spectators = [_spectators(cost)] if cost.streams or cost.relayed else []
+    return [_costs(cost), *spectators, _rooms(cost), _drops(cost), _first(cost)]
+
+
+def _costs(cost: Units) -> Table:
+    rows = [
+        [f"clients that a core serves by {name}", f"{clients:,.0f}", "`plinko bench stream`"]
+        for name, (clients, _, _) in cost.streams.items()
+    ]
+    rows += [
+        [f"bytes a second of a client by {name}", f"{size:,.0f}", "`plinko bench stream`"]
+        for name, (_, size, _) in cost.streams.items()
+    ]
+    if cost.relayed:
+        served, size, _ = cost.relayed
+        rows += [
+            [relays.SERVED, f"{served:,.0f}", "`plinko bench relays`"],
+            ["bytes a second of one of them", f"{size:,.0f}", "`plinko bench relays`"],
+        ]
+    rows += [
+        ["memory of a client", _bytes(cost.client), "`plinko bench stream`"],
+        ["memory of a server that is ready", _bytes(cost.server), "`plinko bench stream`"],
+    ]
+    rows += [
+        [f"a tick of a room with {n} ball{'s' * (n > 1)}", _time(s), "`plinko bench scale`"]
+        for n, s in cost.ticks.items()
+    ]
+    rows += [
+        [f"memory of a room with {n} ball{'s' * (n != 1)}", _bytes(size), "`plinko bench scale`"]
+        for n, size in cost.room_bytes.items()
+    ]
+    rows += [
+        ["a drop with its result in PostgreSQL", _time(cost.drop), "`plinko bench scale`"],
+        ["a mark of how far a room has come", _time(cost.mark), "`plinko bench scale`"],
+        ["bytes of a drop in PostgreSQL", _bytes(cost.row), "`plinko bench scale`"],
+        ["drops that a core computes", f"{cost.rate:,.0f}/s", "`plinko bench throughput`"],
+    ]
+    return Table("What little takes", ["what", "measured", "by"], rows)
+
+
+def _spectators(cost: Units) -> Table:
+    rows = []
+    served = dict(cost.streams) | ({"seeds, over relays": cost.relayed} if cost.relayed else {})
+    for name, (clients, size, messages) in served.items():
+        rows.append(
+            [
+                name,
+                f"{SPECTATORS / clients:,.0f}",
+                f"{processes_for(SPECTATORS, clients):,}",
+                _bytes(SPECTATORS * cost.client),
+                f"{_bytes(SPECTATORS * size)}/s",
+                f"{SPECTATORS * messages:,.0f}",
+            ]
+        )
+    most = Settings().max_connections
+    return Table(
+        f"{SPECTATORS:,} spectators of one room",
+        ["by", "cores", "processes", "memory", "sent", "messages a second"],
+        rows,
+        [
+            f"Extrapolated from a room with {IN_FLIGHT} balls in flight, whose clients cost what "
+            f"they cost a thousandth of them. A process gives {SHARE:.0%} of a core to them and "
+            f"has at most {most:,} connections (`--max-connections`)."
+        ],
+    )
+
+
+def processes_for(spectators: int, clients: float) -> int:
+    """Processes for so many, where a core serves so many: by its time, and by its connections."""
+    return math.ceil(spectators / min(SHARE * clients, Settings().max_connections))
+
+
+def _rooms(cost: Units) -> Table:
+    rate = Settings().tick_rate
+    rows = [["0, all asleep", "0", _bytes(ROOMS * cost.room_bytes[0]), "0", "0", "0", "0"]]
+    for balls, tick in cost.ticks.items():
+        drops = ROOMS * balls / FALL
+        rows.append(
+            [
+                str(balls),
+                f"{ROOMS * rate * tick:,.0f}",
+                _bytes(ROOMS * cost.room_bytes[balls]),
+                f"{drops:,.0f}",
+                f"{ROOMS * MARKS:,.0f}",
+                f"{drops * cost.drop + ROOMS * MARKS * cost.mark:,.1f}",
+                _bytes(drops * cost.row * DAY),
+            ]
+        )
+    return Table(
+        f"{ROOMS:,} rooms",
+        [
+            "balls in flight in each",
+            "cores for ticks",
+            "memory",
+            "drops a second",
+            "marks a second",
+            "ledgers",
+            "bytes a day",
+        ],
+        rows,
+        [
+            f"Extrapolated. {rate} ticks a second; a ball falls for {FALL:g} s, then another does; "
+            f"the ledger hears {MARKS:g} times a second how far an awake room has come. "
+            "Ledgers: seconds of one committing thread and its database that a second takes; more "
+            "than one cannot be one. Rooms asleep can be had from the ledger and need no memory "
+            "then: a process holds 256 of those that nobody needs."
+        ],
+    )
+
+
+def _drops(cost: Units) -> Table:
+    seconds, blocks = DROPS / cost.rate, -(-DROPS // BLOCK)
+    level = (-(-blocks // KEPT) - 1).bit_length()
+    rows = [
+        ["core hours", f"{seconds / 3600:,.0f}", "extrapolated"],
+        [f"hours on {WORKERS:,} cores", f"{seconds / 3600 / WORKERS:,.1f}", "extrapolated"],
+        ["blocks", f"{blocks:,}", "counted"],
+        ["blocks a second, of all workers", f"{WORKERS * cost.rate / BLOCK:,.0f}", "extrapolated"],
+        ["hashes that the result keeps", f"{-(-blocks >> level):,}", "counted"],
+        ["its file", _bytes(-(-blocks >> level) * _HASH), "counted"],
+        ["a part that is checked alone", f"{_time((BLOCK << level) / cost.rate)}", "extrapolated"],
+        ["rows of all drops, if kept", _bytes(DROPS * _ROW), "counted, before compression"],
+    ]
+    return Table(f"{DROPS:.0e} drops of triangle-16".replace("+", ""), ["what", "value", ""], rows)
+
+
+def _first(cost: Units) -> Table:
+    """What one of each part bears."""
+    rate = Settings().tick_rate
+    marks = 1.0 / (MARKS * cost.mark + cost.drop / FALL)
+    ticks = SHARE / (rate * cost.ticks[1])
+    rows = [
+        ["rooms awake, a ball in each", "the process that ticks them", f"{ticks:,.0f}"],
+        ["rooms awake, a ball in each", "the ledger", f"{marks:,.0f}"],
+        ["drops a second", "the ledger", f"{1.0 / cost.drop:,.0f}"],
+        *(
+            [f"spectators of a room by {name}", "its process", f"{SHARE * clients:,.0f}"]
+            for name, (clients, _, _) in cost.streams.items()
+        ),
+        ["spectators of a room", "`--max-clients`", f"{Settings().max_clients:,}"],
+        ["connections", "`--max-connections`", f"{Settings().max_connections:,}"],
+    ]
+    note = (
+        "Extrapolated, but for the settings, which can be set. The least of a kind gives in first."
+    )
+    return Table("What one of each bears", ["of what", "part", "at most"], rows, [note])
+
+
+def _bytes(count: float) -> str:
+    """A size with a fitting unit, three digits."""
+    for name, size in (("PB", 1e15), ("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if count >= size:
+            return f"{_digits(count / size)} {name}"
+    return f"{count:.0f} B"
+
+
+def _time(seconds: float) -> str:
+    for name, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= size:
+            return f"{_digits(seconds / size)} {name}"
+    return f"{seconds:.1e} s"
+
+
+def _digits(number: float) -> str:
+    """Three digits."""
+    places = 0 if number >= 99.95 else 1 if number >= 9.995 else 2
+    return f"{number:,.{places}f}"

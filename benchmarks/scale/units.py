@@ -1,0 +1,212 @@
+"""Unit costs that no other benchmark has: a room's tick by its balls, its memory, its rows."""
+
+import contextlib
+import gc
+import tempfile
+import time
+import tracemalloc
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, Final
+
+from benchmarks.harness.clock import Job, in_turns, seconds_of
+from benchmarks.harness.effort import Effort
+from benchmarks.harness.report import Section, Table, spread
+from benchmarks.serving.process import processor_time
+from engine import Board
+
+BOARD: Final = "triangle-16"
+BALLS: Final = (1, 8, 50)
+"""In flight in one room: one player, a few, a crowd."""
+
+TICKS: Final = 120
+GROUP: Final = 100
+"""Rows of one transaction: what comes in at a busy server while the one before is committed."""
+
+ROOM: Final = "A room by the balls in flight in it"
+LEDGER: Final = "What a ledger takes"
+
+
+def run(effort: Effort) -> Section:
+    """All of them."""
+    section = Section("scale")
+    _rooms(section, effort)
+    _ledger(section, effort)
+    return section
+
+
+def _rooms(section: Section, effort: Effort) -> None:
+    """What a tick takes, and what a room and its balls are in memory."""
+    times = in_turns(
+        {str(balls): _ticking(balls) for balls in BALLS},
+        effort.rounds,
+        lambda: effort.step("rooms"),
+    )
+    memory = {str(balls): _memory(balls, effort.size(50, 3)) for balls in (0, *BALLS)}
+    section.data["rooms"] = {name: sample.to_dict() for name, sample in times.items()}
+    section.data["room_bytes"] = memory
+    rows = [["0", "", f"{memory['0']:,.0f}"]]
+    rows += [
+        [name, spread(sample.map(lambda s: 1e6 * s), "{:.1f}"), f"{memory[name]:,.0f}"]
+        for name, sample in times.items()
+    ]
+    section.tables.append(
+        Table(
+            ROOM,
+            ["balls", "µs a tick", "bytes"],
+            rows,
+            [
+                f"{BOARD}, processor time of a tick of physics and events, over the first {TICKS} "
+                "ticks of balls that were dropped at once; memory of the room's objects and arrays "
+                "with its board, as Python's allocators count it. A room asleep has no tick."
+            ],
+        )
+    )
+
+
+def _room(balls: int) -> Any:
+    from app.rooms.independent import IndependentRoom
+    from app.rooms.pending import DropCommand
+
+    room = IndependentRoom("bench", Board.preset(BOARD), tick_rate=60, max_balls=max(BALLS))
+    for seed in range(balls):
+        room.drop(DropCommand(seed))
+    return room
+
+
+def _ticking(balls: int) -> Job:
+    def ticks() -> float:
+        room = _room(balls)
+
+        def work() -> None:
+            for _ in range(TICKS):
+                room.step(watched=False)
+
+        return seconds_of(work, time.process_time) / TICKS
+
+    return ticks
+
+
+def _memory(balls: int, rooms: int) -> float:
+    """Bytes of a room in mid-flight, the mean of several."""
+    _room(balls).step(watched=False)  # what all share is there then
+    gc.collect()
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        held = [_room(balls) for _ in range(rooms)]
+        for room in held:
+            room.step(watched=False)
+        return (tracemalloc.get_traced_memory()[0] - before) / rooms
+    finally:
+        tracemalloc.stop()
+
+
+def _ledger(section: Section, effort: Effort) -> None:
+    """Drops with their results, and marks of how far rooms have come, in SQLite and PostgreSQL."""
+    drops = effort.size(20_000, GROUP)
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        found["SQLite"] = _costs(f"sqlite:///{Path(folder) / 'bench.db'}", drops, effort)
+    with _postgresql() as url:
+        if url is None:
+            section.absent.append("PostgreSQL: its server programs are not here")
+        else:
+            found["PostgreSQL"] = _costs(url, drops, effort)
+    section.data["ledger"] = found
+    section.tables.append(
+        Table(
+            LEDGER,
+            ["database", "µs a drop", "µs a mark", "bytes a drop"],
+            [
+                [name, f"{each['drop']:.0f}", f"{each['mark']:.0f}", f"{each['bytes']:.0f}"]
+                for name, each in found.items()
+            ],
+            [
+                f"{drops:,} drops of one room, each with its result, and as many marks of how far "
+                f"rooms have come, {GROUP} in a transaction: processor time of the server's thread "
+                "and of the database together. They take turns, so it is also what one ledger "
+                "takes at least; its disk comes on top. Bytes: the growth of the database by a "
+                "drop and its result, indexes included."
+            ],
+        )
+    )
+
+
+def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
+    """µs of a drop with its result, µs of a mark, and bytes that a drop takes."""
+    from app.persistence import store
+    from app.persistence.database import Database
+    from app.rooms.records import BoardRow, DropRow, Mark, ResultRow, RoomRow, Write
+
+    board = BoardRow("b" * 64, "bench", "{}")
+    rooms = [
+        RoomRow(n, str(n), board.digest, "independent", True, 60, 1, 0.0, 0.0)
+        for n in range(1, GROUP + 1)
+    ]
+    database = Database(url)
+    database.open()
+    try:
+        with database.transaction() as connection:
+            store.apply(connection, [board, *rooms])
+        before, backend = _size(database), _backend(database)
+
+        def timed(rows: Callable[[int], list[Write]]) -> float:
+            began = _worked(backend)
+            for first in range(0, drops, GROUP):
+                with database.transaction() as connection:
+                    store.apply(connection, rows(first))
+                effort.step("ledger")
+            return (_worked(backend) - began) * 1e6 / drops
+
+        def dropped(first: int) -> list[Write]:
+            balls = range(first, first + GROUP)
+            taken = [DropRow(1, ball, ball, ball) for ball in balls]
+            ended = [ResultRow(1, b, b, 3, 1.0, 4.6, 0.1, f"{b:064x}", None) for b in balls]
+            return [*taken, *ended]
+
+        spent = timed(dropped)
+        grown = _size(database) - before
+        marked = timed(lambda tick: [Mark(n, tick, True, 0.0) for n in range(1, GROUP + 1)])
+    finally:
+        database.close()
+    return {"drop": spent, "mark": marked, "bytes": grown / drops}
+
+
+def _backend(database: Any) -> int | None:
+    """The process of the database that works for us; None for SQLite, which is in ours."""
+    import sqlalchemy as sa
+
+    if database.file is not None:
+        return None
+    with database.transaction() as connection:
+        return int(connection.scalar(sa.text("SELECT pg_backend_pid()")))
+
+
+def _worked(backend: int | None) -> float:
+    """Processor time so far, s: of this process, and of the database's."""
+    return time.process_time() + (processor_time(backend) if backend else 0.0)
+
+
+def _size(database: Any) -> float:
+    """Bytes of all tables with their indexes."""
+    import sqlalchemy as sa
+
+    with database.transaction() as connection:
+        if database.file is None:
+            return float(connection.scalar(sa.text("SELECT pg_database_size(current_database())")))
+        pages = connection.scalar(sa.text("PRAGMA page_count"))
+        return float(pages * connection.scalar(sa.text("PRAGMA page_size")))
+
+
+@contextlib.contextmanager
+def _postgresql() -> Iterator[str | None]:
+    """The address of an empty database; None where PostgreSQL is not installed."""
+    from tests.app.persistence import postgres
+
+    binaries = postgres.programs()
+    if binaries is None or not postgres.can_run():
+        yield None
+        return
+    with postgres.running(binaries) as cluster:
+        yield cluster.new_database()

@@ -1,0 +1,175 @@
+"""One room and thousands of spectators over some relays: what a spectator costs, and whom."""
+
+import asyncio
+import contextlib
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from app.load.client import room_url
+from app.load.generator import Load
+from app.protocol.messages import SEEDS
+from benchmarks.harness.effort import Effort, MissingError
+from benchmarks.harness.report import Section, Table
+from benchmarks.serving.process import OPTIONS, Served, can_watch, processor_time, serving, started
+from benchmarks.serving.streams import FALL, IN_FLIGHT
+
+RELAYS: Final = 3
+CROWDS: Final = (1000, 5000)
+"""Spectators: what the second crowd takes more than the first is its spectators' alone."""
+
+SPECTATORS: Final = 1_000_000
+
+_ENOUGH: Final = 0.8
+"""Of the messages of one among few that one among many must have: else the room itself was slow."""
+
+SHARES: Final = f"One room, watched by seeds over {RELAYS} relays"
+COST: Final = "What one spectator more costs"
+SERVED: Final = "spectators that a core of relays serves"
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Of a core: what each took while `spectators` watched. messages, bytes: of one, a second.
+
+    least, most: messages of the one who had fewest and most.
+    """
+
+    spectators: int
+    server: float
+    redis: float
+    relays: float
+    messages: float
+    bytes: float
+    least: int
+    most: int
+
+
+def run(effort: Effort) -> Section:
+    """Both crowds, on one set of processes."""
+    section = Section("relays")
+    from tests.app.relay import redis
+
+    if not can_watch():
+        section.absent.append("relays: processor time is read from /proc, as on Linux")
+        return section
+    if redis.PROGRAM is None:
+        section.absent.append(f"relays: {redis.MISSING}")
+        return section
+    small, large = CROWDS if not effort.quick else (6, 12)
+    seconds = 10.0 if not effort.quick else 1.0
+    with contextlib.ExitStack() as stack:
+        bus = stack.enter_context(redis.running())
+        server = stack.enter_context(serving([*OPTIONS, "--relays", bus.url]))
+        arguments = ["relay", bus.url, server.address, "--port", "0", "--max-clients", "5000"]
+        relays = [stack.enter_context(started(arguments, "/healthz")) for _ in range(RELAYS)]
+        assert bus.process is not None
+        watched = (server, bus.process.pid, relays)
+        found = []
+        for crowd in (small, large):
+            effort.step(f"{crowd} spectators")
+            found.append(asyncio.run(_crowd(*watched, crowd, seconds)))
+    section.data["relays"] = [vars_of(each) for each in found]
+    section.tables += [_shares(found), _each(*found)]
+    return section
+
+
+def vars_of(shares: Shares) -> dict[str, float]:
+    """JSON form."""
+    return {name: getattr(shares, name) for name in Shares.__dataclass_fields__}
+
+
+async def _crowd(
+    server: Served, redis: int, relays: list[Served], spectators: int, seconds: float
+) -> Shares:
+    """Have so many watch, evenly over the relays, while somebody plays at the server."""
+    spent: list[list[float]] = []
+
+    def look() -> None:
+        spent.append([server.cpu, processor_time(redis), sum(each.cpu for each in relays)])
+
+    player = Load(room_url(server.address, "main", SEEDS), 1, SEEDS, IN_FLIGHT / FALL)
+    playing = asyncio.create_task(player.run(math.inf))
+    first, *more = (f"{room_url(each.address, 'main', SEEDS)}&watch=true" for each in relays)
+    crowd = Load(first, spectators, SEEDS, 0.0, tuple(more), settle=FALL + 1.0)
+    crowd.on_count = crowd.on_counted = look
+    report = await crowd.run(seconds)
+    playing.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await playing
+    if report.connected != spectators or report.closed or report.refused:
+        raise AssertionError(
+            f"of {spectators} spectators {report.connected} came in; closed: {report.closed}, "
+            f"refused: {report.refused}"
+        )
+    took = report.seconds
+    server_used, redis_used, relays_used = (
+        (after - before) / took for before, after in zip(*spent, strict=True)
+    )
+    texts = [counted.texts for counted in crowd.counted.values()]
+    each = took * len(texts)
+    return Shares(
+        spectators=len(texts),
+        server=server_used,
+        redis=redis_used,
+        relays=relays_used,
+        messages=sum(texts) / each,
+        bytes=report.bytes / each,
+        least=min(texts),
+        most=max(texts),
+    )
+
+
+def _shares(found: list[Shares]) -> Table:
+    return Table(
+        SHARES,
+        ["spectators", "of a core: the server", "Redis", "all relays", "messages/s a spectator",
+         "bytes/s a spectator", "messages, least to most"],
+        [
+            [
+                f"{each.spectators:,}",
+                f"{each.server:.1%}",
+                f"{each.redis:.1%}",
+                f"{each.relays:.1%}",
+                f"{each.messages:.1f}",
+                f"{each.bytes:,.0f}",
+                f"{each.least} to {each.most}",
+            ]
+            for each in found
+        ],
+        [
+            f"All on one machine, spectators too. {IN_FLIGHT} balls in flight, dropped by a player "
+            "at the server. Processor time; everybody came in and stayed to the end. The first "
+            "also pings five times a second, and has the answers for messages."
+        ],
+    )  # fmt: skip
+
+
+def _each(small: Shares, large: Shares) -> Table:
+    """What each further spectator costs the relays, and what a million would."""
+    cost = (large.relays - small.relays) / (large.spectators - small.spectators)
+    if cost <= 0.0 or large.messages < _ENOUGH * small.messages:
+        raise MissingError(
+            "the machine is too busy to tell what a spectator costs: one of "
+            f"{large.spectators:,} had {large.messages:.1f} messages a second, one of "
+            f"{small.spectators:,} {small.messages:.1f}"
+        )
+    rows = [
+        ["of a core for each spectator", f"{cost:.5%}", "measured"],
+        [SERVED, f"{1.0 / cost:,.0f}", "measured"],
+        [f"cores for {SPECTATORS:,}", f"{SPECTATORS * cost:,.1f}", "extrapolated"],
+        [
+            f"bytes a second for {SPECTATORS:,}",
+            f"{SPECTATORS * large.bytes / 1e9:,.2f} GB",
+            "extrapolated",
+        ],
+    ]
+    return Table(
+        COST,
+        ["what", "value", "how"],
+        rows,
+        [
+            f"What all relays took more with {large.spectators:,} than with {small.spectators:,}. "
+            "The server sends each message once, and Redis once to each relay, whoever watches."
+        ],
+    )

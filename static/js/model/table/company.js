@@ -1,0 +1,84 @@
+// Who is at a table, whose ball is which, and the last landings of all of them. Pure.
+
+import { colourOf } from "../player/colour.js";
+
+/** @import { Landed, Presence, Visitor } from "../messages.js" */
+/** @import { Ball } from "./table.js" */
+
+const MOST_KNOWN = 200; // visitors whose names are remembered after they are named no more
+const MOST_LANDINGS = 8;
+
+/**
+ * @typedef {{mine: boolean, visitor: Visitor | null, ball: Pick<Ball, "seed" | "x" | "explicit" | "aim">,
+ *   score: number, bin: number | null}} Landing visitor: as they were then; null where nobody knows
+ */
+
+/** The visitors of one table as this page was told of them. */
+export class Company {
+  /** Our own number there. @type {number | null} */
+  you = null;
+  here = 0;
+  /** Those who were last heard of. @type {Visitor[]} */
+  visitors = [];
+  /** @type {Landing[]} the latest first */
+  landings = [];
+  /** @type {Map<number, Visitor>} */
+  #known = new Map();
+
+  /** @param {() => void} onChange */
+  constructor(onChange) {
+    this.onChange = onChange;
+  }
+
+  /** Numbers of another line, or another table, mean somebody else. */
+  begin() {
+    this.you = null;
+    this.here = 0;
+    this.visitors = [];
+    this.#known.clear();
+    this.onChange();
+  }
+
+  /** @param {Presence} event @param {Iterable<Ball>} [balls] in flight */
+  hear({ you, here, visitors }, balls = []) {
+    this.you = you ?? this.you;
+    this.here = here;
+    this.visitors = visitors;
+    for (const visitor of visitors) {
+      this.#known.delete(visitor.visitor);
+      this.#known.set(visitor.visitor, visitor);
+    }
+    for (const number of this.#known.keys()) {
+      if (this.#known.size <= MOST_KNOWN) break;
+      this.#known.delete(number);
+    }
+    for (const ball of balls) this.dye(ball);
+    this.onChange();
+  }
+
+  /** @param {Pick<Ball, "visitor">} ball @returns {Visitor | null} whose it is */
+  ownerOf({ visitor }) {
+    if (visitor === undefined) return null;
+    return this.#known.get(visitor) ?? { visitor };
+  }
+
+  /** Gives a ball its player's colour; ours has its own unless we chose one. @param {Ball} ball */
+  dye(ball) {
+    const owner = this.ownerOf(ball);
+    if (ball.mine) ball.pose.colour = owner?.colour;
+    else if (owner) ball.pose.colour = swatchOf(owner);
+  }
+
+  /** @param {Ball} ball @param {Pick<Landed, "bin" | "score">} outcome */
+  landed(ball, { bin, score }) {
+    const { mine, seed, x, explicit, aim } = ball;
+    const landing = { mine, visitor: this.ownerOf(ball), ball: { seed, x, explicit, aim }, score, bin };
+    this.landings = [landing, ...this.landings].slice(0, MOST_LANDINGS);
+    this.onChange();
+  }
+}
+
+/** @param {Visitor} visitor @returns {string} #rrggbb, the same on every screen */
+export function swatchOf({ visitor, colour }) {
+  return colour ?? colourOf(String(visitor));
+}

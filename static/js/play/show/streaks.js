@@ -1,0 +1,38 @@
+// Drops whose result is shown at once: their whole ways, as lines that light up and fade.
+
+/** @import { Scene, Streak } from "../../model/scene.js" */
+/** @import { Solved } from "../../model/table/solved-feed.js" */
+
+const LASTS_S = 1.1;
+const MOST = 12; // the newest; the others make way
+const SAMPLES = 90; // a second of a fall
+
+/** Of one table's board. */
+export class Streaks {
+  /** @type {(Streak & {since: number | null})[]} since: local time at which it was first shown, s */
+  #streaks = [];
+
+  clear() {
+    this.#streaks.length = 0;
+  }
+
+  /** @param {Solved} drop */
+  add(drop) {
+    const count = Math.max(2, Math.ceil(drop.duration * SAMPLES));
+    const times = Array.from({ length: count }, (_, i) => (drop.duration * i) / (count - 1));
+    const points = drop.states(times).map(({ x, y }) => ({ x, y }));
+    this.#streaks.push({ points, age: 0, since: null });
+    if (this.#streaks.length > MOST) this.#streaks.shift();
+  }
+
+  /** @param {Scene} scene @param {number} wall local time, s @returns {boolean} whether some are to be seen */
+  show(scene, wall) {
+    for (const streak of this.#streaks) {
+      streak.since ??= wall;
+      streak.age = (wall - streak.since) / LASTS_S;
+    }
+    this.#streaks = this.#streaks.filter(({ age }) => age < 1);
+    scene.streaks = this.#streaks;
+    return this.#streaks.length > 0;
+  }
+}

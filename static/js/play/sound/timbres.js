@@ -1,0 +1,53 @@
+// What the pegs of each place sound like. Pitches by ear; what they stand for is said at each.
+
+/**
+ * @typedef {object} Timbre
+ * @property {[number, number]} peg Hz: of a soft touch on the left, and how much higher on the right
+ * @property {number} wall Hz
+ * @property {number} rise how much higher the hardest impact sounds, a share
+ * @property {[number, number]} decay s until a peg's tone is a thousandth: of a soft impact, and how much longer of a hard one
+ * @property {OscillatorType} wave
+ * @property {number} bend how far above its pitch a tone begins, times
+ * @property {{ratio: number, gain: number, decay: number}[]} overtones times the tone's own
+ * @property {number} root Hz of a bin's chord
+ */
+
+/** Brass pins in wood. @type {Timbre} */
+export const HOME = {
+  peg: [1250, 500], wall: 420, rise: 0.35, decay: [0.05, 0.06], wave: "triangle", bend: 1.5,
+  overtones: [], root: 392,
+};
+
+/** @type {Record<string, Timbre>} by the name of the place */
+export const TIMBRES = {
+  // Through the ground alone, as there is no air: soft and long.
+  Moon: {
+    peg: [520, 260], wall: 210, rise: 0.2, decay: [0.18, 0.3], wave: "sine", bend: 1.08,
+    overtones: [{ ratio: 1.5, gain: 0.3, decay: 1.6 }], root: 330,
+  },
+  // Dry stone.
+  Mars: {
+    peg: [700, 240], wall: 300, rise: 0.5, decay: [0.03, 0.05], wave: "triangle", bend: 2.1,
+    overtones: [{ ratio: 2.6, gain: 0.3, decay: 0.5 }], root: 294,
+  },
+  // Thick air carries the deep.
+  Jupiter: {
+    peg: [150, 90], wall: 90, rise: 0.4, decay: [0.14, 0.22], wave: "sine", bend: 2.4,
+    overtones: [{ ratio: 2, gain: 0.4, decay: 0.7 }], root: 147,
+  },
+  // A struck glass: hardly any loss, and partials of a shell.
+  Glass: {
+    peg: [2200, 900], wall: 1400, rise: 0.06, decay: [0.25, 0.35], wave: "sine", bend: 1,
+    overtones: [{ ratio: 2.32, gain: 0.35, decay: 0.6 }, { ratio: 4.25, gain: 0.14, decay: 0.35 }], root: 523,
+  },
+  // The partials of a free bar: 1, 2.76, 5.40.
+  Steel: {
+    peg: [880, 320], wall: 500, rise: 0.12, decay: [0.2, 0.25], wave: "triangle", bend: 1,
+    overtones: [{ ratio: 2.76, gain: 0.5, decay: 0.7 }, { ratio: 5.4, gain: 0.2, decay: 0.4 }], root: 370,
+  },
+  // A bounced ball: its pitch falls as it springs back.
+  Rubber: {
+    peg: [190, 110], wall: 130, rise: 0.8, decay: [0.06, 0.07], wave: "sine", bend: 2.8,
+    overtones: [], root: 220,
+  },
+};

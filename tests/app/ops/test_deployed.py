@@ -1,0 +1,100 @@
+"""Dashboard and alert rules ask for what /metrics has, and for nothing else."""
+
+import json
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import yaml
+from prometheus_client.parser import text_string_to_metric_families
+
+from app.persistence.null_ledger import NullLedger
+from app.persistence.totals import Total
+from app.web.returns import Returns
+from engine import Board
+from tests.app.conftest import Running
+
+DEPLOY = Path(__file__).parents[3] / "deploy"
+DASHBOARD = DEPLOY / "grafana" / "dashboard.json"
+METRIC = re.compile(r"\b(?:(?:plinko|process)_\w+|up\b)")
+
+
+@cache
+def rules() -> list[dict[str, Any]]:
+    groups = yaml.safe_load((DEPLOY / "alerts.yml").read_text())["groups"]
+    return [rule for group in groups for rule in group["rules"]]
+
+
+@cache
+def panels() -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = json.loads(DASHBOARD.read_text())["panels"]
+    return found
+
+
+@pytest.fixture
+def samples(server: Running) -> dict[str, set[str]]:
+    """The labels of each sample that there is, by its name, and of those once somebody staked."""
+    found: dict[str, set[str]] = {}
+    for family in text_string_to_metric_families(httpx.get(f"{server.url}/metrics").text):
+        for sample in family.samples:
+            found.setdefault(sample.name, set()).update(sample.labels)
+    found["up"] = set()  # Prometheus' own, of each server that it asks
+    found.setdefault("plinko_errors_total", {"code"})  # there once there was one
+    board = Board.preset("triangle-8")
+    play = Total(board.digest, 100, False, plays=1, staked=100, squares=1e4, paid=0)
+    for name, _, _, labels in Returns(NullLedger(), lambda: [board], (play,)).readings():
+        found[name] = set(labels)
+    return found
+
+
+def asked(expression: str, samples: dict[str, set[str]]) -> set[str]:
+    """The metrics that an expression names; they must be there, with the labels it groups by."""
+    names = set(METRIC.findall(expression))
+    assert names, expression
+    assert names - samples.keys() == set(), expression
+    labels = set.union({"instance", "job"}, *(samples[name] for name in names))
+    for group in re.findall(r"\b(?:by|ignoring|on) \((.*?)\)", expression):
+        assert set(group.split(", ")) <= labels, expression
+    for label in re.findall(r"(\w+)=~?\"", expression):
+        assert label in labels, expression
+    return names
+
+
+def test_every_metric_of_the_dashboard_is_there(samples: dict[str, set[str]]) -> None:
+    shown: set[str] = set()
+    for panel in panels():
+        assert panel["targets"], panel["title"]
+        for target in panel["targets"]:
+            shown |= asked(target["expr"], samples)
+    assert len(shown) > 30
+
+
+def test_the_dashboard_s_panels_lie_side_by_side_and_say_what_they_show() -> None:
+    places = set()
+    for panel in panels():
+        where = panel["gridPos"]
+        assert 0 <= where["x"] <= 24 - where["w"]
+        places |= {
+            (x, y)
+            for x in range(where["x"], where["x"] + where["w"])
+            for y in range(where["y"], where["y"] + where["h"])
+        }
+        assert panel["title"]
+        assert panel["fieldConfig"]["defaults"]["unit"]
+        assert [target["refId"] for target in panel["targets"]] == sorted(
+            {target["refId"] for target in panel["targets"]}
+        )
+    assert len(places) == sum(each["gridPos"]["w"] * each["gridPos"]["h"] for each in panels())
+    assert len({panel["id"] for panel in panels()}) == len(panels())
+    assert len({panel["title"] for panel in panels()}) == len(panels())
+
+
+def test_every_metric_of_an_alert_is_there(samples: dict[str, set[str]]) -> None:
+    for rule in rules():
+        asked(rule["expr"], samples)
+        assert rule["annotations"]["summary"]
+        assert rule["labels"]["severity"] in ("critical", "warning")
+    assert len(rules()) == len({rule["alert"] for rule in rules()}) >= 6

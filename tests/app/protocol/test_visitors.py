@@ -1,0 +1,67 @@
+"""What visitors may call themselves: people's names are taken, tricks on the reader are not."""
+
+from typing import Any
+
+import pytest
+
+from app.errors import InvalidValueError
+from app.protocol.visitors import MAX_NAME, parse_colour, parse_name
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Ada", "O'Neil", "José", "Nguyễn Thị", "Зоя", "שרה", "محمد", "नेहा", "小林", "N. N.", "🎯 7"],
+)
+def test_names_that_people_have_are_taken_as_they_are(name: str) -> None:
+    assert parse_name(name) == name
+
+
+def test_a_name_has_one_spelling() -> None:
+    assert parse_name("Jose\u0301") == "Jos\u00e9"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "",
+        " ",
+        " Ada",
+        "Ada ",
+        "A  B",
+        "x" * (MAX_NAME + 1),
+        "<b>Ada",
+        "a&lt;",
+        "Ada\n",
+        "Ada\x00",
+        "Ada\x1b[31m",
+        "\u202eadA",  # turns what follows
+        "A\u2066da",
+        "A\u200fda",
+        "Ad\u200ba",  # seen as another name
+        "\ufeffAda",
+        "\u3164",  # seen as none
+        "\u2800",
+        "Ada\ufe0f",
+        "Ada\u00a0B",
+        "Ada\u2028",
+        "\u0301Ada",  # marks on what is before it
+        "A\u0336\u0337\u0338da",
+        "\ud800",
+        "\ue000",
+        7,
+        ["Ada"],
+        True,
+    ],
+)
+def test_what_hides_turns_or_passes_for_something_else_is_refused(name: Any) -> None:
+    with pytest.raises(InvalidValueError, match=r"^name ") as refused:
+        parse_name(name)
+    assert refused.value.field == "name"
+
+
+def test_a_colour_is_a_number_of_six_digits_and_nothing_a_style_could_hold() -> None:
+    assert parse_colour("#57c7ff") == "#57c7ff"
+    assert parse_colour(None) is None
+    for colour in ("#57C7FF", "#fff", "red", "#57c7ff;x:y", "#57c7ff\n", "url(#a)", 5, True, ""):
+        with pytest.raises(InvalidValueError, match=r"^colour "):
+            parse_colour(colour)

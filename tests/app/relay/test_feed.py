@@ -1,0 +1,212 @@
+"""A room and a relay over a bus in memory: spectators of both hear the same."""
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from itertools import count
+from typing import Any
+
+import msgspec
+
+from app.errors import ClosedRoomError
+from app.live.hub import Client, Hub, Mailbox
+from app.live.registry import Rooms
+from app.protocol.wire import WireMessage
+from app.relay.bus import MemoryBus
+from app.relay.feed import KEPT, Feeds
+from app.relay.letter import WISHES, channel_of, payload_of, wish
+from app.relay.mirror import Mirror
+from app.rooms.boards import Boards
+from app.settings import Settings
+from engine import Board
+from tests.app.live.test_registry import finish
+from tests.app.passes import run_pass
+from tests.waiting import eventually, turns
+
+
+@dataclass
+class Ear:
+    """A client by seeds that keeps what it is told."""
+
+    number: int
+    told: list[dict[str, Any]] = field(default_factory=list)
+    handed_over: bool = False
+    client: Client = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.client = Client(self.number, self, Mailbox(8, 1 << 16), 60.0, stream="seeds", key="k")
+
+    def write(self, wire: bytes) -> bool:
+        events = msgspec.json.decode(payload_of(wire))
+        self.told += events if isinstance(events, list) else [events]
+        return True
+
+    async def send(self, message: WireMessage) -> None:
+        raise AssertionError("its connection has room")
+
+    def hand_over(self) -> None:
+        self.handed_over = True
+
+    def since_hello(self) -> list[dict[str, Any]]:
+        """What it was told after the latest hello."""
+        kinds = [event["type"] for event in self.told]
+        return self.told[len(kinds) - kinds[::-1].index("hello") :]
+
+
+@dataclass
+class Scene:
+    """Rooms with their feeds at one end of a bus, a relay at the other, and a clock."""
+
+    bus: MemoryBus = field(default_factory=MemoryBus)
+    now: float = 10.0
+    numbers: Iterator[int] = field(default_factory=count)
+    kept: float = KEPT
+    lost: int = 0  # letters that are to be lost
+
+    def __post_init__(self) -> None:
+        self.rooms = Rooms(Settings(), Boards(8), Hub(64), Board.preset("triangle-8"))
+        self.feeds = Feeds(
+            self.bus.join(),
+            self.rooms,
+            new_client=self.numbers.__next__,
+            clock=lambda: self.now,
+            kept=self.kept,
+        )
+        self.relay = self.bus.join()
+
+    def mirror(self, room_id: str = "main") -> Mirror:
+        def wishes(hello: bool) -> None:
+            self.relay.publish(WISHES, wish(room_id, hello=hello))
+
+        def heard(data: bytes) -> None:
+            if self.lost:
+                self.lost -= 1
+            else:
+                found.take(data)
+
+        found = Mirror(room_id, Hub(64), wishes, lambda: self.now)
+        self.relay.subscribe(channel_of(room_id), heard)
+        return found
+
+    def ear(self) -> Ear:
+        return Ear(next(self.numbers))
+
+    def direct(self) -> Ear:
+        """One who watches `main` without a relay."""
+        ear = self.ear()
+        self.rooms.enter(self.rooms.find("main"), ear.client)
+        return ear
+
+
+@contextmanager
+def scene(kept: float = KEPT) -> Iterator[Scene]:
+    found = Scene(kept=kept)
+    try:
+        yield found
+    finally:
+        found.feeds.close()
+
+
+async def dropped(one: Scene, seed: int) -> None:
+    """Drop into `main`, and tick until the ball is in it."""
+    asked = one.rooms.drop(one.rooms.find("main"), seed, None)
+    while not asked.done():
+        run_pass(one.rooms.runner)
+        await asyncio.sleep(0)
+
+
+async def joined(mirror: Mirror, ear: Ear) -> Ear:
+    """Join, and wait for the hello."""
+    mirror.join(ear.client, ear.hand_over)
+    await eventually(lambda: ear.told or ear.handed_over)
+    return ear
+
+
+async def test_who_watches_over_a_relay_hears_what_the_others_hear() -> None:
+    with scene() as one:
+        near = one.direct()
+        mirror = one.mirror()
+        far = await joined(mirror, one.ear())
+        for seed in range(3):
+            await dropped(one, seed)
+        late = await joined(mirror, one.ear())
+        for seed in range(3, 5):
+            await dropped(one, seed)
+        await finish(one.rooms)
+        assert far.since_hello() == near.since_hello()
+        assert [event["type"] for event in far.told].count("landed") == 5
+        # Who came in the middle has what was before in the hello, and the rest in order.
+        heard = late.since_hello()
+        assert [event["ball"] for event in heard if event["type"] == "accepted"] == [3, 4]
+        assert heard == far.since_hello()[-len(heard) :]
+        assert {ball["ball"] for ball in late.told[0]["balls"]} <= {0, 1, 2}
+        assert late.told[0]["run"] == near.told[0]["run"]
+
+
+async def test_one_subscriber_is_all_that_the_room_sees() -> None:
+    with scene() as one:
+        mirror = one.mirror()
+        for _ in range(20):
+            await joined(mirror, one.ear())
+        assert one.rooms.hub.count("main") == 1
+        assert one.feeds.count == 1
+
+
+async def test_a_lost_letter_is_made_good_by_a_hello() -> None:
+    with scene() as one:
+        near = one.direct()
+        far = await joined(one.mirror(), one.ear())
+        one.lost = 1
+        for seed in range(3):
+            await dropped(one, seed)
+        await eventually(lambda: [event["type"] for event in far.told].count("hello") == 2)
+        await finish(one.rooms)
+        balls = {ball["ball"] for ball in [*far.told[0]["balls"], *_second_hello(far)["balls"]]}
+        accepted = {event["ball"] for event in far.told if event["type"] == "accepted"}
+        assert balls | accepted == {0, 1, 2}
+        assert near.since_hello()[-1] == far.since_hello()[-1]
+
+
+def _second_hello(ear: Ear) -> dict[str, Any]:
+    _, second = (event for event in ear.told if event["type"] == "hello")
+    return second
+
+
+async def test_a_feed_goes_on_while_somebody_wishes_for_it_and_then_ends() -> None:
+    with scene(kept=0.02) as one:
+        await joined(one.mirror(), one.ear())
+        one.now += 1.0
+        one.relay.publish(WISHES, wish("main", hello=False))
+        await turns()
+        assert one.feeds.count == 1
+        one.now += 1.0
+        await eventually(lambda: one.feeds.count == 0)
+        assert one.rooms.hub.count("main") == 0
+
+
+async def test_a_room_that_is_none_or_is_shown_otherwise_is_for_the_room_s_own_process() -> None:
+    with scene() as one:
+        for room_id in ("nowhere", "sandbox"):
+            ear = await joined(one.mirror(room_id), one.ear())
+            assert ear.handed_over
+            assert ear.told == []
+        await eventually(lambda: one.feeds.count == 0)
+
+
+async def test_a_room_that_is_closed_hands_over_who_watches() -> None:
+    with scene() as one:
+        far = await joined(one.mirror(), one.ear())
+        one.rooms.hub.close("main", ClosedRoomError("closed by its creator"))
+        await eventually(lambda: far.handed_over)
+
+
+async def test_a_process_answers_for_its_own_rooms_alone() -> None:
+    with scene() as one:
+        one.feeds._holds = lambda room_id: room_id != "main"
+        mirror = one.mirror()
+        ear = one.ear()
+        mirror.join(ear.client, ear.hand_over)
+        await turns()
+        assert one.feeds.count == 0
+        assert ear.told == []

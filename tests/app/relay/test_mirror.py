@@ -1,0 +1,243 @@
+"""A relay's room: who comes waits for a hello, nobody misses a letter without beginning anew."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+import pytest
+
+from app.errors import MalformedError, RoomFullError
+from app.live.hub import Client, Hub, Mailbox
+from app.protocol.messages import Limits
+from app.protocol.wire import WireMessage
+from app.relay import mirror as rules
+from app.relay.feed import KEPT, TOGETHER
+from app.relay.letter import (
+    END,
+    EVENTS,
+    HELLO,
+    Letter,
+    decode,
+    kind_of,
+    payload_of,
+    wish,
+    wished,
+)
+from app.relay.mirror import Mirror
+from app.rooms.independent import IndependentRoom
+from engine import Board
+
+ROOM = IndependentRoom("main", Board.preset("triangle-8"), tick_rate=60, max_balls=8)
+
+
+def hello(run: str = "r1") -> bytes:
+    """What the room greets with, in this life of it."""
+    limits = Limits(8, 1.0, 4096)
+    told = msgspec.structs.replace(ROOM.hello(50.0, limits, "seeds"), run=run, key="feed")
+    return msgspec.json.encode(told)
+
+
+@dataclass
+class Watching:
+    """A client of a relay, and all that it was sent."""
+
+    number: int
+    heard: list[Any] = field(default_factory=list)
+    handed_over: int = 0
+    client: Client = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.client = Client(
+            self.number, self, Mailbox(8, 1 << 16), 60.0, stream="seeds", key=f"key-{self.number}"
+        )
+
+    def write(self, wire: bytes) -> bool:
+        told = msgspec.json.decode(payload_of(wire))
+        self.heard += told if isinstance(told, list) else [told]
+        return True
+
+    async def send(self, message: WireMessage) -> None:
+        raise AssertionError("its connection has room")
+
+    @property
+    def kinds(self) -> list[str]:
+        return [event["type"] for event in self.heard]
+
+    def hand_over(self) -> None:
+        self.handed_over += 1
+
+
+@dataclass
+class Relay:
+    """A mirror with a clock that stands, and the wishes it had."""
+
+    limit: int = 8
+    now: float = 100.0
+    wishes: list[bool] = field(default_factory=list)
+    numbers: int = 0
+    feed: bytes = b"feed-one"
+
+    def __post_init__(self) -> None:
+        self.mirror = Mirror("main", Hub(self.limit), self.wishes.append, lambda: self.now)
+
+    def joined(self, number: int = 0) -> Watching:
+        one = Watching(number)
+        self.mirror.join(one.client, one.hand_over)
+        return one
+
+    def letter(self, kind: int, payload: bytes = b"", **more: Any) -> Letter:
+        self.numbers += 1
+        sent = {"tick": 7, "tick_time": 40.0, "now": 41.0} | more
+        return Letter(kind, self.feed, self.numbers, payload=payload, **sent)
+
+    def hear(self, kind: int, payload: bytes = b"", **more: Any) -> None:
+        self.mirror.take(self.letter(kind, payload, **more).encode())
+
+    def happens(self, ball: int) -> None:
+        self.hear(EVENTS, msgspec.json.encode({"type": "landed", "ball": ball, "digest": "0"}))
+
+
+def test_who_comes_hears_the_whole_first_and_then_all_that_happens() -> None:
+    relay = Relay()
+    first, second = relay.joined(1), relay.joined(2)
+    assert relay.wishes == [True], "one hello is for all who wait"
+    relay.happens(0)
+    assert first.heard == []
+    relay.hear(HELLO, hello())
+    relay.happens(1)
+    third = relay.joined(3)
+    relay.happens(2)
+    relay.hear(HELLO, hello())
+    relay.happens(3)
+    assert first.kinds == second.kinds == ["hello", "landed", "landed", "landed"]
+    assert third.kinds == ["hello", "landed"]
+    assert [event["ball"] for event in first.heard[1:]] == [1, 2, 3]
+    assert [each.heard[0]["key"] for each in (first, third)] == ["key-1", "key-3"]
+
+
+def test_a_letter_that_is_missing_has_everyone_begin_anew() -> None:
+    relay = Relay()
+    one = relay.joined()
+    relay.hear(HELLO, hello())
+    relay.numbers += 1
+    relay.happens(5)
+    relay.happens(6)
+    assert one.kinds == ["hello"], "what came after a gap might be told twice or wrongly"
+    assert relay.wishes[1:] == [True, True]
+    relay.hear(HELLO, hello())
+    relay.happens(7)
+    assert one.kinds == ["hello", "hello", "landed"]
+
+
+def test_another_process_with_the_room_has_everyone_begin_anew() -> None:
+    relay = Relay()
+    one = relay.joined()
+    relay.hear(HELLO, hello("r1"))
+    relay.feed, relay.numbers = b"feed-two", 0
+    relay.hear(HELLO, hello("r2"))
+    relay.happens(1)
+    assert one.kinds == ["hello", "hello", "landed"]
+
+
+def test_a_reset_is_everyone_s_and_a_greeting_is_not() -> None:
+    relay = Relay()
+    one = relay.joined()
+    relay.hear(HELLO, hello("r1"))
+    relay.hear(HELLO, hello("r1"))
+    assert one.kinds == ["hello"]
+    relay.hear(HELLO, hello("r2"))
+    assert one.kinds == ["hello", "hello"]
+
+
+def test_times_are_those_of_the_relay_s_own_clock() -> None:
+    relay = Relay()
+    one = relay.joined()
+    assert relay.mirror.pong(1.5) is None
+    # The room's clock is 59 s behind; this letter took 0.2 s, the next no time at all.
+    relay.now = 100.2
+    relay.hear(HELLO, hello(), tick=7, tick_time=40.9, now=41.0)
+    relay.now = 101.0
+    relay.hear(EVENTS, b'{"type":"clock"}', tick=67, tick_time=41.9, now=42.0)
+    relay.now = 101.5
+    pong = relay.mirror.pong(1.5)
+    assert pong is not None
+    assert (pong.t, pong.tick) == (1.5, 67)
+    assert pong.tick_time == pytest.approx(41.9 + 59.0)
+    assert pong.server_time == 101.5
+    assert one.heard[0]["server_time"] == pytest.approx(50.0 + 59.2)
+
+
+def test_who_has_waited_too_long_is_handed_over() -> None:
+    relay = Relay()
+    one = relay.joined(1)
+    relay.now += rules.PATIENCE + 0.1
+    late = relay.joined(2)
+    relay.mirror.tend()
+    assert (one.handed_over, late.handed_over) == (1, 0)
+    assert relay.mirror.count == 1
+
+
+def test_when_nobody_is_there_any_more_all_are_handed_over() -> None:
+    relay = Relay()
+    one = relay.joined()
+    relay.hear(HELLO, hello())
+    relay.now += 1.0
+    relay.mirror.tend()
+    assert relay.wishes[-1] is False, "the letters go on coming"
+    relay.now += rules.QUIET
+    relay.mirror.tend()
+    assert relay.wishes[-1] is True, "is anybody there?"
+    assert one.handed_over == 0
+    relay.now += rules.GONE
+    relay.mirror.tend()
+    assert one.handed_over == 1
+    assert relay.mirror.count == 0
+
+
+def test_a_room_that_ends_hands_everyone_over() -> None:
+    relay = Relay()
+    one, waiting = relay.joined(1), None
+    relay.hear(HELLO, hello())
+    waiting = relay.joined(2)
+    relay.hear(END)
+    assert (one.handed_over, waiting.handed_over) == (1, 1)
+    assert one.kinds == ["hello"]
+
+
+def test_a_full_room_takes_nobody_and_one_who_left_hears_nothing() -> None:
+    relay = Relay(limit=1)
+    one = relay.joined(1)
+    with pytest.raises(RoomFullError, match="main"):
+        relay.joined(2)
+    relay.hear(HELLO, hello())
+    relay.mirror.leave(one.client)
+    relay.happens(1)
+    assert one.kinds == ["hello"]
+    again = relay.joined(3)
+    relay.happens(2)
+    assert again.heard == [], "the letters of before say nothing of now"
+
+
+def test_letters_and_wishes_come_back_from_their_bytes() -> None:
+    letter = Relay().letter(EVENTS, b"[]", tick=2**40)
+    assert decode(letter.encode()) == letter
+    for room, wanted in (("main", True), ("é", False)):
+        assert wished(wish(room, hello=wanted)) == (room, wanted)
+    for bad in (b"", b"h", b"xmain", b"h\xff"):
+        with pytest.raises(MalformedError):
+            wished(bad)
+    with pytest.raises(MalformedError, match="no letter"):
+        decode(b"x" * 8)
+
+
+@pytest.mark.parametrize("size", [1, 125, 126, 65_535, 65_536])
+def test_what_a_client_is_written_is_what_a_letter_carries(size: int) -> None:
+    payload = b"[" * size
+    assert payload_of(WireMessage.of_text(payload).wire) == payload
+    assert kind_of(payload) == EVENTS
+    assert kind_of(hello()) == HELLO
+
+
+def test_the_limits_of_the_two_sides_fit() -> None:
+    assert KEPT > 2.0, "a relay wishes once a second, and one wish may be lost"
+    assert TOGETHER < rules.PATIENCE / 10.0

@@ -1,0 +1,204 @@
+"""A server and a relay over a real Redis: who watches, who plays, and who ends in between."""
+
+import contextlib
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import httpx
+import pytest
+import uvicorn
+from click.testing import CliRunner
+
+from app.cli import plinko
+from app.errors import SettingError
+from app.listening import listen
+from app.live import transport
+from app.load.generator import Load
+from app.relay.redis_at import redis_at
+from app.relay.served import create_relay
+from app.relay.spectators import Spectators
+from app.settings import Settings
+from tests.app.conftest import Running, playing, serving
+from tests.app.relay import redis as tests_redis
+from tests.app.relay.redis import MISSING, PROGRAM, Redis
+from tests.waiting import eventually, until
+
+needs_redis = pytest.mark.skipif(PROGRAM is None, reason=MISSING)
+
+
+@dataclass(frozen=True)
+class Relayed:
+    """A running relay."""
+
+    url: str
+    here: Spectators
+
+    def socket(self, room: str = "main", query: str = "?stream=seeds&watch=true") -> str:
+        return f"ws{self.url.removeprefix('http')}/ws/rooms/{room}{query}"
+
+
+@contextlib.contextmanager
+def relaying(redis: Redis, rooms: str) -> Iterator[Relayed]:
+    """Run a relay for the server at `rooms` until the block ends."""
+    settings = Settings(port=0)
+    app = create_relay(settings, redis_at(redis.url), rooms)
+    config = uvicorn.Config(
+        app,
+        ws=transport.protocol_class("direct"),
+        log_config=None,
+        ws_per_message_deflate=False,
+    )
+    with listen(settings) as listener:
+        server = uvicorn.Server(config)
+        thread = threading.Thread(target=server.run, args=([listener],), name="relay")
+        thread.start()
+        try:
+            until(lambda: server.started)
+            yield Relayed(f"http://127.0.0.1:{listener.getsockname()[1]}", app.state.spectators)
+        finally:
+            server.should_exit = True
+            thread.join()
+
+
+@pytest.fixture(scope="module")
+def redis() -> Iterator[Redis]:
+    with tests_redis.running() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def both(redis: Redis) -> Iterator[tuple[Running, Relayed]]:
+    with serving(relays=redis.url) as server, relaying(redis, server.url) as relay:
+        yield server, relay
+
+
+@needs_redis
+async def test_who_watches_over_a_relay_sees_the_play_of_others(
+    both: tuple[Running, Relayed],
+) -> None:
+    server, relay = both
+    async with (
+        playing(relay.socket("triangle-8")) as far,
+        playing(f"{server.socket('triangle-8')}?stream=seeds") as near,
+    ):
+        assert far.hello | {"key": "", "server_time": 0.0} == near.hello | {
+            "key": "",
+            "server_time": 0.0,
+            "seq": far.hello["seq"],
+        }
+        await near.send(type="drop", ref="mine", seed=42)
+        landed = await near.until("landed")
+        assert await far.until("landed") == landed
+        (accepted,) = (event for event in far.events if event["type"] == "accepted")
+        assert accepted["seed"] == "42"
+        assert "ref" not in accepted, "a note is for its sender"
+        await far.send(type="ping", t=1.0)
+        pong = await far.until("pong")
+        assert pong["t"] == 1.0
+        assert pong["tick_time"] <= pong["server_time"]
+        assert server.services.hub.count("triangle-8") == 2, "a player, and one for all far away"
+        health = httpx.get(f"{relay.url}/healthz").json()
+        assert health == {"status": "ok", "clients": 1, "rooms": 1, "lines": 0}
+        assert "plinko_clients 1.0" in httpx.get(f"{relay.url}/metrics").text
+
+
+@needs_redis
+async def test_who_said_to_watch_and_plays_begins_anew_on_a_line_to_the_room(
+    both: tuple[Running, Relayed],
+) -> None:
+    _, relay = both
+    async with playing(relay.socket("triangle-12")) as player:
+        await player.send(type="drop", ref="mine", seed=7)
+        again = await player.until("hello")
+        assert again["run"] == player.hello["run"]
+        assert again["key"] != player.hello["key"], "by which the room knows it from here on"
+        assert (await player.until("accepted"))["ref"] == "mine"
+        await player.until("landed")
+        assert relay.here.lines == 1
+    await eventually(lambda: relay.here.lines == 0)
+
+
+@needs_redis
+@pytest.mark.parametrize("query", ["", "?stream=seeds", "?stream=segments&watch=true"])
+async def test_who_does_not_only_watch_by_seeds_is_the_room_s_own_from_the_start(
+    both: tuple[Running, Relayed], query: str
+) -> None:
+    _, relay = both
+    async with playing(relay.socket("main", query)) as player:
+        assert player.hello["stream"] == (query[8:].partition("&")[0] or "snapshots")
+        assert relay.here.lines == 1
+        await player.send(type="drop", ref="mine", seed=3)
+        assert (await player.until("accepted"))["ref"] == "mine"
+        assert player.kinds().count("hello") == 0, "but the first"
+    await eventually(lambda: relay.here.lines == 0)
+
+
+@needs_redis
+@pytest.mark.parametrize("room", ["nowhere", "sandbox"])
+async def test_what_a_relay_cannot_show_the_room_s_process_answers(
+    both: tuple[Running, Relayed], room: str
+) -> None:
+    _, relay = both
+    async with playing(relay.socket(room)) as player:
+        said = player.hello
+        assert said["type"] == ("error" if room == "nowhere" else "hello")
+        assert said.get("code") == ("unknown-room" if room == "nowhere" else None)
+
+
+@needs_redis
+async def test_a_load_is_spread_over_all_that_it_is_given(both: tuple[Running, Relayed]) -> None:
+    server, relay = both
+    seen = []
+    load = Load(
+        relay.socket("triangle-14"),
+        6,
+        "seeds",
+        drops=0.0,
+        more=(f"{server.socket('triangle-14')}?stream=seeds",),
+    )
+    load.on_count = lambda: seen.append(
+        (relay.here.hub.total, server.services.hub.count("triangle-14"))
+    )
+    report = await load.run(0.01)
+    assert report.connected == 6
+    assert seen == [(3, 3 + 1)], "and the relay's one subscriber"
+
+
+@needs_redis
+async def test_redis_may_end_and_come_back() -> None:
+    async with contextlib.AsyncExitStack() as stack:
+        own = stack.enter_context(tests_redis.running())
+        server = stack.enter_context(serving(relays=own.url))
+        relay = stack.enter_context(relaying(own, server.url))
+        far = await stack.enter_async_context(playing(relay.socket()))
+        player = await stack.enter_async_context(playing(server.socket()))
+        own.stop()
+        await player.send(type="drop", seed=1)
+        await player.until("accepted")
+        own.start()
+        # Once it is back a hello says what was missed.
+        anew = await far.until("hello")
+        assert anew["stats"]["drops"] == 1
+        await player.send(type="drop", seed=2)
+        assert (await far.until("accepted"))["seed"] == "2"
+
+
+@pytest.mark.parametrize(
+    ("redis_url", "rooms", "said"),
+    [
+        ("http://x", "http://127.0.0.1:1", "no address of a Redis"),
+        ("redis://127.0.0.1:1", "127.0.0.1:1", "is not an address such as http"),
+    ],
+)
+def test_addresses_that_are_none_are_refused(redis_url: str, rooms: str, said: str) -> None:
+    with pytest.raises(SettingError, match=said):
+        create_relay(Settings(), redis_at(redis_url), rooms)
+
+
+def test_the_command_says_what_it_needs() -> None:
+    done = CliRunner().invoke(plinko, ["relay", "--help"])
+    assert done.exit_code == 0
+    for option in ("--max-clients", "--trusted-proxies", "REDIS ROOMS"):
+        assert option in done.output
+    assert "--board" not in done.output

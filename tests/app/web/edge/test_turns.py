@@ -1,0 +1,107 @@
+"""A flood of requests is served one at a time, so that ticks and other clients come in between."""
+
+import asyncio
+from collections.abc import Iterator
+
+from hypothesis import given
+from hypothesis import strategies as st
+from starlette.types import Receive, Scope, Send
+
+from app.web.edge.turns import Queue, Turns
+
+
+class Begun:
+    """An application that notes whose requests begin; a tick is due in each turn of the loop."""
+
+    def __init__(self) -> None:
+        self.order: list[str] = []
+        self.turns = Turns(self)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        self.order.append(scope["client"][0])
+
+    def ask(self, client: str) -> "asyncio.Task[None]":
+        async def nothing() -> Scope:
+            raise AssertionError("nothing is received here")
+
+        async def nobody(_: object) -> None:
+            raise AssertionError("nothing is sent here")
+
+        scope = {"type": "http", "client": (client, 1)}
+        return asyncio.ensure_future(self.turns(scope, nothing, nobody))
+
+    def tick(self) -> None:
+        self.order.append("tick")
+        asyncio.get_running_loop().call_soon(self.tick)
+
+    def between_ticks(self) -> Iterator[list[str]]:
+        begun: list[str] = []
+        for each in self.order:
+            if each == "tick":
+                yield begun
+                begun = []
+            else:
+                begun.append(each)
+
+
+async def test_a_tick_waits_for_one_request_of_a_flood() -> None:
+    app = Begun()
+    flood = [app.ask("192.0.2.1") for _ in range(100)]
+    app.tick()
+    await asyncio.gather(*flood)
+    assert app.order.count("192.0.2.1") == 100
+    assert max(map(len, app.between_ticks())) == 1
+
+
+async def test_who_asks_once_waits_for_one_of_those_who_ask_a_hundred_times() -> None:
+    app = Begun()
+    flood = [app.ask("192.0.2.1") for _ in range(100)]
+    flood += [app.ask("192.0.2.2") for _ in range(100)]
+    await asyncio.sleep(0)
+    before = len(app.order)
+    await app.ask("192.0.2.3")
+    assert len(app.order) - before <= 4
+    await asyncio.gather(*flood)
+
+
+async def test_a_request_alone_begins_at_once() -> None:
+    app = Begun()
+    for _ in range(3):
+        asked = app.ask("192.0.2.1")
+        await asyncio.sleep(0)
+        assert asked.done()
+        await asyncio.sleep(0)
+
+
+async def test_those_who_give_up_hold_up_nobody() -> None:
+    app = Begun()
+    flood = [app.ask("192.0.2.1") for _ in range(10)]
+    await asyncio.sleep(0)
+    for each in flood[1:]:
+        each.cancel()
+    await app.ask("192.0.2.2")
+    assert app.order == ["192.0.2.1", "192.0.2.2"]
+    await asyncio.gather(*flood, return_exceptions=True)
+    await asyncio.sleep(0)
+    asked = app.ask("192.0.2.3")
+    await asyncio.sleep(0)
+    assert asked.done()
+
+
+@given(st.lists(st.integers(0, 4), max_size=40))
+def test_clients_take_turns_and_each_has_its_order(came: list[int]) -> None:
+    queue: Queue[tuple[int, int]] = Queue()
+    for number, client in enumerate(came):
+        queue.put(str(client), (client, number))
+    taken = []
+    while (each := queue.take()) is not None:
+        taken.append(each)
+    assert sorted(number for _, number in taken) == list(range(len(came)))
+    rounds = [0] * 5
+    for client, _ in taken:
+        rounds[client] += 1
+        waiting = [other for other in range(5) if rounds[other] < came.count(other)]
+        assert all(rounds[client] <= rounds[other] + 1 for other in waiting)
+    for client in range(5):
+        own = [number for each, number in taken if each == client]
+        assert own == sorted(own)

@@ -1,0 +1,62 @@
+"""What every page owes who opens it: words that can be read, and a place on a phone's screen."""
+
+import json
+import struct
+from pathlib import Path
+
+import pytest
+
+STATIC = Path(__file__).parents[3] / "static"
+THEME = json.loads((STATIC / "theme.json").read_text("utf-8"))
+PAGES = sorted(path.name for path in STATIC.glob("*.html") if path.name != "embed.html")
+
+WORDS = ("ink", "inkSoft", "link", "good", "bad")
+BENEATH = ("page", "pageDeep", "case", "caseShade", "field")
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of "#rrggbb" (WCAG 2.2)."""
+    parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
+    red, green, blue = (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+def contrast(one: str, other: str) -> float:
+    darker, lighter = sorted((luminance(one), luminance(other)))
+    return (lighter + 0.05) / (darker + 0.05)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_words_stand_out_from_all_that_they_are_written_on(scheme: str) -> None:
+    """The green of "It can be played" had 3.4 on the deep end of the page, and 4.2 on the case."""
+    assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
+    colours = THEME[scheme]
+    faint = {
+        (words, beneath): round(contrast(colours[words], colours[beneath]), 2)
+        for words in WORDS
+        for beneath in BENEATH
+        if contrast(colours[words], colours[beneath]) < 4.5
+    }
+    assert faint == {}
+
+
+def test_the_pages_can_be_installed() -> None:
+    manifest = json.loads((STATIC / "manifest.json").read_text("utf-8"))
+    assert manifest["display"] == "standalone"
+    assert manifest["start_url"] == manifest["scope"] == "./"
+    assert manifest["theme_color"] == manifest["background_color"] == THEME["light"]["page"]
+    assert {icon.get("purpose", "any") for icon in manifest["icons"]} == {"any", "maskable"}
+    drawn = [icon for icon in manifest["icons"] if icon["type"] == "image/png"]
+    assert {icon["sizes"] for icon in drawn} == {"192x192", "512x512"}
+    for icon in drawn:
+        header = (STATIC / icon["src"]).read_bytes()[:24]
+        assert header[:8] == b"\x89PNG\r\n\x1a\n"
+        width, height = struct.unpack(">II", header[16:])
+        assert icon["sizes"] == f"{width}x{height}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_each_page_names_what_installs_it(page: str) -> None:
+    text = (STATIC / page).read_text("utf-8")
+    assert '<link rel="manifest" href="manifest.json">' in text
+    assert '<link rel="apple-touch-icon" href="icons/192.png">' in text

@@ -1,0 +1,34 @@
+"""What a spectator over a relay costs is what more of them cost more."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.harness.effort import MissingError
+from benchmarks.harness.report import Section
+from benchmarks.serving import relays
+from benchmarks.serving.relays import Shares
+
+FEW = Shares(1000, server=0.1, redis=0.01, relays=0.05, messages=10.0, bytes=1e3, least=9, most=11)
+MANY = replace(FEW, spectators=5000, relays=0.25)
+
+
+def test_what_more_spectators_cost_is_a_spectator_s() -> None:
+    table = relays._each(FEW, MANY)
+    assert [row[1:] for row in table.rows] == [
+        ["0.00500%", "measured"],
+        ["20,000", "measured"],
+        ["50.0", "extrapolated"],
+        ["1.00 GB", "extrapolated"],
+    ]
+    section = Section("relays", [relays._shares([FEW, MANY]), table])
+    section.data["relays"] = [relays.vars_of(each) for each in (FEW, MANY)]
+    assert json.loads(json.dumps(section.to_dict()))["data"]["relays"][1]["spectators"] == 5000
+    assert "| 5,000" in section.text()
+
+
+@pytest.mark.parametrize("starved", [replace(MANY, relays=0.04), replace(MANY, messages=5.0)])
+def test_a_machine_that_is_too_busy_is_named(starved: Shares) -> None:
+    with pytest.raises(MissingError, match="too busy"):
+        relays._each(FEW, starved)

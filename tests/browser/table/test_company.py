@@ -1,0 +1,38 @@
+"""Two visitors of a table see each other and what they won; demo balls give way to real ones."""
+
+import re
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Open, Quick
+
+
+def test_two_visitors_meet_and_the_demo_ends_with_the_first_ball(
+    opened: Open, quick: Quick
+) -> None:
+    one = opened(quick.page).ready()
+    expect(one.page.locator("#company-here")).to_have_text("Nobody else is here.")
+    two = opened(quick.page, viewport={"width": 390, "height": 844}).ready()
+    expect(one.page.locator("#people")).to_have_text("Guest 2")
+    two.page.get_by_text("Your name and colour").click()
+    two.page.get_by_label("Name").fill("Ada")
+    two.page.get_by_label("Colour 5").check()
+    expect(one.page.locator("#people")).to_have_text("Ada")
+    expect(one.page.locator("#people .swatch")).to_have_css("background-color", "rgb(79, 227, 177)")
+
+    one.drawer("Settings").get_by_label("Demo balls").check()
+    mark = one.page.locator("#demo-mark")
+    expect(mark).to_be_visible(timeout=30_000)
+    assert not one.drops_sent, "demo balls are no server's business"
+    expect(one.page.locator("#tray-count")).to_have_text("Nothing has landed here yet")
+    two.drop.click()
+    expect(mark).to_be_hidden()
+    landing = one.page.locator("#landings > li")
+    expect(landing).to_have_text(re.compile(r"^Ada[\d.]+×Replay$"))
+    expect(landing.get_by_role("link")).to_have_attribute("href", re.compile(quick.board))
+    expect(one.page.locator("#tray-count")).to_have_text("1 drop landed at this table")
+
+    two.page.close()
+    expect(one.page.locator("#company-here")).to_have_text("Nobody else is here.")
+    one.page.get_by_role("button", name="Invite").click()
+    expect(one.page.locator("#invite-link")).to_have_value(f"{one.url}{quick.page}")

@@ -1,0 +1,56 @@
+"""A visitor chooses German on a phone: every page says so from then on, and nothing overflows."""
+
+import pytest
+from playwright.sync_api import ViewportSize, expect
+
+from tests.browser.conftest import Open, Quick
+from tests.long import tries
+
+PHONE: ViewportSize = {"width": 390, "height": 844}
+PAGES = tries(
+    ["replay.html?board=triangle-8&seed=1"],
+    [
+        *("replay.html?board=triangle-8&seed=1", "compare.html", "editor.html", "sandbox.html"),
+        *("map.html?board=triangle-8", "verify.html", "embed/replay?board=triangle-8&seed=1"),
+    ],
+)
+
+# What reaches beyond the window, and controls whose words are wider than they are.
+OVERFLOWING = """
+[...document.querySelectorAll("body *")]
+  .filter((element) => element.offsetParent !== null && !element.closest(".visually-hidden, .skip"))
+  .filter((element) => element.getBoundingClientRect().right > innerWidth + 1
+    || (element.matches("button, legend, output, .chip span, .places a")
+        && element.scrollWidth > element.clientWidth + 1 && element.clientWidth > 0))
+  .map((element) => `${element.tagName} ${element.id}: ${element.textContent.trim()}`)
+"""
+
+
+@pytest.mark.long
+def test_german_once_chosen_is_spoken_everywhere_and_fits_a_phone(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(quick.page, viewport=PHONE, locale="es-ES").ready()
+    page = screen.page
+    german = page.locator("html[lang=de]")
+    expect(page.locator("html")).to_have_attribute("lang", "es")
+    page.get_by_role("button", name="Más").click()
+    page.keyboard.press("s")  # the drawer with the choice, where it has one of its own
+    page.get_by_label("Idioma").select_option("Deutsch")
+    expect(german).to_be_attached()
+    screen.ready()
+    drop = page.get_by_role("button", name="Los!")
+    expect(drop).to_be_visible()
+    page.get_by_role("button", name="Mehr").click()
+    for drawer in ("Tisch", "Fairness", "Labor"):
+        page.get_by_role("button", name=drawer, exact=True).click()
+        assert page.evaluate(OVERFLOWING) == []
+    drop.click()
+    expect(screen.result).to_contain_text("zahlt")
+    for path in PAGES:
+        page.goto(f"{screen.url}/{path}")
+        expect(german).to_be_attached()
+        # A map is there from the beginning; its proofs go on and on.
+        there = page.locator("html:not([data-state=connecting]), html[data-mode=map]")
+        expect(there).to_be_attached()
+        assert page.evaluate(OVERFLOWING) == [], path

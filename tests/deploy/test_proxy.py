@@ -1,0 +1,199 @@
+"""HAProxy accepts its configuration, and sends all that is of one room to one server."""
+
+import contextlib
+import os
+import shutil
+import socket
+import subprocess
+import threading
+from collections import Counter
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from tests.waiting import until
+
+CONFIGURATION = Path(__file__).parents[2] / "deploy" / "haproxy.cfg"
+HAPROXY = shutil.which("haproxy", path=f"{os.environ.get('PATH', '')}:/usr/sbin")
+SERVERS = 3
+
+needs_haproxy = pytest.mark.skipif(HAPROXY is None, reason="no HAProxy: apt-get install haproxy")
+
+
+class Named(ThreadingHTTPServer):
+    """A server that answers with its own name and what the proxy told it of the client."""
+
+    daemon_threads = True
+
+    def __init__(self, name: str) -> None:
+        super().__init__(("127.0.0.1", 0), Answer)
+        self.name = name
+
+    def __enter__(self) -> "Named":
+        threading.Thread(target=self.serve_forever, args=(0.01,)).start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.shutdown()
+        self.server_close()
+
+
+class Answer(BaseHTTPRequestHandler):
+    """Says which server it is."""
+
+    server: Named
+
+    def do_GET(self) -> None:
+        body = f"{self.server.name} {self.headers['X-Forwarded-For']}".encode()
+        self.send_response(200)
+        self.send_header("content-length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: Any) -> None:  # noqa: A002 - its name there
+        """Nothing: the tests say what went wrong."""
+
+
+def free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        port: int = one.getsockname()[1]
+        return port
+
+
+@pytest.fixture
+def proxy() -> Iterator[tuple[httpx.Client, list[Named]]]:
+    """HAProxy with the configuration as it stands before three servers, and a client of it."""
+    with proxying() as found:
+        yield found
+
+
+@contextlib.contextmanager
+def proxying(relays: int = 0) -> Iterator[tuple[httpx.Client, list[Named]]]:
+    assert HAPROXY is not None
+    with contextlib.ExitStack() as stack:
+        names = {f"PLINKO_{k + 1}": f"plinko{k + 1}" for k in range(SERVERS)}
+        names |= {f"PLINKO_RELAY_{k + 1}": f"relay{k + 1}" for k in range(relays)}
+        servers = [stack.enter_context(Named(name)) for name in names.values()]
+        port = free_port()
+        places = {
+            variable: f"127.0.0.1:{server.server_port}"
+            for variable, server in zip(names, servers, strict=True)
+        }
+        process = subprocess.Popen(
+            [HAPROXY, "-db", "-f", str(CONFIGURATION)],
+            env=os.environ | places | {"PLINKO_BIND": f"127.0.0.1:{port}"},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        stack.callback(process.wait)
+        stack.callback(process.terminate)
+        client = stack.enter_context(httpx.Client(base_url=f"http://127.0.0.1:{port}"))
+
+        def answers() -> bool:
+            assert process.poll() is None
+            with contextlib.suppress(httpx.ConnectError):
+                return client.get("/").status_code == 200
+            return False
+
+        until(answers)
+        yield client, servers
+
+
+def who(client: httpx.Client, path: str, **headers: str) -> str:
+    """The name of the server that answers."""
+    answer = client.get(path, headers=headers)
+    assert answer.status_code == 200, path
+    return answer.text.split()[0]
+
+
+@needs_haproxy
+def test_its_own_checker_accepts_the_configuration() -> None:
+    assert HAPROXY is not None
+    # It warns of servers whose names it cannot look up: these are addresses.
+    places = {f"PLINKO_{k + 1}": f"127.0.0.1:{8001 + k}" for k in range(SERVERS)}
+    done = subprocess.run(
+        [HAPROXY, "-c", "-f", str(CONFIGURATION)],
+        env=os.environ | places,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "[WARNING]" not in done.stderr + done.stdout
+
+
+@needs_haproxy
+def test_all_that_is_of_one_room_goes_to_one_server(
+    proxy: tuple[httpx.Client, list[Named]],
+) -> None:
+    client, _ = proxy
+    rooms = [f"{number:016x}" for number in range(40)]
+    found = Counter[str]()
+    for room in rooms:
+        paths = (
+            f"/api/v1/rooms/{room}",
+            f"/api/v1/rooms/{room}/log?limit=5",
+            f"/api/v1/rooms/{room}/frame.png",
+            f"/ws/rooms/{room}?stream=seeds",
+            f"/ws/rooms/%{ord(room[0]):x}{room[1:]}",
+        )
+        (server,) = {who(client, path) for path in paths}
+        found[server] += 1
+    assert len(found) == SERVERS
+    assert min(found.values()) >= 4
+
+
+@needs_haproxy
+def test_who_watches_by_seeds_does_so_over_relays_where_there_are_some() -> None:
+    with proxying(relays=2) as (client, _):
+        found = {who(client, "/ws/rooms/main?stream=seeds&watch=true") for _ in range(4)}
+        assert found == {"relay1", "relay2"}
+        for query in ("", "?stream=seeds", "?watch=true", "?stream=segments&watch=true"):
+            path = f"/ws/rooms/main{query}"
+            assert who(client, path) == who(client, "/api/v1/rooms/main?stream=seeds&watch=true")
+            assert who(client, path).startswith("plinko")
+
+
+@needs_haproxy
+def test_what_is_of_no_room_goes_to_whoever_is_free(
+    proxy: tuple[httpx.Client, list[Named]],
+) -> None:
+    client, _ = proxy
+    for path in ("/", "/api/v1/boards", "/api/v1/rooms", "/api/v1/rooms/"):
+        assert {who(client, path) for _ in range(2 * SERVERS)} == {
+            "plinko1",
+            "plinko2",
+            "plinko3",
+        }, path
+
+
+@needs_haproxy
+def test_a_client_s_address_is_told_and_cannot_be_made_up(
+    proxy: tuple[httpx.Client, list[Named]],
+) -> None:
+    client, _ = proxy
+    answer = client.get("/", headers={"X-Forwarded-For": "203.0.113.9"})
+    assert answer.text.split()[1] == "127.0.0.1"
+    assert client.get("/metrics").status_code == 404
+
+
+@needs_haproxy
+def test_a_server_that_has_just_ended_is_nobody_s_error(
+    proxy: tuple[httpx.Client, list[Named]],
+) -> None:
+    client, servers = proxy
+    rooms = [f"/ws/rooms/{number:016x}" for number in range(12)]
+    before = {room: who(client, room) for room in rooms}
+    gone = servers[0]
+    gone.shutdown()
+    gone.server_close()
+    after = {room: who(client, room) for room in rooms}
+    assert gone.name in before.values()
+    for room in rooms:
+        assert after[room] != gone.name
+        assert after[room] == before[room] or before[room] == gone.name

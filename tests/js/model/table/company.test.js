@@ -1,0 +1,60 @@
+// Who is at a table, whose ball is which, and what landed last.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { COLOURS } from "../../../../static/js/model/player/colour.js";
+import { Company, swatchOf } from "../../../../static/js/model/table/company.js";
+
+const ada = { visitor: 1, name: "Ada", colour: "#57c7ff" };
+const presence = (visitors, here = visitors.length) => ({ type: "presence", here, visitors });
+const ball = (visitor, mine = false) => ({ visitor, mine, seed: "7", x: 0, explicit: false, pose: {} });
+
+test("a ball has its player's colour, and takes another while it falls", () => {
+  const company = new Company(() => {});
+  const flying = ball(1);
+  company.dye(flying);
+  assert.ok(COLOURS.includes(flying.pose.colour), "who is not named yet has one, too");
+  company.hear(presence([ada]), [flying]);
+  assert.equal(flying.pose.colour, "#57c7ff");
+  company.hear(presence([{ visitor: 1, name: "Ada" }]), [flying]);
+  assert.equal(flying.pose.colour, swatchOf({ visitor: 1 }));
+});
+
+test("ours keeps its own until we choose one; nobody's keeps what it has", () => {
+  const company = new Company(() => {});
+  const [mine, nobodys] = [ball(2, true), ball(undefined)];
+  nobodys.pose.colour = "#123456";
+  company.hear(presence([ada, { visitor: 2 }]), [mine, nobodys]);
+  assert.equal(mine.pose.colour, undefined);
+  assert.equal(nobodys.pose.colour, "#123456");
+  company.hear(presence([{ visitor: 2, colour: "#ffe169" }]), [mine]);
+  assert.equal(mine.pose.colour, "#ffe169");
+});
+
+test("a landing keeps the name that its player had then, and the last few are kept", () => {
+  let changes = 0;
+  const company = new Company(() => { changes += 1; });
+  company.hear({ ...presence([ada], 3), you: 1 });
+  company.landed(ball(1), { bin: 3, score: 2 });
+  company.hear(presence([{ ...ada, name: "Countess" }], 3));
+  assert.deepEqual([company.you, company.here, changes], [1, 3, 3]);
+  assert.equal(company.landings[0].visitor.name, "Ada");
+  company.landed(ball(undefined), { bin: null, score: 1 });
+  assert.equal(company.landings[0].visitor, null);
+  for (let i = 0; i < 100; i += 1) company.landed(ball(1), { bin: 1, score: i });
+  assert.equal(company.landings.length, 8);
+  assert.equal(company.landings[0].score, 99);
+});
+
+test("who is named no more is still known while their balls fall, but not for ever", () => {
+  const company = new Company(() => {});
+  company.hear(presence([ada]));
+  company.hear(presence([{ visitor: 9 }]));
+  assert.equal(company.ownerOf(ball(1)).name, "Ada");
+  for (let i = 10; i < 400; i += 1) company.hear(presence([{ visitor: i, name: `v${i}` }]));
+  assert.deepEqual(company.ownerOf(ball(1)), { visitor: 1 });
+  assert.equal(company.ownerOf(ball(399)).name, "v399");
+  company.begin();
+  assert.deepEqual(company.ownerOf(ball(399)), { visitor: 399 }, "after a lost line numbers mean others");
+});

@@ -1,0 +1,31 @@
+// What a visitor wants to be called: kept, told to tables, and nothing that a table would refuse.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { nameOf, Self } from "../../../../static/js/play/account/self.js";
+import { storage } from "../../support.js";
+
+test("what was chosen is told, in all tabs, and what was not is left out", () => {
+  const kept = storage();
+  const self = new Self(kept);
+  assert.deepEqual(self.message, { type: "appear" });
+  self.change({ name: "Ada", colour: "" });
+  assert.deepEqual(new Self(kept).message, { type: "appear", name: "Ada" });
+  self.change({ name: "", colour: "#57c7ff" });
+  assert.deepEqual(self.message, { type: "appear", colour: "#57c7ff" });
+});
+
+test("a name is taken as it reads, and one that hides something is none", () => {
+  assert.equal(nameOf("  Ada \t L. "), "Ada L.");
+  assert.equal(nameOf("Jose\u0301"), "Jos\u00e9");
+  assert.equal(nameOf(""), "");
+  assert.equal(nameOf("🎯".repeat(24)), "🎯".repeat(24), "characters count, not their halves");
+  for (const name of ["<b>", "a&b", "\u202eadA", "A\u200bda", "x".repeat(25)]) assert.equal(nameOf(name), null);
+});
+
+test("what was kept by something else is not told", () => {
+  const kept = storage();
+  kept.setItem("plinko.visitor.1", JSON.stringify({ name: "<i>", colour: "red;x" }));
+  assert.deepEqual(new Self(kept).message, { type: "appear" });
+});

@@ -1,0 +1,41 @@
+// What a landing leaves: from 10 times the stake light through its pegs, from 100 a look from near before.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+
+import { emptyScene } from "../../../../static/js/model/scene.js";
+import { Encore } from "../../../../static/js/play/show/encore.js";
+import { openSolver } from "../../../../static/js/solver/solver.js";
+import { triangle } from "../../support.js";
+
+const bytes = readFileSync(new URL("../../../../static/js/solver/kernels.wasm", import.meta.url));
+const solver = await openSolver(bytes);
+
+/** What is seen after a landing that paid so much: at each time, whether from near, and how many lights. */
+function seen(pays, times, still = false) {
+  const board = triangle();
+  board.bins.multipliers = board.bins.multipliers.map(() => pays);
+  board.drop = { ...board.drop, jitter: 0.25 };
+  const whole = solver.read(board);
+  const encore = new Encore();
+  encore.begin(solver.drop(whole, { seed: "42" }), board, (x) => solver.drop(whole, { x }), still);
+  return times.map((wall) => {
+    const scene = emptyScene();
+    const goesOn = encore.show(scene, wall, still);
+    return { near: encore.near !== null, looking: encore.looking, lights: scene.flashes.length > 0, goesOn };
+  });
+}
+
+test("a jackpot is looked at from near for two seconds, then light runs through its pegs, then it is over", () => {
+  const [first, last, after, end] = seen(100, [5, 7.3, 7.6, 10]);
+  assert.deepEqual([first.near, first.looking, last.near, last.looking], [true, true, true, true]);
+  assert.deepEqual(after, { near: false, looking: false, lights: true, goesOn: true });
+  assert.deepEqual(end, { near: false, looking: false, lights: false, goesOn: false });
+});
+
+test("a win has light at once; less has none; and where nothing is to move, nothing does", () => {
+  assert.deepEqual(seen(10, [5, 5.3])[1], { near: false, looking: false, lights: true, goesOn: true });
+  assert.deepEqual(seen(9, [5, 5.3])[1], { near: false, looking: false, lights: false, goesOn: false });
+  assert.deepEqual(seen(100, [5, 5.3], true)[1], { near: false, looking: false, lights: false, goesOn: false });
+});

@@ -1,0 +1,33 @@
+// What places sound like: each by itself, none louder than the other, overtones the first to give way.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { TABLES } from "../../../../static/js/model/worlds.js";
+import { HOME, TIMBRES } from "../../../../static/js/play/sound/timbres.js";
+import { chimeOf, chosen, toneOf, withOvertones } from "../../../../static/js/play/sound/tones.js";
+
+const SIDES = { left: -1, right: 1 };
+const hit = (timbre, x = 0) => toneOf({ kind: 0, speed: 2, x }, SIDES, timbre);
+
+test("each place has a sound that no other has, as loud as theirs", () => {
+  const [, ...away] = TABLES.map(({ name }) => name);
+  assert.deepEqual(Object.keys(TIMBRES), away);
+  const tones = [HOME, ...Object.values(TIMBRES)].map((timbre) => hit(timbre));
+  assert.equal(new Set(tones.map(({ frequency, decay }) => `${frequency} ${decay}`)).size, TABLES.length);
+  assert.equal(new Set(tones.map(({ gain }) => gain)).size, 1);
+  for (const timbre of Object.values(TIMBRES)) {
+    assert.ok(hit(timbre, 0.9).frequency > hit(timbre, -0.9).frequency, "higher on the right");
+  }
+});
+
+test("where voices are few, the tones stay and their overtones go", () => {
+  const tones = [-0.5, 0.5].flatMap((x) => withOvertones(hit(TIMBRES.Steel, x), TIMBRES.Steel));
+  assert.equal(tones.length, 6);
+  assert.deepEqual(chosen(tones, 2).map(({ frequency }) => frequency), [tones[0].frequency, tones[3].frequency]);
+});
+
+test("a bin that pays less than the stake ticks; one that pays more rings the more the more it pays", () => {
+  assert.deepEqual([0.3, 1, 12, 130].map((score) => chimeOf(score, 0.5).length), [1, 2, 3, 4]);
+  assert.ok(chimeOf(0.3, 0.5)[0].gain < chimeOf(1, 0.5)[0].gain);
+});
