@@ -19,6 +19,8 @@ import numpy.typing as npt
 from app.computing.pool import Workers
 from app.errors import BusyError, RoomFullError
 from app.pictures.frame import Still, draw, moment_of, still_of
+from app.render.parts.view import check_size
+from app.render.theme import named
 from app.rooms.room import Room
 
 BOUNDARY = "plinko-frame"
@@ -31,12 +33,19 @@ LIT_SECONDS = 0.6  # that a bin stays lit
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """What a camera films: a room, in one size, theme and rate."""
+    """What a camera films: a room, in one size, theme and rate.
+
+    Raises InvalidValueError that names a width or theme that no picture can have.
+    """
 
     room: str
     width: int
     theme: str
     fps: int
+
+    def __post_init__(self) -> None:
+        check_size("width", self.width)
+        named(self.theme)
 
 
 class Purse(Protocol):
@@ -90,7 +99,7 @@ class Camera:
         """The number of the newest frame and the frame, once there is one after number `seen`.
 
         An empty frame says that there will be no more, because the server stops.
-        Raises InvalidValueError for a size or theme that is none.
+        Raises what drawing failed with.
         """
         while self.frames <= seen:
             if self._stopped:
@@ -248,8 +257,7 @@ class Cameras:
     async def open(self, room: Room, shot: Shot, address: str = "") -> tuple[Camera, int, bytes]:
         """A camera for one more viewer at this address, with its newest frame; `leave` it then.
 
-        Raises BusyError when too many cameras film already, RoomFullError when too many watch, and
-        InvalidValueError for a shot that cannot be.
+        Raises BusyError when too many cameras film already, and RoomFullError when too many watch.
         """
         camera = self._join(room, shot, address)
         try:

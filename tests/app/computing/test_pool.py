@@ -104,7 +104,7 @@ async def test_who_goes_away_ends_the_work(workers: Workers) -> None:
 async def test_what_takes_long_leaves_a_worker_for_what_is_quick(workers: Workers) -> None:
     long = [asyncio.create_task(workers.run(FOR_EVER)) for _ in range(3)]
     assert await workers.run(os.getpid, quick=True) != os.getpid()
-    assert len(workers.pids) == 1
+    await running_for(workers, 1)
     for each in long:
         each.cancel()
     await asyncio.wait(long)
