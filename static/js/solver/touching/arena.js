@@ -1,0 +1,197 @@
+// Balls that touch each other, advanced by the engine's own kernels: engine/multibody/arena.py for
+// pages. The same inputs at the same steps give the same bits as there.
+
+import { BallTable, LANDED, LEFT, noPairs } from "./ball-table.js";
+import { staticShapes } from "./static-shapes.js";
+
+/** @import { BallValues, Pairs } from "./ball-table.js" */
+/** @import { Given, Grid, Machine, Value } from "./machine.js" */
+/** @import { Place } from "./scenes.js" */
+
+const MODULE = "engine.multibody.solver.";
+const SLEEP_SECONDS = 0.5; // that an island must have been still before it falls asleep
+const ROOM_PER_BALL = 4; // impacts of a step that are kept
+const COUNTS = 4;
+const [LANDINGS, DEPARTURES, AWAKE_BEFORE] = [2, 4, 6]; // low halves of counts
+
+/** @type {Given[]} a neighbour list */
+const PAIRS = [
+  { kind: "array", of: "i4", dimensions: 1 }, { kind: "array", of: "i4", dimensions: 1 },
+  { kind: "array", of: "f8", dimensions: 2 }, { kind: "array", of: "i4", dimensions: 1 },
+  { kind: "array", of: "i4", dimensions: 1 },
+];
+
+/**
+ * gravity in m/s² downward; drag in 1/s; damping: the part of the velocity kept in a step of dt s.
+ * @typedef {{gravity: number, drag: number, damping: number, correction: number, dt: number,
+ *   substeps: number}} ArenaSettings
+ */
+
+/** @typedef {{contacts: number, penetration: number}} Overlap penetration: the deepest, m */
+
+/** Balls in a place. */
+export class Arena {
+  /** Seconds of the arena: the sum of its steps. */
+  time = 0;
+  table = new BallTable();
+  #nextId = 0;
+  #accumulator = 0;
+  #rests = false;
+
+  /** @param {Machine} machine @param {Place} place @param {ArenaSettings} settings */
+  constructor(machine, place, settings) {
+    this.machine = machine;
+    this.place = place;
+    this.settings = { ...settings };
+    this.statics = staticShapes(place);
+  }
+
+  get count() {
+    return this.table.n;
+  }
+
+  /** Whether anything moves; if not, a step changes nothing but the time. */
+  get awake() {
+    for (let row = 0; row < this.count; row += 1) if (!this.table.isAsleep(row)) return true;
+    return false;
+  }
+
+  /**
+   * @param {(Partial<BallValues> & {x: number, y: number})[]} balls
+   * @returns {number} the first one's id; the others' follow
+   */
+  add(balls) {
+    const first = this.#nextId;
+    this.table.append(first, balls);
+    this.#nextId += balls.length;
+    return first;
+  }
+
+  /** Takes a ball out. @param {number} ball that is there */
+  remove(ball) {
+    const row = this.table.row(ball);
+    this.table.wakeWith(row);
+    this.#drop([row]);
+  }
+
+  /** Takes all balls out. */
+  clear() {
+    this.table.wakeAll();
+    this.table.keep([]);
+  }
+
+  /** @param {number[]} rows */
+  #drop(rows) {
+    const gone = new Set(rows);
+    this.table.keep(Array.from({ length: this.count }, (_, row) => row).filter((row) => !gone.has(row)));
+  }
+
+  /** Changes settings while it runs; all balls wake. @param {Partial<ArenaSettings>} values */
+  configure(values) {
+    Object.assign(this.settings, values);
+    this.table.wakeAll();
+  }
+
+  /** Advances by one step. @returns {number[]} balls that landed or went too far, and were taken out */
+  step() {
+    const { table } = this;
+    this.time += this.settings.dt;
+    if (table.n === 0 || (this.#rests && table.isListed)) return [];
+    const counts = new Int32Array(2 * COUNTS); // of 64 bits, the low halves first
+    const log = newLog(table.n, counts);
+    const found = this.machine.run(`${MODULE}step.step_balls`, [
+      ...table.bodies, BigInt(table.n), ...listOf(table.pairs), ...this.statics.values,
+      ...this.#solverSettings(), ...log, table.isListed ? 1n : 0n,
+    ], PAIRS);
+    table.pairs = pairsOf(/** @type {Grid[]} */ (found));
+    this.#rests = counts[AWAKE_BEFORE] === 0;
+    if (this.#rests) return [];
+    table.isListed = true;
+    return counts[LANDINGS] || counts[DEPARTURES] ? this.#takeGone() : [];
+  }
+
+  #takeGone() {
+    const { table } = this;
+    const rows = Array.from({ length: table.n }, (_, row) => row)
+      .filter((row) => table.flags(row) & (LANDED | LEFT));
+    const balls = rows.map((row) => table.id(row));
+    this.#drop(rows);
+    return balls;
+  }
+
+  /** Advances in whole steps. @param {number} seconds @returns {number[]} balls that are gone */
+  advance(seconds) {
+    const gone = [];
+    this.#accumulator += seconds;
+    while (this.#accumulator >= this.settings.dt) {
+      this.#accumulator -= this.settings.dt;
+      gone.push(...this.step());
+    }
+    return gone;
+  }
+
+  /** The deepest overlap and the number of contacts, sleepers' included; changes nothing. */
+  overlap() {
+    const { table } = this;
+    if (table.n === 0) return { contacts: 0, penetration: 0 };
+    const bodies = table.bodies.map(copied);
+    const [, vel, , , marks] = /** @type {Grid[]} */ (bodies);
+    vel.values.fill(0);
+    for (let row = 0; row < table.n; row += 1) marks.values[4 * row + 1] = table.flags(row) & ~1;
+    const n = BigInt(table.n);
+    const { values: statics } = this.statics;
+    const listed = this.machine.run(`${MODULE}neighbour_list.rebuild`, [
+      ...bodies, n, ...statics, ...listOf(noPairs(table.n)), 0, 0,
+    ], [...PAIRS, { kind: "array", of: "i4", dimensions: 1 }]);
+    const pairs = /** @type {Grid[]} */ (listed.slice(0, PAIRS.length));
+    const [penetration, , contacts] = this.machine.run(
+      `${MODULE}position_projection.deepest_overlap`, [...bodies, n, ...pairs, ...statics],
+      [{ kind: "f8" }, { kind: "f8" }, { kind: "i8" }],
+    );
+    return { contacts: Number(contacts), penetration: Number(penetration) };
+  }
+
+  /** @returns {Value[]} as the kernels take them */
+  #solverSettings() {
+    const { gravity, drag, damping, correction, dt, substeps } = this.settings;
+    const stillSteps = Math.max(2, roundHalfEven(SLEEP_SECONDS / dt));
+    return [gravity, drag, damping, correction, dt / substeps, BigInt(substeps), Infinity,
+      BigInt(stillSteps)];
+  }
+}
+
+/** @param {number} balls @param {Int32Array} counts @returns {Value[]} a log of a step of so many balls */
+function newLog(balls, counts) {
+  const rows = ROOM_PER_BALL * balls + 16;
+  return [
+    { values: new Float64Array(4 * rows), shape: [rows, 4] },
+    { values: new Int32Array(2 * rows), shape: [rows, 2] },
+    { values: new Float64Array(2 * (balls + 1)), shape: [balls + 1, 2] },
+    { values: new Int32Array(balls + 1), shape: [balls + 1] },
+    { values: counts, shape: [COUNTS], bytes: 8 },
+  ];
+}
+
+/** @param {Pairs} pairs @returns {Value[]} */
+function listOf({ starts, other, impulse, neighbourStarts, neighbours }) {
+  return [starts, other, impulse, neighbourStarts, neighbours];
+}
+
+/** @param {Grid[]} grids @returns {Pairs} */
+function pairsOf([starts, other, impulse, neighbourStarts, neighbours]) {
+  return { starts, other, impulse, neighbourStarts, neighbours };
+}
+
+/** @param {Value} value @returns {Value} */
+function copied(value) {
+  if (typeof value !== "object") return value;
+  return { ...value, values: value.values.slice() };
+}
+
+/** As Python rounds. @param {number} value @returns {number} */
+function roundHalfEven(value) {
+  const down = Math.floor(value);
+  const over = value - down;
+  if (over !== 0.5) return Math.round(value);
+  return down % 2 === 0 ? down : down + 1;
+}

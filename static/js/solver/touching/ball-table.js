@@ -1,0 +1,261 @@
+// Balls in rows by ascending id, as the kernels take them, and their neighbour list.
+// As engine/multibody/bodies.py keeps them: the same operations give the same bits.
+
+/** @import { Grid, Value } from "./machine.js" */
+
+const ASLEEP = 1; // bits of a ball's flags
+const BOUNCED = 2;
+export const LANDED = 4;
+export const LEFT = 8;
+
+/** @typedef {{starts: Grid, other: Grid, impulse: Grid, neighbourStarts: Grid, neighbours: Grid}} Pairs */
+
+/**
+ * All values of a ball: m, rad, m/s, rad/s, kg/m².
+ * @typedef {Record<"x" | "y" | "theta" | "vx" | "vy" | "omega" | "radius" | "density" | "restitution" |
+ *   "friction", number>} BallValues
+ */
+
+/** What a ball has unless it is said. */
+const USUAL = {
+  theta: 0, vx: 0, vy: 0, omega: 0, radius: 0.08, density: 80, restitution: 0.6, friction: 0.2,
+};
+
+/** @param {number[]} values @param {number[]} [shape] @returns {Grid<Int32Array>} */
+function ints(values, shape = [values.length]) {
+  return { values: Int32Array.from(values), shape };
+}
+
+/** @param {number} n @returns {Pairs} a list of nothing for n balls */
+export function noPairs(n) {
+  const zeros = () => ({ values: new Int32Array(n + 1), shape: [n + 1] });
+  return {
+    starts: zeros(), other: ints([]), impulse: { values: new Float64Array(0), shape: [0, 2] },
+    neighbourStarts: zeros(), neighbours: ints([]),
+  };
+}
+
+/** Rows of balls; rows change when balls go. */
+export class BallTable {
+  n = 0;
+  /** n + 1 rows of x, y, rim arc and radius; the last is what stands still. */
+  pos = new Float64Array(4);
+  /** n + 1 rows of vx, vy, rim speed and inverse mass. */
+  vel = new Float64Array(4);
+  /** Rows of restitution and friction. */
+  surface = new Float64Array(0);
+  /** Rows of where a ball's neighbours were listed, and how far from there the list holds good. */
+  anchor = new Float64Array(0);
+  /** Rows of id, flags, steps of stillness and the next ball of the island it fell asleep with. */
+  marks = new Int32Array(0);
+  pairs = noPairs(0);
+  /** Whether `pairs` is a list of the balls as they are; else it only keeps impulses. */
+  isListed = false;
+
+  /** @returns {Value[]} as kernels take them */
+  get bodies() {
+    const { n, pos, vel, surface, anchor, marks } = this;
+    return [
+      { values: pos, shape: [n + 1, 4] }, { values: vel, shape: [n + 1, 4] },
+      { values: surface, shape: [n, 2] }, { values: anchor, shape: [n, 3] },
+      { values: marks, shape: [n, 4] },
+    ];
+  }
+
+  /** @param {number} row @returns {number} */
+  id(row) {
+    return this.marks[4 * row];
+  }
+
+  /** @param {number} row */
+  flags(row) {
+    return this.marks[4 * row + 1];
+  }
+
+  /** @param {number} row */
+  isAsleep(row) {
+    return (this.flags(row) & ASLEEP) !== 0;
+  }
+
+  /** @param {number} row whether it had an impact in the last step */
+  hasBounced(row) {
+    return (this.flags(row) & BOUNCED) !== 0;
+  }
+
+  /** @param {number} ball @returns {number} its row, -1 if there is no such ball */
+  row(ball) {
+    let [low, high] = [0, this.n];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.id(middle) < ball) low = middle + 1;
+      else high = middle;
+    }
+    return low < this.n && this.id(low) === ball ? low : -1;
+  }
+
+  /**
+   * Adds balls with ids above all others.
+   * @param {number} firstId
+   * @param {(Partial<BallValues> & {x: number, y: number})[]} balls
+   */
+  append(firstId, balls) {
+    const first = this.n;
+    this.#resize(first + balls.length);
+    balls.forEach((given, i) => {
+      const row = first + i;
+      const ball = { ...USUAL, ...given };
+      const { radius } = ball;
+      this.pos.set([ball.x, ball.y, ball.theta * radius, radius], 4 * row);
+      const mass = ball.density * (Math.PI * radius * radius);
+      this.vel.set([ball.vx, ball.vy, ball.omega * radius, 1 / mass], 4 * row);
+      this.surface.set([ball.restitution, ball.friction], 2 * row);
+      this.marks.set([firstId + i, 0, 0, row], 4 * row);
+    });
+    const { starts } = this.pairs;
+    const longer = new Int32Array(this.n + 1).fill(starts.values[first]);
+    longer.set(starts.values);
+    this.pairs = { ...this.pairs, starts: { values: longer, shape: [longer.length] } };
+    this.isListed = false;
+  }
+
+  /** @param {number} n rows to have; the last of `pos` and `vel` stays what stands still */
+  #resize(n) {
+    const old = this.n;
+    this.n = n;
+    this.pos = resized(this.pos.subarray(0, 4 * old), 4 * (n + 1));
+    this.vel = resized(this.vel.subarray(0, 4 * old), 4 * (n + 1));
+    this.surface = resized(this.surface, 2 * n);
+    this.anchor = resized(this.anchor, 3 * n);
+    const marks = new Int32Array(4 * n);
+    marks.set(this.marks.subarray(0, 4 * Math.min(old, n)));
+    this.marks = marks;
+  }
+
+  /**
+   * Keeps these rows, with the impulses between them; no island that sleeps may be cut.
+   * @param {number[]} rows ascending
+   */
+  keep(rows) {
+    const target = new Int32Array(this.n).fill(-1);
+    rows.forEach((row, i) => {
+      target[row] = i;
+    });
+    const old = this.pairs;
+    const n = rows.length;
+    for (const [array, width] of /** @type {[Float64Array | Int32Array, number][]} */ ([
+      [this.pos, 4], [this.vel, 4], [this.surface, 2], [this.anchor, 3], [this.marks, 4],
+    ])) {
+      rows.forEach((row, i) => array.copyWithin(width * i, width * row, width * (row + 1)));
+    }
+    const owners = this.n;
+    this.pos.fill(0, 4 * n);
+    this.vel.fill(0, 4 * n);
+    this.#resizeTo(n);
+    for (let row = 0; row < n; row += 1) this.marks[4 * row + 3] = target[this.marks[4 * row + 3]];
+    this.pairs = kept(old, owners, target, n);
+    this.isListed = false;
+  }
+
+  /** @param {number} n fewer rows than now */
+  #resizeTo(n) {
+    this.n = n;
+    this.pos = this.pos.slice(0, 4 * (n + 1));
+    this.vel = this.vel.slice(0, 4 * (n + 1));
+    this.surface = this.surface.slice(0, 2 * n);
+    this.anchor = this.anchor.slice(0, 3 * n);
+    this.marks = this.marks.slice(0, 4 * n);
+  }
+
+  /** Wakes the ball of a row and all that fell asleep with it. @param {number} row */
+  wakeWith(row) {
+    const { marks } = this;
+    while (this.isAsleep(row)) {
+      const next = marks[4 * row + 3];
+      marks[4 * row + 1] &= ~ASLEEP;
+      marks[4 * row + 2] = 0;
+      marks[4 * row + 3] = row;
+      this.isListed = false;
+      row = next;
+    }
+  }
+
+  wakeAll() {
+    for (let row = 0; row < this.n; row += 1) {
+      if (this.isAsleep(row)) this.isListed = false;
+      this.marks[4 * row + 1] &= ~ASLEEP;
+      this.marks[4 * row + 2] = 0;
+      this.marks[4 * row + 3] = row;
+    }
+  }
+
+  /**
+   * Sets values for these rows; at another radius a ball keeps its density, its angle and its spin.
+   * @param {number[]} rows
+   * @param {Partial<Pick<BallValues, "radius" | "density" | "restitution" | "friction">>} values
+   */
+  edit(rows, { radius, density, restitution, friction }) {
+    for (const row of rows) this.wakeWith(row);
+    for (const row of rows) {
+      if (radius !== undefined) {
+        const ratio = radius / this.pos[4 * row + 3];
+        this.pos[4 * row + 2] *= ratio;
+        this.vel[4 * row + 2] *= ratio;
+        this.vel[4 * row + 3] /= ratio * ratio;
+        this.pos[4 * row + 3] = radius;
+      }
+      const size = this.pos[4 * row + 3];
+      if (density !== undefined) this.vel[4 * row + 3] = 1 / (density * (Math.PI * size * size));
+      if (restitution !== undefined) this.surface[2 * row] = restitution;
+      if (friction !== undefined) this.surface[2 * row + 1] = friction;
+    }
+    this.isListed = false;
+  }
+
+  /** Changes a velocity. @param {number} row @param {number} dvx @param {number} dvy @param {number} domega */
+  kick(row, dvx, dvy, domega) {
+    this.wakeWith(row);
+    this.vel[4 * row] += dvx;
+    this.vel[4 * row + 1] += dvy;
+    this.vel[4 * row + 2] += domega * this.pos[4 * row + 3];
+  }
+}
+
+/** @param {Float64Array} array @param {number} length at least its own */
+function resized(array, length) {
+  const larger = new Float64Array(length);
+  larger.set(array);
+  return larger;
+}
+
+/**
+ * The pairs between rows that stay.
+ * @param {Pairs} old @param {number} owners rows there were
+ * @param {Int32Array} target each old row's new one, -1 for those that go
+ * @param {number} n rows that stay
+ * @returns {Pairs}
+ */
+function kept({ starts, other, impulse }, owners, target, n) {
+  /** @type {{owner: number, other: number, at: number}[]} */
+  const stays = [];
+  for (let row = 0; row < owners; row += 1) {
+    for (let at = starts.values[row]; at < starts.values[row + 1]; at += 1) {
+      const partner = other.values[at];
+      const now = partner < 0 ? partner : target[partner];
+      if (target[row] >= 0 && (partner < 0 || now >= 0)) {
+        stays.push({ owner: target[row], other: now, at });
+      }
+    }
+  }
+  stays.sort((one, two) => one.owner - two.owner || one.at - two.at);
+  const begins = new Int32Array(n + 1);
+  for (const { owner } of stays) begins[owner + 1] += 1;
+  for (let row = 0; row < n; row += 1) begins[row + 1] += begins[row];
+  const impulses = Float64Array.from(stays.flatMap(({ at }) =>
+    [impulse.values[2 * at], impulse.values[2 * at + 1]]));
+  return {
+    ...noPairs(n),
+    starts: { values: begins, shape: [n + 1] },
+    other: ints(stays.map((pair) => pair.other)),
+    impulse: { values: impulses, shape: [stays.length, 2] },
+  };
+}

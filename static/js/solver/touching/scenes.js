@@ -1,0 +1,132 @@
+// Ready scenes: balls in a box, and a pile-up on a Galton board. As engine/multibody/scenes.py and
+// app/rooms/touching/scene.py lay them out, with the same draws for the same seed.
+
+import { splitmix64 } from "../seed.js";
+
+/** @import { BallValues } from "./ball-table.js" */
+
+const CELL = 2.3; // distance of the balls laid out, in the largest radius
+const MASK = (1n << 64n) - 1n;
+const UNIT = 2 ** -53;
+const DEPTH = 1.2; // m that the Galton board's bins are deep
+
+/**
+ * Pegs, walls and bins, and what they are made of; m.
+ * @typedef {object} Place
+ * @property {{x: number, y: number, radius: number}[]} pegs
+ * @property {{x1: number, y1: number, x2: number, y2: number}[]} walls
+ * @property {{restitution: number, friction: number}} peg_material
+ * @property {{restitution: number, friction: number}} wall_material
+ * @property {{y: number, edges: number[]} | null} bins
+ */
+
+/**
+ * All parameters of a scene, as the server's form of it has them.
+ * @typedef {{scene: "sandbox" | "galton", balls: number, seed: string, gravity: number, drag: number,
+ *   damping: number, correction: number, dt: number, substeps: number, density: number,
+ *   restitution: number, friction: number, width?: number, height?: number, radii?: number[],
+ *   speed?: number}} Scene
+ *
+ * @typedef {{place: Place, balls: (Partial<BallValues> & {x: number, y: number})[]}} Opening
+ */
+
+/**
+ * What of a board's JSON the Galton scene takes.
+ * @typedef {{pegs: Place["pegs"], peg_material: Place["peg_material"],
+ *   wall_material: Place["wall_material"], bins: {y: number, edges: number[]}, drop: {y: number},
+ *   ball: {radius: number}}} GaltonBoard
+ */
+
+/**
+ * @param {Scene} scene
+ * @param {GaltonBoard | null} board the preset `galton`, where the scene stands on it
+ * @returns {Opening} what stands there, and the balls as they begin
+ */
+export function openingOf(scene, board) {
+  if (scene.scene === "sandbox") return box(scene);
+  if (!board) throw new Error("the scene galton needs its board");
+  return galton(scene, board);
+}
+
+/** @param {Scene} scene @returns {Opening} */
+function box({ balls: n, seed, width = 6, height = 4, radii = [0.06, 0.16], speed = 0, ...made }) {
+  const half = 0.5 * width;
+  const corners = [[-half, 0], [half, 0], [half, height], [-half, height]];
+  const walls = corners.map(([x1, y1], i) => {
+    const [x2, y2] = corners[(i + 1) % 4];
+    return { x1, y1, x2, y2 };
+  });
+  // Dead walls: of a pair the livelier counts, so the balls decide.
+  const place = { pegs: [], walls, peg_material: { restitution: 0.6, friction: 0.2 },
+    wall_material: { restitution: 0, friction: made.friction }, bins: null };
+  const [low, high] = radii;
+  const first = BigInt(seed);
+  const at = lattice(n, width, height, high, first);
+  const vx = uniform(first + 2n, n, -speed, speed);
+  const vy = uniform(first + 3n, n, -speed, speed);
+  const radius = uniform(first + 4n, n, low, high);
+  const { density, restitution, friction } = made;
+  const balls = at.map(([x, y], i) => ({
+    x, y, vx: vx[i], vy: vy[i], radius: radius[i], density, restitution, friction,
+  }));
+  return { place, balls };
+}
+
+/**
+ * Where n balls of up to `radius` lie in a box: none touches another, not quite in rows.
+ * @param {number} n @param {number} width @param {number} height @param {number} radius
+ * @param {bigint} seed
+ * @returns {[number, number][]}
+ */
+function lattice(n, width, height, radius, seed) {
+  let cell = CELL * radius;
+  if (n * cell * cell < 0.5 * width * height) cell = Math.sqrt((0.5 * width * height) / n);
+  const [columns, rows] = [Math.floor(width / cell), Math.floor(height / cell)];
+  if (columns * rows < n) throw new RangeError(`${n} balls do not fit: at most ${columns * rows} do`);
+  const room = 0.5 * cell - radius;
+  const dx = uniform(seed, n, -room, room);
+  const dy = uniform(seed + 1n, n, -room, room);
+  return Array.from({ length: n }, (_, i) => {
+    const x = -0.5 * width + ((i % columns) + 0.5) * (width / columns);
+    const y = (Math.floor(i / columns) + 0.5) * (height / rows);
+    return [x + dx[i], y + dy[i]];
+  });
+}
+
+/** @param {Scene} scene @param {GaltonBoard} board @returns {Opening} */
+function galton({ balls: n, seed, density, restitution, friction }, board) {
+  const { bins: { y: top, edges }, ball: { radius } } = board;
+  const floor = top + DEPTH;
+  const [left, right] = [edges[0], edges[edges.length - 1]];
+  const cell = CELL * radius;
+  const columns = Math.floor((0.35 * (right - left)) / cell);
+  const rise = cell * (Math.floor(n / columns) + 4);
+  const upright = (/** @type {number} */ x, /** @type {number} */ y1) => ({ x1: x, y1, x2: x, y2: floor });
+  const walls = [
+    upright(left, -rise), upright(right, -rise), { x1: left, y1: floor, x2: right, y2: floor },
+    ...edges.slice(1, -1).map((x) => upright(x, top)),
+  ];
+  const room = 0.5 * cell - radius;
+  const dx = uniform(BigInt(seed), n, -room, room);
+  const dy = uniform(BigInt(seed) + 1n, n, -room, room);
+  const balls = Array.from({ length: n }, (_, i) => ({
+    x: ((i % columns) - 0.5 * (columns - 1)) * cell + dx[i],
+    y: board.drop.y - Math.floor(i / columns) * cell + dy[i],
+    radius, density, restitution, friction,
+  }));
+  const { pegs, peg_material, wall_material } = board;
+  return { place: { pegs, walls, peg_material, wall_material, bins: null }, balls };
+}
+
+/**
+ * Numbers in [low, high), by SplitMix64 of seeds that `seed` gives.
+ * @param {bigint} seed @param {number} count @param {number} low @param {number} high
+ * @returns {number[]}
+ */
+function uniform(seed, count, low, high) {
+  const first = splitmix64(seed & MASK);
+  return Array.from({ length: count }, (_, i) => {
+    const draw = splitmix64((first + BigInt(i)) & MASK) >> 11n;
+    return low + (high - low) * (Number(draw) * UNIT);
+  });
+}

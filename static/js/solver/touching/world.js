@@ -1,0 +1,181 @@
+// A scene under its clock: balls that touch, hands that hold them, and everything that was done to it.
+//
+// As app/rooms/touching does it: the same inputs at the same ticks make the same world there, to the
+// last bit. So `story` is all that a server needs to go on with it.
+
+import { Arena } from "./arena.js";
+import { openingOf } from "./scenes.js";
+
+/** @import { ArenaSettings } from "./arena.js" */
+/** @import { Machine } from "./machine.js" */
+/** @import { GaltonBoard, Scene } from "./scenes.js" */
+
+export const TICK_RATE = 60; // ticks a second
+const HOLD_RATE = 12; // 1/s at which a held ball closes the gap to the hand
+const HOLD_SPEED = 15; // m/s, the fastest that a hand draws a ball
+const HOLD_TICKS = 5 * TICK_RATE; // after which a hand of which nothing is heard lets go
+
+/** @type {(keyof ArenaSettings)[]} */
+const OF_ALL = ["gravity", "drag", "damping", "correction", "dt", "substeps"];
+/** @type {("density" | "restitution" | "friction")[]} */
+const OF_BALLS = ["density", "restitution", "friction"];
+
+/** @typedef {Record<"density" | "restitution" | "friction", number>} Material of a ball */
+
+/**
+ * What is done to a world, in the form that logs have. SI; a field that is left out was not asked for.
+ * @typedef {{type: "add", x: number, y: number, vx?: number, vy?: number, radius: number} & Material} Add
+ * @typedef {{type: "kick", ball: number, vx?: number, vy?: number, omega?: number}} Kick
+ * @typedef {{type: "drag", ball: number, x: number, y: number}} Drag
+ * @typedef {{type: "release" | "remove", ball: number}} OfBall
+ * @typedef {{type: "edit", ball: number, radius?: number} & Partial<Material>} Edit
+ * @typedef {{type: "settings"} & Partial<ArenaSettings & Material>} Configure
+ * @typedef {{type: "pause", paused: boolean}} Pause
+ * @typedef {{type: "clear" | "step"}} Plain
+ * @typedef {Add | Kick | Drag | OfBall | Edit | Configure | Pause | Plain} Input
+ */
+
+/** @typedef {{scene: Scene, tick: number, inputs: {tick: number, input: Input}[]}} Story */
+
+/** A scene from its beginning on. */
+export class World {
+  tick = 0;
+  paused = false;
+  /** Everything that was done so far, with its tick. @type {{tick: number, input: Input}[]} */
+  inputs = [];
+  /** Steps that a stopped clock still has to run. */
+  #steps = 0;
+  /** Where the hand is, m, and the tick at which it lets go. @type {Map<number, {x: number, y: number, lapse: number}>} */
+  #holds = new Map();
+
+  /**
+   * @param {Machine} machine @param {Scene} scene
+   * @param {GaltonBoard | null} board the preset `galton`, where the scene stands on it
+   */
+  constructor(machine, scene, board) {
+    this.scene = scene;
+    const { place, balls } = openingOf(scene, board);
+    const { gravity, drag, damping, correction, dt, substeps } = scene;
+    this.arena = new Arena(machine, place, { gravity, drag, damping, correction, dt, substeps });
+    this.arena.add(balls);
+    const { density, restitution, friction } = scene;
+    /** What the next ball is made of unless it is said. @type {Material} */
+    this.madeOf = { density, restitution, friction };
+  }
+
+  /** What holds for all, and what the next ball is made of. */
+  get settings() {
+    return { ...this.arena.settings, ...this.madeOf };
+  }
+
+  /** Whether the next tick changes anything. */
+  get runs() {
+    if (this.paused) return this.#steps > 0;
+    return this.#holds.size > 0 || this.arena.awake;
+  }
+
+  /** What a server goes on from. @returns {Story} */
+  get story() {
+    return { scene: this.scene, tick: this.tick, inputs: this.inputs };
+  }
+
+  /** @param {number} ball */
+  has(ball) {
+    return this.arena.table.row(ball) >= 0;
+  }
+
+  /**
+   * Does what is asked, and keeps it.
+   * @param {Input} input of values that were checked, and a ball that is there
+   * @returns {number} the ball that was put in, or -1
+   */
+  carryOut(input) {
+    this.inputs.push({ tick: this.tick, input });
+    const { arena } = this;
+    switch (input.type) {
+      case "add": {
+        const { x, y, vx, vy, radius, density, restitution, friction } = input;
+        return arena.add([{ x, y, vx: vx ?? 0, vy: vy ?? 0, radius, density, restitution, friction }]);
+      }
+      case "kick":
+        arena.table.kick(arena.table.row(input.ball), input.vx ?? 0, input.vy ?? 0, input.omega ?? 0);
+        break;
+      case "drag":
+        this.#holds.set(input.ball, { x: input.x, y: input.y, lapse: this.tick + HOLD_TICKS });
+        break;
+      case "release":
+        this.#holds.delete(input.ball);
+        break;
+      case "remove":
+        this.#holds.delete(input.ball);
+        arena.remove(input.ball);
+        break;
+      case "clear":
+        this.#holds.clear();
+        arena.clear();
+        break;
+      case "edit":
+        arena.table.edit([arena.table.row(input.ball)], input);
+        break;
+      case "settings":
+        this.#configure(input);
+        break;
+      case "pause":
+        this.paused = input.paused;
+        this.#steps = 0;
+        break;
+      case "step":
+        if (this.paused) this.#steps += 1;
+    }
+    return -1;
+  }
+
+  /** @param {Configure} input */
+  #configure(input) {
+    const ofBalls = picked(input, OF_BALLS);
+    const ofAll = picked(input, OF_ALL);
+    if (Object.keys(ofBalls).length) {
+      Object.assign(this.madeOf, ofBalls);
+      this.arena.table.edit(Array.from({ length: this.arena.count }, (_, row) => row), ofBalls);
+    }
+    if (Object.keys(ofAll).length) this.arena.configure(ofAll);
+  }
+
+  /** One tick on. @returns {number[]} balls that left the place */
+  step() {
+    this.#pull();
+    const gone = this.arena.advance(1 / TICK_RATE);
+    this.tick += 1;
+    if (this.#steps) this.#steps -= 1;
+    return gone;
+  }
+
+  #pull() {
+    const { table } = this.arena;
+    for (const [ball, { x, y, lapse }] of [...this.#holds].sort(([a], [b]) => a - b)) {
+      const row = table.row(ball);
+      if (row < 0 || this.tick >= lapse) {
+        this.#holds.delete(ball);
+        continue;
+      }
+      let vx = HOLD_RATE * (x - table.pos[4 * row]);
+      let vy = HOLD_RATE * (y - table.pos[4 * row + 1]);
+      const speed = Math.sqrt(vx * vx + vy * vy);
+      if (speed > HOLD_SPEED) {
+        vx *= HOLD_SPEED / speed;
+        vy *= HOLD_SPEED / speed;
+      }
+      table.kick(row, vx - table.vel[4 * row], vy - table.vel[4 * row + 1], 0);
+    }
+  }
+}
+
+/**
+ * @template {string} K
+ * @param {Partial<Record<K, number>>} values @param {K[]} names
+ * @returns {Partial<Record<K, number>>} those that are given
+ */
+function picked(values, names) {
+  return /** @type {Partial<Record<K, number>>} */ (
+    Object.fromEntries(names.filter((name) => values[name] !== undefined).map((name) => [name, values[name]])));
+}

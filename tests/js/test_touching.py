@@ -1,0 +1,196 @@
+"""The page's own box of balls that touch: to the last bit what the server's room would be."""
+
+import json
+from typing import Any
+
+import pytest
+
+from app.rooms.touching import values
+from app.rooms.touching.room import TouchingRoom
+from app.rooms.touching.scene import DEFAULTS, Scene
+from engine import Board
+from engine.artifact.make import FOLDER, TOUCHING_PAGE
+from tests.js.conftest import MODULES, Run
+
+_TOLD = """
+const { readFileSync } = await import("node:fs");
+const { Machine } = await load("solver/touching/machine.js");
+const bytes = readFileSync(new URL("solver/touching.wasm", MODULES_URL));
+const machine = await Machine.open(bytes);
+const world = new World(machine, given.scene, given.board);
+const told = [];
+const see = () => {
+  const { table } = world.arena;
+  told.push({
+    tick: world.tick, time: world.arena.time,
+    pos: Array.from(table.pos), vel: Array.from(table.vel), marks: Array.from(table.marks),
+  });
+};
+see();
+for (const { tick, input } of [...given.inputs, { tick: given.tick }]) {
+  while (world.tick < tick) world.step();
+  see();
+  if (input) world.carryOut(input);
+}
+return told;
+""".replace("MODULES_URL", json.dumps(f"{MODULES.as_uri()}/"))
+
+Told = list[dict[str, Any]]
+Input = tuple[int, dict[str, Any]]
+
+
+def told_by_page(run: Run, scene: Scene, inputs: list[Input], tick: int) -> Told:
+    given = {
+        "scene": scene.to_dict(),
+        "board": Board.preset("galton").to_dict(),
+        "inputs": [{"tick": at, "input": asked} for at, asked in inputs],
+        "tick": tick,
+    }
+    found: Told = run(
+        "solver/touching/world.js", f"async ({{ World }}, given, load) => {{ {_TOLD} }}", given
+    )
+    return found
+
+
+def told_by_room(scene: Scene, inputs: list[Input], tick: int) -> Told:
+    room = TouchingRoom("r", scene, tick_rate=60, max_balls=500)
+    told: Told = []
+
+    def see() -> None:
+        table = room.world.arena._table
+        n = table.n
+        told.append(
+            {
+                "tick": room.world.tick,
+                "time": room.world.arena.time,
+                "pos": [*table.bodies.pos[:n].ravel().tolist(), 0.0, 0.0, 0.0, 0.0],
+                "vel": [*table.bodies.vel[:n].ravel().tolist(), 0.0, 0.0, 0.0, 0.0],
+                "marks": table.bodies.marks[:n].ravel().tolist(),
+            }
+        )
+
+    see()
+    for at, asked in [*inputs, (tick, None)]:
+        while room.world.tick < at:
+            room.step(watched=False)
+        see()
+        if asked is not None:
+            room.replay({"tick": at, "input": asked})
+    return told
+
+
+def scene_of(**given: Any) -> Scene:
+    return Scene.of({"scene": "sandbox", **given}, tick_rate=60, max_balls=500)
+
+
+def put(x: float, y: float, **given: float) -> dict[str, Any]:
+    usual = {"density": 80.0, "restitution": 0.9, "friction": 0.2, "radius": 0.11}
+    return {"type": "add", "x": x, "y": y, **usual, **given}
+
+
+SCENES: dict[str, tuple[Scene, list[Input], int]] = {
+    "as it opens": (scene_of(gravity=1.62), [], 900),
+    "thrown and held": (
+        scene_of(balls=40, seed="7", speed=3.0, gravity=3.72),
+        [
+            (20, put(0.25, 0.5, vx=4.0, vy=-2.5)),
+            (45, {"type": "drag", "ball": 3, "x": 1.0, "y": 0.75}),
+            (60, {"type": "drag", "ball": 3, "x": -2.0, "y": 1.25}),
+            (75, {"type": "release", "ball": 3}),
+            (90, {"type": "kick", "ball": 5, "vx": 2.5, "vy": -7.0, "omega": 3.0}),
+            (120, {"type": "remove", "ball": 8}),
+            (121, put(-1.5, 0.5, radius=0.3, density=900.0, restitution=0.3)),
+        ],
+        600,
+    ),
+    "asleep and woken": (
+        scene_of(balls=30, restitution=0.1, friction=0.8, seed="3"),
+        [
+            (700, {"type": "kick", "ball": 2, "vy": -6.0}),
+            (900, {"type": "edit", "ball": 4, "radius": 0.25}),
+            (1200, {"type": "remove", "ball": 4}),
+            (1400, put(0.0, 0.5)),
+        ],
+        1800,
+    ),
+    "settings of every kind": (
+        scene_of(balls=50, seed="18446744073709551615", speed=2.0, drag=0.3),
+        [
+            (30, {"type": "settings", "gravity": 24.79, "damping": 0.995}),
+            (60, {"type": "settings", "restitution": 0.5, "density": 700.0, "friction": 0.6}),
+            (90, {"type": "settings", "dt": 0.007, "substeps": 7, "correction": 0.45}),
+            (140, {"type": "pause", "paused": True}),
+            (140, {"type": "step"}),
+            (141, {"type": "pause", "paused": False}),
+            (200, {"type": "settings", "drag": 0.0, "gravity": 0.0}),
+            (300, {"type": "clear"}),
+            (310, put(0.0, 1.0, vx=1.0)),
+        ],
+        500,
+    ),
+    "a pile on the Galton board": (
+        Scene.of({"scene": "galton", "balls": 120, "seed": "5"}, tick_rate=60, max_balls=500),
+        [(200, put(0.03, 0.0, radius=0.02))],
+        500,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_page_s_box_is_the_server_s_to_the_last_bit(run: Run, name: str) -> None:
+    scene, inputs, tick = SCENES[name]
+    page, room = told_by_page(run, scene, inputs, tick), told_by_room(scene, inputs, tick)
+    assert len(page) == len(room) == len(inputs) + 2
+    for mine, true in zip(page, room, strict=True):
+        assert mine == true, f"at tick {true['tick']}"
+
+
+def test_a_box_that_was_at_rest_is_among_these_scenes() -> None:
+    scene, inputs, _ = SCENES["asleep and woken"]
+    told = told_by_room(scene, inputs, 1800)
+    assert all(flags & 1 for flags in told[1]["marks"][1::4])
+
+
+def test_the_page_has_the_server_s_artifact() -> None:
+    assert TOUCHING_PAGE.read_bytes() == (FOLDER / "touching.wasm").read_bytes()
+
+
+def test_the_page_measures_a_box_as_the_server_does(run: Run) -> None:
+    scene, inputs, tick = SCENES["thrown and held"]
+    measured = _TOLD.replace("return told;", "return diagnose(world.arena);")
+    found = run(
+        "solver/touching/world.js",
+        "async ({ World }, given, load) => {"
+        f'const {{ diagnose }} = await load("solver/touching/diagnostics.js"); {measured} }}',
+        {
+            "scene": scene.to_dict(),
+            "board": None,
+            "inputs": [{"tick": at, "input": asked} for at, asked in inputs],
+            "tick": tick,
+        },
+    )
+    room = TouchingRoom("r", scene, tick_rate=60, max_balls=500)
+    for at, asked in inputs:
+        while room.world.tick < at:
+            room.step(watched=False)
+        room.replay({"tick": at, "input": asked})
+    while room.world.tick < tick:
+        room.step(watched=False)
+    true = room.diagnostics()
+    for field in ("kinetic", "potential", "rotational", "total", "px", "py", "angular"):
+        assert found[field] == pytest.approx(getattr(true, field), rel=1e-9, abs=1e-9)
+    for field in ("contacts", "penetration", "asleep", "count", "time"):
+        assert found[field] == getattr(true, field), field
+
+
+def test_the_page_opens_the_scenes_that_the_server_has(run: Run) -> None:
+    expected = {name: {"scene": name, **usual} for name, usual in DEFAULTS.items()}
+    found = run(
+        "solver/touching/values.js",
+        "({ SCENES, RANGES }) => ({ scenes: SCENES, ranges: RANGES })",
+    )
+    assert found["scenes"] == expected
+    table = values.table()
+    for group in ("ball", "settings"):
+        for name, entry in table[group].items():
+            assert found["ranges"][name] == [entry["low"], entry["high"]], name
