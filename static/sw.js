@@ -2,7 +2,7 @@
 // that each release has a worker and a cache of its own; js/util/offline.js registers it.
 
 const CACHE = `plinko${new URL(self.location.href).search}`;
-const PAGES = ["replay.html", "compare.html", "editor.html", "map.html", "verify.html"];
+const PAGES = ["sandbox.html", "replay.html", "compare.html", "editor.html", "map.html", "verify.html"];
 const BOARDS = "api/v1/boards";
 
 // What a page, a style sheet or a module names: its parts.

@@ -1,11 +1,13 @@
-// The sandbox page: opens the room that the address names, or the public one.
+// The sandbox page: a box of one's own, or the room that the address names.
 
 import { openPage } from "../board/page.js";
+import { loadMachine } from "./own-box.js";
 import { SandboxPage } from "./page.js";
 
 const PUBLIC_ROOM = "sandbox";
 
-openPage((theme) => {
-  const asked = new URLSearchParams(window.location.search);
-  new SandboxPage(theme, asked.get("room") || PUBLIC_ROOM);
+openPage(async (theme) => {
+  const room = new URLSearchParams(window.location.search).get("room");
+  const machine = room ? null : await loadMachine();
+  new SandboxPage(theme, machine ?? room ?? PUBLIC_ROOM);
 });

@@ -5,12 +5,14 @@ import { Chart } from "../instruments/chart.js";
 import { worldWords } from "../model/worlds.js";
 import { ApiError, postJson } from "../net/api.js";
 import { t } from "../texts/text.js";
+import { copyFrom } from "../util/copy.js";
 import { byId, isWithin, make } from "../util/dom.js";
 import { capital, fixed, rounded } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
 import { Dials } from "./dials.js";
 import { EnergyHistory, energies, massOf, showFacts } from "./energies.js";
+import { OwnBox } from "./own-box.js";
 import { PointerController } from "./pointer.js";
 import { SandboxRoom } from "./room.js";
 import { ScenePanel } from "./scene-panel.js";
@@ -18,19 +20,22 @@ import { BALL, SOLVER, THROW, WORLD } from "./sliders.js";
 import { SandboxView } from "./view.js";
 
 /** @import { Point } from "../model/board.js" */
-/** @import { ArenaEvent, ArenaHello, Diagnostics, Settings } from "../model/messages.js" */
+/** @import { ArenaEvent, Diagnostics, Settings } from "../model/messages.js" */
 /** @import { RoomReply } from "../net/replies.js" */
 /** @import { Theme } from "../paint/theme.js" */
-/** @import { RoomState } from "./room.js" */
+/** @import { Machine } from "../solver/touching/machine.js" */
+/** @import { BoxHello, RoomState } from "./room.js" */
 
 const TOKENS = "plinko.tokens.1"; // of the rooms this tab has opened
+const SHARED = "#shared"; // in the address of a room that a box has just moved into
 const CALM_MS = 400; // between two pictures for those who do not want to see motion
 /** @type {Partial<Record<RoomState, string>>} */
 const STATE_TEXTS = {
   connecting: t("play.connecting"), live: t("play.live"), asleep: t("box.at-rest"), paused: t("box.paused"),
   closed: t("play.closed"),
 };
-/** The page: one room. */
+
+/** The page: one room, or a box of its own. */
 export class SandboxPage {
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
   #drawn = 0;
@@ -38,8 +43,8 @@ export class SandboxPage {
   /** @type {Record<string, Record<string, number>>} numbers by name, by the setting they are for */
   #presets = {};
 
-  /** @param {Theme} theme @param {string} roomId */
-  constructor(theme, roomId) {
+  /** @param {Theme} theme @param {string | Machine} played a room, or what computes the page's own box */
+  constructor(theme, played) {
     const canvases = {
       still: byId("board-still", HTMLCanvasElement),
       moving: byId("board-moving", HTMLCanvasElement),
@@ -61,19 +66,29 @@ export class SandboxPage {
       this.room.send({ type: "reset", scene: this.scene.read(this.room.settings) });
     });
     this.#wireDesk();
-    this.room = new SandboxRoom(roomId, {
-      onRoom: (hello) => this.#enter(hello),
-      onState: (state, detail) => this.#showState(state, detail),
-      onEvent: (event) => this.#happened(event),
-      onError: (message) => this.#say(message),
-      onChange: () => this.loop.wake(),
-    });
+    this.room = this.#open(played);
     this.room.watch(document.visibilityState === "visible");
+    if (this.room instanceof OwnBox) this.room.begin();
     document.addEventListener("visibilitychange", () => {
       this.room.watch(document.visibilityState === "visible");
       this.loop.wake();
     });
     window.addEventListener("pagehide", () => this.room.letGo());
+  }
+
+  /** @param {string | Machine} played @returns {SandboxRoom | OwnBox} */
+  #open(played) {
+    const listener = {
+      onRoom: (/** @type {BoxHello} */ hello) => this.#enter(hello),
+      onState: (/** @type {RoomState} */ state, /** @type {string | undefined} */ detail) =>
+        this.#showState(state, detail),
+      onEvent: (/** @type {ArenaEvent} */ event) => this.#happened(event),
+      onError: (/** @type {string} */ message) => this.#say(message),
+      onChange: () => this.loop.wake(),
+    };
+    const isRoom = typeof played === "string";
+    document.documentElement.dataset.box = isRoom ? "room" : "own";
+    return isRoom ? new SandboxRoom(played, listener) : new OwnBox(played, listener);
   }
 
   #makePointer() {
@@ -109,7 +124,8 @@ export class SandboxPage {
         if (select.value) this.room.send({ type: "settings", [name]: select.value });
       });
     }
-    byId("own").addEventListener("click", () => this.#openOwn());
+    byId("own").addEventListener("click", () => this.#moveInto({ scene: this.scene.read(this.room.settings) }));
+    byId("share").addEventListener("click", () => this.#share());
     document.addEventListener("keydown", (event) => this.#key(event));
   }
 
@@ -130,7 +146,7 @@ export class SandboxPage {
 
   // The room.
 
-  /** @param {ArenaHello} hello */
+  /** @param {BoxHello} hello */
   #enter(hello) {
     const { arena, extent, board } = hello;
     this.view.setGeometry(arena.place, extent);
@@ -151,6 +167,9 @@ export class SandboxPage {
     this.#describe();
     this.#say(t("box.opened", { title: titleOf(hello), n: arena.balls.ball.length }));
     this.loop.wake();
+    if (window.location.hash !== SHARED) return;
+    history.replaceState(null, "", window.location.href.replace(SHARED, ""));
+    void this.#showLink();
   }
 
   /** @param {boolean} locked */
@@ -160,7 +179,7 @@ export class SandboxPage {
     document.documentElement.dataset.locked = String(locked);
     for (const dials of [this.throwing, this.world, this.solver, this.ball]) dials.disabled = locked;
     for (const button of document.querySelectorAll("button")) {
-      if (button.matches(".desk button:not(#own)")) button.disabled = locked;
+      if (button.matches(".desk button:not(#own, #share)")) button.disabled = locked;
     }
     for (const select of document.querySelectorAll("select")) {
       if (select.matches(".desk select")) select.disabled = locked;
@@ -309,14 +328,26 @@ export class SandboxPage {
     return found;
   }
 
-  // The room of one's own.
+  // Rooms that this page opens.
 
-  async #openOwn() {
+  /** The box moves into a room; a room's link is shown. */
+  async #share() {
+    if (this.room instanceof OwnBox) await this.#moveInto({ story: this.room.story }, SHARED);
+    else await this.#showLink();
+  }
+
+  async #showLink() {
+    const link = window.location.href.replace(window.location.hash, "");
+    const copied = await copyFrom(byId("share-link", HTMLInputElement), link);
+    this.#say(copied ? t("box.copied") : t("box.marked"));
+  }
+
+  /** @param {object} wanted of the room @param {string} [hash] of its address */
+  async #moveInto(wanted, hash = "") {
     try {
-      const reply = await postJson("rooms", { scene: this.scene.read(this.room.settings) });
-      const { id, token } = /** @type {RoomReply} */ (reply);
+      const { id, token } = /** @type {RoomReply} */ (await postJson("rooms", wanted));
       sessionStorage.setItem(TOKENS, JSON.stringify({ ...tokens(), [id]: token }));
-      window.location.assign(`sandbox.html?${new URLSearchParams({ room: id })}`);
+      window.location.assign(`sandbox.html?${new URLSearchParams({ room: id })}${hash}`);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       this.#say(error.message);
@@ -351,7 +382,7 @@ export class SandboxPage {
   }
 }
 
-/** @param {ArenaHello} arenaHello */
+/** @param {BoxHello} hello */
 function titleOf({ board, board_name: name, arena }) {
   if (board) return t("box.touching-on", { board: name });
   return arena.scene?.scene === "galton" ? t("box.galton") : t("page.sandbox");

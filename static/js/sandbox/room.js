@@ -21,8 +21,11 @@ const HOLD_MS = 1000; // a pointer that rests says so this often, or it would la
 /** @typedef {"connecting" | "live" | "asleep" | "paused" | "reconnecting" | "closed"} RoomState */
 
 /**
+ * What the page is told of a box, in a room or its own.
+ * @typedef {Pick<ArenaHello, "room" | "board" | "board_name" | "extent" | "arena" | "limits">} BoxHello
+ *
  * @typedef {object} SandboxListener
- * @property {(hello: ArenaHello) => void} onRoom the room is there, there again, or begun anew
+ * @property {(hello: BoxHello) => void} onRoom the room is there, there again, or begun anew
  * @property {(state: RoomState, detail?: string) => void} onState
  * @property {(event: ArenaEvent) => void} onEvent placed, edited, removed, settings, diagnostics, landed
  * @property {(message: string) => void} onError

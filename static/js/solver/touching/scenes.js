@@ -17,7 +17,7 @@ const DEPTH = 1.2; // m that the Galton board's bins are deep
  * @property {{x1: number, y1: number, x2: number, y2: number}[]} walls
  * @property {{restitution: number, friction: number}} peg_material
  * @property {{restitution: number, friction: number}} wall_material
- * @property {{y: number, edges: number[]} | null} bins
+ * @property {{y: number, edges: number[], multipliers: number[]} | null} bins
  */
 
 /**

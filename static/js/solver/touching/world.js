@@ -41,7 +41,7 @@ const OF_BALLS = ["density", "restitution", "friction"];
 export class World {
   tick = 0;
   paused = false;
-  /** Everything that was done so far, with its tick. @type {{tick: number, input: Input}[]} */
+  /** Everything that was done so far. @type {{tick: number, input: Input}[]} */
   inputs = [];
   /** Steps that a stopped clock still has to run. */
   #steps = 0;
@@ -90,7 +90,7 @@ export class World {
    * @returns {number} the ball that was put in, or -1
    */
   carryOut(input) {
-    this.inputs.push({ tick: this.tick, input });
+    this.#keep(input);
     const { arena } = this;
     switch (input.type) {
       case "add": {
@@ -128,6 +128,15 @@ export class World {
         if (this.paused) this.#steps += 1;
     }
     return -1;
+  }
+
+  /** A hand that moves twice in a tick was where it was last. @param {Input} input */
+  #keep(input) {
+    const last = this.inputs.at(-1);
+    if (input.type === "drag" && last?.tick === this.tick && last.input.type === "drag") {
+      if (last.input.ball === input.ball) this.inputs.pop();
+    }
+    this.inputs.push({ tick: this.tick, input });
   }
 
   /** @param {Configure} input */

@@ -1,0 +1,351 @@
+// A box of one's own: computed in this page by the engine's kernels, with no server. To the page it
+// is what a room is; what is done to it is kept, so that a room can go on from it.
+
+import { GRAVITY, RESTITUTION } from "../model/worlds.js";
+import { getJson, messageOf } from "../net/api.js";
+import { diagnose } from "../solver/touching/diagnostics.js";
+import { Machine } from "../solver/touching/machine.js";
+import { extentOf } from "../solver/touching/static-shapes.js";
+import { isTooMuch, isWithin, MOST_BALLS, SCENES } from "../solver/touching/values.js";
+import { TICK_RATE, World } from "../solver/touching/world.js";
+import { t } from "../texts/text.js";
+
+/** @import { BallKind } from "../model/board.js" */
+/** @import { SceneForm, Settings } from "../model/messages.js" */
+/** @import { GaltonBoard, Scene } from "../solver/touching/scenes.js" */
+/** @import { Configure, Edit, Input, Story } from "../solver/touching/world.js" */
+/** @import { BoxHello, SandboxListener, Seen } from "./room.js" */
+
+/** A heap that falls together softly. @type {Scene} */
+const OPENING = { ...SCENES.sandbox, gravity: GRAVITY.Moon, speed: 2 };
+
+const MOST_TICKS = 30; // computed for one picture: who was away finds the box as it was left
+const MEASURED_TICKS = 6; // between two measurements
+const SETTLING_MS = 600; // that pictures are drawn after the last change
+
+/** @type {Record<string, Record<string, number>>} */
+const PRESETS = {
+  gravity: { ...GRAVITY, none: 0 },
+  restitution: Object.fromEntries(
+    Object.entries(RESTITUTION).map(([name, [low, high]]) => [name, 0.5 * (low + high)])),
+};
+
+/** What the page's controls send. @typedef {{type: string} & Record<string, any>} Message */
+
+/** @returns {Promise<Machine | null>} what computes a box; null where there is no WebAssembly */
+export async function loadMachine() {
+  if (typeof WebAssembly === "undefined") return null;
+  const response = await fetch(new URL("../solver/touching.wasm", import.meta.url));
+  if (!response.ok) throw new Error(`touching.wasm is not there: ${response.status}`);
+  return Machine.open(await response.arrayBuffer());
+}
+
+/** The box; `begin` opens it. */
+export class OwnBox {
+  /** What each ball is made of. @type {Map<number, BallKind>} */
+  made = new Map();
+  #measured = 0;
+  #watching = true;
+  #changed = 0;
+  /** The moment of the last tick, ms; 0 while nothing moves. */
+  #clock = 0;
+  #asleep = false;
+  /** @type {number | null} the ball that is held */
+  #held = null;
+  /** @type {Map<number, [number, number, number]>} x, y and angle of each ball a tick ago */
+  #before = new Map();
+
+  /** @param {Machine} machine @param {SandboxListener} listener */
+  constructor(machine, listener) {
+    this.machine = machine;
+    this.listener = listener;
+    this.world = new World(machine, OPENING, null);
+  }
+
+  get paused() {
+    return this.world.paused;
+  }
+
+  /** @returns {Settings} */
+  get settings() {
+    return this.world.settings;
+  }
+
+  /** What a server goes on from. @returns {Story} */
+  get story() {
+    return this.world.story;
+  }
+
+  /** Whether the picture still changes by itself. */
+  get busy() {
+    return this.world.runs || performance.now() - this.#changed < SETTLING_MS;
+  }
+
+  /** Whether it is measured from now on. @param {boolean} wanted */
+  watch(wanted) {
+    this.#watching = wanted;
+  }
+
+  /** @param {number} ball @param {number} x @param {number} y */
+  drag(ball, x, y) {
+    if (this.#held !== null && this.#held !== ball) this.letGo();
+    if (!this.world.has(ball)) return;
+    this.#held = ball;
+    const [x0, x1, y0, y1] = extentOf(this.world.arena.place);
+    const [atX, atY] = [clamped(x, x0, x1), clamped(y, y0 - 2, y1)];
+    this.#carryOut({ type: "drag", ball, x: atX, y: atY });
+  }
+
+  letGo() {
+    if (this.#held === null) return;
+    const ball = this.#held;
+    this.#held = null;
+    if (this.world.has(ball)) this.#carryOut({ type: "release", ball });
+  }
+
+  /**
+   * Does what a room is asked for by message.
+   * @param {object} message
+   * @returns {boolean} that it has arrived
+   */
+  send(message) {
+    const asked = /** @type {Message} */ (message);
+    if ("ball" in asked && !this.world.has(asked.ball)) return true;
+    if (asked.type === "add") this.#add(asked);
+    else if (asked.type === "settings") this.#configure(asked);
+    else if (asked.type === "edit") this.#edit(asked);
+    else if (asked.type === "reset") void this.#reset(asked.scene);
+    else if (asked.type === "clear") this.#take([...this.made.keys()], { type: "clear" });
+    else if (asked.type === "remove") this.#take([asked.ball], { type: "remove", ball: asked.ball });
+    else if (asked.type === "pause") this.#pause(asked.paused);
+    else if (asked.type === "step") this.#carryOut({ type: "step" });
+    else if (asked.type === "kick") {
+      this.#carryOut({ type: "kick", ball: asked.ball, vx: asked.vx, vy: asked.vy });
+    }
+    return true;
+  }
+
+  /**
+   * Moves the box on to a local time, and shows where the balls are.
+   * @param {number} nowMs
+   * @param {(ball: Seen) => void} see called for each, with the same object
+   */
+  look(nowMs, see) {
+    const part = this.#advance(nowMs);
+    const { table } = this.world.arena;
+    const seen = { id: 0, x: 0, y: 0, angle: 0, radius: 0, asleep: false };
+    for (let row = 0; row < table.n; row += 1) {
+      const id = table.id(row);
+      const [x, y, arc, radius] = table.pos.subarray(4 * row, 4 * row + 4);
+      const angle = arc / radius;
+      const [x0, y0, angle0] = this.#before.get(id) ?? [x, y, angle];
+      seen.id = id;
+      seen.x = x0 + part * (x - x0);
+      seen.y = y0 + part * (y - y0);
+      seen.angle = angle0 + part * (angle - angle0);
+      seen.radius = radius;
+      seen.asleep = table.isAsleep(row);
+      see(seen);
+    }
+  }
+
+  // Time.
+
+  /** @param {number} nowMs @returns {number} the part of the tick that is shown */
+  #advance(nowMs) {
+    if (!this.world.runs) {
+      this.#clock = 0;
+      this.#rest();
+      return 1;
+    }
+    if (!this.#clock) this.#clock = nowMs;
+    const tickMs = 1000 / TICK_RATE;
+    let ticks = 0;
+    while (this.#clock + tickMs <= nowMs && this.world.runs) {
+      this.#clock += tickMs;
+      if (ticks < MOST_TICKS) this.#tick();
+      ticks += 1;
+    }
+    if (ticks) this.#measure();
+    return clamped((nowMs - this.#clock) / tickMs, 0, 1);
+  }
+
+  #tick() {
+    const { table } = this.world.arena;
+    this.#before.clear();
+    for (let row = 0; row < table.n; row += 1) {
+      const [x, y, arc, radius] = table.pos.subarray(4 * row, 4 * row + 4);
+      this.#before.set(table.id(row), [x, y, arc / radius]);
+    }
+    const gone = this.world.step();
+    if (gone.length) this.#forget(gone);
+    if (this.#asleep) this.#wake();
+  }
+
+  #rest() {
+    if (this.#asleep || this.paused) return;
+    this.#asleep = true;
+    this.#measured = 0;
+    this.#measure();
+    this.listener.onState("asleep");
+  }
+
+  #wake() {
+    this.#asleep = false;
+    this.listener.onState(this.paused ? "paused" : "live");
+  }
+
+  #measure() {
+    const { tick, arena } = this.world;
+    if (!this.#watching || (this.#measured && tick - this.#measured < MEASURED_TICKS)) return;
+    this.#measured = tick;
+    this.listener.onEvent({ type: "diagnostics", ...diagnose(arena) });
+  }
+
+  // What is done to it.
+
+  /** @param {Input} input @returns {number} the ball that was put in */
+  #carryOut(input) {
+    this.#changed = performance.now();
+    const ball = this.world.carryOut(input);
+    if (this.#asleep && this.world.runs) this.#wake();
+    this.listener.onChange();
+    return ball;
+  }
+
+  /** @param {Message} asked */
+  #add({ x, y, vx, vy, radius }) {
+    const { arena, madeOf } = this.world;
+    const { dt, substeps } = arena.settings;
+    const count = arena.count + 1;
+    if (count > MOST_BALLS || isTooMuch(count, dt, substeps, TICK_RATE)) {
+      this.listener.onError(t("box.full", { n: arena.count }));
+      return;
+    }
+    const made = { radius, ...madeOf };
+    const ball = this.#carryOut({ type: "add", x, y, vx, vy, ...made });
+    this.made.set(ball, { ...made });
+    this.listener.onEvent({ type: "placed", ball, ...made });
+  }
+
+  /** @param {Message} asked numbers, or names of presets */
+  #configure({ type, ...asked }) {
+    const values = Object.fromEntries(Object.entries(asked).map(([name, value]) =>
+      [name, typeof value === "string" ? PRESETS[name][value] : value]));
+    if (!Object.entries(values).every(([name, value]) => isWithin(name, value))) return;
+    const { dt, substeps } = { ...this.world.arena.settings, ...values };
+    if (isTooMuch(this.world.arena.count, dt, substeps, TICK_RATE)) {
+      this.listener.onError(t("box.too-fine"));
+      return;
+    }
+    this.#carryOut(/** @type {Configure} */ ({ type, ...values }));
+    for (const made of this.made.values()) assignKnown(made, values);
+    this.listener.onEvent({ type: "edited", ball: null });
+    this.#tellSettings();
+  }
+
+  /** @param {Message} asked */
+  #edit({ type, ball, ...values }) {
+    const made = this.made.get(ball);
+    if (!made || !Object.entries(values).every(([name, value]) => isWithin(name, value))) return;
+    this.#carryOut(/** @type {Edit} */ ({ type, ball, ...values }));
+    assignKnown(made, values);
+    this.listener.onEvent({ type: "edited", ball, ...values });
+  }
+
+  /** @param {boolean} paused */
+  #pause(paused) {
+    this.#carryOut({ type: "pause", paused });
+    this.#asleep = false;
+    this.listener.onState(paused ? "paused" : "live");
+    this.#tellSettings();
+  }
+
+  /** @param {number[]} balls @param {Input} input that takes them out */
+  #take(balls, input) {
+    this.#carryOut(input);
+    this.#forget(balls);
+  }
+
+  /** @param {number[]} balls that are no more */
+  #forget(balls) {
+    for (const ball of balls) this.made.delete(ball);
+    if (this.#held !== null && !this.world.has(this.#held)) this.#held = null;
+    this.listener.onEvent({ type: "removed", balls });
+  }
+
+  #tellSettings() {
+    this.listener.onEvent({ type: "settings", settings: this.settings, paused: this.paused });
+  }
+
+  /** Begins anew, as another scene where one is asked for. @param {SceneForm} [form] */
+  async #reset(form) {
+    try {
+      const scene = form ? sceneOf(form) : this.world.scene;
+      const board = scene.scene === "galton"
+        ? /** @type {GaltonBoard} */ (await getJson("boards/galton")) : null;
+      this.world = new World(this.machine, scene, board);
+      this.begin();
+    } catch (error) {
+      this.listener.onError(messageOf(error));
+    }
+  }
+
+  /** Tells of the box as it begins. */
+  begin() {
+    const { arena, scene } = this.world;
+    this.#clock = 0;
+    this.#measured = 0;
+    this.#held = null;
+    this.#asleep = false;
+    this.#before.clear();
+    this.made.clear();
+    const { table } = arena;
+    const { density, restitution, friction } = scene;
+    const radii = Array.from({ length: table.n }, (_, row) => table.pos[4 * row + 3]);
+    radii.forEach((radius, row) => {
+      this.made.set(table.id(row), { radius, density, restitution, friction });
+    });
+    this.#changed = performance.now();
+    this.listener.onRoom(this.#hello());
+    this.listener.onState(this.paused ? "paused" : "live");
+  }
+
+  /** @returns {BoxHello} */
+  #hello() {
+    const { arena, scene } = this.world;
+    const [x_min, x_max, y_min, y_max] = extentOf(arena.place);
+    const kinds = [...this.made.values()];
+    return {
+      room: "", board: null, board_name: "", extent: { x_min, x_max, y_min, y_max },
+      limits: { balls: MOST_BALLS },
+      arena: {
+        scene, place: arena.place, settings: this.settings, paused: this.paused, owned: false,
+        presets: PRESETS,
+        balls: {
+          ball: [...this.made.keys()], radius: kinds.map((kind) => kind.radius),
+          density: kinds.map((kind) => kind.density), friction: kinds.map((kind) => kind.friction),
+          restitution: kinds.map((kind) => kind.restitution),
+        },
+      },
+    };
+  }
+}
+
+/** @param {SceneForm} form @returns {Scene} with all that it does not say */
+function sceneOf(form) {
+  const usual = SCENES[form.scene === "galton" ? "galton" : "sandbox"];
+  return /** @type {Scene} */ ({ ...usual, ...form, scene: usual.scene });
+}
+
+/** @param {BallKind} made @param {Partial<Record<string, number>>} values some that are no ball's */
+function assignKnown(made, values) {
+  for (const name of /** @type {(keyof BallKind)[]} */ (Object.keys(made))) {
+    made[name] = values[name] ?? made[name];
+  }
+}
+
+/** @param {number} value @param {number} low @param {number} high */
+function clamped(value, low, high) {
+  return Math.max(low, Math.min(high, value));
+}
