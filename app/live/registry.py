@@ -35,11 +35,12 @@ from app.persistence.service import PersistenceService
 from app.protocol import messages
 from app.protocol.touching_messages import Change
 from app.rooms.boards import Boards
-from app.rooms.kinds import INDEPENDENT, BallLimits, make_room
+from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room
 from app.rooms.pending import DropCommand, PendingInput
 from app.rooms.records import Parked
 from app.rooms.room import Ground, Room
 from app.rooms.touching.scene import Scene
+from app.rooms.touching.story import Retold
 from app.settings import Settings
 from engine import Board
 from engine.errors import EffortError
@@ -73,9 +74,9 @@ class Rooms:
         self.settings = settings
         self.hub = hub
         self.filmed: Callable[[str], bool] = lambda _: False  # watched by others than the hub's
-        self._limits = BallLimits(settings.max_balls, settings.max_touching)
+        self.limits = BallLimits(settings.max_balls, settings.max_touching)
         self.persistence = persistence or PersistenceService(
-            NullLedger(), tick_rate=settings.tick_rate, limits=self._limits
+            NullLedger(), tick_rate=settings.tick_rate, limits=self.limits
         )
         self.broadcaster = Broadcaster(hub, settings, clock)
         self.halts = Halts(self.persistence.ledger, self.broadcaster, self.all)
@@ -220,6 +221,10 @@ class Rooms:
         """
         return await to_the_end(self._create(ground, mode))
 
+    async def create_retold(self, retold: Retold) -> Room:
+        """Open a room of its own where a story ends; raises what `create` raises."""
+        return await to_the_end(self._create(retold.scene, SCENE, retold))
+
     async def delete(self, room: Room) -> None:
         """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
         await to_the_end(self._delete(room))
@@ -232,10 +237,12 @@ class Rooms:
         """
         return await to_the_end(self._reset(room, board))
 
-    async def _create(self, ground: Ground, mode: str) -> Room:
+    async def _create(self, ground: Ground, mode: str, retold: Retold | None = None) -> Room:
         self._open.make_place()
         room = await self._new_aside(self._new_id(), ground, mode)
-        await self.persistence.create(room)
+        if retold is not None:
+            await asyncio.to_thread(room.restore, retold.checkpoint)
+        await self.persistence.create(room, () if retold is None else retold.inputs)
         return self._add(room)
 
     async def _delete(self, room: Room) -> None:
@@ -283,7 +290,7 @@ class Rooms:
 
     def _new(self, room_id: str, ground: Ground, mode: str) -> Room:
         rate = self.settings.tick_rate
-        return make_room(room_id, ground, mode, tick_rate=rate, limits=self._limits)
+        return make_room(room_id, ground, mode, tick_rate=rate, limits=self.limits)
 
     async def _new_aside(self, room_id: str, ground: Ground, mode: str) -> Room:
         """`_new` on another thread: five hundred balls, or a large board, take some 5 ms."""

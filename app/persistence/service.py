@@ -7,8 +7,7 @@ on from there, so it never shows a tick, nor takes a drop for one, that was show
 import functools
 import math
 import time
-from collections.abc import Callable, Iterable
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final
 
 from app.errors import LedgerError
@@ -68,14 +67,13 @@ class PersistenceService:
 
     # Sessions begin and end.
 
-    async def create(self, room: Room) -> None:
-        """Enter a room that belongs to its creator; raises LedgerError."""
+    async def create(self, room: Room, taken: Sequence[PendingInput[Any]] = ()) -> None:
+        """Enter a room of its creator, with inputs that it has taken; raises LedgerError."""
         record = self.sessions.of(room)
         record.owned = record.known = True
+        rows = self.sessions.rows_with(room, record, taken)
         try:
-            await self.ledger.commit(
-                *self.sessions.rows(room, record), undo=(Close(record.number, 0, self.now()),)
-            )
+            await self.ledger.commit(*rows, undo=(Close(record.number, 0, self.now()),))
         except LedgerError:
             self.sessions.forget(room)
             raise
@@ -122,14 +120,7 @@ class PersistenceService:
         """Forget a sleeping room; the row from which it is restored, if it has one."""
         record = self.sessions.of(room)
         self.sessions.forget(room)
-        if not record.known:
-            return None
-        return replace(
-            self.sessions.room_row(room, record),
-            tick=room.world.tick,
-            checkpoint=room.checkpoint(),
-            checkpoint_drops=room.taken,
-        )
+        return self.sessions.restorable_row(room, record) if record.known else None
 
     def touch(self, room: Room) -> None:
         """Someone needs the room."""

@@ -6,8 +6,9 @@ waits here until there are other news.
 
 import functools
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import msgspec
 
@@ -15,6 +16,7 @@ from app.errors import LedgerError
 from app.persistence.commit_queue import Done
 from app.persistence.null_ledger import NullLedger
 from app.persistence.writer import Ledger
+from app.rooms.pending import PendingInput
 from app.rooms.records import BoardRow, Close, Mark, Reopen, ResultRow, RoomRow, Write
 from app.rooms.room import Ground, Room
 from engine import PHYSICS_VERSION
@@ -140,3 +142,22 @@ class Sessions:
     def rows(self, room: Room, record: SessionRecord) -> list[Write]:
         """All that the ledger needs to know of a session before its first input."""
         return [self.board_row(room), self.room_row(room, record)]
+
+    def rows_with(
+        self, room: Room, record: SessionRecord, taken: Sequence[PendingInput[Any]]
+    ) -> list[Write]:
+        """`rows` of a session that begins later than at tick 0, with inputs its room has taken."""
+        if not room.world.tick and not taken:
+            return self.rows(room, record)
+        record.marked = record.horizon = record.checkpoint_tick = room.world.tick
+        inputs = [room.format.row(record.number, pending) for pending in taken]
+        return [self.board_row(room), self.restorable_row(room, record), *inputs]
+
+    def restorable_row(self, room: Room, record: SessionRecord) -> RoomRow:
+        """The row from which a room is restored as it is now."""
+        return replace(
+            self.room_row(room, record),
+            tick=room.world.tick,
+            checkpoint=room.checkpoint(),
+            checkpoint_drops=room.taken,
+        )

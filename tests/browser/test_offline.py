@@ -4,6 +4,7 @@ The pages that it keeps are in the language of who was here: here it is German.
 """
 
 import json
+import re
 
 from playwright.sync_api import FilePayload, expect
 
@@ -53,6 +54,12 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     page.goto(f"{base}/editor.html?board=triangle-8")
     page.locator("#test").click()
     expect(page.locator("#tray-count")).to_have_text("100 Testabwürfe")
+
+    page.goto(f"{base}/sandbox.html")
+    box = page.locator("#board-moving")
+    expect(box).to_have_attribute("aria-label", re.compile("60 Kugeln"))
+    page.locator("#throw").click()
+    expect(box).to_have_attribute("aria-label", re.compile("61 Kugeln"))
 
     page.goto(f"{base}/map.html?board=triangle-8")
     expect(page.get_by_role("textbox", name="x")).to_have_value("0")

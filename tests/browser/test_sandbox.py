@@ -104,6 +104,29 @@ def test_a_ball_is_dragged_and_thrown_and_a_tap_puts_one_down(box: Any) -> None:
     assert told(screen, "release") == [{"type": "release", "ball": 0}]
 
 
+def test_everyone_has_a_box_of_their_own_that_moves_into_a_room(
+    opened: Open, server: ServerProcess
+) -> None:
+    screen = opened("/sandbox.html")
+    balls(screen, 60)
+    at = canvas_box(screen)
+    screen.page.mouse.click(at["x"] + 0.5 * at["width"], at["y"] + 0.05 * at["height"])
+    balls(screen, 61)
+    screen.page.get_by_role("button", name="Pause").click()
+    assert not screen.sent  # all of it happened in the page
+    screen.page.get_by_role("button", name="Share this box").click()
+    screen.page.wait_for_url("**/sandbox.html?room=*")
+    balls(screen, 61)
+    expect(screen.page.locator("#share-link")).to_have_value(screen.page.url)
+    expect(screen.page.get_by_role("button", name="Resume")).to_be_enabled()
+    room = screen.page.url.split("room=")[1]
+    with urllib.request.urlopen(f"{server.url}/api/v1/rooms/{room}/log") as reply:
+        log = json.load(reply)
+    assert [each["input"]["type"] for each in log["inputs"]] == ["add", "pause"]
+    guest = opened(f"/sandbox.html?room={room}")
+    balls(guest, 61)
+
+
 def test_sliders_and_presets_set_the_room_for_everyone(box: Any, opened: Open) -> None:
     screen = box({"balls": 3})
     room = screen.page.url.split("room=")[1]

@@ -194,3 +194,28 @@ def test_the_page_opens_the_scenes_that_the_server_has(run: Run) -> None:
     for group in ("ball", "settings"):
         for name, entry in table[group].items():
             assert found["ranges"][name] == [entry["low"], entry["high"]], name
+
+
+def test_a_scene_that_cannot_be_is_refused_by_what_is_wrong(run: Run) -> None:
+    wrong: list[dict[str, Any]] = [
+        {"balls": 501}, {"balls": 2.5}, {"seed": "-1"}, {"gravity": 101}, {"radii": [0.2, 0.1]},
+        {"radii": [0.001, 0.1]}, {"width": None}, {"dt": 0.001, "substeps": 32, "balls": 100},
+        {"balls": 400, "radii": [0.3, 0.3]},
+    ]  # fmt: skip
+    found = run(
+        "solver/touching/values.js",
+        """async ({ sceneOf }, forms, load) => {
+          const { openingOf } = await load("solver/touching/scenes.js");
+          const fieldOf = (form) => {
+            try {
+              openingOf(sceneOf(form), null);
+              return null;
+            } catch (error) { return error.field ?? String(error); }
+          };
+          return [...forms, {}].map(fieldOf);
+        }""",
+        wrong,
+    )
+    assert found == [
+        "balls", "balls", "seed", "gravity", "radii", "radii", "width", "dt", "balls", None,
+    ]  # fmt: skip

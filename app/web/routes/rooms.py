@@ -1,12 +1,14 @@
 """Rooms over REST: list, open, look at, drop a ball into; change, reset, close; read the log."""
 
 import bisect
+import functools
 from typing import Annotated
 
 import msgspec
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.security import HTTPBearer
 
+from app.computing import prices, tasks
 from app.errors import InvalidValueError, TokenError, UnknownRoomError
 from app.live.fair_sessions import check_stake
 from app.persistence.room_log import LogPart
@@ -16,11 +18,13 @@ from app.rooms.records import Parked
 from app.rooms.room import Ground, Room
 from app.rooms.stakes import parse_stake, parse_who
 from app.rooms.touching.scene import Scene
+from app.rooms.touching.story import Retold, story_of
 from app.web.routes.common import (
     Server,
     address_of,
     attended,
     body_of,
+    charged,
     documented,
     documented_failures,
     is_current,
@@ -92,14 +96,18 @@ async def open_room(request: Request, server: Server) -> Response:
     """Open a room with an id of its own; watch it at `/ws/rooms/{id}`.
 
     Over any board, `mode` says whether its balls touch each other. Instead of a board a `scene`
-    may be asked for: its name, or `{"scene": name, ...}` with its parameters (`GET scenes`).
+    may be asked for: its name, or `{"scene": name, ...}` with its parameters (`GET scenes`). A
+    `story` is a scene that was played elsewhere, as by the sandbox page without a server: the room
+    goes on where it ends.
 
     The reply's `token` lets its holder change, reset and close the room.
     """
     with server.creators.place(address_of(request), server.rooms.free) as take:
         body = await read(request, RoomRequest)
-        ground, mode = await _ground(request, server, body)
-        room = await server.rooms.create(ground, mode)
+        if body.story is None:
+            room = await server.rooms.create(*await _ground(request, server, body))
+        else:
+            room = await server.rooms.create_retold(await _retold(request, server, body))
         take(room.id)
     view = msgspec.structs.asdict(_view(server, room))
     opened = RoomOpened(**view, token=server.tokens.of(room.id))
@@ -267,6 +275,21 @@ async def _ground(request: Request, server: Services, body: RoomRequest) -> tupl
             f"{name} belongs into the object `scene`, beside its name", field=name
         )
     return server.rooms.scene(body.scene), SCENE
+
+
+async def _retold(request: Request, server: Services, body: RoomRequest) -> Retold:
+    """What a story ends in, computed and charged as a worker's work."""
+    assert body.story is not None
+    for name in ("board", "scene", *SCENE_PARAMETERS):
+        if getattr(body, name) is not None:
+            raise InvalidValueError(
+                f"a story has its scene in itself, not beside: {name}", field=name
+            )
+    rate, most = server.settings.tick_rate, server.rooms.limits.touching
+    story = story_of(body.story, tick_rate=rate, max_balls=most)
+    price = prices.story(story.tick / rate * story.substeps * story.most_balls)
+    work = functools.partial(tasks.retold, story, rate, most)
+    return await attended(request, charged(server, address_of(request), work, price))
 
 
 async def _logged(server: Services, room_id: str) -> tuple[str, Room]:

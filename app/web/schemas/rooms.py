@@ -7,6 +7,7 @@ from msgspec import Meta
 
 from app.protocol.messages import BallStart, Extent, SignedReceipt, Stats
 from app.rooms.stakes import MAX_STAKE, MAX_WHO
+from app.rooms.touching.story import StoryForm
 from app.web.schemas.fields import (
     AimIn,
     BoardRef,
@@ -43,6 +44,13 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             extra_json_schema={"anyOf": [{"type": "string"}, {"type": "object"}, {"type": "null"}]},
         ),
     ] = None
+    story: Annotated[
+        StoryForm | None,
+        Meta(
+            description="Instead of a scene: one that was played elsewhere, with all that was done "
+            "to it. The room goes on from there, to the last bit."
+        ),
+    ] = None
     balls: SceneValue = None
     seed: SceneValue = None
     width: SceneValue = None
@@ -61,7 +69,9 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 SCENE_PARAMETERS = tuple(
-    name for name in RoomRequest.__struct_fields__ if name not in ("board", "mode", "scene")
+    name
+    for name in RoomRequest.__struct_fields__
+    if name not in ("board", "mode", "scene", "story")
 )
 
 

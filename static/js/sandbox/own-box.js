@@ -6,7 +6,7 @@ import { getJson, messageOf } from "../net/api.js";
 import { diagnose } from "../solver/touching/diagnostics.js";
 import { Machine } from "../solver/touching/machine.js";
 import { extentOf } from "../solver/touching/static-shapes.js";
-import { isTooMuch, isWithin, MOST_BALLS, SCENES } from "../solver/touching/values.js";
+import { isTooMuch, isWithin, MOST_BALLS, SCENES, sceneOf } from "../solver/touching/values.js";
 import { TICK_RATE, World } from "../solver/touching/world.js";
 import { t } from "../texts/text.js";
 
@@ -330,12 +330,6 @@ export class OwnBox {
       },
     };
   }
-}
-
-/** @param {SceneForm} form @returns {Scene} with all that it does not say */
-function sceneOf(form) {
-  const usual = SCENES[form.scene === "galton" ? "galton" : "sandbox"];
-  return /** @type {Scene} */ ({ ...usual, ...form, scene: usual.scene });
 }
 
 /** @param {BallKind} made @param {Partial<Record<string, number>>} values some that are no ball's */

@@ -1,6 +1,7 @@
 // Ready scenes: balls in a box, and a pile-up on a Galton board. As engine/multibody/scenes.py and
 // app/rooms/touching/scene.py lay them out, with the same draws for the same seed.
 
+import { ParameterError } from "../errors.js";
 import { splitmix64 } from "../seed.js";
 
 /** @import { BallValues } from "./ball-table.js" */
@@ -82,7 +83,7 @@ function lattice(n, width, height, radius, seed) {
   let cell = CELL * radius;
   if (n * cell * cell < 0.5 * width * height) cell = Math.sqrt((0.5 * width * height) / n);
   const [columns, rows] = [Math.floor(width / cell), Math.floor(height / cell)];
-  if (columns * rows < n) throw new RangeError(`${n} balls do not fit: at most ${columns * rows} do`);
+  if (columns * rows < n) throw new ParameterError(`${n} balls do not fit: at most ${columns * rows} do`, "balls");
   const room = 0.5 * cell - radius;
   const dx = uniform(seed, n, -room, room);
   const dy = uniform(seed + 1n, n, -room, room);

@@ -1,13 +1,16 @@
 // What scenes and balls have unless it is said, and how far each value may go: those of the server,
 // app/rooms/touching/values.py and scene.py.
 
+import { ParameterError } from "../errors.js";
+import { seedOf } from "../seed.js";
+
 /** @import { Scene } from "./scenes.js" */
 
 /** Least and greatest value, SI. @type {Record<string, [number, number]>} */
 export const RANGES = {
   radius: [0.01, 0.5], density: [0.01, 100_000], restitution: [0, 1], friction: [0, 10],
   gravity: [0, 100], drag: [0, 100], damping: [0.9, 1], correction: [0.4, 0.8], dt: [0.001, 0.1],
-  substeps: [1, 32],
+  substeps: [1, 32], width: [0.5, 20], height: [0.5, 20], speed: [0, 50],
 };
 
 const SOLVER = { damping: 1, correction: 0.6, dt: 1 / 60, substeps: 4 };
@@ -37,4 +40,33 @@ export function isTooMuch(balls, dt, substeps, rate) {
 export function isWithin(name, value) {
   const [low, high] = RANGES[name];
   return value >= low && value <= high;
+}
+
+/**
+ * @param {object} form some values of a scene
+ * @returns {Scene} with all that it does not say; throws a ParameterError that names what cannot be
+ */
+export function sceneOf(form) {
+  const { scene } = /** @type {Partial<Scene>} */ (form);
+  const found = { ...SCENES[scene === "galton" ? "galton" : "sandbox"], ...form };
+  const { balls, seed, dt, substeps, radii = [] } = found;
+  for (const [name, value] of Object.entries(found)) {
+    if (name in RANGES) check(name, name, /** @type {number} */ (value));
+  }
+  for (const radius of radii) check("radii", "radius", radius);
+  if (radii[0] > radii[1]) throw new ParameterError(`radii ${radii.join(", ")} do not rise`, "radii");
+  if (!(Number.isInteger(balls) && balls >= 0 && balls <= MOST_BALLS)) {
+    throw new ParameterError(`balls ${balls} are not from 0 to ${MOST_BALLS}`, "balls");
+  }
+  if (isTooMuch(balls, dt, substeps, 60)) {
+    throw new ParameterError(`${balls} balls in ${substeps} substeps of ${dt} s are too much`, "dt");
+  }
+  return { ...found, seed: String(seedOf(seed)) };
+}
+
+/** @param {string} field @param {string} name @param {number} value */
+function check(field, name, value) {
+  if (isWithin(name, value)) return;
+  const [low, high] = RANGES[name];
+  throw new ParameterError(`${field} ${value} is not from ${low} to ${high}`, field);
 }

@@ -3,6 +3,7 @@
 // As app/rooms/touching does it: the same inputs at the same ticks make the same world there, to the
 // last bit. So `story` is all that a server needs to go on with it.
 
+import { PHYSICS_VERSION } from "../digest.js";
 import { Arena } from "./arena.js";
 import { openingOf } from "./scenes.js";
 
@@ -35,7 +36,10 @@ const OF_BALLS = ["density", "restitution", "friction"];
  * @typedef {Add | Kick | Drag | OfBall | Edit | Configure | Pause | Plain} Input
  */
 
-/** @typedef {{scene: Scene, tick: number, inputs: {tick: number, input: Input}[]}} Story */
+/**
+ * @typedef {{scene: Scene, tick_rate: number, physics_version: number, tick: number,
+ *   inputs: {tick: number, input: Input}[]}} Story
+ */
 
 /** A scene from its beginning on. */
 export class World {
@@ -76,7 +80,8 @@ export class World {
 
   /** What a server goes on from. @returns {Story} */
   get story() {
-    return { scene: this.scene, tick: this.tick, inputs: this.inputs };
+    const { scene, tick, inputs } = this;
+    return { scene, tick_rate: TICK_RATE, physics_version: PHYSICS_VERSION, tick, inputs };
   }
 
   /** @param {number} ball */
