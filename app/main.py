@@ -32,6 +32,7 @@ from app.live.registry import Rooms
 from app.ops import logs
 from app.ops.metrics import Metrics
 from app.persistence.database import Database
+from app.persistence.holds import Holds
 from app.persistence.integrity import Integrity
 from app.persistence.room_log import RoomLogs
 from app.persistence.service import PersistenceService
@@ -190,7 +191,7 @@ def _services(settings: Settings) -> Services:
     hub = Hub(settings.max_clients)
     metrics = Metrics()
     workers = Workers(settings.workers, settings.max_jobs)
-    database = Database(settings.ledger_url)
+    database = Database(settings.ledger_url, shared=bool(settings.cluster))
     budgets = Budgets(settings.compute_rate, settings.compute_burst)
     cameras = Cameras(settings.max_cameras, settings.max_viewers, purse=budgets)
     ledger = Ledger(
@@ -199,7 +200,10 @@ def _services(settings: Settings) -> Services:
         patience=settings.ledger_patience,
     )
     limits = BallLimits(settings.max_balls, settings.max_touching)
-    persistence = PersistenceService(ledger, tick_rate=settings.tick_rate, limits=limits)
+    holds = Holds(ledger, secrets.token_hex(8)) if settings.cluster else None
+    persistence = PersistenceService(
+        ledger, tick_rate=settings.tick_rate, limits=limits, holds=holds
+    )
     held = Rooms(
         settings,
         known,

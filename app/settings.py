@@ -61,6 +61,11 @@ class Settings:
         "Redis by which relays hear what happens in rooms: `redis://HOST:6379`; none when not "
         "given",
     )
+    cluster: str = _setting(
+        "",
+        "Redis by which several servers over one PostgreSQL agree on who has which room: "
+        "`redis://HOST:6379`; one server has all rooms when not given",
+    )
     ledger_patience: float = _setting(
         2.0, "seconds that the ledger may take for a commit before drops get 503", 0.05, 3600
     )

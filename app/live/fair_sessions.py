@@ -138,7 +138,7 @@ class FairSessions:
         if session.end is not None or session.ending:
             raise SessionStateError(f"session {session.id!r} is over", field="session")
         if session.client_seed is None:
-            await self._ledger.commit(FairOpening(session.id, seed.hex()))
+            await self._ledger.commit(FairOpening(session.id, session.room, seed.hex()))
             session.client_seed = seed
 
     def joined(self, session_id: str) -> FairSession:
@@ -183,8 +183,8 @@ class FairSessions:
         session.ending = True
         try:
             await self._ledger.commit(
-                FairEnd(session.id, canonical(end).decode(), signature),
-                undo=(FairEnd(session.id, None, None),),
+                FairEnd(session.id, session.room, canonical(end).decode(), signature),
+                undo=(FairEnd(session.id, session.room, None, None),),
             )
         finally:
             session.ending = False

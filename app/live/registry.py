@@ -14,6 +14,7 @@ from app.errors import (
     AppError,
     ClosedRoomError,
     DamagedRoomError,
+    HoldLostError,
     LedgerError,
     RebuildingError,
     ResetError,
@@ -21,6 +22,7 @@ from app.errors import (
 from app.live.broadcaster import Broadcaster
 from app.live.fair_session import FairSession, TakenDrop
 from app.live.halts import Halts
+from app.live.holding import Holding
 from app.live.hub import Client, Hub
 from app.live.landings import Landings
 from app.live.open_rooms import OpenRooms
@@ -102,6 +104,12 @@ class Rooms:
         )
         self.rebuilding = RebuildQueue(self._rebuild)
         self.public = PublicTables(boards, main_board, self.scene)
+        holds = self.persistence.holds
+        self.holding: Holding | None = None
+        if holds is not None:
+            self.holding = Holding(
+                holds, self.persistence, self._open, self.public, self, self._new_aside
+            )
         self._draw = draw
         self._new_id = new_id
         self._loading = asyncio.Lock()
@@ -141,10 +149,12 @@ class Rooms:
         if room_id in self.rebuilding:
             raise rebuilding(room_id)
         ground, mode = self.public.find(room_id)
+        if self.holding is not None:
+            raise self.holding.away(room_id)
         row = self._open.parked_public.pop(room_id, None)
         if row is not None:
             room = self.persistence.recovery.restore(row, ground)
-        return self._add(room or self._new(room_id, ground, mode))
+        return self.add(room or self._new(room_id, ground, mode))
 
     def scene(self, values: object) -> Scene:
         """The scene of a JSON object; raises InvalidValueError, SeedError."""
@@ -158,6 +168,8 @@ class Rooms:
         RebuildingError for one that takes long to come back.
         """
         self._open.close_idle()
+        if self.holding is not None:
+            await self.holding.fetch(room_id)
         await self.rebuilding.need(room_id)
         if room_id in self._open.parked:
             async with self._loading:
@@ -174,14 +186,14 @@ class Rooms:
             raise
         # Unless it was closed meanwhile.
         if self._open.parked.pop(room_id, None) is not None and room is not None:
-            self._add(room)
+            self.add(room)
 
     async def _rebuild(self, room_id: str, turn: Turn) -> None:
         """Bring back a room that moved; raises LedgerError, DamagedRoomError."""
         ground = self.public.ground(room_id)
         room = await self.persistence.recovery.load(room_id, ground_now=ground, turn=turn)
         if room is not None:
-            self._add(room)
+            self.add(room)
 
     def owned(self, room: Room) -> bool:
         """Whether the room has a creator, who alone may change it."""
@@ -205,6 +217,8 @@ class Rooms:
         self._open.parked_public = left.public
         self._open.parked = OrderedDict((each.id, each) for each in left.owned)
         self.rebuilding.fill(sorted(left.moving, key=lambda each: each.id != MAIN))
+        if self.holding is not None:
+            return
         # Where it is set aside, who asks for it is told.
         with contextlib.suppress(RebuildingError, DamagedRoomError):
             self.find(MAIN)
@@ -233,18 +247,25 @@ class Rooms:
         return await to_the_end(self._reset(room, board))
 
     async def _create(self, ground: Ground, mode: str) -> Room:
+        if self.holding is not None:
+            await self.holding.make_place()
         self._open.make_place()
         room = await self._new_aside(self._new_id(), ground, mode)
+        if self.holding is not None:
+            await self.holding.begin(room.id)
         await self.persistence.create(room)
-        return self._add(room)
+        return self.add(room)
 
     async def _delete(self, room: Room) -> None:
         await self.persistence.end(room)
+        if self._open.in_memory.pop(room.id, None) is None:
+            return
         error = ClosedRoomError(f"room {room.id!r} was closed by its creator")
         self._leave_behind(room, error)
-        del self._open.in_memory[room.id]
         self.broadcaster.forget(room.id)
         self.hub.close(room.id, error)
+        if self.holding is not None:
+            self.holding.let_go(room.id)
         _log.info("room closed", extra={"room": room.id, "why": "its creator"})
 
     async def _reset(self, room: Room, board: Board | None) -> Room:
@@ -252,6 +273,8 @@ class Rooms:
         if self._open.in_memory.get(room.id) is not room:
             raise ClosedRoomError(f"room {room.id!r} was closed or begun anew meanwhile")
         await self.persistence.replace(room, new)
+        if self._open.in_memory.get(room.id) is not room:
+            raise HoldLostError(f"room {room.id!r} went to another server meanwhile", field="room")
         self._leave_behind(room, ResetError(f"room {room.id!r} was reset by its creator"))
         self._open.in_memory[room.id] = new
         self._begin(new)
@@ -273,6 +296,17 @@ class Rooms:
         self.persistence.abandon(room, _FAILED)
         self._leave_behind(room, error)
         self.hub.close(room.id, error)
+        if self.holding is not None:
+            self.holding.let_go(room.id)
+
+    def drop_from_memory(self, room: Room, error: HoldLostError) -> None:
+        """Have a room no more that is another server's; whoever watches is sent there."""
+        del self._open.in_memory[room.id]
+        self.hub.cut(room.id, error)
+        self.landings.leave(room.id)
+        self._leave_behind(room, error)
+        self.broadcaster.forget(room.id)
+        self.persistence.sessions.forget(room)
 
     def _leave_behind(self, room: Room, error: AppError) -> None:
         """Tell all who wait for something in this room that it will not come."""
@@ -289,7 +323,8 @@ class Rooms:
         """`_new` on another thread: five hundred balls, or a large board, take some 5 ms."""
         return await asyncio.to_thread(self._new, room_id, ground, mode)
 
-    def _add(self, room: Room) -> Room:
+    def add(self, room: Room) -> Room:
+        """Take a room into memory, and let it tick where something moves."""
         self._begin(room)
         self._open.add(room)
         _log.info("room opened", extra={"room": room.id, "board": room.origin.digest})
@@ -342,7 +377,7 @@ class Rooms:
         In a `session` the seed is that of its next drop, and its receipt is kept with the drop;
         also raises what `FairSession.check` raises, and InvalidValueError for a seed or an x.
         """
-        self.halts.check(room.id)
+        self._check(room)
         self.runner.check_memory()
         practice = seed is not None or x is not None
         if session is not None:
@@ -369,10 +404,16 @@ class Rooms:
         The future has the first event that came of it, if any. Raises InvalidValueError,
         BallLimitError, HaltedError, LedgerError.
         """
-        self.halts.check(room.id)
+        self._check(room)
         request = WaitingRequester.now(client, key, ref)
         self._submit(room, room.plan_change(change, self.persistence.lead, request))
         return request.settled
+
+    def _check(self, room: Room) -> None:
+        """Raise HaltedError, HoldLostError where nothing is taken now."""
+        self.halts.check(room.id)
+        if self.holding is not None:
+            self.holding.check(room.id)
 
     def _submit(
         self, room: Room, pending: PendingInput[Any], session: FairSession | None = None

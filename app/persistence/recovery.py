@@ -66,13 +66,16 @@ class Recovery:
         self._limits = limits
 
     async def survey(self, ground_now: Callable[[str], Ground | None]) -> Left:
-        """What there is to go on with; no room is rebuilt yet.
+        """What there is to go on with; no room is rebuilt yet. Of a shared ledger, nothing.
 
         `ground_now` gives what a public room is over in this server, and None for other rooms. A
         public room that cannot go on as it was counts as one that moved. Raises LedgerError when
         the ledger cannot be read. Where only the list of rooms is damaged, the rows that can be
         read are gone on with.
         """
+        if self._sessions.numbers is not None:
+            await self._sessions.numbers.fill()
+            return Left([], {}, [])  # each room is taken when it is needed
         try:
             self._sessions.next_number = await self._read(store.last_number) + 1
             moving = await self._read(store.awake_rooms)
@@ -129,6 +132,7 @@ class Recovery:
             row = await self._read(store.open_room, room_id=room_id)
             if row is None:
                 return None
+            self._sessions.note(row.number, room_id)
             why = self._outdated(row, ground_now)
             if why is not None:
                 return await self._succeed(row, why, turn)

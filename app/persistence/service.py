@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from app.errors import LedgerError
 from app.persistence.commit_queue import Done
+from app.persistence.holds import Holds
 from app.persistence.null_ledger import NullLedger
 from app.persistence.recovery import Recovery
 from app.persistence.sessions import SessionRecord, Sessions
@@ -35,7 +36,7 @@ by the next one, so that nothing grows however long a commit takes."""
 class PersistenceService:
     """Tells the ledger what happens in rooms, and when; for the event loop's thread.
 
-    `now` gives Unix time in seconds.
+    `now` gives Unix time in seconds; `holds` are this server's where several share the ledger.
     """
 
     def __init__(
@@ -45,9 +46,11 @@ class PersistenceService:
         tick_rate: int,
         limits: BallLimits,
         now: Callable[[], float] = time.time,
+        holds: Holds | None = None,
     ) -> None:
         self.ledger = ledger
-        self.sessions = Sessions(ledger, now)
+        self.holds = holds
+        self.sessions = Sessions(ledger, now, holds)
         self.recovery = Recovery(self.sessions, tick_rate=tick_rate, limits=limits)
         self._tick_rate = tick_rate
         self._since_renewal = 0  # ticks
@@ -84,7 +87,7 @@ class PersistenceService:
         """End a room's session and begin its next, both or neither; raises LedgerError."""
         record = self.sessions.of(old)
         now = self.now()
-        number = self.sessions.number()
+        number = self.sessions.number(old.id)
         following = SessionRecord(number, record.owned, record.opened, now, known=True)
         self.sessions.report([])
         await self.ledger.commit(
@@ -110,6 +113,7 @@ class PersistenceService:
 
     def close(self, room: Parked) -> None:
         """A parked room's session is over."""
+        self.sessions.note(room.number, room.id)
         self.sessions.report([Close(room.number, room.tick, self.now())])
 
     # Rooms leave the memory.
@@ -192,7 +196,7 @@ class PersistenceService:
             elif first:
                 # Whether its row was written is not known: the next drop brings another.
                 record.known = False
-                record.number = self.sessions.number()
+                record.number = self.sessions.number(room.id)
         done(error)
         if error is not None and record is not None and not room.awake:
             self.slept(room)  # what was refused may have told the ledger that it is awake
@@ -200,10 +204,13 @@ class PersistenceService:
     def may_step(self, room: Room) -> bool:
         """Whether the ledger has heard of the room's next tick; not asked for while it is lost.
 
-        Nor of a room that it does not know: what moves there has moved since it began.
+        Unless servers share it: another one may take the room over from where it last heard. Nor
+        is it asked of a room that it does not know: what moves there has moved since it began.
         """
         record = self.sessions.of(room)
-        return not record.known or room.world.tick < record.horizon or not self.ledger.up
+        if not record.known or room.world.tick < record.horizon:
+            return True
+        return not self.ledger.up and self.holds is None
 
     def landed(self, room: Room, landed: messages.Landed) -> None:
         """A ball has landed; the ledger hears of it with the next news."""

@@ -9,7 +9,7 @@ from sqlalchemy import Connection, Row, Select, bindparam, delete, func, insert,
 from sqlalchemy.dialects import postgresql, sqlite
 
 from app.errors import DamagedRoomError, shorten
-from app.persistence import fair_store, halt_store, tables, totals
+from app.persistence import fair_store, halt_store, hold_store, tables, totals
 from app.rooms.drop_format import DropFormat
 from app.rooms.records import (
     BoardRow,
@@ -19,6 +19,7 @@ from app.rooms.records import (
     FairOpening,
     FairSessionRow,
     Halt,
+    IfHeld,
     InputRow,
     LogLeaf,
     Mark,
@@ -136,6 +137,13 @@ def _parked(connection: Connection, *, awake: bool, owned: bool | None = None) -
     if owned is not None:
         chosen = chosen.where(room.owned.is_(owned))
     return [Parked(*row) for row in connection.execute(chosen)]
+
+
+def count_owned(connection: Connection) -> int:
+    """How many open rooms have owners."""
+    room = tables.rooms.c
+    chosen = select(func.count()).where(room.closed.is_(None), room.owned)
+    return int(connection.scalar(chosen) or 0)
 
 
 def last_number(connection: Connection) -> int:
@@ -380,6 +388,12 @@ def _reopen(connection: Connection, rows: list[Reopen]) -> None:
         )
 
 
+def _if_held(connection: Connection, rows: list[IfHeld]) -> None:
+    for row in rows:
+        if not hold_store.lost(connection, row.holds):
+            apply(connection, row.writes)
+
+
 _APPLY: dict[type, Callable[[Connection, Any], None]] = {
     BoardRow: _add_boards,
     RoomRow: _add_rooms,
@@ -397,4 +411,5 @@ _APPLY: dict[type, Callable[[Connection, Any], None]] = {
     LogLeaf: fair_store.add_leaves,
     Halt: halt_store.halt,
     Release: halt_store.release,
+    IfHeld: _if_held,
 }

@@ -170,6 +170,34 @@ halts = Table(
     Column("since", Double, nullable=False),  # Unix time, s
 )
 
+# Which server has a room, where several share the ledger. `number` grows with every change of
+# hands and is what a write must still find here; a `holder` of "" is nobody.
+holds = Table(
+    "holds",
+    metadata,
+    Column("room", String(64), primary_key=True),
+    Column("number", BigInteger, nullable=False),
+    Column("holder", Text, nullable=False),
+    Column("address", Text, nullable=False),  # where the other servers reach it
+    Column("taken", Double, nullable=False),  # Unix time, s
+)
+
+# What servers number together: the next number that none of them has, and rows to lock by.
+counters = Table(
+    "counters",
+    metadata,
+    Column("name", String(32), primary_key=True),
+    Column("next", BigInteger, nullable=False),
+)
+
+# What servers that share the ledger sign with, in hexadecimal.
+secrets = Table(
+    "secrets",
+    metadata,
+    Column("name", String(32), primary_key=True),
+    Column("value", Text, nullable=False),
+)
+
 # Written and emptied again to find out whether the ledger takes a page's worth of data now.
 probes = Table(
     "probes",

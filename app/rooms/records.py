@@ -198,17 +198,22 @@ class FairSessionRow:
 
 @dataclass(frozen=True, slots=True)
 class FairOpening:
-    """The player opened their secret."""
+    """The player opened their secret. `room` is the id of the session's room."""
 
     session: str
+    room: str
     client_seed: str
 
 
 @dataclass(frozen=True, slots=True)
 class FairEnd:
-    """A session is over; None: it goes on, as its end was refused or may be."""
+    """A session is over; None: it goes on, as its end was refused or may be.
+
+    `room` is the id of the session's room.
+    """
 
     session: str
+    room: str
     end: str | None
     end_signature: str | None
 
@@ -266,6 +271,36 @@ class Release:
     room: str
 
 
+@dataclass(frozen=True, slots=True, order=True)
+class Hold:
+    """That a server has the room `room`, for as long as the ledger has the same `number` of it."""
+
+    room: str
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class HoldRow:
+    """Who has a room: `holder` by name, \"\" for nobody, since `taken` in Unix time, in s.
+
+    `address` is where the other servers reach it.
+    """
+
+    room: str
+    number: int
+    holder: str
+    address: str
+    taken: float
+
+
+@dataclass(frozen=True, slots=True)
+class IfHeld:
+    """Writes that are made as long as all of `holds` hold, and else are not."""
+
+    holds: "tuple[Hold, ...]"
+    writes: "tuple[Write, ...]"
+
+
 Write = (
     BoardRow
     | RoomRow
@@ -283,4 +318,5 @@ Write = (
     | LogLeaf
     | Halt
     | Release
+    | IfHeld
 )
