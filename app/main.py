@@ -22,7 +22,7 @@ from starlette.types import Scope
 from app.computing.pool import Workers
 from app.conformance import inventory
 from app.conformance.self_check import SelfCheck
-from app.errors import SettingError, shorten
+from app.errors import MissingPartError, SettingError, shorten
 from app.fairness.check import kernel_digest_of
 from app.fairness.signing import Signer
 from app.listening import listen, server_over
@@ -60,6 +60,7 @@ from app.web.routes import (
     health,
     live,
     maps,
+    moves,
     page,
     payouts,
     pictures,
@@ -133,6 +134,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.state.services = _services(settings)
     app.state.bus = redis_at(settings.relays) if settings.relays else None
+    app.state.cluster = _cluster(app)
     problems.install(app)
     listed = [Depends(listed_queries)]
     for router in (
@@ -144,6 +146,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         maps.router,
         live.router,
         rooms.router,
+        moves.router,
         scenes.router,
         sessions.router,
         players.router,
@@ -161,6 +164,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.page = page.Page(static_directory())
     app.mount("/", app.state.page, name="page")
     # The last one added is the first to see a request.
+    if app.state.cluster is not None:
+        app.add_middleware(app.state.cluster.middleware)
     app.add_middleware(BodyLimit, max_body=settings.max_body)
     if settings.allowed_origins:
         app.add_middleware(
@@ -243,6 +248,22 @@ def _services(settings: Settings) -> Services:
     return server
 
 
+def _cluster(app: FastAPI) -> Any:
+    """This server among others over the same ledger; None, and nothing imported, without."""
+    server: Services = app.state.services
+    if not server.settings.cluster:
+        return None
+    try:
+        from app.cluster.start import Cluster  # noqa: PLC0415 - for those who have one
+    except ModuleNotFoundError as error:
+        if error.name not in ("redis", "httpx"):
+            raise
+        raise MissingPartError(
+            "a cluster needs clients of Redis and HTTP: pip install 'plinko-server[cluster]'"
+        ) from None
+    return Cluster(server)
+
+
 def _fair_sessions(
     settings: Settings, persistence: PersistenceService, secret_file: Path | None
 ) -> FairSessions:
@@ -285,6 +306,10 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     await asyncio.to_thread(server.ledger.open)
     server.ledger.start()
     await server.rooms.resume()
+    cluster = app.state.cluster
+    being = asyncio.create_task(cluster.run() if cluster else asyncio.sleep(0), name="cluster")
+    if cluster is not None:
+        await cluster.joined()
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
     rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
@@ -298,12 +323,14 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         yield
     finally:
         preparing.cancel()
-        for task in (feeding, rest, self_checking, checking, rebuilding, server.ticking):
+        for task in (being, feeding, rest, self_checking, checking, rebuilding, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await task
         server.rooms.leave()
         await server.ledger.close()
+        if cluster is not None:
+            await cluster.gone()
         server.cameras.close()
         server.workers.close()
 
@@ -383,6 +410,8 @@ def run(settings: Settings | None = None) -> None:
     with listen(settings) as listener:
         ledger: Ledger = app.state.services.ledger
         ledger.open()
+        if app.state.cluster is not None:
+            app.state.cluster.listens(listener)
         server = server_over(app, settings)
         # uvicorn raises the signal that stopped it once more at the end; an orderly end is none.
         for number in (signal.SIGINT, signal.SIGTERM):

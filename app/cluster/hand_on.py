@@ -1,0 +1,135 @@
+"""Brings each request to the server that has its room; for the client there is one server."""
+
+import asyncio
+from typing import Final
+
+import msgspec
+from starlette.datastructures import Headers
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from app.cluster.body import Body
+from app.cluster.http_line import Outcome, pass_http
+from app.cluster.line import HOPS, MOST_HOPS
+from app.cluster.membership import Member
+from app.cluster.node import Node
+from app.cluster.socket_line import pass_socket
+from app.errors import AppError, EndedError
+from app.web.problems import MOVED, problem_response
+
+_ROOMS: Final = ("/api/v1/rooms/", "/ws/rooms/")
+_NAMED_INSIDE: Final = ("/api/v1/sessions", "/api/v1/halts")
+"""Paths of requests whose body names the room."""
+
+_TRIES: Final = 100
+_PAUSE: Final = 0.05  # s; in all they wait longer than a room is on its way
+
+
+class _Named(msgspec.Struct):
+    room: str | None = None
+
+
+class HandOn:
+    """Passes requests that are of a room to the server that has it, all others to this one.
+
+    `app` answers here. A request is tried again as long as nothing was done about it: the room was
+    on its way to another server.
+    """
+
+    def __init__(self, app: ASGIApp, node: Node) -> None:
+        self.app = app
+        self.node = node
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, here or there."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        hops = hops_of(scope)
+        if scope["type"] == "websocket":
+            await self._socket(scope, receive, send, hops)
+            return
+        body = Body(receive)
+        room_id = room_of_path(scope["path"])
+        if room_id is None and scope["method"] == "POST" and scope["path"] in _NAMED_INSIDE:
+            room_id = room_of_body(await body.whole())
+        if room_id is None:
+            await self.app(scope, body.again(), send)
+            return
+        await self._request(scope, body, send, room_id, hops)
+
+    async def _request(self, scope: Scope, body: Body, send: Send, room_id: str, hops: int) -> None:
+        for _ in range(_TRIES):
+            member = await self._locate(room_id, hops)
+            if member is None:
+                outcome = await self._here(scope, body, send, last=hops >= MOST_HOPS)
+            else:
+                self.node.handed_on += 1
+                outcome = await pass_http(self.node, member, scope, body, send, hops)
+            if outcome is Outcome.DONE:
+                return
+            if outcome is Outcome.UNKNOWN:
+                break
+            await asyncio.sleep(_PAUSE)
+        error = EndedError(
+            f"the server that had room {room_id!r} ended before it answered; whether it did what "
+            "was asked is seen in the room",
+        )
+        await problem_response(error, scope["path"])(scope, body.again(), send)
+
+    async def _locate(self, room_id: str, hops: int) -> Member | None:
+        """Who has a room; this server, where that cannot be told: it then says why."""
+        if self.node.has(room_id):
+            return None
+        try:
+            return await self.node.locate(room_id, only_here=hops >= MOST_HOPS)
+        except AppError:
+            return None
+
+    async def _here(self, scope: Scope, body: Body, send: Send, *, last: bool) -> Outcome:
+        """Have this server answer; AGAIN where it says that the room has left."""
+        moved = False
+
+        async def unless_moved(message: Message) -> None:
+            nonlocal moved
+            if message["type"] == "http.response.start" and message["status"] == 503:
+                moved = not last and MOVED in Headers(raw=message["headers"])
+            if not moved:
+                await send(message)
+
+        await self.app(dict(scope), body.again(), unless_moved)
+        return Outcome.AGAIN if moved else Outcome.DONE
+
+    async def _socket(self, scope: Scope, receive: Receive, send: Send, hops: int) -> None:
+        room_id = room_of_path(scope["path"])
+        if room_id is not None:
+            for _ in range(_TRIES):
+                member = await self._locate(room_id, hops)
+                if member is None:
+                    break
+                self.node.handed_on += 1
+                if await pass_socket(self.node, member, scope, receive, send, hops):
+                    return
+                await asyncio.sleep(_PAUSE)
+        await self.app(scope, receive, send)
+
+
+def hops_of(scope: Scope) -> int:
+    """How often a request was handed on before; what is no number is often enough."""
+    text = Headers(scope=scope).get(HOPS, "0")
+    return int(text) if text in ("0", "1", "2") else MOST_HOPS
+
+
+def room_of_path(path: str) -> str | None:
+    """The room that a path is of, if any."""
+    for begin in _ROOMS:
+        if path.startswith(begin):
+            return path.removeprefix(begin).partition("/")[0] or None
+    return None
+
+
+def room_of_body(body: bytes) -> str | None:
+    """The room that a body names, if any."""
+    try:
+        return msgspec.json.decode(body, type=_Named).room or None
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        return None

@@ -1,0 +1,54 @@
+"""What routes know of the other servers, where several share one ledger; see `app/cluster/`."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """How a server stands among the others.
+
+    `leases` is whether the lease store answers, `rooms` how many rooms are this server's;
+    `taken_over` and `handed_over` count rooms since the start, `handed_on` requests.
+    """
+
+    name: str
+    leases: bool
+    members: list[str]
+    rooms: int
+    taken_over: int
+    handed_over: int
+    handed_on: int
+
+
+class Peer(Protocol):
+    """Another server."""
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+
+
+class Others(Protocol):
+    """This server's end of what it shares with the others."""
+
+    name: str
+
+    @property
+    def joined(self) -> bool:
+        """Whether the others know that this server is there."""
+
+    def standing(self) -> Standing:
+        """How it stands now."""
+
+    async def move(self, room_id: str, to: str) -> Peer:
+        """Give a room that is here to the server of this name; raises InvalidValueError."""
+
+    async def tell_halts(self) -> None:
+        """Let the others know that what is halted has changed."""
+
+    async def ask_all(self, path: str) -> list[Any]:
+        """What the others answer to a GET of this path, as JSON."""
+
+    async def leave(self) -> None:
+        """Give all rooms to the others."""
