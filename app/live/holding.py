@@ -6,12 +6,13 @@ all that is known of it written down, or at once, when another server has taken 
 """
 
 import asyncio
+import contextlib
 import functools
 import logging
-from collections.abc import Awaitable, Callable
-from typing import Final, Protocol
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from typing import Any, Final, Protocol
 
-from app.errors import HoldLostError, LedgerError, UnknownRoomError
+from app.errors import AppError, HoldLostError, LedgerError, UnknownRoomError
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import PublicTables
 from app.live.to_the_end import to_the_end
@@ -19,14 +20,17 @@ from app.persistence import store
 from app.persistence.holds import Holds
 from app.persistence.rebuild_queue import rebuilding
 from app.persistence.service import PersistenceService
-from app.rooms.records import Hold
+from app.rooms.records import Hold, Parked
 from app.rooms.room import Ground, Room
+from app.settings import Settings
 
 _PATIENCE: Final = 10.0  # s that someone waits for a room before hearing that it takes longer
 _AT_ONCE: Final = 4  # rooms that are rebuilt at a time
 _SETTLING: Final = (
     2.0  # s that drops which were taken may need to enter before a room is handed over
 )
+_LOOK_AFTER: Final = 60.0  # s between two looks for rooms that nobody uses
+_MOST: Final = 20  # of them closed at a time
 _LOOK: Final = 0.005  # s between two looks at whether they have
 
 _log = logging.getLogger("plinko")
@@ -55,6 +59,7 @@ class Holding:
 
     def __init__(
         self,
+        settings: Settings,
         holds: Holds,
         persistence: PersistenceService,
         rooms: OpenRooms,
@@ -65,6 +70,7 @@ class Holding:
         self.holds = holds
         self.claim: Callable[[str], Awaitable[None]] = _free
         self.gone: list[Callable[[str], None]] = []
+        self._settings = settings
         self._persistence = persistence
         self._rooms = rooms
         self._public = public
@@ -72,6 +78,7 @@ class Holding:
         self._make = make
         self._coming: dict[str, asyncio.Task[Room | None]] = {}
         self._leaving: set[str] = set()
+        self._next_look = 0.0
         self._releasing: set[asyncio.Task[None]] = set()
         self._places = asyncio.Semaphore(_AT_ONCE)
         holds.lost = self.put_away
@@ -97,11 +104,6 @@ class Holding:
         await self.claim(room_id)
         await self.holds.take(room_id)
 
-    async def make_place(self) -> None:
-        """Count players' rooms at all servers, before another is made; raises LedgerError."""
-        everywhere = await self._persistence.ledger.read(store.count_owned)
-        self._rooms.elsewhere = max(0, everywhere - self._rooms.owned)
-
     def away(self, room_id: str) -> HoldLostError:
         """What there is to say of a public room that is not in memory."""
         return HoldLostError(f"room {room_id!r} is not at this server", field="room")
@@ -114,15 +116,18 @@ class Holding:
         room = self._rooms.in_memory.get(room_id)
         if room is not None:
             return room
-        task = self._coming.get(room_id)
-        if task is None:
-            task = self._coming[room_id] = asyncio.create_task(self._bring(room_id), name=room_id)
-            task.add_done_callback(functools.partial(self._came, room_id))
+        if room_id not in self._coming:
+            self._begin(room_id, self._bring(room_id))
         try:
             async with asyncio.timeout(_PATIENCE):
-                return await asyncio.shield(task)
+                return await asyncio.shield(self._coming[room_id])
         except TimeoutError:
             raise rebuilding(room_id) from None
+
+    def _begin(self, room_id: str, work: Coroutine[Any, Any, Room | None]) -> None:
+        """Do something with a room that is not in memory; whoever asks for it waits meanwhile."""
+        task = self._coming[room_id] = asyncio.create_task(work, name=room_id)
+        task.add_done_callback(functools.partial(self._came, room_id))
 
     async def _exists(self, room_id: str) -> bool:
         if room_id in self._public:
@@ -157,6 +162,64 @@ class Holding:
         del self._coming[room_id]
         if not task.cancelled() and task.exception() is not None:
             _log.info("room stays away: %s", task.exception(), extra={"room": room_id})
+
+    @contextlib.asynccontextmanager
+    async def having(self, room_id: str) -> AsyncIterator[None]:
+        """Have a room here for a while, even one that is closed; raises what `fetch` raises."""
+        await self.fetch(room_id)
+        if room_id in self._rooms.in_memory:
+            yield
+            return
+        await self.begin(room_id)
+        try:
+            yield
+        finally:
+            if room_id not in self._rooms.in_memory:
+                self.let_go(room_id)
+
+    # Rooms of players that nobody uses.
+
+    async def make_place(self) -> None:
+        """Count players' rooms at all servers before another is made; raises LedgerError.
+
+        With as many as there may be the longest unused one is closed, as `OpenRooms` would.
+        """
+        await self._count()
+        if self._rooms.free == 0:
+            await self._close_unused(self._settings.room_rest, "room for another", 1)
+            await self._count()
+
+    async def look_after(self) -> None:
+        """Now and then, close the rooms that nobody has used for too long; raises LedgerError."""
+        now = self._persistence.now()
+        if now >= self._next_look:
+            self._next_look = now + _LOOK_AFTER
+            await self._close_unused(self._settings.room_idle, "unused", _MOST)
+
+    async def _count(self) -> None:
+        everywhere = await self._persistence.ledger.read(store.count_owned)
+        self._rooms.elsewhere = max(0, everywhere - self._rooms.owned)
+
+    async def _close_unused(self, seconds: float, why: str, most: int) -> None:
+        before = self._persistence.now() - seconds
+        read = functools.partial(store.unused_rooms, before=before, limit=most)
+        for room in await self._persistence.ledger.read(read):
+            if room.id in self._rooms.in_memory or room.id in self._coming:
+                continue
+            self._begin(room.id, self._close(room, before, why))
+            with contextlib.suppress(AppError):  # another server has it, and so it is in use
+                await asyncio.shield(self._coming[room.id])
+
+    async def _close(self, room: Parked, before: float, why: str) -> None:
+        await self.begin(room.id)
+        try:
+            read = functools.partial(store.open_session, number=room.number)
+            row = await self._persistence.ledger.read(read)
+            if row is not None and not row.awake and row.used < before:
+                self._persistence.close(room)
+                _log.info("room closed", extra={"room": room.id, "why": why})
+        finally:
+            self.let_go(room.id)
 
     # Rooms leave.
 
