@@ -47,14 +47,15 @@ class Memory(Protocol):
 
 
 async def _free(room_id: str) -> None:
-    """Any room may be brought here."""
+    """Any room may be brought here, whoever has it."""
 
 
 class Holding:
     """For the event loop's thread.
 
     `claim` is awaited before a room is brought here because somebody asks for it; it raises what
-    stands in the way. `gone` are called with the id of a room that has left.
+    stands in the way, or gives the number of the hold that this server's is to follow. `gone` are
+    called with the id of a room that has left.
     """
 
     def __init__(
@@ -68,7 +69,7 @@ class Holding:
         make: Callable[[str, Ground, str], Awaitable[Room]],
     ) -> None:
         self.holds = holds
-        self.claim: Callable[[str], Awaitable[None]] = _free
+        self.claim: Callable[[str], Awaitable[int | None]] = _free
         self.gone: list[Callable[[str], None]] = []
         self._settings = settings
         self._persistence = persistence
@@ -93,31 +94,33 @@ class Holding:
         """
         if room_id in self._rooms.in_memory:
             return
+        self._persistence.recovery.check(room_id)
+        after = None
         if room_id not in self._coming:
             if not await self._exists(room_id):
                 return
-            await self.claim(room_id)
-        await self.take_over(room_id)
+            after = await self.claim(room_id)
+        await self.take_over(room_id, after)
 
     async def begin(self, room_id: str) -> None:
         """Have a room that nobody had: its id is new; raises what `claim` raises, LedgerError."""
-        await self.claim(room_id)
-        await self.holds.take(room_id)
+        await self.holds.take(room_id, await self.claim(room_id))
 
     def away(self, room_id: str) -> HoldLostError:
         """What there is to say of a public room that is not in memory."""
         return HoldLostError(f"room {room_id!r} is not at this server", field="room")
 
-    async def take_over(self, room_id: str) -> Room | None:
+    async def take_over(self, room_id: str, after: int | None = None) -> Room | None:
         """Have a room here from now on, whoever had it; None where there is no such room.
 
-        Raises LedgerError, DamagedRoomError, RebuildingError when it takes too long to wait.
+        `after` as for `Holds.take`. Raises HoldLostError, LedgerError, DamagedRoomError, and
+        RebuildingError when it takes too long to wait.
         """
         room = self._rooms.in_memory.get(room_id)
         if room is not None:
             return room
         if room_id not in self._coming:
-            self._begin(room_id, self._bring(room_id))
+            self._begin(room_id, self._bring(room_id, after))
         try:
             async with asyncio.timeout(_PATIENCE):
                 return await asyncio.shield(self._coming[room_id])
@@ -135,9 +138,9 @@ class Holding:
         read = functools.partial(store.open_room, room_id=room_id)
         return await self._persistence.ledger.read(read) is not None
 
-    async def _bring(self, room_id: str) -> Room | None:
+    async def _bring(self, room_id: str, after: int | None) -> Room | None:
+        await self.holds.take(room_id, after)
         try:
-            await self.holds.take(room_id)
             async with self._places:
                 room = await self._load(room_id)
         except BaseException:

@@ -6,7 +6,7 @@ and nothing comes after it.
 """
 
 from collections.abc import Iterable
-from typing import Final
+from typing import Any, Final
 
 import sqlalchemy as sa
 from sqlalchemy import Connection, func, select, update
@@ -22,28 +22,39 @@ _SESSIONS: Final = "sessions"  # the counter of sessions' numbers
 _LOG: Final = "log"  # a row by which servers add to the log of receipts one after another
 
 
-def take(connection: Connection, room: str, holder: str, address: str, now: float) -> Hold | None:
-    """Have a room from now on, whoever had it; None while that server's transaction lasts.
+def take(
+    connection: Connection, room: str, holder: str, address: str, now: float, after: int | None
+) -> int | None:
+    """Have a room from now on, whoever had it; returns the hold's number.
 
-    Nothing else may be in the connection's transaction: it could hold up the other server's.
+    With `after` only if that is still its number, 0 for none: 0 where it is another by now. None
+    while the former holder's transaction lasts. Nothing else may be in the connection's
+    transaction: it could hold up the other server's.
     """
-    row = tables.holds
     values = {"holder": holder, "address": address, "taken": now}
-    taking = (
-        tables.adding(connection, row)
-        .values(room=room, number=1, **values)
-        .on_conflict_do_update(index_elements=["room"], set_={"number": row.c.number + 1, **values})
-        .returning(row.c.number)
-    )
     try:
         with connection.begin_nested():
             if connection.dialect.name == "postgresql":
                 connection.execute(sa.text(f"SET LOCAL lock_timeout = {_LOCK_PATIENCE}"))
-            return Hold(room, connection.execute(taking).scalar_one())
+            taking = _taking(connection, room, after, values)
+            return connection.execute(taking).scalar() or 0
     except sa.exc.OperationalError as error:
         if getattr(error.orig, "sqlstate", None) != _LOCK_NOT_AVAILABLE:
             raise
         return None
+
+
+def _taking(connection: Connection, room: str, after: int | None, values: dict[str, Any]) -> Any:
+    row = tables.holds
+    number = row.c.number
+    if after:
+        same = (row.c.room == room) & (number == after)
+        return update(row).where(same).values(number=after + 1, **values).returning(number)
+    adding = tables.adding(connection, row).values(room=room, number=1, **values)
+    if after is not None:
+        return adding.on_conflict_do_nothing().returning(number)
+    following = {"number": number + 1, **values}
+    return adding.on_conflict_do_update(index_elements=["room"], set_=following).returning(number)
 
 
 def release(connection: Connection, hold: Hold) -> None:
