@@ -31,6 +31,7 @@ from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.ops import logs
 from app.ops.metrics import Metrics
+from app.persistence.common_secrets import STATEMENTS, TOKENS, common_secret
 from app.persistence.database import Database
 from app.persistence.holds import Holds
 from app.persistence.integrity import Integrity
@@ -205,7 +206,7 @@ def _services(settings: Settings) -> Services:
         patience=settings.ledger_patience,
     )
     limits = BallLimits(settings.max_balls, settings.max_touching)
-    holds = Holds(ledger, secrets.token_hex(8)) if settings.cluster else None
+    holds = Holds(ledger, _holder(settings)) if settings.cluster else None
     persistence = PersistenceService(
         ledger, tick_rate=settings.tick_rate, limits=limits, holds=holds
     )
@@ -218,7 +219,10 @@ def _services(settings: Settings) -> Services:
         persistence=persistence,
     )
     secret_file = _secret_file(settings, database)
-    secret = secret_of(settings.secret, secret_file)
+    if database.shared and not settings.secret:
+        secret = common_secret(database, TOKENS)
+    else:
+        secret = secret_of(settings.secret, secret_file)
     server = Services(
         settings=settings,
         version=__version__,
@@ -230,7 +234,7 @@ def _services(settings: Settings) -> Services:
         returns=Returns(ledger, known.presets),
         self_check=SelfCheck(functools.partial(inventory.digests, settings)),
         tokens=Tokens(secret),
-        fair=_fair_sessions(settings, persistence, secret_file),
+        fair=_fair_sessions(settings, persistence, _signing_key(database, secret_file), held),
         session_tokens=Tokens(secret, "session"),
         workers=workers,
         pictures=Pictures(settings.max_picture_bytes),
@@ -246,6 +250,11 @@ def _services(settings: Settings) -> Services:
     metrics.read_from(functools.partial(readings, server))
     ledger.on_commit = metrics.ledger_commit.observe
     return server
+
+
+def _holder(settings: Settings) -> str:
+    """What this server is called in the ledger: another name at each start."""
+    return f"{settings.name or settings.port}.{secrets.token_hex(4)}"
 
 
 def _cluster(app: FastAPI) -> Any:
@@ -265,17 +274,27 @@ def _cluster(app: FastAPI) -> Any:
 
 
 def _fair_sessions(
-    settings: Settings, persistence: PersistenceService, secret_file: Path | None
+    settings: Settings, persistence: PersistenceService, signing_key: bytes, held: Rooms
 ) -> FairSessions:
-    key_file = secret_file and secret_file.with_name(f"{secret_file.name}-signing-key")
-    return FairSessions(
+    fair = FairSessions(
         persistence,
-        Signer(signing_key_of(key_file)),
+        Signer(signing_key),
         kernel_digest=kernel_digest_of(page_kernels().read_bytes()),
         rest=settings.session_rest,
         draw=secrets.token_bytes,
         new_id=lambda: secrets.token_hex(16),
     )
+    if held.holding is not None:
+        fair.having = held.holding.having
+        held.holding.gone.append(fair.forget_room)
+    return fair
+
+
+def _signing_key(database: Database, secret_file: Path | None) -> bytes:
+    """What sessions are signed with: one key, however many servers share the ledger."""
+    if database.shared:
+        return common_secret(database, STATEMENTS)
+    return signing_key_of(secret_file and secret_file.with_name(f"{secret_file.name}-signing-key"))
 
 
 def _secret_file(settings: Settings, database: Database) -> Path | None:
@@ -316,6 +335,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     self_checking = asyncio.create_task(server.self_check.run(), name="self-check")
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
+    following = asyncio.create_task(server.rooms.follow(), name="following")
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
     )
@@ -323,7 +343,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         yield
     finally:
         preparing.cancel()
-        for task in (being, feeding, rest, self_checking, checking, rebuilding, server.ticking):
+        tasks = (following, being, feeding, rest, self_checking, checking, rebuilding)
+        for task in (*tasks, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await task

@@ -17,6 +17,7 @@ from app.errors import AppError, EndedError
 from app.web.problems import MOVED, problem_response
 
 _ROOMS: Final = ("/api/v1/rooms/", "/ws/rooms/")
+_SESSIONS: Final = "/api/v1/sessions/"
 _NAMED_INSIDE: Final = ("/api/v1/sessions", "/api/v1/halts")
 """Paths of requests whose body names the room."""
 
@@ -50,12 +51,23 @@ class HandOn:
             return
         body = Body(receive)
         room_id = room_of_path(scope["path"])
-        if room_id is None and scope["method"] == "POST" and scope["path"] in _NAMED_INSIDE:
-            room_id = room_of_body(await body.whole())
+        if room_id is None:
+            room_id = await self._room_inside(scope, body)
         if room_id is None:
             await self.app(scope, body.again(), send)
             return
         await self._request(scope, body, send, room_id, hops)
+
+    async def _room_inside(self, scope: Scope, body: Body) -> str | None:
+        """The room of a request whose path does not say it."""
+        path: str = scope["path"]
+        if scope["method"] == "POST" and path in _NAMED_INSIDE:
+            return room_of_body(await body.whole())
+        if path.startswith(_SESSIONS):
+            with contextlib.suppress(LedgerError):
+                session_id = path.removeprefix(_SESSIONS).partition("/")[0]
+                return await self.node.room_of_session(session_id)
+        return None
 
     async def _request(self, scope: Scope, body: Body, send: Send, room_id: str, hops: int) -> None:
         for _ in range(_TRIES):

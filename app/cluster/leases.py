@@ -15,13 +15,9 @@ from app.errors import SettingError
 _PREFIX: Final = "plinko:cluster:"
 _MEMBERS: Final = f"{_PREFIX}members"
 _STORE: Final = f"{_PREFIX}store"
-_HALTS: Final = f"{_PREFIX}halts"
 
 _SECONDS: Final = 0.5
 """s that Redis may take to answer: beyond that it counts as away."""
-
-_CLAIM: Final = 1000
-"""ms for which nobody else claims a room that somebody is claiming."""
 
 FAILURES: Final = (RedisError, OSError)
 """What any of this raises while Redis is away."""
@@ -51,32 +47,19 @@ class Leases:
             pipeline.sadd(_MEMBERS, me.holder)
             pipeline.set(_STORE, secrets.token_hex(8), nx=True)
             pipeline.get(_STORE)
-            pipeline.get(_HALTS)
             pipeline.smembers(_MEMBERS)
-            *_, store, halts, names = await pipeline.execute()
+            *_, store, names = await pipeline.execute()
         holders = sorted(names)
         found = await self._redis.mget([_key(each) for each in holders])
         silent = [holder for holder, value in zip(holders, found, strict=True) if value is None]
         if silent:
             await self._redis.srem(_MEMBERS, *silent)
         members = tuple(msgspec.json.decode(value, type=Member) for value in found if value)
-        return Look(str(store), members, int(halts or 0))
+        return Look(str(store), members)
 
     async def leave(self, me: Member) -> None:
         """Say that `me` is gone; raises FAILURES."""
         await self._redis.delete(_key(me.holder))
-
-    async def claim(self, room_id: str, me: Member) -> bool:
-        """Whether nobody else is taking this room just now; raises FAILURES."""
-        return bool(await self._redis.set(_claim(room_id), me.holder, nx=True, px=_CLAIM))
-
-    async def claimed(self, room_id: str) -> None:
-        """The room is taken, or is not going to be; raises FAILURES."""
-        await self._redis.delete(_claim(room_id))
-
-    async def halts_changed(self) -> None:
-        """Let the others look what is halted; raises FAILURES."""
-        await self._redis.incr(_HALTS)
 
     async def close(self) -> None:
         """Leave Redis."""
@@ -85,7 +68,3 @@ class Leases:
 
 def _key(holder: str) -> str:
     return f"{_PREFIX}member:{holder}"
-
-
-def _claim(room_id: str) -> str:
-    return f"{_PREFIX}claim:{room_id}"

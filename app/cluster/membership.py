@@ -40,13 +40,11 @@ class Member(msgspec.Struct, frozen=True):
 class Look:
     """What one look at the lease store found.
 
-    `store` differs once the store has lost what was in it; `halts` counts changes of what is
-    halted.
+    `store` differs once the store has lost what was in it.
     """
 
     store: str
     members: tuple[Member, ...]
-    halts: int = 0
 
 
 class View:

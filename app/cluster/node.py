@@ -13,7 +13,7 @@ from app.cluster.line import Line
 from app.cluster.membership import BEAT, LEASE, Member, Orphans, View, order
 from app.errors import AppError, HoldLostError, InvalidValueError, LedgerError, shorten
 from app.live.holding import Holding
-from app.persistence import hold_store, store
+from app.persistence import fair_store, hold_store, store
 from app.persistence.writer import Ledger
 from app.rooms.records import HoldRow
 from app.web.shared import Standing
@@ -47,7 +47,6 @@ class Node:
         name: str,
         *,
         has: Callable[[str], bool],
-        halts_changed: Callable[[], Any],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.name = name
@@ -60,10 +59,8 @@ class Node:
         self._holding = holding
         self._holds = holding.holds
         self._ledger = ledger
-        self._halts_changed = halts_changed
         self._clock = clock
         self._leaving = False
-        self._halts: int | None = None
         self._orphans = Orphans()
         self._swept = -_SWEEP
         self._seen: set[str] = set()
@@ -111,12 +108,7 @@ class Node:
                 _log.warning("the lease store is lost: rooms stay where they are: %s", error)
             self.view.failed()
             return
-        now = self._clock()
-        self.view.look(now, look)
-        if look.halts != self._halts:
-            if self._halts is not None:
-                self._do(self._halts_changed())
-            self._halts = look.halts
+        self.view.look(self._clock(), look)
 
     async def _look_after(self, now: float) -> None:
         """Give up what is another's by now, and take over what nobody has."""
@@ -148,13 +140,14 @@ class Node:
     async def _sweep(self, now: float) -> None:
         if self._leaving or not self.view.sure:
             return
-        rows = await self._holds.listing()
+        # In this order: a room is held before it is in the ledger.
         awake = [room.id for room in await self._ledger.read(store.awake_rooms)]
+        rows = await self._holds.listing()
         for room_id in self._orphans.due(rows, awake, self.view, self.me.holder, now):
             self._do(self._take_over(room_id))
 
     async def _take_over(self, room_id: str) -> None:
-        if await self._fetched(room_id):
+        if not self.has(room_id) and await self._fetched(room_id):
             self.taken_over += 1
             _log.warning("room taken over", extra={"room": room_id})
 
@@ -206,19 +199,20 @@ class Node:
             await self._holding.fetch(room_id)
         except HoldLostError:
             return False
-        finally:
-            with contextlib.suppress(*FAILURES):
-                await self._leases.claimed(room_id)
         return True
 
-    async def _claim(self, room_id: str) -> None:
-        """Before the room is taken: raise HoldLostError where another server has it."""
-        if self.view.up:
-            with contextlib.suppress(*FAILURES):
-                if not await self._leases.claim(room_id, self.me):
-                    raise HoldLostError(f"room {room_id!r} is being taken", field="room")
-        if not self._is_free(await self._holds.holder_of(room_id)):
+    async def _claim(self, room_id: str) -> int:
+        """Before a room is taken: the number it is taken after; HoldLostError where it is had."""
+        row = await self._holds.holder_of(room_id)
+        if not self._is_free(row):
             raise HoldLostError(f"room {room_id!r} is at another server", field="room")
+        return 0 if row is None else row.number
+
+    async def room_of_session(self, session_id: str) -> str | None:
+        """The room of a player's session; raises LedgerError."""
+        read = functools.partial(fair_store.session, session_id=session_id)
+        found = await self._ledger.read(read)
+        return None if found is None else found[0].room
 
     # Giving rooms away.
 
@@ -268,11 +262,6 @@ class Node:
         _log.info("room handed over", extra={"room": room_id, "to": target.name})
 
     # The others.
-
-    async def tell_halts(self) -> None:
-        """Let the other servers know at once that what is halted has changed."""
-        with contextlib.suppress(*FAILURES):
-            await self._leases.halts_changed()
 
     async def until_gone(self, member: Member) -> None:
         """Return when this server's lease has run out."""

@@ -40,7 +40,6 @@ class Cluster:
             Line(),
             self._name,
             has=server.rooms.is_open,
-            halts_changed=server.rooms.halts.load,
         )
         server.others = self.node
 

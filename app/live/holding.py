@@ -6,12 +6,13 @@ all that is known of it written down, or at once, when another server has taken 
 """
 
 import asyncio
+import contextlib
 import functools
 import logging
-from collections.abc import Awaitable, Callable
-from typing import Final, Protocol
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from typing import Any, Final, Protocol
 
-from app.errors import HoldLostError, LedgerError, UnknownRoomError
+from app.errors import AppError, HoldLostError, LedgerError, UnknownRoomError
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import PublicTables
 from app.live.to_the_end import to_the_end
@@ -19,14 +20,17 @@ from app.persistence import store
 from app.persistence.holds import Holds
 from app.persistence.rebuild_queue import rebuilding
 from app.persistence.service import PersistenceService
-from app.rooms.records import Hold
+from app.rooms.records import Hold, Parked
 from app.rooms.room import Ground, Room
+from app.settings import Settings
 
 _PATIENCE: Final = 10.0  # s that someone waits for a room before hearing that it takes longer
 _AT_ONCE: Final = 4  # rooms that are rebuilt at a time
 _SETTLING: Final = (
     2.0  # s that drops which were taken may need to enter before a room is handed over
 )
+_LOOK_AFTER: Final = 60.0  # s between two looks for rooms that nobody uses
+_MOST: Final = 20  # of them closed at a time
 _LOOK: Final = 0.005  # s between two looks at whether they have
 
 _log = logging.getLogger("plinko")
@@ -43,18 +47,20 @@ class Memory(Protocol):
 
 
 async def _free(room_id: str) -> None:
-    """Any room may be brought here."""
+    """Any room may be brought here, whoever has it."""
 
 
 class Holding:
     """For the event loop's thread.
 
     `claim` is awaited before a room is brought here because somebody asks for it; it raises what
-    stands in the way. `gone` are called with the id of a room that has left.
+    stands in the way, or gives the number of the hold that this server's is to follow. `gone` are
+    called with the id of a room that has left.
     """
 
     def __init__(
         self,
+        settings: Settings,
         holds: Holds,
         persistence: PersistenceService,
         rooms: OpenRooms,
@@ -63,8 +69,9 @@ class Holding:
         make: Callable[[str, Ground, str], Awaitable[Room]],
     ) -> None:
         self.holds = holds
-        self.claim: Callable[[str], Awaitable[None]] = _free
+        self.claim: Callable[[str], Awaitable[int | None]] = _free
         self.gone: list[Callable[[str], None]] = []
+        self._settings = settings
         self._persistence = persistence
         self._rooms = rooms
         self._public = public
@@ -72,6 +79,7 @@ class Holding:
         self._make = make
         self._coming: dict[str, asyncio.Task[Room | None]] = {}
         self._leaving: set[str] = set()
+        self._next_look = 0.0
         self._releasing: set[asyncio.Task[None]] = set()
         self._places = asyncio.Semaphore(_AT_ONCE)
         holds.lost = self.put_away
@@ -86,43 +94,43 @@ class Holding:
         """
         if room_id in self._rooms.in_memory:
             return
+        self._persistence.recovery.check(room_id)
+        after = None
         if room_id not in self._coming:
             if not await self._exists(room_id):
                 return
-            await self.claim(room_id)
-        await self.take_over(room_id)
+            after = await self.claim(room_id)
+        await self.take_over(room_id, after)
 
     async def begin(self, room_id: str) -> None:
         """Have a room that nobody had: its id is new; raises what `claim` raises, LedgerError."""
-        await self.claim(room_id)
-        await self.holds.take(room_id)
-
-    async def make_place(self) -> None:
-        """Count players' rooms at all servers, before another is made; raises LedgerError."""
-        everywhere = await self._persistence.ledger.read(store.count_owned)
-        self._rooms.elsewhere = max(0, everywhere - self._rooms.owned)
+        await self.holds.take(room_id, await self.claim(room_id))
 
     def away(self, room_id: str) -> HoldLostError:
         """What there is to say of a public room that is not in memory."""
         return HoldLostError(f"room {room_id!r} is not at this server", field="room")
 
-    async def take_over(self, room_id: str) -> Room | None:
+    async def take_over(self, room_id: str, after: int | None = None) -> Room | None:
         """Have a room here from now on, whoever had it; None where there is no such room.
 
-        Raises LedgerError, DamagedRoomError, RebuildingError when it takes too long to wait.
+        `after` as for `Holds.take`. Raises HoldLostError, LedgerError, DamagedRoomError, and
+        RebuildingError when it takes too long to wait.
         """
         room = self._rooms.in_memory.get(room_id)
         if room is not None:
             return room
-        task = self._coming.get(room_id)
-        if task is None:
-            task = self._coming[room_id] = asyncio.create_task(self._bring(room_id), name=room_id)
-            task.add_done_callback(functools.partial(self._came, room_id))
+        if room_id not in self._coming:
+            self._begin(room_id, self._bring(room_id, after))
         try:
             async with asyncio.timeout(_PATIENCE):
-                return await asyncio.shield(task)
+                return await asyncio.shield(self._coming[room_id])
         except TimeoutError:
             raise rebuilding(room_id) from None
+
+    def _begin(self, room_id: str, work: Coroutine[Any, Any, Room | None]) -> None:
+        """Do something with a room that is not in memory; whoever asks for it waits meanwhile."""
+        task = self._coming[room_id] = asyncio.create_task(work, name=room_id)
+        task.add_done_callback(functools.partial(self._came, room_id))
 
     async def _exists(self, room_id: str) -> bool:
         if room_id in self._public:
@@ -130,9 +138,9 @@ class Holding:
         read = functools.partial(store.open_room, room_id=room_id)
         return await self._persistence.ledger.read(read) is not None
 
-    async def _bring(self, room_id: str) -> Room | None:
+    async def _bring(self, room_id: str, after: int | None) -> Room | None:
+        await self.holds.take(room_id, after)
         try:
-            await self.holds.take(room_id)
             async with self._places:
                 room = await self._load(room_id)
         except BaseException:
@@ -157,6 +165,64 @@ class Holding:
         del self._coming[room_id]
         if not task.cancelled() and task.exception() is not None:
             _log.info("room stays away: %s", task.exception(), extra={"room": room_id})
+
+    @contextlib.asynccontextmanager
+    async def having(self, room_id: str) -> AsyncIterator[None]:
+        """Have a room here for a while, even one that is closed; raises what `fetch` raises."""
+        await self.fetch(room_id)
+        if room_id in self._rooms.in_memory:
+            yield
+            return
+        await self.begin(room_id)
+        try:
+            yield
+        finally:
+            if room_id not in self._rooms.in_memory:
+                self.let_go(room_id)
+
+    # Rooms of players that nobody uses.
+
+    async def make_place(self) -> None:
+        """Count players' rooms at all servers before another is made; raises LedgerError.
+
+        With as many as there may be the longest unused one is closed, as `OpenRooms` would.
+        """
+        await self._count()
+        if self._rooms.free == 0:
+            await self._close_unused(self._settings.room_rest, "room for another", 1)
+            await self._count()
+
+    async def look_after(self) -> None:
+        """Now and then, close the rooms that nobody has used for too long; raises LedgerError."""
+        now = self._persistence.now()
+        if now >= self._next_look:
+            self._next_look = now + _LOOK_AFTER
+            await self._close_unused(self._settings.room_idle, "unused", _MOST)
+
+    async def _count(self) -> None:
+        everywhere = await self._persistence.ledger.read(store.count_owned)
+        self._rooms.elsewhere = max(0, everywhere - self._rooms.owned)
+
+    async def _close_unused(self, seconds: float, why: str, most: int) -> None:
+        before = self._persistence.now() - seconds
+        read = functools.partial(store.unused_rooms, before=before, limit=most)
+        for room in await self._persistence.ledger.read(read):
+            if room.id in self._rooms.in_memory or room.id in self._coming:
+                continue
+            self._begin(room.id, self._close(room, before, why))
+            with contextlib.suppress(AppError):  # another server has it, and so it is in use
+                await asyncio.shield(self._coming[room.id])
+
+    async def _close(self, room: Parked, before: float, why: str) -> None:
+        await self.begin(room.id)
+        try:
+            read = functools.partial(store.open_session, number=room.number)
+            row = await self._persistence.ledger.read(read)
+            if row is not None and not row.awake and row.used < before:
+                self._persistence.close(room)
+                _log.info("room closed", extra={"room": room.id, "why": why})
+        finally:
+            self.let_go(room.id)
 
     # Rooms leave.
 

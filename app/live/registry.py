@@ -49,6 +49,8 @@ from engine.errors import EffortError
 _FAILED = "its room failed"
 """What the result of a drop says that was in flight then."""
 
+_FOLLOW = 0.5  # s after which what another server has halted is halted here
+
 _log = logging.getLogger("plinko")
 
 
@@ -108,7 +110,7 @@ class Rooms:
         self.holding: Holding | None = None
         if holds is not None:
             self.holding = Holding(
-                holds, self.persistence, self._open, self.public, self, self._new_aside
+                settings, holds, self.persistence, self._open, self.public, self, self._new_aside
             )
         self._draw = draw
         self._new_id = new_id
@@ -222,6 +224,14 @@ class Rooms:
         # Where it is set aside, who asks for it is told.
         with contextlib.suppress(RebuildingError, DamagedRoomError):
             self.find(MAIN)
+
+    async def follow(self) -> None:
+        """Heed what other servers do to all rooms of a shared ledger, until cancelled."""
+        while self.holding is not None:
+            with contextlib.suppress(LedgerError):  # it is told of where something is to be done
+                await self.halts.follow()
+                await self.holding.look_after()
+            await asyncio.sleep(_FOLLOW)
 
     def leave(self) -> None:
         """The server stops: hand the ledger what it needs to go on from here."""

@@ -9,10 +9,10 @@ from typing import Final
 import sqlalchemy as sa
 
 from app.errors import DamagedRoomError, HoldLostError, LedgerError
-from app.persistence import hold_store, store
+from app.persistence import hold_store, statements
 from app.persistence.commit_queue import CommitQueue, Fate, Job, LostError, RevokedError
 from app.persistence.database import Database, reason
-from app.rooms.records import Hold
+from app.rooms.records import Hold, IfHeld, LogLeaf, Write
 
 _RETRY: Final = (0.25, 2.0)  # s between attempts while the database is lost: at first, and at most
 
@@ -117,10 +117,12 @@ class Committer:
             if holds and (lost := hold_store.lost(connection, holds)):
                 raise LostError(lost)
             writes = [write for job in jobs for write in job.writes]
+            if self._database.shared and any(map(_of_log, writes)):
+                hold_store.wait_for_log(connection)
             # A database that was lost must take a page again before it is trusted with a drop.
             if not writes or any(job.mends is not None for job in jobs):
-                store.probe(connection)
-            store.apply(connection, writes)
+                statements.probe(connection)
+            statements.apply(connection, writes)
             self._queue.check(jobs)
 
     def _lose(self, holds: Sequence[Hold]) -> None:
@@ -169,3 +171,8 @@ class Committer:
         self._delay = min(2.0 * self._delay, _RETRY[1])
         if self._queue.closing and (lost := self._queue.abandon()):
             _log.error("%d writes are left to the next start to compute again", lost)
+
+
+def _of_log(write: Write) -> bool:
+    """Whether it adds to the log of receipts, or may take out of it."""
+    return isinstance(write, LogLeaf | IfHeld)

@@ -24,7 +24,7 @@ _LOCK = 0x706C696E6B6F  # 'plinko', the key of PostgreSQL's advisory lock
 _MAKING = _LOCK + 1  # of the lock under which tables are made
 _MAKING_PATIENCE = 60  # s
 _OWN = 0x706C696E  # 'plin', the first key of the locks that each of several servers has for itself
-_IDLE = 2  # s that a server may leave a transaction open which others may wait for
+_IDLE = 1  # s that a server may leave a transaction open which others may wait for
 _LOCK_PATIENCE = 1  # s that the server before may take to let go of it
 _LOCK_NOT_AVAILABLE = "55P03"  # PostgreSQL's error code
 

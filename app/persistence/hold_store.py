@@ -5,12 +5,11 @@ later finds another number. So what the former holder wrote is all there when th
 and nothing comes after it.
 """
 
-from collections.abc import Iterable, Sequence
-from typing import Final
+from collections.abc import Iterable
+from typing import Any, Final
 
 import sqlalchemy as sa
-from sqlalchemy import Connection, delete, func, select, update
-from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy import Connection, func, select, update
 
 from app.persistence import tables
 from app.rooms.records import Hold, HoldRow
@@ -20,32 +19,42 @@ _LOCK_PATIENCE: Final = 100  # ms for which a take may wait for the former holde
 _LOCK_NOT_AVAILABLE: Final = "55P03"  # PostgreSQL's error code
 
 _SESSIONS: Final = "sessions"  # the counter of sessions' numbers
-LOG: Final = "log"  # a row by which servers add to the log of receipts one after another
+_LOG: Final = "log"  # a row by which servers add to the log of receipts one after another
 
 
-def take(connection: Connection, room: str, holder: str, address: str, now: float) -> Hold | None:
-    """Have a room from now on, whoever had it; None while that server's transaction lasts.
+def take(
+    connection: Connection, room: str, holder: str, address: str, now: float, after: int | None
+) -> int | None:
+    """Have a room from now on, whoever had it; returns the hold's number.
 
-    Nothing else may be in the connection's transaction: it could hold up the other server's.
+    With `after` only if that is still its number, 0 for none: 0 where it is another by now. None
+    while the former holder's transaction lasts. Nothing else may be in the connection's
+    transaction: it could hold up the other server's.
     """
-    row = tables.holds
-    dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
     values = {"holder": holder, "address": address, "taken": now}
-    taking = (
-        dialect.insert(row)
-        .values(room=room, number=1, **values)
-        .on_conflict_do_update(index_elements=["room"], set_={"number": row.c.number + 1, **values})
-        .returning(row.c.number)
-    )
     try:
         with connection.begin_nested():
             if connection.dialect.name == "postgresql":
                 connection.execute(sa.text(f"SET LOCAL lock_timeout = {_LOCK_PATIENCE}"))
-            return Hold(room, connection.execute(taking).scalar_one())
+            taking = _taking(connection, room, after, values)
+            return connection.execute(taking).scalar() or 0
     except sa.exc.OperationalError as error:
         if getattr(error.orig, "sqlstate", None) != _LOCK_NOT_AVAILABLE:
             raise
         return None
+
+
+def _taking(connection: Connection, room: str, after: int | None, values: dict[str, Any]) -> Any:
+    row = tables.holds
+    number = row.c.number
+    if after:
+        same = (row.c.room == room) & (number == after)
+        return update(row).where(same).values(number=after + 1, **values).returning(number)
+    adding = tables.adding(connection, row).values(room=room, number=1, **values)
+    if after is not None:
+        return adding.on_conflict_do_nothing().returning(number)
+    following = {"number": number + 1, **values}
+    return adding.on_conflict_do_update(index_elements=["room"], set_=following).returning(number)
 
 
 def release(connection: Connection, hold: Hold) -> None:
@@ -93,11 +102,6 @@ def held_by(connection: Connection, holder: str) -> list[HoldRow]:
     return [HoldRow(**row) for row in connection.execute(chosen).mappings()]
 
 
-def forget(connection: Connection, rooms: Sequence[str]) -> None:
-    """Drop the rows of rooms whose ids never come again."""
-    connection.execute(delete(tables.holds).where(tables.holds.c.room.in_(rooms)))
-
-
 # What servers number together.
 
 
@@ -111,19 +115,18 @@ def reserve(connection: Connection, count: int) -> int:
     return following
 
 
-def in_turn(connection: Connection, name: str) -> None:
-    """Let no other server do what this name stands for before the transaction ends."""
-    _counted(connection, name)
+def wait_for_log(connection: Connection) -> None:
+    """Have the log of receipts for this transaction alone, until it ends."""
+    _counted(connection, _LOG)
 
 
 def _counted(connection: Connection, name: str) -> int:
     """A counter, which is this transaction's alone from now on."""
     row = tables.counters
-    dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
     chosen = select(row.c.next).where(row.c.name == name).with_for_update()
     found = connection.execute(chosen).scalar()
     if found is None:
-        made = dialect.insert(row).values(name=name, next=1).on_conflict_do_nothing()
-        connection.execute(made)
+        made = tables.adding(connection, row).values(name=name, next=1)
+        connection.execute(made.on_conflict_do_nothing())
         found = connection.execute(chosen).scalar_one()
     return int(found)

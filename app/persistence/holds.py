@@ -78,10 +78,12 @@ class Holds:
         found = self._rooms.get(room_id)
         return None if found is None else found.hold
 
-    async def take(self, room_id: str) -> Hold:
+    async def take(self, room_id: str, after: int | None = None) -> Hold:
         """Have a room from now on, whoever had it before; raises LedgerError.
 
         All that its former holder has written is in the ledger then, and nothing comes after it.
+        With `after`, raises HoldLostError unless that is still the number of the former hold, 0
+        where there was none.
         """
         taking = functools.partial(
             hold_store.take,
@@ -89,15 +91,22 @@ class Holds:
             holder=self.holder,
             address=self.address,
             now=self._now(),
+            after=after,
         )
         for _ in range(int(_PATIENCE / _PAUSE)):
-            hold = await self._ledger.read(taking)
-            if hold is not None:
-                self._forget(room_id)
-                self._rooms[room_id] = _Held(hold)
-                return hold
+            number = await self._ledger.read(taking)
+            if number is not None:
+                return self._taken(room_id, number)
             await asyncio.sleep(_PAUSE)
         raise LedgerError(f"the transaction of room {room_id!r}'s former server does not end")
+
+    def _taken(self, room_id: str, number: int) -> Hold:
+        if not number:
+            raise HoldLostError(f"another server was faster to take {room_id!r}", field="room")
+        self._forget(room_id)
+        hold = Hold(room_id, number)
+        self._rooms[room_id] = _Held(hold)
+        return hold
 
     def drop(self, room_id: str) -> Hold | None:
         """Have a room no more, whatever the ledger says; returns the hold that there was."""

@@ -1,10 +1,13 @@
 """The ledger's tables. A change here needs a step in `migrations/versions` as well."""
 
+from typing import Any
+
 from sqlalchemy import (
     BigInteger,
     Boolean,
     CheckConstraint,
     Column,
+    Connection,
     Double,
     ForeignKey,
     ForeignKeyConstraint,
@@ -19,6 +22,7 @@ from sqlalchemy import (
     false,
     text,
 )
+from sqlalchemy.dialects import postgresql, sqlite
 
 metadata = MetaData()
 
@@ -205,3 +209,9 @@ probes = Table(
     Column("number", Integer, primary_key=True),
     Column("filler", LargeBinary, nullable=False),
 )
+
+
+def adding(connection: Connection, table: Table) -> Any:
+    """An insert into a table that can say what becomes of rows that are there already."""
+    dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
+    return dialect.insert(table)

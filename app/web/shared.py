@@ -44,9 +44,6 @@ class Others(Protocol):
     async def move(self, room_id: str, to: str) -> Peer:
         """Give a room that is here to the server of this name; raises InvalidValueError."""
 
-    async def tell_halts(self) -> None:
-        """Let the others know that what is halted has changed."""
-
     async def ask_all(self, path: str) -> list[Any]:
         """What the others answer to a GET of this path, as JSON."""
 

@@ -43,8 +43,6 @@ async def change_halts(request: Request, server: Server) -> Response:
     room_id = EVERY_ROOM if body.room is None else (await server.rooms.seek(body.room)).id
     halts = server.rooms.halts
     await (halts.halt(room_id) if body.halted else halts.release(room_id))
-    if server.others is not None:
-        await server.others.tell_halts()
     return reply(_view(server), headers={"cache-control": "no-store"})
 
 

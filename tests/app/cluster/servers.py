@@ -118,7 +118,9 @@ class Servers:
     def has(self, one: One, room: str) -> bool:
         """Whether this server has this room in memory."""
         answer = one.get("/metrics").text
-        return f'plinko_cluster_rooms{{process="{one.name}"}}' in answer and room in one_s_rooms(one)
+        return f'plinko_cluster_rooms{{process="{one.name}"}}' in answer and room in one_s_rooms(
+            one
+        )
 
 
 def one_s_rooms(one: One) -> set[str]:
