@@ -1,6 +1,7 @@
 """Brings each request to the server that has its room; for the client there is one server."""
 
 import asyncio
+import contextlib
 from typing import Final
 
 import msgspec
@@ -9,12 +10,13 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.cluster.body import Body
 from app.cluster.http_line import Outcome, pass_http
-from app.cluster.line import HOPS, MOST_HOPS
+from app.cluster.line import MOST_HOPS
 from app.cluster.membership import Member
 from app.cluster.node import Node
 from app.cluster.socket_line import pass_socket
-from app.errors import AppError, EndedError
+from app.errors import AppError, EndedError, LedgerError
 from app.web.problems import MOVED, problem_response
+from app.web.shared import HOPS
 
 _ROOMS: Final = ("/api/v1/rooms/", "/ws/rooms/")
 _SESSIONS: Final = "/api/v1/sessions/"

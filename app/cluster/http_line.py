@@ -10,10 +10,10 @@ import httpx
 from starlette.types import Scope, Send
 
 from app.cluster.body import Body
-from app.cluster.line import HOPS
 from app.cluster.membership import Member
 from app.cluster.node import Node
 from app.web.problems import MOVED
+from app.web.shared import HOPS
 
 _OF_ONE_HOP: Final = frozenset(
     (

@@ -8,9 +8,7 @@ from urllib.parse import quote
 import httpx
 
 from app.cluster.membership import Member
-
-HOPS: Final = "plinko-hops"
-"""The header that says how often a request was handed on."""
+from app.web.shared import HOPS
 
 MOST_HOPS: Final = 3
 """So often at most; who gets it then answers, or says that the room is not there."""
@@ -41,10 +39,19 @@ class Line:
         """Have another server take a room that nobody has; if it does not, somebody else will."""
         await self._get(member, f"/api/v1/rooms/{quote(room_id, safe='')}", _TAKE)
 
-    async def ask(self, member: Member, path: str) -> Any:
-        """The JSON that another server answers to a GET; None when there is none."""
-        answer = await self._get(member, path, _ASK)
-        return answer.json() if answer is not None and answer.status_code == 200 else None
+    async def ask(self, member: Member, path: str, part: str) -> list[Any]:
+        """What another server lists as `part` of its answer to a GET, page by page."""
+        found: list[Any] = []
+        after: str | None = ""
+        while after is not None:
+            query = f"?after={quote(after)}" if after else ""
+            answer = await self._get(member, f"{path}{query}", _ASK)
+            if answer is None or answer.status_code != 200:
+                return found
+            page = answer.json()
+            found += page[part]
+            after = page["next"]
+        return found
 
     async def _get(self, member: Member, path: str, seconds: float) -> httpx.Response | None:
         with contextlib.suppress(httpx.HTTPError, TimeoutError):

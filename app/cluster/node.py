@@ -268,12 +268,12 @@ class Node:
         while not self.view.is_gone(member.holder):
             await asyncio.sleep(BEAT)
 
-    async def ask_all(self, path: str) -> list[Any]:
-        """What the others answer to a GET of this path, as JSON; nothing of who is silent."""
+    async def ask_all(self, path: str, part: str) -> list[Any]:
+        """What each of the others lists as `part` of its answer to a GET of this path."""
         me = self._holds.holder
         others = [each for each in self.view.members.values() if each.holder != me]
-        found = await asyncio.gather(*(self.line.ask(each, path) for each in others))
-        return [answer for answer in found if answer is not None]
+        asked = (self.line.ask(each, path, part) for each in others)
+        return list(await asyncio.gather(*asked))
 
     def _do(self, work: Any) -> None:
         task = asyncio.create_task(self._quietly(work))

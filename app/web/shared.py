@@ -1,7 +1,10 @@
 """What routes know of the other servers, where several share one ledger; see `app/cluster/`."""
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
+
+HOPS: Final = "plinko-hops"
+"""The header that says how often another server has handed a request on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +47,11 @@ class Others(Protocol):
     async def move(self, room_id: str, to: str) -> Peer:
         """Give a room that is here to the server of this name; raises InvalidValueError."""
 
-    async def ask_all(self, path: str) -> list[Any]:
-        """What the others answer to a GET of this path, as JSON."""
+    async def ask_all(self, path: str, part: str) -> list[Any]:
+        """What each of the others lists as `part` of its answer to a GET of this path.
+
+        Nothing of one that does not answer.
+        """
 
     async def leave(self) -> None:
         """Give all rooms to the others."""
