@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import time
 from typing import Final
 
 import msgspec
@@ -14,7 +15,7 @@ from app.cluster.line import MOST_HOPS
 from app.cluster.membership import Member
 from app.cluster.node import Node
 from app.cluster.socket_line import pass_socket
-from app.errors import AppError, EndedError, LedgerError
+from app.errors import AppError, EndedError, HoldLostError, LedgerError, shorten
 from app.web.problems import MOVED, problem_response
 from app.web.shared import HOPS
 
@@ -23,8 +24,8 @@ _SESSIONS: Final = "/api/v1/sessions/"
 _NAMED_INSIDE: Final = ("/api/v1/sessions", "/api/v1/halts")
 """Paths of requests whose body names the room."""
 
-_TRIES: Final = 100
-_PAUSE: Final = 0.05  # s; in all they wait longer than a room is on its way
+_PATIENCE: Final = 8.0  # s that a request waits for a room that is on its way
+_PAUSE: Final = 0.05  # s until it is tried again
 
 
 class _Named(msgspec.Struct):
@@ -72,23 +73,19 @@ class HandOn:
         return None
 
     async def _request(self, scope: Scope, body: Body, send: Send, room_id: str, hops: int) -> None:
-        for _ in range(_TRIES):
+        end = time.monotonic() + _PATIENCE
+        outcome = Outcome.AGAIN
+        while outcome is Outcome.AGAIN and time.monotonic() < end:
             member = await self._locate(room_id, hops)
             if member is None:
                 outcome = await self._here(scope, body, send, last=hops >= MOST_HOPS)
             else:
                 self.node.handed_on += 1
                 outcome = await pass_http(self.node, member, scope, body, send, hops)
-            if outcome is Outcome.DONE:
-                return
-            if outcome is Outcome.UNKNOWN:
-                break
-            await asyncio.sleep(_PAUSE)
-        error = EndedError(
-            f"the server that had room {room_id!r} ended before it answered; whether it did what "
-            "was asked is seen in the room",
-        )
-        await problem_response(error, scope["path"])(scope, body.again(), send)
+            if outcome is Outcome.AGAIN:
+                await asyncio.sleep(_PAUSE)
+        if outcome is not Outcome.DONE:
+            await problem_response(_why(outcome, room_id), scope["path"])(scope, body.again(), send)
 
     async def _locate(self, room_id: str, hops: int) -> Member | None:
         """Who has a room; this server, where that cannot be told: it then says why."""
@@ -116,7 +113,8 @@ class HandOn:
     async def _socket(self, scope: Scope, receive: Receive, send: Send, hops: int) -> None:
         room_id = room_of_path(scope["path"])
         if room_id is not None:
-            for _ in range(_TRIES):
+            end = time.monotonic() + _PATIENCE
+            while time.monotonic() < end:
                 member = await self._locate(room_id, hops)
                 if member is None:
                     break
@@ -125,6 +123,17 @@ class HandOn:
                     return
                 await asyncio.sleep(_PAUSE)
         await self.app(scope, receive, send)
+
+
+def _why(outcome: Outcome, room_id: str) -> AppError:
+    """What a client is told that got no answer."""
+    name = shorten(room_id)
+    if outcome is Outcome.AGAIN:
+        return HoldLostError(f"room {name} is on its way to another server", field="room")
+    return EndedError(
+        f"the server that had room {name} ended before it answered; whether it did what was asked "
+        "is seen in the room"
+    )
 
 
 def hops_of(scope: Scope) -> int:
