@@ -16,6 +16,7 @@ from app.cluster.membership import Member
 from app.cluster.node import Node
 from app.cluster.socket_line import pass_socket
 from app.errors import AppError, EndedError, HoldLostError, LedgerError, shorten
+from app.relay.line import RESTART
 from app.web.problems import MOVED, problem_response
 from app.web.shared import HOPS
 
@@ -118,6 +119,10 @@ class HandOn:
                 member = await self._locate(room_id, hops)
                 if member is None:
                     break
+                if hops and self.node.leaving:
+                    # A line over this server would end with it: the other one looks again.
+                    await send({"type": "websocket.close", "code": RESTART, "reason": ""})
+                    return
                 self.node.handed_on += 1
                 if await pass_socket(self.node, member, scope, receive, send, hops):
                     return

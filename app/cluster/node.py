@@ -60,7 +60,7 @@ class Node:
         self._holds = holding.holds
         self._ledger = ledger
         self._clock = clock
-        self._leaving = False
+        self.leaving = False
         self._orphans = Orphans()
         self._swept = -_SWEEP
         self._seen: set[str] = set()
@@ -72,7 +72,7 @@ class Node:
     @property
     def me(self) -> Member:
         """This server, as the others see it."""
-        return Member(self._holds.holder, self.name, self._holds.address, self._leaving)
+        return Member(self._holds.holder, self.name, self._holds.address, self.leaving)
 
     @property
     def joined(self) -> bool:
@@ -138,7 +138,7 @@ class Node:
                 self._holding.put_away(room_id)
 
     async def _sweep(self, now: float) -> None:
-        if self._leaving or not self.view.sure:
+        if self.leaving or not self.view.sure:
             return
         # In this order: a room is held before it is in the ledger.
         awake = [room.id for room in await self._ledger.read(store.awake_rooms)]
@@ -187,7 +187,7 @@ class Node:
 
     def _is_free(self, row: HoldRow | None) -> bool:
         """Whether this server may take a room of which the ledger says this."""
-        if self._leaving and self.view.others(self._holds.holder):
+        if self.leaving and self.view.others(self._holds.holder):
             return False
         return (
             row is None or row.holder in ("", self._holds.holder) or self.view.is_gone(row.holder)
@@ -228,7 +228,7 @@ class Node:
 
     async def leave(self) -> None:
         """Give all rooms to the others, each from the very tick at which it is; then be gone."""
-        self._leaving = True
+        self.leaving = True
         await self.beat()
         others = self.view.others(self._holds.holder)
         turns = asyncio.Semaphore(_AT_ONCE)

@@ -189,9 +189,14 @@ async def test_a_ball_of_a_server_that_is_killed_lands_where_it_would_have(
         assert again.hello["room"] == room
     # The other one too, for which nobody asked.
     for name, seed in ((room, 21), (unwatched, 22)):
-        until(lambda name=name: not room_at(third, name)["awake"])
+        until_still(third, name)
         assert same_as_alone(results(second, name)[0], seed)
     assert drop_at(second, unwatched, 23)["ball"] == 1
+
+
+def until_still(one: One, room: str) -> None:
+    """Return once nothing moves in the room."""
+    until(lambda: not room_at(one, room)["awake"])
 
 
 def results(one: One, room: str) -> list[dict[str, Any]]:
@@ -264,7 +269,7 @@ async def test_a_server_that_was_frozen_and_comes_back_harms_nothing(servers: Se
                 await held_up.recv()
         assert held_up.close_code == 1012
     assert (await asyncio.to_thread(drop_at, first, room, 52))["ball"] == 2
-    until(lambda: not room_at(third, room)["awake"])
+    until_still(third, room)
     log = first.get(f"/api/v1/rooms/{room}/log").json()
     assert [each["seed"] for each in log["drops"]] == ["50", "51", "52"]
     for each in log["drops"]:
