@@ -35,6 +35,11 @@ class One:
     def url(self) -> str:
         return f"http://127.0.0.1:{self.port}"
 
+    @property
+    def address(self) -> str:
+        """What `play` asks for."""
+        return self.url
+
     def socket(self, room: str) -> str:
         return f"ws://127.0.0.1:{self.port}/ws/rooms/{room}"
 

@@ -260,8 +260,10 @@ async def test_a_server_that_was_frozen_and_comes_back_harms_nothing(servers: Se
         await held_up.recv()
         first.send(signal.SIGSTOP)
         try:
+            seen = await asyncio.to_thread(room_at, second, room)
+            assert seen["id"] == room, "another server goes on with the room"
             after = await asyncio.to_thread(drop_at, second, room, 51)
-            assert after["ball"] == 1, "another server goes on with the room"
+            assert after["ball"] == 1
         finally:
             first.send(signal.SIGCONT)
         with contextlib.suppress(ConnectionClosed):
