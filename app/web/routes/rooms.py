@@ -71,6 +71,9 @@ async def list_rooms(server: Server, after: After = "", limit: Limit = 1000) -> 
     rooms = {room.id: room for room in server.rooms.all()}
     parked = {room.id: _parked(room) for room in server.rooms.parked()}
     parked |= {room.id: _parked(room, awake=True) for room in server.rooms.rebuilding.waiting}
+    if server.rooms.holding is not None:
+        listed = await server.rooms.holding.directory()
+        parked |= {each.room.id: _parked(each.room, awake=each.awake) for each in listed}
     public = server.rooms.public
     order = sorted((name not in public, name) for name in {**rooms, **parked})
     begin = bisect.bisect_right(order, (after not in public, after)) if after else 0
