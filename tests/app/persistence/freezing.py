@@ -1,6 +1,6 @@
-"""A server over a shared ledger that stops itself at one step of a commit, as a process of its own.
+"""A server over a shared ledger that stops itself at one step of a commit, in its own process.
 
-`python -m tests.app.persistence.freezing URL STEP` prints the name of that step and stops (SIGSTOP);
+`python -m tests.app.persistence.freezing URL STEP` prints that step's name and stops (SIGSTOP);
 once it goes on, it plays on and prints what its players were told, as JSON.
 """
 
