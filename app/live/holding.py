@@ -9,6 +9,7 @@ import asyncio
 import contextlib
 import functools
 import logging
+import math
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from typing import Any, Final, Protocol
 
@@ -20,7 +21,7 @@ from app.persistence import store
 from app.persistence.holds import Holds
 from app.persistence.rebuild_queue import rebuilding
 from app.persistence.service import PersistenceService
-from app.rooms.records import Hold, Parked
+from app.rooms.records import Hold, Listed, Parked
 from app.rooms.room import Ground, Room
 from app.settings import Settings
 
@@ -30,6 +31,7 @@ _SETTLING: Final = (
     2.0  # s that drops which were taken may need to enter before a room is handed over
 )
 _LOOK_AFTER: Final = 60.0  # s between two looks for rooms that nobody uses
+_LISTED: Final = 1.0  # s for which a list of all rooms is told again
 _MOST: Final = 20  # of them closed at a time
 _LOOK: Final = 0.005  # s between two looks at whether they have
 
@@ -78,8 +80,10 @@ class Holding:
         self._memory = memory
         self._make = make
         self._coming: dict[str, asyncio.Task[Room | None]] = {}
-        self._leaving: set[str] = set()
+        self._leaving: dict[str, asyncio.Future[None]] = {}
         self._next_look = 0.0
+        self._listed: list[Listed] = []
+        self._listed_at = -math.inf
         self._releasing: set[asyncio.Task[None]] = set()
         self._places = asyncio.Semaphore(_AT_ONCE)
         holds.lost = self.put_away
@@ -92,6 +96,8 @@ class Holding:
 
         Also LedgerError, DamagedRoomError, RebuildingError when it takes too long to wait.
         """
+        if room_id in self._leaving:
+            await asyncio.wait([self._leaving[room_id]])
         if room_id in self._rooms.in_memory:
             return
         self._persistence.recovery.check(room_id)
@@ -180,6 +186,16 @@ class Holding:
             if room_id not in self._rooms.in_memory:
                 self.let_go(room_id)
 
+    # Rooms wherever they are.
+
+    async def directory(self) -> list[Listed]:
+        """Every open room at any server, as the ledger last heard of it; raises LedgerError."""
+        now = self._persistence.now()
+        if not self._listed_at <= now < self._listed_at + _LISTED:
+            self._listed = await self._persistence.ledger.read(store.directory)
+            self._listed_at = now
+        return self._listed
+
     # Rooms of players that nobody uses.
 
     async def make_place(self) -> None:
@@ -237,36 +253,43 @@ class Holding:
         What was taken enters first; all who watch are sent away. Raises UnknownRoomError, and
         LedgerError where it could not be told all; the room is gone from here then as well.
         """
-        room = self._rooms.in_memory.get(room_id)
-        if room is None:
+        if room_id not in self._rooms.in_memory:
             raise UnknownRoomError(f"room {room_id!r} is not at this server", field="room")
-        await to_the_end(self._hand_over(room))
+        await to_the_end(self._hand_over(room_id))
 
     async def hand_all_over(self) -> None:
         """Let all rooms go; those of which the ledger cannot be told now are gone from here too."""
-        rooms = [to_the_end(self._hand_over(room)) for room in self._rooms.in_memory.values()]
+        rooms = [to_the_end(self._hand_over(room_id)) for room_id in self._rooms.in_memory]
         await asyncio.gather(*rooms, return_exceptions=True)
 
-    async def _hand_over(self, room: Room) -> None:
-        self._leaving.add(room.id)
+    async def _hand_over(self, room_id: str) -> None:
+        if room_id in self._leaving:
+            await asyncio.wait([self._leaving[room_id]])
+            return
+        gone = self._leaving[room_id] = asyncio.get_running_loop().create_future()
         try:
-            await self._settle(room)
-            if self._rooms.in_memory.get(room.id) is not room:
+            await self._settle(room_id)
+            room = self._rooms.in_memory.get(room_id)
+            if room is None:
                 return
             self._persistence.leave([room] if room.awake else [])
-            hold = self.holds.drop(room.id)
-            self._take_out(room, f"room {room.id!r} goes on at another server")
+            hold = self.holds.drop(room_id)
+            self._take_out(room, f"room {room_id!r} goes on at another server")
             if hold is not None:
                 await self.holds.release(hold)
         finally:
-            self._leaving.discard(room.id)
-            self._tell_gone(room.id)
+            del self._leaving[room_id]
+            self._tell_gone(room_id)
+            gone.set_result(None)
 
-    async def _settle(self, room: Room) -> None:
+    async def _settle(self, room_id: str) -> None:
         """Wait until what was taken has entered; what has not is in the ledger all the same."""
         clock = asyncio.get_running_loop().time
         end = clock() + _SETTLING
-        while room.planned and clock() < end:
+        while clock() < end:
+            room = self._rooms.in_memory.get(room_id)
+            if room is None or not room.planned:
+                return
             await asyncio.sleep(_LOOK)
 
     def let_go(self, room_id: str) -> None:

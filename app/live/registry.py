@@ -267,6 +267,7 @@ class Rooms:
         return self.add(room)
 
     async def _delete(self, room: Room) -> None:
+        self._check_here(room)
         await self.persistence.end(room)
         if self._open.in_memory.pop(room.id, None) is None:
             return
@@ -279,6 +280,7 @@ class Rooms:
         _log.info("room closed", extra={"room": room.id, "why": "its creator"})
 
     async def _reset(self, room: Room, board: Board | None) -> Room:
+        self._check_here(room)
         new = await self._new_aside(room.id, room.ground_after_reset(board), room.mode)
         if self._open.in_memory.get(room.id) is not room:
             raise ClosedRoomError(f"room {room.id!r} was closed or begun anew meanwhile")
@@ -422,6 +424,10 @@ class Rooms:
     def _check(self, room: Room) -> None:
         """Raise HaltedError, HoldLostError where nothing is taken now."""
         self.halts.check(room.id)
+        self._check_here(room)
+
+    def _check_here(self, room: Room) -> None:
+        """Raise HoldLostError for a room that is going to another server."""
         if self.holding is not None:
             self.holding.check(room.id)
 

@@ -10,6 +10,7 @@ from app.persistence import tables
 from app.rooms.records import (
     DropRow,
     InputRow,
+    Listed,
     OpenDrop,
     Parked,
     Pruned,
@@ -82,6 +83,15 @@ def parked_rooms(connection: Connection) -> list[Parked]:
 def awake_rooms(connection: Connection) -> list[Parked]:
     """The sessions in which something moved when last heard of, the longest unused first."""
     return _parked(connection, awake=True)
+
+
+def directory(connection: Connection) -> list[Listed]:
+    """All open sessions: those in which nothing moves, then the others."""
+    return [
+        Listed(Parked(*row), awake)
+        for awake in (False, True)
+        for row in connection.execute(_choose_parked(awake=awake))
+    ]
 
 
 def unused_rooms(connection: Connection, before: float, limit: int) -> list[Parked]:

@@ -60,6 +60,14 @@ class Parked:
 
 
 @dataclass(frozen=True, slots=True)
+class Listed:
+    """An open room of a ledger that servers share, and whether something moved in it last."""
+
+    room: Parked
+    awake: bool
+
+
+@dataclass(frozen=True, slots=True)
 class DropRow:
     """An accepted drop: ball number `ball` of its room starts at `tick`; `stake` in minor units.
 

@@ -5,11 +5,11 @@ import contextlib
 import msgspec
 
 from app.errors import LedgerError
-from app.persistence import store
 from app.rooms.records import Parked
 from app.rooms.room import Room
 from app.web.schemas.rooms import RoomSummary
 from app.web.services import Services
+from app.web.shared import Others
 
 
 async def listed(server: Services, *, here: bool) -> dict[str, RoomSummary]:
@@ -17,20 +17,18 @@ async def listed(server: Services, *, here: bool) -> dict[str, RoomSummary]:
     found = {room.id: _parked(room) for room in server.rooms.parked()}
     found |= {room.id: _parked(room, awake=True) for room in server.rooms.rebuilding.waiting}
     if server.others is not None and not here:
-        found |= await _elsewhere(server)
+        found |= await _elsewhere(server, server.others)
     return found | {room.id: _in_memory(server, room) for room in server.rooms.all()}
 
 
-async def _elsewhere(server: Services) -> dict[str, RoomSummary]:
+async def _elsewhere(server: Services, others: Others) -> dict[str, RoomSummary]:
     """Rooms that this server does not have; what cannot be asked for just now is missing."""
-    found = {}
+    assert server.rooms.holding is not None
+    found: dict[str, RoomSummary] = {}
     with contextlib.suppress(LedgerError):
-        asleep = await server.ledger.read(store.parked_rooms)
-        moving = await server.ledger.read(store.awake_rooms)
-        found = {room.id: _parked(room) for room in asleep}
-        found |= {room.id: _parked(room, awake=True) for room in moving}
-    assert server.others is not None
-    for rooms in await server.others.ask_all("/api/v1/rooms", "rooms"):
+        for each in await server.rooms.holding.directory():
+            found[each.room.id] = _parked(each.room, awake=each.awake)
+    for rooms in await others.ask_all("/api/v1/rooms", "rooms"):
         told = msgspec.convert(rooms, list[RoomSummary])
         found |= {room.id: room for room in told}
     return found

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from app.errors import HoldLostError, SettingError
+from app.errors import HoldLostError, LedgerError, SettingError
 from app.persistence import hold_store, statements, store, tables
 from app.persistence.common_secrets import TOKENS, common_secret
 from app.persistence.database import Database
@@ -36,7 +36,8 @@ from app.rooms.records import (
 )
 from tests.app.persistence import postgres
 from tests.app.persistence.oracle import Told
-from tests.app.persistence.stepped import Table
+from tests.app.persistence.stepped import Steps, Table, failure
+from tests.waiting import eventually
 
 BOARD = BoardRow("b" * 64, "board", "{}")
 ROOM = RoomRow(1, "r", BOARD.digest, "independent", True, 60, 1, 1.0, 1.0)
@@ -57,7 +58,7 @@ class Server:
     """One of several servers over a ledger, with nothing but the ledger."""
 
     def __init__(self, url: str, name: str) -> None:
-        self.database = Database(url, shared=True)
+        self.database = Steps(url, shared=True)
         self.ledger = Ledger(self.database, period=0.0, patience=60.0)
         self.holds = Holds(self.ledger, name, now=lambda: 5.0)
         self.lost: list[str] = []
@@ -343,18 +344,15 @@ async def test_servers_take_numbers_of_sessions_that_no_other_has(address: str) 
 async def test_receipts_of_several_servers_make_one_log(address: str) -> None:
     async with Server(address, "a") as a, Server(address, "b") as b:
         servers = {1: a, 2: b}
-        for number, server in servers.items():
-            await server.takes(f"r{number}", number)
-            rows = [replace(ROOM, number=number, id=f"r{number}")]
-            session = replace(SESSION, id=f"s{number}", room=f"r{number}")
-            await server.ledger.commit(BOARD, *rows, session)
+        await begin(a, 1)
+        await begin(b, 2)
 
         async def play(number: int) -> list[LogLeaf]:
             leaves = []
             for ball in range(30):
-                leaf = replace(LEAF, session=f"s{number}", number=ball, room=number, ball=ball)
-                leaf.leaf = f"{number}-{ball}".encode()
-                await servers[number].ledger.commit(DropRow(number, ball, 5, 7), leaf)
+                drop, leaf = drop_of(number, ball)
+                assert isinstance(leaf, LogLeaf)
+                await servers[number].ledger.commit(drop, leaf)
                 leaves.append(leaf)
             return leaves
 
@@ -372,3 +370,68 @@ async def test_receipts_of_several_servers_make_one_log(address: str) -> None:
             statements.apply(connection, again)
         assert [leaf.root for leaf in again] == [by_place[place].root for place in range(60)]
         alone.close()
+
+
+async def begin(server: Server, number: int) -> None:
+    """A room with a player's session."""
+    await server.takes(f"r{number}", number)
+    room = replace(ROOM, number=number, id=f"r{number}")
+    session = replace(SESSION, id=f"s{number}", room=f"r{number}")
+    await server.ledger.commit(BOARD, room, session)
+
+
+def drop_of(number: int, ball: int) -> list[Write]:
+    leaf = replace(LEAF, session=f"s{number}", number=ball, room=number, ball=ball)
+    leaf.leaf = f"{number}-{ball}".encode()
+    return [DropRow(number, ball, 5, 7), leaf]
+
+
+async def refused_though_it_came_true(server: Server, number: int) -> threading.Event:
+    """A drop is committed and its line cut; the event lets the server take it out again."""
+    go_on = threading.Event()
+    cut_was_made: list[bool] = []
+
+    def at(step: str) -> None:
+        if step == "committed" and not cut_was_made:
+            cut_was_made.append(True)
+            raise failure()
+        if step == "connect" and cut_was_made:
+            go_on.wait()
+
+    server.database.at = at
+    with pytest.raises(LedgerError, match="cannot be written"):
+        await server.ledger.commit(*drop_of(number, 0), undo=(Undo(number, 0),))
+    return go_on
+
+
+async def test_what_was_refused_and_came_true_is_taken_out_of_the_log(address: str) -> None:
+    async with Server(address, "a") as a, Server(address, "b") as b:
+        await begin(a, 1)
+        go_on = await refused_though_it_came_true(a, 1)
+        assert [row[3:5] for row in (await b.all_rows())["receipts"]] == [(1, 0)]
+        go_on.set()
+        await eventually(lambda: a.ledger.up)
+        rows = await b.all_rows()
+        assert (rows["drops"], rows["receipts"], rows["log_nodes"]) == ([], [], [])
+        await a.ledger.commit(*drop_of(1, 0))
+
+
+async def test_what_another_server_s_receipts_follow_stays_and_its_room_is_given_up(
+    address: str,
+) -> None:
+    async with Server(address, "a") as a, Server(address, "b") as b:
+        await begin(a, 1)
+        await begin(b, 2)
+        go_on = await refused_though_it_came_true(a, 1)
+        await b.ledger.commit(*drop_of(2, 0))
+        before = await b.all_rows()
+        go_on.set()
+        await eventually(lambda: a.ledger.up)
+        assert await b.all_rows() == before
+        assert [row[0] for row in before["receipts"]] == [0, 1]
+        # The drop is in the ledger: whoever has the room from now on finds it there.
+        with pytest.raises(HoldLostError):
+            await a.ledger.commit(*drop_of(1, 0))
+        assert a.lost == ["r1"]
+        await a.takes("r1", 1)
+        await a.ledger.commit(*drop_of(1, 1))
