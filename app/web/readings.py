@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from app.ops.metrics import Reading
 from app.web.services import Services
+from app.web.shared import Standing
 from engine import PHYSICS_VERSION
 
 
@@ -18,7 +19,8 @@ def readings(server: Services) -> Iterator[Reading]:
     unchanged = server.self_check.sound
     yield "plinko_program_unchanged", "0 once its files differ from the start's.", unchanged, {}
     yield from server.returns.readings()
-    yield from _cluster(server)
+    if server.others is not None:
+        yield from standing_readings(server.others.standing())
     parts = (
         *_clock(server),
         *_rooms(server),
@@ -30,11 +32,8 @@ def readings(server: Services) -> Iterator[Reading]:
         yield f"plinko_{name}", text, value, {}
 
 
-def _cluster(server: Services) -> Iterator[Reading]:
-    """How this server stands among others, where there are any."""
-    if server.others is None:
-        return
-    stands = server.others.standing()
+def standing_readings(stands: Standing) -> Iterator[Reading]:
+    """How this server stands among others."""
     process = {"process": stands.name}
     yield "plinko_cluster_leases_up", "1 while the lease store answers.", stands.leases, process
     yield "plinko_cluster_members", "Servers that are alive.", len(stands.members), process
