@@ -22,7 +22,7 @@ from starlette.types import Scope
 from app.computing.pool import Workers
 from app.conformance import inventory
 from app.conformance.self_check import SelfCheck
-from app.errors import SettingError, shorten
+from app.errors import MissingPartError, SettingError, shorten
 from app.fairness.check import kernel_digest_of
 from app.fairness.signing import Signer
 from app.listening import listen, server_over
@@ -61,6 +61,7 @@ from app.web.routes import (
     health,
     live,
     maps,
+    moves,
     page,
     payouts,
     pictures,
@@ -134,6 +135,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.state.services = _services(settings)
     app.state.bus = redis_at(settings.relays) if settings.relays else None
+    app.state.cluster = _cluster(app)
     problems.install(app)
     listed = [Depends(listed_queries)]
     for router in (
@@ -145,6 +147,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         maps.router,
         live.router,
         rooms.router,
+        moves.router,
         scenes.router,
         sessions.router,
         players.router,
@@ -162,6 +165,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.page = page.Page(static_directory())
     app.mount("/", app.state.page, name="page")
     # The last one added is the first to see a request.
+    if app.state.cluster is not None:
+        app.add_middleware(app.state.cluster.middleware)
     app.add_middleware(BodyLimit, max_body=settings.max_body)
     if settings.allowed_origins:
         app.add_middleware(
@@ -201,7 +206,7 @@ def _services(settings: Settings) -> Services:
         patience=settings.ledger_patience,
     )
     limits = BallLimits(settings.max_balls, settings.max_touching)
-    holds = Holds(ledger, secrets.token_hex(8)) if settings.cluster else None
+    holds = Holds(ledger, _holder(settings)) if settings.cluster else None
     persistence = PersistenceService(
         ledger, tick_rate=settings.tick_rate, limits=limits, holds=holds
     )
@@ -245,6 +250,27 @@ def _services(settings: Settings) -> Services:
     metrics.read_from(functools.partial(readings, server))
     ledger.on_commit = metrics.ledger_commit.observe
     return server
+
+
+def _holder(settings: Settings) -> str:
+    """What this server is called in the ledger: another name at each start."""
+    return f"{settings.name or settings.port}.{secrets.token_hex(4)}"
+
+
+def _cluster(app: FastAPI) -> Any:
+    """This server among others over the same ledger; None, and nothing imported, without."""
+    server: Services = app.state.services
+    if not server.settings.cluster:
+        return None
+    try:
+        from app.cluster.start import Cluster  # noqa: PLC0415 - for those who have one
+    except ModuleNotFoundError as error:
+        if error.name not in ("redis", "httpx"):
+            raise
+        raise MissingPartError(
+            "a cluster needs clients of Redis and HTTP: pip install 'plinko-server[cluster]'"
+        ) from None
+    return Cluster(server)
 
 
 def _fair_sessions(
@@ -299,6 +325,10 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     await asyncio.to_thread(server.ledger.open)
     server.ledger.start()
     await server.rooms.resume()
+    cluster = app.state.cluster
+    being = asyncio.create_task(cluster.run() if cluster else asyncio.sleep(0), name="cluster")
+    if cluster is not None:
+        await cluster.joined()
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
     rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
@@ -313,12 +343,15 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         yield
     finally:
         preparing.cancel()
-        for task in (following, feeding, rest, self_checking, checking, rebuilding, server.ticking):
+        tasks = (following, being, feeding, rest, self_checking, checking, rebuilding)
+        for task in (*tasks, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await task
         server.rooms.leave()
         await server.ledger.close()
+        if cluster is not None:
+            await cluster.gone()
         server.cameras.close()
         server.workers.close()
 
@@ -398,6 +431,8 @@ def run(settings: Settings | None = None) -> None:
     with listen(settings) as listener:
         ledger: Ledger = app.state.services.ledger
         ledger.open()
+        if app.state.cluster is not None:
+            app.state.cluster.listens(listener)
         server = server_over(app, settings)
         # uvicorn raises the signal that stopped it once more at the end; an orderly end is none.
         for number in (signal.SIGINT, signal.SIGTERM):

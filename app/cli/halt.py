@@ -1,18 +1,9 @@
 """`plinko halt`: have a running server's tables take no drops, or let them go on."""
 
-import json
-import os
-import urllib.error
-import urllib.parse
-import urllib.request
-from typing import Any
-
 import click
 
 from app.cli import common
-from app.errors import SettingError
-
-TOKEN = "PLINKO_OPERATOR_TOKEN"
+from app.cli.operator import ask
 
 
 @click.command(name="halt", short_help="Halt a server's tables, or let them go on.")
@@ -26,7 +17,7 @@ def command(url: str, room: str | None, release: bool, as_json: bool) -> None:
     PLINKO_OPERATOR_TOKEN in the environment is what the server was started with. A halt outlives
     the server; --release ends it.
     """
-    found = _ask(url, {"room": room, "halted": not release})
+    found = ask(url, "/api/v1/halts", {"room": room, "halted": not release})
     if as_json:
         common.print_json(found)
         return
@@ -34,25 +25,3 @@ def command(url: str, room: str | None, release: bool, as_json: bool) -> None:
     common.print_fields(
         {"all tables": "halted" if found["all_since"] else "go on", "halted by themselves": rooms}
     )
-
-
-def _ask(url: str, body: dict[str, Any]) -> dict[str, Any]:
-    """The server's answer; raises SettingError with what is wrong."""
-    address = urllib.parse.urlsplit(url)
-    if address.scheme not in ("http", "https") or not address.netloc:
-        raise SettingError(f"{url!r} is not an address such as http://127.0.0.1:8000", field="url")
-    headers = {"content-type": "application/json"}
-    if token := os.environ.get(TOKEN):
-        headers["authorization"] = f"Bearer {token}"
-    asked = urllib.request.Request(
-        f"{url.rstrip('/')}/api/v1/halts", json.dumps(body).encode(), headers, method="POST"
-    )
-    try:
-        with urllib.request.urlopen(asked) as answer:
-            found: dict[str, Any] = json.load(answer)
-            return found
-    except urllib.error.HTTPError as refused:
-        said = json.load(refused)
-        raise SettingError(f"{url}: {said['detail']}", field="url") from refused
-    except urllib.error.URLError as missing:
-        raise SettingError(f"{url}: {missing.reason}", field="url") from missing
