@@ -198,6 +198,12 @@ class Holding:
 
     # Rooms of players that nobody uses.
 
+    async def made_by(self, creator: str) -> int:
+        """How many open rooms bear this mark of who made them; raises LedgerError."""
+        await self._count()
+        read = functools.partial(store.count_owned, creator=creator)
+        return await self._persistence.ledger.read(read)
+
     async def make_place(self) -> None:
         """Count players' rooms at all servers before another is made; raises LedgerError.
 

@@ -237,12 +237,21 @@ class Rooms:
         """The server stops: hand the ledger what it needs to go on from here."""
         self.persistence.leave(self.runner.close())
 
-    async def create(self, ground: Ground, mode: str = INDEPENDENT) -> Room:
-        """Open a room of its own over a board or a scene.
+    async def made_by(self, creator: str) -> int | None:
+        """How many open rooms bear this mark of who made them, at all servers of a shared ledger.
+
+        None where this server alone knows. Raises LedgerError.
+        """
+        return None if self.holding is None else await self.holding.made_by(creator)
+
+    async def create(
+        self, ground: Ground, mode: str = INDEPENDENT, creator: str | None = None
+    ) -> Room:
+        """Open a room of its own over a board or a scene, with a mark of who made it.
 
         Raises RoomLimitError when all rooms are in use, LedgerError when it cannot be kept.
         """
-        return await to_the_end(self._create(ground, mode))
+        return await to_the_end(self._create(ground, mode, creator))
 
     async def delete(self, room: Room) -> None:
         """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
@@ -256,14 +265,14 @@ class Rooms:
         """
         return await to_the_end(self._reset(room, board))
 
-    async def _create(self, ground: Ground, mode: str) -> Room:
+    async def _create(self, ground: Ground, mode: str, creator: str | None) -> Room:
         if self.holding is not None:
             await self.holding.make_place()
         self._open.make_place()
         room = await self._new_aside(self._new_id(), ground, mode)
         if self.holding is not None:
             await self.holding.begin(room.id)
-        await self.persistence.create(room)
+        await self.persistence.create(room, None if self.holding is None else creator)
         return self.add(room)
 
     async def _delete(self, room: Room) -> None:

@@ -228,6 +228,7 @@ class Recovery:
             horizon=row.tick,
             checkpoint_tick=room.world.tick,
             clean=not row.awake,
+            creator=row.creator,
         )
         self._sessions.begin(row.id, record)
         self.rebuilt += row.awake
@@ -262,6 +263,7 @@ class Recovery:
         room = make_room(row.id, ground, row.mode, tick_rate=self._tick_rate, limits=self._limits)
         record = self._sessions.of(room)
         record.owned, record.opened, record.known = True, row.opened, True
+        record.creator = row.creator
         # In one transaction, so that the room is never without a session.
         self._sessions.report([*writes, *self._sessions.rows(room, record)])
         return room

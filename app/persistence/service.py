@@ -71,10 +71,11 @@ class PersistenceService:
 
     # Sessions begin and end.
 
-    async def create(self, room: Room) -> None:
-        """Enter a room that belongs to its creator; raises LedgerError."""
+    async def create(self, room: Room, creator: str | None = None) -> None:
+        """Enter a room that belongs to its creator, by a mark of that; raises LedgerError."""
         record = self.sessions.of(room)
         record.owned = record.known = True
+        record.creator = creator
         try:
             await self.ledger.commit(
                 *self.sessions.rows(room, record), undo=(Close(record.number, 0, self.now()),)
@@ -88,7 +89,9 @@ class PersistenceService:
         record = self.sessions.of(old)
         now = self.now()
         number = self.sessions.number(old.id)
-        following = SessionRecord(number, record.owned, record.opened, now, known=True)
+        following = SessionRecord(
+            number, record.owned, record.opened, now, known=True, creator=record.creator
+        )
         self.sessions.report([])
         await self.ledger.commit(
             self.sessions.closing(old),

@@ -36,6 +36,7 @@ class SessionRecord:
     checkpoint_tick: int = 0
     clean: bool = True  # asleep, and the ledger has heard of it
     version: int = 0  # counts submissions
+    creator: str | None = None  # a mark, see RoomRow
     underway: int = 0  # marks of its progress that the ledger has not answered for
 
 
@@ -161,6 +162,7 @@ class Sessions:
             physics_version=PHYSICS_VERSION,
             opened=record.opened,
             used=record.used,
+            creator=record.creator,
         )
 
     def rows(self, room: Room, record: SessionRecord) -> list[Write]:

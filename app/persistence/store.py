@@ -45,6 +45,9 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
         counts.append(int(found or 0))
         if not keep:
             connection.execute(delete(table).where(column.in_(over)))
+    if not keep:  # no server runs, so that nobody has a room that is not there any more
+        gone = tables.holds.c.room.not_in(select(rooms.c.id))
+        connection.execute(delete(tables.holds).where(gone))
     _, drops, inputs, sessions = counts
     return Pruned(sessions, drops, inputs)
 
@@ -127,10 +130,12 @@ def _choose_parked(*, awake: bool) -> Select[Any]:
     )
 
 
-def count_owned(connection: Connection) -> int:
-    """How many open rooms have owners."""
+def count_owned(connection: Connection, creator: str | None = None) -> int:
+    """How many open rooms have owners; with a `creator`, those that bear this mark."""
     room = tables.rooms.c
     chosen = select(func.count()).where(room.closed.is_(None), room.owned)
+    if creator is not None:
+        chosen = chosen.where(room.creator == creator)
     return int(connection.scalar(chosen) or 0)
 
 

@@ -57,6 +57,8 @@ rooms = Table(
     # A world to start the replay from, and how many drops it has taken; NULL: an empty one.
     Column("checkpoint", LargeBinary),
     Column("checkpoint_drops", BigInteger, nullable=False),
+    # Who made it, as a mark that says no more; where several servers share the ledger.
+    Column("creator", String(64)),
     Index("rooms_open", "id", unique=True, sqlite_where=text("closed IS NULL"),
           postgresql_where=text("closed IS NULL")),
     Index("rooms_awake", "number", sqlite_where=text("awake AND closed IS NULL"),

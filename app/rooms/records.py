@@ -20,7 +20,7 @@ class RoomRow:
 
     `tick` is one that nobody was shown a later one than. `checkpoint` is a world to start a replay
     from, after `checkpoint_drops` drops (or inputs); None means the world at tick 0. Times are
-    Unix times.
+    Unix times. `creator` is a mark of who made it, where rooms are counted by that.
     """
 
     number: int
@@ -37,6 +37,7 @@ class RoomRow:
     checkpoint: bytes | None = None
     checkpoint_drops: int = 0
     closed: float | None = None
+    creator: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

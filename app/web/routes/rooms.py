@@ -96,10 +96,13 @@ async def open_room(request: Request, server: Server) -> Response:
 
     The reply's `token` lets its holder change, reset and close the room.
     """
-    with server.creators.place(address_of(request), server.rooms.free) as take:
+    address = address_of(request)
+    creator = server.tokens.mark_of(address)
+    held = await server.rooms.made_by(creator)
+    with server.creators.place(address, server.rooms.free, held) as take:
         body = await read(request, RoomRequest)
         ground, mode = await _ground(request, server, body)
-        room = await server.rooms.create(ground, mode)
+        room = await server.rooms.create(ground, mode, creator)
         take(room.id)
     view = msgspec.structs.asdict(_view(server, room))
     opened = RoomOpened(**view, token=server.tokens.of(room.id))

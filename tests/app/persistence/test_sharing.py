@@ -227,6 +227,19 @@ async def test_players_rooms_are_counted_at_all_servers(address: str) -> None:
             await b.rooms.seek(made[0].id)
 
 
+async def test_an_address_s_rooms_are_counted_at_all_servers(address: str) -> None:
+    async with two(address) as (a, b):
+        for life, mark in ((a, "one"), (b, "one"), (a, "other")):
+            room = await life.rooms.create(BOARD, creator=mark)
+        assert [await b.rooms.made_by(mark) for mark in ("one", "other", "none")] == [2, 1, 0]
+        await a.rooms.reset(room)
+        await a.holding.hand_over(room.id)
+        await b.rooms.reset(await b.rooms.seek(room.id))
+        assert await a.rooms.made_by("other") == 1
+        await b.rooms.delete(b.rooms.find(room.id))
+        assert await a.rooms.made_by("other") == 0
+
+
 async def test_a_room_that_nobody_uses_is_closed_wherever_it_was(address: str) -> None:
     async with two(address, room_idle=1.0) as (a, b):
         room = await a.rooms.create(BOARD)

@@ -62,6 +62,7 @@ def test_a_ledger_of_before_is_counted_when_it_is_opened(url: str) -> None:
         statements.apply(connection, STORY)
         for table in ("totals", "holds", "counters", "secrets"):
             connection.execute(sa.text(f"DROP TABLE {table}"))
+        connection.execute(sa.text("ALTER TABLE rooms DROP COLUMN creator"))
         connection.execute(sa.text("UPDATE alembic_version SET version_num = '0006'"))
     database.close()
     database.open()

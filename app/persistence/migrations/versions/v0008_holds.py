@@ -24,6 +24,7 @@ def upgrade() -> None:
         sa.Column("name", sa.String(32), primary_key=True),
         sa.Column("next", sa.BigInteger, nullable=False),
     )
+    op.add_column("rooms", sa.Column("creator", sa.String(64)))
     op.create_table(
         "secrets",
         sa.Column("name", sa.String(32), primary_key=True),
