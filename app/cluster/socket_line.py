@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 from starlette.types import Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection, connect
-from websockets.exceptions import InvalidHandshake
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
 from app.cluster.http_line import headers_for, without
 from app.cluster.membership import Member
@@ -56,7 +56,7 @@ async def pass_socket(
             open_timeout=_OPEN,
             close_timeout=_CLOSE,
         )
-    except (OSError, InvalidHandshake, TimeoutError):
+    except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError):
         return False
     async with room:
         await _talk(node, member, WebSocket(scope, receive, send), room)

@@ -37,7 +37,7 @@ async def talk(socket: WebSocket, url: str, first: str | None) -> None:
                 await room.send(first)
             await both_ways(socket, room)
             code, reason = room.close_code or RESTART, room.close_reason or ""
-    except (OSError, InvalidHandshake, TimeoutError) as error:
+    except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError) as error:
         code, reason = RESTART, f"the room's process does not answer: {type(error).__name__}"
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):
         await socket.close(RESTART if code == GONE else code, reason)
