@@ -58,9 +58,18 @@ class HandOn:
         if room_id is None:
             room_id = await self._room_inside(scope, body)
         if room_id is None:
-            await self.app(scope, body.again(), send)
+            await self._anywhere(scope, body, send, hops)
             return
         await self._request(scope, body, send, room_id, hops)
+
+    async def _anywhere(self, scope: Scope, body: Body, send: Send, hops: int) -> None:
+        """Answer what is of no room: here, but rooms are made where they can stay."""
+        made = scope["method"] == "POST" and scope["path"] == "/api/v1/rooms"
+        if made and self.node.leaving and hops < MOST_HOPS:
+            for member in self.node.others:
+                if await pass_http(self.node, member, scope, body, send, hops) is Outcome.DONE:
+                    return
+        await self.app(scope, body.again(), send)
 
     async def _room_inside(self, scope: Scope, body: Body) -> str | None:
         """The room of a request whose path does not say it."""

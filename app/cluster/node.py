@@ -5,7 +5,7 @@ import contextlib
 import functools
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, Final
 
 from app.cluster.leases import FAILURES, Leases
@@ -13,6 +13,7 @@ from app.cluster.line import Line
 from app.cluster.membership import BEAT, LEASE, Member, Orphans, View, order
 from app.errors import AppError, HoldLostError, InvalidValueError, LedgerError, shorten
 from app.live.holding import Holding
+from app.live.public_tables import MAIN
 from app.persistence import fair_store, hold_store, store
 from app.persistence.writer import Ledger
 from app.rooms.records import HoldRow
@@ -62,9 +63,11 @@ class Node:
         self._clock = clock
         self.leaving = False
         self._orphans = Orphans()
+        self._taking: set[str] = set()
         self._swept = -_SWEEP
         self._seen: set[str] = set()
-        self._silent_since = clock()
+        self._beaten = clock()
+        self._doubtful = False  # it was silent for so long that others may have taken its rooms
         self._sent: dict[str, tuple[Member, float]] = {}
         self._tasks: set[asyncio.Task[Any]] = set()
         holding.claim = self._claim
@@ -79,6 +82,11 @@ class Node:
         """Whether the others know that this server is there."""
         return self.me.holder in self.view.members
 
+    @property
+    def others(self) -> list[Member]:
+        """The other servers that can be given rooms."""
+        return self.view.others(self._holds.holder)
+
     def at(self, address: str) -> None:
         """Where the others reach this server, known once it listens."""
         self._holds.address = self._holds.address or address
@@ -92,11 +100,22 @@ class Node:
     # Being alive.
 
     async def run(self) -> None:
-        """Be one of the servers until cancelled."""
+        """Be one of the servers until cancelled.
+
+        Looks go by themselves: a ledger that takes its time must not cost this server its lease.
+        """
+        async with asyncio.TaskGroup() as tasks:
+            tasks.create_task(self._again(self.beat))
+            tasks.create_task(self._again(self._look))
+
+    async def _again(self, work: Callable[[], Awaitable[None]]) -> None:
+        """Do this for ever, whatever becomes of it."""
         while True:
             began = self._clock()
-            await self.beat()
-            await self._look_after(began)
+            try:
+                await work()
+            except Exception:  # noqa: BLE001 - who is silent for a moment has no rooms
+                _log.exception("the cluster cannot be looked after")
             await asyncio.sleep(max(0.0, BEAT - (self._clock() - began)))
 
     async def beat(self) -> None:
@@ -108,14 +127,18 @@ class Node:
                 _log.warning("the lease store is lost: rooms stay where they are: %s", error)
             self.view.failed()
             return
-        self.view.look(self._clock(), look)
+        now = self._clock()
+        self._doubtful = self._doubtful or now - self._beaten > LEASE
+        self._beaten = now
+        self.view.look(now, look)
 
-    async def _look_after(self, now: float) -> None:
+    async def _look(self) -> None:
         """Give up what is another's by now, and take over what nobody has."""
-        silent, self._silent_since = now - self._silent_since, now
+        now = self._clock()
         try:
-            if silent > LEASE or not self.view.up:
+            if self._doubtful or not self.view.up:
                 await self._check_holds()
+                self._doubtful = False
             if self._is_due(now):
                 self._swept = now
                 await self._sweep(now)
@@ -141,15 +164,21 @@ class Node:
         if self.leaving or not self.view.sure:
             return
         # In this order: a room is held before it is in the ledger.
-        awake = [room.id for room in await self._ledger.read(store.awake_rooms)]
+        awake = [MAIN, *(room.id for room in await self._ledger.read(store.awake_rooms))]
         rows = await self._holds.listing()
         for room_id in self._orphans.due(rows, awake, self.view, self.me.holder, now):
             self._do(self._take_over(room_id))
 
     async def _take_over(self, room_id: str) -> None:
-        if not self.has(room_id) and await self._fetched(room_id):
-            self.taken_over += 1
-            _log.warning("room taken over", extra={"room": room_id})
+        if room_id in self._taking or self.has(room_id):
+            return
+        self._taking.add(room_id)
+        try:
+            if await self._fetched(room_id) and self.has(room_id):
+                self.taken_over += 1
+                _log.warning("room taken over", extra={"room": room_id})
+        finally:
+            self._taking.discard(room_id)
 
     # Finding rooms.
 
@@ -187,7 +216,7 @@ class Node:
 
     def _is_free(self, row: HoldRow | None) -> bool:
         """Whether this server may take a room of which the ledger says this."""
-        if self.leaving and self.view.others(self._holds.holder):
+        if self.leaving and self.others:
             return False
         return (
             row is None or row.holder in ("", self._holds.holder) or self.view.is_gone(row.holder)
@@ -230,7 +259,7 @@ class Node:
         """Give all rooms to the others, each from the very tick at which it is; then be gone."""
         self.leaving = True
         await self.beat()
-        others = self.view.others(self._holds.holder)
+        others = self.others
         turns = asyncio.Semaphore(_AT_ONCE)
 
         async def send(room_id: str) -> None:

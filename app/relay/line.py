@@ -46,10 +46,13 @@ async def talk(socket: WebSocket, url: str, first: str | None) -> None:
 async def both_ways(socket: WebSocket, room: ClientConnection) -> None:
     """Pass everything on, both ways, until one side ends."""
     tasks = [asyncio.create_task(_down(room, socket)), asyncio.create_task(_up(socket, room))]
-    await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    for task in tasks:
-        task.cancel()
-    for ended in await asyncio.gather(*tasks, return_exceptions=True):
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        outcomes = await asyncio.gather(*tasks, return_exceptions=True)
+    for ended in outcomes:
         if isinstance(ended, Exception) and not isinstance(
             ended, ConnectionClosed | WebSocketDisconnect
         ):
