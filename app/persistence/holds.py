@@ -108,6 +108,15 @@ class Holds:
         self._rooms[room_id] = _Held(hold)
         return hold
 
+    async def confirm(self, room_id: str) -> None:
+        """See that a room is still this server's; raises HoldLostError, LedgerError.
+
+        What was read of it until then was written by its former holders and by nobody after them.
+        """
+        hold, row = self.of(room_id), await self.holder_of(room_id)
+        if hold is None or row is None or hold.number != row.number:
+            raise HoldLostError(f"another server has {room_id!r} now", field="room")
+
     def drop(self, room_id: str) -> Hold | None:
         """Have a room no more, whatever the ledger says; returns the hold that there was."""
         hold = self.of(room_id)

@@ -126,7 +126,7 @@ class Recovery:
         None when the ledger knows no such open room, or the room of nobody could not go on.
         `ground_now` is what a public room is over in this server; `turn` is awaited now and then.
         Raises LedgerError when the ledger cannot be read, DamagedRoomError when the room is set
-        aside.
+        aside, HoldLostError when another server has taken it meanwhile.
         """
         try:
             row = await self._read(store.open_room, room_id=room_id)
@@ -136,13 +136,25 @@ class Recovery:
             why = self._outdated(row, ground_now)
             if why is not None:
                 return await self._succeed(row, why, turn)
-            return self._enter(row, await self._replayed(row, turn))
+            replay = await self._replayed(row, turn)
+            await self._confirm(room_id)
+            return self._enter(row, replay)
         except LedgerError as error:
-            if isinstance(error, DamagedRoomError):
-                raise self._put_aside(room_id, error) from error
-            raise
-        except Exception as error:
+            if not isinstance(error, DamagedRoomError):
+                raise
+            await self._confirm(room_id)
             raise self._put_aside(room_id, error) from error
+        except Exception as error:
+            await self._confirm(room_id)
+            raise self._put_aside(room_id, error) from error
+
+    async def _confirm(self, room_id: str) -> None:
+        """Raise HoldLostError where another server has gone on with what was read meanwhile.
+
+        A row of before beside inputs of after looks like damage, and is none.
+        """
+        if self._sessions.holds is not None:
+            await self._sessions.holds.confirm(room_id)
 
     async def closed(self, room_id: str) -> tuple[int, Room] | None:
         """The last session of a room that was closed, by number, and the room as it ended.

@@ -202,6 +202,33 @@ async def test_of_many_who_ask_at_once_each_finds_the_one_room(address: str) -> 
         assert row.number == hold.number
 
 
+async def test_a_take_over_that_is_overtaken_is_no_damage(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.seek("main")
+        await a.drop(room, 1)
+        recovery = b.rooms.persistence.recovery
+        reading, overtaken = recovery._read, asyncio.Event()
+
+        async def overtake(read: Any, **values: Any) -> Any:
+            if read is store.taken and not overtaken.is_set():
+                overtaken.set()
+                again = await a.holding.take_over("main")
+                assert again is not None
+                await a.run(again, 100)
+                await a.drop(again, 2)
+            return await reading(read, **values)
+
+        monkeypatch.setattr(recovery, "_read", overtake)
+        a.holding.put_away("main")
+        with pytest.raises(HoldLostError):
+            await b.holding.take_over("main")
+        assert overtaken.is_set()
+        assert (recovery.set_aside, b.rooms.all(), b.holding.holds.rooms) == ({}, [], [])
+        assert [each.taken for each in a.rooms.all()] == [2]
+
+
 async def test_a_halt_at_one_server_is_one_at_all(address: str) -> None:
     async with two(address) as (a, b):
         room = await b.rooms.seek("main")
