@@ -16,7 +16,10 @@ from app.listening import address_of
 from app.web.services import Services
 
 _JOIN: Final = 5.0
-"""s that a start waits for the lease store; then the server goes on, and takes no rooms before."""
+"""s that a start waits for the lease store; then the server goes on without, and is not ready."""
+
+
+_LOOK: Final = 0.02  # s between two looks
 
 
 class Cluster:
@@ -69,9 +72,6 @@ class Cluster:
     async def gone(self) -> None:
         """This server has ended."""
         await self.node.gone()
-
-
-_LOOK: Final = 0.02  # s between two looks
 
 
 def _hand_on(app: ASGIApp, node: Node) -> HandOn:

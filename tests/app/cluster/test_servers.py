@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import hashlib
 import signal
 from typing import Any
 
@@ -15,6 +16,7 @@ from app.cli import plinko
 from engine import Board, drop
 from tests.app.cluster.servers import OPERATOR, One, Servers
 from tests.app.conftest import playing
+from tests.app.persistence.server import CLIENT_SEED, Heard, prove
 from tests.waiting import LIMIT, eventually, until
 
 BOARD = "triangle-8"
@@ -80,30 +82,39 @@ async def test_who_plays_over_the_wrong_server_sees_and_does_all_that_others_do(
         assert far.binaries, "no picture came"
 
 
-def test_a_session_is_had_over_every_server(servers: Servers) -> None:
+def test_a_session_is_had_over_every_server_and_proves_to_be_fair(servers: Servers) -> None:
     first, second, third = servers.all
     room = new_room(first)
+    committed = hashlib.sha256(CLIENT_SEED).hexdigest()
     begun = httpx.post(
-        f"{second.url}/api/v1/sessions", json={"room": room, "commitment": "ab" * 32}, timeout=LIMIT
+        f"{second.url}/api/v1/sessions", json={"room": room, "commitment": committed}, timeout=LIMIT
     )
     assert begun.status_code == 201, begun.text
     session, token = begun.json()["session"], begun.json()["token"]
     shown = {"authorization": f"Bearer {token}"}
-    found = third.get(f"/api/v1/sessions/{session}")
-    assert found.status_code == 200
-    assert found.json()["room"] == room
-    # A wrong opening is refused by the server that knows the session, whichever is asked.
-    answers = {
-        httpx.post(
-            f"{one.url}/api/v1/sessions/{session}/opening",
-            json={"seed": "00" * 32},
+    assert third.get(f"/api/v1/sessions/{session}").json()["room"] == room
+    opening = httpx.post(
+        f"{third.url}/api/v1/sessions/{session}/opening",
+        json={"seed": CLIENT_SEED.hex()},
+        headers=shown,
+        timeout=LIMIT,
+    )
+    assert opening.status_code == 200, opening.text
+    told = Heard(room)
+    told.tokens[session] = token
+    for one in servers:
+        staked = httpx.post(
+            f"{one.url}/api/v1/rooms/{room}/drops?wait=1",
+            json={"session": session, "stake": 5},
             headers=shown,
             timeout=LIMIT,
-        ).json()["code"]
-        for one in servers
-    }
-    assert len(answers) == 1
+        )
+        assert staked.status_code == 200, staked.text
+        told.receipts.setdefault(session, []).append(staked.json()["receipt"])
     assert servers.holder(room) is first
+    # It goes with its room, to who signs with the same key.
+    assert move(room, third, second).status_code == 200
+    assert prove(second, told) == len(servers.all)
 
 
 def test_a_halt_is_heeded_by_all(servers: Servers) -> None:

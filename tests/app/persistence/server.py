@@ -94,7 +94,15 @@ class Served:
 CLIENT_SEED = b"\x5a" * 32
 
 
-def prove(server: Served, told: "Heard") -> int:
+class Addressed(Protocol):
+    """A server that can be asked."""
+
+    @property
+    def address(self) -> str:
+        """Where."""
+
+
+def prove(server: Addressed, told: "Heard") -> int:
     """End each session of a player's and check it, receipts heard included; how many drops."""
     drops = 0
     with httpx.Client(base_url=server.address, timeout=60.0) as client:
@@ -157,14 +165,6 @@ class Heard(Told):
                 assert event["code"] in ("too-many-balls", "ledger-unavailable"), event
                 self.refused.add(event["ref"])
                 self.full += event["code"] == "too-many-balls"
-
-
-class Addressed(Protocol):
-    """A server that can be asked."""
-
-    @property
-    def address(self) -> str:
-        """Where."""
 
 
 async def play(
