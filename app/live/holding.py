@@ -31,6 +31,7 @@ _SETTLING: Final = (
     2.0  # s that drops which were taken may need to enter before a room is handed over
 )
 _LOOK_AFTER: Final = 60.0  # s between two looks for rooms that nobody uses
+_FRESH: Final = 0.25  # s for which a room counts as here after a look; none is taken that fast
 _LISTED: Final = 1.0  # s for which a list of all rooms is told again
 _MOST: Final = 20  # of them closed at a time
 _LOOK: Final = 0.005  # s between two looks at whether they have
@@ -82,6 +83,7 @@ class Holding:
         self._coming: dict[str, asyncio.Task[Room | None]] = {}
         self._leaving: dict[str, asyncio.Future[None]] = {}
         self._next_look = 0.0
+        self._confirmed: dict[str, float] = {}  # when each room was known to be here, s
         self._listed: list[Listed] = []
         self._listed_at = -math.inf
         self._releasing: set[asyncio.Task[None]] = set()
@@ -99,6 +101,8 @@ class Holding:
         if room_id in self._leaving:
             await asyncio.wait([self._leaving[room_id]])
         if room_id in self._rooms.in_memory:
+            await self._confirm(room_id)
+        if room_id in self._rooms.in_memory:
             return
         self._persistence.recovery.check(room_id)
         after = None
@@ -107,6 +111,26 @@ class Holding:
                 return
             after = await self.claim(room_id)
         await self.take_over(room_id, after)
+
+    async def _confirm(self, room_id: str) -> None:
+        """Put a room away that another server has taken: nobody comes to it here any more.
+
+        A server that was frozen would show who has been there what is over. While the ledger cannot
+        be read nothing is known to be wrong.
+        """
+        now = asyncio.get_running_loop().time()
+        if now - self._confirmed.get(room_id, -math.inf) < _FRESH:
+            return
+        hold = self.holds.of(room_id)
+        try:
+            await self.holds.confirm(room_id)
+        except HoldLostError:
+            if self.holds.of(room_id) == hold:  # else it left meanwhile, and may be back
+                self.put_away(room_id)
+        except LedgerError as error:
+            _log.info("it is not seen who has a room: %s", error, extra={"room": room_id})
+        else:
+            self._confirmed[room_id] = now
 
     async def begin(self, room_id: str) -> None:
         """Have a room that nobody had: its id is new; raises what `claim` raises, LedgerError."""
@@ -329,5 +353,6 @@ class Holding:
         self._tell_gone(room_id)
 
     def _tell_gone(self, room_id: str) -> None:
+        self._confirmed.pop(room_id, None)
         for tell in self.gone:
             tell(room_id)

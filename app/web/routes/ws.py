@@ -72,8 +72,9 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
         error = await RoomClient(socket, server, room, stream).run()
     except AppError as refused:
         error = refused
-        with contextlib.suppress(WebSocketDisconnect):
-            await socket.send_text(messages.encode_event(_event(refused)).decode())
+        if not isinstance(refused, HoldLostError):  # who comes again is brought to the room
+            with contextlib.suppress(WebSocketDisconnect):
+                await socket.send_text(messages.encode_event(_event(refused)).decode())
     if error is not None:
         server.metrics.errors.labels(answer(error).code).inc()
         _log.info("client closed", extra={"room": shorten(room_id), "why": str(error)})

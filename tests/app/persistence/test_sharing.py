@@ -134,6 +134,23 @@ async def test_who_watches_a_lost_room_is_sent_away_and_told_nothing_more(addres
         assert back.taken == 1
 
 
+async def test_nobody_comes_to_a_room_at_the_server_that_lost_it(address: str) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.seek("main")
+        await a.drop(room, 7)
+        moved = await b.holding.take_over("main")
+        assert moved is not None
+        await b.run(moved, 30)
+        a.holding.claim = _elsewhere  # as the cluster's, which knows by now
+        with pytest.raises(AppError, match="elsewhere"):
+            await a.rooms.seek("main")
+        assert a.rooms.all() == []
+
+
+async def _elsewhere(room_id: str) -> int:
+    raise AppError("it is elsewhere")
+
+
 async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> None:
     async with two(address) as (a, b):
         for mode in ("independent", INTERACTING):
