@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import functools
 import hashlib
 import signal
 from typing import Any
@@ -290,7 +291,12 @@ async def test_a_server_that_was_frozen_and_comes_back_harms_nothing(servers: Se
 
 
 def test_each_server_s_metrics_name_it(servers: Servers) -> None:
-    for one in servers:
+    def told_by(one: One) -> bool:
         found = one.get("/metrics").text
-        assert f'plinko_cluster_members{{process="{one.name}"}} 3.0' in found
-        assert f'plinko_cluster_leases_up{{process="{one.name}"}} 1.0' in found
+        process = f'{{process="{one.name}"}}'
+        members = f"plinko_cluster_members{process} 3.0" in found
+        # A Redis that takes its time on a busy machine counts as away for a moment.
+        return members and f"plinko_cluster_leases_up{process} 1.0" in found
+
+    for one in servers:
+        until(functools.partial(told_by, one))
