@@ -38,7 +38,8 @@ AppError                  `code` is its stable slug, `field` names the bad value
 ├── GoneError             who asked has left before there was an answer
 ├── MissingPartError      a part of the program that is not installed here
 ├── LedgerError           what must be kept cannot be written or read now
-│   └── DamagedRoomError   what the ledger has of one room contradicts itself
+│   ├── DamagedRoomError   what the ledger has of one room contradicts itself
+│   └── HoldLostError      another server has the room now
 ├── TokenError            only the creator of a room may do this
 │   └── NoTokenError      and no token was shown
 ├── AbuseError            a client that goes on sending what it was told not to
@@ -220,6 +221,10 @@ class DamagedRoomError(LedgerError):
     """What the ledger has of one room is not whole, or contradicts itself; others are sound."""
 
 
+class HoldLostError(LedgerError):
+    """The room is another server's by now: nothing of what was asked has been done here."""
+
+
 class TokenError(AppError):
     """A token that does not open this room, or a room that nobody may change."""
 
@@ -287,6 +292,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     MissingPartError: Answer(501, "not-installed", "Not installed on this server"),
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),
     DamagedRoomError: Answer(503, "room-damaged", "The room is set aside", 1013),
+    HoldLostError: Answer(503, "room-moved", "The room is at another server", 1012),
     TokenError: Answer(403, "not-yours", "Not your room"),
     NoTokenError: Answer(401, "token-missing", "A room's token is missing"),
     AbuseError: Answer(429, "abuse", "Too many bad messages"),
@@ -323,6 +329,7 @@ _DAMAGED_SECRET = (
     "the room is set aside, as what the ledger has of it is damaged; whoever runs the server can "
     "mend it"
 )
+_MOVED = "the room is at another server now; ask again, and you are brought there"
 
 
 def told(error: BaseException) -> str:
@@ -333,6 +340,8 @@ def told(error: BaseException) -> str:
     """
     if isinstance(error, DamagedRoomError):
         return _DAMAGED_SECRET
+    if isinstance(error, HoldLostError):
+        return _MOVED
     if isinstance(error, LedgerError):
         return _LEDGER_SECRET
     if isinstance(error, AppError | EngineError):

@@ -43,6 +43,9 @@ class Server(uvicorn.Server):
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop; streams have no end of their own and are ended before requests are waited for."""
         server = self.services
+        if server.others is not None:
+            # Before anything is closed: whoever comes meanwhile is brought to where the room is.
+            await server.others.leave()
         server.cameras.close()
         # What is still waited for shortly before the grace ends is ended, and its client told so.
         patience = _ENDS_WORK * server.settings.shutdown_grace

@@ -22,7 +22,7 @@ from starlette.types import Scope
 from app.computing.pool import Workers
 from app.conformance import inventory
 from app.conformance.self_check import SelfCheck
-from app.errors import SettingError, shorten
+from app.errors import MissingPartError, SettingError, shorten
 from app.fairness.check import kernel_digest_of
 from app.fairness.signing import Signer
 from app.listening import listen, server_over
@@ -31,7 +31,9 @@ from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.ops import logs
 from app.ops.metrics import Metrics
+from app.persistence.common_secrets import STATEMENTS, TOKENS, common_secret
 from app.persistence.database import Database
+from app.persistence.holds import Holds
 from app.persistence.integrity import Integrity
 from app.persistence.room_log import RoomLogs
 from app.persistence.service import PersistenceService
@@ -59,6 +61,7 @@ from app.web.routes import (
     health,
     live,
     maps,
+    moves,
     page,
     payouts,
     pictures,
@@ -132,6 +135,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.state.services = _services(settings)
     app.state.bus = redis_at(settings.relays) if settings.relays else None
+    app.state.cluster = _cluster(app)
     problems.install(app)
     listed = [Depends(listed_queries)]
     for router in (
@@ -143,6 +147,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         maps.router,
         live.router,
         rooms.router,
+        moves.router,
         scenes.router,
         sessions.router,
         players.router,
@@ -160,6 +165,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.page = page.Page(static_directory())
     app.mount("/", app.state.page, name="page")
     # The last one added is the first to see a request.
+    if app.state.cluster is not None:
+        app.add_middleware(app.state.cluster.middleware)
     app.add_middleware(BodyLimit, max_body=settings.max_body)
     if settings.allowed_origins:
         app.add_middleware(
@@ -190,7 +197,7 @@ def _services(settings: Settings) -> Services:
     hub = Hub(settings.max_clients)
     metrics = Metrics()
     workers = Workers(settings.workers, settings.max_jobs)
-    database = Database(settings.ledger_url)
+    database = Database(settings.ledger_url, shared=bool(settings.cluster))
     budgets = Budgets(settings.compute_rate, settings.compute_burst)
     cameras = Cameras(settings.max_cameras, settings.max_viewers, purse=budgets)
     ledger = Ledger(
@@ -199,7 +206,10 @@ def _services(settings: Settings) -> Services:
         patience=settings.ledger_patience,
     )
     limits = BallLimits(settings.max_balls, settings.max_touching)
-    persistence = PersistenceService(ledger, tick_rate=settings.tick_rate, limits=limits)
+    holds = Holds(ledger, _holder(settings)) if settings.cluster else None
+    persistence = PersistenceService(
+        ledger, tick_rate=settings.tick_rate, limits=limits, holds=holds
+    )
     held = Rooms(
         settings,
         known,
@@ -209,7 +219,10 @@ def _services(settings: Settings) -> Services:
         persistence=persistence,
     )
     secret_file = _secret_file(settings, database)
-    secret = secret_of(settings.secret, secret_file)
+    if database.shared and not settings.secret:
+        secret = common_secret(database, TOKENS)
+    else:
+        secret = secret_of(settings.secret, secret_file)
     server = Services(
         settings=settings,
         version=__version__,
@@ -221,7 +234,7 @@ def _services(settings: Settings) -> Services:
         returns=Returns(ledger, known.presets),
         self_check=SelfCheck(functools.partial(inventory.digests, settings)),
         tokens=Tokens(secret),
-        fair=_fair_sessions(settings, persistence, secret_file),
+        fair=_fair_sessions(settings, persistence, _signing_key(database, secret_file), held),
         session_tokens=Tokens(secret, "session"),
         workers=workers,
         pictures=Pictures(settings.max_picture_bytes),
@@ -239,18 +252,49 @@ def _services(settings: Settings) -> Services:
     return server
 
 
+def _holder(settings: Settings) -> str:
+    """What this server is called in the ledger: another name at each start."""
+    return f"{settings.name or settings.port}.{secrets.token_hex(4)}"
+
+
+def _cluster(app: FastAPI) -> Any:
+    """This server among others over the same ledger; None, and nothing imported, without."""
+    server: Services = app.state.services
+    if not server.settings.cluster:
+        return None
+    try:
+        from app.cluster.start import Cluster  # noqa: PLC0415 - for those who have one
+    except ModuleNotFoundError as error:
+        if error.name not in ("redis", "httpx"):
+            raise
+        raise MissingPartError(
+            "a cluster needs clients of Redis and HTTP: pip install 'plinko-server[cluster]'"
+        ) from None
+    return Cluster(server)
+
+
 def _fair_sessions(
-    settings: Settings, persistence: PersistenceService, secret_file: Path | None
+    settings: Settings, persistence: PersistenceService, signing_key: bytes, held: Rooms
 ) -> FairSessions:
-    key_file = secret_file and secret_file.with_name(f"{secret_file.name}-signing-key")
-    return FairSessions(
+    fair = FairSessions(
         persistence,
-        Signer(signing_key_of(key_file)),
+        Signer(signing_key),
         kernel_digest=kernel_digest_of(page_kernels().read_bytes()),
         rest=settings.session_rest,
         draw=secrets.token_bytes,
         new_id=lambda: secrets.token_hex(16),
     )
+    if held.holding is not None:
+        fair.having = held.holding.having
+        held.holding.gone.append(fair.forget_room)
+    return fair
+
+
+def _signing_key(database: Database, secret_file: Path | None) -> bytes:
+    """What sessions are signed with: one key, however many servers share the ledger."""
+    if database.shared:
+        return common_secret(database, STATEMENTS)
+    return signing_key_of(secret_file and secret_file.with_name(f"{secret_file.name}-signing-key"))
 
 
 def _secret_file(settings: Settings, database: Database) -> Path | None:
@@ -281,12 +325,17 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     await asyncio.to_thread(server.ledger.open)
     server.ledger.start()
     await server.rooms.resume()
+    cluster = app.state.cluster
+    being = asyncio.create_task(cluster.run() if cluster else asyncio.sleep(0), name="cluster")
+    if cluster is not None:
+        await cluster.joined()
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
     rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
     self_checking = asyncio.create_task(server.self_check.run(), name="self-check")
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
+    following = asyncio.create_task(server.rooms.follow(), name="following")
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
     )
@@ -294,12 +343,15 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         yield
     finally:
         preparing.cancel()
-        for task in (feeding, rest, self_checking, checking, rebuilding, server.ticking):
+        tasks = (following, being, feeding, rest, self_checking, checking, rebuilding)
+        for task in (*tasks, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await task
         server.rooms.leave()
         await server.ledger.close()
+        if cluster is not None:
+            await cluster.gone()
         server.cameras.close()
         server.workers.close()
 
@@ -379,6 +431,8 @@ def run(settings: Settings | None = None) -> None:
     with listen(settings) as listener:
         ledger: Ledger = app.state.services.ledger
         ledger.open()
+        if app.state.cluster is not None:
+            app.state.cluster.listens(listener)
         server = server_over(app, settings)
         # uvicorn raises the signal that stopped it once more at the end; an orderly end is none.
         for number in (signal.SIGINT, signal.SIGTERM):

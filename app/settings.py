@@ -61,6 +61,21 @@ class Settings:
         "Redis by which relays hear what happens in rooms: `redis://HOST:6379`; none when not "
         "given",
     )
+    cluster: str = _setting(
+        "",
+        "Redis by which several servers over one PostgreSQL agree on who has which room: "
+        "`redis://HOST:6379`; one server has all rooms when not given",
+    )
+    name: str = _setting(
+        "",
+        "what this server is called among those of a cluster; its host's name and port when not "
+        "given",
+    )
+    address: str = _setting(
+        "",
+        "where the other servers of a cluster reach this one: `http://HOST:PORT`; where it listens "
+        "when not given",
+    )
     ledger_patience: float = _setting(
         2.0, "seconds that the ledger may take for a commit before drops get 503", 0.05, 3600
     )

@@ -25,6 +25,7 @@ COMMANDS = (
     "odds",
     "verify",
     "halt",
+    "rooms",
     "integrity",
     "conformance",
     "boards",

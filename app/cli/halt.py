@@ -26,7 +26,7 @@ def command(url: str, room: str | None, release: bool, as_json: bool) -> None:
     PLINKO_OPERATOR_TOKEN in the environment is what the server was started with. A halt outlives
     the server; --release ends it.
     """
-    found = _ask(url, {"room": room, "halted": not release})
+    found = ask(url, "/api/v1/halts", {"room": room, "halted": not release})
     if as_json:
         common.print_json(found)
         return
@@ -36,8 +36,8 @@ def command(url: str, room: str | None, release: bool, as_json: bool) -> None:
     )
 
 
-def _ask(url: str, body: dict[str, Any]) -> dict[str, Any]:
-    """The server's answer; raises SettingError with what is wrong."""
+def ask(url: str, path: str, body: dict[str, Any]) -> dict[str, Any]:
+    """What the server at `url` answers to a POST; raises SettingError with what is wrong."""
     address = urllib.parse.urlsplit(url)
     if address.scheme not in ("http", "https") or not address.netloc:
         raise SettingError(f"{url!r} is not an address such as http://127.0.0.1:8000", field="url")
@@ -45,7 +45,7 @@ def _ask(url: str, body: dict[str, Any]) -> dict[str, Any]:
     if token := os.environ.get(TOKEN):
         headers["authorization"] = f"Bearer {token}"
     asked = urllib.request.Request(
-        f"{url.rstrip('/')}/api/v1/halts", json.dumps(body).encode(), headers, method="POST"
+        f"{url.rstrip('/')}{path}", json.dumps(body).encode(), headers, method="POST"
     )
     try:
         with urllib.request.urlopen(asked) as answer:

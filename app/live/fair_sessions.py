@@ -4,10 +4,12 @@ Nothing is told that is not in the ledger first. So a session outlives the conne
 stay in memory and the server; one that nobody uses ends by itself when somebody asks for it.
 """
 
+import contextlib
 import functools
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager
 from typing import Any, Final
 
 import msgspec
@@ -46,6 +48,12 @@ def check_stake(stake: int, session: object | None) -> None:
         )
 
 
+@contextlib.asynccontextmanager
+async def _here(room_id: str) -> AsyncIterator[None]:
+    """Every room is here."""
+    yield
+
+
 class FairSessions:
     """For the event loop's thread. `rest`: seconds without a drop after which a session may end.
 
@@ -72,6 +80,9 @@ class FairSessions:
         self._new_id = new_id
         self._now = now
         self._held: OrderedDict[str, FairSession] = OrderedDict()
+        # A session is where its room is: where servers share the ledger, this has a room here for
+        # a while, even one that is closed.
+        self.having: Callable[[str], AbstractAsyncContextManager[None]] = _here
 
     async def begin(self, room: Room, client_commitment: object) -> FairSession:
         """Commit to a secret of the server's, after the player has committed to theirs.
@@ -138,7 +149,8 @@ class FairSessions:
         if session.end is not None or session.ending:
             raise SessionStateError(f"session {session.id!r} is over", field="session")
         if session.client_seed is None:
-            await self._ledger.commit(FairOpening(session.id, seed.hex()))
+            async with self.having(session.room):
+                await self._ledger.commit(FairOpening(session.id, session.room, seed.hex()))
             session.client_seed = seed
 
     def joined(self, session_id: str) -> FairSession:
@@ -156,14 +168,26 @@ class FairSessions:
         """
         session = self._held.get(session_id)
         if session is None:
-            read = functools.partial(fair_store.session, session_id=session_id)
-            found = await self._ledger.read(read)
-            if found is None:
-                raise self._unknown(session_id)
-            session = self._held.get(session_id) or self._hold(self._restored(*found))
+            row, _, _ = await self._read(session_id)
+            async with self.having(row.room):
+                # Again, now that no other server adds to it.
+                found = await self._read(session_id)
+                session = self._held.get(session_id) or self._hold(self._restored(*found))
         if session.end is None and self._now() - session.used > self._rest:
             await self.end(session)
         return session
+
+    async def _read(self, session_id: str) -> tuple[FairSessionRow, int, float]:
+        read = functools.partial(fair_store.session, session_id=session_id)
+        found = await self._ledger.read(read)
+        if found is None:
+            raise self._unknown(session_id)
+        return found
+
+    def forget_room(self, room_id: str) -> None:
+        """The sessions of a room are another server's, with the room."""
+        for session in [each for each in self._held.values() if each.room == room_id]:
+            del self._held[session.id]
 
     async def end(self, session: FairSession) -> None:
         """End a session and reveal its secret; nothing new where it is over.
@@ -182,10 +206,11 @@ class FairSessions:
         signature = self.signer.sign(end).hex()
         session.ending = True
         try:
-            await self._ledger.commit(
-                FairEnd(session.id, canonical(end).decode(), signature),
-                undo=(FairEnd(session.id, None, None),),
-            )
+            async with self.having(session.room):
+                await self._ledger.commit(
+                    FairEnd(session.id, session.room, canonical(end).decode(), signature),
+                    undo=(FairEnd(session.id, session.room, None, None),),
+                )
         finally:
             session.ending = False
         session.end, session.end_signature = end, signature

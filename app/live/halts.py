@@ -65,6 +65,14 @@ class Halts:
         except DamagedRoomError as error:
             _log.error("which tables are halted cannot be read, so that none is: %s", error)
 
+    async def follow(self) -> None:
+        """What another server has halted or let go on meanwhile; raises LedgerError."""
+        async with self._turn:
+            found = await self._ledger.read(halt_store.halts)
+            if found != self._since:
+                self._since = found
+                self._broadcaster.tell_halts(self._rooms())
+
     async def halt(self, room_id: str) -> None:
         """Take nothing more in a room; raises LedgerError, and then it goes on."""
         await to_the_end(self._halt(room_id))

@@ -270,6 +270,11 @@ class Hub:
         for client in self._everyone(room_id):
             client.end(error)
 
+    def cut(self, room_id: str, error: AppError) -> None:
+        """End every connection to the room with this reason, and send nothing more before."""
+        for client in self.clients(room_id):
+            client.fail(error)
+
     def _everyone(self, room_id: str) -> Iterator[Client]:
         for clients in self._rooms.get(room_id, {}).values():
             yield from clients.values()

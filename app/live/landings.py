@@ -51,6 +51,13 @@ class Landings:
                 if not future.done():
                     future.set_exception(error)
 
+    def leave(self, room_id: str) -> None:
+        """The room goes on at another server: who waits is told that it takes too long."""
+        for key in [key for key in self._waiting if key[0] == room_id]:
+            for future in self._waiting.pop(key):
+                if not future.done():
+                    future.set_result(None)
+
     def stop(self) -> None:
         """The server stops: who waits is told that it takes too long."""
         for futures in self._waiting.values():

@@ -39,6 +39,10 @@ class OpenRooms:
         self.in_memory: OrderedDict[str, Room] = OrderedDict()
         self.parked: OrderedDict[str, Parked] = OrderedDict()  # those with owners
         self.parked_public: dict[str, RoomRow] = {}
+        # Where several servers share the ledger nothing is parked: whoever leaves the memory is
+        # any server's, and `left` hears of it. `elsewhere` counts players' rooms that are not here.
+        self.left: Callable[[str], None] | None = None
+        self.elsewhere = 0
         self._max_rooms = settings.max_rooms
         self._idle_seconds = settings.room_idle
         self._rest_seconds = settings.room_rest
@@ -88,8 +92,12 @@ class OpenRooms:
     @property
     def free(self) -> int:
         """How many more rooms players may open before one must make way."""
-        owned = sum(map(self._owned, self.in_memory.values()))
-        return max(0, self._max_rooms - owned - len(self.parked))
+        return max(0, self._max_rooms - self.owned - len(self.parked) - self.elsewhere)
+
+    @property
+    def owned(self) -> int:
+        """How many rooms in memory are players' own."""
+        return sum(map(self._owned, self.in_memory.values()))
 
     def close_idle(self) -> None:
         """Close the rooms with owners that nobody has used for too long."""
@@ -114,22 +122,26 @@ class OpenRooms:
                 return room
         return None
 
-    def _park(self, room: Room) -> None:
-        """Let the ledger have a sleeping room."""
+    def _park(self, room: Room, closing: str = "") -> None:
+        """Let the ledger have a sleeping room; one with an owner is closed where there is a why."""
         del self.in_memory[room.id]
         self._forget(room.id)
         owned = self._owned(room)
         row = self._persistence.park(room)
         if row is not None and owned:
-            self.parked[room.id] = Parked.of(row, room.origin.name)
-        elif row is not None:
+            parked = Parked.of(row, room.origin.name)
+            if closing:
+                self._end(parked, closing)
+            elif self.left is None:
+                self.parked[room.id] = parked
+        elif row is not None and self.left is None:
             self.parked_public[room.id] = row
+        if self.left is not None:
+            self.left(room.id)
 
     def _retire(self, room: Room, why: str) -> None:
         """Close a room with an owner; park one without, as it opens again when asked for."""
-        self._park(room)
-        if room.id in self.parked:
-            self._end(self.parked.pop(room.id), why)
+        self._park(room, why)
 
     def _end(self, room: Parked, why: str) -> None:
         self._persistence.close(room)

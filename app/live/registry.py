@@ -14,6 +14,7 @@ from app.errors import (
     AppError,
     ClosedRoomError,
     DamagedRoomError,
+    HoldLostError,
     LedgerError,
     RebuildingError,
     ResetError,
@@ -21,6 +22,7 @@ from app.errors import (
 from app.live.broadcaster import Broadcaster
 from app.live.fair_session import FairSession, TakenDrop
 from app.live.halts import Halts
+from app.live.holding import Holding
 from app.live.hub import Client, Hub
 from app.live.landings import Landings
 from app.live.open_rooms import OpenRooms
@@ -47,6 +49,8 @@ from engine.errors import EffortError
 
 _FAILED = "its room failed"
 """What the result of a drop says that was in flight then."""
+
+_FOLLOW = 0.5  # s after which what another server has halted is halted here
 
 _log = logging.getLogger("plinko")
 
@@ -103,6 +107,12 @@ class Rooms:
         )
         self.rebuilding = RebuildQueue(self._rebuild)
         self.public = PublicTables(boards, main_board, self.scene)
+        holds = self.persistence.holds
+        self.holding: Holding | None = None
+        if holds is not None:
+            self.holding = Holding(
+                settings, holds, self.persistence, self._open, self.public, self, self._new_aside
+            )
         self._draw = draw
         self._new_id = new_id
         self._loading = asyncio.Lock()
@@ -142,10 +152,12 @@ class Rooms:
         if room_id in self.rebuilding:
             raise rebuilding(room_id)
         ground, mode = self.public.find(room_id)
+        if self.holding is not None:
+            raise self.holding.away(room_id)
         row = self._open.parked_public.pop(room_id, None)
         if row is not None:
             room = self.persistence.recovery.restore(row, ground)
-        return self._add(room or self._new(room_id, ground, mode))
+        return self.add(room or self._new(room_id, ground, mode))
 
     def scene(self, values: object) -> Scene:
         """The scene of a JSON object; raises InvalidValueError, SeedError."""
@@ -159,6 +171,8 @@ class Rooms:
         RebuildingError for one that takes long to come back.
         """
         self._open.close_idle()
+        if self.holding is not None:
+            await self.holding.fetch(room_id)
         await self.rebuilding.need(room_id)
         if room_id in self._open.parked:
             async with self._loading:
@@ -175,14 +189,14 @@ class Rooms:
             raise
         # Unless it was closed meanwhile.
         if self._open.parked.pop(room_id, None) is not None and room is not None:
-            self._add(room)
+            self.add(room)
 
     async def _rebuild(self, room_id: str, turn: Turn) -> None:
         """Bring back a room that moved; raises LedgerError, DamagedRoomError."""
         ground = self.public.ground(room_id)
         room = await self.persistence.recovery.load(room_id, ground_now=ground, turn=turn)
         if room is not None:
-            self._add(room)
+            self.add(room)
 
     def owned(self, room: Room) -> bool:
         """Whether the room has a creator, who alone may change it."""
@@ -206,24 +220,43 @@ class Rooms:
         self._open.parked_public = left.public
         self._open.parked = OrderedDict((each.id, each) for each in left.owned)
         self.rebuilding.fill(sorted(left.moving, key=lambda each: each.id != MAIN))
+        if self.holding is not None:
+            return
         # Where it is set aside, who asks for it is told.
         with contextlib.suppress(RebuildingError, DamagedRoomError):
             self.find(MAIN)
+
+    async def follow(self) -> None:
+        """Heed what other servers do to all rooms of a shared ledger, until cancelled."""
+        while self.holding is not None:
+            with contextlib.suppress(LedgerError):  # it is told of where something is to be done
+                await self.halts.follow()
+                await self.holding.look_after()
+            await asyncio.sleep(_FOLLOW)
 
     def leave(self) -> None:
         """The server stops: hand the ledger what it needs to go on from here."""
         self.persistence.leave(self.runner.close())
 
-    async def create(self, ground: Ground, mode: str = INDEPENDENT) -> Room:
-        """Open a room of its own over a board or a scene.
+    async def made_by(self, creator: str) -> int | None:
+        """How many open rooms bear this mark of who made them, at all servers of a shared ledger.
+
+        None where this server alone knows. Raises LedgerError.
+        """
+        return None if self.holding is None else await self.holding.made_by(creator)
+
+    async def create(
+        self, ground: Ground, mode: str = INDEPENDENT, creator: str | None = None
+    ) -> Room:
+        """Open a room of its own over a board or a scene, with a mark of who made it.
 
         Raises RoomLimitError when all rooms are in use, LedgerError when it cannot be kept.
         """
-        return await to_the_end(self._create(ground, mode))
+        return await to_the_end(self._create(ground, mode, creator))
 
-    async def create_retold(self, retold: Retold) -> Room:
+    async def create_retold(self, retold: Retold, creator: str | None = None) -> Room:
         """Open a room of its own where a story ends; raises what `create` raises."""
-        return await to_the_end(self._create(retold.scene, SCENE, retold))
+        return await to_the_end(self._create(retold.scene, SCENE, creator, retold))
 
     async def delete(self, room: Room) -> None:
         """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
@@ -237,28 +270,42 @@ class Rooms:
         """
         return await to_the_end(self._reset(room, board))
 
-    async def _create(self, ground: Ground, mode: str, retold: Retold | None = None) -> Room:
+    async def _create(
+        self, ground: Ground, mode: str, creator: str | None, retold: Retold | None = None
+    ) -> Room:
+        if self.holding is not None:
+            await self.holding.make_place()
         self._open.make_place()
         room = await self._new_aside(self._new_id(), ground, mode)
         if retold is not None:
             await asyncio.to_thread(room.restore, retold.checkpoint)
-        await self.persistence.create(room, () if retold is None else retold.inputs)
-        return self._add(room)
+        if self.holding is not None:
+            await self.holding.begin(room.id)
+        taken = () if retold is None else retold.inputs
+        await self.persistence.create(room, None if self.holding is None else creator, taken)
+        return self.add(room)
 
     async def _delete(self, room: Room) -> None:
+        self._check_here(room)
         await self.persistence.end(room)
+        if self._open.in_memory.pop(room.id, None) is None:
+            return
         error = ClosedRoomError(f"room {room.id!r} was closed by its creator")
         self._leave_behind(room, error)
-        del self._open.in_memory[room.id]
         self.broadcaster.forget(room.id)
         self.hub.close(room.id, error)
+        if self.holding is not None:
+            self.holding.let_go(room.id)
         _log.info("room closed", extra={"room": room.id, "why": "its creator"})
 
     async def _reset(self, room: Room, board: Board | None) -> Room:
+        self._check_here(room)
         new = await self._new_aside(room.id, room.ground_after_reset(board), room.mode)
         if self._open.in_memory.get(room.id) is not room:
             raise ClosedRoomError(f"room {room.id!r} was closed or begun anew meanwhile")
         await self.persistence.replace(room, new)
+        if self._open.in_memory.get(room.id) is not room:
+            raise HoldLostError(f"room {room.id!r} went to another server meanwhile", field="room")
         self._leave_behind(room, ResetError(f"room {room.id!r} was reset by its creator"))
         self._open.in_memory[room.id] = new
         self._begin(new)
@@ -280,6 +327,17 @@ class Rooms:
         self.persistence.abandon(room, _FAILED)
         self._leave_behind(room, error)
         self.hub.close(room.id, error)
+        if self.holding is not None:
+            self.holding.let_go(room.id)
+
+    def drop_from_memory(self, room: Room, error: HoldLostError) -> None:
+        """Have a room no more that is another server's; whoever watches is sent there."""
+        del self._open.in_memory[room.id]
+        self.hub.cut(room.id, error)
+        self.landings.leave(room.id)
+        self._leave_behind(room, error)
+        self.broadcaster.forget(room.id)
+        self.persistence.sessions.forget(room)
 
     def _leave_behind(self, room: Room, error: AppError) -> None:
         """Tell all who wait for something in this room that it will not come."""
@@ -296,7 +354,8 @@ class Rooms:
         """`_new` on another thread: five hundred balls, or a large board, take some 5 ms."""
         return await asyncio.to_thread(self._new, room_id, ground, mode)
 
-    def _add(self, room: Room) -> Room:
+    def add(self, room: Room) -> Room:
+        """Take a room into memory, and let it tick where something moves."""
         self._begin(room)
         self._open.add(room)
         _log.info("room opened", extra={"room": room.id, "board": room.origin.digest})
@@ -349,7 +408,7 @@ class Rooms:
         In a `session` the seed is that of its next drop, and its receipt is kept with the drop;
         also raises what `FairSession.check` raises, and InvalidValueError for a seed or an x.
         """
-        self.halts.check(room.id)
+        self._check(room)
         self.runner.check_memory()
         practice = seed is not None or x is not None
         if session is not None:
@@ -376,10 +435,20 @@ class Rooms:
         The future has the first event that came of it, if any. Raises InvalidValueError,
         BallLimitError, HaltedError, LedgerError.
         """
-        self.halts.check(room.id)
+        self._check(room)
         request = WaitingRequester.now(client, key, ref)
         self._submit(room, room.plan_change(change, self.persistence.lead, request))
         return request.settled
+
+    def _check(self, room: Room) -> None:
+        """Raise HaltedError, HoldLostError where nothing is taken now."""
+        self.halts.check(room.id)
+        self._check_here(room)
+
+    def _check_here(self, room: Room) -> None:
+        """Raise HoldLostError for a room that is going to another server."""
+        if self.holding is not None:
+            self.holding.check(room.id)
 
     def _submit(
         self, room: Room, pending: PendingInput[Any], session: FairSession | None = None

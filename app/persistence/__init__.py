@@ -8,8 +8,11 @@ ending      how a session ends that cannot go on: stakes back
 audit       every room's record held to its physics, for `plinko ledger check`
 room_log    a room's log as it is sent
 tables      what is kept, as SQLAlchemy Core tables
-store       statements: values in and out over a connection
-database    opening SQLite or PostgreSQL, one server at a time, and bringing its tables up to date
+store       statements that read
+statements  statements that write, in the order of what is handed in
+database    opening SQLite or PostgreSQL, and bringing its tables up to date; who may use it
+holds       which rooms this server has, where several share the ledger; hold_store its statements
+numbers     numbers of sessions that all those servers take from
 fence       a number beside SQLite's file: nothing that was committed goes away unnoticed
 integrity   a look at the whole database at the start
 migrations  how the tables came to be, step by step, for Alembic

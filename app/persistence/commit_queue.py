@@ -24,7 +24,7 @@ from typing import Any
 from sqlalchemy import Connection
 
 from app.errors import LedgerError
-from app.rooms.records import Write
+from app.rooms.records import Hold, IfHeld, Write
 
 Done = Callable[[LedgerError | None], None]
 
@@ -43,6 +43,7 @@ class Job:
 
     undo: takes the writes out again; it must do nothing where they were never made.
     done: called on the event loop with the fate.
+    holds: of the rooms that are written; where one of them is another server's, it is refused.
     line: the session in which the writes are an input with a number; its jobs share a refusal.
     keep: never refused for a failure; its writes follow from what is in the database already.
     asked: when it was put in, s of a monotonic clock.
@@ -53,6 +54,7 @@ class Job:
     writes: Sequence[Write] = ()
     undo: Sequence[Write] = ()
     done: Done | None = None
+    holds: tuple[Hold, ...] = ()
     line: int | None = None
     keep: bool = False
     read: Callable[[Connection], Any] | None = None
@@ -65,6 +67,14 @@ class Job:
 
 class RevokedError(Exception):
     """Some of the jobs of a commit were refused before it was made: it must not be."""
+
+
+class LostError(Exception):
+    """Some rooms of a commit are another server's by now: it must not be made."""
+
+    def __init__(self, holds: Sequence[Hold]) -> None:
+        super().__init__(holds)
+        self.holds = holds
 
 
 class CommitQueue:
@@ -208,6 +218,18 @@ class CommitQueue:
             self._waiting = deque(each for each in self._waiting if each.fate is Fate.OPEN)
             return refused
 
+    def lost(self, holds: Sequence[Hold]) -> list[Job]:
+        """The commit was not made, as these rooms are another server's: refuse all that is theirs.
+
+        What is kept for a failure too; returns it. The other jobs of the commit wait again.
+        """
+        with self._changed:
+            gone, taken = set(holds), self._back()
+            refused = _refuse(j for j in (*taken, *self._waiting) if not gone.isdisjoint(j.holds))
+            self._waiting = deque(job for job in self._waiting if job.fate is Fate.OPEN)
+            self._return(taken)
+            return refused
+
     def abandon(self) -> int:
         """Forget what waits, as the server stops and cannot write; returns how many jobs."""
         with self._changed:
@@ -238,20 +260,27 @@ class CommitQueue:
         return back
 
     def _return(self, jobs: Sequence[Job]) -> None:
-        """What is kept waits again, before what came later and after what undoes."""
+        """What is open waits again, before what came later and after what undoes."""
         first = [job for job in self._waiting if job.mends is not None]
         later = [job for job in self._waiting if job.mends is None]
-        kept = [job for job in jobs if job.keep and job.fate is Fate.OPEN]
+        kept = [job for job in jobs if job.fate is Fate.OPEN]
         self._waiting = deque([*first, *kept, *later])
 
     def _shut(self, failure: LedgerError, refused: Sequence[Job]) -> None:
         """Let nothing in; what was refused is taken out before anything else is written."""
-        undo = [write for job in reversed(refused) for write in job.undo]
+        undo = [write for job in reversed(refused) for write in _undo_of(job)]
         undo += [write for job in self._waiting if job.mends is not None for write in job.writes]
         kept = [job for job in self._waiting if job.mends is None and job.fate is Fate.OPEN]
         self._waiting = deque([Job(undo, keep=True, mends=failure), *kept])
         self.failure = failure
         self._changed.notify()
+
+
+def _undo_of(job: Job) -> Sequence[Write]:
+    """What takes a job out again; of a room that is another server's by now that one decides."""
+    if not job.holds or not job.undo:
+        return job.undo
+    return (IfHeld(job.holds, tuple(job.undo)),)
 
 
 def _refuse(jobs: Iterable[Job]) -> list[Job]:

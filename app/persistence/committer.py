@@ -8,10 +8,11 @@ from typing import Final
 
 import sqlalchemy as sa
 
-from app.errors import DamagedRoomError, LedgerError
-from app.persistence import store
-from app.persistence.commit_queue import CommitQueue, Fate, Job, RevokedError
+from app.errors import DamagedRoomError, HoldLostError, LedgerError
+from app.persistence import hold_store, statements
+from app.persistence.commit_queue import CommitQueue, Fate, Job, LostError, RevokedError
 from app.persistence.database import Database, reason
+from app.rooms.records import Hold, IfHeld, LogLeaf, Write
 
 _RETRY: Final = (0.25, 2.0)  # s between attempts while the database is lost: at first, and at most
 
@@ -27,7 +28,8 @@ class Answers:
 
     committed: jobs that are durable, and the seconds their commit took; refused: jobs that never
     will be, and why; read: one job with its result, or why there is none; mended: the failure of
-    whose refused jobs nothing remains.
+    whose refused jobs nothing remains; lost: rooms that are another server's by now, and the jobs
+    that are refused for it.
     """
 
     call: Callable[..., None]
@@ -35,6 +37,7 @@ class Answers:
     refused: Callable[[Sequence[Job], LedgerError], None]
     read: Callable[[Sequence[Job], LedgerError | None], None]
     mended: Callable[[LedgerError], None]
+    lost: Callable[[Sequence[Hold], Sequence[Job], HoldLostError], None]
 
 
 class Committer:
@@ -91,6 +94,9 @@ class Committer:
         except RevokedError:
             self._queue.revoked()
             return False
+        except LostError as error:
+            self._lose(error.holds)
+            return False
         except Exception as error:  # noqa: BLE001 - whatever it is, the thread must go on
             if isinstance(error, _FAILURES) and not isinstance(error, _REJECTIONS):
                 self._suffer(error)
@@ -106,12 +112,24 @@ class Committer:
 
     def _commit(self, jobs: Sequence[Job]) -> None:
         with self._database.transaction() as connection:
+            # Before anything is written: what another server has written meanwhile is in the way.
+            holds = [hold for job in jobs for hold in job.holds]
+            if holds and (lost := hold_store.lost(connection, holds)):
+                raise LostError(lost)
             writes = [write for job in jobs for write in job.writes]
+            if self._database.shared and any(map(_of_log, writes)):
+                hold_store.wait_for_log(connection)
             # A database that was lost must take a page again before it is trusted with a drop.
             if not writes or any(job.mends is not None for job in jobs):
-                store.probe(connection)
-            store.apply(connection, writes)
+                statements.probe(connection)
+            statements.apply(connection, writes)
             self._queue.check(jobs)
+
+    def _lose(self, holds: Sequence[Hold]) -> None:
+        """These rooms are another server's; all else is as before."""
+        rooms = ", ".join(sorted(repr(hold.room) for hold in holds))
+        failure = HoldLostError(f"another server has {rooms} now", field="room")
+        self._call(self._answers.lost, holds, self._queue.lost(holds), failure)
 
     def _sift(self, jobs: Sequence[Job], error: BaseException) -> None:
         """The database is well, but one of these it will never take: the others one by one."""
@@ -153,3 +171,8 @@ class Committer:
         self._delay = min(2.0 * self._delay, _RETRY[1])
         if self._queue.closing and (lost := self._queue.abandon()):
             _log.error("%d writes are left to the next start to compute again", lost)
+
+
+def _of_log(write: Write) -> bool:
+    """Whether it adds to the log of receipts, or may take out of it."""
+    return isinstance(write, LogLeaf | IfHeld)

@@ -1,8 +1,9 @@
-"""Opening the ledger's database: its address, one server at a time, tables brought up to date."""
+"""Opening the ledger's database: its address, who may use it, its tables brought up to date."""
 
 import contextlib
 import fcntl
 import os
+import secrets
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,14 @@ from sqlalchemy.pool import NullPool, StaticPool
 from app.errors import LedgerError, SettingError
 from app.persistence.fence import Fence
 
-HEAD = "0007"  # the last step of `migrations`
+HEAD = "0008"  # the last step of `migrations`
 
 _PATIENCE = 5  # s that a database may take to answer
 _LOCK = 0x706C696E6B6F  # 'plinko', the key of PostgreSQL's advisory lock
+_MAKING = _LOCK + 1  # of the lock under which tables are made
+_MAKING_PATIENCE = 60  # s
+_OWN = 0x706C696E  # 'plin', the first key of the locks that each of several servers has for itself
+_IDLE = 1  # s that a server may leave a transaction open which others may wait for
 _LOCK_PATIENCE = 1  # s that the server before may take to let go of it
 _LOCK_NOT_AVAILABLE = "55P03"  # PostgreSQL's error code
 
@@ -48,14 +53,25 @@ def address(url: str) -> URL:
 class Database:
     """One database and the one connection that the ledger's writer works over.
 
-    Blocking, and for one thread at a time. `connect` and `transaction` raise SQLAlchemy's errors,
-    OSError, and LedgerError for a database that is there but cannot be used.
+    `shared`: with other servers that say so too, on PostgreSQL. Blocking, and for one thread at a
+    time. `connect` and `transaction` raise SQLAlchemy's errors, OSError, and LedgerError for a
+    database that is there but cannot be used.
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, *, shared: bool = False) -> None:
         self.url = address(url)
         self.name = self.url.render_as_string(hide_password=True)
-        self._engine = _sqlite(self.url) if self.file or self.in_memory else _postgres(self.url)
+        self.shared = shared
+        if self.url.get_backend_name() == "sqlite":
+            self._engine = _sqlite(self.url)
+        else:
+            self._engine = _postgres(self.url, shared=shared)
+        if shared and self._engine.dialect.name != "postgresql":
+            raise SettingError(
+                f"servers cannot share {self.name}: a ledger that several use is on PostgreSQL",
+                field="database_url",
+            )
+        self._own_lock = secrets.randbits(31) if shared else None
         self._connection: Connection | None = None
         self._inode: tuple[int, int] | None = None
         self._lock: int | None = None
@@ -166,7 +182,7 @@ class Database:
         if self._connection is None:
             connection = self._engine.connect()
             if self._engine.dialect.name == "postgresql":
-                _lock_database(connection)
+                _lock_database(connection, self._own_lock)
             self._connection = connection
         return self._connection
 
@@ -187,9 +203,27 @@ def reason(error: BaseException) -> str:
 
 
 def migrate(connection: Connection) -> None:
-    """Bring the tables up to date; raises LedgerError when they are of a later release."""
+    """Bring the tables up to date; raises LedgerError when they are of a later release.
+
+    Servers that share the database do so one after another.
+    """
     if _revision(connection) == HEAD:
         return
+    if connection.dialect.name != "postgresql":
+        _upgrade(connection)
+        return
+    with connection.begin():
+        connection.execute(sa.text(f"SET LOCAL statement_timeout = '{_MAKING_PATIENCE}s'"))
+        connection.execute(sa.text(f"SELECT pg_advisory_lock({_MAKING})"))
+    try:
+        if _revision(connection) != HEAD:
+            _upgrade(connection)
+    finally:
+        with connection.begin():
+            connection.execute(sa.text(f"SELECT pg_advisory_unlock({_MAKING})"))
+
+
+def _upgrade(connection: Connection) -> None:
     # Imported when there is something to do: a start that finds its tables does without.
     from alembic import command  # noqa: PLC0415
     from alembic.config import Config  # noqa: PLC0415
@@ -245,7 +279,11 @@ def _sqlite(url: URL) -> Engine:
     return engine
 
 
-def _postgres(url: URL) -> Engine:
+def _postgres(url: URL, *, shared: bool) -> Engine:
+    options = f"-c synchronous_commit=on -c statement_timeout={1000 * _PATIENCE}"
+    if shared:
+        # A server that freezes amid a transaction keeps the others from its rooms no longer.
+        options += f" -c idle_in_transaction_session_timeout={1000 * _IDLE}"
     try:
         return sa.create_engine(
             url,
@@ -254,7 +292,7 @@ def _postgres(url: URL) -> Engine:
                 "connect_timeout": _PATIENCE,
                 "keepalives_idle": 2 * _PATIENCE,
                 "tcp_user_timeout": 1000 * _PATIENCE,
-                "options": f"-c synchronous_commit=on -c statement_timeout={1000 * _PATIENCE}",
+                "options": options,
                 "application_name": "plinko",
             },
         )
@@ -265,20 +303,27 @@ def _postgres(url: URL) -> Engine:
         ) from None
 
 
-def _lock_database(connection: Connection) -> None:
+def _lock_database(connection: Connection, own: int | None) -> None:
     """Take PostgreSQL's lock, which goes with the connection; raises LedgerError when taken.
 
-    Waits for a moment: the backend of a server that has just ended gives it up when it notices.
+    Servers that share the database share the lock, and each has an `own` one, so that the last
+    transaction of a lost connection is over before the next one begins. Waits for a moment: the
+    backend of a server that has just ended gives it up when it notices.
     """
+    kind = "" if own is None else "_shared"
     try:
         with connection.begin():
             connection.execute(sa.text(f"SET LOCAL lock_timeout = '{_LOCK_PATIENCE}s'"))
-            connection.execute(sa.text(f"SELECT pg_advisory_lock({_LOCK})"))
+            connection.execute(sa.text(f"SELECT pg_advisory_lock{kind}({_LOCK})"))
+            if own is not None:
+                connection.execute(sa.text(f"SELECT pg_advisory_lock({_OWN}, {own})"))
     except sa.exc.OperationalError as error:
         connection.close()
         if getattr(error.orig, "sqlstate", None) != _LOCK_NOT_AVAILABLE:
             raise
-        raise LedgerError("another server uses it") from None
+        raise LedgerError(
+            "another server uses it" if own is None else "another server uses it for itself alone"
+        ) from None
 
 
 def _lock_file(file: Path) -> int:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from sqlalchemy import Connection
 
-from app.persistence import store
+from app.persistence import statements, store
 from app.rooms.kinds import format_of
 from app.rooms.records import Close, ResultRow, RoomRow
 
@@ -41,5 +41,5 @@ def retire(connection: Connection, room_id: str, now: float) -> Retired | None:
     if row is None:
         return None
     results = voided(connection, row, row.tick, DROPPED)
-    store.apply(connection, [*results, Close(row.number, row.tick, now)])
+    statements.apply(connection, [*results, Close(row.number, row.tick, now)])
     return Retired(row.number, row.id, len(results), sum(result.payout for result in results))

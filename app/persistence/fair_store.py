@@ -145,6 +145,16 @@ def nodes(connection: Connection, wanted: Iterable[merkle.Node]) -> Nodes:
     return found
 
 
+def can_take_out(connection: Connection, undo: Undo) -> bool:
+    """Whether the receipts of refused drops are the log's last, if there are any."""
+    receipt = tables.receipts.c
+    refused = (receipt.room == undo.room) & (receipt.ball >= undo.first)
+    first, count = connection.execute(
+        select(func.min(receipt.leaf), func.count()).where(refused)
+    ).one()
+    return first is None or bool(first + count == size(connection))
+
+
 def take_out(connection: Connection, undo: Undo) -> None:
     """Forget the receipts of refused drops, which nobody was told of and are the log's last."""
     receipt, node = tables.receipts.c, tables.log_nodes.c

@@ -66,13 +66,16 @@ class Recovery:
         self._limits = limits
 
     async def survey(self, ground_now: Callable[[str], Ground | None]) -> Left:
-        """What there is to go on with; no room is rebuilt yet.
+        """What there is to go on with; no room is rebuilt yet. Of a shared ledger, nothing.
 
         `ground_now` gives what a public room is over in this server, and None for other rooms. A
         public room that cannot go on as it was counts as one that moved. Raises LedgerError when
         the ledger cannot be read. Where only the list of rooms is damaged, the rows that can be
         read are gone on with.
         """
+        if self._sessions.numbers is not None:
+            await self._sessions.numbers.fill()
+            return Left([], {}, [])  # each room is taken when it is needed
         try:
             self._sessions.next_number = await self._read(store.last_number) + 1
             moving = await self._read(store.awake_rooms)
@@ -123,22 +126,35 @@ class Recovery:
         None when the ledger knows no such open room, or the room of nobody could not go on.
         `ground_now` is what a public room is over in this server; `turn` is awaited now and then.
         Raises LedgerError when the ledger cannot be read, DamagedRoomError when the room is set
-        aside.
+        aside, HoldLostError when another server has taken it meanwhile.
         """
         try:
             row = await self._read(store.open_room, room_id=room_id)
             if row is None:
                 return None
+            self._sessions.note(row.number, room_id)
             why = self._outdated(row, ground_now)
             if why is not None:
                 return await self._succeed(row, why, turn)
-            return self._enter(row, await self._replayed(row, turn))
+            replay = await self._replayed(row, turn)
+            await self._confirm(room_id)
+            return self._enter(row, replay)
         except LedgerError as error:
-            if isinstance(error, DamagedRoomError):
-                raise self._put_aside(room_id, error) from error
-            raise
-        except Exception as error:
+            if not isinstance(error, DamagedRoomError):
+                raise
+            await self._confirm(room_id)
             raise self._put_aside(room_id, error) from error
+        except Exception as error:
+            await self._confirm(room_id)
+            raise self._put_aside(room_id, error) from error
+
+    async def _confirm(self, room_id: str) -> None:
+        """Raise HoldLostError where another server has gone on with what was read meanwhile.
+
+        A row of before beside inputs of after looks like damage, and is none.
+        """
+        if self._sessions.holds is not None:
+            await self._sessions.holds.confirm(room_id)
 
     async def closed(self, room_id: str) -> tuple[int, Room] | None:
         """The last session of a room that was closed, by number, and the room as it ended.
@@ -224,6 +240,7 @@ class Recovery:
             horizon=row.tick,
             checkpoint_tick=room.world.tick,
             clean=not row.awake,
+            creator=row.creator,
         )
         self._sessions.begin(row.id, record)
         self.rebuilt += row.awake
@@ -258,6 +275,7 @@ class Recovery:
         room = make_room(row.id, ground, row.mode, tick_rate=self._tick_rate, limits=self._limits)
         record = self._sessions.of(room)
         record.owned, record.opened, record.known = True, row.opened, True
+        record.creator = row.creator
         # In one transaction, so that the room is never without a session.
         self._sessions.report([*writes, *self._sessions.rows(room, record)])
         return room

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from app.errors import LedgerError
 from app.persistence.commit_queue import Done
+from app.persistence.holds import Holds
 from app.persistence.null_ledger import NullLedger
 from app.persistence.recovery import Recovery
 from app.persistence.sessions import SessionRecord, Sessions
@@ -34,7 +35,7 @@ by the next one, so that nothing grows however long a commit takes."""
 class PersistenceService:
     """Tells the ledger what happens in rooms, and when; for the event loop's thread.
 
-    `now` gives Unix time in seconds.
+    `now` gives Unix time in seconds; `holds` are this server's where several share the ledger.
     """
 
     def __init__(
@@ -44,9 +45,11 @@ class PersistenceService:
         tick_rate: int,
         limits: BallLimits,
         now: Callable[[], float] = time.time,
+        holds: Holds | None = None,
     ) -> None:
         self.ledger = ledger
-        self.sessions = Sessions(ledger, now)
+        self.holds = holds
+        self.sessions = Sessions(ledger, now, holds)
         self.recovery = Recovery(self.sessions, tick_rate=tick_rate, limits=limits)
         self._tick_rate = tick_rate
         self._since_renewal = 0  # ticks
@@ -67,10 +70,16 @@ class PersistenceService:
 
     # Sessions begin and end.
 
-    async def create(self, room: Room, taken: Sequence[PendingInput[Any]] = ()) -> None:
-        """Enter a room of its creator, with inputs that it has taken; raises LedgerError."""
+    async def create(
+        self, room: Room, creator: str | None = None, taken: Sequence[PendingInput[Any]] = ()
+    ) -> None:
+        """Enter a room that belongs to its creator, by a mark of that; raises LedgerError.
+
+        taken: the inputs that it begins with, of one that was played elsewhere.
+        """
         record = self.sessions.of(room)
         record.owned = record.known = True
+        record.creator = creator
         rows = self.sessions.rows_with(room, record, taken)
         try:
             await self.ledger.commit(*rows, undo=(Close(record.number, 0, self.now()),))
@@ -82,8 +91,10 @@ class PersistenceService:
         """End a room's session and begin its next, both or neither; raises LedgerError."""
         record = self.sessions.of(old)
         now = self.now()
-        number = self.sessions.number()
-        following = SessionRecord(number, record.owned, record.opened, now, known=True)
+        number = self.sessions.number(old.id)
+        following = SessionRecord(
+            number, record.owned, record.opened, now, known=True, creator=record.creator
+        )
         self.sessions.report([])
         await self.ledger.commit(
             self.sessions.closing(old),
@@ -108,6 +119,7 @@ class PersistenceService:
 
     def close(self, room: Parked) -> None:
         """A parked room's session is over."""
+        self.sessions.note(room.number, room.id)
         self.sessions.report([Close(room.number, room.tick, self.now())])
 
     # Rooms leave the memory.
@@ -183,7 +195,7 @@ class PersistenceService:
             elif first:
                 # Whether its row was written is not known: the next drop brings another.
                 record.known = False
-                record.number = self.sessions.number()
+                record.number = self.sessions.number(room.id)
         done(error)
         if error is not None and record is not None and not room.awake:
             self.slept(room)  # what was refused may have told the ledger that it is awake
@@ -191,10 +203,13 @@ class PersistenceService:
     def may_step(self, room: Room) -> bool:
         """Whether the ledger has heard of the room's next tick; not asked for while it is lost.
 
-        Nor of a room that it does not know: what moves there has moved since it began.
+        Unless servers share it: another one may take the room over from where it last heard. Nor
+        is it asked of a room that it does not know: what moves there has moved since it began.
         """
         record = self.sessions.of(room)
-        return not record.known or room.world.tick < record.horizon or not self.ledger.up
+        if not record.known or room.world.tick < record.horizon:
+            return True
+        return not self.ledger.up and self.holds is None
 
     def landed(self, room: Room, landed: messages.Landed) -> None:
         """A ball has landed; the ledger hears of it with the next news."""

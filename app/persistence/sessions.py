@@ -14,7 +14,9 @@ import msgspec
 
 from app.errors import LedgerError
 from app.persistence.commit_queue import Done
+from app.persistence.holds import Holds
 from app.persistence.null_ledger import NullLedger
+from app.persistence.numbers import SharedNumbers
 from app.persistence.writer import Ledger
 from app.rooms.pending import PendingInput
 from app.rooms.records import BoardRow, Close, Mark, Reopen, ResultRow, RoomRow, Write
@@ -36,15 +38,26 @@ class SessionRecord:
     checkpoint_tick: int = 0
     clean: bool = True  # asleep, and the ledger has heard of it
     version: int = 0  # counts submissions
+    creator: str | None = None  # a mark, see RoomRow
     underway: int = 0  # marks of its progress that the ledger has not answered for
 
 
 class Sessions:
-    """The records by room; for the event loop's thread. `now` gives Unix time in seconds."""
+    """The records by room; for the event loop's thread. `now` gives Unix time in seconds.
 
-    def __init__(self, ledger: Ledger | NullLedger, now: Callable[[], float] = time.time) -> None:
+    `holds` are this server's where several share the ledger.
+    """
+
+    def __init__(
+        self,
+        ledger: Ledger | NullLedger,
+        now: Callable[[], float] = time.time,
+        holds: Holds | None = None,
+    ) -> None:
         self.ledger = ledger
         self.now = now
+        self.holds = holds
+        self.numbers = None if holds is None else SharedNumbers(ledger)
         self.next_number = 1
         self._records: dict[str, SessionRecord] = {}
         self._results: list[Write] = []
@@ -54,7 +67,8 @@ class Sessions:
         found = self._records.get(room.id)
         if found is None:
             now = self.now()
-            found = self._records[room.id] = SessionRecord(self.number(), False, now, now)
+            number = self.number(room.id)
+            found = self._records[room.id] = SessionRecord(number, False, now, now)
         return found
 
     def find(self, room: Room, number: int) -> SessionRecord | None:
@@ -65,14 +79,27 @@ class Sessions:
     def begin(self, room_id: str, record: SessionRecord) -> None:
         """The room goes on in this session."""
         self._records[room_id] = record
+        self.note(record.number, room_id)
+
+    def note(self, number: int, room_id: str) -> None:
+        """The session of this number is one of this room."""
+        if self.holds is not None:
+            self.holds.note(number, room_id)
 
     def forget(self, room: Room) -> None:
         """The room left the memory; what is in the ledger stays."""
         self._records.pop(room.id, None)
 
-    def number(self) -> int:
-        """A number that no session has had."""
-        number, self.next_number = self.next_number, self.next_number + 1
+    def number(self, room_id: str) -> int:
+        """A number that no session has had, for one of this room; raises LedgerError.
+
+        It always has one where a single server uses the ledger.
+        """
+        if self.numbers is None:
+            number, self.next_number = self.next_number, self.next_number + 1
+        else:
+            number = self.numbers.next()
+        self.note(number, room_id)
         return number
 
     def add_results(self, results: list[ResultRow]) -> None:
@@ -137,6 +164,7 @@ class Sessions:
             physics_version=PHYSICS_VERSION,
             opened=record.opened,
             used=record.used,
+            creator=record.creator,
         )
 
     def rows(self, room: Room, record: SessionRecord) -> list[Write]:

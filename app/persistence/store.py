@@ -1,54 +1,23 @@
-"""The ledger's statements: values go in and come out over a SQLAlchemy connection."""
+"""The ledger's statements that read, and what prunes it, over a SQLAlchemy connection."""
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict
-from itertools import groupby
+from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import Connection, Row, Select, bindparam, delete, func, insert, select, update
-from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy import Connection, Row, Select, delete, func, select
 
 from app.errors import DamagedRoomError, shorten
-from app.persistence import fair_store, halt_store, tables, totals
-from app.rooms.drop_format import DropFormat
+from app.persistence import tables
 from app.rooms.records import (
-    BoardRow,
-    Close,
     DropRow,
-    FairEnd,
-    FairOpening,
-    FairSessionRow,
-    Halt,
     InputRow,
-    LogLeaf,
-    Mark,
+    Listed,
     OpenDrop,
     Parked,
     Pruned,
-    Release,
-    Reopen,
     ResultRow,
     RoomRow,
     TakenRow,
-    Undo,
-    Void,
-    Write,
 )
-
-_MARKED = ("tick", "awake", "used", "checkpoint", "checkpoint_drops")  # the last two together
-_PROBE = b"\0" * 8192  # more than a page, so that a ledger that cannot grow refuses it
-
-
-def apply(connection: Connection, writes: Iterable[Write]) -> None:
-    """Carry out `writes` in their order; runs of one kind go to the database together."""
-    for kind, run in groupby(writes, key=type):
-        _APPLY[kind](connection, list(run))
-
-
-def probe(connection: Connection) -> None:
-    """Write a page's worth and take it out again, in one transaction."""
-    connection.execute(insert(tables.probes).values(number=1, filler=_PROBE))
-    connection.execute(delete(tables.probes))
 
 
 def prune(connection: Connection, before: float, *, keep: bool = False) -> Pruned:
@@ -76,6 +45,9 @@ def prune(connection: Connection, before: float, *, keep: bool = False) -> Prune
         counts.append(int(found or 0))
         if not keep:
             connection.execute(delete(table).where(column.in_(over)))
+    if not keep:  # no server runs, so that nobody has a room that is not there any more
+        gone = tables.holds.c.room.not_in(select(rooms.c.id))
+        connection.execute(delete(tables.holds).where(gone))
     _, drops, inputs, sessions = counts
     return Pruned(sessions, drops, inputs)
 
@@ -116,9 +88,32 @@ def awake_rooms(connection: Connection) -> list[Parked]:
     return _parked(connection, awake=True)
 
 
+def directory(connection: Connection) -> list[Listed]:
+    """All open sessions: those in which nothing moves, then the others."""
+    return [
+        Listed(Parked(*row), awake)
+        for awake in (False, True)
+        for row in connection.execute(_choose_parked(awake=awake))
+    ]
+
+
+def unused_rooms(connection: Connection, before: float, limit: int) -> list[Parked]:
+    """So many of the sleeping rooms with owners that were last used before this Unix time, in s."""
+    used = tables.rooms.c.used < before
+    chosen = _choose_parked(awake=False).where(tables.rooms.c.owned, used).limit(limit)
+    return [Parked(*row) for row in connection.execute(chosen)]
+
+
 def _parked(connection: Connection, *, awake: bool, owned: bool | None = None) -> list[Parked]:
+    chosen = _choose_parked(awake=awake)
+    if owned is not None:
+        chosen = chosen.where(tables.rooms.c.owned.is_(owned))
+    return [Parked(*row) for row in connection.execute(chosen)]
+
+
+def _choose_parked(*, awake: bool) -> Select[Any]:
     room = tables.rooms.c
-    chosen = (
+    return (
         select(
             room.number,
             room.id,
@@ -133,9 +128,15 @@ def _parked(connection: Connection, *, awake: bool, owned: bool | None = None) -
         .where(room.closed.is_(None), room.awake.is_(awake))
         .order_by(room.used)
     )
-    if owned is not None:
-        chosen = chosen.where(room.owned.is_(owned))
-    return [Parked(*row) for row in connection.execute(chosen)]
+
+
+def count_owned(connection: Connection, creator: str | None = None) -> int:
+    """How many open rooms have owners; with a `creator`, those that bear this mark."""
+    room = tables.rooms.c
+    chosen = select(func.count()).where(room.closed.is_(None), room.owned)
+    if creator is not None:
+        chosen = chosen.where(room.creator == creator)
+    return int(connection.scalar(chosen) or 0)
 
 
 def last_number(connection: Connection) -> int:
@@ -297,104 +298,3 @@ def _result(row: Row[Any]) -> ResultRow | None:
         unsettled=row.result_unsettled,
         payout=row.result_payout,
     )
-
-
-def _new(connection: Connection, table: Any) -> Any:
-    """What inserts rows into a table, leaving those alone that are there already."""
-    dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
-    return dialect.insert(table).on_conflict_do_nothing()
-
-
-def _add_boards(connection: Connection, rows: list[BoardRow]) -> None:
-    connection.execute(_new(connection, tables.boards), [asdict(row) for row in rows])
-
-
-def _add_rooms(connection: Connection, rows: list[RoomRow]) -> None:
-    connection.execute(insert(tables.rooms), [asdict(row) for row in rows])
-
-
-def _add_drops(connection: Connection, rows: list[DropRow]) -> None:
-    connection.execute(
-        insert(tables.drops), [asdict(row) | {"seed": str(row.seed)} for row in rows]
-    )
-
-
-def _add_inputs(connection: Connection, rows: list[InputRow]) -> None:
-    connection.execute(insert(tables.inputs), [asdict(row) for row in rows])
-
-
-def _add_results(connection: Connection, rows: list[ResultRow]) -> None:
-    # A result that is written again is the same: it follows from the drop.
-    result = tables.results.c
-    adding = _new(connection, tables.results).returning(result.room, result.ball)
-    totals.count(connection, connection.execute(adding, [asdict(row) for row in rows]).all())
-
-
-def _mark(connection: Connection, rows: list[Mark]) -> None:
-    for far, run in groupby(rows, key=lambda row: row.checkpoint is not None):
-        names = _MARKED if far else _MARKED[:3]
-        new: dict[str, Any] = {name: bindparam(f"new_{name}") for name in names}
-        marked = update(tables.rooms).where(tables.rooms.c.number == bindparam("room")).values(new)
-        values = [{"room": m.room} | {f"new_{n}": getattr(m, n) for n in names} for m in run]
-        connection.execute(marked, values)
-
-
-def _undo(connection: Connection, rows: list[Undo]) -> None:
-    for row in rows:
-        fair_store.take_out(connection, row)
-        for table in (tables.results, tables.drops):
-            connection.execute(
-                delete(table).where(table.c.room == row.room, table.c.ball >= row.first)
-            )
-        number = tables.inputs.c.number
-        connection.execute(
-            delete(tables.inputs).where(tables.inputs.c.room == row.room, number >= row.first)
-        )
-
-
-def _void(connection: Connection, rows: list[Void]) -> None:
-    # Rooms whose balls touch each other have no drops with results, and nothing is staked there.
-    void = DropFormat().void
-    for row in rows:
-        unended = unended_drops(connection, row.room)
-        if unended:
-            _add_results(connection, [void(drop, row.tick, row.why) for drop in unended])
-
-
-def _close(connection: Connection, rows: list[Close]) -> None:
-    for row in rows:
-        connection.execute(
-            update(tables.rooms)
-            .where(tables.rooms.c.number == row.room)
-            .values(closed=row.closed, awake=False, tick=row.tick)
-        )
-
-
-def _reopen(connection: Connection, rows: list[Reopen]) -> None:
-    # As awake: whoever rebuilds it finds out whether something moves.
-    for row in rows:
-        connection.execute(
-            update(tables.rooms)
-            .where(tables.rooms.c.number == row.room)
-            .values(closed=None, awake=True, tick=row.tick)
-        )
-
-
-_APPLY: dict[type, Callable[[Connection, Any], None]] = {
-    BoardRow: _add_boards,
-    RoomRow: _add_rooms,
-    DropRow: _add_drops,
-    InputRow: _add_inputs,
-    ResultRow: _add_results,
-    Mark: _mark,
-    Undo: _undo,
-    Void: _void,
-    Close: _close,
-    Reopen: _reopen,
-    FairSessionRow: fair_store.add_sessions,
-    FairOpening: fair_store.open_sessions,
-    FairEnd: fair_store.end_sessions,
-    LogLeaf: fair_store.add_leaves,
-    Halt: halt_store.halt,
-    Release: halt_store.release,
-}

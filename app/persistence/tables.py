@@ -1,10 +1,13 @@
 """The ledger's tables. A change here needs a step in `migrations/versions` as well."""
 
+from typing import Any
+
 from sqlalchemy import (
     BigInteger,
     Boolean,
     CheckConstraint,
     Column,
+    Connection,
     Double,
     ForeignKey,
     ForeignKeyConstraint,
@@ -19,6 +22,7 @@ from sqlalchemy import (
     false,
     text,
 )
+from sqlalchemy.dialects import postgresql, sqlite
 
 metadata = MetaData()
 
@@ -53,6 +57,8 @@ rooms = Table(
     # A world to start the replay from, and how many drops it has taken; NULL: an empty one.
     Column("checkpoint", LargeBinary),
     Column("checkpoint_drops", BigInteger, nullable=False),
+    # Who made it, as a mark that says no more; where several servers share the ledger.
+    Column("creator", String(64)),
     Index("rooms_open", "id", unique=True, sqlite_where=text("closed IS NULL"),
           postgresql_where=text("closed IS NULL")),
     Index("rooms_awake", "number", sqlite_where=text("awake AND closed IS NULL"),
@@ -170,6 +176,34 @@ halts = Table(
     Column("since", Double, nullable=False),  # Unix time, s
 )
 
+# Which server has a room, where several share the ledger. `number` grows with every change of
+# hands and is what a write must still find here; a `holder` of "" is nobody.
+holds = Table(
+    "holds",
+    metadata,
+    Column("room", String(64), primary_key=True),
+    Column("number", BigInteger, nullable=False),
+    Column("holder", Text, nullable=False),
+    Column("address", Text, nullable=False),  # where the other servers reach it
+    Column("taken", Double, nullable=False),  # Unix time, s
+)
+
+# What servers number together: the next number that none of them has, and rows to lock by.
+counters = Table(
+    "counters",
+    metadata,
+    Column("name", String(32), primary_key=True),
+    Column("next", BigInteger, nullable=False),
+)
+
+# What servers that share the ledger sign with, in hexadecimal.
+secrets = Table(
+    "secrets",
+    metadata,
+    Column("name", String(32), primary_key=True),
+    Column("value", Text, nullable=False),
+)
+
 # Written and emptied again to find out whether the ledger takes a page's worth of data now.
 probes = Table(
     "probes",
@@ -177,3 +211,9 @@ probes = Table(
     Column("number", Integer, primary_key=True),
     Column("filler", LargeBinary, nullable=False),
 )
+
+
+def adding(connection: Connection, table: Table) -> Any:
+    """An insert into a table that can say what becomes of rows that are there already."""
+    dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
+    return dialect.insert(table)

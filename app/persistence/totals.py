@@ -9,7 +9,6 @@ from dataclasses import astuple, dataclass
 from typing import Any, Final
 
 from sqlalchemy import Connection, Row, select, tuple_
-from sqlalchemy.dialects import postgresql, sqlite
 
 from app.persistence import tables
 
@@ -53,7 +52,8 @@ def count(connection: Connection, results: Sequence[Row[Any]]) -> None:
             total.squares += float(row.stake) ** 2
             total.paid += row.payout
     if found:
-        connection.execute(_adding(connection), [_values(each) for each in found.values()])
+        ordered = [_values(found[key]) for key in sorted(found)]
+        connection.execute(_adding(connection), ordered)
 
 
 def read(connection: Connection) -> list[Total]:
@@ -84,8 +84,7 @@ def _values(total: Total) -> dict[str, Any]:
 
 
 def _adding(connection: Connection) -> Any:
-    dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
-    new = dialect.insert(tables.totals)
+    new = tables.adding(connection, tables.totals)
     here, sums = tables.totals.c, ("plays", "staked", "squares", "paid")
     grown = {name: here[name] + new.excluded[name] for name in sums}
     return new.on_conflict_do_update(index_elements=["board", "stake", "aimed"], set_=grown)

@@ -18,13 +18,16 @@ from typing import Any, Final, Protocol, TypeVar
 
 from sqlalchemy import Connection
 
-from app.errors import LedgerError
+from app.errors import HoldLostError, LedgerError
 from app.persistence.commit_queue import CommitQueue, Done, Job
 from app.persistence.committer import Answers, Committer
 from app.persistence.database import Database
-from app.rooms.records import Write
+from app.rooms.records import Hold, Write
 
 T = TypeVar("T")
+
+Part = tuple[Hold | None, Sequence[Write]]
+"""Writes that are made under a hold of their room; None: they are of no room."""
 
 _FORGET: Final = 0.9  # what a commit leaves of the longest latency before it
 _LOOKS: Final = 4  # at the thread within one patience; a process that was stopped counts as one
@@ -69,6 +72,10 @@ class Ledger:
         self.failures = 0
         self.lag = 0.0  # s from submission to durability, the longest of late
         self.on_commit: Callable[[float], None] = lambda seconds: None
+        # Where several servers share the database: which holds writes are made under, and who
+        # hears that some are lost, before those whose writes are refused for it.
+        self.stamp: Callable[[Sequence[Write]], list[Part]] | None = None
+        self.on_lost: Callable[[Sequence[Hold], HoldLostError], None] = lambda holds, failure: None
         self._clock = clock
         self._queue = CommitQueue()
         self._watched = False
@@ -81,6 +88,7 @@ class Ledger:
             refused=self._refused,
             read=_tell,
             mended=self._mended,
+            lost=self._lost,
         )
         self.committer = Committer(database, self._queue, answers, period=period, clock=clock)
         self._thread = threading.Thread(target=self.committer.run, name="ledger", daemon=True)
@@ -131,7 +139,7 @@ class Ledger:
         a refusal takes all that is not durable yet, and the latest hears of it first. Raises
         LedgerError when the ledger cannot be written now; `done` is then not called.
         """
-        self._put(Job(writes, undo, done, line))
+        self._put(Job(writes, undo, done, self._holds(writes), line))
 
     async def commit(self, *writes: Write, undo: Sequence[Write] = ()) -> None:
         """Return once `writes` are durable; raises LedgerError when they will not be."""
@@ -141,8 +149,15 @@ class Ledger:
 
     def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
         """Have `writes` made durable some time; they outlast every failure but the process's."""
-        if writes:
+        if not writes:
+            return
+        if self.stamp is None:
             self._put(Job(writes, done=done, keep=True))
+            return
+        # One room's loss takes nothing from the others.
+        for hold, part in self.stamp(writes):
+            own = done if part[-1] is writes[-1] else None
+            self._put(Job(part, done=own, holds=() if hold is None else (hold,), keep=True))
 
     async def read(self, read: Callable[[Connection], T]) -> T:
         """What `read` finds after all that was submitted before; raises LedgerError."""
@@ -163,6 +178,11 @@ class Ledger:
         await asyncio.to_thread(self._thread.join, _FAREWELL)
         if self._thread.is_alive():
             _log.error("the ledger %s does not come back; the server ends", self.database.name)
+
+    def _holds(self, writes: Sequence[Write]) -> tuple[Hold, ...]:
+        if self.stamp is None:
+            return ()
+        return tuple(hold for hold, _ in self.stamp(writes) if hold is not None)
 
     def _put(self, job: Job) -> None:
         job.asked = self._clock()
@@ -221,6 +241,11 @@ class Ledger:
         _tell(jobs[::-1], failure)
         for line in {job.line for job in jobs if job.line is not None}:
             self._queue.mend(line)
+
+    def _lost(self, holds: Sequence[Hold], jobs: Sequence[Job], failure: HoldLostError) -> None:
+        """The rooms go before anybody hears of a refusal: whoever watched them hears of nothing."""
+        self.on_lost(holds, failure)
+        _tell(jobs[::-1], failure)
 
     def _mended(self, failure: LedgerError) -> None:
         self._queue.open(failure)

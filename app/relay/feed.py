@@ -74,7 +74,9 @@ async def feed_relays(bus: Carried | None, rooms: Rooms, client_ids: Iterator[in
     """Feed relays over a bus, and carry it, until this is cancelled; nothing without a bus."""
     if bus is None:
         return
-    feeds = Feeds(bus, rooms, new_client=client_ids.__next__)
+    # Where several servers hear the wishes, the one that has the room is the one to grant them.
+    holds: Callable[[str], bool] = (lambda _: True) if rooms.holding is None else rooms.is_open
+    feeds = Feeds(bus, rooms, new_client=client_ids.__next__, holds=holds)
     try:
         await bus.run()
     finally:

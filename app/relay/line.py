@@ -11,8 +11,8 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
 from app.errors import SettingError
 
-_RESTART = 1012  # RFC 6455: come back later
-_GONE = 1006  # it ended without a word; not to be sent
+RESTART = 1012  # RFC 6455: come back later
+GONE = 1006  # it ended without a word; not to be sent
 
 
 def address(rooms: str, room_id: str, query: str) -> str:
@@ -35,20 +35,24 @@ async def talk(socket: WebSocket, url: str, first: str | None) -> None:
         ) as room:
             if first is not None:
                 await room.send(first)
-            await _both_ways(socket, room)
-            code, reason = room.close_code or _RESTART, room.close_reason or ""
-    except (OSError, InvalidHandshake, TimeoutError) as error:
-        code, reason = _RESTART, f"the room's process does not answer: {type(error).__name__}"
+            await both_ways(socket, room)
+            code, reason = room.close_code or RESTART, room.close_reason or ""
+    except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError) as error:
+        code, reason = RESTART, f"the room's process does not answer: {type(error).__name__}"
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):
-        await socket.close(_RESTART if code == _GONE else code, reason)
+        await socket.close(RESTART if code == GONE else code, reason)
 
 
-async def _both_ways(socket: WebSocket, room: ClientConnection) -> None:
+async def both_ways(socket: WebSocket, room: ClientConnection) -> None:
+    """Pass everything on, both ways, until one side ends."""
     tasks = [asyncio.create_task(_down(room, socket)), asyncio.create_task(_up(socket, room))]
-    await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    for task in tasks:
-        task.cancel()
-    for ended in await asyncio.gather(*tasks, return_exceptions=True):
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        outcomes = await asyncio.gather(*tasks, return_exceptions=True)
+    for ended in outcomes:
         if isinstance(ended, Exception) and not isinstance(
             ended, ConnectionClosed | WebSocketDisconnect
         ):

@@ -20,7 +20,7 @@ class RoomRow:
 
     `tick` is one that nobody was shown a later one than. `checkpoint` is a world to start a replay
     from, after `checkpoint_drops` drops (or inputs); None means the world at tick 0. Times are
-    Unix times.
+    Unix times. `creator` is a mark of who made it, where rooms are counted by that.
     """
 
     number: int
@@ -37,6 +37,7 @@ class RoomRow:
     checkpoint: bytes | None = None
     checkpoint_drops: int = 0
     closed: float | None = None
+    creator: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +58,14 @@ class Parked:
         """What is remembered of a session that sleeps."""
         drops = row.checkpoint_drops
         return cls(row.number, row.id, board_name, row.board, row.mode, row.tick, drops, row.used)
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """An open room of a ledger that servers share, and whether something moved in it last."""
+
+    room: Parked
+    awake: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,17 +207,22 @@ class FairSessionRow:
 
 @dataclass(frozen=True, slots=True)
 class FairOpening:
-    """The player opened their secret."""
+    """The player opened their secret. `room` is the id of the session's room."""
 
     session: str
+    room: str
     client_seed: str
 
 
 @dataclass(frozen=True, slots=True)
 class FairEnd:
-    """A session is over; None: it goes on, as its end was refused or may be."""
+    """A session is over; None: it goes on, as its end was refused or may be.
+
+    `room` is the id of the session's room.
+    """
 
     session: str
+    room: str
     end: str | None
     end_signature: str | None
 
@@ -266,6 +280,36 @@ class Release:
     room: str
 
 
+@dataclass(frozen=True, slots=True, order=True)
+class Hold:
+    """That a server has the room `room`, for as long as the ledger has the same `number` of it."""
+
+    room: str
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class HoldRow:
+    """Who has a room: `holder` by name, \"\" for nobody, since `taken` in Unix time, in s.
+
+    `address` is where the other servers reach it.
+    """
+
+    room: str
+    number: int
+    holder: str
+    address: str
+    taken: float
+
+
+@dataclass(frozen=True, slots=True)
+class IfHeld:
+    """Writes that are made as long as all of `holds` hold, and else are not."""
+
+    holds: "tuple[Hold, ...]"
+    writes: "tuple[Write, ...]"
+
+
 Write = (
     BoardRow
     | RoomRow
@@ -283,4 +327,5 @@ Write = (
     | LogLeaf
     | Halt
     | Release
+    | IfHeld
 )

@@ -113,15 +113,18 @@ class Quota:
         self._coming: Counter[str] = Counter()
 
     @contextmanager
-    def place(self, key: str, left: int | None = None) -> Iterator[Callable[[str], None]]:
+    def place(
+        self, key: str, left: int | None = None, held: int | None = None
+    ) -> Iterator[Callable[[str], None]]:
         """A place for one more, to be filled in the block by calling what it gives with its name.
 
         Where only `left` more are to be had, by all, one key may have a tenth of that, so that a
-        few keys do not take what is there from all others. Raises QuotaError when `key` has as many
+        few keys do not take what is there from all others. `held` says how many it has, where
+        somebody else counts them. Raises QuotaError when `key` has as many
         as it may, those in the making counted.
         """
         share = self.most if left is None else max(_ALWAYS, left // 10)
-        self._check(key, min(self.most, share))
+        self._check(key, min(self.most, share), held)
         self._coming[key] += 1
         try:
             yield functools.partial(self._add, key)
@@ -130,13 +133,13 @@ class Quota:
             if not self._coming[key]:
                 del self._coming[key]
 
-    def _check(self, key: str, most: int) -> None:
+    def _check(self, key: str, most: int, counted: int | None) -> None:
         held = [thing for thing in self._held.get(key, ()) if self._is_open(thing)]
         if held:
             self._held[key] = held
         else:
             self._held.pop(key, None)
-        count = len(held) + self._coming[key]
+        count = (len(held) if counted is None else counted) + self._coming[key]
         if count >= most:
             raise QuotaError(f"{count} {self.what} are open already, of {most} at most now")
 

@@ -11,11 +11,22 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
-from app.errors import AppError, InvalidValueError, answer, retry_after, shorten, told
+from app.errors import (
+    AppError,
+    HoldLostError,
+    InvalidValueError,
+    answer,
+    retry_after,
+    shorten,
+    told,
+)
 from app.web.schemas.problem import Problem
 from engine.errors import EngineError
 
 MEDIA_TYPE = "application/problem+json"
+
+MOVED = "plinko-moved"
+"""The header of an answer that says: nothing was done, as the room is at another server."""
 
 _TYPE = "urn:plinko:problem:"
 
@@ -46,6 +57,8 @@ def problem_response(error: Exception, path: str = "") -> Response:
     headers = {}
     if problem.status == 401:
         headers["www-authenticate"] = "Bearer"
+    if isinstance(error, HoldLostError):
+        headers[MOVED] = "1"
     seconds = retry_after(error)
     if seconds is not None:
         headers["retry-after"] = str(seconds)

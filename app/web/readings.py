@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from app.ops.metrics import Reading
 from app.web.services import Services
+from app.web.shared import Standing
 from engine import PHYSICS_VERSION
 
 
@@ -18,6 +19,8 @@ def readings(server: Services) -> Iterator[Reading]:
     unchanged = server.self_check.sound
     yield "plinko_program_unchanged", "0 once its files differ from the start's.", unchanged, {}
     yield from server.returns.readings()
+    if server.others is not None:
+        yield from standing_readings(server.others.standing())
     parts = (
         *_clock(server),
         *_rooms(server),
@@ -27,6 +30,20 @@ def readings(server: Services) -> Iterator[Reading]:
     )
     for name, text, value in parts:
         yield f"plinko_{name}", text, value, {}
+
+
+def standing_readings(stands: Standing) -> Iterator[Reading]:
+    """How this server stands among others."""
+    process = {"process": stands.name}
+    yield "plinko_cluster_leases_up", "1 while the lease store answers.", stands.leases, process
+    yield "plinko_cluster_members", "Servers that are alive.", len(stands.members), process
+    yield "plinko_cluster_rooms", "Rooms that are this server's.", stands.rooms, process
+    text = "Rooms taken from servers that were gone."
+    yield "plinko_cluster_taken_over_total", text, stands.taken_over, process
+    text = "Rooms given to other servers."
+    yield "plinko_cluster_handed_over_total", text, stands.handed_over, process
+    text = "Requests and connections passed to the server that has the room."
+    yield "plinko_cluster_handed_on_total", text, stands.handed_on, process
 
 
 def _clock(server: Services) -> Iterator[tuple[str, str, float]]:

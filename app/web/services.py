@@ -20,6 +20,7 @@ from app.rooms.boards import Boards
 from app.settings import Settings
 from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.returns import Returns
+from app.web.shared import Others
 from app.web.tokens import Tokens
 
 
@@ -48,6 +49,7 @@ class Services:
     budgets: Budgets
     logs: RoomLogs
     metrics: Metrics
+    others: Others | None = None  # servers that share the ledger, where there are any
     warm: bool = False
     transport: str = "public"  # how clients are written to; see app.live.transport
     ticking: "asyncio.Task[None] | None" = None

@@ -135,7 +135,7 @@ def _ledger(section: Section, effort: Effort) -> None:
 
 def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
     """µs of a drop with its result, µs of a mark, and bytes that a drop takes."""
-    from app.persistence import store
+    from app.persistence import statements
     from app.persistence.database import Database
     from app.rooms.records import BoardRow, DropRow, Mark, ResultRow, RoomRow, Write
 
@@ -148,14 +148,14 @@ def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
     database.open()
     try:
         with database.transaction() as connection:
-            store.apply(connection, [board, *rooms])
+            statements.apply(connection, [board, *rooms])
         before, backend = _size(database), _backend(database)
 
         def timed(rows: Callable[[int], list[Write]]) -> float:
             began = _worked(backend)
             for first in range(0, drops, GROUP):
                 with database.transaction() as connection:
-                    store.apply(connection, rows(first))
+                    statements.apply(connection, rows(first))
                 effort.step("ledger")
             return (_worked(backend) - began) * 1e6 / drops
 

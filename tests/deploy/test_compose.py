@@ -18,6 +18,7 @@ COMPOSE: dict[str, Any] = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
 SERVICES: dict[str, dict[str, Any]] = COMPOSE["services"]
 SERVERS = {name: each for name, each in SERVICES.items() if "plinko" in name}
 RELAYS = {name: each for name, each in SERVICES.items() if "relay" in name}
+CLUSTERED = {name: each for name, each in SERVERS.items() if "cluster" in each.get("profiles", ())}
 OURS = SERVERS | RELAYS
 
 
@@ -69,7 +70,20 @@ def test_relays_ask_the_servers_and_the_redis_that_are_started() -> None:
         redis, rooms = service["command"][2:4]
         assert urlsplit(redis).hostname in SERVICES
         assert urlsplit(rooms).hostname in SERVERS
-        assert service["profiles"] == SERVICES["redis"]["profiles"]
+        assert set(service["profiles"]) <= set(SERVICES["redis"]["profiles"])
+
+
+def test_a_cluster_is_three_servers_that_differ_in_their_names_alone() -> None:
+    first, *others = SERVERS.values()
+    assert len(SERVERS) == 3
+    assert set(CLUSTERED) == set(SERVERS) - {"plinko1"}, "one server needs no profile"
+    assert "cluster" in SERVICES["redis"]["profiles"]
+    for name, each in SERVERS.items():
+        assert each["hostname"] == each["environment"]["PLINKO_NAME"] == name
+    for other in others:
+        assert other["command"] == first["command"]
+        assert other["environment"] | {"PLINKO_NAME": "plinko1"} == first["environment"]
+    assert first["environment"]["PLINKO_CLUSTER"] == "${PLINKO_CLUSTER:-}", "alone unless asked"
 
 
 def test_the_proxy_and_prometheus_ask_what_is_started() -> None:
@@ -79,7 +93,8 @@ def test_the_proxy_and_prometheus_ask_what_is_started() -> None:
     scraped = yaml.safe_load((DEPLOY / "prometheus.yml").read_text())["scrape_configs"]
     targets = {each["job_name"]: set(each["static_configs"][0]["targets"]) for each in scraped}
     assert targets == {
-        "plinko": {f"{name}:8000" for name in SERVERS},
+        "plinko": {f"{name}:8000" for name in SERVERS if name not in CLUSTERED},
+        "cluster": {f"{name}:8000" for name in CLUSTERED},
         "relays": {f"{name}:8000" for name in RELAYS},
     }
 

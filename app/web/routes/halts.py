@@ -3,12 +3,11 @@
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.security import HTTPBearer
 
-from app.errors import TokenError
 from app.rooms.records import EVERY_ROOM
+from app.web.operator import check_operator
 from app.web.routes.common import Server, body_of, documented, read, reply
 from app.web.schemas.halts import HaltedTable, HaltRequest, HaltView
 from app.web.services import Services
-from app.web.tokens import check_bearer
 
 router = APIRouter(prefix="/api/v1", tags=["health"])
 
@@ -39,24 +38,12 @@ async def change_halts(request: Request, server: Server) -> Response:
     It is kept in the ledger and outlives the server. To let all go on leaves a table halted that
     was halted by itself. For who runs the server alone.
     """
-    _check_operator(request, server)
+    check_operator(request, server, "tables are halted")
     body = await read(request, HaltRequest)
     room_id = EVERY_ROOM if body.room is None else (await server.rooms.seek(body.room)).id
     halts = server.rooms.halts
     await (halts.halt(room_id) if body.halted else halts.release(room_id))
     return reply(_view(server), headers={"cache-control": "no-store"})
-
-
-def _check_operator(request: Request, server: Services) -> None:
-    """Raise NoTokenError or TokenError unless the request is that of who runs the server."""
-    token = server.settings.operator_token
-    if not token:
-        raise TokenError(
-            "tables are halted with the operator's token, and this server was started without one: "
-            "set PLINKO_OPERATOR_TOKEN",
-            field="authorization",
-        )
-    check_bearer(request.headers.get("authorization"), token, "of the operator")
 
 
 def _view(server: Services) -> HaltView:

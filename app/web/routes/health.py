@@ -6,6 +6,7 @@ from fastapi.responses import PlainTextResponse
 from app.errors import LedgerError
 from app.protocol import asyncapi
 from app.web.routes.common import Server, documented, reply
+from app.web.schemas.cluster import ClusterView
 from app.web.schemas.health import Health, IntegrityView, Readiness, RoomsBack, TickerHealth
 from app.web.services import Services
 from app.web.tokens import check_bearer
@@ -42,7 +43,8 @@ async def readyz(server: Server) -> Response:
     """200 when the physics is compiled, the ticker runs, work and drops are taken; else 503.
 
     `rooms` tells how the last server's rooms come back. One that is not back yet, or is set aside,
-    keeps nobody from playing in the others, so it makes the server no less ready.
+    keeps nobody from playing in the others, so it makes the server no less ready. Nor does a lease
+    store that is away (`cluster.leases`): rooms go on where they are.
     """
     checks = {
         "ledger": await _writable(server),
@@ -50,12 +52,14 @@ async def readyz(server: Server) -> Response:
         "ticker": server.ticker_runs,
         "workers": not server.workers.full,
     }
+    if server.others is not None:
+        checks["cluster"] = server.others.joined
     ready = all(checks.values())
     rooms = RoomsBack(
         rebuilding=len(server.rooms.rebuilding.waiting),
         set_aside=list(server.rooms.persistence.recovery.set_aside)[:_NAMED],
     )
-    answer = Readiness(ready, checks, rooms, server.integrity.finding)
+    answer = Readiness(ready, checks, rooms, server.integrity.finding, _cluster(server))
     return reply(answer, 200 if ready else 503)
 
 
@@ -98,6 +102,13 @@ async def metrics(request: Request, server: Server) -> Response:
     await server.returns.refresh()
     body, media_type = server.metrics.exposition(request.headers.get("accept", ""))
     return Response(body, media_type=media_type, headers={"cache-control": "no-store"})
+
+
+def _cluster(server: Services) -> ClusterView | None:
+    if server.others is None:
+        return None
+    stands = server.others.standing()
+    return ClusterView(stands.name, stands.leases, stands.members, stands.rooms)
 
 
 async def _writable(server: Services) -> bool:

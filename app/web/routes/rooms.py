@@ -14,11 +14,11 @@ from app.live.fair_sessions import check_stake
 from app.persistence.room_log import LogPart
 from app.protocol.client_messages import parse_aim, parse_x
 from app.rooms.kinds import SCENE
-from app.rooms.records import Parked
 from app.rooms.room import Ground, Room
 from app.rooms.stakes import parse_stake, parse_who
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.story import Retold, story_of
+from app.web.directory import listed
 from app.web.routes.common import (
     Server,
     address_of,
@@ -45,10 +45,10 @@ from app.web.schemas.rooms import (
     RoomLog,
     RoomOpened,
     RoomRequest,
-    RoomSummary,
     RoomView,
 )
 from app.web.services import Services
+from app.web.shared import HOPS
 from app.web.streamed import StreamedAnswer
 from engine import Board
 
@@ -66,20 +66,20 @@ Token = Depends(
 
 
 @router.get("", summary="List the rooms", responses=documented(RoomList, 422))
-async def list_rooms(server: Server, after: After = "", limit: Limit = 1000) -> Response:
+async def list_rooms(
+    request: Request, server: Server, after: After = "", limit: Limit = 1000
+) -> Response:
     """The open rooms, a page at a time: those of nobody, then players' own, each by their ids.
 
     `main` is always there; every preset's name is a room too, once asked for. `next` is the `after`
     of the following page, null on the last.
     """
-    rooms = {room.id: room for room in server.rooms.all()}
-    parked = {room.id: _parked(room) for room in server.rooms.parked()}
-    parked |= {room.id: _parked(room, awake=True) for room in server.rooms.rebuilding.waiting}
+    found = await listed(server, here=request.headers.get(HOPS) is not None)
     public = server.rooms.public
-    order = sorted((name not in public, name) for name in {**rooms, **parked})
+    order = sorted((name not in public, name) for name in found)
     begin = bisect.bisect_right(order, (after not in public, after)) if after else 0
     names = [name for _, name in order[begin : begin + limit]]
-    page = [_summary(server, rooms[name]) if name in rooms else parked[name] for name in names]
+    page = [found[name] for name in names]
     return reply(RoomList(page, names[-1] if begin + limit < len(order) else None))
 
 
@@ -102,12 +102,16 @@ async def open_room(request: Request, server: Server) -> Response:
 
     The reply's `token` lets its holder change, reset and close the room.
     """
-    with server.creators.place(address_of(request), server.rooms.free) as take:
+    address = address_of(request)
+    creator = server.tokens.mark_of(address)
+    held = await server.rooms.made_by(creator)
+    with server.creators.place(address, server.rooms.free, held) as take:
         body = await read(request, RoomRequest)
         if body.story is None:
-            room = await server.rooms.create(*await _ground(request, server, body))
+            room = await server.rooms.create(*await _ground(request, server, body), creator)
         else:
-            room = await server.rooms.create_retold(await _retold(request, server, body))
+            retold = await _retold(request, server, body)
+            room = await server.rooms.create_retold(retold, creator)
         take(room.id)
     view = msgspec.structs.asdict(_view(server, room))
     opened = RoomOpened(**view, token=server.tokens.of(room.id))
@@ -316,34 +320,6 @@ async def _own_room(room_id: str, request: Request, server: Services) -> Room:
         raise TokenError(f"room {room.id!r} belongs to nobody and cannot be changed", field="room")
     server.tokens.check(room.id, request.headers.get("authorization"))
     return room
-
-
-def _summary(server: Services, room: Room) -> RoomSummary:
-    return RoomSummary(
-        id=room.id,
-        board_name=room.origin.name,
-        board_digest=room.origin.digest,
-        mode=room.mode,
-        tick=room.world.tick,
-        awake=room.awake,
-        balls=room.world.count,
-        clients=server.hub.count(room.id),
-        drops=room.taken,
-    )
-
-
-def _parked(room: Parked, *, awake: bool = False) -> RoomSummary:
-    return RoomSummary(
-        id=room.id,
-        board_name=room.board_name,
-        board_digest=room.board,
-        mode=room.mode,
-        tick=room.tick,
-        awake=awake,
-        balls=0,
-        clients=0,
-        drops=room.drops,
-    )
 
 
 def _view(server: Services, room: Room) -> RoomView:

@@ -15,6 +15,7 @@ from app.errors import (
     AbuseError,
     AppError,
     HaltedError,
+    HoldLostError,
     LedgerError,
     LimitError,
     MalformedError,
@@ -71,8 +72,9 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
         error = await RoomClient(socket, server, room, stream).run()
     except AppError as refused:
         error = refused
-        with contextlib.suppress(WebSocketDisconnect):
-            await socket.send_text(messages.encode_event(_event(refused)).decode())
+        if not isinstance(refused, HoldLostError):  # who comes again is brought to the room
+            with contextlib.suppress(WebSocketDisconnect):
+                await socket.send_text(messages.encode_event(_event(refused)).decode())
     if error is not None:
         server.metrics.errors.labels(answer(error).code).inc()
         _log.info("client closed", extra={"room": shorten(room_id), "why": str(error)})
@@ -234,7 +236,9 @@ class RoomClient:
     def _answered(self, ref: object, task: "asyncio.Task[messages.Event]") -> None:
         self._asked.discard(task)
         error = None if task.cancelled() else task.exception()
-        if error is not None:
+        if isinstance(error, HoldLostError):
+            self.client.fail(error)
+        elif error is not None:
             self._tell(_event(error, ref))
         elif not task.cancelled():
             self._tell(task.result())
@@ -246,7 +250,9 @@ class RoomClient:
     def _kept(self, ref: object, asked: "asyncio.Future[Any]") -> None:
         """Tell the player what could not be kept, or that it is done if no event says so."""
         error = None if asked.cancelled() else asked.exception()
-        if error is not None:
+        if isinstance(error, HoldLostError):
+            self.client.fail(error)
+        elif error is not None:
             event = messages.encode_event(_event(error, ref))
             self.server.hub.notify(self.room_id, self.client.id, event)
         elif ref is not None and not asked.cancelled() and not messages.has_ref(asked.result()):
@@ -259,6 +265,9 @@ class RoomClient:
         return messages.Pong(t=ping.t, tick=tick, tick_time=at, server_time=time.monotonic())
 
     def _answer(self, error: AppError | EngineError, ref: object) -> None:
+        if isinstance(error, HoldLostError):
+            self.client.fail(error)  # whoever is sent to another server need not hear why first
+            return
         # A full room, a finger too fast, or a ledger that is lost, is no offence.
         innocent = isinstance(error, HaltedError | LimitError | LedgerError | MissingBallError)
         innocent = innocent and not isinstance(error, MessageFloodError)

@@ -7,6 +7,7 @@ import msgspec
 from app.fairness.export import SessionExport
 from app.web.schemas.board_form import BoardForm
 from app.web.schemas.boards import BoardList, BoardOdds, BoardView
+from app.web.schemas.cluster import ClusterView, MoveRequest, MoveView
 from app.web.schemas.drops import (
     DropRecord,
     DropRequest,
@@ -77,6 +78,9 @@ DOCUMENTED = (
     IntegrityView,
     HaltRequest,
     HaltView,
+    MoveRequest,
+    MoveView,
+    ClusterView,
     PlayList,
 )
 

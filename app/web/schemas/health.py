@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from app.web.schemas.cluster import ClusterView
 from app.web.schemas.fields import PhysicsVersion
 
 
@@ -59,3 +60,6 @@ class Readiness(msgspec.Struct, frozen=True):
         Literal["checking", "sound", "damaged", "unknown"],
         Meta(description="What the look at the ledger's database at the start has found."),
     ]
+    cluster: Annotated[
+        ClusterView | None, Meta(description="Among which servers it is; null for one alone.")
+    ] = None

@@ -4,8 +4,12 @@ const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 5000;
 const GROWTH = 1.7;
 const DO_NOT_RETURN = 4004; // close code: there is no such room
+const COME_BACK = 1012; // close code: the room goes on at another server, or this one starts again
 const SILENCE_MS = 8000; // without a word while an answer is due, the line is taken for dead
 const ASK_MS = SILENCE_MS / 2; // by then the server is asked for a sign of life
+
+/** The code of an error that says no more than that: the line ends with it, and comes back. */
+export const ROOM_MOVED = "room-moved";
 
 /**
  * @typedef {object} Listener
@@ -24,6 +28,7 @@ export class Connection {
   #retryTimer = 0;
   #watchTimer = 0;
   #closed = false;
+  #sentOn = false; // and not greeted since
   /** Whether the line must not stay silent now. */
   expecting = false;
   /** Bytes of all messages so far, over all sockets. */
@@ -49,6 +54,7 @@ export class Connection {
   /** To be called once the server has greeted: only then is the line known to work. */
   settled() {
     this.#wait = FIRST_WAIT_MS;
+    this.#sentOn = false;
   }
 
   /**
@@ -107,6 +113,13 @@ export class Connection {
 
   /** @param {CloseEvent} closeEvent */
   #ended({ code, reason }) {
+    if (code === COME_BACK && !this.#sentOn) {
+      this.#sentOn = true; // once: a server that sends us on and on is none
+      this.#release();
+      this.expectNews(false);
+      this.#connect();
+      return;
+    }
     if (code !== DO_NOT_RETURN) {
       this.#lost();
       return;

@@ -3,7 +3,7 @@
 import { Company } from "../model/table/company.js";
 import { Table } from "../model/table/table.js";
 import { socketUrl } from "../net/api.js";
-import { Connection } from "../net/connection.js";
+import { Connection, ROOM_MOVED } from "../net/connection.js";
 import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
 import { decodeSegments } from "../net/segments.js";
 import { SEEDS } from "../net/streams.js";
@@ -349,7 +349,7 @@ export class LiveTable {
     if (!this.#visit && event.code === "invalid-value" && this.#retreat()) return;
     this.own.refused(event.ref);
     if (this.fair.refused(event)) return;
-    this.listener.onError(event.detail, event.code);
+    if (event.code !== ROOM_MOVED) this.listener.onError(event.detail, event.code);
     if (this.table) this.#rest(this.table);
   }
 

@@ -2,7 +2,7 @@
 
 import { poseBetween, shortestTurn } from "../model/motion/interpolate.js";
 import { socketUrl } from "../net/api.js";
-import { Connection } from "../net/connection.js";
+import { Connection, ROOM_MOVED } from "../net/connection.js";
 import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
 import { TickClock } from "../net/tick-clock.js";
 import { t } from "../texts/text.js";
@@ -212,8 +212,9 @@ export class SandboxRoom {
   /** @param {ArenaMessage} event */
   #take(event) {
     if (event.type === "hello") this.#greeted(event);
-    else if (event.type === "error") this.listener.onError(event.detail);
-    else if (event.type === "halted") this.listener.onError(haltedWords(event.halted));
+    else if (event.type === "error") {
+      if (event.code !== ROOM_MOVED) this.listener.onError(event.detail);
+    } else if (event.type === "halted") this.listener.onError(haltedWords(event.halted));
     else this.#happened(event);
   }
 

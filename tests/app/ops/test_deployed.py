@@ -13,7 +13,9 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from app.persistence.null_ledger import NullLedger
 from app.persistence.totals import Total
+from app.web.readings import standing_readings
 from app.web.returns import Returns
+from app.web.shared import Standing
 from engine import Board
 from tests.app.conftest import Running
 
@@ -46,6 +48,11 @@ def samples(server: Running) -> dict[str, set[str]]:
     board = Board.preset("triangle-8")
     play = Total(board.digest, 100, False, plays=1, staked=100, squares=1e4, paid=0)
     for name, _, _, labels in Returns(NullLedger(), lambda: [board], (play,)).readings():
+        found[name] = set(labels)
+    among = Standing(
+        "plinko1", True, ["plinko1"], rooms=1, taken_over=0, handed_over=0, handed_on=0
+    )
+    for name, _, _, labels in standing_readings(among):
         found[name] = set(labels)
     return found
 

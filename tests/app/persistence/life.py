@@ -10,10 +10,12 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from app.live.holding import Holding
 from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.persistence import store
 from app.persistence.database import Database
+from app.persistence.holds import Holds
 from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
 from app.protocol import messages
@@ -72,6 +74,12 @@ class Life:
         """Wait until all rooms are back."""
         await eventually(lambda: not self.rooms.rebuilding.waiting)
 
+    @property
+    def holding(self) -> Holding:
+        """The rooms that this server has, where several share the ledger."""
+        assert self.rooms.holding is not None
+        return self.rooms.holding
+
     async def row(self, room_id: str) -> RoomRow:
         """The room's session as the ledger has it."""
         found = await self.ledger.read(lambda connection: store.open_room(connection, room_id))
@@ -86,13 +94,17 @@ class Life:
 
 @contextlib.asynccontextmanager
 async def living(
-    url: str, *, board: Board = BOARD, rebuild: bool = True, **settings: Any
+    url: str, *, board: Board = BOARD, rebuild: bool = True, holder: str = "", **settings: Any
 ) -> AsyncIterator[Life]:
-    """A life over the ledger at `url`; without `rebuild`, only rooms asked for come back."""
+    """A life over the ledger at `url`; without `rebuild`, only rooms asked for come back.
+
+    A `holder` is the name of one of several servers that share the ledger.
+    """
     chosen = Settings(**settings)
     limits = BallLimits(chosen.max_balls, chosen.max_touching)
-    ledger = Ledger(Database(url), period=0.0, patience=60.0)
-    service = PersistenceService(ledger, tick_rate=chosen.tick_rate, limits=limits)
+    ledger = Ledger(Database(url, shared=bool(holder)), period=0.0, patience=60.0)
+    holds = Holds(ledger, holder) if holder else None
+    service = PersistenceService(ledger, tick_rate=chosen.tick_rate, limits=limits, holds=holds)
     rooms = Rooms(chosen, Boards(8), Hub(8), board, persistence=service)
     await asyncio.to_thread(ledger.open)
     ledger.start()

@@ -39,13 +39,14 @@ class Told:
             assert before == event, "a ball landed twice, and differently"
 
 
-def hold(url: str, told: Told, board: Board, *, killed: bool = False) -> int:
+def hold(url: str, told: Told, board: Board, *, killed: bool = False, shared: bool = False) -> int:
     """Hold what the ledger says against what players were told and against the physics.
 
     killed: the server ended amid a commit, so that a drop may be there whose player never heard
-    of it, or that was refused just then. Returns how many drops are in the ledger.
+    of it, or that was refused just then. shared: servers are using the ledger. Returns how many
+    drops are in it.
     """
-    database = Database(url)
+    database = Database(url, shared=shared)
     database.open()
     try:
         with database.transaction() as connection:

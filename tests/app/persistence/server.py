@@ -11,7 +11,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import httpx
 import msgspec
@@ -94,7 +94,15 @@ class Served:
 CLIENT_SEED = b"\x5a" * 32
 
 
-def prove(server: Served, told: "Heard") -> int:
+class Addressed(Protocol):
+    """A server that can be asked."""
+
+    @property
+    def address(self) -> str:
+        """Where."""
+
+
+def prove(server: Addressed, told: "Heard") -> int:
     """End each session of a player's and check it, receipts heard included; how many drops."""
     drops = 0
     with httpx.Client(base_url=server.address, timeout=60.0) as client:
@@ -148,8 +156,9 @@ class Heard(Told):
                 self.tokens[event["session"]] = event["token"]
             case "session":
                 self.session = event["session"]
-            case "error" if event["code"] == "room-rebuilding":
-                pass  # and the line ends: one comes back later
+            case "error" if event["code"] in ("room-rebuilding", "room-moved"):
+                # And the line ends: one comes back later, or at once to another server.
+                self.refused.update(filter(None, [event.get("ref")]))
             case "error" if event["code"] == "limit-reached":
                 self.session = None  # it has had its drops: another is begun
             case "error":
@@ -159,7 +168,7 @@ class Heard(Told):
 
 
 async def play(
-    server: Served, told: Heard, seeds: Iterator[int], pause: float, *, stakes: bool = True
+    server: Addressed, told: Heard, seeds: Iterator[int], pause: float, *, stakes: bool = True
 ) -> None:
     """Drop ball after ball, and write down what comes, until the line breaks or it is cancelled."""
     url = f"ws{server.address.removeprefix('http')}/ws/rooms/{told.room}"

@@ -22,6 +22,7 @@ from app.errors import LedgerError
 from app.live.hub import Hub
 from app.live.registry import Rooms
 from app.persistence.database import Database
+from app.persistence.holds import Holds
 from app.persistence.room_log import RoomLogs
 from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
@@ -48,8 +49,8 @@ def failure() -> Exception:
 class Steps(Database):
     """A database that calls `at` with the name of each step before it, and after the last one."""
 
-    def __init__(self, url: str) -> None:
-        super().__init__(url)
+    def __init__(self, url: str, *, shared: bool = False) -> None:
+        super().__init__(url, shared=shared)
         self.at: Callable[[str], None] = lambda step: None
 
         @sa.event.listens_for(self._engine, "before_cursor_execute")
@@ -121,19 +122,26 @@ class _Heard(PersistenceService):
 
 
 class Table:
-    """Rooms over a ledger of which each commit is made when the test says."""
+    """Rooms over a ledger of which each commit is made when the test says.
 
-    def __init__(self, url: str, told: dict[str, Told]) -> None:
+    A `holder` is the name of one of several servers that share the ledger.
+    """
+
+    def __init__(self, url: str, told: dict[str, Told], holder: str = "") -> None:
         self.told = told
         self.loop = Clockwork()
-        self.database = Steps(url)
+        self.database = Steps(url, shared=bool(holder))
         self.ledger = Ledger(
             self.database, period=1 / 60, patience=PATIENCE, clock=lambda: self.loop.now
         )
         self.ledger.open()
         self.ledger.attach(self.loop)
         self.persistence = _Heard(
-            self.ledger, tick_rate=60, limits=LIMITS, now=lambda: 1e9 + self.loop.now
+            self.ledger,
+            tick_rate=60,
+            limits=LIMITS,
+            now=lambda: 1e9 + self.loop.now,
+            holds=Holds(self.ledger, holder) if holder else None,
         )
         self.persistence.told = told
         board = Board.preset("triangle-8")

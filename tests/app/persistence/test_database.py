@@ -7,7 +7,7 @@ import pytest
 import sqlalchemy as sa
 
 from app.errors import DamagedRoomError, SettingError
-from app.persistence import store, tables
+from app.persistence import statements, store, tables
 from app.persistence.database import HEAD, Database, address
 from app.rooms.records import BoardRow, DropRow, RoomRow, Write
 from tests.app.persistence.postgres import Cluster
@@ -33,7 +33,7 @@ def test_what_is_written_is_read_to_the_last_bit(url: str) -> None:
     drop = DropRow(1, 0, 2**40, 2**64 - 1, 0.1 + 2**-56, 10**9, "ann")
     room = RoomRow(1, "r", "b" * 64, "independent", True, 60, 1, 1.5, 2.5, checkpoint=b"\0\xff")
     with database.transaction() as connection:
-        store.apply(connection, [BoardRow("b" * 64, "board", "{}"), room, drop])
+        statements.apply(connection, [BoardRow("b" * 64, "board", "{}"), room, drop])
     database.close()
     database.open()
     with database.transaction() as connection:
@@ -50,7 +50,7 @@ def test_a_gap_in_the_drops_is_no_ledger(url: str) -> None:
     board = BoardRow("b" * 64, "board", "{}")
     rows: list[Write] = [board, room, DropRow(1, 0, 0, 1), DropRow(1, 2, 0, 1)]
     with database.transaction() as connection:
-        store.apply(connection, rows)
+        statements.apply(connection, rows)
         with pytest.raises(DamagedRoomError, match="lacks drop 1"):
             store.drops(connection, 1, 0)
     database.close()
@@ -97,7 +97,7 @@ def test_a_transaction_that_fails_leaves_nothing(url: str) -> None:
     board = BoardRow("b" * 64, "board", "{}")
     drop_of_no_room = DropRow(1, 0, 0, 1)
     with pytest.raises(sa.exc.IntegrityError), database.transaction() as connection:
-        store.apply(connection, [board, drop_of_no_room])
+        statements.apply(connection, [board, drop_of_no_room])
     with database.transaction() as connection:
         assert store.board(connection, "b" * 64) is None
     database.close()

@@ -10,7 +10,7 @@ import pytest
 import sqlalchemy as sa
 
 from app.errors import SettingError
-from app.persistence import store
+from app.persistence import statements, store
 from app.persistence.database import Database
 from app.persistence.fence import Fence
 from app.rooms.records import BoardRow, DropRow
@@ -24,7 +24,7 @@ def url_of(file: Path) -> str:
 def commit(database: Database, *boards: int) -> None:
     for number in boards:
         with database.transaction() as connection:
-            store.apply(connection, [BoardRow(f"{number:064}", "board", "{}")])
+            statements.apply(connection, [BoardRow(f"{number:064}", "board", "{}")])
 
 
 def holds(file: Path, number: int) -> bool:
@@ -129,7 +129,7 @@ def test_only_what_changes_something_is_counted(tmp_path: Path) -> None:
         with database.transaction() as connection:
             store.last_number(connection)
     with pytest.raises(sa.exc.IntegrityError), database.transaction() as connection:
-        store.apply(connection, [BoardRow("b" * 64, "board", "{}"), DropRow(1, 0, 0, 1)])
+        statements.apply(connection, [BoardRow("b" * 64, "board", "{}"), DropRow(1, 0, 0, 1)])
     fence = tmp_path / "plinko.db-fence"
     assert int(fence.read_text()) == 1
     database.disconnect()

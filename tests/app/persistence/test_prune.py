@@ -8,7 +8,7 @@ import pytest
 import sqlalchemy as sa
 
 from app.cli import main
-from app.persistence import store, tables
+from app.persistence import statements, tables
 from app.persistence.database import Database
 from app.rooms.records import BoardRow, Close, DropRow, InputRow, ResultRow, RoomRow, Write
 
@@ -29,7 +29,7 @@ def fill(url: str) -> None:
     database = Database(url)
     database.open()
     with database.transaction() as connection:
-        store.apply(connection, writes)
+        statements.apply(connection, writes)
     database.close()
 
 
@@ -75,7 +75,7 @@ def test_the_file_gets_smaller(tmp_path: Path) -> None:
     database = Database(url)
     database.open()
     with database.transaction() as connection:
-        store.apply(connection, [DropRow(1, ball, 0, ball) for ball in range(1, 5000)])
+        statements.apply(connection, [DropRow(1, ball, 0, ball) for ball in range(1, 5000)])
     database.close()
     before = file.stat().st_size
     assert main(["ledger", "prune", "--keep-days", "30", "--database-url", url]) == 0

@@ -66,6 +66,7 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/rooms/{room}", "patch"),
         ("/api/v1/rooms/{room}", "delete"),
         ("/api/v1/rooms/{room}/reset", "post"),
+        ("/api/v1/rooms/{room}/move", "post"),
         ("/api/v1/rooms/{room}/log", "get"),
         ("/api/v1/rooms/{room}/drops", "post"),
         ("/api/v1/rooms/{room}/frame.jpg", "get"),

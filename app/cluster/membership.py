@@ -1,0 +1,146 @@
+"""Who is alive, and who takes over the rooms of who is not: decided here, acted on in `node`. Pure.
+
+Times are seconds of a monotonic clock, and come in as arguments.
+"""
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import msgspec
+
+from app.rooms.records import HoldRow
+
+LEASE: Final = 2.0
+"""s for which a server counts as alive after it last said so. Shorter, and a server that stutters
+loses its rooms; longer, and the balls of one that has ended hang in the air for longer."""
+
+BEAT: Final = 0.4
+"""s between two times that a server says so: four may be lost."""
+
+NEXT: Final = 1.5
+"""s after which the next server in the order takes a room that the one before it did not take."""
+
+
+class Member(msgspec.Struct, frozen=True):
+    """A server as the others know it.
+
+    `holder` is its name in the ledger, which is new at each start; `name` is what people call it;
+    `leaving` once it hands its rooms over.
+    """
+
+    holder: str
+    name: str
+    address: str
+    leaving: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What one look at the lease store found.
+
+    `store` differs once the store has lost what was in it.
+    """
+
+    store: str
+    members: tuple[Member, ...]
+
+
+class View:
+    """What a server knows of the others.
+
+    That somebody is gone is only believed once the store has been seen for a whole lease without a
+    gap: after it was away, or this process was frozen, those who live need time to say so.
+    """
+
+    def __init__(self, lease: float = LEASE) -> None:
+        self.members: dict[str, Member] = {}
+        self.up = False
+        self._lease = lease
+        self._store = ""
+        self._began = self._last = -lease
+        self._ever = False
+
+    @property
+    def sure(self) -> bool:
+        """Whether who is not among the members is gone."""
+        return self._ever and self._last - self._began >= self._lease
+
+    def look(self, now: float, look: Look) -> None:
+        """Take in what was seen at `now`."""
+        if not self._ever or now - self._last > self._lease or look.store != self._store:
+            self._began = now
+        self._ever, self._last, self._store, self.up = True, now, look.store, True
+        seen = {member.holder: member for member in look.members}
+        self.members = seen if self.sure else {**self.members, **seen}
+
+    def failed(self) -> None:
+        """The store could not be reached: all stays as it was known."""
+        self.up = False
+
+    def is_gone(self, holder: str) -> bool:
+        """Whether this server's lease has run out."""
+        return holder not in self.members and self.sure
+
+    def named(self, name: str) -> Member | None:
+        """The server that people call so, or by its name in the ledger; never one that leaves."""
+        for member in self.members.values():
+            if name in (member.name, member.holder) and not member.leaving:
+                return member
+        return None
+
+    def others(self, holder: str) -> list[Member]:
+        """Servers that can be given rooms, but for this one."""
+        return [
+            each for each in self.members.values() if each.holder != holder and not each.leaving
+        ]
+
+
+def order(room_id: str, members: Iterable[Member]) -> list[Member]:
+    """Servers in the order in which they are to have a room: by rendezvous hashing.
+
+    Each room has an order of its own, so that the rooms of one that is gone spread over all.
+    Source: Thaler and Ravishankar, IEEE/ACM Trans. Networking 6, 1 (1998).
+    """
+
+    def weight(member: Member) -> bytes:
+        return hashlib.blake2b(f"{member.holder} {room_id}".encode(), digest_size=8).digest()
+
+    return sorted(members, key=weight)
+
+
+class Orphans:
+    """Rooms whose server is gone, each since when."""
+
+    def __init__(self) -> None:
+        self._since: dict[str, float] = {}
+
+    @property
+    def waiting(self) -> bool:
+        """Whether there are any."""
+        return bool(self._since)
+
+    def due(
+        self, rows: Sequence[HoldRow], awake: Iterable[str], view: View, me: str, now: float
+    ) -> list[str]:
+        """Rooms that the server `me` takes over now.
+
+        rows: who has which room; awake: rooms in which something moves, whoever has them. A room
+        is the first server's in its order; the next one's if that one does not take it.
+        """
+        if not view.sure:
+            return []
+        held = {row.room: row.holder for row in rows}
+        gone = {room for room, holder in held.items() if view.is_gone(holder)}
+        gone |= {room for room in awake if room not in held}
+        self._since = {room: self._since.get(room, now) for room in sorted(gone)}
+        able = [member for member in view.members.values() if not member.leaving]
+        return [
+            room for room, since in self._since.items() if _is_mine(room, able, me, now - since)
+        ]
+
+
+def _is_mine(room: str, able: list[Member], me: str, age: float) -> bool:
+    rank = [member.holder for member in order(room, able)]
+    return me in rank and age >= NEXT * rank.index(me)

@@ -1,0 +1,62 @@
+"""All open rooms, for who looks for one: those here, at other servers, and in the ledger alone."""
+
+import contextlib
+
+import msgspec
+
+from app.errors import LedgerError
+from app.rooms.records import Parked
+from app.rooms.room import Room
+from app.web.schemas.rooms import RoomSummary
+from app.web.services import Services
+from app.web.shared import Others
+
+
+async def listed(server: Services, *, here: bool) -> dict[str, RoomSummary]:
+    """The open rooms by id; with `here` those that this server has, which others ask it for."""
+    found = {room.id: _parked(room) for room in server.rooms.parked()}
+    found |= {room.id: _parked(room, awake=True) for room in server.rooms.rebuilding.waiting}
+    if server.others is not None and not here:
+        found |= await _elsewhere(server, server.others)
+    return found | {room.id: _in_memory(server, room) for room in server.rooms.all()}
+
+
+async def _elsewhere(server: Services, others: Others) -> dict[str, RoomSummary]:
+    """Rooms that this server does not have; what cannot be asked for just now is missing."""
+    assert server.rooms.holding is not None
+    found: dict[str, RoomSummary] = {}
+    with contextlib.suppress(LedgerError):
+        for each in await server.rooms.holding.directory():
+            found[each.room.id] = _parked(each.room, awake=each.awake)
+    for rooms in await others.ask_all("/api/v1/rooms", "rooms"):
+        told = msgspec.convert(rooms, list[RoomSummary])
+        found |= {room.id: room for room in told}
+    return found
+
+
+def _in_memory(server: Services, room: Room) -> RoomSummary:
+    return RoomSummary(
+        id=room.id,
+        board_name=room.origin.name,
+        board_digest=room.origin.digest,
+        mode=room.mode,
+        tick=room.world.tick,
+        awake=room.awake,
+        balls=room.world.count,
+        clients=server.hub.count(room.id),
+        drops=room.taken,
+    )
+
+
+def _parked(room: Parked, *, awake: bool = False) -> RoomSummary:
+    return RoomSummary(
+        id=room.id,
+        board_name=room.board_name,
+        board_digest=room.board,
+        mode=room.mode,
+        tick=room.tick,
+        awake=awake,
+        balls=0,
+        clients=0,
+        drops=room.drops,
+    )

@@ -1,0 +1,48 @@
+"""A server that is alone knows nothing of clusters; one that is to be in one says what it lacks."""
+
+import subprocess
+import sys
+
+import httpx
+import pytest
+from click.testing import CliRunner
+
+from app.cli import plinko
+from app.cluster.leases import Leases
+from app.errors import SettingError
+from tests.app.conftest import Running
+
+_IMPORTED = """
+import sys
+from app.main import create_app
+from app.settings import Settings
+app = create_app(Settings(database_url="sqlite://"))
+names = {name.partition(".")[0] for name in sys.modules}
+print(sorted(names & {"redis", "httpx"}), "app.cluster" in sys.modules, app.state.cluster)
+"""
+
+
+def test_a_server_alone_imports_nothing_of_a_cluster() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", _IMPORTED], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ["[]", "False", "None"]
+
+
+def test_a_server_alone_moves_no_rooms_and_says_so(http: httpx.Client, server: Running) -> None:
+    assert server.services.others is None
+    answer = http.post("/api/v1/rooms/main/move", json={"to": "b"})
+    assert answer.status_code == 403, "and this one has no operator at all"
+    assert http.get("/readyz").json()["cluster"] is None
+    assert "plinko_cluster" not in http.get("/metrics").text
+
+
+def test_what_is_no_redis_is_named() -> None:
+    with pytest.raises(SettingError, match="cluster='http://here'"):
+        Leases("http://here")
+
+
+def test_rooms_are_moved_with_the_operator_s_token_alone(server: Running) -> None:
+    done = CliRunner().invoke(plinko, ["rooms", "move", "main", "b", server.url])
+    assert isinstance(done.exception, SettingError)
+    assert "PLINKO_OPERATOR_TOKEN" in str(done.exception)

@@ -1,0 +1,68 @@
+"""HAProxy, as `deploy/` has it, before three servers: clients know one address."""
+
+import os
+import signal
+import subprocess
+from collections.abc import Iterator
+
+import httpx
+import pytest
+
+from tests.app.cluster.servers import Servers
+from tests.app.conftest import playing
+from tests.deploy.test_proxy import CONFIGURATION, HAPROXY, free_port, needs_haproxy
+from tests.waiting import LIMIT, until
+
+ROOMS = 6
+
+pytestmark = [needs_haproxy, pytest.mark.postgresql]
+
+
+@pytest.fixture
+def proxy(servers: Servers) -> Iterator[str]:
+    """HAProxy's address, without the scheme."""
+    assert HAPROXY is not None
+    here = f"127.0.0.1:{free_port()}"
+    places = {f"PLINKO_{k + 1}": f"127.0.0.1:{one.port}" for k, one in enumerate(servers)}
+    process = subprocess.Popen(
+        [HAPROXY, "-db", "-f", str(CONFIGURATION)],
+        env=os.environ | places | {"PLINKO_BIND": here},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        with httpx.Client() as client:
+            until(lambda: _answers(client, f"http://{here}/healthz"))
+        yield here
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def _answers(client: httpx.Client, url: str) -> bool:
+    try:
+        return client.get(url).status_code == 200
+    except httpx.TransportError:
+        return False
+
+
+async def test_who_asks_the_proxy_notices_nothing_of_a_server_that_was_killed(
+    proxy: str, servers: Servers
+) -> None:
+    with httpx.Client(base_url=f"http://{proxy}/api/v1", timeout=LIMIT) as http:
+        made = [http.post("/rooms", json={"board": "triangle-8"}) for _ in range(ROOMS)]
+        rooms = [answer.raise_for_status().json()["id"] for answer in made]
+        for room in rooms:
+            assert http.post(f"/rooms/{room}/drops", json={"seed": "60"}).status_code == 202
+        servers.all[1].end(signal.SIGKILL)
+        for room in rooms:
+            found = http.get(f"/rooms/{room}")
+            assert found.status_code == 200, found.text
+            second = http.post(f"/rooms/{room}/drops", json={"seed": "61"})
+            assert second.status_code == 202, second.text
+            assert second.json()["ball"] == 1, "the first is not forgotten"
+        listed = {room["id"] for room in http.get("/rooms").json()["rooms"]}
+        assert set(rooms) <= listed
+    async with playing(f"ws://{proxy}/ws/rooms/{rooms[0]}") as player:
+        assert player.hello["room"] == rooms[0]
+        await player.until("landed", ball=1)

@@ -1,0 +1,302 @@
+"""Three servers are one to their clients, whichever is asked, and whichever of them ends."""
+
+import asyncio
+import contextlib
+import functools
+import hashlib
+import signal
+from typing import Any
+
+import httpx
+import pytest
+from click.testing import CliRunner
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed
+
+from app.cli import plinko
+from engine import Board, drop
+from tests.app.cluster.servers import OPERATOR, One, Servers
+from tests.app.conftest import playing
+from tests.app.persistence.server import CLIENT_SEED, Heard, prove
+from tests.waiting import LIMIT, eventually, until
+
+BOARD = "triangle-8"
+
+pytestmark = pytest.mark.postgresql
+
+
+def new_room(at: One) -> str:
+    """A room of a player's own, made by this server, which then has it."""
+    answer = httpx.post(f"{at.url}/api/v1/rooms", json={"board": BOARD}, timeout=LIMIT)
+    room: str = answer.raise_for_status().json()["id"]
+    return room
+
+
+def drop_at(one: One, room: str, seed: int, *, wait: bool = False) -> dict[str, Any]:
+    """Drop a ball by asking this server; its answer."""
+    address = f"{one.url}/api/v1/rooms/{room}/drops{'?wait=1' if wait else ''}"
+    answer = httpx.post(address, json={"seed": str(seed)}, timeout=LIMIT)
+    assert answer.status_code in (200, 202), answer.text
+    body: dict[str, Any] = answer.json()
+    return body
+
+
+def move(room: str, to: One, ask: One) -> httpx.Response:
+    return httpx.post(
+        f"{ask.url}/api/v1/rooms/{room}/move",
+        json={"to": to.name},
+        headers={"authorization": f"Bearer {OPERATOR}"},
+        timeout=LIMIT,
+    )
+
+
+def same_as_alone(landed: dict[str, Any], seed: int) -> bool:
+    """Whether a ball landed as it does with nobody around."""
+    alone = drop(Board.preset(BOARD), seed)
+    return (landed["digest"], landed["bin"]) == (alone.digest, alone.bin)
+
+
+def test_a_room_is_one_room_whichever_server_is_asked(servers: Servers) -> None:
+    room = new_room(servers.all[0])
+    balls = [drop_at(one, room, 10 + k)["ball"] for k, one in enumerate(servers)]
+    assert balls == [0, 1, 2]
+    for one in servers:
+        assert one.get(f"/api/v1/rooms/{room}").json()["id"] == room
+        assert room in {each["id"] for each in one.get("/api/v1/rooms").json()["rooms"]}
+        assert one.get(f"/api/v1/rooms/{room}/frame.png").headers["content-type"] == "image/png"
+        assert one.get("/api/v1/rooms/nowhere").status_code == 404
+    assert servers.holder(room) is servers.all[0]
+
+
+async def test_who_plays_over_the_wrong_server_sees_and_does_all_that_others_do(
+    servers: Servers,
+) -> None:
+    right, wrong, _ = servers.all
+    room = new_room(right)
+    async with playing(wrong.socket(room)) as far, playing(right.socket(room)) as near:
+        await far.send(type="drop", seed=5, ref="mine")
+        accepted = await far.until("accepted")
+        assert accepted["ref"] == "mine"
+        landed = await far.until("landed")
+        assert same_as_alone(landed, 5)
+        assert await near.until("landed") == landed
+        assert far.binaries, "no picture came"
+
+
+def test_a_session_is_had_over_every_server_and_proves_to_be_fair(servers: Servers) -> None:
+    first, second, third = servers.all
+    room = new_room(first)
+    committed = hashlib.sha256(CLIENT_SEED).hexdigest()
+    begun = httpx.post(
+        f"{second.url}/api/v1/sessions", json={"room": room, "commitment": committed}, timeout=LIMIT
+    )
+    assert begun.status_code == 201, begun.text
+    session, token = begun.json()["session"], begun.json()["token"]
+    shown = {"authorization": f"Bearer {token}"}
+    assert third.get(f"/api/v1/sessions/{session}").json()["room"] == room
+    opening = httpx.post(
+        f"{third.url}/api/v1/sessions/{session}/opening",
+        json={"seed": CLIENT_SEED.hex()},
+        headers=shown,
+        timeout=LIMIT,
+    )
+    assert opening.status_code == 200, opening.text
+    told = Heard(room)
+    told.tokens[session] = token
+    for one in servers:
+        staked = httpx.post(
+            f"{one.url}/api/v1/rooms/{room}/drops?wait=1",
+            json={"session": session, "stake": 5},
+            headers=shown,
+            timeout=LIMIT,
+        )
+        assert staked.status_code == 200, staked.text
+        told.receipts.setdefault(session, []).append(staked.json()["receipt"])
+    assert servers.holder(room) is first
+    # It goes with its room, to who signs with the same key.
+    assert move(room, third, second).status_code == 200
+    assert prove(second, told) == len(servers.all)
+
+
+def test_a_halt_is_heeded_by_all(servers: Servers) -> None:
+    first, second, third = servers.all
+    room = new_room(first)
+
+    def halt(halted: bool) -> None:
+        httpx.post(
+            f"{second.url}/api/v1/halts",
+            json={"room": room, "halted": halted},
+            headers={"authorization": f"Bearer {OPERATOR}"},
+            timeout=LIMIT,
+        ).raise_for_status()
+
+    halt(True)
+    answers = [
+        httpx.post(f"{one.url}/api/v1/rooms/{room}/drops", json={"seed": "1"}, timeout=LIMIT)
+        for one in servers
+    ]
+    assert {answer.status_code for answer in answers} == {409}
+    until(lambda: third.get("/api/v1/halts").json()["rooms"])
+    halt(False)
+    assert drop_at(third, room, 1)["ball"] == 0
+
+
+async def test_a_moved_room_goes_on_from_the_very_tick_and_whoever_watches_is_sent_there(
+    servers: Servers,
+) -> None:
+    first, second, third = servers.all
+    room = new_room(first)
+    async with playing(first.socket(room)) as player:
+        await player.send(type="drop", seed=7)
+        await player.until("accepted")
+        environment = {"PLINKO_OPERATOR_TOKEN": OPERATOR}
+        done = await asyncio.to_thread(
+            CliRunner(env=environment).invoke,
+            plinko,
+            ["rooms", "move", room, second.name, third.url],
+        )
+        assert done.exit_code == 0, done.output
+        assert second.name in done.output
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await player.step()
+        assert player.socket.close_code == 1012
+        seen = int.from_bytes(player.binaries[-1][4:8], "little") if player.binaries else 0
+    async with playing(first.socket(room)) as again:
+        assert again.hello["tick"] >= seen
+        assert [ball["seed"] for ball in again.hello["balls"]] == ["7"]
+        assert same_as_alone(await again.until("landed"), 7)
+    assert await asyncio.to_thread(servers.holder, room) is second
+
+
+def test_only_who_runs_the_servers_moves_rooms_and_only_to_servers(servers: Servers) -> None:
+    first, second, _ = servers.all
+    room = new_room(first)
+    asked = httpx.post(
+        f"{second.url}/api/v1/rooms/{room}/move", json={"to": second.name}, timeout=LIMIT
+    )
+    assert asked.status_code == 401
+    nobody = move(room, One("nobody"), second)
+    assert nobody.status_code == 422
+    assert nobody.json()["field"] == "to"
+    assert first.name in nobody.json()["detail"]
+    assert move(room, first, second).json() == {"room": room, "server": first.name}
+    assert servers.holder(room) is first
+
+
+async def test_a_ball_of_a_server_that_is_killed_lands_where_it_would_have(
+    servers: Servers,
+) -> None:
+    first, second, third = servers.all
+    room, unwatched = new_room(first), new_room(first)
+    drop_at(first, room, 21)
+    drop_at(third, unwatched, 22)
+    async with playing(second.socket(room)) as watching:
+        first.end(signal.SIGKILL)
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await watching.step()
+        assert watching.socket.close_code == 1012, "and not a word of failure"
+    async with playing(second.socket(room)) as again:
+        assert again.hello["room"] == room
+    # The other one too, for which nobody asked.
+    for name, seed in ((room, 21), (unwatched, 22)):
+        until_still(third, name)
+        assert same_as_alone(results(second, name)[0], seed)
+    assert drop_at(second, unwatched, 23)["ball"] == 1
+
+
+def until_still(one: One, room: str) -> None:
+    """Return once nothing moves in the room."""
+    until(lambda: not room_at(one, room)["awake"])
+
+
+def results(one: One, room: str) -> list[dict[str, Any]]:
+    """What came of the room's balls, by its log."""
+    drops = one.get(f"/api/v1/rooms/{room}/log").json()["drops"]
+    return [each["result"] for each in drops]
+
+
+def room_at(one: One, room: str) -> dict[str, Any]:
+    found: dict[str, Any] = one.get(f"/api/v1/rooms/{room}").json()
+    return found
+
+
+async def test_a_server_that_is_told_to_end_hands_all_its_rooms_over(servers: Servers) -> None:
+    first, second, third = servers.all
+    rooms = [new_room(first) for _ in range(4)]
+    for number, room in enumerate(rooms):
+        drop_at(first, room, 30 + number)
+    async with playing(first.socket(rooms[0])) as player:
+        ending = asyncio.create_task(asyncio.to_thread(first.end, signal.SIGTERM))
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await player.step()
+        assert player.socket.close_code == 1012
+        async with playing(second.socket(rooms[0])) as again:
+            assert [ball["seed"] for ball in again.hello["balls"]] == ["30"]
+            assert same_as_alone(await again.until("landed"), 30)
+    assert await ending == 0
+    for number, room in enumerate(rooms):
+        log = third.get(f"/api/v1/rooms/{room}/log").json()
+        assert [each["seed"] for each in log["drops"]] == [str(30 + number)]
+    assert await asyncio.to_thread(lambda: second.rooms + third.rooms) >= len(rooms)
+
+
+async def test_without_redis_play_goes_on_and_rooms_of_the_dead_wait(servers: Servers) -> None:
+    first, second, third = servers.all
+    staying, waiting = new_room(second), new_room(first)
+    servers.redis.stop()
+    try:
+        await eventually(lambda: not second.get("/readyz").json()["cluster"]["leases"])
+        assert second.get("/readyz").status_code == 200, "it can be played at"
+        landed = await asyncio.to_thread(drop_at, third, staying, 40, wait=True)
+        assert same_as_alone(landed["landed"], 40)
+        first.end(signal.SIGKILL)
+        asked = asyncio.create_task(asyncio.to_thread(drop_at, third, staying, 41))
+        assert (await asked)["ball"] == 1
+        refused = await asyncio.to_thread(second.get, f"/api/v1/rooms/{waiting}")
+        assert refused.status_code == 503
+        assert refused.json()["code"] == "room-moved"
+    finally:
+        servers.redis.start()
+    await eventually(lambda: second.get("/readyz").json()["cluster"]["leases"])
+    until(lambda: third.get(f"/api/v1/rooms/{waiting}").status_code == 200)
+
+
+async def test_a_server_that_was_frozen_and_comes_back_harms_nothing(servers: Servers) -> None:
+    first, second, third = servers.all
+    room = new_room(first)
+    drop_at(first, room, 50)
+    async with connect(first.socket(room), max_queue=None) as held_up:
+        await held_up.recv()
+        first.send(signal.SIGSTOP)
+        try:
+            seen = await asyncio.to_thread(room_at, second, room)
+            assert seen["id"] == room, "another server goes on with the room"
+            after = await asyncio.to_thread(drop_at, second, room, 51)
+            assert after["ball"] == 1
+        finally:
+            first.send(signal.SIGCONT)
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await held_up.recv()
+        assert held_up.close_code == 1012
+    assert (await asyncio.to_thread(drop_at, first, room, 52))["ball"] == 2
+    until_still(third, room)
+    log = first.get(f"/api/v1/rooms/{room}/log").json()
+    assert [each["seed"] for each in log["drops"]] == ["50", "51", "52"]
+    for each in log["drops"]:
+        assert same_as_alone(each["result"], int(each["seed"]))
+
+
+def test_each_server_s_metrics_name_it(servers: Servers) -> None:
+    def told_by(one: One) -> bool:
+        found = one.get("/metrics").text
+        process = f'{{process="{one.name}"}}'
+        members = f"plinko_cluster_members{process} 3.0" in found
+        # A Redis that takes its time on a busy machine counts as away for a moment.
+        return members and f"plinko_cluster_leases_up{process} 1.0" in found
+
+    for one in servers:
+        until(functools.partial(told_by, one))

@@ -1,0 +1,437 @@
+"""A room is one server's at a time: what another one writes of it is refused, at every step."""
+
+import asyncio
+import functools
+import threading
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+import sqlalchemy as sa
+
+from app.errors import HoldLostError, LedgerError, SettingError
+from app.persistence import hold_store, statements, store, tables
+from app.persistence.common_secrets import TOKENS, common_secret
+from app.persistence.database import Database
+from app.persistence.holds import Holds
+from app.persistence.writer import Ledger
+from app.rooms.records import (
+    BoardRow,
+    Close,
+    DropRow,
+    FairEnd,
+    FairOpening,
+    FairSessionRow,
+    Hold,
+    InputRow,
+    LogLeaf,
+    Mark,
+    Reopen,
+    ResultRow,
+    RoomRow,
+    Undo,
+    Void,
+    Write,
+)
+from tests.app.persistence import postgres
+from tests.app.persistence.oracle import Told
+from tests.app.persistence.stepped import Steps, Table, failure
+from tests.waiting import eventually
+
+BOARD = BoardRow("b" * 64, "board", "{}")
+ROOM = RoomRow(1, "r", BOARD.digest, "independent", True, 60, 1, 1.0, 1.0)
+DROP = DropRow(1, 0, 5, 7, stake=100)
+RESULT = ResultRow(1, 0, 90, 2, 1.5, 1.4, 0.1, "d" * 64, None, 150)
+SESSION = FairSessionRow("s", "r", BOARD.digest, "00", "{}", "00", 1.0)
+LEAF = LogLeaf("s", 0, 1, 0, {"time": 1}, b"leaf", lambda place, root: "00")
+
+BEFORE: list[Write] = [BOARD, ROOM, DROP, SESSION]
+
+
+@pytest.fixture
+def address(cluster: postgres.Cluster) -> str:
+    return cluster.new_database()
+
+
+class Server:
+    """One of several servers over a ledger, with nothing but the ledger."""
+
+    def __init__(self, url: str, name: str) -> None:
+        self.database = Steps(url, shared=True)
+        self.ledger = Ledger(self.database, period=0.0, patience=60.0)
+        self.holds = Holds(self.ledger, name, now=lambda: 5.0)
+        self.lost: list[str] = []
+        self.holds.lost = self.lost.append
+
+    async def __aenter__(self) -> "Server":
+        await asyncio.to_thread(self.ledger.open)
+        self.ledger.start()
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.ledger.close()
+
+    async def takes(self, room: str, session: int = 1) -> Hold:
+        hold = await self.holds.take(room)
+        self.holds.note(session, room)
+        return hold
+
+    async def all_rows(self) -> dict[str, list[Any]]:
+        """Everything that the ledger has but the holds themselves."""
+        return await self.ledger.read(everything)
+
+
+def everything(connection: sa.Connection) -> dict[str, list[Any]]:
+    kept = [table for table in tables.metadata.sorted_tables if table is not tables.holds]
+    return {
+        table.name: sorted(map(tuple, connection.execute(sa.select(table))), key=repr)
+        for table in kept
+    }
+
+
+WRITES: dict[str, Sequence[Write]] = {
+    "a session": [replace(ROOM, number=2, closed=9.0)],
+    "a drop": [replace(DROP, ball=1)],
+    "an input": [InputRow(1, 0, 5, "{}")],
+    "a result": [RESULT],
+    "a mark": [Mark(1, 99, True, 9.0)],
+    "a checkpoint": [Mark(1, 99, True, 9.0, b"world", 1)],
+    "an undo": [Undo(1, 0)],
+    "stakes back": [Void(1, 99, "why")],
+    "an end": [Close(1, 99, 9.0)],
+    "going on": [Reopen(1, 99)],
+    "a player's session": [replace(SESSION, id="t")],
+    "an opening": [FairOpening("s", "r", "11")],
+    "a session's end": [FairEnd("s", "r", "{}", "00")],
+    "a receipt": [replace(LEAF)],
+}
+
+
+@pytest.mark.parametrize("writes", WRITES.values(), ids=WRITES)
+@pytest.mark.parametrize("kept", [False, True], ids=["refused", "deferred"])
+async def test_nothing_of_a_room_is_written_that_is_another_server_s(
+    address: str, writes: Sequence[Write], kept: bool
+) -> None:
+    async with Server(address, "older") as older, Server(address, "newer") as newer:
+        await older.takes("r")
+        older.holds.note(2, "r")
+        await older.ledger.commit(*BEFORE)
+        await newer.takes("r")
+        before = await newer.all_rows()
+        heard: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        if kept:
+            older.ledger.defer(writes, heard.set_result)
+        else:
+            older.ledger.submit(writes, heard.set_result)
+        assert isinstance(await heard, HoldLostError)
+        assert await newer.all_rows() == before
+        assert (older.lost, older.holds.rooms, older.ledger.problem) == (["r"], [], None)
+        # The server that has it writes the very same.
+        newer.holds.note(2, "r")
+        await newer.ledger.commit(*writes)
+        assert await newer.all_rows() != before
+
+
+async def test_what_is_of_other_rooms_is_written_all_the_same(address: str) -> None:
+    async with Server(address, "older") as older, Server(address, "newer") as newer:
+        await older.takes("r")
+        await older.takes("other", 3)
+        await older.ledger.commit(*BEFORE, replace(ROOM, number=3, id="other"))
+        await newer.takes("r")
+        told: list[tuple[str, object]] = []
+        drops = [DropRow(3, 0, 5, 7), DropRow(1, 1, 5, 7), DropRow(3, 1, 5, 7)]
+        for drop in drops:
+            name = f"{drop.room}-{drop.ball}"
+            older.ledger.submit([drop], functools.partial(_note, told, name), line=drop.room)
+        marks = [Mark(1, 50, True, 9.0), Mark(3, 50, True, 9.0)]
+        older.ledger.defer(marks)
+        await older.ledger.read(lambda connection: None)
+        assert {name for name, error in told if error is None} == {"3-0", "3-1"}
+        assert [name for name, error in told if isinstance(error, HoldLostError)] == ["1-1"]
+        read = [functools.partial(store.session, number=number) for number in (1, 3)]
+        assert [(await older.ledger.read(each)).tick for each in read] == [0, 50]
+
+
+def _note(told: list[tuple[str, object]], name: str, error: object) -> None:
+    told.append((name, error))
+
+
+async def test_the_number_of_a_hold_only_grows(address: str) -> None:
+    async with Server(address, "a") as a, Server(address, "b") as b:
+        numbers = []
+        for server in (a, b, b, a):
+            numbers.append((await server.holds.take("r")).number)
+        hold = a.holds.drop("r")
+        assert hold is not None
+        await a.holds.release(hold)
+        row = await b.holds.holder_of("r")
+        assert row is not None
+        assert (row.holder, await b.holds.listing()) == ("", [])
+        numbers += [row.number, (await b.holds.take("r")).number]
+        assert numbers == sorted(set(numbers))
+        assert [(row.room, row.holder, row.taken) for row in await a.holds.listing()] == [
+            ("r", "b", 5.0)
+        ]
+
+
+async def test_of_two_that_take_a_room_after_the_same_hold_one_has_it(address: str) -> None:
+    async with Server(address, "a") as a, Server(address, "b") as b:
+        for after in (0, 1):
+            both = [server.holds.take("r", after) for server in (a, b)]
+            came = await asyncio.gather(*both, return_exceptions=True)
+            assert sorted(type(each).__name__ for each in came) == ["Hold", "HoldLostError"]
+
+
+async def test_a_released_room_is_written_no_more_by_who_had_it(address: str) -> None:
+    async with Server(address, "a") as a:
+        await a.takes("r")
+        await a.ledger.commit(*BEFORE)
+        hold = a.holds.drop("r")
+        assert hold is not None
+        await a.holds.release(hold)
+        before = await a.all_rows()
+        a.ledger.stamp = lambda writes: [(hold, writes)]  # as if it had been handed in before
+        with pytest.raises(HoldLostError):
+            await a.ledger.commit(replace(DROP, ball=1))
+        assert await a.all_rows() == before
+
+
+# At every step of a commit.
+
+
+class _Taken:
+    """Another server takes the room at one step of this one's ledger."""
+
+    def __init__(self, url: str, step: int) -> None:
+        self.other = Database(url, shared=True)
+        self.other.open()
+        self.left = step
+        self.met = ""
+        self.took: Hold | None = None
+
+    def at(self, step: str) -> None:
+        self.left -= 1
+        if self.left == 0:
+            self.met = step
+            self.took = self.take()
+
+    def take(self) -> Hold | None:
+        with self.other.transaction() as connection:
+            number = hold_store.take(connection, "main", "newer", "", 5.0, None)
+        return None if number is None else Hold("main", number)
+
+    def drops(self) -> list[int]:
+        with self.other.transaction() as connection:
+            row = store.open_room(connection, "main")
+            return (
+                [] if row is None else [d.seed for d, _ in store.drops(connection, row.number, 0)]
+            )
+
+
+async def test_a_room_taken_at_any_step_of_a_commit_keeps_just_what_was_told(
+    address: str,
+) -> None:
+    met, step = [], 0
+    while True:
+        step += 1
+        table = Table(address, {"main": Told("main")}, holder=f"older-{step}")
+        other = _Taken(address, step)
+        await table.until(table.rooms.resume())
+        await table.until(table.rooms.seek("main"))
+        before = other.drops()
+        asked = [table.asks("main", 100 * step + seed) for seed in (1, 2)]
+        table.database.at = other.at
+        table.work()
+        table.tick(1)
+        table.work()
+        table.database.at = lambda step: None
+        told = [future.result() for future in asked if future and _came(future)]
+        now = other.take()  # before that step it had to wait for this server's transaction
+        assert now is not None
+        kept = other.drops()
+        assert [int(each.seed) for each in told] == kept[len(before) :], other.met
+        if table.rooms.all():  # it has not heard yet
+            late = table.asks("main", 100 * step + 3)
+            assert late is not None
+            table.work()
+            assert isinstance(late.exception(), HoldLostError)
+            assert other.drops() == kept
+        assert table.rooms.all() == []
+        table.ledger.database.close()
+        other.other.close()
+        if not other.met:
+            break
+        met.append((other.met, len(kept) - len(before), other.took is not None))
+    steps = [name for name, _, _ in met]
+    assert {"connect", "SELECT", "INSERT INTO drops", "commit", "committed"} <= _short(steps)
+    # Before the look at the hold the room is the other's; from then on it waits for the commit.
+    assert {kept for _, kept, took in met if took} == {0, 2}
+    assert {kept for _, kept, took in met if not took} == {2}
+
+
+def _came(asked: "asyncio.Future[Any]") -> bool:
+    return asked.done() and asked.exception() is None
+
+
+def _short(steps: list[str]) -> set[str]:
+    words = [step.split() for step in steps]
+    return {" ".join(each[:3]) if each[0] == "INSERT" else each[0] for each in words}
+
+
+# Who may use the database.
+
+
+def test_servers_that_share_a_ledger_and_one_that_does_not_exclude_each_other(
+    address: str,
+) -> None:
+    one, two, alone = (
+        Database(address, shared=True),
+        Database(address, shared=True),
+        Database(address),
+    )
+    one.open()
+    two.open()
+    with pytest.raises(SettingError, match="another server uses it"):
+        alone.open()
+    one.close()
+    two.close()
+    alone.open()
+    with pytest.raises(SettingError, match="another server uses it for itself alone"):
+        Database(address, shared=True).open()
+    alone.close()
+
+
+def test_a_ledger_in_a_file_is_not_shared(tmp_path: Any) -> None:
+    with pytest.raises(SettingError, match="on PostgreSQL"):
+        Database(f"sqlite:///{tmp_path / 'plinko.db'}", shared=True)
+
+
+def test_servers_that_start_at_once_make_the_tables_once(address: str) -> None:
+    databases = [Database(address, shared=True) for _ in range(4)]
+    failed: list[BaseException] = []
+
+    def start(database: Database) -> None:
+        try:
+            database.open()
+        except BaseException as error:  # noqa: BLE001
+            failed.append(error)
+
+    threads = [threading.Thread(target=start, args=[each]) for each in databases]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failed == []
+    secrets = {common_secret(database, TOKENS) for database in databases}
+    assert len(secrets) == 1
+    for database in databases:
+        database.close()
+
+
+async def test_servers_take_numbers_of_sessions_that_no_other_has(address: str) -> None:
+    async with Server(address, "a") as a, Server(address, "b") as b:
+        await a.takes("r", 2000)
+        await a.ledger.commit(BOARD, replace(ROOM, number=2000))
+        taking = [
+            server.ledger.read(functools.partial(hold_store.reserve, count=10))
+            for server in (a, b, a, b)
+        ]
+        firsts = await asyncio.gather(*taking)
+        assert sorted(firsts) == [2001, 2011, 2021, 2031]
+
+
+async def test_receipts_of_several_servers_make_one_log(address: str) -> None:
+    async with Server(address, "a") as a, Server(address, "b") as b:
+        servers = {1: a, 2: b}
+        await begin(a, 1)
+        await begin(b, 2)
+
+        async def play(number: int) -> list[LogLeaf]:
+            leaves = []
+            for ball in range(30):
+                drop, leaf = drop_of(number, ball)
+                assert isinstance(leaf, LogLeaf)
+                await servers[number].ledger.commit(drop, leaf)
+                leaves.append(leaf)
+            return leaves
+
+        leaves = [leaf for each in await asyncio.gather(play(1), play(2)) for leaf in each]
+        by_place = {leaf.index: leaf for leaf in leaves if leaf.index is not None}
+        assert sorted(by_place) == list(range(60))
+        alone = Database("sqlite://")
+        alone.open()
+        with alone.transaction() as connection:
+            again = [
+                replace(by_place[place], index=None, session="s1", number=place, room=1, ball=place)
+                for place in range(60)
+            ]
+            statements.apply(connection, [BOARD, ROOM, replace(SESSION, id="s1")])
+            statements.apply(connection, again)
+        assert [leaf.root for leaf in again] == [by_place[place].root for place in range(60)]
+        alone.close()
+
+
+async def begin(server: Server, number: int) -> None:
+    """A room with a player's session."""
+    await server.takes(f"r{number}", number)
+    room = replace(ROOM, number=number, id=f"r{number}")
+    session = replace(SESSION, id=f"s{number}", room=f"r{number}")
+    await server.ledger.commit(BOARD, room, session)
+
+
+def drop_of(number: int, ball: int) -> list[Write]:
+    leaf = replace(LEAF, session=f"s{number}", number=ball, room=number, ball=ball)
+    leaf.leaf = f"{number}-{ball}".encode()
+    return [DropRow(number, ball, 5, 7), leaf]
+
+
+async def refused_though_it_came_true(server: Server, number: int) -> threading.Event:
+    """A drop is committed and its line cut; the event lets the server take it out again."""
+    go_on = threading.Event()
+    cut_was_made: list[bool] = []
+
+    def at(step: str) -> None:
+        if step == "committed" and not cut_was_made:
+            cut_was_made.append(True)
+            raise failure()
+        if step == "connect" and cut_was_made:
+            go_on.wait()
+
+    server.database.at = at
+    with pytest.raises(LedgerError, match="cannot be written"):
+        await server.ledger.commit(*drop_of(number, 0), undo=(Undo(number, 0),))
+    return go_on
+
+
+async def test_what_was_refused_and_came_true_is_taken_out_of_the_log(address: str) -> None:
+    async with Server(address, "a") as a, Server(address, "b") as b:
+        await begin(a, 1)
+        go_on = await refused_though_it_came_true(a, 1)
+        assert [row[3:5] for row in (await b.all_rows())["receipts"]] == [(1, 0)]
+        go_on.set()
+        await eventually(lambda: a.ledger.up)
+        rows = await b.all_rows()
+        assert (rows["drops"], rows["receipts"], rows["log_nodes"]) == ([], [], [])
+        await a.ledger.commit(*drop_of(1, 0))
+
+
+async def test_what_another_server_s_receipts_follow_stays_and_its_room_is_given_up(
+    address: str,
+) -> None:
+    async with Server(address, "a") as a, Server(address, "b") as b:
+        await begin(a, 1)
+        await begin(b, 2)
+        go_on = await refused_though_it_came_true(a, 1)
+        await b.ledger.commit(*drop_of(2, 0))
+        before = await b.all_rows()
+        go_on.set()
+        await eventually(lambda: a.ledger.up)
+        assert await b.all_rows() == before
+        assert [row[0] for row in before["receipts"]] == [0, 1]
+        # The drop is in the ledger: whoever has the room from now on finds it there.
+        with pytest.raises(HoldLostError):
+            await a.ledger.commit(*drop_of(1, 0))
+        assert a.lost == ["r1"]
+        await a.takes("r1", 1)
+        await a.ledger.commit(*drop_of(1, 1))

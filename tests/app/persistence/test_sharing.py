@@ -1,0 +1,350 @@
+"""Rooms of a ledger that several servers share: taken over, handed over, the same for all."""
+
+import asyncio
+import contextlib
+import hashlib
+from collections.abc import AsyncIterator
+from typing import Any
+
+import msgspec
+import pytest
+
+from app.errors import AppError, HaltedError, HoldLostError, RoomLimitError, UnknownRoomError
+from app.fairness.check import check_session, kernel_digest_of
+from app.fairness.export import read_export
+from app.fairness.signing import Signer
+from app.live.fair_sessions import FairSessions
+from app.live.hub import Client, Mailbox
+from app.persistence import store
+from app.persistence.audit import Audit
+from app.persistence.database import Database
+from app.protocol.wire import WireMessage
+from app.rooms.kinds import INTERACTING
+from app.rooms.records import EVERY_ROOM
+from tests.app.persistence import postgres
+from tests.app.persistence.life import BOARD, Life, living
+from tests.waiting import turns
+
+KERNEL = kernel_digest_of(b"kernels")
+SECRET = b"\x2a" * 32
+
+
+@pytest.fixture
+def address(cluster: postgres.Cluster) -> str:
+    return cluster.new_database()
+
+
+@contextlib.asynccontextmanager
+async def two(address: str, **settings: Any) -> AsyncIterator[tuple[Life, Life]]:
+    """Two servers over one ledger."""
+    async with (
+        living(address, holder="a", **settings) as a,
+        living(address, holder="b", **settings) as b,
+    ):
+        yield a, b
+
+
+def sound(address: str) -> Audit:
+    """The ledger's check, of a ledger that no server uses now."""
+    audit, database = Audit(), Database(address)
+    database.open()
+    with database.transaction() as connection:
+        numbers = store.session_numbers(connection)
+    for number in numbers:
+        audit.look(database, number, replay=True)
+    database.close()
+    assert audit.findings == []
+    return audit
+
+
+class Watcher:
+    """A client that keeps what it is sent."""
+
+    def __init__(self, life: Life, room_id: str) -> None:
+        self.heard: list[bytes] = []
+        self.client = Client(1, self, Mailbox(1000, 1 << 20), 60.0)
+        self.running = asyncio.create_task(self.client.run())
+        life.rooms.enter(life.rooms.find(room_id), self.client)
+
+    def write(self, wire: bytes) -> bool:
+        self.heard.append(wire)
+        return True
+
+    async def send(self, message: WireMessage) -> None:
+        self.heard.append(message.payload)
+
+
+async def test_a_room_goes_on_at_the_server_that_takes_it_over(address: str) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.seek("main")
+        for seed in range(5):
+            await a.drop(room, seed)
+        await a.run(room, 20)
+        shown = room.world.tick
+        taken = await b.holding.take_over("main")
+        assert taken is not None
+        assert (taken.taken, taken.world.count) == (5, room.world.count)
+        assert shown <= taken.world.tick <= shown + 40
+        await b.run(taken, 20)
+        while room.world.tick < taken.world.tick:
+            room.look_ahead()
+            room.step(watched=True)  # as if it had stayed where it was
+        assert taken.world.digest() == room.world.digest()
+        await b.rest()
+        await b.leave()
+    assert (sound(address).drops, sound(address).results) == (5, 5)
+
+
+async def test_who_lost_a_room_shows_no_tick_that_its_next_holder_did_not_begin_from(
+    address: str,
+) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.seek("main")
+        await a.drop(room, 7)
+        taken = await b.holding.take_over("main")
+        assert taken is not None
+        begun = taken.world.tick
+        a.tick(600)  # a process that wakes up ticks before it hears of anything
+        assert 0 < room.world.tick <= begun
+
+
+async def test_who_watches_a_lost_room_is_sent_away_and_told_nothing_more(address: str) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.seek("main")
+        await a.drop(room, 7)
+        watcher = Watcher(a, "main")
+        await b.holding.take_over("main")
+        waiting = asyncio.create_task(a.rooms.landings.wait(room, 0, 60.0))
+        await turns()
+        asked = a.rooms.drop(room, 8, None, client=1)
+        heard = len(watcher.heard)
+        with pytest.raises(HoldLostError, match="at another server"):
+            await watcher.running
+        with pytest.raises(HoldLostError):
+            await asked
+        assert await waiting is None  # it was taken, and lands elsewhere
+        assert watcher.heard[heard:] == []
+        assert (a.rooms.all(), a.holding.holds.rooms, a.rooms.runner.awake) == ([], [], [])
+        with pytest.raises(HoldLostError):
+            a.rooms.find("main")
+        a.tick(100)
+        await a.heard()
+        assert (await b.row("main")).id == "main"
+        back = await a.rooms.seek("main")  # nobody keeps it from coming back
+        assert back.taken == 1
+
+
+async def test_nobody_comes_to_a_room_at_the_server_that_lost_it(address: str) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.seek("main")
+        await a.drop(room, 7)
+        moved = await b.holding.take_over("main")
+        assert moved is not None
+        await b.run(moved, 30)
+        a.holding.claim = _elsewhere  # as the cluster's, which knows by now
+        with pytest.raises(AppError, match="elsewhere"):
+            await a.rooms.seek("main")
+        assert a.rooms.all() == []
+
+
+async def _elsewhere(room_id: str) -> int:
+    raise AppError("it is elsewhere")
+
+
+async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> None:
+    async with two(address) as (a, b):
+        for mode in ("independent", INTERACTING):
+            room = await a.rooms.create(BOARD, mode)
+            await a.drop(room, 3)
+            asked = a.rooms.drop(room, 4, None)
+            leaving = asyncio.create_task(a.holding.hand_over(room.id))
+            await turns()
+            with pytest.raises(HoldLostError):
+                a.rooms.drop(room, 5, None)
+            while not leaving.done():
+                a.tick(1)
+                await asyncio.sleep(0)
+            await leaving
+            accepted = await asked  # what was taken is told before the room goes
+            assert accepted.ball == 1
+            at = room.world.tick
+            assert await a.holding.holds.holder_of(room.id) is not None
+            taken = await b.rooms.seek(room.id)
+            assert taken.world.tick == at
+            assert taken.taken == room.taken
+            assert taken.world.digest() == room.world.digest()
+        await b.rest()
+        await b.leave()
+    assert sound(address).sessions == 2
+
+
+async def test_all_rooms_are_handed_over_at_the_end(address: str) -> None:
+    async with two(address) as (a, b):
+        rooms = [await a.rooms.create(BOARD) for _ in range(3)]
+        rooms.append(await a.rooms.seek("main"))
+        await a.drop(rooms[0], 3)
+        await a.holding.hand_all_over()
+        assert (a.rooms.all(), a.holding.holds.rooms) == ([], [])
+        assert await b.holding.holds.listing() == []
+        for room in rooms:
+            assert (await b.rooms.seek(room.id)).world.tick == room.world.tick
+
+
+async def test_a_claim_that_is_refused_brings_nothing_here(address: str) -> None:
+    async with two(address) as (a, b):
+        await a.rooms.seek("main")
+
+        async def elsewhere(room_id: str) -> int:
+            raise AppError(f"{room_id} is at a")
+
+        b.holding.claim = elsewhere
+        with pytest.raises(AppError, match="main is at a"):
+            await b.rooms.seek("main")
+        with pytest.raises(UnknownRoomError):
+            await b.rooms.seek("nowhere")
+        assert a.holding.holds.rooms == ["main"]
+        assert [row.holder for row in await b.holding.holds.listing()] == ["a"]
+
+
+async def test_of_many_who_ask_at_once_each_finds_the_one_room(address: str) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.create(BOARD)
+        await a.holding.hand_over(room.id)
+        found = await asyncio.gather(*[b.rooms.seek(room.id) for _ in range(8)])
+        assert {id(each) for each in found} == {id(b.rooms.find(room.id))}
+        hold = b.holding.holds.of(room.id)
+        assert hold is not None
+        row = await b.holding.holds.holder_of(room.id)
+        assert row is not None
+        assert row.number == hold.number
+
+
+async def test_a_take_over_that_is_overtaken_is_no_damage(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.seek("main")
+        await a.drop(room, 1)
+        recovery = b.rooms.persistence.recovery
+        reading, overtaken = recovery._read, asyncio.Event()
+
+        async def overtake(read: Any, **values: Any) -> Any:
+            if read is store.taken and not overtaken.is_set():
+                overtaken.set()
+                again = await a.holding.take_over("main")
+                assert again is not None
+                await a.run(again, 100)
+                await a.drop(again, 2)
+            return await reading(read, **values)
+
+        monkeypatch.setattr(recovery, "_read", overtake)
+        a.holding.put_away("main")
+        with pytest.raises(HoldLostError):
+            await b.holding.take_over("main")
+        assert overtaken.is_set()
+        assert (recovery.set_aside, b.rooms.all(), b.holding.holds.rooms) == ({}, [], [])
+        assert [each.taken for each in a.rooms.all()] == [2]
+
+
+async def test_a_halt_at_one_server_is_one_at_all(address: str) -> None:
+    async with two(address) as (a, b):
+        room = await b.rooms.seek("main")
+        await a.rooms.halts.halt(EVERY_ROOM)
+        await b.rooms.halts.follow()
+        with pytest.raises(HaltedError):
+            b.rooms.drop(room, 3, None)
+        await b.rooms.halts.release(EVERY_ROOM)
+        await a.rooms.halts.follow()
+        assert a.rooms.halts.since == {}
+        await b.drop(room, 3)
+
+
+async def test_players_rooms_are_counted_at_all_servers(address: str) -> None:
+    async with two(address, max_rooms=3) as (a, b):
+        made = [await life.rooms.create(BOARD) for life in (a, b, a)]
+        for life in (a, b):
+            with pytest.raises(RoomLimitError):
+                await life.rooms.create(BOARD)
+        await a.rooms.delete(made[0])
+        await b.rooms.create(BOARD)
+        with pytest.raises(UnknownRoomError):
+            await b.rooms.seek(made[0].id)
+
+
+async def test_an_address_s_rooms_are_counted_at_all_servers(address: str) -> None:
+    async with two(address) as (a, b):
+        for life, mark in ((a, "one"), (b, "one"), (a, "other")):
+            room = await life.rooms.create(BOARD, creator=mark)
+        assert [await b.rooms.made_by(mark) for mark in ("one", "other", "none")] == [2, 1, 0]
+        await a.rooms.reset(room)
+        await a.holding.hand_over(room.id)
+        await b.rooms.reset(await b.rooms.seek(room.id))
+        assert await a.rooms.made_by("other") == 1
+        await b.rooms.delete(b.rooms.find(room.id))
+        assert await a.rooms.made_by("other") == 0
+
+
+async def test_a_room_that_nobody_uses_is_closed_wherever_it_was(address: str) -> None:
+    async with two(address, room_idle=1.0) as (a, b):
+        room = await a.rooms.create(BOARD)
+        await a.holding.hand_over(room.id)
+        used = (await b.row(room.id)).used
+        b.rooms.persistence.sessions.now = lambda: used + 2.0
+        await b.holding.look_after()
+        await b.heard()
+        assert await b.ledger.read(lambda c: store.open_room(c, room.id)) is None
+        with pytest.raises(UnknownRoomError):
+            await b.rooms.seek(room.id)
+
+
+async def test_sessions_have_numbers_of_their_own_at_every_server(address: str) -> None:
+    async with two(address) as (a, b):
+        rooms = [await life.rooms.create(BOARD) for life in (a, b) * 5]
+        numbers = await a.ledger.read(store.session_numbers)
+        assert len(set(numbers)) == len(numbers) == len(rooms)
+
+
+# Players' sessions.
+
+
+def fair(life: Life) -> FairSessions:
+    sessions = FairSessions(
+        life.rooms.persistence,
+        Signer(b"\x07" * 32),
+        kernel_digest=KERNEL,
+        rest=1e6,
+        draw=lambda count: b"\x01" * count,
+        new_id=iter(f"{number}" for number in range(99)).__next__,
+    )
+    sessions.having = life.holding.having
+    life.holding.gone.append(sessions.forget_room)
+    return sessions
+
+
+async def test_a_player_s_session_goes_on_where_its_room_does(address: str) -> None:
+    async with two(address) as (a, b):
+        at_a, at_b = fair(a), fair(b)
+        room = await a.rooms.create(BOARD)
+        session = await at_a.begin(room, hashlib.sha256(SECRET).hexdigest())
+        await at_a.open(session, SECRET.hex())
+        for _ in range(3):
+            await a.drop(room, None, session=session, stake=10)  # type: ignore[arg-type]
+        moved = await b.holding.take_over(room.id)
+        assert moved is not None
+        stale = a.rooms.drop(room, None, None, session=session, stake=10)
+        with pytest.raises(HoldLostError):
+            await stale
+        there = await at_b.find(session.id)
+        for _ in range(2):
+            await b.drop(moved, None, session=there, stake=10)  # type: ignore[arg-type]
+        await b.rest()
+        # Back again: what was known of it here was let go with the room.
+        await b.holding.hand_over(room.id)
+        again = await at_a.find(session.id)
+        assert again.drops == 5
+        await at_a.end(again)
+        export = msgspec.json.decode(await at_a.export(again))
+        verdict = check_session(
+            read_export(export), kernel_digest=KERNEL, key=Signer(b"\x07" * 32).public.hex()
+        )
+        assert (verdict.failed, verdict.drops) == ([], 5)

@@ -1,0 +1,74 @@
+// A socket that comes back: at once where the server sends it on, later where the line is lost.
+import assert from "node:assert/strict";
+import { afterEach, beforeEach, test } from "node:test";
+
+/** @type {any[]} */
+let sockets = [];
+const kept = { ...globalThis };
+
+class FakeSocket {
+  static OPEN = 1;
+  readyState = 1;
+  /** @param {string} url */
+  constructor(url) {
+    this.url = url;
+    sockets.push(this);
+  }
+
+  send() {}
+  close() {}
+}
+
+beforeEach(() => {
+  sockets = [];
+  const ears = { addEventListener() {}, removeEventListener() {}, visibilityState: "visible" };
+  Object.assign(globalThis, { WebSocket: FakeSocket, window: ears, document: ears });
+});
+
+afterEach(() => {
+  const { WebSocket, window, document } = kept;
+  Object.assign(globalThis, { WebSocket, window, document });
+});
+
+async function connected() {
+  const { Connection } = await import("../../../static/js/net/connection.js");
+  /** @type {number[]} */
+  const lost = [];
+  const connection = new Connection("ws://here/ws/rooms/main", {
+    onText() {},
+    onBytes() {},
+    onLost: (waitMs) => lost.push(waitMs),
+    onRefused() {},
+  });
+  return { connection, lost };
+}
+
+test("a client that is sent on comes back at once, and nothing is said of a lost line", async () => {
+  const { connection, lost } = await connected();
+  connection.settled();
+  sockets[0].onclose({ code: 1012, reason: "room-moved" });
+  assert.equal(sockets.length, 2);
+  assert.deepEqual(lost, []);
+  connection.settled();
+  sockets[1].onclose({ code: 1012, reason: "room-moved" });
+  assert.equal(sockets.length, 3);
+  connection.close();
+});
+
+test("a client that is sent on and on waits, as with a line that is lost", async () => {
+  const { connection, lost } = await connected();
+  sockets[0].onclose({ code: 1012, reason: "" });
+  sockets[1].onclose({ code: 1012, reason: "" });
+  assert.equal(sockets.length, 2);
+  assert.equal(lost.length, 1);
+  connection.close();
+});
+
+test("a line that breaks without a word is lost", async () => {
+  const { connection, lost } = await connected();
+  connection.settled();
+  sockets[0].onclose({ code: 1006, reason: "" });
+  assert.equal(sockets.length, 1);
+  assert.equal(lost.length, 1);
+  connection.close();
+});
