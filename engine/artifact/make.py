@@ -22,7 +22,7 @@ MOST_GZIPPED: Final = 40_000
 FOLDER: Final = Path(__file__).parent
 PAGE: Final = FOLDER.parents[1] / "static" / "js" / "solver" / "kernels.wasm"
 
-TOUCHING_PAGE: Final = PAGE.with_name("touching.wasm")
+TOUCHING_PAGE: Final = PAGE.parent / "touching" / "touching.wasm"
 """The artifact `touching`, which pages have as it is."""
 
 

@@ -15,7 +15,7 @@ from tests.js.conftest import MODULES, Run
 _TOLD = """
 const { readFileSync } = await import("node:fs");
 const { Machine } = await load("solver/touching/machine.js");
-const bytes = readFileSync(new URL("solver/touching.wasm", MODULES_URL));
+const bytes = readFileSync(new URL("solver/touching/touching.wasm", MODULES_URL));
 const machine = await Machine.open(bytes);
 const world = new World(machine, given.scene, given.board);
 const told = [];

@@ -35,7 +35,7 @@ const PRESETS = {
 /** @returns {Promise<Machine | null>} what computes a box; null where there is no WebAssembly */
 export async function loadMachine() {
   if (typeof WebAssembly === "undefined") return null;
-  const response = await fetch(new URL("../solver/touching.wasm", import.meta.url));
+  const response = await fetch(new URL("../solver/touching/touching.wasm", import.meta.url));
   if (!response.ok) throw new Error(`touching.wasm is not there: ${response.status}`);
   return Machine.open(await response.arrayBuffer());
 }

@@ -76,6 +76,15 @@ for (const place of [null, ...Object.keys(THEME.places)]) {
       assert.ok(contrast(palette.trayInk, palette.tray) >= 4.5);
       assert.ok(contrast(palette.flash, palette.railShade) >= 4.5);
       assert.ok(contrast(palette.trayBar, palette.tray) >= 3);
+      assert.ok(contrast(palette.trayMark, palette.tray) >= 3);
+      // At home a ball's light band tells it from the board, elsewhere its body too.
+      const own = place ? ["ball", "ballBand", "peg"] : ["ballBand", "peg"];
+      for (const name of own) {
+        for (const ground of ["board", "boardDeep"]) {
+          const ratio = contrast(palette[name], palette[ground]);
+          assert.ok(ratio >= 3, `${name} on ${ground} is ${ratio.toFixed(2)}`);
+        }
+      }
       for (const ground of [palette.board, palette.boardDeep]) {
         const dim = Math.min(...[...COLOURS, palette.other].map((colour) => contrast(colour, ground)));
         assert.ok(dim >= 2.4, `a ball of another on ${ground}: ${dim.toFixed(2)}`);
