@@ -54,8 +54,8 @@ def test_a_page_makes_the_kernels_arrays_of_a_board_as_the_engine_does(run: Run)
         "solver/input/arrays.js",
         """async ({ arraysOf }, boards, load) => {
           const { readBoard } = await load("solver/input/values.js");
-          const { Bytes } = await load("solver/bytes.js");
-          const { sha256 } = await load("solver/sha256.js");
+          const { Bytes } = await load("solver/encoding/bytes.js");
+          const { sha256 } = await load("solver/encoding/sha256.js");
           return boards.map((board) => {
             const { floats, words } = arraysOf(readBoard(board));
             const out = new Bytes();

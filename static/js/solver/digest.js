@@ -1,7 +1,7 @@
 // Digests of a board and of a drop: SHA-256 over the canonical bytes that the engine's have, too.
 
-import { Bytes } from "./bytes.js";
-import { sha256 } from "./sha256.js";
+import { Bytes } from "./encoding/bytes.js";
+import { sha256 } from "./encoding/sha256.js";
 
 /** @import { Material } from "../model/board.js" */
 /** @import { WholeBoard } from "./input/values.js" */

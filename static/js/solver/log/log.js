@@ -1,9 +1,9 @@
 // Does a room's log come out again? Every landing, the world at the end, and the log's own digest.
 
-import { Bytes } from "../bytes.js";
+import { Bytes } from "../encoding/bytes.js";
 import { boardDigest, PHYSICS_VERSION } from "../digest.js";
 import { RecordError } from "../errors.js";
-import { sha256 } from "../sha256.js";
+import { sha256 } from "../encoding/sha256.js";
 import { canonical } from "./canonical.js";
 import { worldDigest } from "./world.js";
 

@@ -1,6 +1,6 @@
 // MessagePack, as the engine writes a world's state: each value in its shortest form.
 
-import { Bytes, utf8 } from "../bytes.js";
+import { Bytes, utf8 } from "../encoding/bytes.js";
 
 /** Values written one after the other. */
 export class Packed {

@@ -1,8 +1,8 @@
 // The digest of all that moves in a room at a tick, from the drops that are in flight. Pure.
 
-import { Bytes } from "../bytes.js";
+import { Bytes } from "../encoding/bytes.js";
 import { PHYSICS_VERSION } from "../digest.js";
-import { sha256 } from "../sha256.js";
+import { sha256 } from "../encoding/sha256.js";
 import { Packed } from "./packed.js";
 
 /** @import { Drop } from "../drop.js" */
