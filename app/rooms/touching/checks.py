@@ -13,6 +13,7 @@ from app.errors import BallLimitError, InvalidValueError, MissingBallError, shor
 from app.protocol import touching_messages as wire
 from app.rooms.pending import DropCommand
 from app.rooms.touching import inputs, values
+from app.rooms.touching.crowd import Spot, check_room
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.world import TouchingWorld
 from engine import Board
@@ -28,7 +29,7 @@ def no_such_ball(ball: int) -> MissingBallError:
 
 @dataclass(frozen=True, slots=True)
 class InputCheck:
-    """A room as far as an input is judged by it; `coming`: balls that planned inputs will add.
+    """A room as far as an input is judged by it; `coming`: where planned inputs will add balls.
 
     made_of: of what a ball is that is put in without saying so.
     """
@@ -38,7 +39,7 @@ class InputCheck:
     world: TouchingWorld
     tick_rate: int
     max_balls: int
-    coming: int
+    coming: tuple[Spot, ...]
     made_of: Mapping[str, float]
 
     def change(self, message: wire.Change) -> inputs.TouchingInput:
@@ -62,18 +63,18 @@ class InputCheck:
                 f"stake {command.stake}: nothing is staked where others may knock the ball",
                 field="stake",
             )
-        start_of(self.ground, command.seed, command.x, command.aim)
-        self._check_place()
+        start = start_of(self.ground, command.seed, command.x, command.aim)
+        self._check_place(Spot(start, self.ground.drop.y, self.ground.ball.radius))
         aim = msgspec.UNSET if command.aim is None else command.aim
         return inputs.Drop(seed=str(command.seed), x=command.x, aim=aim)
 
-    def _check_place(self) -> None:
-        if self.world.count + self.coming >= self.max_balls:
+    def _check_place(self, spot: Spot) -> None:
+        count = self.world.count + len(self.coming)
+        if count >= self.max_balls:
             raise BallLimitError(f"room {self.room_id!r} already holds {self.max_balls} balls")
         settings = self.world.arena.settings
-        values.check_work(
-            self.world.count + self.coming + 1, settings.dt, settings.substeps, self.tick_rate
-        )
+        values.check_work(count + 1, settings.dt, settings.substeps, self.tick_rate)
+        check_room(spot, self.world.bodies, self.coming)
 
     def _ball(self, given: dict[str, Any]) -> int:
         """Take the ball out of what is given; raises MissingBallError."""
@@ -83,12 +84,12 @@ class InputCheck:
         return ball
 
     def _add(self, given: dict[str, Any]) -> inputs.Add:
-        self._check_place()
         found = values.checked(given, values.BALL, values.MOTION)
         self._check_given(found, "x", "y")
         usual = self.ground.radius if isinstance(self.ground, Scene) else self.ground.ball.radius
         radius = found.setdefault("radius", usual)
         self._check_within(found["x"], found["y"], radius)
+        self._check_place(Spot(found["x"], found["y"], radius))
         return inputs.Add(**{**self.made_of, **found})
 
     def _check_given(self, found: dict[str, float], *names: str) -> None:

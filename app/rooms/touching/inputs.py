@@ -16,7 +16,10 @@ from app.rooms.pending import PendingInput
 from app.rooms.records import InputRow, ResultRow
 from app.rooms.stakes import parse_who
 from app.rooms.touching.scene import as_kept
+from engine import Board
+from engine.drops.start import start_of
 from engine.errors import RecordError
+from engine.seeding import parse_seed
 
 _Number = float | msgspec.UnsetType
 
@@ -24,23 +27,25 @@ _Number = float | msgspec.UnsetType
 class _Input(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """An input; its tag is its `type`."""
 
-    adds_ball: ClassVar[bool] = False
     begins_anew: ClassVar[bool] = False  # everyone who watches starts over
 
 
 class Drop(_Input, frozen=True, kw_only=True, tag="drop"):
     """Drop a ball as players do; `x` where the player chose the start, or `aim` its middle."""
 
-    adds_ball: ClassVar[bool] = True
     seed: str
     x: float | None
     aim: _Number = msgspec.UNSET
+
+    def start(self, board: Board) -> float:
+        """Where its ball starts, x in m."""
+        aim = None if self.aim is msgspec.UNSET else self.aim
+        return start_of(board, parse_seed(self.seed), self.x, aim)
 
 
 class Add(_Input, frozen=True, kw_only=True, tag="add"):
     """Put in a ball, at rest or thrown."""
 
-    adds_ball: ClassVar[bool] = True
     density: float
     restitution: float
     friction: float

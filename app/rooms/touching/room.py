@@ -19,6 +19,7 @@ from app.rooms.room import Ground, Room, decode_checkpoint
 from app.rooms.touching import inputs, values
 from app.rooms.touching.checks import BALL_NAMES, InputCheck, no_such_ball
 from app.rooms.touching.contacts import contacts
+from app.rooms.touching.crowd import spot_of
 from app.rooms.touching.inputs import ChangeFormat, TouchingCommand
 from app.rooms.touching.next_tick import NextTick
 from app.rooms.touching.scene import Scene
@@ -142,14 +143,14 @@ class TouchingRoom(Room):
         """It is."""
 
     def _check(self) -> InputCheck:
-        coming = sum(each.command.input.adds_ball for each in self.planned)
+        spots = (spot_of(each.command.input, self.ground) for each in self.planned)
         return InputCheck(
             room_id=self.id,
             ground=self.ground,
             world=self.world,
             tick_rate=self.tick_rate,
             max_balls=self.max_balls,
-            coming=coming,
+            coming=tuple(spot for spot in spots if spot is not None),
             made_of=self.table.made_of,
         )
 

@@ -4,8 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-import msgspec
-
 from app.protocol import messages
 from app.rooms.touching import inputs, values
 from app.rooms.touching.checks import BALL_NAMES
@@ -13,8 +11,6 @@ from app.rooms.touching.inputs import given
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.world import TouchingWorld
 from engine import Board
-from engine.drops.start import start_of
-from engine.seeding import parse_seed
 
 
 @dataclass(slots=True)
@@ -63,8 +59,7 @@ class Table:
     def _drop(self, asked: inputs.Drop) -> list[messages.Event]:
         board, tick = self.ground, self.world.tick
         assert isinstance(board, Board)
-        aim = None if asked.aim is msgspec.UNSET else asked.aim
-        start = start_of(board, parse_seed(asked.seed), asked.x, aim)
+        start = asked.start(board)
         made = {name: getattr(board.ball, name) for name in ("radius", *BALL_NAMES)}
         ball = self.world.arena.add(start, board.drop.y, **made)
         begun = messages.BallStart(ball, asked.seed, start, tick)

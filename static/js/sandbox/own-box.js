@@ -6,7 +6,7 @@ import { getJson, messageOf } from "../net/api.js";
 import { diagnose } from "../solver/touching/diagnostics.js";
 import { Machine } from "../solver/touching/machine.js";
 import { extentOf } from "../solver/touching/static-shapes.js";
-import { isTooMuch, isWithin, MOST_BALLS, SCENES, sceneOf } from "../solver/touching/values.js";
+import { isTooMuch, isWithin, MOST_BALLS, MOST_OVERLAPS, SCENES, sceneOf } from "../solver/touching/values.js";
 import { TICK_RATE, World } from "../solver/touching/world.js";
 import { t } from "../texts/text.js";
 
@@ -218,7 +218,8 @@ export class OwnBox {
     const { arena, madeOf } = this.world;
     const { dt, substeps } = arena.settings;
     const count = arena.count + 1;
-    if (count > MOST_BALLS || isTooMuch(count, dt, substeps, TICK_RATE)) {
+    const isCrowd = this.#overlaps(x, y, radius) > MOST_OVERLAPS;
+    if (isCrowd || count > MOST_BALLS || isTooMuch(count, dt, substeps, TICK_RATE)) {
       this.listener.onError(t("box.full", { n: arena.count }));
       return;
     }
@@ -226,6 +227,17 @@ export class OwnBox {
     const ball = this.#carryOut({ type: "add", x, y, vx, vy, ...made });
     this.made.set(ball, { ...made });
     this.listener.onEvent({ type: "placed", ball, ...made });
+  }
+
+  /** @param {number} x @param {number} y @param {number} radius @returns {number} balls that are there */
+  #overlaps(x, y, radius) {
+    const { pos, n } = this.world.arena.table;
+    let found = 0;
+    for (let at = 0; at < 4 * n; at += 4) {
+      const [dx, dy, reach] = [pos[at] - x, pos[at + 1] - y, pos[at + 3] + radius];
+      if (dx * dx + dy * dy < reach * reach) found += 1;
+    }
+    return found;
   }
 
   /** @param {Message} asked numbers, or names of presets */

@@ -9,10 +9,11 @@ import pytest
 
 from app.errors import AppError, BallLimitError, InvalidValueError, MissingBallError
 from app.protocol import client_messages, messages
-from app.protocol.touching_messages import Change
+from app.protocol.touching_messages import AddMessage, Change
 from app.rooms import log as roomlog
 from app.rooms.pending import DropCommand, PendingInput
 from app.rooms.records import InputRow
+from app.rooms.touching.crowd import MOST_OVERLAPS
 from app.rooms.touching.room import TouchingRoom
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.values import BALL, MOST_WORK, SETTINGS
@@ -450,3 +451,27 @@ def test_few_balls_are_not_worth_another_thread() -> None:
     assert not room.steps_aside
     assert room.ready
     assert room.begin_step() is None
+
+
+def test_no_ball_is_put_into_a_crowd_that_a_step_could_not_part() -> None:
+    room = box()
+    message = AddMessage(x=0.0, y=1.0, radius=0.1)
+    for _ in range(MOST_OVERLAPS + 1):
+        room.plan_change(message).durable = True
+    with pytest.raises(BallLimitError, match="33 balls are at"):
+        room.plan_change(message)  # those that are planned count
+    room.enter()
+    with pytest.raises(BallLimitError, match="33 balls are at"):
+        room.plan_change(AddMessage(x=0.15, y=1.0, radius=0.1))
+    room.plan_change(AddMessage(x=0.5, y=1.0, radius=0.1))
+    for _ in range(60):
+        room.step(watched=False)
+    assert room.world.count == MOST_OVERLAPS + 1
+
+
+def test_no_drop_joins_a_crowd_either() -> None:
+    room = table()
+    for _ in range(MOST_OVERLAPS + 1):
+        room.plan_drop(DropCommand(7)).durable = True
+    with pytest.raises(BallLimitError):
+        room.plan_drop(DropCommand(7))

@@ -73,10 +73,16 @@ def test_it_is_its_creator_s_alone(http: httpx.Client) -> None:
 
 def test_a_room_of_a_story_is_there_after_a_restart(tmp_path: Path) -> None:
     url = f"sqlite:///{tmp_path / 'plinko.db'}"
-    with serving(database_url=url) as running, httpx.Client(base_url=running.url) as client:
+    with (
+        serving(database_url=url) as running,
+        httpx.Client(base_url=running.url, timeout=60.0) as client,
+    ):
         room = opened(client, paused(story()))["id"]
         before = positions(running, room)
-    with serving(database_url=url) as running, httpx.Client(base_url=running.url) as client:
+    with (
+        serving(database_url=url) as running,
+        httpx.Client(base_url=running.url, timeout=60.0) as client,
+    ):
         assert client.get(f"/api/v1/rooms/{room}").json()["tick"] == SCENES[NAME][2]
         assert positions(running, room) == before
 

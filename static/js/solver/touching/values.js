@@ -28,6 +28,7 @@ export const SCENES = {
 };
 
 export const MOST_BALLS = 500;
+export const MOST_OVERLAPS = 32; // balls that one may overlap as it is put in
 
 const MOST_WORK = 16_000; // balls times substeps in a tick
 
