@@ -127,6 +127,13 @@ def board_of(form: dict[str, Any]) -> Board:
     return Board.from_json(form)
 
 
+def board_view(form: dict[str, Any]) -> bytes:
+    """A board's name, digest and whole form as JSON; raises BoardError."""
+    board = board_of(form)
+    view = {"name": board.name, "digest": board.digest, "board": board.to_dict()}
+    return msgspec.json.encode(view)
+
+
 def frames(ask: Ask, fps: float) -> bytes:
     """The states at `fps` and at the landing as JSON; raises InvalidValueError for too many."""
     done = ask.drop()

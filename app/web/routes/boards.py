@@ -5,8 +5,10 @@ from typing import Any
 import msgspec
 from fastapi import APIRouter, Request, Response
 
+from app.computing import tasks
 from app.web.routes.common import (
     Server,
+    board_task,
     body_of,
     cache_headers,
     checked_board,
@@ -83,7 +85,7 @@ async def register_board(request: Request, server: Server) -> Response:
 async def check_board(request: Request) -> Response:
     """Check a board without keeping it; the reply has its digest and every default filled in."""
     data = await read(request, dict[str, Any])
-    return reply(_view(await checked_board(request, data)))
+    return reply(await board_task(request, data, tasks.board_view))
 
 
 @router.get("/{board}/odds", summary="Get a board's odds", responses=documented(BoardOdds, 404))

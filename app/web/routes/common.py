@@ -206,7 +206,14 @@ def check_step(server: Services, solver: Any, dt: Any, substeps: Any) -> None:
 
 
 async def checked_board(request: Request, form: dict[str, Any]) -> Board:
-    """A board from its JSON form, checked by a worker.
+    """A board from its JSON form, checked by a worker; raises what `board_task` raises."""
+    return await board_task(request, form, tasks.board_of)
+
+
+async def board_task(
+    request: Request, form: dict[str, Any], task: Callable[[dict[str, Any]], T]
+) -> T:
+    """What a worker makes of a board's JSON form, which it checks.
 
     Raises TooLargeError when it has more pegs and walls than the server takes, BoardError when it
     cannot be played, and what `compute` raises.
@@ -220,7 +227,7 @@ async def checked_board(request: Request, form: dict[str, Any]) -> Board:
             f"{server.settings.max_surfaces}",
             field="board",
         )
-    work = functools.partial(tasks.board_of, form)
+    work = functools.partial(task, form)
     return await compute(request, work, prices.check(surfaces), quick=True)
 
 

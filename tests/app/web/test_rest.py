@@ -713,3 +713,9 @@ def test_a_payout_table_is_solved_for_a_board_over_rest(http: httpx.Client) -> N
         http.post("/api/v1/payouts", json=body | {"risk": "huge"}), 422, "bad-parameter", "huge"
     )
     problem(http.post("/api/v1/payouts", json=body | {"drops": 0}), 422, "invalid-value", "drops 0")
+
+
+def test_a_check_answers_with_the_bytes_that_keeping_the_board_does(http: httpx.Client) -> None:
+    board = Board.preset("triangle-9").to_dict() | {"name": "the same bytes"}
+    checked = http.post("/api/v1/boards/check", json=board)
+    assert checked.content == http.post("/api/v1/boards", json=board).content
