@@ -92,7 +92,9 @@ def proxying(relays: int = 0) -> Iterator[tuple[httpx.Client, list[Named]]]:
         )
         stack.callback(process.wait)
         stack.callback(process.terminate)
-        client = stack.enter_context(httpx.Client(base_url=f"http://127.0.0.1:{port}"))
+        client = stack.enter_context(
+            httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=60.0)
+        )
 
         def answers() -> bool:
             assert process.poll() is None

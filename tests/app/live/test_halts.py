@@ -116,14 +116,14 @@ def test_a_halt_and_what_was_in_flight_outlive_the_server(tmp_path: Path) -> Non
         "database_url": f"sqlite:///{tmp_path / 'plinko.db'}",
         "operator_token": TOKEN,
     }
-    with serving(**options) as server, httpx.Client(base_url=server.url) as http:
+    with serving(**options) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
         session, shown = begun(http)
         body = {"stake": 100, "session": session["session"]}
         assert http.post("/api/v1/rooms/main/drops", json=body, headers=shown).status_code == 202
         assert change(server, room="main", halted=True).json()["rooms"][0]["room"] == "main"
         refused = http.post("/api/v1/rooms/main/drops", json=body, headers=shown)
         assert (refused.status_code, refused.json()["code"]) == (409, "room-halted")
-    with serving(**options) as server, httpx.Client(base_url=server.url) as http:
+    with serving(**options) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
         refused = http.post("/api/v1/rooms/main/drops", json=body, headers=shown)
         assert refused.json()["code"] == "room-halted"
         assert http.get("/api/v1/halts").json()["rooms"][0]["room"] == "main"

@@ -18,7 +18,7 @@ BOARD = Board.from_json(TINY)
 
 
 async def new_room(server: Running, board: Any = TINY) -> str:
-    async with httpx.AsyncClient(base_url=server.url) as http:
+    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
         response = await http.post("/api/v1/rooms", json={"board": board})
         room: str = response.json()["id"]
         return room
@@ -43,7 +43,7 @@ async def test_seed_42_lands_live_as_it_does_everywhere_else(server: Running) ->
     assert (landed["bin"], landed["score"]) == (alone.bin, alone.score)
     assert (landed["t"], landed["x_end"]) == (alone.duration, alone.x_end)
     assert (accepted["x"], accepted["explicit_x"]) == (alone.x_start, False)
-    async with httpx.AsyncClient(base_url=server.url) as http:
+    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
         rest = (await http.get("/api/v1/drops/triangle-16/42")).json()
     assert rest["digest"] == landed["digest"]
 
@@ -122,7 +122,7 @@ async def test_events_come_before_the_snapshot_that_counts_them(server: Running)
 
 async def ticks(server: Running, count: int) -> None:
     """Let a ball fall for so many ticks of this server: a clock to hold another one against."""
-    async with httpx.AsyncClient(base_url=server.url) as http:
+    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
         room = await new_room(server)
         (await http.post(f"/api/v1/rooms/{room}/drops")).raise_for_status()
     world = server.services.rooms.find(room).world
@@ -159,7 +159,7 @@ async def test_when_nothing_moves_nothing_is_sent_no_tick_runs_and_nobody_wakes(
 
 async def test_a_room_without_clients_finishes_its_balls(server: Running) -> None:
     room = await new_room(server)
-    async with httpx.AsyncClient(base_url=server.url) as http:
+    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
         assert (await http.post(f"/api/v1/rooms/{room}/drops")).status_code == 202
         found = server.services.rooms.find(room)
         await eventually(lambda: not found.awake)

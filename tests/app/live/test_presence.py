@@ -150,7 +150,7 @@ def test_a_ball_has_its_visitor_and_who_is_none_is_told_of_balls_alone(stream: s
 async def test_over_the_socket_two_visitors_see_each_other_and_the_log_has_neither(
     server: Running,
 ) -> None:
-    async with httpx.AsyncClient(base_url=server.url) as http:
+    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
         made = (await http.post("/api/v1/rooms", json={"board": TINY})).json()
     url = server.socket(made["id"])
     async with playing(url) as ada, playing(url) as ben, playing(url) as old:
@@ -167,7 +167,7 @@ async def test_over_the_socket_two_visitors_see_each_other_and_the_log_has_neith
         assert (await ben.until("error"))["code"] == "rate-limited"
     assert mine["visitors"] == [{"visitor": 1, "name": "Ada Unkept", "colour": "#57c7ff"}]
     assert not [event for event in old.events if event["type"] == "presence"]
-    async with httpx.AsyncClient(base_url=server.url) as http:
+    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
         owner = {"authorization": f"Bearer {made['token']}"}
         log = await http.get(f"/api/v1/rooms/{made['id']}/log", headers=owner)
     assert log.json()["drops"]

@@ -10,7 +10,9 @@ from prometheus_client.parser import text_string_to_metric_families
 from app.ops.metrics import Metrics
 from app.persistence.null_ledger import NullLedger
 from app.persistence.totals import Total
+from app.web.readings import standing_readings
 from app.web.returns import Returns
+from app.web.shared import Standing
 from engine import Board
 from tests.app.conftest import Running, playing, serving
 from tests.waiting import eventually
@@ -104,4 +106,6 @@ def test_every_metric_is_documented_and_every_documented_one_is_there(server: Ru
     board = Board.preset("triangle-8")
     play = Total(board.digest, 100, False, plays=1, staked=100, squares=1e4, paid=0)
     played = Returns(NullLedger(), lambda: [board], (play,)).readings()
-    assert documented == there | {name for name, *_ in played}
+    # Those of a cluster are there in one.
+    among = standing_readings(Standing("a", True, ["a"], 1, 0, 0, 0))
+    assert documented == there | {name for name, *_ in (*played, *among)}

@@ -191,7 +191,10 @@ def test_a_commit_that_came_through_after_it_was_given_up_is_undone(url: str) ->
         until(lambda: http.post(again, json={"seed": 2}).status_code == 200)
         log = http.get(f"/rooms/{ROOM}/log").json()
     assert [each["seed"] for each in log["drops"]] == ["2"]
-    with serving(database_url=url) as server, httpx.Client(base_url=server.url) as http:
+    with (
+        serving(database_url=url) as server,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
+    ):
         stats = http.get(f"/api/v1/rooms/{ROOM}").json()["stats"]
     assert (stats["drops"], sum(stats["histogram"])) == (1, 1)
 

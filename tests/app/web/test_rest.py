@@ -96,7 +96,7 @@ def test_registering_a_preset_adds_nothing(http: httpx.Client) -> None:
 
 
 def test_too_many_boards_push_out_the_longest_unused() -> None:
-    with serving(max_boards=2) as server, httpx.Client(base_url=server.url) as http:
+    with serving(max_boards=2) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
         digests = [
             http.post("/api/v1/boards", json={**TINY, "name": name}).json()["digest"]
             for name in ("a", "b")
@@ -537,7 +537,7 @@ def test_an_unknown_mode_is_refused(http: httpx.Client) -> None:
 def test_limits_answer_429_with_when_to_come_back() -> None:
     with (
         serving(max_rooms=2, max_balls=3, drop_rate=2.0) as server,
-        httpx.Client(base_url=server.url) as http,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
     ):
         drops = [http.post("/api/v1/rooms/main/drops") for _ in range(5)]
         assert [each.status_code for each in drops[:3]] == [202] * 3
@@ -549,7 +549,10 @@ def test_limits_answer_429_with_when_to_come_back() -> None:
 
 
 def test_when_all_rooms_are_taken_an_idle_one_makes_way_and_a_busy_one_does_not() -> None:
-    with serving(max_rooms=1, room_rest=0.0) as server, httpx.Client(base_url=server.url) as http:
+    with (
+        serving(max_rooms=1, room_rest=0.0) as server,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
+    ):
         idle = http.post("/api/v1/rooms", json={"board": "triangle-16"}).json()["id"]
         busy = http.post("/api/v1/rooms", json={"board": "triangle-16"}).json()["id"]
         assert http.get(f"/api/v1/rooms/{idle}").status_code == 404
@@ -635,7 +638,10 @@ def test_this_sites_page_may_act(server: Running, http: httpx.Client) -> None:
 
 def test_an_allowed_site_may_act_and_read() -> None:
     origin = "https://friend.example"
-    with serving(allowed_origins=(origin,)) as server, httpx.Client(base_url=server.url) as http:
+    with (
+        serving(allowed_origins=(origin,)) as server,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
+    ):
         response = http.post("/api/v1/rooms/main/drops", headers={"origin": origin})
         assert response.status_code == 202
         assert response.headers["access-control-allow-origin"] == origin
