@@ -7,13 +7,14 @@ import re
 import time
 import urllib.request
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor, wait
 from typing import Any, Final
 
 from benchmarks.harness.clock import Sample
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table, spread
+from benchmarks.harness.stolen import Stolen
 from benchmarks.serving.attackers import KINDS, LOGGED, Attack, hall
 from benchmarks.serving.player import Player, play
 from benchmarks.serving.process import Served, can_watch, memory, serving
@@ -21,6 +22,9 @@ from benchmarks.serving.process import Served, can_watch, memory, serving
 SECONDS: Final = 10.0  # that an attack of one kind lasts
 TIMES: Final = 3  # that all of them are made, in turns
 _RESTS: Final = 60.0  # s within which a server rests after an attack, if it ever does
+_STOLEN: Final = 0.01
+"""Of all processor time, taken by the host for others, above which an attack is made again."""
+_TRIES: Final = 5  # of it, at most
 LATE: Final = 0.004  # s; a tick that comes later than this is a late one
 _UNBOUND: Final = ("--drop-rate", "100000", "--message-rate", "100000")
 """So that a room gets a long log soon; the attacks have nothing of it that computes."""
@@ -40,9 +44,12 @@ def run(effort: Effort) -> Section:
         for time_ in range(times):
             for number, (name, kind) in enumerate(kinds.items(), 2):
                 effort.step(name)
-                attack = Attack(server, f"127.0.{10 + time_}.{number}", logged)
-                suffered = _suffer(server, attack, kind(attack), seconds)
-                found[name].append(suffered | {"rested": _rest(attack)})
+                attacks = (
+                    Attack(server, f"127.{again}.{10 + time_}.{number}", logged)
+                    for again in range(_TRIES)
+                )
+                suffered = _undisturbed(server, attacks, kind, seconds)
+                found[name].append(suffered)
                 refusals |= suffered["prices"]
     section.data |= found
     section.tables.append(_table([_row(*each) for each in found.items()], seconds))
@@ -79,6 +86,23 @@ def _room_with_log(server: Served, drops: int) -> str:
 
     asyncio.run(fill())
     return room
+
+
+def _undisturbed(
+    server: Served,
+    attacks: Iterable[Attack],
+    kind: "Callable[[Attack], list[Callable[[int], None]]]",
+    seconds: float,
+) -> dict[str, Any]:
+    """The attack that lost least, of those made while the host took time away."""
+    tries = []
+    for attack in attacks:
+        stolen = Stolen()
+        suffered = _suffer(server, attack, kind(attack), seconds)
+        tries.append(suffered | {"stolen": stolen.share(), "rested": _rest(attack)})
+        if tries[-1]["stolen"] <= _STOLEN:
+            break
+    return min(tries, key=lambda each: each["stolen"])
 
 
 def _suffer(
@@ -144,6 +168,7 @@ def _row(name: str, times: list[dict[str, Any]]) -> list[str]:
         cell("late_99", "{:.1f}", 1e3),
         cell("accepted_99", "{:.0f}", 1e3),
         cell("memory", "{:,.0f}", 1e-6),
+        cell("stolen", "{:.1f}", 100.0),
         ", ".join(f"{count} x {code}" for code, count in sorted(answers.items())) or "-",
     ]
 
@@ -152,7 +177,7 @@ def _table(rows: list[list[str]], seconds: float) -> Table:
     return Table(
         "`main` while one address sends the worst valid requests",
         ["attack", "ticks a second", "within 4 ms, %", "99 % within, ms",
-         "drops accepted (99 %), ms", "memory, MB", "answers"],
+         "drops accepted (99 %), ms", "memory, MB", "stolen, %", "answers"],
         rows,
         [
             f"For {seconds:g} s each, in turns, on a server with its default limits; of repeats "
@@ -162,7 +187,10 @@ def _table(rows: list[list[str]], seconds: float) -> Table:
             "next begins when nothing moves or is computed any more. The attackers share the "
             "machine with the server and have the processor time that it leaves; the player has "
             "it first, where the system allows that. Memory: of the server and its workers, what "
-            "they share counted once. Aims: 60 ticks a second, 99 % of them within 4 ms, drops "
+            "they share counted once. Stolen: processor time that the host of a virtual machine "
+            f"gave to others, who makes ticks late that the server had ready; above "
+            f"{100 * _STOLEN:g} % the attack is made again, up to {_TRIES} times, and the least "
+            "disturbed counts. Aims: 60 ticks a second, 99 % of them within 4 ms, drops "
             "accepted in 50 ms, less than 600 MB."
         ],
     )  # fmt: skip
