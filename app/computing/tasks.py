@@ -16,7 +16,6 @@ import numpy.typing as npt
 from app.computing import prices
 from app.errors import InvalidValueError
 from app.rooms.log import verify_log
-from app.rooms.touching.story import Retold, Story, retell
 from engine import Board, Drop, DropBatch, drop_many, verify
 from engine.batches.block import Block, summed
 from engine.batches.job import Job
@@ -270,8 +269,3 @@ def sheet(
 
     patience = Patience(many.drops, seconds)
     return contact_sheet(known(many.board), many.seeds, fmt, width, theme, columns, patience)
-
-
-def retold(story: Story, tick_rate: int, max_balls: int) -> Retold:
-    """The room in which a box goes on; raises InvalidValueError."""
-    return retell(story, tick_rate=tick_rate, max_balls=max_balls)

@@ -8,7 +8,7 @@ import msgspec
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.security import HTTPBearer
 
-from app.computing import prices, tasks
+from app.computing import prices
 from app.errors import InvalidValueError, TokenError, UnknownRoomError
 from app.live.fair_sessions import check_stake
 from app.persistence.room_log import LogPart
@@ -17,7 +17,7 @@ from app.rooms.kinds import SCENE
 from app.rooms.room import Ground, Room
 from app.rooms.stakes import parse_stake, parse_who
 from app.rooms.touching.scene import Scene
-from app.rooms.touching.story import Retold, story_of
+from app.rooms.touching.story import Retold, retell, story_of
 from app.web.directory import listed
 from app.web.routes.common import (
     Server,
@@ -292,7 +292,7 @@ async def _retold(request: Request, server: Services, body: RoomRequest) -> Reto
     rate, most = server.settings.tick_rate, server.rooms.limits.touching
     story = story_of(body.story, tick_rate=rate, max_balls=most)
     price = prices.story(story.tick / rate * story.substeps * story.most_balls)
-    work = functools.partial(tasks.retold, story, rate, most)
+    work = functools.partial(retell, story, tick_rate=rate, max_balls=most)
     return await attended(request, charged(server, address_of(request), work, price))
 
 
