@@ -1,18 +1,9 @@
 """`plinko halt`: have a running server's tables take no drops, or let them go on."""
 
-import json
-import os
-import urllib.error
-import urllib.parse
-import urllib.request
-from typing import Any
-
 import click
 
 from app.cli import common
-from app.errors import SettingError
-
-TOKEN = "PLINKO_OPERATOR_TOKEN"
+from app.cli.operator import ask
 
 
 @click.command(name="halt", short_help="Halt a server's tables, or let them go on.")
@@ -34,25 +25,3 @@ def command(url: str, room: str | None, release: bool, as_json: bool) -> None:
     common.print_fields(
         {"all tables": "halted" if found["all_since"] else "go on", "halted by themselves": rooms}
     )
-
-
-def ask(url: str, path: str, body: dict[str, Any]) -> dict[str, Any]:
-    """What the server at `url` answers to a POST; raises SettingError with what is wrong."""
-    address = urllib.parse.urlsplit(url)
-    if address.scheme not in ("http", "https") or not address.netloc:
-        raise SettingError(f"{url!r} is not an address such as http://127.0.0.1:8000", field="url")
-    headers = {"content-type": "application/json"}
-    if token := os.environ.get(TOKEN):
-        headers["authorization"] = f"Bearer {token}"
-    asked = urllib.request.Request(
-        f"{url.rstrip('/')}{path}", json.dumps(body).encode(), headers, method="POST"
-    )
-    try:
-        with urllib.request.urlopen(asked) as answer:
-            found: dict[str, Any] = json.load(answer)
-            return found
-    except urllib.error.HTTPError as refused:
-        said = json.load(refused)
-        raise SettingError(f"{url}: {said['detail']}", field="url") from refused
-    except urllib.error.URLError as missing:
-        raise SettingError(f"{url}: {missing.reason}", field="url") from missing

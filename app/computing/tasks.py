@@ -121,14 +121,18 @@ def log_verdict(log: dict[str, Any]) -> bytes:
     return msgspec.json.encode({name: getattr(found, name) for name in names})
 
 
-def board_of(form: dict[str, Any]) -> Board:
-    """A board from its JSON form; raises BoardError when it cannot be played."""
-    return Board.from_json(form)
+def board_of(text: bytes) -> Board:
+    """A board from its JSON; raises BoardError when it cannot be played, and what msgspec raises.
+
+    It is read here: the event loop would wait for five thousand pegs that a thread beside it reads,
+    and for their pickling.
+    """
+    return Board.from_json(msgspec.json.decode(text, type=dict[str, Any]))
 
 
-def board_view(form: dict[str, Any]) -> bytes:
-    """A board's name, digest and whole form as JSON; raises BoardError."""
-    board = board_of(form)
+def board_view(text: bytes) -> bytes:
+    """A board's name, digest and whole form as JSON; raises what `board_of` raises."""
+    board = board_of(text)
     view = {"name": board.name, "digest": board.digest, "board": board.to_dict()}
     return msgspec.json.encode(view)
 

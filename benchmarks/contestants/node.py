@@ -43,18 +43,32 @@ def check() -> None:
         )
 
 
-class NodeEngine(Contestant):
-    """One of ENGINES."""
+class NodeProcess:
+    """`node ARGUMENTS` in the folder: one JSON task a line, each answered by one line."""
 
-    def __init__(self, module: str) -> None:
-        self.name = ENGINES[module]
+    def __init__(self, *arguments: str) -> None:
+        self._name = " ".join(arguments)
         self._process = subprocess.Popen(
-            ["node", "runner.mjs", module],
+            ["node", *arguments],
             cwd=FOLDER,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
         )
+
+    def ask(self, task: dict[str, Any]) -> dict[str, Any]:
+        """Its answer; RuntimeError with what it says went wrong."""
+        assert self._process.stdin
+        assert self._process.stdout
+        self._process.stdin.write(json.dumps(task) + "\n")
+        self._process.stdin.flush()
+        line = self._process.stdout.readline()
+        if not line:
+            raise RuntimeError(f"{self._name} ended with exit code {self._process.wait()}")
+        answer: dict[str, Any] = json.loads(line)
+        if "error" in answer:
+            raise RuntimeError(f"{self._name}: {answer['error']}")
+        return answer
 
     def close(self) -> None:
         """End the process."""
@@ -63,6 +77,18 @@ class NodeEngine(Contestant):
         self._process.wait(10)
         if self._process.stdout:
             self._process.stdout.close()
+
+
+class NodeEngine(Contestant):
+    """One of ENGINES."""
+
+    def __init__(self, module: str) -> None:
+        self.name = ENGINES[module]
+        self._process = NodeProcess("runner.mjs", module)
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.close()
 
     def seconds(self, board: Board, xs: Floats, dt: float) -> float:
         """Wall seconds of the steps; the looks at the balls in between are not counted."""
@@ -90,17 +116,7 @@ class NodeEngine(Contestant):
             "poll": poll_steps(dt),
             "record": str(record) if record else None,
         }
-        assert self._process.stdin
-        assert self._process.stdout
-        self._process.stdin.write(json.dumps(task) + "\n")
-        self._process.stdin.flush()
-        line = self._process.stdout.readline()
-        if not line:
-            raise RuntimeError(f"{self.name} ended with exit code {self._process.wait()}")
-        answer = json.loads(line)
-        if "error" in answer:
-            raise RuntimeError(f"{self.name}: {answer['error']}")
-        return float(answer["seconds"])
+        return float(self._process.ask(task)["seconds"])
 
 
 def _board(board: Board) -> dict[str, Any]:

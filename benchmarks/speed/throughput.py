@@ -14,7 +14,7 @@ from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.scenes import boards as scenes
 from benchmarks.serving.process import serving
-from benchmarks.speed import arithmetic, operations
+from benchmarks.speed import arithmetic, operations, page_drops
 from engine import Board, drop_many
 
 THIN = scenes.PLAIN._replace(restitution=0.5)
@@ -51,6 +51,7 @@ def run(effort: Effort) -> Section:
     """All of the speed benchmark."""
     section = Section("throughput")
     _boards(section, effort)
+    page_drops.compare(section, effort)
     _sizes(section, effort)
     _starts(section, effort)
     return section

@@ -1,7 +1,5 @@
 """Boards: list, look up, register."""
 
-from typing import Any
-
 import msgspec
 from fastapi import APIRouter, Request, Response
 
@@ -15,7 +13,6 @@ from app.web.routes.common import (
     documented,
     is_current,
     not_modified,
-    read,
     reply,
 )
 from app.web.schemas.board_form import BoardForm
@@ -69,8 +66,7 @@ async def register_board(request: Request, server: Server) -> Response:
     The same content has the same digest, so registering again changes nothing. The server keeps a
     bounded number of boards; the longest unused is forgotten and can be registered again.
     """
-    data = await read(request, dict[str, Any])
-    board = await checked_board(request, data)
+    board = await checked_board(request, await request.body())
     new = server.boards.register(board)
     headers = {"location": f"/api/v1/boards/{board.digest}"}
     return reply(_view(board), 201 if new else 200, headers)
@@ -84,8 +80,7 @@ async def register_board(request: Request, server: Server) -> Response:
 )
 async def check_board(request: Request) -> Response:
     """Check a board without keeping it; the reply has its digest and every default filled in."""
-    data = await read(request, dict[str, Any])
-    return reply(await board_task(request, data, tasks.board_view))
+    return reply(await board_task(request, await request.body(), tasks.board_view))
 
 
 @router.get("/{board}/odds", summary="Get a board's odds", responses=documented(BoardOdds, 404))

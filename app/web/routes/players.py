@@ -91,8 +91,7 @@ async def _know_boards(request: Request, server: Services, digests: set[str]) ->
             server.boards.find(digest)
         except UnknownBoardError:
             text = await server.ledger.read(functools.partial(store.board, digest=digest))
-            form = msgspec.json.decode(text or b"{}")
-            server.boards.register(await checked_board(request, form))
+            server.boards.register(await checked_board(request, (text or "{}").encode()))
 
 
 def _view(play: Play) -> PlayView:

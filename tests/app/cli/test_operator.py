@@ -1,0 +1,69 @@
+"""What an operator's commands say when there is no plinko server where they were sent."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+import pytest
+
+from app.cli import main
+
+
+@contextmanager
+def a_server_that_answers(status: int, body: bytes) -> Iterator[str]:
+    """The address of a server, on a port of its own, that says this to every POST."""
+
+    class Answers(BaseHTTPRequestHandler):
+        def do_POST(self) -> None:
+            self.rfile.read(int(self.headers["content-length"]))
+            self.send_response(status)
+            self.send_header("content-length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Answers) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{server.server_port}"
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+Said = pytest.CaptureFixture[str]
+
+
+@pytest.mark.parametrize(
+    ("status", "body"),
+    [(502, b"<h1>Bad Gateway</h1>"), (200, b"<!doctype html>"), (200, b"[]"), (404, b"")],
+)
+def test_another_program_at_the_address_is_told_as_such(
+    status: int, body: bytes, capsys: Said
+) -> None:
+    with a_server_that_answers(status, body) as url:
+        assert main(["halt", url]) == 2
+    told = capsys.readouterr().err
+    assert told == f"plinko: {url}: no plinko server, answered {status} without JSON\n"
+
+
+def test_what_a_server_refuses_is_told_in_its_own_words(capsys: Said) -> None:
+    with a_server_that_answers(403, b'{"detail": "only an operator halts tables"}') as url:
+        assert main(["halt", url]) == 2
+    assert capsys.readouterr().err == f"plinko: {url}: only an operator halts tables\n"
+
+
+def test_nobody_at_the_address_is_told(capsys: Said) -> None:
+    with a_server_that_answers(200, b"{}") as url:
+        pass
+    assert main(["rooms", "move", "main", "elsewhere", url]) == 2
+    assert "Connection refused" in capsys.readouterr().err
+
+
+def test_what_is_no_address_is_not_asked(capsys: Said) -> None:
+    assert main(["halt", "ftp://table"]) == 2
+    assert "is not an address such as http://127.0.0.1:8000" in capsys.readouterr().err
