@@ -1,9 +1,21 @@
 """`plinko halt`: have a running server's tables take no drops, or let them go on."""
 
+import json
+import os
+import urllib.error
+import urllib.parse
+import urllib.request
+from typing import Any
+
 import click
 
 from app.cli import common
-from app.cli.operator import ask
+from app.errors import SettingError
+
+TOKEN = "PLINKO_OPERATOR_TOKEN"
+
+PATIENCE = 30.0
+"""Seconds that a server may take to answer: longer than it takes to give a room away."""
 
 
 @click.command(name="halt", short_help="Halt a server's tables, or let them go on.")
@@ -25,3 +37,36 @@ def command(url: str, room: str | None, release: bool, as_json: bool) -> None:
     common.print_fields(
         {"all tables": "halted" if found["all_since"] else "go on", "halted by themselves": rooms}
     )
+
+
+def ask(url: str, path: str, body: dict[str, Any]) -> dict[str, Any]:
+    """What the server at `url` answers to a POST; raises SettingError with what is wrong."""
+    address = urllib.parse.urlsplit(url)
+    if address.scheme not in ("http", "https") or not address.netloc:
+        raise SettingError(f"{url!r} is not an address such as http://127.0.0.1:8000", field="url")
+    headers = {"content-type": "application/json"}
+    if token := os.environ.get(TOKEN):
+        headers["authorization"] = f"Bearer {token}"
+    asked = urllib.request.Request(
+        f"{url.rstrip('/')}{path}", json.dumps(body).encode(), headers, method="POST"
+    )
+    try:
+        with urllib.request.urlopen(asked, timeout=PATIENCE) as answer:
+            return _document(url, answer.status, answer.read())
+    except urllib.error.HTTPError as refused:
+        said = _document(url, refused.code, refused.read())
+        raise SettingError(f"{url}: {said.get('detail', refused.code)}", field="url") from refused
+    except OSError as missing:
+        why = getattr(missing, "reason", missing)
+        raise SettingError(f"{url}: {why}", field="url") from missing
+
+
+def _document(url: str, status: int, body: bytes) -> dict[str, Any]:
+    """The JSON object of an answer; another program's, or a proxy's own page, is told as such."""
+    try:
+        found = json.loads(body)
+    except ValueError:
+        found = None
+    if not isinstance(found, dict):
+        raise SettingError(f"{url}: no plinko server, answered {status} without JSON", field="url")
+    return found

@@ -5,7 +5,7 @@ import urllib.parse
 import click
 
 from app.cli import common
-from app.cli.operator import ask
+from app.cli.halt import ask
 
 
 @click.group(name="rooms", short_help="Move rooms between the servers of a cluster.")
