@@ -12,15 +12,19 @@ from pathlib import Path
 from typing import Any, cast
 
 import pytest
-from hypothesis import settings
+from hypothesis import is_hypothesis_test, settings
 
 from engine.exact.trace import trace_many
 from engine.jit import limits, machine_code
 from engine.jit.decorator import EntryKernel
+from tests.long import tries
+from tests.rows import in_rows
 
 # Property tests try the same examples in every run, and a slow machine fails none of them.
 # HYPOTHESIS_PROFILE=search looks for new examples, many more of them.
-settings.register_profile("ci", derandomize=True, deadline=None, database=None, max_examples=50)
+settings.register_profile(
+    "ci", derandomize=True, deadline=None, database=None, max_examples=tries(25, 500)
+)
 settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
@@ -32,6 +36,19 @@ os.environ.setdefault("PLINKO_DATABASE_URL", "sqlite://")
 # they look for them in a folder that has none.
 os.environ.pop("SSL_CERT_FILE", None)
 os.environ["SSL_CERT_DIR"] = str(Path(__file__).parent)
+
+
+@pytest.hookimpl(trylast=True)  # once what shares fixtures stands together
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    workers = getattr(config, "workerinput", {}).get("workercount", 1)
+    if workers > 1:
+        items[:] = in_rows([item.nodeid for item in items], items, workers)
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Property tests try many more examples with LONG=1."""
+    if is_hypothesis_test(getattr(item, "obj", None)):
+        item.add_marker("long")
 
 
 def pytest_collection_finish() -> None:

@@ -1,7 +1,8 @@
 """How often tests try a claim: a few times in `make test`, many times in `make test-long`.
 
 LONG=1 in the environment is the one switch. A test that tries more with it is marked
-`@pytest.mark.long`, and `make test-long` runs all that are. Its claim is the same without.
+`@pytest.mark.long`, and `make test-long` runs all that are. Its claim is the same without. Property
+tests are marked by tests/conftest.py.
 """
 
 import os

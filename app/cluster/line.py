@@ -14,7 +14,8 @@ MOST_HOPS: Final = 3
 """So often at most; who gets it then answers, or says that the room is not there."""
 
 _CONNECT: Final = 1.0  # s
-_TAKE: Final = 10.0  # s that a room may take to come back at the other server
+_TAKE: Final = 2.0
+"""s that a room may take to come back at the other server, before who watches is sent there."""
 _ASK: Final = 2.0  # s
 
 

@@ -13,6 +13,7 @@ from app.cluster.line import Line
 from app.cluster.membership import BEAT, LEASE, Member, Orphans, View, order
 from app.errors import AppError, HoldLostError, InvalidValueError, LedgerError, shorten
 from app.live.holding import Holding
+from app.live.looks import Looks
 from app.live.public_tables import MAIN
 from app.persistence import fair_store, hold_store, store
 from app.persistence.writer import Ledger
@@ -31,7 +32,9 @@ _SWEEP: Final = 2.0
 _SENT: Final = 5.0
 """s for which the server that gave a room away knows whom it gave it to."""
 
-_AT_ONCE: Final = 8  # rooms that are handed over at a time
+_AT_ONCE: Final = 4
+"""Rooms that are handed over at a time: no more than one server brings back at a time. Each stands
+still until the other server has it; the others play meanwhile."""
 
 _log = logging.getLogger("plinko")
 
@@ -55,7 +58,7 @@ class Node:
         self.taken_over = self.handed_over = 0  # rooms
         self.handed_on = 0  # requests
         self.line = line
-        self.has = has  # whether a room is in this server's memory
+        self._in_memory = has
         self._leases = leases
         self._holding = holding
         self._holds = holding.holds
@@ -69,8 +72,13 @@ class Node:
         self._beaten = clock()
         self._doubtful = False  # it was silent for so long that others may have taken its rooms
         self._sent: dict[str, tuple[Member, float]] = {}
+        self._looks = Looks[HoldRow | None]()  # at who has a room
         self._tasks: set[asyncio.Task[Any]] = set()
         holding.claim = self._claim
+
+    def has(self, room_id: str) -> bool:
+        """Whether a room is in this server's memory, to stay."""
+        return self._in_memory(room_id) and not self._holding.is_leaving(room_id)
 
     @property
     def me(self) -> Member:
@@ -191,7 +199,9 @@ class Node:
         """
         end = self._clock() + _PATIENCE
         while not self.has(room_id):
-            row = await self._holds.holder_of(room_id)
+            await self._holding.until_left(room_id)
+            look = functools.partial(self._holds.holder_of, room_id)
+            row = await self._looks.look(room_id, look)
             other = self._other(room_id, row)
             if other is not None and not only_here:
                 return other
@@ -209,8 +219,10 @@ class Node:
         free = row is None or row.holder in ("", self._holds.holder)
         if free:
             member, until = self._sent.get(room_id, (None, 0.0))
-            known = member is not None and member.holder in self.view.members
-            return member if known and self._clock() < until else None
+            if member is not None and member.holder in self.view.members and self._clock() < until:
+                return member
+            # One that leaves takes nothing more: whoever comes need not wait until it is gone.
+            return next(iter(order(room_id, self.others)), None) if self.leaving else None
         assert row is not None
         return self.view.members.get(row.holder)
 
@@ -285,9 +297,9 @@ class Node:
         now = self._clock()
         self._sent = {room: sent for room, sent in self._sent.items() if sent[1] > now}
         self._sent[room_id] = (target, now + _SENT)
-        await self._holding.hand_over(room_id)
+        taking = functools.partial(self.line.have_taken, target, room_id)
+        await self._holding.hand_over(room_id, taking)
         self.handed_over += 1
-        await self.line.have_taken(target, room_id)
         _log.info("room handed over", extra={"room": room_id, "to": target.name})
 
     # The others.

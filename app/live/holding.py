@@ -14,6 +14,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from typing import Any, Final, Protocol
 
 from app.errors import AppError, HoldLostError, LedgerError, UnknownRoomError
+from app.live.looks import Looks
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import PublicTables
 from app.live.to_the_end import to_the_end
@@ -46,11 +47,18 @@ class Memory(Protocol):
         """Take a room into memory."""
 
     def drop_from_memory(self, room: Room, error: HoldLostError) -> None:
-        """Have a room no more: it ticks no more, and all who watch are sent away with `error`."""
+        """Have a room no more: it ticks no more, and all who wait for something get `error`."""
+
+    def send_away(self, room_id: str, error: HoldLostError) -> None:
+        """Have all who watch a room look for it elsewhere."""
 
 
 async def _free(room_id: str) -> None:
     """Any room may be brought here, whoever has it."""
+
+
+async def _to_nobody() -> None:
+    """Nobody in particular is to go on with a room: whoever is asked for it does."""
 
 
 class Holding:
@@ -82,6 +90,7 @@ class Holding:
         self._make = make
         self._coming: dict[str, asyncio.Task[Room | None]] = {}
         self._leaving: dict[str, asyncio.Future[None]] = {}
+        self._looks = Looks[tuple[bool, int | None]]()  # for rooms that are not here
         self._next_look = 0.0
         self._confirmed: dict[str, float] = {}  # when each room was known to be here, s
         self._listed: list[Listed] = []
@@ -98,19 +107,23 @@ class Holding:
 
         Also LedgerError, DamagedRoomError, RebuildingError when it takes too long to wait.
         """
-        if room_id in self._leaving:
-            await asyncio.wait([self._leaving[room_id]])
+        await self.until_left(room_id)
         if room_id in self._rooms.in_memory:
             await self._confirm(room_id)
         if room_id in self._rooms.in_memory:
             return
         self._persistence.recovery.check(room_id)
-        after = None
+        exists, after = True, None
         if room_id not in self._coming:
-            if not await self._exists(room_id):
-                return
-            after = await self.claim(room_id)
-        await self.take_over(room_id, after)
+            look = functools.partial(self._look_for, room_id)
+            exists, after = await self._looks.look(room_id, look)
+        if exists:
+            await self.take_over(room_id, after)
+
+    async def _look_for(self, room_id: str) -> tuple[bool, int | None]:
+        """Whether there is a room, and what `claim` says of it."""
+        exists = await self._exists(room_id)
+        return exists, await self.claim(room_id) if exists else None
 
     async def _confirm(self, room_id: str) -> None:
         """Put a room away that another server has taken: nobody comes to it here any more.
@@ -277,25 +290,41 @@ class Holding:
         if room_id in self._leaving:
             raise HoldLostError(f"room {room_id!r} is going to another server", field="room")
 
-    async def hand_over(self, room_id: str) -> None:
+    def is_leaving(self, room_id: str) -> bool:
+        """Whether a room is on its way to another server."""
+        return room_id in self._leaving
+
+    async def until_left(self, room_id: str) -> None:
+        """Return once a room that is on its way to another server is there; at once for others."""
+        if room_id in self._leaving:
+            await asyncio.wait([self._leaving[room_id]])
+
+    async def hand_over(
+        self, room_id: str, receive: Callable[[], Awaitable[None]] = _to_nobody
+    ) -> None:
         """Let a room go on at another server, from the very tick at which it is here.
 
-        What was taken enters first; all who watch are sent away. Raises UnknownRoomError, and
-        LedgerError where it could not be told all; the room is gone from here then as well.
+        What was taken enters first. Then `receive` has the other server take the room, and only
+        when it returns are those who watch sent there: they need not wait for it again and again.
+        Raises UnknownRoomError, and LedgerError where it could not be told all; the room is gone
+        from here then as well.
         """
         if room_id not in self._rooms.in_memory:
             raise UnknownRoomError(f"room {room_id!r} is not at this server", field="room")
-        await to_the_end(self._hand_over(room_id))
+        await to_the_end(self._hand_over(room_id, receive))
 
     async def hand_all_over(self) -> None:
         """Let all rooms go; those of which the ledger cannot be told now are gone from here too."""
         rooms = [to_the_end(self._hand_over(room_id)) for room_id in self._rooms.in_memory]
         await asyncio.gather(*rooms, return_exceptions=True)
 
-    async def _hand_over(self, room_id: str) -> None:
+    async def _hand_over(
+        self, room_id: str, receive: Callable[[], Awaitable[None]] = _to_nobody
+    ) -> None:
         if room_id in self._leaving:
-            await asyncio.wait([self._leaving[room_id]])
+            await self.until_left(room_id)
             return
+        away = HoldLostError(f"room {room_id!r} goes on at another server", field="room")
         gone = self._leaving[room_id] = asyncio.get_running_loop().create_future()
         try:
             await self._settle(room_id)
@@ -304,11 +333,14 @@ class Holding:
                 return
             self._persistence.leave([room] if room.awake else [])
             hold = self.holds.drop(room_id)
-            self._take_out(room, f"room {room_id!r} goes on at another server")
+            self._memory.drop_from_memory(room, away)
             if hold is not None:
                 await self.holds.release(hold)
+            await receive()
         finally:
             del self._leaving[room_id]
+            if room_id not in self._rooms.in_memory:
+                self._memory.send_away(room_id, away)
             self._tell_gone(room_id)
             gone.set_result(None)
 
@@ -342,11 +374,10 @@ class Holding:
         self.holds.drop(room_id)
         room = self._rooms.in_memory.get(room_id)
         if room is not None:
-            self._take_out(room, f"room {room_id!r} is at another server now")
+            away = HoldLostError(f"room {room_id!r} is at another server now", field="room")
+            self._memory.send_away(room_id, away)
+            self._memory.drop_from_memory(room, away)
         self._tell_gone(room_id)
-
-    def _take_out(self, room: Room, why: str) -> None:
-        self._memory.drop_from_memory(room, HoldLostError(why, field="room"))
 
     def _lose(self, room_id: str) -> None:
         self.holds.drop(room_id)

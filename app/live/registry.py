@@ -1,14 +1,12 @@
-"""Every room of the server: opens and finds them, and takes what is asked of them."""
+"""Every room of the server: opens, finds and closes them, and lets clients watch."""
 
 import asyncio
 import contextlib
-import functools
 import logging
 import secrets
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from typing import Any, cast
 
 from app.errors import (
     AppError,
@@ -20,25 +18,21 @@ from app.errors import (
     ResetError,
 )
 from app.live.broadcaster import Broadcaster
-from app.live.fair_session import FairSession, TakenDrop
 from app.live.halts import Halts
 from app.live.holding import Holding
 from app.live.hub import Client, Hub
+from app.live.inputs import Inputs
 from app.live.landings import Landings
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import MAIN, PublicTables
 from app.live.runner import Runner
 from app.live.ticker import Watcher
 from app.live.to_the_end import to_the_end
-from app.live.waiting_requester import WaitingRequester
 from app.persistence.null_ledger import NullLedger
 from app.persistence.rebuild_queue import RebuildQueue, Turn, rebuilding
 from app.persistence.service import PersistenceService
-from app.protocol import messages
-from app.protocol.touching_messages import Change
 from app.rooms.boards import Boards
 from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room
-from app.rooms.pending import DropCommand, PendingInput
 from app.rooms.records import Parked
 from app.rooms.room import Ground, Room
 from app.rooms.touching.scene import Scene
@@ -113,7 +107,15 @@ class Rooms:
             self.holding = Holding(
                 settings, holds, self.persistence, self._open, self.public, self, self._new_aside
             )
-        self._draw = draw
+        inputs = Inputs(
+            self.persistence,
+            self.runner,
+            self.halts,
+            self._open.in_memory,
+            check_here=self._check_here,
+            draw=draw,
+        )
+        self.drop, self.change = inputs.drop, inputs.change
         self._new_id = new_id
         self._loading = asyncio.Lock()
         if not self.persistence.ledger.keeps:
@@ -151,6 +153,8 @@ class Rooms:
         self.persistence.recovery.check(room_id)
         if room_id in self.rebuilding:
             raise rebuilding(room_id)
+        if self.holding is not None:
+            self.holding.check(room_id)  # who still watches is sent on, whatever they ask for
         ground, mode = self.public.find(room_id)
         if self.holding is not None:
             raise self.holding.away(room_id)
@@ -331,13 +335,21 @@ class Rooms:
             self.holding.let_go(room.id)
 
     def drop_from_memory(self, room: Room, error: HoldLostError) -> None:
-        """Have a room no more that is another server's; whoever watches is sent there."""
+        """Have a room no more that is another server's."""
         del self._open.in_memory[room.id]
-        self.hub.cut(room.id, error)
         self.landings.leave(room.id)
         self._leave_behind(room, error)
         self.broadcaster.forget(room.id)
         self.persistence.sessions.forget(room)
+
+    def _check_here(self, room: Room) -> None:
+        """Raise HoldLostError for a room that is going to another server."""
+        if self.holding is not None:
+            self.holding.check(room.id)
+
+    def send_away(self, room_id: str, error: HoldLostError) -> None:
+        """Have all who watch a room look for it elsewhere; nothing more is told them before."""
+        self.hub.cut(room_id, error)
 
     def _leave_behind(self, room: Room, error: AppError) -> None:
         """Tell all who wait for something in this room that it will not come."""
@@ -383,105 +395,3 @@ class Rooms:
         room = self._open.in_memory.get(room_id)
         if room is not None:
             self.persistence.touch(room)
-
-    # Inputs.
-
-    def drop(
-        self,
-        room: Room,
-        seed: int | None,
-        x: float | None,
-        *,
-        aim: float | None = None,
-        stake: int = 0,
-        who: str | None = None,
-        session: FairSession | None = None,
-        client: int | None = None,
-        key: str = "",
-        ref: Any = None,
-    ) -> "asyncio.Future[messages.Accepted]":
-        """Take a drop; once it is durable and its tick has come, it enters and the room is told.
-
-        The future then has the event, whose `ref` goes to `client` alone, or the LedgerError in
-        between. Raises HaltedError, BallLimitError, BusyError, LedgerError and the engine's errors.
-
-        In a `session` the seed is that of its next drop, and its receipt is kept with the drop;
-        also raises what `FairSession.check` raises, and InvalidValueError for a seed or an x.
-        """
-        self._check(room)
-        self.runner.check_memory()
-        practice = seed is not None or x is not None
-        if session is not None:
-            session.check(room, practice=practice)
-            seed = session.next_seed()
-        number = self._draw() if seed is None else seed
-        command = DropCommand(number, x, stake, who, aim, practice=practice)
-        request = WaitingRequester.now(client, key, ref)
-        pending = room.plan_drop(command, self.persistence.lead, request)
-        self._submit(room, pending, session)
-        return cast("asyncio.Future[messages.Accepted]", request.settled)
-
-    def change(
-        self,
-        room: Room,
-        change: Change,
-        *,
-        client: int | None = None,
-        key: str = "",
-        ref: Any = None,
-    ) -> "asyncio.Future[messages.Event | None]":
-        """Take an input of a room whose balls touch each other, as `drop` takes a drop.
-
-        The future has the first event that came of it, if any. Raises InvalidValueError,
-        BallLimitError, HaltedError, LedgerError.
-        """
-        self._check(room)
-        request = WaitingRequester.now(client, key, ref)
-        self._submit(room, room.plan_change(change, self.persistence.lead, request))
-        return request.settled
-
-    def _check(self, room: Room) -> None:
-        """Raise HaltedError, HoldLostError where nothing is taken now."""
-        self.halts.check(room.id)
-        self._check_here(room)
-
-    def _check_here(self, room: Room) -> None:
-        """Raise HoldLostError for a room that is going to another server."""
-        if self.holding is not None:
-            self.holding.check(room.id)
-
-    def _submit(
-        self, room: Room, pending: PendingInput[Any], session: FairSession | None = None
-    ) -> None:
-        taken = None
-        if session is not None:
-            number = self.persistence.sessions.of(room).number
-            taken = session.take(pending, number, self.persistence.now())
-        done = functools.partial(self._kept, room, pending, taken)
-        try:
-            self.persistence.submit(room, pending, done, None if taken is None else taken.leaf)
-        except LedgerError:
-            if taken is not None:
-                taken.settled(refused=True)
-            room.refuse(pending)
-            raise
-
-    def _kept(
-        self,
-        room: Room,
-        pending: PendingInput[Any],
-        taken: TakenDrop | None,
-        error: LedgerError | None,
-    ) -> None:
-        """A planned input is in the ledger, or will not be."""
-        if taken is not None:
-            pending.receipt = taken.settled(refused=error is not None)
-        if self._open.in_memory.get(room.id) is not room:
-            closed = f"room {room.id!r} was closed before the drop was kept"
-            pending.requester.refused(error or LedgerError(closed))
-        elif error is None:
-            pending.durable = True
-            self.runner.admit_now(room)
-        else:
-            room.refuse(pending)
-            pending.requester.refused(error)

@@ -23,6 +23,8 @@ SPECTATORS: Final = 1_000_000
 _ENOUGH: Final = 0.8
 """Of the messages of one among few that one among many must have: else the room itself was slow."""
 
+_OWN_FILES: Final = 200  # that a process opens beside its connections
+
 SHARES: Final = f"One room, watched by seeds over {RELAYS} relays"
 COST: Final = "What one spectator more costs"
 SERVED: Final = "spectators that a core of relays serves"
@@ -32,7 +34,7 @@ SERVED: Final = "spectators that a core of relays serves"
 class Shares:
     """Of a core: what each took while `spectators` watched. messages, bytes: of one, a second.
 
-    least, most: messages of the one who had fewest and most.
+    least, most: messages of the one who had fewest and most. memory: all relays' resident bytes.
     """
 
     spectators: int
@@ -43,6 +45,7 @@ class Shares:
     bytes: float
     least: int
     most: int
+    memory: float
 
 
 def run(effort: Effort) -> Section:
@@ -57,6 +60,7 @@ def run(effort: Effort) -> Section:
         section.absent.append(f"relays: {redis.MISSING}")
         return section
     small, large = CROWDS if not effort.quick else (6, 12)
+    check_files(large)
     seconds = 10.0 if not effort.quick else 1.0
     with contextlib.ExitStack() as stack:
         bus = stack.enter_context(redis.running())
@@ -72,6 +76,25 @@ def run(effort: Effort) -> Section:
     section.data["relays"] = [vars_of(each) for each in found]
     section.tables += [_shares(found), _each(*found)]
     return section
+
+
+def check_files(spectators: int) -> None:
+    """Raise MissingError where one process may not open so many connections; needs Unix.
+
+    The limit is raised as far as the system lets us, for what is started from here too.
+    """
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted, endless = spectators + _OWN_FILES, resource.RLIM_INFINITY
+    if soft == endless or soft >= wanted:
+        return
+    if hard != endless and hard < wanted:
+        raise MissingError(
+            f"{spectators:,} spectators need {wanted:,} open files, and the system allows "
+            f"{hard:,}: ulimit -n"
+        )
+    resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
 def vars_of(shares: Shares) -> dict[str, float]:
@@ -92,7 +115,15 @@ async def _crowd(
     playing = asyncio.create_task(player.run(math.inf))
     first, *more = (f"{room_url(each.address, 'main', SEEDS)}&watch=true" for each in relays)
     crowd = Load(first, spectators, SEEDS, 0.0, tuple(more), settle=FALL + 1.0)
-    crowd.on_count = crowd.on_counted = look
+    crowd.on_count = look
+    memory = 0.0
+
+    def end() -> None:
+        nonlocal memory
+        look()
+        memory = sum(each.resident for each in relays)
+
+    crowd.on_counted = end
     report = await crowd.run(seconds)
     playing.cancel()
     with contextlib.suppress(asyncio.CancelledError):
@@ -117,6 +148,7 @@ async def _crowd(
         bytes=report.bytes / each,
         least=min(texts),
         most=max(texts),
+        memory=memory,
     )
 
 
@@ -124,7 +156,7 @@ def _shares(found: list[Shares]) -> Table:
     return Table(
         SHARES,
         ["spectators", "of a core: the server", "Redis", "all relays", "messages/s a spectator",
-         "bytes/s a spectator", "messages, least to most"],
+         "bytes/s a spectator", "messages, least to most", "all relays' memory"],
         [
             [
                 f"{each.spectators:,}",
@@ -134,6 +166,7 @@ def _shares(found: list[Shares]) -> Table:
                 f"{each.messages:.1f}",
                 f"{each.bytes:,.0f}",
                 f"{each.least} to {each.most}",
+                f"{each.memory / 1e6:,.0f} MB",
             ]
             for each in found
         ],
@@ -147,7 +180,8 @@ def _shares(found: list[Shares]) -> Table:
 
 def _each(small: Shares, large: Shares) -> Table:
     """What each further spectator costs the relays, and what a million would."""
-    cost = (large.relays - small.relays) / (large.spectators - small.spectators)
+    more = large.spectators - small.spectators
+    cost, memory = (large.relays - small.relays) / more, (large.memory - small.memory) / more
     if cost <= 0.0 or large.messages < _ENOUGH * small.messages:
         raise MissingError(
             "the machine is too busy to tell what a spectator costs: one of "
@@ -157,6 +191,7 @@ def _each(small: Shares, large: Shares) -> Table:
     rows = [
         ["of a core for each spectator", f"{cost:.5%}", "measured"],
         [SERVED, f"{1.0 / cost:,.0f}", "measured"],
+        ["bytes of a relay's memory for each spectator", f"{memory:,.0f}", "measured"],
         [f"cores for {SPECTATORS:,}", f"{SPECTATORS * cost:,.1f}", "extrapolated"],
         [
             f"bytes a second for {SPECTATORS:,}",

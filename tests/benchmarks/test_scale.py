@@ -68,7 +68,7 @@ def test_relays_are_beside_the_streams_once_they_are_recorded() -> None:
     assert cells(costs, relays.SERVED)["measured"] == "20,000"
     found = cells(spectators, "seeds, over relays")
     assert (found["cores"], found["processes"], found["sent"]) == ("50", "100", "500 MB/s")
-    shares = relays.Shares(5000, 0.1, 0.1, 0.25, 10.0, 500.0, 9, 11)
+    shares = relays.Shares(5000, 0.1, 0.1, 0.25, 10.0, 500.0, 9, 11, 1e8)
     few = replace(shares, spectators=1000, relays=0.05)
     told = "\n\n".join(t.text() for t in (relays._shares([few, shares]), relays._each(few, shares)))
     assert estimates._relayed(Recorded(f"\n{told}\n")) == cost.relayed

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from urllib.parse import urljoin
 
 import pytest
 from playwright.sync_api import (
@@ -319,7 +320,9 @@ def profiles(browser: Browser) -> Iterator[Profiles]:
 
 @pytest.fixture
 def opened(profiles: Profiles, server: ServerProcess, complaints: Complaints) -> Iterator[Open]:
-    """Opens the page at a path, in an empty profile, with options of `Browser.new_context`.
+    """Opens the page at a path, or another address, in an empty profile.
+
+    With options of `Browser.new_context`.
 
     A test's first page of a kind of device is in the profile that all tests share; others have
     their own, as has one with service workers.
@@ -349,7 +352,7 @@ def opened(profiles: Profiles, server: ServerProcess, complaints: Complaints) ->
         if before is not None:
             page.add_init_script(before)
         screen = Screen(page, server.url, ARTIFACTS)
-        page.goto(f"{server.url}{path}")
+        page.goto(urljoin(server.url, path))
         return screen
 
     yield open_page

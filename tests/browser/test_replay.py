@@ -1,10 +1,10 @@
 """A drop looked at closely: by link, at any moment, at any speed, impact by impact, verified."""
 
-import json
 import math
 import re
 from collections.abc import Iterator
 
+import httpx
 import pytest
 from playwright.sync_api import Route, expect
 
@@ -16,6 +16,7 @@ from tests.browser.conftest import (
     Open,
     Profiles,
     Quick,
+    Run,
     ServerProcess,
 )
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
@@ -242,7 +243,7 @@ def test_a_record_that_was_tampered_with_is_not_reproduced(opened: Open) -> None
         record = response.json()
         route.fulfill(response=response, json={**record, "x_end": record["x_end"] + 1e-12})
 
-    screen = opened()
+    screen = opened("about:blank")
     screen.page.route(re.compile(r"/drops/triangle-8/42(\?|$)"), tamper)
     screen.page.goto(f"{screen.url}{LINK}")
     paused(screen)
@@ -288,14 +289,10 @@ def test_reduced_motion_shows_the_whole_path_at_once(opened: Open) -> None:
     assert painted(screen, "board-marks") > 500
 
 
-def test_a_board_travels_in_the_link_itself(opened: Open, complaints: Complaints) -> None:
+def test_a_board_travels_in_the_link_itself(opened: Open, run: Run) -> None:
     board = {**Board.preset("triangle-8").to_dict(), "name": "carried", "gravity": 20.0}
-    screen = opened().ready()
-    packed = screen.page.evaluate(
-        "async (board) => (await import('/js/net/board-link.js')).packBoard(board)", board
-    )
-    screen.page.goto(f"{screen.url}/replay.html?seed=5#board={packed}")
-    screen.state("replay")
+    packed = run("net/board-link.js", "({ packBoard }, board) => packBoard(board)", board)
+    screen = opened(f"/replay.html?seed=5#board={packed}").state("replay")
     done = drop(Board.from_json(board), 5)
     expect(screen.fact("board")).to_have_text("carried")
     expect(screen.fact("digest")).to_have_text(done.digest)
@@ -352,20 +349,13 @@ def test_the_replay_fits_its_screens(opened: Open, device: str) -> None:
         screen.shot(f"replay-{name}")
 
 
-def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open) -> None:
+def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open, server: ServerProcess) -> None:
     """Balls that hardly bounce roll over pegs: the list says so, the path goes on."""
     dead = {"restitution": 0.1, "friction": 0.4}
     board = {**Board.preset("triangle-8").to_dict(), "name": "dead", "peg_material": dead}
     board["ball"] = {**board["ball"], **dead}
-    screen = opened("/replay.html").state("replay")
-    reply = screen.page.request.post(
-        f"{screen.url}/api/v1/boards",
-        data=json.dumps(board),
-        headers={"content-type": "application/json"},
-    )
-    digest = reply.json()["digest"]
-    screen.page.goto(f"{screen.url}/replay.html?board={digest}&seed=3")
-    screen.state("replay")
+    digest = httpx.post(f"{server.url}/api/v1/boards", json=board).json()["digest"]
+    screen = opened(f"/replay.html?board={digest}&seed=3").state("replay")
     record = screen.api(f"drops/{digest}/3")
     assert 2 in [impact[6] for impact in record["impacts"]]
     expect(screen.page.locator("#impacts")).to_contain_text("rides peg")
@@ -375,7 +365,9 @@ def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open) -> None:
     screen.shot("replay-rides")
 
 
-def test_a_ball_that_never_settles_is_replayed_and_lies_where_it_stopped(opened: Open) -> None:
+def test_a_ball_that_never_settles_is_replayed_and_lies_where_it_stopped(
+    opened: Open, server: ServerProcess
+) -> None:
     """In perfect balance on a peg: no bin, the stake back, and the ball is still to be seen."""
     board = {
         "name": "balance",
@@ -384,10 +376,8 @@ def test_a_ball_that_never_settles_is_replayed_and_lies_where_it_stopped(opened:
         "height": 2.0,
         "bins": {"y": 2.0, "edges": [-1.5, 0.0, 1.5], "multipliers": [1.0, 2.0]},
     }
-    screen = opened().ready()
-    posted = screen.page.request.post(f"{screen.url}/api/v1/boards", data=board).json()
-    screen.page.goto(f"{screen.url}/replay.html?board={posted['digest']}&seed=1")
-    screen.state("replay")
+    posted = httpx.post(f"{server.url}/api/v1/boards", json=board).json()
+    screen = opened(f"/replay.html?board={posted['digest']}&seed=1").state("replay")
     record = screen.api(f"drops/{posted['digest']}/1")
     assert record["bin"] is None
     expect(screen.root).to_have_attribute("data-last-bin", "none")

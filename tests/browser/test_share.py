@@ -40,8 +40,7 @@ def other_site(server: ServerProcess) -> Iterator[str]:
 def test_another_site_shows_a_drop_in_a_frame_and_its_end_only_at_the_end(
     opened: Open, other_site: str, complaints: Complaints
 ) -> None:
-    screen = opened()
-    screen.page.goto(f"{other_site}/embed/replay?{DROP}")
+    screen = opened(f"{other_site}/embed/replay?{DROP}")
     frame = screen.page.frame_locator("iframe")
     result = frame.locator("#result")
     expect(result).to_have_text("Guess where it lands.")

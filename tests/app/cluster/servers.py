@@ -25,11 +25,16 @@ _SERVE = (
 
 @dataclass
 class One:
-    """One server; it can be started again."""
+    """One server; it can be started again.
+
+    redis, database: what it reaches these by, where that is not as for the others.
+    """
 
     name: str
     port: int = field(default_factory=free_port)
     process: "subprocess.Popen[str] | None" = None
+    redis: str = ""
+    database: str = ""
 
     @property
     def url(self) -> str:
@@ -45,9 +50,17 @@ class One:
 
     def begin(self, redis: str, database: str) -> None:
         """Start it, without waiting for it."""
-        own = {"PLINKO_OPERATOR_TOKEN": OPERATOR, "PLINKO_DATABASE_URL": database}
+        ledger = self.database or database
+        own = {"PLINKO_OPERATOR_TOKEN": OPERATOR, "PLINKO_DATABASE_URL": ledger}
         self.process = subprocess.Popen(
-            [*_SERVE, "--port", str(self.port), "--name", self.name, "--cluster", redis],
+            [
+                *_SERVE,
+                "--port",
+                str(self.port),
+                "--name",
+                self.name,
+                *("--cluster", self.redis or redis),
+            ],
             env=os.environ | own,
             stdout=subprocess.PIPE,
             text=True,
@@ -139,9 +152,16 @@ def one_s_rooms(one: One) -> set[str]:
 def running(redis: Redis, database: str, count: int = 3) -> Iterator[Servers]:
     """So many servers, gone at the end."""
     servers = Servers(redis, database, tuple(One(f"plinko{k + 1}") for k in range(count)))
+    with kept(servers):
+        yield servers
+
+
+@contextlib.contextmanager
+def kept(servers: Servers) -> Iterator[None]:
+    """These servers run, and are gone at the end."""
     try:
         servers.start()
-        yield servers
+        yield
     finally:
         for one in servers.up:
             one.end(signal.SIGKILL)

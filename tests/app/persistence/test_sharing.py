@@ -178,6 +178,44 @@ async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> 
     assert sound(address).sessions == 2
 
 
+async def test_who_watches_is_sent_on_only_once_the_next_server_has_the_room(address: str) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.create(BOARD)
+        await a.drop(room, 3)
+        watcher = Watcher(a, room.id)
+        taken = []
+
+        async def receive() -> None:
+            taken.append(await b.rooms.seek(room.id))
+            await turns()
+            assert not watcher.running.done()
+            with pytest.raises(HoldLostError):
+                a.rooms.find(room.id)  # whatever they ask for meanwhile
+
+        await a.holding.hand_over(room.id, receive)
+        assert [each.world.tick for each in taken] == [room.world.tick]
+        with pytest.raises(HoldLostError):
+            await watcher.running
+        assert not a.holding.is_leaving(room.id)
+
+
+async def test_who_watches_is_sent_on_although_the_next_server_failed_to_take_the_room(
+    address: str,
+) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.create(BOARD)
+        watcher = Watcher(a, room.id)
+
+        async def receive() -> None:
+            raise AppError("it does not answer")
+
+        with pytest.raises(AppError, match="does not answer"):
+            await a.holding.hand_over(room.id, receive)
+        with pytest.raises(HoldLostError):
+            await watcher.running
+        assert (await b.rooms.seek(room.id)).id == room.id
+
+
 async def test_all_rooms_are_handed_over_at_the_end(address: str) -> None:
     async with two(address) as (a, b):
         rooms = [await a.rooms.create(BOARD) for _ in range(3)]

@@ -17,12 +17,12 @@ from engine.board.model import Board
 from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 from engine.errors import BoardError
 from tests.engine.board.forms import EXAMPLE, Form, at, box, changed, leaves, valid_forms
+from tests.long import tries
 
 SLOTTED = changed(EXAMPLE, ("drop", "slots"), [-0.5, 0.25])
 
 
 @given(valid_forms())
-@settings(max_examples=60, deadline=None)
 def test_a_board_survives_its_json_form(form: Form) -> None:
     board = Board.from_json(form)
     again = Board.from_json(board.to_json())
@@ -33,7 +33,7 @@ def test_a_board_survives_its_json_form(form: Form) -> None:
 
 
 @given(valid_forms())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=tries(20, 200))
 def test_the_json_form_holds_every_value_that_was_given(form: Form) -> None:
     written = Board.from_json(form).to_dict()
     for path in leaves(form):
@@ -132,7 +132,7 @@ def test_the_digest_changes_with_every_single_value(path: tuple[str | int, ...])
 
 
 @given(valid_forms(), valid_forms())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=tries(20, 200))
 def test_two_boards_share_a_digest_exactly_if_they_are_equal(a: Form, b: Form) -> None:
     first, second = Board.from_json(a), Board.from_json(b)
     assert (first == second) == (first.digest == second.digest)

@@ -14,6 +14,7 @@ from engine.board.checks.separators import separators
 from engine.board.model import Board
 from engine.errors import BoardError
 from tests.engine.board.forms import EXAMPLE, Form, box, changed, mirrored, wild_forms
+from tests.long import tries
 
 R = 0.1  # the ball's radius in `box`
 
@@ -291,20 +292,17 @@ class TestMissing:
 
 
 @given(wild_forms())
-@settings(max_examples=60, deadline=None)
 def test_a_mirrored_board_is_as_good_as_the_board(form: Form) -> None:
     assert verdict(mirrored(form)) == verdict(form)
 
 
 @given(wild_forms())
-@settings(max_examples=60, deadline=None)
 def test_the_order_of_pegs_and_walls_does_not_decide_whether_a_board_is_good(form: Form) -> None:
     turned = {**form, "pegs": form["pegs"][::-1], "walls": form["walls"][::-1]}
     assert verdict(turned) == verdict(form)
 
 
 @given(wild_forms())
-@settings(max_examples=60, deadline=None)
 def test_separators_lie_wholly_where_no_ball_can_be(form: Form) -> None:
     obs = _obstacles(form)
     lines = separators(obs, close_discs(obs), 0.0, 6.0)
@@ -316,7 +314,6 @@ def test_separators_lie_wholly_where_no_ball_can_be(form: Form) -> None:
 
 
 @given(wild_forms(), st.floats(0.1, 5.9))
-@settings(max_examples=60, deadline=None)
 def test_free_intervals_are_those_of_dense_sampling(form: Form, y: float) -> None:
     obs = _obstacles(form)
     intervals = free_intervals(obs, y)
@@ -328,7 +325,7 @@ def test_free_intervals_are_those_of_dense_sampling(form: Form, y: float) -> Non
 
 
 @given(wild_forms())
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=tries(15, 200))
 def test_a_ball_passes_exactly_if_dense_sampling_finds_a_way(form: Form) -> None:
     answer = verdict(form)
     assume(answer != "inside or touching")

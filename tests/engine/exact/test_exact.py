@@ -26,6 +26,7 @@ from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, MAX_EVENTS, TIM
 from engine.parameters import Exact
 from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board, box, mirrored, place
+from tests.long import tries
 
 Floats = npt.NDArray[np.float64]
 
@@ -263,7 +264,7 @@ def test_a_contact_phase_is_told_from_its_beginning_to_its_end() -> None:
 
 
 @given(any_board, st.floats(-0.9, 0.9))
-@settings(suppress_health_check=[HealthCheck.too_slow], max_examples=150)
+@settings(suppress_health_check=[HealthCheck.too_slow], max_examples=tries(50, 500))
 def test_on_any_board_a_ball_ends_and_is_never_inside_anything(board: Board, x: float) -> None:
     path = follow(board, at_start(board, x), Exact())
     assert path.outcome != ESCAPED

@@ -1,0 +1,137 @@
+"""What is asked of a room: taken, kept in the ledger, and let in once it is durable."""
+
+import asyncio
+import functools
+from collections.abc import Callable, Mapping
+from typing import Any, cast
+
+from app.errors import LedgerError
+from app.live.fair_session import FairSession, TakenDrop
+from app.live.halts import Halts
+from app.live.runner import Runner
+from app.live.waiting_requester import WaitingRequester
+from app.persistence.service import PersistenceService
+from app.protocol import messages
+from app.protocol.touching_messages import Change
+from app.rooms.pending import DropCommand, PendingInput
+from app.rooms.room import Room
+
+
+class Inputs:
+    """For the event loop's thread. `in_memory` has the rooms that are here, by id.
+
+    `check_here` raises HoldLostError for a room that is going to another server; `draw` gives the
+    seed of a drop that names none.
+    """
+
+    def __init__(
+        self,
+        persistence: PersistenceService,
+        runner: Runner,
+        halts: Halts,
+        in_memory: Mapping[str, Room],
+        *,
+        check_here: Callable[[Room], None],
+        draw: Callable[[], int],
+    ) -> None:
+        self._persistence = persistence
+        self._runner = runner
+        self._halts = halts
+        self._in_memory = in_memory
+        self._check_here = check_here
+        self._draw = draw
+
+    def drop(
+        self,
+        room: Room,
+        seed: int | None,
+        x: float | None,
+        *,
+        aim: float | None = None,
+        stake: int = 0,
+        who: str | None = None,
+        session: FairSession | None = None,
+        client: int | None = None,
+        key: str = "",
+        ref: Any = None,
+    ) -> "asyncio.Future[messages.Accepted]":
+        """Take a drop; once it is durable and its tick has come, it enters and the room is told.
+
+        The future then has the event, whose `ref` goes to `client` alone, or the LedgerError in
+        between. Raises HaltedError, BallLimitError, BusyError, LedgerError and the engine's errors.
+
+        In a `session` the seed is that of its next drop, and its receipt is kept with the drop;
+        also raises what `FairSession.check` raises, and InvalidValueError for a seed or an x.
+        """
+        self._check(room)
+        self._runner.check_memory()
+        practice = seed is not None or x is not None
+        if session is not None:
+            session.check(room, practice=practice)
+            seed = session.next_seed()
+        number = self._draw() if seed is None else seed
+        command = DropCommand(number, x, stake, who, aim, practice=practice)
+        request = WaitingRequester.now(client, key, ref)
+        pending = room.plan_drop(command, self._persistence.lead, request)
+        self._submit(room, pending, session)
+        return cast("asyncio.Future[messages.Accepted]", request.settled)
+
+    def change(
+        self,
+        room: Room,
+        change: Change,
+        *,
+        client: int | None = None,
+        key: str = "",
+        ref: Any = None,
+    ) -> "asyncio.Future[messages.Event | None]":
+        """Take an input of a room whose balls touch each other, as `drop` takes a drop.
+
+        The future has the first event that came of it, if any. Raises InvalidValueError,
+        BallLimitError, HaltedError, LedgerError.
+        """
+        self._check(room)
+        request = WaitingRequester.now(client, key, ref)
+        self._submit(room, room.plan_change(change, self._persistence.lead, request))
+        return request.settled
+
+    def _check(self, room: Room) -> None:
+        """Raise HaltedError, HoldLostError where nothing is taken now."""
+        self._halts.check(room.id)
+        self._check_here(room)
+
+    def _submit(
+        self, room: Room, pending: PendingInput[Any], session: FairSession | None = None
+    ) -> None:
+        taken = None
+        if session is not None:
+            number = self._persistence.sessions.of(room).number
+            taken = session.take(pending, number, self._persistence.now())
+        done = functools.partial(self._kept, room, pending, taken)
+        try:
+            self._persistence.submit(room, pending, done, None if taken is None else taken.leaf)
+        except LedgerError:
+            if taken is not None:
+                taken.settled(refused=True)
+            room.refuse(pending)
+            raise
+
+    def _kept(
+        self,
+        room: Room,
+        pending: PendingInput[Any],
+        taken: TakenDrop | None,
+        error: LedgerError | None,
+    ) -> None:
+        """A planned input is in the ledger, or will not be."""
+        if taken is not None:
+            pending.receipt = taken.settled(refused=error is not None)
+        if self._in_memory.get(room.id) is not room:
+            closed = f"room {room.id!r} was closed before the drop was kept"
+            pending.requester.refused(error or LedgerError(closed))
+        elif error is None:
+            pending.durable = True
+            self._runner.admit_now(room)
+        else:
+            room.refuse(pending)
+            pending.requester.refused(error)

@@ -1,0 +1,126 @@
+"""A line between a server and what it needs that can be cut, as by a network that drops packets."""
+
+import contextlib
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+from tests.waiting import until
+
+Dial = Callable[[], socket.socket]
+"""Connects to what is behind."""
+
+_PIECE = 1 << 16  # bytes
+
+
+@dataclass
+class Forwarder:
+    """Passes on what comes over TCP while it is whole; cut, it holds it back and closes nothing.
+
+    As with packets that are sent again, what was held back arrives once it is healed, unless its
+    sender has given up.
+    """
+
+    dial: Dial
+    listener: socket.socket
+    whole: threading.Event = field(default_factory=threading.Event)
+    held: int = 0  # pieces that came while it was cut
+    _sockets: list[socket.socket] = field(default_factory=list)
+    _threads: list[threading.Thread] = field(default_factory=list)
+    _closing: bool = False
+
+    @property
+    def port(self) -> int:
+        port: int = self.listener.getsockname()[1]
+        return port
+
+    def cut(self) -> None:
+        """From now on nothing comes through, and nobody is told."""
+        self.whole.clear()
+
+    def heal(self) -> None:
+        self.whole.set()
+
+    def run(self) -> None:
+        """Take connections until it is closed."""
+        with contextlib.suppress(OSError):
+            while True:
+                near, _ = self.listener.accept()
+                self._begin(self._take, near)
+
+    def _begin(self, work: Callable[..., None], *values: socket.socket) -> None:
+        self._sockets += values
+        if self._closing:
+            self._end_all()  # whatever `close` did not see yet
+        thread = threading.Thread(target=work, args=values, daemon=True)
+        self._threads.append(thread)
+        thread.start()
+
+    def _take(self, near: socket.socket) -> None:
+        self.whole.wait()
+        with contextlib.suppress(OSError):
+            far = self.dial()
+            self._begin(self._pump, near, far)
+            self._pump(far, near)
+
+    def _pump(self, source: socket.socket, target: socket.socket) -> None:
+        with contextlib.suppress(OSError):
+            while piece := source.recv(_PIECE):
+                self.held += not self.whole.is_set()
+                self.whole.wait()
+                target.sendall(piece)
+        self.whole.wait()  # nor does one hear that the other has closed
+        with contextlib.suppress(OSError):
+            target.shutdown(socket.SHUT_WR)
+
+    def close(self) -> None:
+        """End all of it, and return when nothing of it is left."""
+        self._closing = True
+        self.heal()
+        self._end_all()
+        while self._threads:
+            self._threads.pop(0).join()
+        for each in (self.listener, *self._sockets):
+            each.close()
+
+    def _end_all(self) -> None:
+        """Wake whoever waits for a connection or for what one brings."""
+        for each in (self.listener, *self._sockets):
+            with contextlib.suppress(OSError):
+                each.shutdown(socket.SHUT_RDWR)
+
+
+@contextlib.contextmanager
+def forwarding(dial: Dial) -> Iterator[Forwarder]:
+    """A forwarder on a free port, whole at first."""
+    forwarder = Forwarder(dial, socket.create_server(("127.0.0.1", 0)))
+    forwarder.heal()
+    thread = threading.Thread(target=forwarder.run, daemon=True)
+    thread.start()
+    try:
+        yield forwarder
+    finally:
+        forwarder.close()
+        thread.join()
+
+
+def over_tcp(port: int) -> Dial:
+    """Behind is a port of the loopback."""
+    return lambda: socket.create_connection(("127.0.0.1", port))
+
+
+def over_file(path: str) -> Dial:
+    """Behind is a Unix socket."""
+
+    def dial() -> socket.socket:
+        line = socket.socket(socket.AF_UNIX)
+        line.connect(path)
+        return line
+
+    return dial
+
+
+def until_held(forwarder: Forwarder) -> None:
+    """Return once something was held back: the cut was felt."""
+    until(lambda: forwarder.held)

@@ -1,0 +1,117 @@
+"""Clients that only watch, come back whenever their line ends, and note what they missed."""
+
+import asyncio
+import contextlib
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import msgspec
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
+
+from tests.app.cluster.servers import One
+
+Line = (ConnectionClosed, InvalidHandshake, OSError)
+
+SENT_ON: Final = 1012
+"""The close code of a room that goes on elsewhere."""
+
+_AGAIN: Final = 0.05  # s until one comes again that found nobody
+
+
+@dataclass(frozen=True)
+class Break:
+    """A line that ended: when something last came, and when the next line greeted, in s.
+
+    ticks: by how many the room had gone on meanwhile; vain: lines in between that greeted nobody.
+    """
+
+    last: float
+    back: float
+    ticks: int
+    vain: int
+
+    @property
+    def gap(self) -> float:
+        """For how long nothing came, in s."""
+        return self.back - self.last
+
+
+@dataclass
+class Watcher:
+    """One of them, in one room."""
+
+    room: str
+    tick: int = 0
+    last: float = 0.0  # when something came
+    gaps: list[float] = field(default_factory=list)  # s between two frames, whatever moved
+    breaks: list[Break] = field(default_factory=list)
+    codes: Counter[int | None] = field(default_factory=Counter)  # with which lines were closed
+    vain: int = 0  # lines since the last greeting
+    _lost: bool = False  # not greeted since a line ended
+
+    async def watch(self, somewhere: Callable[[], One]) -> None:
+        """Watch until cancelled; raises AssertionError for a tick that is taken back."""
+        while True:
+            greeted = await self._line(somewhere())
+            self._lost = True
+            self.vain += not greeted
+            # As a page: whoever is sent on comes at once, whoever finds nobody waits a little.
+            await asyncio.sleep(0.0 if greeted else _AGAIN)
+
+    async def _line(self, one: One) -> bool:
+        """Be there until the line ends; whether it greeted."""
+        before = self.last
+        with contextlib.suppress(*Line):
+            async with connect(one.socket(self.room), compression=None, max_queue=None) as line:
+                with contextlib.suppress(ConnectionClosed):
+                    async for frame in line:
+                        self.frame(frame)
+                self.codes[line.close_code] += 1
+        return self.last > before
+
+    def frame(self, frame: str | bytes) -> None:
+        """Take in what came."""
+        if isinstance(frame, bytes):
+            self._seen(int.from_bytes(frame[4:8], "little"))
+            return
+        value = msgspec.json.decode(frame)
+        for event in value if isinstance(value, list) else [value]:
+            if event["type"] == "hello":
+                self._seen(event["tick"])
+
+    def _seen(self, tick: int) -> None:
+        assert tick >= self.tick, "a tick that was shown was taken back"
+        now = time.monotonic()
+        if self.last:
+            self.gaps.append(now - self.last)
+            if self._lost:
+                self.breaks.append(Break(self.last, now, tick - self.tick, self.vain))
+        self.tick, self.last = tick, now
+        self._lost, self.vain = False, 0
+
+
+def taken_over(watchers: Iterable[Watcher], since: float, until: float) -> list[float]:
+    """How long after `since` each room greeted again, in s, of those that lost all who watched."""
+    rooms: dict[str, list[float | None]] = {}
+    for each in watchers:
+        backs = [one.back for one in each.breaks if since <= one.back < until]
+        rooms.setdefault(each.room, []).append(min(backs, default=None))
+    lost = ([back for back in found if back is not None] for found in rooms.values())
+    whole = zip(rooms.values(), lost, strict=True)
+    return [min(backs) - since for found, backs in whole if len(backs) == len(found)]
+
+
+def spread(values: Sequence[float]) -> str:
+    """How times are spread, in words."""
+    if not values:
+        return "none"
+    ordered = sorted(values)
+    middle, most = ordered[len(ordered) // 2], ordered[int(0.99 * (len(ordered) - 1))]
+    return (
+        f"{len(ordered)}, the median {middle:.2f} s, 99 of 100 up to {most:.2f} s, "
+        f"the longest {ordered[-1]:.2f} s"
+    )
