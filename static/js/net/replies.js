@@ -8,7 +8,7 @@
  * @typedef {{boards: BoardSummary[]}} BoardList of GET boards
  * @typedef {{board: Board, digest: string}} BoardReply of GET boards/…, POST boards and boards/check
  * @typedef {{id: string, token: string}} RoomReply of POST rooms
- * @typedef {{rooms: {id: string}[]}} RoomList of GET rooms
+ * @typedef {{rooms: {id: string, mode: string, board_name: string}[]}} RoomList of GET rooms
  * @typedef {{drops: number, histogram: number[], unsettled: number, mean_duration: number}} Simulation
  * @typedef {{board_digest: string, aims: Odds[]}} OddsReply of GET boards/…/odds
  * @typedef {{multipliers: number[], drops: number, chosen_by: number, least: {aim: number | null, return: number},

@@ -18,6 +18,7 @@ import { SandboxRoom } from "./room.js";
 import { ScenePanel } from "./scene-panel.js";
 import { BALL, SOLVER, THROW, WORLD } from "./sliders.js";
 import { SandboxView } from "./view.js";
+import { showWaysOn } from "./ways-on.js";
 
 /** @import { Point } from "../model/board.js" */
 /** @import { ArenaEvent, Diagnostics, Settings } from "../model/messages.js" */
@@ -238,7 +239,10 @@ export class SandboxPage {
   #showState(state, detail) {
     showState(state, state === "reconnecting"
       ? t("play.reconnecting", { seconds: detail ?? "" }) : (STATE_TEXTS[state] ?? ""));
-    if (state === "closed") this.#say(detail || t("box.room-closed"));
+    if (state === "closed") {
+      this.#say(detail || t("box.room-closed"));
+      void showWaysOn();
+    }
     if (state === "asleep" && this.room.made.size) this.#say(t("box.all-rest"));
     this.loop.wake();
   }

@@ -74,7 +74,7 @@ export class SandboxRoom {
       }),
       onBytes: (bytes) => this.#read(() => this.#takeSnapshot(bytes)),
       onLost: (waitMs) => this.#setState("reconnecting", String(Math.max(1, Math.round(waitMs / 1000)))),
-      onRefused: (reason) => this.#setState("closed", reason),
+      onRefused: () => this.#setState("closed", t("box.no-room", { room })),
     });
   }
 

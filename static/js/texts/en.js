@@ -95,7 +95,8 @@ export const texts = {
   "play.expected": "expected: {label}",
   "play.space": "Space",
   "play.committed": "What the server has committed to",
-  "play.no-lock": "no lock",
+  "play.no-lock": "Not sealed",
+  "play.sealed": "Fair: sealed",
   "play.more": "More",
   "play.first": "Drop a ball.",
   "play.drawers": "Drawers",
@@ -258,8 +259,8 @@ export const texts = {
   // The table: fair drops
   "fair.title": "Fair drops",
   "fair.words": "Before you drop, both sides commit to a secret: neither can choose where a ball starts.",
-  "fair.committed": "Fair drops: the server has committed to {lock}",
-  "fair.uncommitted": "Fair drops: nothing is committed to yet",
+  "fair.committed": "Fair: sealed before the drop. The server has committed to {lock}",
+  "fair.uncommitted": "Not sealed: nothing is committed to yet",
   "fair.reveal": "Reveal and check",
   "fair.reveal-drops": {
     "one": "Reveal and check {n} drop",
@@ -818,6 +819,8 @@ export const texts = {
   "box.at-rest": "At rest",
   "box.paused": "Paused",
   "box.room-closed": "The room is closed.",
+  "box.no-room": "There is no room {room}: it was closed, or the link is mistyped.",
+  "box.go-to": "Go to room {room}",
   "box.all-rest": "Everything is at rest.",
   "box.opened": {
     "one": "{title}: {n} ball.",

@@ -12,7 +12,7 @@ import { saveFile } from "../../util/file.js";
 /** @import { SessionEnded } from "../../model/messages.js" */
 /** @import { FairPlay, Heard } from "./fair-play.js" */
 
-const SHORT = 8; // digits of a commitment that are shown on the padlock
+const SHORT = 8; // digits of a commitment in the padlock's tooltip, of a session in a file's name
 
 /**
  * @typedef {object} FairPanelListener
@@ -42,11 +42,12 @@ export class FairPanel {
   show(fair) {
     const { committed, open, state } = fair;
     this.padlock.dataset.open = String(open);
-    const text = committed ? committed.slice(0, SHORT) : t("play.no-lock");
-    byId("padlock-text").textContent = text;
-    this.padlock.setAttribute("aria-label", committed
-      ? t("fair.committed", { lock: text })
-      : t("fair.uncommitted"));
+    const label = committed
+      ? t("fair.committed", { lock: committed.slice(0, SHORT) })
+      : t("fair.uncommitted");
+    byId("padlock-text").textContent = committed ? t("play.sealed") : t("play.no-lock");
+    this.padlock.setAttribute("aria-label", label);
+    this.padlock.title = label;
     this.button.disabled = !state || state.drops === 0 || this.listener.isBusy();
     if (!state) return;
     this.button.textContent = state.drops === 0

@@ -1,0 +1,40 @@
+// A room that is not there: where its visitor can go instead.
+
+import { ApiError, getJson } from "../net/api.js";
+import { t } from "../texts/text.js";
+import { byId, make } from "../util/dom.js";
+
+/** @import { RoomList } from "../net/replies.js" */
+
+const MOST = 6; // rooms in the list
+
+/** A box of one's own, and the rooms whose balls touch each other. */
+export async function showWaysOn() {
+  const list = byId("ways-on");
+  list.replaceChildren(way("sandbox.html", t("box.to-own")), way(addressOf("sandbox"), t("box.together")));
+  list.hidden = false;
+  for (const { id, board_name: name } of await openRooms()) {
+    list.append(way(addressOf(id), t("box.go-to", { room: name ? `${name} (${id})` : id })));
+  }
+}
+
+/** @returns {Promise<RoomList["rooms"]>} none, if the server does not tell: the ways above stay */
+async function openRooms() {
+  try {
+    const { rooms } = /** @type {RoomList} */ (await getJson("rooms?limit=100"));
+    return rooms.filter(({ id, mode }) => mode === "interacting" && id !== "sandbox").slice(0, MOST);
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    return [];
+  }
+}
+
+/** @param {string} room @returns {string} */
+function addressOf(room) {
+  return `sandbox.html?${new URLSearchParams({ room })}`;
+}
+
+/** @param {string} href @param {string} words @returns {HTMLElement} */
+function way(href, words) {
+  return make("li", {}, make("a", { href }, words));
+}
