@@ -16,6 +16,7 @@ MODULES = {
     "features": "speed.features",
     "stream": "serving.stream",
     "page": "serving.page",
+    "stranger": "serving.stranger",
     "render": "serving.render",
     "stepped": "speed.stepped",
     "relays": "serving.relays",

@@ -24,6 +24,7 @@ WHAT = (
     "features",
     "stream",
     "page",
+    "stranger",
     "render",
     "stepped",
     "relays",

@@ -85,6 +85,7 @@ export const texts = {
   "play.game": "Spiel",
   "play.large-win": "Ein großer Gewinn",
   "play.share": "Diese Kugel teilen",
+  "play.link-copied": "Der Link zu diesem Ball ist kopiert.",
   "play.win-practice": "Zur Übung: ohne Einsatz.",
   "play.win-paid": "{paid} für {stake}.",
   "play.none-landed": "Hier ist noch nichts gelandet",
@@ -242,8 +243,8 @@ export const texts = {
   "play.rests": "Seed {seed} blieb in keinem Fach liegen.",
   "play.rests-back": "Seed {seed} blieb in keinem Fach liegen. Der Einsatz ist zurück.",
   "play.lands-free": "Seed {seed} landet in Fach {bin}, {pays}. Es war nichts gesetzt.",
-  "play.pays": "Fach {bin} zahlt {pays} für Seed {seed}.",
-  "play.pays-stake": "Fach {bin} zahlt {pays}, {paid} für {stake}, für Seed {seed}.",
+  "play.pays": "Fach {bin} zahlt {pays}.",
+  "play.pays-stake": "Fach {bin} zahlt {pays}: {paid} für {stake}.",
   "play.landed": {
     "one": "{n} Kugel gelandet: {paid} zurück für {staked}.",
     "other": "{n} Kugeln gelandet: {paid} zurück für {staked}.",

@@ -85,6 +85,7 @@ export const texts = {
   "play.game": "Game",
   "play.large-win": "A large win",
   "play.share": "Share this ball",
+  "play.link-copied": "The link to this ball is copied.",
   "play.win-practice": "In practice: nothing was staked.",
   "play.win-paid": "{paid} for {stake}.",
   "play.none-landed": "Nothing has landed here yet",
@@ -242,8 +243,8 @@ export const texts = {
   "play.rests": "Seed {seed} came to rest in no bin.",
   "play.rests-back": "Seed {seed} came to rest in no bin. Its stake is back.",
   "play.lands-free": "Seed {seed} lands in bin {bin}, {pays}. Nothing was staked.",
-  "play.pays": "Bin {bin} pays {pays} for seed {seed}.",
-  "play.pays-stake": "Bin {bin} pays {pays}, {paid} for {stake}, for seed {seed}.",
+  "play.pays": "Bin {bin} pays {pays}.",
+  "play.pays-stake": "Bin {bin} pays {pays}: {paid} for {stake}.",
   "play.landed": {
     "one": "{n} ball landed: {paid} back for {staked}.",
     "other": "{n} balls landed: {paid} back for {staked}.",

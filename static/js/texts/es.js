@@ -85,6 +85,7 @@ export const texts = {
   "play.game": "Juego",
   "play.large-win": "Un gran premio",
   "play.share": "Compartir esta bola",
+  "play.link-copied": "El enlace de esta bola está copiado.",
   "play.win-practice": "En práctica: sin apuesta.",
   "play.win-paid": "{paid} por {stake}.",
   "play.none-landed": "Aquí aún no ha caído nada",
@@ -242,8 +243,8 @@ export const texts = {
   "play.rests": "La semilla {seed} no acabó en ninguna casilla.",
   "play.rests-back": "La semilla {seed} no acabó en ninguna casilla. Se devuelve la apuesta.",
   "play.lands-free": "La semilla {seed} cae en la casilla {bin}, {pays}. No había apuesta.",
-  "play.pays": "La casilla {bin} paga {pays} con la semilla {seed}.",
-  "play.pays-stake": "La casilla {bin} paga {pays}, {paid} por {stake}, con la semilla {seed}.",
+  "play.pays": "La casilla {bin} paga {pays}.",
+  "play.pays-stake": "La casilla {bin} paga {pays}: {paid} por {stake}.",
   "play.landed": {
     "one": "Ha caído {n} bola: {paid} de vuelta por {staked}.",
     "other": "Han caído {n} bolas: {paid} de vuelta por {staked}.",

@@ -68,6 +68,31 @@ def test_a_stake_is_counted_and_paid_back_by_the_bin(opened: Open, quick: Quick)
     expect(screen.result).to_contain_text(f"{2.5 * score:.2f} for 2.5")
 
 
+def test_a_ball_that_landed_is_handed_on_from_where_it_is_told(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    key = screen.page.get_by_role("link", name="Share this ball")
+    expect(key).to_be_hidden()
+    screen.drop.click()
+    expect(key).to_be_visible()
+    screen.page.evaluate("() => { navigator.share = async (given) => { window.given = given; }; }")
+    key.click()
+    given = screen.page.evaluate("given")["url"]
+    seed = screen.last_dropped()["seed"]
+    assert f"seed={seed}" in given
+    assert given.endswith("&guess")
+
+    screen.page.evaluate("""() => {
+      navigator.share = undefined;
+      const writeText = async (text) => { window.copied = text; };
+      Object.defineProperty(navigator, "clipboard", { value: { writeText } });
+    }""")
+    key.click()
+    expect(screen.result).to_have_text("The link to this ball is copied.")
+    assert screen.page.evaluate("copied") == given
+    screen.drop.click()
+    expect(key).to_be_hidden()
+
+
 def test_an_instant_drop_is_told_at_once_and_counts_when_the_table_s_ball_is_down(
     opened: Open,
 ) -> None:

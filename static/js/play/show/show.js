@@ -4,6 +4,7 @@ import { Announcer } from "./announcer.js";
 import { Card, isLarge } from "./card.js";
 import { Encore } from "./encore.js";
 import { Falling } from "./falling.js";
+import { HandOn } from "./hand-on.js";
 import { nearMiss } from "./near-miss.js";
 import { Streaks } from "./streaks.js";
 
@@ -31,6 +32,7 @@ export class Show {
     this.view = view;
     this.say = say;
     this.announcer = new Announcer(say);
+    this.handOn = new HandOn(say);
   }
 
   /** How far a ball has come is not said over what is more urgent. @param {boolean} silent */
@@ -45,11 +47,13 @@ export class Show {
     this.#streaks.clear();
     this.#encore.clear();
     this.#card.hide();
+    this.handOn.hide();
     this.#won = null;
   }
 
   /** A ball of ours is asked for: what was shown of the one before is over, but for a large win's moment. */
   dropped() {
+    this.handOn.hide();
     if (this.#encore.looking || this.#card.counting) return;
     this.#encore.clear();
     this.#card.hide();
@@ -70,6 +74,7 @@ export class Show {
     const large = isLarge(played);
     if (drop && bin !== null && (last || large) && !this.#encore.looking) this.#begin(drop, still);
     if (large) this.#won = { played, still };
+    if (last) this.handOn.offer(played);
   }
 
   /** @param {Solved} drop @param {boolean} still */
