@@ -57,6 +57,7 @@ class Server(uvicorn.Server):
 def _end_work(server: Services) -> None:
     """Let those go who wait for what is computed, or for a ball to land."""
     server.workers.close()
+    server.readers.close()
     server.rooms.landings.stop()
 
 

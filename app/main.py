@@ -35,7 +35,7 @@ from app.persistence.common_secrets import STATEMENTS, TOKENS, common_secret
 from app.persistence.database import Database
 from app.persistence.holds import Holds
 from app.persistence.integrity import Integrity
-from app.persistence.room_log import RoomLogs
+from app.persistence.room_log import MOST_READERS, RoomLogs
 from app.persistence.service import PersistenceService
 from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
@@ -197,6 +197,7 @@ def _services(settings: Settings) -> Services:
     hub = Hub(settings.max_clients)
     metrics = Metrics()
     workers = Workers(settings.workers, settings.max_jobs)
+    readers = Workers(1, MOST_READERS)
     database = Database(settings.ledger_url, shared=bool(settings.cluster))
     budgets = Budgets(settings.compute_rate, settings.compute_burst)
     cameras = Cameras(settings.max_cameras, settings.max_viewers, purse=budgets)
@@ -237,13 +238,14 @@ def _services(settings: Settings) -> Services:
         fair=_fair_sessions(settings, persistence, _signing_key(database, secret_file), held),
         session_tokens=Tokens(secret, "session"),
         workers=workers,
+        readers=readers,
         pictures=Pictures(settings.max_picture_bytes),
         moments=Pictures(_MOMENTS),
         cameras=cameras,
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
         creators=Quota(settings.creator_rooms, "rooms of this address", held.is_open),
         budgets=budgets,
-        logs=RoomLogs(persistence.sessions),
+        logs=RoomLogs(persistence.sessions, None if database.in_memory else readers.run),
         metrics=metrics,
     )
     server.rooms.filmed = cameras.films
@@ -354,6 +356,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
             await cluster.gone()
         server.cameras.close()
         server.workers.close()
+        server.readers.close()
 
 
 def _warm_up(app: FastAPI) -> None:

@@ -8,6 +8,7 @@ import select
 import subprocess
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import AnyStr
 
 import pytest
@@ -29,6 +30,12 @@ def first_line(process: "subprocess.Popen[AnyStr]") -> AnyStr:
         process.kill()
         pytest.fail(f"process {process.args!r} said nothing within {LIMIT:.0f} s")
     return process.stdout.readline()
+
+
+def lives(pid: int) -> bool:
+    """Whether there is such a process that is not only waited for."""
+    status = Path(f"/proc/{pid}/stat")
+    return status.exists() and ") Z " not in status.read_text()
 
 
 def until(condition: Callable[[], object], pause: Callable[[], object] | None = None) -> None:

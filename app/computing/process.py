@@ -80,6 +80,8 @@ class WorkerProcess:
             self._kill()
 
     def _started(self) -> Connection:
+        if self._process is not None and not self._process.is_alive():
+            self._stop()  # it was ended while it had nothing to do
         if self._pipe is None:
             prepare()
             ours, theirs = _context.Pipe()

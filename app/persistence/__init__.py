@@ -14,6 +14,7 @@ database    opening SQLite or PostgreSQL, and bringing its tables up to date; wh
 holds       which rooms this server has, where several share the ledger; hold_store its statements
 numbers     numbers of sessions that all those servers take from
 fence       a number beside SQLite's file: nothing that was committed goes away unnoticed
+log_page    a page of a room's log, as another process reads it
 integrity   a look at the whole database at the start
 migrations  how the tables came to be, step by step, for Alembic
 writer      writes and reads as the event loop asks for them, and how long it waits

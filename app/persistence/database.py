@@ -4,9 +4,11 @@ import contextlib
 import fcntl
 import os
 import secrets
+import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import sqlalchemy as sa
 from sqlalchemy import Connection, Engine, event
@@ -251,6 +253,21 @@ def _revision(connection: Connection) -> str | None:
             sa.text("SELECT version_num FROM alembic_version")
         ).scalar()
         return found
+
+
+def reader(url: str) -> Engine:
+    """Reads what servers have committed, from another process than theirs; it cannot write."""
+    parsed = address(url)
+    if parsed.get_backend_name() != "sqlite":
+        return _postgres(parsed, shared=False).execution_options(postgresql_readonly=True)
+    file = f"file:{quote(str(parsed.database))}?mode=rw"  # where there is none, none is made
+
+    def connect() -> sqlite3.Connection:
+        connection = sqlite3.connect(file, timeout=_PATIENCE, uri=True)
+        connection.execute("PRAGMA query_only = ON")
+        return connection
+
+    return sa.create_engine("sqlite://", creator=connect, poolclass=NullPool)
 
 
 def _sqlite(url: URL) -> Engine:

@@ -1,7 +1,7 @@
 """A room's log as it is sent: in pieces, of which a long one's later pages are read on the way.
 
-Commits wait while a page is read. So there is one page at a time for all who read, each is short,
-and the ledger rests after it: a thousand readers slow down each other and no drop.
+There is one page at a time for all who read, each is short, and there is a rest after it: a
+thousand readers slow down each other and no drop.
 """
 
 import asyncio
@@ -9,22 +9,19 @@ import functools
 import time
 import weakref
 from collections import Counter
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
 import msgspec
-from sqlalchemy import Connection
 
 from app.errors import BusyError, ReadersError
-from app.persistence import store
+from app.persistence.log_page import NONE, Entries, LogPage
 from app.persistence.null_ledger import NullLedger
 from app.persistence.sessions import Sessions
-from app.persistence.writer import Ledger
 from app.rooms import log
 from app.rooms.room import Room
 
-_MARKS: Final = frozenset({"who"})
 _PAGE: Final = 250  # inputs read at once: some 5 ms
 _REST: Final = 3.0  # times as long as a page took, the ledger has for others before the next
 _LONGEST_REST: Final = 1.0  # s
@@ -49,17 +46,27 @@ class LogPart:
 WHOLE: Final = LogPart()
 
 
+Compute = Callable[[Callable[[], Entries]], Awaitable[Entries]]
+"""Does something in another process."""
+
+
 class RoomLogs:
-    """The logs that are being read; for the event loop's thread. `clock` gives s."""
+    """The logs that are being read; for the event loop's thread. `clock` gives s.
+
+    Pages are read by `compute`, and without it, as where the ledger is in this process's memory, by
+    the ledger's thread.
+    """
 
     def __init__(
         self,
         sessions: Sessions,
+        compute: Compute | None = None,
         *,
         clock: Callable[[], float] = time.monotonic,
         sleep: "Callable[[float], Any]" = asyncio.sleep,
     ) -> None:
         self._sessions = sessions
+        self._compute = compute
         self._clock = clock
         self._sleep = sleep
         self._turn = asyncio.Lock()
@@ -95,8 +102,10 @@ class RoomLogs:
         self._readers[reader] += 1
         place = _Place(functools.partial(self._left, reader))
         number = self._sessions.of(room).number if session is None else session
-        pages = _Pages(self._sessions.ledger, number, room, self._paced, marks=marks, part=part)
+        pages = _Pages(number, room, self._page, marks=marks, part=part)
         self._sessions.report([])
+        if self._compute is not None:
+            await self._sessions.ledger.read(_nothing)  # what was taken until now is in it then
         return pages.pieces(await pages.read(part.first), place)
 
     def _left(self, reader: str) -> None:
@@ -104,17 +113,29 @@ class RoomLogs:
         if not self._readers[reader]:
             del self._readers[reader]
 
-    async def _paced(self, read: "Callable[[], Any]") -> Any:
-        """What `read()` gives, in its turn and after the ledger's rest."""
+    async def _page(self, page: LogPage) -> Entries:
+        """A page in its turn, after the rest that the one before has earned to others."""
         async with self._turn:
             if (rest := self._free - self._clock()) > 0.0:
                 await self._sleep(rest)
             began = self._clock()
             try:
-                return await read()
+                return await self._read(page)
             finally:
                 ended = self._clock()
                 self._free = ended + min(_REST * (ended - began), _LONGEST_REST)
+
+    async def _read(self, page: LogPage) -> Entries:
+        ledger = self._sessions.ledger
+        if self._compute is None or isinstance(ledger, NullLedger):
+            return await ledger.read(page.entries)
+        # Who goes away meanwhile does not end the process that reads: the next has it at once.
+        url = ledger.database.url.render_as_string(hide_password=False)
+        return await asyncio.shield(self._compute(functools.partial(page.elsewhere, url)))
+
+
+def _nothing(_: object) -> None:
+    """Nothing is read: what was submitted before has been written when it is answered."""
 
 
 class _Place:
@@ -125,57 +146,45 @@ class _Place:
 
 
 class _Pages:
-    """A room's log as of now; `paced` reads a page in its turn."""
+    """A room's log as of now; `read` reads a page in its turn."""
 
     def __init__(
         self,
-        ledger: Ledger | NullLedger,
         session: int,
         room: Room,
-        paced: "Callable[..., Any]",
+        read: "Callable[[LogPage], Awaitable[Entries]]",
         *,
         marks: bool,
         part: LogPart,
     ) -> None:
         self._marks = marks
         self._part = part
-        self._ledger = ledger
-        self._paced = paced
+        self._read = read
         self._session = session
-        self._inputs = room.format
+        self._mode = room.mode
+        self._name = room.format.name
         count = room.taken
         self._end = count if part.limit is None else min(count, part.first + part.limit)
         self._next = self._end if self._end < count else None
         self._head = log.head(room)
 
-    async def read(self, first: int) -> list[dict[str, Any]]:
+    async def read(self, first: int) -> Entries:
         """Entries from `first` on, as many as a page has."""
-        if first >= self._end:
-            return []
         limit = min(_PAGE, self._end - first)
-        entries = functools.partial(self._entries, first=first, limit=limit)
-        found: list[dict[str, Any]] = await self._paced(
-            functools.partial(self._ledger.read, entries)
-        )
-        return found
+        if limit <= 0:
+            return NONE
+        tick = self._head["tick"]
+        return await self._read(LogPage(self._mode, self._session, tick, first, limit, self._marks))
 
-    def _entries(self, connection: Connection, first: int, limit: int) -> list[dict[str, Any]]:
-        found = store.taken(connection, self._inputs.name, self._session, first, limit)
-        page = [self._inputs.entry(row, result, self._head["tick"]) for row, result in found]
-        if not self._marks:
-            for entry in page:
-                entry.update(dict.fromkeys(_MARKS & entry.keys()))
-        return page
-
-    async def pieces(self, page: list[dict[str, Any]], _place: _Place) -> AsyncIterator[bytes]:
+    async def pieces(self, page: Entries, _place: _Place) -> AsyncIterator[bytes]:
         """All of it, from the first page on; for as long as this goes on a place is held."""
         digest = log.LogDigest(self._head)
-        yield msgspec.json.encode(self._head)[:-1] + f',"{self._inputs.name}":['.encode()
+        yield msgspec.json.encode(self._head)[:-1] + f',"{self._name}":['.encode()
         done = self._part.first
-        while page:
-            digest.add(page)
-            yield (b"," if done > self._part.first else b"") + msgspec.json.encode(page)[1:-1]
-            done += len(page)
+        while page.count:
+            digest.add_lines(page.lines)
+            yield (b"," if done > self._part.first else b"") + page.text
+            done += page.count
             page = await self.read(done)
         if self._part.whole:
             yield b'],"digest":"' + digest.hex().encode() + b'"}\n'

@@ -46,6 +46,11 @@ def head(room: Room) -> dict[str, Any]:
     }
 
 
+def lines(entries: Iterable[Mapping[str, Any]]) -> bytes:
+    """Entries as what a log's digest covers of them."""
+    return b"".join(canonical(each) + b"\n" for each in entries)
+
+
 class LogDigest:
     """SHA-256 over a log's lines as canonical JSON: its head, then each entry as it stands."""
 
@@ -55,8 +60,11 @@ class LogDigest:
 
     def add(self, entries: Iterable[Mapping[str, Any]]) -> None:
         """Take in the next entries."""
-        for each in entries:
-            self._hash.update(canonical(each) + b"\n")
+        self.add_lines(lines(entries))
+
+    def add_lines(self, text: bytes) -> None:
+        """Take in the next entries, as the `lines` they are."""
+        self._hash.update(text)
 
     def hex(self) -> str:
         """64 hexadecimal digits."""

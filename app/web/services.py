@@ -41,6 +41,8 @@ class Services:
     fair: FairSessions
     session_tokens: Tokens
     workers: Workers
+    readers: Workers
+    """A process that reads long things of the ledger, and is never busy with anything else."""
     pictures: Pictures
     moments: Pictures  # single frames of rooms
     cameras: Cameras

@@ -3,9 +3,9 @@
 import asyncio
 import functools
 import os
+import signal
 import time
 from collections.abc import AsyncIterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from app.errors import BusyError, CostError, DeadlineError, EndedError, InvalidV
 from benchmarks.serving.attackers import hall
 from engine import Board, drop, drop_many
 from engine.drops.batch import LEAST_CHUNK
-from tests.waiting import eventually
+from tests.waiting import eventually, lives
 
 FOR_EVER = functools.partial(time.sleep, 3600.0)
 
@@ -30,12 +30,6 @@ async def workers() -> AsyncIterator[Workers]:
 
 def refuse() -> None:
     raise InvalidValueError("7 is too many", field="balls")
-
-
-def lives(pid: int) -> bool:
-    """Whether there is such a process that is not only waited for."""
-    status = Path(f"/proc/{pid}/stat")
-    return status.exists() and ") Z " not in status.read_text()
 
 
 def spin() -> None:
@@ -152,6 +146,15 @@ async def test_a_worker_that_dies_is_replaced(workers: Workers) -> None:
         await workers.run(functools.partial(os._exit, 1))
     assert answer(caught.value).status == 503
     assert await workers.run(os.getpid) != os.getpid()
+
+
+async def test_a_worker_that_is_killed_while_it_waits_costs_nobody_an_answer(
+    workers: Workers,
+) -> None:
+    pid = await workers.run(os.getpid)
+    os.kill(pid, signal.SIGKILL)
+    await eventually(lambda: not lives(pid))
+    assert await workers.run(os.getpid) not in (pid, os.getpid())
 
 
 async def test_closing_ends_what_runs_and_what_waits() -> None:

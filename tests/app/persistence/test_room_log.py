@@ -11,9 +11,11 @@ import msgspec
 import pytest
 
 from app.errors import BusyError, LedgerError, ReadersError
+from app.persistence.log_page import Entries, LogPage
 from app.persistence.room_log import MOST_OF_ONE, MOST_READERS, RoomLogs
 from app.persistence.sessions import Sessions
 from app.rooms.independent import IndependentRoom
+from app.rooms.log import lines
 from app.web.streamed import StreamedAnswer
 from engine import Board
 
@@ -32,7 +34,7 @@ class Disk:
         self.broken = False
         self.pages: list[int] = []
 
-    async def read(self, entries: Any) -> list[dict[str, Any]]:
+    async def read(self, entries: Any) -> Entries:
         if self.broken:
             raise LedgerError("the disk is gone")
         self.reading += 1
@@ -40,8 +42,10 @@ class Disk:
         await asyncio.sleep(0)
         self.time += 0.010
         self.reading -= 1
-        self.pages.append(entries.keywords["limit"])
-        return [dict(ENTRY) for _ in range(entries.keywords["limit"])]
+        page: LogPage = entries.__self__
+        self.pages.append(page.limit)
+        found = [ENTRY] * page.limit
+        return Entries(page.limit, msgspec.json.encode(found)[1:-1], lines(found))
 
     def defer(self, writes: Any, done: Any = None) -> None:
         pass
