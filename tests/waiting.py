@@ -7,7 +7,7 @@ import asyncio
 import select
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import AnyStr
 
@@ -20,7 +20,11 @@ A server may have to compile the physics before it says where it is.
 """
 
 PAUSE = 0.01
-"""s between two looks at a condition."""
+"""s between the first two looks at a condition; each is GROWTH times as long as the one before."""
+
+GROWTH = 1.25
+LONGEST = 0.1
+"""s between two looks at most: whoever looks all the time slows down what is waited for."""
 
 
 def first_line(process: "subprocess.Popen[AnyStr]") -> AnyStr:
@@ -41,11 +45,12 @@ def lives(pid: int) -> bool:
 def until(condition: Callable[[], object], pause: Callable[[], object] | None = None) -> None:
     """Look again and again until the condition holds; `pause` is called between two looks."""
     end = time.monotonic() + LIMIT
+    pauses = _pauses()
     while not condition():
         if time.monotonic() > end:
             pytest.fail(f"waited {LIMIT:.0f} s in vain")
         if pause is None:
-            time.sleep(PAUSE)
+            time.sleep(next(pauses))
         else:
             pause()
 
@@ -53,8 +58,16 @@ def until(condition: Callable[[], object], pause: Callable[[], object] | None = 
 async def eventually(condition: Callable[[], object]) -> None:
     """`until` for tests whose event loop goes on meanwhile."""
     async with asyncio.timeout(LIMIT):
+        pauses = _pauses()
         while not condition():
-            await asyncio.sleep(PAUSE)
+            await asyncio.sleep(next(pauses))
+
+
+def _pauses() -> Iterator[float]:
+    pause = PAUSE
+    while True:
+        yield pause
+        pause = min(pause * GROWTH, LONGEST)
 
 
 async def turns(count: int = 20) -> None:
