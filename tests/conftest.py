@@ -51,9 +51,15 @@ def pytest_itemcollected(item: pytest.Item) -> None:
         item.add_marker("long")
 
 
+def pytest_collection() -> None:
+    """What is imported and found from now on stays, so nobody searches it for garbage."""
+    gc.disable()
+
+
 def pytest_collection_finish() -> None:
-    """What is imported by now stays: a search for garbage need not go through it again."""
+    """Nor need later searches go through it again."""
     gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture
