@@ -18,7 +18,7 @@ DIGESTS: Final = MappingProxyType(
         "triangle-9-high": "031cd74b3eae661ae103673c1a3f108d0ae425373817787cc47f53cd1f04a1df",
         "triangle-10": "df2c2d58b0aa0851548a2ab8942edd5b03a135069c4b148449b125504ce9fbd9",
         "triangle-10-low": "ec9719c83daecaa4a4b9e502aa764be2b4a9ce3302b58a96569826fa541b4799",
-        "triangle-10-high": "631063c188502cc90274cc613bdc99f179257e10dfbfe8f9f788d4fab651f14a",
+        "triangle-10-high": "0999a1cbe65d2d9cb66bd967bf8f1d06573be31ad4f678ee0d462755899cb828",
         "triangle-11": "798a5696f68e2ddfa8191da10d35411b6396147e4d6814cea66f48bb60bcd246",
         "triangle-11-low": "c1395af3176c2c2c3dc7ffbf7e570fff5e957cf45d8913f8b04d7404a3ed3721",
         "triangle-11-high": "4fa0dd13c50d94cf90dcbdb5fea8a0d7084de4b20c3427705e10a517b7b8919b",
@@ -36,7 +36,7 @@ DIGESTS: Final = MappingProxyType(
         "triangle-15-high": "cba4114e2c0ecb569ae24eb2ea9bca6ca098311758fb3f06ed9dad5f6a62a1a7",
         "triangle-16": "46df2ec3ccda88b8deb45aafc0dc4e7ab959333753ada9795b391cfa2cbebc7a",
         "triangle-16-low": "744c095bb2c116ad79de247277b025d57713577c552c35d32465f357cd401d88",
-        "triangle-16-high": "9d5ac7762fda2ca9f08768166bcddb449347467cefeda46acfe8417154d2f17c",
+        "triangle-16-high": "5448706eedb6d1c6b0b7896db4ccba8dac3a4c03373b06b2d4aa541bb8ce5f67",
         "classic": "aaf52121db6f4c6aeac12f847f083a3815d7af34527a691a1947e7954a29eefb",
         "galton": "e3f699a1b3b822869235e1f2f224a0a860b4c0bdada983beb38dec6c51346c3e",
     }

@@ -17,7 +17,7 @@ from engine.payouts.landings import (
 )
 from engine.payouts.odds import odds_of
 from engine.payouts.record import LEAST, LEAST_AIMED, landings_of_record, odds_of_record
-from engine.payouts.solve import PRECISE, PRECISE_AIM, risk_of, solve_payouts
+from engine.payouts.solve import risk_of, solve_payouts
 from tests.long import tries
 
 PLAYED = tuple(name for name in preset_names() if name != "galton")
@@ -28,12 +28,10 @@ SURE = 5.0  # standard deviations: one in a million is further off
 
 @pytest.mark.parametrize("name", PLAYED)
 def test_by_the_landings_of_record_a_preset_returns_what_it_states(name: str) -> None:
-    """By none of the drops that its table was solved for; where 0.1 % is not reached yet, the
-    interval may reach out of the bounds, but not lie outside."""
+    """By none of the drops that its table was solved for."""
     own, *others = odds_of_record(Board.preset(name))
     for odds, (least, most) in ((own, OWN), *((each, AIMED) for each in others)):
-        beyond = 0.0 if odds.doubt <= (PRECISE if odds is own else PRECISE_AIM) else odds.doubt
-        assert least - beyond <= odds.returned <= most + beyond, odds.aim
+        assert least <= odds.returned <= most, odds.aim
     assert own.drops >= LEAST
     assert all(each.drops >= LEAST_AIMED for each in others)
 

@@ -52,6 +52,11 @@ def test_fewer_than_one_in_a_million_aimed_drops_end_unsettled() -> None:
         assert 3.0 / own.drops < 1e-6, "of a drop at the middle, as the board's own start is"
 
 
+def test_every_interval_of_record_is_as_narrow_as_it_should_be() -> None:
+    """0.1 % from a board's own start, at 95 %; `plinko odds --record FILE --count` gets there."""
+    assert wanted(shipped()) == []
+
+
 def test_counting_goes_on_with_the_next_seeds_and_changes_nothing_that_was_counted() -> None:
     record = begun()
     want = wanted(record)[0]
