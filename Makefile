@@ -73,7 +73,7 @@ test-crash: $(VENV)/.stamp-test
 
 # Over SQLite, by the attackers of `plinko bench attack`; then every ball is accounted for.
 test-attack: $(VENV)/.stamp-test
-	LONG=1 PLINKO_TEST_HOURS=$(HOURS) $(BIN)/python -m pytest -s -m long tests/app/persistence/test_crash_attack.py
+	LONG=1 PLINKO_TEST_HOURS=$(HOURS) $(BIN)/python -m pytest -s -m long tests/app/persistence/crash/test_crash_attack.py
 
 # Each test that tries more with LONG=1 has the marker `long`, see tests/long.py: ten minutes of
 # soak, 10^5 malformed messages, hundreds of requests of each REST operation, every oracle file,
@@ -87,8 +87,8 @@ test-long: $(VENV)/.stamp-test
 test-browsers: $(VENV)/.stamp-test
 	firefox="$$(tools/firefox)" && jsc="$$(tools/jsc)" && chromium="$$(tools/chromium shell)" && \
 	LONG=1 FIREFOX="$$firefox" JSC="$$jsc" CHROMIUM="$$chromium" $(BIN)/python -m pytest \
-		tests/js/test_engines.py \
-		tests/js/test_solver.py::test_a_page_computes_every_drop_to_the_engine_s_last_bit \
+		tests/js/solver/test_engines.py \
+		tests/js/solver/test_solver.py::test_a_page_computes_every_drop_to_the_engine_s_last_bit \
 		tests/engine/artifact/test_artifact.py::test_the_page_s_artifact_gives_the_engine_s_bits
 
 # Debian packages and wheels for arm64, unpacked into .arm64 and run by QEMU: wasmtime there, and Python.

@@ -9,7 +9,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from app.errors import SettingError
-from app.live import transport
+from app.live.broadcast import transport
 from app.settings import Settings
 from app.web.edge.addresses import Connections, Proxies
 from app.web.edge.choose import choose, counted

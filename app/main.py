@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from fastapi import Depends, FastAPI
-from fastapi.openapi.utils import get_openapi
 from fastapi.responses import JSONResponse
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
@@ -26,18 +25,18 @@ from app.errors import MissingPartError, SettingError, shorten
 from app.fairness.check import kernel_digest_of
 from app.fairness.signing import Signer
 from app.listening import listen, server_over
-from app.live.fair_sessions import FairSessions
-from app.live.hub import Hub
+from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
+from app.live.sessions.fair_sessions import FairSessions
 from app.ops import logs
 from app.ops.metrics import Metrics
-from app.persistence.common_secrets import STATEMENTS, TOKENS, common_secret
-from app.persistence.database import Database
+from app.persistence.checks.integrity import Integrity
 from app.persistence.holds import Holds
-from app.persistence.integrity import Integrity
+from app.persistence.ledger.common_secrets import STATEMENTS, TOKENS, common_secret
+from app.persistence.ledger.database import Database
+from app.persistence.ledger.writer import Ledger
 from app.persistence.room_log import MOST_READERS, RoomLogs
 from app.persistence.service import PersistenceService
-from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
 from app.pictures.film import Cameras
 from app.relay.feed import feed_relays
@@ -47,33 +46,17 @@ from app.rooms.kinds import BallLimits
 from app.rooms.pending import DropCommand
 from app.rooms.touching.room import TouchingRoom
 from app.settings import Settings, page_kernels, static_directory
-from app.web import problems
+from app.web import openapi, problems
+from app.web.edge.head import HeadAsGet
 from app.web.edge.hosts import Hosts
-from app.web.head import HeadAsGet
+from app.web.edge.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
 from app.web.limits import Budgets, KeyedBuckets, Quota
-from app.web.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
 from app.web.readings import readings
 from app.web.returns import Returns
-from app.web.routes import (
-    boards,
-    drops,
-    halts,
-    health,
-    live,
-    maps,
-    moves,
-    page,
-    payouts,
-    pictures,
-    players,
-    rooms,
-    scenes,
-    sessions,
-    simulate,
-    ws,
-)
+from app.web.routes import boards, health, page, payouts
+from app.web.routes.drops import drops, maps, pictures, simulate
 from app.web.routes.queries import listed_queries
-from app.web.schemas.document import components
+from app.web.routes.rooms import halts, live, moves, players, rooms, scenes, sessions, ws
 from app.web.services import Services
 from app.web.tokens import Tokens, secret_of, signing_key_of
 from engine import Board, World, __version__, preset_names
@@ -96,25 +79,6 @@ _PACKED = (
     "font/*",
 )
 
-_DESCRIPTION = """\
-A Plinko board whose physics is true. The same board and seed give the same path, to the last bit,
-here, in a live room, on the command line and on any other machine; a drop's `digest` says so.
-
-Lengths are in metres (x right, y down), times in seconds, angles in radians. Seeds are integers
-0 <= seed < 2^64, written as decimal strings because JSON readers round large numbers. Errors are
-RFC 9457 problem details whose `detail` names the bad value. Live play is on the WebSocket
-`/ws/rooms/{id}`.
-"""
-
-_TAGS = [
-    {"name": "boards", "description": "Boards by name or by content."},
-    {"name": "drops", "description": "Drops as values: computed, replayed, drawn, verified."},
-    {"name": "pictures", "description": "Drops and what many drops come to, drawn."},
-    {"name": "rooms", "description": "Live tables that any number of people watch."},
-    {"name": "sessions", "description": "Staked drops that nobody could choose, and their log."},
-    {"name": "health", "description": "For those who run the server."},
-]
-
 
 def create_app(settings: Settings | None = None) -> FastAPI:
     """The application for `settings`; raises SettingError when the main board cannot be used."""
@@ -123,8 +87,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         title="Plinko",
         version=__version__,
         summary="Seeded drops, replayable bit for bit",
-        description=_DESCRIPTION,
-        openapi_tags=_TAGS,
+        description=openapi.DESCRIPTION,
+        openapi_tags=openapi.TAGS,
         # The interactive pages load their code from another site, which the content security
         # policy forbids; /openapi.json opens in any such tool.
         docs_url=None,
@@ -157,11 +121,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.include_router(health.router)
     app.include_router(ws.router)
 
-    def openapi() -> JSONResponse:
+    def described() -> JSONResponse:
         # No coroutine, so that a thread does it: the first time it takes longer than ten ticks.
         return JSONResponse(app.openapi())
 
-    app.add_api_route("/openapi.json", openapi, include_in_schema=False)
+    app.add_api_route("/openapi.json", described, include_in_schema=False)
     app.state.page = page.Page(static_directory())
     app.mount("/", app.state.page, name="page")
     # The last one added is the first to see a request.
@@ -188,7 +152,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(HeadAsGet)
     app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
     app.add_middleware(SecurityHeaders)
-    app.openapi = functools.partial(_openapi, app)  # type: ignore[method-assign]
+    app.openapi = functools.partial(openapi.document, app)  # type: ignore[method-assign]
     return app
 
 
@@ -394,28 +358,6 @@ def work_out_routes(app: FastAPI) -> None:
         nowhere: Scope = {"type": kind, "method": "GET", "path": "/nowhere", "headers": []}
         for route in app.routes:
             route.matches(nowhere)
-
-
-def _openapi(app: FastAPI) -> dict[str, Any]:
-    """The OpenAPI document, with the schemas that requests are really decoded by."""
-    if app.openapi_schema is None:
-        document = get_openapi(
-            title=app.title,
-            version=app.version,
-            summary=app.summary,
-            description=app.description,
-            tags=app.openapi_tags,
-            routes=app.routes,
-        )
-        document.setdefault("components", {})["schemas"] = components()
-        for path in document["paths"].values():
-            for operation in path.values():
-                # The framework's own 422 has another shape than what this server sends.
-                refusal = operation["responses"].get("422")
-                if refusal and "HTTPValidationError" in str(refusal):
-                    del operation["responses"]["422"]
-        app.openapi_schema = document
-    return app.openapi_schema
 
 
 _SWITCH = 0.0005

@@ -22,7 +22,7 @@ MODULES = {
     "relays": "serving.relays",
     "literature": "literature.literature",
     "scale": "scale.units",
-    "attack": "serving.attack",
+    "attack": "serving.attack.attack",
 }
 """Where in this package each benchmark is, in the order in which all of them run."""
 

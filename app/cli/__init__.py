@@ -1,6 +1,7 @@
 """The `plinko` command: one file per subcommand, each imported only when it is asked for.
 
-Imports everything. Start with drop.py; common.py has the options that several subcommands share.
+drops/ computes, boards/ is about boards, server/ runs one or asks something of one. Imports
+everything. Start with drops/drop.py; common.py has the options that several subcommands share.
 """
 
 import atexit
@@ -12,29 +13,29 @@ from collections.abc import Sequence
 
 import click
 
-COMMANDS = (
-    "serve",
-    "relay",
-    "drop",
-    "certify",
-    "simulate",
-    "merge",
-    "render",
-    "map",
-    "payouts",
-    "odds",
-    "verify",
-    "halt",
-    "rooms",
-    "integrity",
-    "conformance",
-    "boards",
-    "calibrate",
-    "load",
-    "ledger",
-    "bench",
-)
-"""Subcommands, in the order of the help. `name` lives in `app/cli/name.py` as `command`."""
+COMMANDS = {
+    "serve": "server.serve",
+    "relay": "server.relay",
+    "drop": "drops.drop",
+    "certify": "drops.certify",
+    "simulate": "drops.simulate",
+    "merge": "drops.merge",
+    "render": "drops.render",
+    "map": "drops.map",
+    "payouts": "boards.payouts",
+    "odds": "boards.odds",
+    "verify": "drops.verify",
+    "halt": "server.halt",
+    "rooms": "server.rooms",
+    "integrity": "server.integrity",
+    "conformance": "server.conformance",
+    "boards": "boards.boards",
+    "calibrate": "boards.calibrate",
+    "load": "server.load",
+    "ledger": "server.ledger",
+    "bench": "bench",
+}
+"""Subcommands, in the order of the help, and the module in `app.cli` that has each as `command`."""
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
@@ -52,7 +53,7 @@ class _LazyGroup(click.Group):
         """Import the subcommand, or return None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = importlib.import_module(f"app.cli.{cmd_name}").command
+        command: click.Command = importlib.import_module(f"app.cli.{COMMANDS[cmd_name]}").command
         return command
 
     def invoke(self, ctx: click.Context) -> object:

@@ -15,8 +15,8 @@ from app.errors import AppError, HoldLostError, InvalidValueError, LedgerError, 
 from app.live.holding import Holding
 from app.live.looks import Looks
 from app.live.public_tables import MAIN
-from app.persistence import fair_store, hold_store, store
-from app.persistence.writer import Ledger
+from app.persistence.ledger.writer import Ledger
+from app.persistence.statements import fair_store, hold_store, store
 from app.rooms.records import HoldRow
 from app.web.shared import Standing
 

@@ -9,11 +9,11 @@ import time
 from collections.abc import Callable, Iterable
 
 from app.errors import DamagedRoomError, HaltedError, LedgerError
-from app.live.broadcaster import Broadcaster
+from app.live.broadcast.broadcaster import Broadcaster
 from app.live.to_the_end import to_the_end
-from app.persistence import halt_store
-from app.persistence.null_ledger import NullLedger
-from app.persistence.writer import Ledger
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.ledger.writer import Ledger
+from app.persistence.statements import halt_store
 from app.rooms.records import EVERY_ROOM, Halt, Release, Write
 from app.rooms.room import Room
 

@@ -18,10 +18,10 @@ from app.live.looks import Looks
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import PublicTables
 from app.live.to_the_end import to_the_end
-from app.persistence import store
 from app.persistence.holds import Holds
-from app.persistence.rebuild_queue import rebuilding
+from app.persistence.recovery.rebuild_queue import rebuilding
 from app.persistence.service import PersistenceService
+from app.persistence.statements import store
 from app.rooms.records import Hold, Listed, Parked
 from app.rooms.room import Ground, Room
 from app.settings import Settings

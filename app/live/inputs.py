@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 from app.errors import LedgerError
-from app.live.fair_session import FairSession, TakenDrop
 from app.live.halts import Halts
-from app.live.runner import Runner
+from app.live.sessions.fair_session import FairSession, TakenDrop
+from app.live.ticking.runner import Runner
 from app.live.waiting_requester import WaitingRequester
 from app.persistence.service import PersistenceService
 from app.protocol import messages

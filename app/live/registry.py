@@ -17,19 +17,19 @@ from app.errors import (
     RebuildingError,
     ResetError,
 )
-from app.live.broadcaster import Broadcaster
+from app.live.broadcast.broadcaster import Broadcaster
+from app.live.broadcast.hub import Client, Hub
 from app.live.halts import Halts
 from app.live.holding import Holding
-from app.live.hub import Client, Hub
 from app.live.inputs import Inputs
-from app.live.landings import Landings
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import MAIN, PublicTables
-from app.live.runner import Runner
-from app.live.ticker import Watcher
+from app.live.ticking.landings import Landings
+from app.live.ticking.runner import Runner
+from app.live.ticking.ticker import Watcher
 from app.live.to_the_end import to_the_end
-from app.persistence.null_ledger import NullLedger
-from app.persistence.rebuild_queue import RebuildQueue, Turn, rebuilding
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.recovery.rebuild_queue import RebuildQueue, Turn, rebuilding
 from app.persistence.service import PersistenceService
 from app.rooms.boards import Boards
 from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room

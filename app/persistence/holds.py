@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from app.errors import HoldLostError, LedgerError
-from app.persistence import hold_store
-from app.persistence.writer import Ledger, Part
+from app.persistence.ledger.writer import Ledger, Part
+from app.persistence.statements import hold_store
 from app.rooms.records import (
     FairEnd,
     FairOpening,

@@ -13,8 +13,8 @@ import sqlalchemy as sa
 from sqlalchemy import Connection, Engine
 
 from app.errors import LedgerError
-from app.persistence import store
-from app.persistence.database import reader, reason
+from app.persistence.ledger.database import reader, reason
+from app.persistence.statements import store
 from app.rooms import log
 from app.rooms.kinds import format_of
 

@@ -7,9 +7,9 @@ from collections import deque
 from typing import Final
 
 from app.errors import LedgerError
-from app.persistence import hold_store
-from app.persistence.null_ledger import NullLedger
-from app.persistence.writer import Ledger
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.ledger.writer import Ledger
+from app.persistence.statements import hold_store
 
 _BLOCK: Final = 1024
 _LOW: Final = _BLOCK // 2  # numbers left, at which more are asked for

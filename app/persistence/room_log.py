@@ -16,8 +16,8 @@ from typing import Any, Final
 import msgspec
 
 from app.errors import BusyError, ReadersError
+from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.log_page import NONE, Entries, LogPage
-from app.persistence.null_ledger import NullLedger
 from app.persistence.sessions import Sessions
 from app.rooms import log
 from app.rooms.room import Room

@@ -11,12 +11,12 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final
 
 from app.errors import LedgerError
-from app.persistence.commit_queue import Done
 from app.persistence.holds import Holds
-from app.persistence.null_ledger import NullLedger
-from app.persistence.recovery import Recovery
+from app.persistence.ledger.commit_queue import Done
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.ledger.writer import Ledger
+from app.persistence.recovery.recovery import Recovery
 from app.persistence.sessions import SessionRecord, Sessions
-from app.persistence.writer import Ledger
 from app.protocol import messages
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import PendingInput

@@ -13,11 +13,11 @@ from typing import Any
 import msgspec
 
 from app.errors import LedgerError
-from app.persistence.commit_queue import Done
 from app.persistence.holds import Holds
-from app.persistence.null_ledger import NullLedger
+from app.persistence.ledger.commit_queue import Done
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.ledger.writer import Ledger
 from app.persistence.numbers import SharedNumbers
-from app.persistence.writer import Ledger
 from app.rooms.pending import PendingInput
 from app.rooms.records import BoardRow, Close, Mark, Reopen, ResultRow, RoomRow, Write
 from app.rooms.room import Ground, Room

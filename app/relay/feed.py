@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from typing import Final
 
 from app.errors import AppError, MalformedError
-from app.live.hub import Client, Mailbox
+from app.live.broadcast.hub import Client, Mailbox
 from app.live.registry import Rooms
 from app.protocol.messages import SEEDS
 from app.protocol.wire import WireMessage

@@ -13,7 +13,7 @@ from typing import Final
 import msgspec
 
 from app.errors import RoomFullError
-from app.live.hub import Client, Hub
+from app.live.broadcast.hub import Client, Hub
 from app.protocol.messages import SEEDS, Hello, Pong, encode_event
 from app.protocol.wire import WireMessage
 from app.relay.letter import END, HELLO, Letter, decode

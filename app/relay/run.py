@@ -6,7 +6,7 @@ import socket
 import uvicorn
 
 from app.listening import address_of, listen, raise_files
-from app.live import transport
+from app.live.broadcast import transport
 from app.ops import logs
 from app.relay.redis_at import redis_at
 from app.relay.served import create_relay

@@ -17,7 +17,7 @@ from app.relay.bus import Carried
 from app.relay.spectators import Spectators
 from app.settings import Settings
 from app.web.edge.hosts import Hosts
-from app.web.middleware import HostCheck, OriginCheck
+from app.web.edge.middleware import HostCheck, OriginCheck
 from app.web.problems import problem_response
 from app.web.tokens import check_bearer
 

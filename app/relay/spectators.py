@@ -10,8 +10,8 @@ from itertools import count
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.errors import AppError, MalformedError, MessageFloodError, SlowClientError, answer, told
-from app.live.hub import Client, Hub, Mailbox
-from app.live.transport import connection_of, sever
+from app.live.broadcast.hub import Client, Hub, Mailbox
+from app.live.broadcast.transport import connection_of, sever
 from app.protocol import client_messages, messages
 from app.protocol.wire import WireMessage
 from app.relay import line

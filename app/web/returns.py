@@ -8,10 +8,10 @@ from typing import Final
 from app.errors import LedgerError
 from app.ops.metrics import Reading
 from app.ops.returns import return_of
-from app.persistence import totals
-from app.persistence.null_ledger import NullLedger
-from app.persistence.totals import Total
-from app.persistence.writer import Ledger
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.ledger.writer import Ledger
+from app.persistence.statements import totals
+from app.persistence.statements.totals import Total
 from engine import Board
 from engine.board.presets import risk_of
 from engine.payouts.record import odds_of_record

@@ -7,13 +7,13 @@ from itertools import count
 
 from app.computing.pool import Workers
 from app.conformance.self_check import SelfCheck
-from app.live.fair_sessions import FairSessions
-from app.live.hub import Hub
+from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
+from app.live.sessions.fair_sessions import FairSessions
 from app.ops.metrics import Metrics
-from app.persistence.integrity import Integrity
+from app.persistence.checks.integrity import Integrity
+from app.persistence.ledger.writer import Ledger
 from app.persistence.room_log import RoomLogs
-from app.persistence.writer import Ledger
 from app.pictures.cache import Pictures
 from app.pictures.film import Cameras
 from app.rooms.boards import Boards

@@ -135,8 +135,8 @@ def _ledger(section: Section, effort: Effort) -> None:
 
 def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
     """µs of a drop with its result, µs of a mark, and bytes that a drop takes."""
-    from app.persistence import statements
-    from app.persistence.database import Database
+    from app.persistence.ledger.database import Database
+    from app.persistence.statements import writing
     from app.rooms.records import BoardRow, DropRow, Mark, ResultRow, RoomRow, Write
 
     board = BoardRow("b" * 64, "bench", "{}")
@@ -148,14 +148,14 @@ def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
     database.open()
     try:
         with database.transaction() as connection:
-            statements.apply(connection, [board, *rooms])
+            writing.apply(connection, [board, *rooms])
         before, backend = _size(database), _backend(database)
 
         def timed(rows: Callable[[int], list[Write]]) -> float:
             began = _worked(backend)
             for first in range(0, drops, GROUP):
                 with database.transaction() as connection:
-                    statements.apply(connection, rows(first))
+                    writing.apply(connection, rows(first))
                 effort.step("ledger")
             return (_worked(backend) - began) * 1e6 / drops
 

@@ -1,6 +1,6 @@
 """A pass of the ticker in one go, without a clock."""
 
-from app.live.runner import Runner
+from app.live.ticking.runner import Runner
 
 
 def run_pass(runner: Runner, due: int = 1) -> bool:

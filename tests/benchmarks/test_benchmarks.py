@@ -33,7 +33,7 @@ from benchmarks.scenes import boards as scenes
 from benchmarks.scenes import random_boards
 from benchmarks.serving import fan_out, page, render, stream, wire
 from benchmarks.serving import process as serving
-from benchmarks.serving.player import lateness
+from benchmarks.serving.attack.player import lateness
 from benchmarks.speed import arithmetic, operations, stripped, worlds
 from benchmarks.stability import invariants, torture
 from engine import drop, drop_many

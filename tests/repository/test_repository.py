@@ -73,10 +73,12 @@ def test_no_file_records_where_packages_are_downloaded() -> None:
 
 
 def test_each_command_has_a_file_of_its_name() -> None:
-    files = {path.stem for path in (ROOT / "app" / "cli").glob("*.py")}
+    folder = ROOT / "app" / "cli"
+    files = {path.stem for path in folder.rglob("*.py")}
     assert files - {"__init__", "__main__", "common"} == set(COMMANDS)
-    for name in COMMANDS:
-        assert importlib.import_module(f"app.cli.{name}").command.name == name
+    for name, module in COMMANDS.items():
+        assert module.rpartition(".")[2] == name
+        assert importlib.import_module(f"app.cli.{module}").command.name == name
 
 
 def test_the_changelog_knows_this_version_or_what_is_to_come() -> None:

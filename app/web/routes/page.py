@@ -16,10 +16,10 @@ from starlette.routing import Match, Mount
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
-from app.web.languages import chosen, languages_of
-from app.web.middleware import EMBEDDED
-from app.web.release import parts
-from app.web.unfurl import card
+from app.web.edge.middleware import EMBEDDED
+from app.web.page.languages import chosen, languages_of
+from app.web.page.release import parts
+from app.web.page.unfurl import card
 
 _READING = frozenset({"GET", "HEAD"})
 _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")

@@ -1,5 +1,5 @@
 // What the page says, in its language. The server puts another language's file in en.js's place: see
-// app/web/languages.py.
+// app/web/page/languages.py.
 
 import { texts } from "./en.js";
 

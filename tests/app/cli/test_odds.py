@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from app.cli import main, odds
+from app.cli import main
+from app.cli.boards import odds
 from engine import drop_many
 from engine.board import payouts
 from engine.payouts.landings import Landings

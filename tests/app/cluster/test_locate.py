@@ -9,7 +9,7 @@ from app.cluster.line import Line
 from app.cluster.membership import Member
 from app.cluster.node import Node
 from app.live.holding import Holding
-from app.persistence.writer import Ledger
+from app.persistence.ledger.writer import Ledger
 from app.rooms.records import HoldRow
 from tests.waiting import turns
 

@@ -4,7 +4,7 @@ import pytest
 
 from app.computing import prices, tasks
 from app.errors import CostError, answer
-from app.web.routes.pictures import pixels_of
+from app.web.routes.drops.pictures import pixels_of
 from engine import Board, preset_names
 from engine.parameters import Exact, make_solver
 from tests.app.conftest import TINY

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from app.fairness.signing import Signer
-from app.live.fair_session import FairSession
+from app.live.sessions.fair_session import FairSession
 from app.protocol.messages import Landed
 from app.rooms.independent import IndependentRoom
 from app.rooms.pending import DropCommand, PendingInput

@@ -10,9 +10,9 @@ import pytest
 
 from app.cli import main
 from app.errors import HaltedError, LedgerError
-from app.live.hub import Hub
+from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
-from app.persistence.null_ledger import NullLedger
+from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.service import PersistenceService
 from app.rooms.boards import Boards
 from app.rooms.kinds import BallLimits
@@ -20,7 +20,7 @@ from app.rooms.records import EVERY_ROOM, Write
 from app.settings import Settings
 from engine import Board
 from tests.app.conftest import TINY, Running, playing, serving
-from tests.app.live.test_fair_sessions import bearer, begun
+from tests.app.live.sessions.test_fair_sessions import bearer, begun
 from tests.app.passes import run_pass
 from tests.waiting import turns, until
 

@@ -3,9 +3,9 @@
 import pytest
 
 from app.errors import RoomLimitError
-from app.live.hub import Hub
+from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
-from app.persistence.null_ledger import NullLedger
+from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.service import PersistenceService
 from app.rooms.boards import Boards
 from app.rooms.kinds import BallLimits

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from app.errors import AppError, MissingBallError
-from app.live.hub import Client, Hub, Mailbox
+from app.live.broadcast.hub import Client, Hub, Mailbox
 from app.live.registry import Rooms
 from app.protocol.touching_messages import Change
 from app.protocol.wire import WireMessage

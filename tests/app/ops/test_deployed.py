@@ -11,8 +11,8 @@ import pytest
 import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
-from app.persistence.null_ledger import NullLedger
-from app.persistence.totals import Total
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.statements.totals import Total
 from app.web.readings import standing_readings
 from app.web.returns import Returns
 from app.web.shared import Standing

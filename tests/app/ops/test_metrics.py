@@ -8,8 +8,8 @@ import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from app.ops.metrics import Metrics
-from app.persistence.null_ledger import NullLedger
-from app.persistence.totals import Total
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.statements.totals import Total
 from app.web.readings import standing_readings
 from app.web.returns import Returns
 from app.web.shared import Standing

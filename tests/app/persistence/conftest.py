@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from app.persistence.database import Database
+from app.persistence.ledger.database import Database
 from tests.app.persistence import postgres
 from tests.app.persistence.server import POSTGRESQL, SQLITE
 from tests.long import tries

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-from app.persistence import store
-from app.persistence.database import Database
+from app.persistence.ledger.database import Database
+from app.persistence.statements import store
 from app.rooms.stakes import payout_of
 from engine import Board, drop
 

@@ -11,11 +11,11 @@ import pytest
 import sqlalchemy as sa
 
 from app.errors import HoldLostError, LedgerError, SettingError
-from app.persistence import hold_store, statements, store, tables
-from app.persistence.common_secrets import TOKENS, common_secret
-from app.persistence.database import Database
 from app.persistence.holds import Holds
-from app.persistence.writer import Ledger
+from app.persistence.ledger.common_secrets import TOKENS, common_secret
+from app.persistence.ledger.database import Database
+from app.persistence.ledger.writer import Ledger
+from app.persistence.statements import hold_store, store, tables, writing
 from app.rooms.records import (
     BoardRow,
     Close,
@@ -35,8 +35,8 @@ from app.rooms.records import (
     Write,
 )
 from tests.app.persistence import postgres
+from tests.app.persistence.ledger.stepped import Steps, Table, failure
 from tests.app.persistence.oracle import Told
-from tests.app.persistence.stepped import Steps, Table, failure
 from tests.waiting import eventually
 
 BOARD = BoardRow("b" * 64, "board", "{}")
@@ -366,8 +366,8 @@ async def test_receipts_of_several_servers_make_one_log(address: str) -> None:
                 replace(by_place[place], index=None, session="s1", number=place, room=1, ball=place)
                 for place in range(60)
             ]
-            statements.apply(connection, [BOARD, ROOM, replace(SESSION, id="s1")])
-            statements.apply(connection, again)
+            writing.apply(connection, [BOARD, ROOM, replace(SESSION, id="s1")])
+            writing.apply(connection, again)
         assert [leaf.root for leaf in again] == [by_place[place].root for place in range(60)]
         alone.close()
 

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.errors import LedgerError
-from app.live.hub import Hub
+from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
-from app.persistence.commit_queue import Done
-from app.persistence.null_ledger import NullLedger
-from app.persistence.rebuild import Taken, rebuild
+from app.persistence.ledger.commit_queue import Done
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.recovery.rebuild import Taken, rebuild
 from app.persistence.service import PersistenceService
 from app.protocol.messages import Landed
 from app.rooms.boards import Boards

@@ -9,7 +9,7 @@ import pytest
 import sqlalchemy as sa
 
 from app.errors import LedgerError
-from app.persistence.database import Database, reader
+from app.persistence.ledger.database import Database, reader
 from app.persistence.log_page import LogPage
 from app.rooms.log import verify_log
 from tests.app.conftest import serving

@@ -374,7 +374,7 @@ async def test_a_client_that_comes_back_hears_what_it_missed(
 
 
 def test_only_so_much_is_remembered_and_what_is_lost_is_said() -> None:
-    from app.live.replay_buffer import KEPT, Recent
+    from app.live.broadcast.replay_buffer import KEPT, Recent
     from app.protocol import messages
 
     def accepted(ball: int) -> messages.Accepted:

@@ -13,16 +13,16 @@ from app.errors import AppError, HaltedError, HoldLostError, RoomLimitError, Unk
 from app.fairness.check import check_session, kernel_digest_of
 from app.fairness.export import read_export
 from app.fairness.signing import Signer
-from app.live.fair_sessions import FairSessions
-from app.live.hub import Client, Mailbox
-from app.persistence import store
-from app.persistence.audit import Audit
-from app.persistence.database import Database
+from app.live.broadcast.hub import Client, Mailbox
+from app.live.sessions.fair_sessions import FairSessions
+from app.persistence.checks.audit import Audit
+from app.persistence.ledger.database import Database
+from app.persistence.statements import store
 from app.protocol.wire import WireMessage
 from app.rooms.kinds import INTERACTING
 from app.rooms.records import EVERY_ROOM
 from tests.app.persistence import postgres
-from tests.app.persistence.life import BOARD, Life, living
+from tests.app.persistence.crash.life import BOARD, Life, living
 from tests.waiting import turns
 
 KERNEL = kernel_digest_of(b"kernels")

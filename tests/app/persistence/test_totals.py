@@ -6,10 +6,10 @@ import pytest
 import sqlalchemy as sa
 
 from app.ops.returns import DEVIATIONS, return_of
-from app.persistence import statements, totals
-from app.persistence.database import Database
-from app.persistence.null_ledger import NullLedger
-from app.persistence.totals import Total, band
+from app.persistence.ledger.database import Database
+from app.persistence.ledger.null_ledger import NullLedger
+from app.persistence.statements import totals, writing
+from app.persistence.statements.totals import Total, band
 from app.rooms.records import BoardRow, DropRow, ResultRow, RoomRow, Write
 from app.web.returns import Returns
 from engine import Board
@@ -45,12 +45,12 @@ def test_staked_plays_are_counted_once_however_often_they_are_written(url: str) 
     database = Database(url)
     database.open()
     with database.transaction() as connection:
-        statements.apply(connection, STORY)
+        writing.apply(connection, STORY)
     with database.transaction() as connection:
         assert totals.read(connection) == SUMS
-        statements.apply(connection, [row for row in STORY if isinstance(row, ResultRow)])
+        writing.apply(connection, [row for row in STORY if isinstance(row, ResultRow)])
         assert totals.read(connection) == SUMS
-        statements.apply(connection, played(6, 100, 0))
+        writing.apply(connection, played(6, 100, 0))
         assert totals.read(connection)[1] == Total("b" * 64, 100, False, 3, 1199, 1018001.0, 250)
     database.close()
 
@@ -59,7 +59,7 @@ def test_a_ledger_of_before_is_counted_when_it_is_opened(url: str) -> None:
     database = Database(url)
     database.open()
     with database.transaction() as connection:
-        statements.apply(connection, STORY)
+        writing.apply(connection, STORY)
         for table in ("totals", "holds", "counters", "secrets"):
             connection.execute(sa.text(f"DROP TABLE {table}"))
         connection.execute(sa.text("ALTER TABLE rooms DROP COLUMN creator"))

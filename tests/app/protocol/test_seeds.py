@@ -3,8 +3,8 @@
 import json
 from typing import Any
 
-from app.live.broadcaster import Broadcaster
-from app.live.hub import Client, Hub, Mailbox
+from app.live.broadcast.broadcaster import Broadcaster
+from app.live.broadcast.hub import Client, Hub, Mailbox
 from app.protocol import messages
 from app.protocol.seeds import DIGITS
 from app.rooms.independent import IndependentRoom

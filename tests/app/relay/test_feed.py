@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from app.errors import ClosedRoomError
-from app.live.hub import Client, Hub, Mailbox
+from app.live.broadcast.hub import Client, Hub, Mailbox
 from app.live.registry import Rooms
 from app.protocol.wire import WireMessage
 from app.relay.bus import MemoryBus

@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from app.errors import MalformedError, RoomFullError
-from app.live.hub import Client, Hub, Mailbox
+from app.live.broadcast.hub import Client, Hub, Mailbox
 from app.protocol.messages import Limits
 from app.protocol.wire import WireMessage
 from app.relay import mirror as rules

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from app.cli import plinko
 from app.errors import SettingError
 from app.listening import listen
-from app.live import transport
+from app.live.broadcast import transport
 from app.load.generator import Load
 from app.relay.redis_at import redis_at
 from app.relay.served import create_relay

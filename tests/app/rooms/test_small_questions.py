@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.live.hub import Mailbox
+from app.live.broadcast.hub import Mailbox
 from app.protocol import messages
 from app.protocol.client_messages import parse_x
 from app.protocol.wire import WireMessage

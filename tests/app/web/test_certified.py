@@ -8,7 +8,7 @@ from PIL import Image
 
 from app.errors import MissingPartError
 from app.render.start_map import HEAD, LABELS, colour_of
-from app.web.routes import certificates
+from app.web.routes.drops import certificates
 from app.web.schemas.drops import Proven
 from engine import Board, certify
 from tests.app.web.test_rest import problem

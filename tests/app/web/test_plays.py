@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 from tests.app.conftest import TINY, serving
-from tests.app.live.test_fair_sessions import begun
+from tests.app.live.sessions.test_fair_sessions import begun
 from tests.waiting import until
 
 BOARD = {**TINY, "drop": {"x": 0.0, "y": 0.0, "jitter": 0.25, "reach": 0.5, "aim": 0.25}}

@@ -10,7 +10,7 @@ import pytest
 from app.rooms.log import verify_log
 from app.rooms.touching.story import MOST_INPUTS
 from tests.app.conftest import Running, serving
-from tests.js.test_touching import SCENES, told_by_room
+from tests.js.solver.test_touching import SCENES, told_by_room
 
 NAME = "thrown and held"
 

@@ -15,7 +15,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from app.errors import LedgerError, told
-from app.persistence.database import Database
+from app.persistence.ledger.database import Database
 from app.web.problems import problem_of
 from tests.app.conftest import Running, serving
 from tests.waiting import until

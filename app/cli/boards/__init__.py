@@ -1,0 +1,4 @@
+"""Commands about boards: which there are, what they return, how they are made.
+
+Start with boards.py.
+"""

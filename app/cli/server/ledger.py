@@ -1,0 +1,132 @@
+"""`plinko ledger`: care of the database that a server keeps its rooms in."""
+
+import contextlib
+import dataclasses
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from app.cli.common import print_json
+from app.errors import SettingError, UnknownRoomError, shorten
+from app.settings import Settings
+
+if TYPE_CHECKING:
+    from app.persistence.ledger.database import Database
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+EXIT_DAMAGED = 1
+
+_DAY = 86400.0  # s
+
+
+@click.group(name="ledger", short_help="Take care of a stopped server's ledger.")
+def command() -> None:
+    """Take care of the ledger of a server that does not run now."""
+
+
+def _which(command: Command) -> Command:
+    """Add the options that say which ledger; open it with `_opened`."""
+    data = click.option("--data", metavar="DIR", help="The data directory, as for `plinko serve`.")
+    url = click.option("--database-url", metavar="URL", help="The ledger, as for `plinko serve`.")
+    return url(data(command))
+
+
+@contextlib.contextmanager
+def _opened(flags: dict[str, Any]) -> Iterator["Database"]:
+    """The ledger that the options name; raises SettingError when there is none or it is in use."""
+    from app.persistence.ledger.database import Database
+
+    database = Database(Settings.load(overrides=flags).ledger_url)
+    if database.in_memory or (database.file is not None and not database.file.exists()):
+        raise SettingError(f"there is no ledger {database.name}", field="database_url")
+    database.open()
+    try:
+        yield database
+    finally:
+        database.close()
+
+
+@command.command(name="prune")
+@click.option("--keep-days", type=click.FloatRange(min=0.0), required=True, metavar="X",
+              help="Rooms that were closed longer ago go.")  # fmt: skip
+@click.option("--dry-run", is_flag=True, help="Say what would go, and leave it.")
+@_which
+def prune(keep_days: float, dry_run: bool, **flags: Any) -> None:
+    """Delete closed rooms with their drops, inputs and results.
+
+    What is open stays, however old: it can be replayed as long as it is there. Boards stay.
+    """
+    from app.persistence.statements import store
+
+    with _opened(flags) as database:
+        with database.transaction() as connection:
+            gone = store.prune(connection, time.time() - keep_days * _DAY, keep=dry_run)
+        if not dry_run:
+            database.compact()
+    would = "would be deleted" if dry_run else "deleted"
+    click.echo(f"{gone.rooms} closed rooms, {gone.drops} drops, {gone.inputs} inputs {would}")
+
+
+@command.command(name="check")
+@click.argument("rooms", metavar="[ROOM]...", nargs=-1)
+@click.option("--replay", is_flag=True, help="Play open rooms again from their first tick on.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@_which
+def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: Any) -> int:
+    """Check every room's record, or those of the given rooms: is it whole, and true?
+
+    Numbers without a gap, boards by their digests, every result computed again, every payout, and
+    whether each open room comes back. Exit code 0: all is sound; 1: something is damaged, and what;
+    2: there is no ledger, or it cannot be opened.
+    """
+    from app.persistence.checks.audit import Audit
+    from app.persistence.checks.integrity import check_database
+    from app.persistence.statements import store
+
+    audit = Audit()
+    with _opened(flags) as database:
+        pages = check_database(database)
+        with database.transaction() as connection:
+            numbers = store.session_numbers(connection, rooms)
+        for number in numbers:
+            audit.look(database, number, replay=replay)
+        name = database.name
+    sound = not pages and not audit.findings
+    if as_json:
+        print_json({"ledger": name, "sound": sound, "database": pages, **dataclasses.asdict(audit)})
+    else:
+        for line in pages:
+            click.echo(f"the database: {line}")
+        for found in audit.findings:
+            click.echo(f"{found.room}, session {found.session}: {found.what}")
+        click.echo(
+            f"{'sound' if sound else 'damaged'}: {audit.sessions} sessions, {audit.drops} drops, "
+            f"{audit.results} results, {audit.inputs} inputs"
+        )
+        if audit.other_physics:
+            click.echo(f"{audit.other_physics} sessions are of another physics: payouts alone")
+    return 0 if sound else EXIT_DAMAGED
+
+
+@command.command(name="retire")
+@click.argument("room", metavar="ROOM")
+@_which
+def retire(room: str, **flags: Any) -> None:
+    """Give up a room as it stands, for one that is set aside and cannot be mended.
+
+    Its rows stay, and results stay what they are; drops without one get their stake back. A
+    preset's room or `main` begins anew when it is asked for; a room of a creator is closed.
+    """
+    from app.persistence.recovery import ending
+
+    with _opened(flags) as database, database.transaction() as connection:
+        ended = ending.retire(connection, room, time.time())
+    if ended is None:
+        raise UnknownRoomError(f"the ledger has no open room {shorten(room)}", field="room")
+    click.echo(
+        f"{ended.room}, session {ended.session}: ended; {ended.drops} drops without a result, "
+        f"{ended.stakes} given back"
+    )

@@ -1,0 +1,32 @@
+"""`plinko rooms`: who runs several servers moves rooms between them."""
+
+import urllib.parse
+
+import click
+
+from app.cli import common
+from app.cli.server.halt import ask
+
+
+@click.group(name="rooms", short_help="Move rooms between the servers of a cluster.")
+def command() -> None:
+    """Move rooms between the servers of a cluster."""
+
+
+@command.command(name="move", short_help="Give a room to another server.")
+@click.argument("room")
+@click.argument("name")
+@click.argument("url", default="http://127.0.0.1:8000")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def move(room: str, name: str, url: str, as_json: bool) -> None:
+    """Have the server called NAME go on with ROOM, from the very tick at which it is.
+
+    URL is any server of the cluster, or the proxy before them. PLINKO_OPERATOR_TOKEN in the
+    environment is what they were started with.
+    """
+    path = f"/api/v1/rooms/{urllib.parse.quote(room, safe='')}/move"
+    found = ask(url, path, {"to": name})
+    if as_json:
+        common.print_json(found)
+    else:
+        common.print_fields({"room": found["room"], "server": found["server"]})

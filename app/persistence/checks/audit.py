@@ -1,0 +1,211 @@
+"""Is every room's record whole and true? Numbers, boards, results, payouts and checkpoints, anew.
+
+Reads a ledger that no server uses; each session by itself, so that all that is wrong is found.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import sqlalchemy as sa
+from sqlalchemy import Connection
+
+from app.errors import DamagedRoomError
+from app.persistence.ledger.database import Database, reason
+from app.persistence.recovery.rebuild import Replay
+from app.persistence.statements import store, tables
+from app.rooms.kinds import BallLimits, format_of, ground_of
+from app.rooms.records import DropRow, ResultRow, RoomRow, TakenRow
+from app.rooms.room import Ground
+from app.rooms.stakes import payout_of
+from engine import PHYSICS_VERSION, Board, drop
+
+_PAGE: Final = 1000  # rows read at once
+_NO_LIMIT: Final = BallLimits(1 << 62, 1 << 62)  # what a room once took, its replay takes
+_TICKS: Final = 1 << 30  # at once: nobody waits for anything else
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something that is wrong with a session of a room."""
+
+    session: int
+    room: str
+    what: str
+
+
+@dataclass(slots=True)
+class Audit:
+    """What was looked at, and what was found.
+
+    other_physics: sessions whose results this release cannot compute again, only their payouts.
+    """
+
+    sessions: int = 0
+    drops: int = 0
+    inputs: int = 0
+    results: int = 0
+    other_physics: int = 0
+    findings: list[Finding] = field(default_factory=list)
+
+    def look(self, database: Database, number: int, *, replay: bool) -> None:
+        """Check the session of this number; with `replay` an open room is played from tick 0 on.
+
+        Raises SQLAlchemy's errors when a sound database cannot be read.
+        """
+        self.sessions += 1
+        room = ""
+        try:
+            with database.transaction() as connection:
+                row = store.session(connection, number)
+                room = row.id
+                self.other_physics += row.physics_version != PHYSICS_VERSION
+                for what in _Session(self, connection, row, replay).check():
+                    self.findings.append(Finding(number, room, what))
+        except sa.exc.DatabaseError as error:
+            if type(error) is not sa.exc.DatabaseError:
+                raise
+            what = f"the database's pages that hold it are damaged: {reason(error)}"
+            self.findings.append(Finding(number, room, what))
+        except Exception as error:  # noqa: BLE001 - what stops this check stops no other's
+            self.findings.append(Finding(number, room, str(error)))
+
+
+class _Session:
+    """One session under check."""
+
+    def __init__(self, audit: Audit, connection: Connection, row: RoomRow, replay: bool) -> None:
+        self._audit = audit
+        self._connection = connection
+        self._row = row
+        self._from_start = replay
+        self._inputs = format_of(row.mode)
+        self._current = row.physics_version == PHYSICS_VERSION
+
+    def check(self) -> Iterator[str]:
+        """All that is wrong; raises where no more can be said of it."""
+        ground = self._ground()
+        count, tick = 0, 0
+        for row, result in self._taken(0):
+            if row.tick < tick:
+                yield f"input {row.number} is of tick {row.tick}, the one before of tick {tick}"
+            count, tick = count + 1, max(tick, row.tick)
+            if isinstance(row, DropRow):
+                yield from self._check_drop(ground, row, result)
+            else:
+                self._audit.inputs += 1
+                self._inputs.check(
+                    f"input {row.number}", row.number, self._inputs.entry(row, None, row.tick)
+                )
+        if count < self._row.checkpoint_drops:
+            yield f"it has {count} inputs, its checkpoint took {self._row.checkpoint_drops}"
+        yield from self._check_orphans()
+        if self._row.closed is None and self._current:
+            yield from self._check_way_back(ground)
+
+    def _ground(self) -> Ground:
+        text = store.board(self._connection, self._row.board)
+        if text is None:
+            raise DamagedRoomError(f"its board {self._row.board} is missing")
+        try:
+            ground = ground_of(self._row.mode, text)
+        except (ValueError, TypeError, KeyError) as error:
+            raise DamagedRoomError(f"its board {self._row.board} is none: {error}") from error
+        if ground.digest != self._row.board:
+            raise DamagedRoomError(f"its board {self._row.board} has digest {ground.digest}")
+        return ground
+
+    def _taken(self, first: int) -> Iterator[tuple[TakenRow, ResultRow | None]]:
+        """Inputs from `first` on, each with its result; raises DamagedRoomError at a gap."""
+        while True:
+            name = self._inputs.name
+            page = store.taken(self._connection, name, self._row.number, first, _PAGE)
+            yield from page
+            first += len(page)
+            if len(page) < _PAGE:
+                return
+
+    def _check_drop(self, ground: Ground, row: DropRow, result: ResultRow | None) -> Iterator[str]:
+        self._audit.drops += 1
+        if result is None:
+            if self._row.closed is None and not self._row.awake:
+                yield f"drop {row.ball} has no result, though nothing moves in the room"
+            return
+        self._audit.results += 1
+        wanted = _expected(ground, row, result, self._row.tick_rate, compute=self._current)
+        for name, value in wanted.items():
+            said = getattr(result, name)
+            if said != value:
+                yield f"drop {row.ball}: the ledger says {name} {said!r}, it is {value!r}"
+
+    def _check_orphans(self) -> Iterator[str]:
+        """Results are of drops that are there; what is missing at the end shows here alone."""
+        result, dropped = tables.results.c, tables.drops.c
+        joined = tables.results.outerjoin(
+            tables.drops, (result.room == dropped.room) & (result.ball == dropped.ball)
+        )
+        chosen = (
+            sa.select(result.ball)
+            .select_from(joined)
+            .where(result.room == self._row.number, dropped.ball.is_(None))
+            .order_by(result.ball)
+        )
+        for (ball,) in self._connection.execute(chosen):
+            yield f"there is a result of drop {ball}, but no such drop"
+
+    def _check_way_back(self, ground: Ground) -> Iterator[str]:
+        """The room can be had again as it was: from its checkpoint, and from its first tick."""
+        resumed = self._replay(self._row, ground)
+        yield from resumed.differences
+        if not self._from_start or self._row.checkpoint is None:
+            return
+        again = self._replay(replace(self._row, checkpoint=None, checkpoint_drops=0), ground)
+        yield from again.differences
+        if again.room.world.digest() != resumed.room.world.digest():
+            yield "its checkpoint is not what its inputs come to"
+
+    def _replay(self, row: RoomRow, ground: Ground) -> Replay:
+        replay = Replay(row, ground, limits=_NO_LIMIT)
+        if self._inputs.has_results:
+            oldest, after = replay.oldest_in_flight, replay.first_tick
+            replay.expect(store.results(self._connection, row.number, oldest, after))
+        replay.take(list(self._taken(replay.next_input)))
+        replay.run(_TICKS, to_end=True)
+        return replay
+
+
+def _expected(
+    ground: Ground, row: DropRow, result: ResultRow, tick_rate: int, *, compute: bool
+) -> dict[str, Any]:
+    """What a drop's result should say; computed again where this release can."""
+    if not result.digest:  # it could not be computed as it was promised, or was given up
+        return {"bin": None, "score": 1.0, "payout": row.stake}
+    if not compute:
+        return {"payout": payout_of(row.stake, result.score)}
+    assert isinstance(ground, Board)
+    alone = drop(ground, row.seed, x=row.x, aim=row.aim)
+    return {
+        "tick": row.tick + landing_ticks(alone.duration, tick_rate),
+        "bin": alone.bin,
+        "score": alone.score,
+        "t": alone.duration,
+        "x_end": alone.x_end,
+        "digest": alone.digest,
+        "unsettled": alone.unsettled,
+        "payout": payout_of(row.stake, alone.score),
+    }
+
+
+def landing_ticks(t: float, tick_rate: int) -> int:
+    """Ticks after which a drop of `t` seconds has ended, at `tick_rate` in Hz: those of a world.
+
+    A world looks at each whole multiple of its step, rounded as the product is.
+    """
+    dt = 1.0 / tick_rate
+    ticks = max(1, math.ceil(t / dt))
+    while ticks * dt < t:
+        ticks += 1
+    while ticks > 1 and (ticks - 1) * dt >= t:
+        ticks -= 1
+    return ticks

@@ -1,0 +1,119 @@
+"""A look at the ledger's whole database, beside all else, once at each start."""
+
+import asyncio
+import logging
+import sqlite3
+import urllib.parse
+from pathlib import Path
+from typing import Final, Literal
+
+import sqlalchemy as sa
+from sqlalchemy import Connection
+
+from app.errors import LedgerError
+from app.persistence.ledger.database import Database, reason
+from app.persistence.ledger.writer import Ledger
+
+Finding = Literal["checking", "sound", "damaged", "unknown"]
+
+_MOST: Final = 10  # findings of SQLite that are told
+
+_log = logging.getLogger("plinko")
+
+
+class Integrity:
+    """What the database says of itself: SQLite by its quick check, PostgreSQL by its checksums.
+
+    It stops nothing. Rooms whose pages are damaged are set aside when they are read, the others
+    play; that something is wrong is told, so that somebody sees to it.
+    """
+
+    def __init__(self, ledger: Ledger) -> None:
+        self.finding: Finding = "checking"
+        self._ledger = ledger
+
+    async def look(self) -> None:
+        """Find out; for the event loop, which goes on meanwhile."""
+        database = self._ledger.database
+        try:
+            if database.in_memory:
+                found: list[str] | None = []
+            elif database.file is not None:
+                found = await _quick_check(database.file)
+            else:
+                found = await self._ledger.read(checksum_failures)
+        except (LedgerError, sqlite3.Error) as error:
+            _log.warning("the ledger %s could not be checked: %s", database.name, error)
+            found = None
+        for line in found or ():
+            _log.error("the ledger %s is damaged: %s", database.name, line)
+        self.finding = "unknown" if found is None else "damaged" if found else "sound"
+
+
+async def _quick_check(file: Path) -> list[str]:
+    """What SQLite finds wrong with its file, over a connection of its own."""
+    connection = sqlite3.connect(
+        f"file:{urllib.parse.quote(str(file))}?mode=ro", uri=True, check_same_thread=False
+    )
+    try:
+        return await asyncio.to_thread(check_pages, connection, "quick_check")
+    except asyncio.CancelledError:
+        connection.interrupt()
+        raise
+
+
+def check_pages(connection: sqlite3.Connection, pragma: str) -> list[str]:
+    """What SQLite's `quick_check` or `integrity_check` finds wrong; closes the connection."""
+    try:
+        rows = connection.execute(f"PRAGMA {pragma}({_MOST})").fetchall()
+    except sqlite3.DatabaseError as error:
+        if type(error) is not sqlite3.DatabaseError:
+            raise
+        return [str(error)]
+    finally:
+        connection.close()
+    return [line for (line,) in rows if line != "ok"]
+
+
+def check_database(database: Database) -> list[str]:
+    """All that an opened database finds wrong with itself, however long it takes.
+
+    PostgreSQL: its checksums, and what the extension `amcheck` says where it is installed.
+    """
+    if database.file is not None:
+        return check_pages(sqlite3.connect(database.file), "integrity_check")
+    with database.transaction() as connection:
+        return [*(checksum_failures(connection) or ()), *_amcheck(connection)]
+
+
+def _amcheck(connection: Connection) -> list[str]:
+    """What `amcheck` finds wrong with the tables and their indexes; nothing where there is none."""
+    installed = "SELECT 1 FROM pg_extension WHERE extname = 'amcheck'"
+    if connection.execute(sa.text(installed)).scalar() is None:
+        return []
+    found = []
+    inspector = sa.inspect(connection)
+    for table in inspector.get_table_names():
+        heap = "SELECT blkno, msg FROM verify_heapam(:name)"
+        for block, message in connection.execute(sa.text(heap), {"name": table}):
+            found.append(f"table {table}, block {block}: {message}")
+        indexes = [each["name"] for each in inspector.get_indexes(table)]
+        for index in filter(None, [*indexes, inspector.get_pk_constraint(table)["name"]]):
+            try:
+                with connection.begin_nested():
+                    connection.execute(
+                        sa.text("SELECT bt_index_check(:name, true)"), {"name": index}
+                    )
+            except sa.exc.DBAPIError as error:
+                found.append(f"index {index}: {reason(error)}")
+    return found
+
+
+def checksum_failures(connection: Connection) -> list[str] | None:
+    """What PostgreSQL found wrong as it read its pages; None where it keeps no checksums."""
+    count = connection.execute(
+        sa.text("SELECT checksum_failures FROM pg_stat_database WHERE datname = current_database()")
+    ).scalar()
+    if count is None:
+        return None
+    return [f"{count} pages were read whose checksum is wrong"] if count else []

@@ -1,0 +1,178 @@
+"""The ledger's thread: takes what waits, commits or reads it, and tries again when it cannot."""
+
+import logging
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import sqlalchemy as sa
+
+from app.errors import DamagedRoomError, HoldLostError, LedgerError
+from app.persistence.ledger.commit_queue import CommitQueue, Fate, Job, LostError, RevokedError
+from app.persistence.ledger.database import Database, reason
+from app.persistence.statements import hold_store, writing
+from app.rooms.records import Hold, IfHeld, LogLeaf, Write
+
+_RETRY: Final = (0.25, 2.0)  # s between attempts while the database is lost: at first, and at most
+
+_log = logging.getLogger("plinko")
+
+_FAILURES = (sa.exc.SQLAlchemyError, OSError, LedgerError)
+_REJECTIONS = (sa.exc.IntegrityError, sa.exc.DataError)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answers:
+    """What is called with what came of jobs, by `call(function, *values)`, in order.
+
+    committed: jobs that are durable, and the seconds their commit took; refused: jobs that never
+    will be, and why; read: one job with its result, or why there is none; mended: the failure of
+    whose refused jobs nothing remains; lost: rooms that are another server's by now, and the jobs
+    that are refused for it.
+    """
+
+    call: Callable[..., None]
+    committed: Callable[[Sequence[Job], float], None]
+    refused: Callable[[Sequence[Job], LedgerError], None]
+    read: Callable[[Sequence[Job], LedgerError | None], None]
+    mended: Callable[[LedgerError], None]
+    lost: Callable[[Sequence[Hold], Sequence[Job], HoldLostError], None]
+
+
+class Committer:
+    """Works off a queue over one database; every method but the constructor is the thread's.
+
+    At most one commit starts in each `period` seconds of `clock`.
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        queue: CommitQueue,
+        answers: Answers,
+        *,
+        period: float,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._database = database
+        self._queue = queue
+        self._answers = answers
+        self._call = answers.call
+        self._period = period
+        self._clock = clock
+        self._next_commit = clock()
+        self._delay = _RETRY[0]
+
+    def run(self) -> None:
+        """Work until the queue is closed and empty, then close the database."""
+        while self.turn():
+            pass
+        self._database.close()
+
+    def turn(self) -> bool:
+        """Wait for work and do it; returns whether there will be more."""
+        jobs = self._queue.take(self.pause)
+        if jobs is None:
+            return False
+        if jobs[0].read is not None:
+            self._read(jobs[0])
+        else:
+            self._write(jobs)
+        return True
+
+    def pause(self) -> float:
+        """Seconds until a commit may start; negative where one might have."""
+        return self._next_commit - self._clock()
+
+    def _write(self, jobs: Sequence[Job]) -> bool:
+        """Commit these; returns whether the others that were taken with them are still in hand."""
+        began = self._clock()
+        self._next_commit = began + self._period
+        try:
+            self._commit(jobs)
+        except RevokedError:
+            self._queue.revoked()
+            return False
+        except LostError as error:
+            self._lose(error.holds)
+            return False
+        except Exception as error:  # noqa: BLE001 - whatever it is, the thread must go on
+            if isinstance(error, _FAILURES) and not isinstance(error, _REJECTIONS):
+                self._suffer(error)
+                return False
+            self._sift(jobs, error)
+            return True
+        self._delay = _RETRY[0]
+        told, mended = self._queue.done(jobs)
+        self._call(self._answers.committed, told, self._clock() - began)
+        if mended is not None:
+            self._call(self._answers.mended, mended)
+        return True
+
+    def _commit(self, jobs: Sequence[Job]) -> None:
+        with self._database.transaction() as connection:
+            # Before anything is written: what another server has written meanwhile is in the way.
+            holds = [hold for job in jobs for hold in job.holds]
+            if holds and (lost := hold_store.lost(connection, holds)):
+                raise LostError(lost)
+            writes = [write for job in jobs for write in job.writes]
+            if self._database.shared and any(map(_of_log, writes)):
+                hold_store.wait_for_log(connection)
+            # A database that was lost must take a page again before it is trusted with a drop.
+            if not writes or any(job.mends is not None for job in jobs):
+                writing.probe(connection)
+            writing.apply(connection, writes)
+            self._queue.check(jobs)
+
+    def _lose(self, holds: Sequence[Hold]) -> None:
+        """These rooms are another server's; all else is as before."""
+        rooms = ", ".join(sorted(repr(hold.room) for hold in holds))
+        failure = HoldLostError(f"another server has {rooms} now", field="room")
+        self._call(self._answers.lost, holds, self._queue.lost(holds), failure)
+
+    def _sift(self, jobs: Sequence[Job], error: BaseException) -> None:
+        """The database is well, but one of these it will never take: the others one by one."""
+        if len(jobs) > 1:
+            for job in jobs:
+                if job.fate is Fate.OPEN and not self._write([job]):
+                    return
+            return
+        (job,) = jobs
+        _log.error("the ledger refuses %r: %s", job.writes, reason(error))
+        failure = LedgerError(f"the ledger refuses it: {reason(error)}")
+        self._call(self._answers.refused, self._queue.rejected(job, failure), failure)
+        if job.mends is not None:
+            self._call(self._answers.mended, job.mends)
+
+    def _read(self, job: Job) -> None:
+        assert job.read is not None
+        failure: LedgerError | None = None
+        try:
+            with self._database.transaction() as connection:
+                job.result = job.read(connection)
+        except DamagedRoomError as error:
+            failure = error  # the database is well, and so are other rooms
+        except Exception as error:  # noqa: BLE001 - whoever asked is to hear of it
+            failure = LedgerError(f"the ledger cannot be read: {reason(error)}")
+        told, _ = self._queue.done([job])
+        if told:
+            self._call(self._answers.read, told, failure)
+
+    def _suffer(self, error: BaseException) -> None:
+        """Refuse all that waits; the next attempt comes in a while."""
+        failure = LedgerError(f"the ledger cannot be written: {reason(error)}")
+        if self._queue.failure is None:
+            _log.error("%s", failure)
+        refused = self._queue.failed(failure)
+        if refused:
+            self._call(self._answers.refused, refused, failure)
+        self._next_commit = self._clock() + self._delay
+        self._delay = min(2.0 * self._delay, _RETRY[1])
+        if self._queue.closing and (lost := self._queue.abandon()):
+            _log.error("%d writes are left to the next start to compute again", lost)
+
+
+def _of_log(write: Write) -> bool:
+    """Whether it adds to the log of receipts, or may take out of it."""
+    return isinstance(write, LogLeaf | IfHeld)

@@ -1,0 +1,43 @@
+"""A ledger that keeps nothing, for rooms that need no database: every write counts as done."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NoReturn, TypeVar
+
+from sqlalchemy import Connection
+
+from app.errors import LedgerError
+from app.persistence.ledger.commit_queue import Done
+from app.rooms.records import Write
+
+T = TypeVar("T")
+
+
+class NullLedger:
+    """The side of `Ledger` that rooms use."""
+
+    keeps = False
+    lag = 0.0
+    up = True
+
+    def submit(
+        self,
+        writes: Sequence[Write],
+        done: Done,
+        *,
+        undo: Sequence[Write] = (),
+        line: int | None = None,
+    ) -> None:
+        """Call `done` at once."""
+        done(None)
+
+    def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
+        """Call `done` at once."""
+        if done is not None:
+            done(None)
+
+    async def commit(self, *writes: Write, undo: Sequence[Write] = ()) -> None:
+        """Do nothing."""
+
+    async def read(self, read: Callable[[Connection], Any]) -> NoReturn:
+        """Raise LedgerError: nothing was kept."""
+        raise LedgerError("this server keeps no ledger")

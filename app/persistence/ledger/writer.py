@@ -1,0 +1,278 @@
+"""The ledger as the event loop sees it: writes handed to one thread, one commit for all that waits.
+
+What is submitted is either durable or refused when its caller hears of it; `commit_queue` decides
+which, at one stroke for all that hangs together. When a commit fails or does not come back, all
+that waits is refused, later submissions too, and the thread tries by itself until the database
+takes writes again. What a refused submission may have left behind, as nobody knows what became of
+a commit that was cut off, is taken out before anything else is written. Deferred writes (results,
+how far rooms have come) wait for as long as that takes; they follow from what is in the ledger, so
+a crash in between loses nothing.
+"""
+
+import asyncio
+import logging
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, Final, Protocol, TypeVar
+
+from sqlalchemy import Connection
+
+from app.errors import HoldLostError, LedgerError
+from app.persistence.ledger.commit_queue import CommitQueue, Done, Job
+from app.persistence.ledger.committer import Answers, Committer
+from app.persistence.ledger.database import Database
+from app.rooms.records import Hold, Write
+
+T = TypeVar("T")
+
+Part = tuple[Hold | None, Sequence[Write]]
+"""Writes that are made under a hold of their room; None: they are of no room."""
+
+_FORGET: Final = 0.9  # what a commit leaves of the longest latency before it
+_LOOKS: Final = 4  # at the thread within one patience; a process that was stopped counts as one
+_FAREWELL: Final = 10.0  # s to write what waits at the end; the next start computes it again
+
+_log = logging.getLogger("plinko")
+
+
+class Loop(Protocol):
+    """What the ledger needs of an event loop."""
+
+    def call_soon_threadsafe(self, callback: Callable[..., Any], *args: Any) -> Any:
+        """Call back in the loop's thread, in the order of these calls."""
+
+    def call_later(self, delay: float, callback: Callable[..., Any]) -> Any:
+        """Call back so many seconds later."""
+
+    def is_closed(self) -> bool:
+        """Whether nothing will be called back any more."""
+
+
+class Ledger:
+    """All methods but `open` are for the event loop's thread; none of them blocks it.
+
+    At most one commit starts in each `period` seconds of `clock`, so drops of one tick share one.
+    When the thread comes back with nothing for `patience` seconds, all that waits is refused.
+    """
+
+    keeps = True
+
+    def __init__(
+        self,
+        database: Database,
+        *,
+        period: float,
+        patience: float,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.database = database
+        self.patience = patience
+        self.commits = 0
+        self.failures = 0
+        self.lag = 0.0  # s from submission to durability, the longest of late
+        self.on_commit: Callable[[float], None] = lambda seconds: None
+        # Where several servers share the database: which holds writes are made under, and who
+        # hears that some are lost, before those whose writes are refused for it.
+        self.stamp: Callable[[Sequence[Write]], list[Part]] | None = None
+        self.on_lost: Callable[[Sequence[Hold], HoldLostError], None] = lambda holds, failure: None
+        self._clock = clock
+        self._queue = CommitQueue()
+        self._watched = False
+        self._seen = 0  # progress at the last look
+        self._silence = 0  # looks since then
+        self._loop: Loop | None = None
+        answers = Answers(
+            call=self._call,
+            committed=self._committed,
+            refused=self._refused,
+            read=_tell,
+            mended=self._mended,
+            lost=self._lost,
+        )
+        self.committer = Committer(database, self._queue, answers, period=period, clock=clock)
+        self._thread = threading.Thread(target=self.committer.run, name="ledger", daemon=True)
+
+    def open(self) -> None:
+        """Open the database unless it is; blocks. Raises SettingError when it cannot be used."""
+        if not self.database.is_open:
+            self.database.open()
+
+    def start(self) -> None:
+        """Begin to take writes, in the running event loop."""
+        self.attach(asyncio.get_running_loop())
+        self._thread.start()
+
+    def attach(self, loop: Loop) -> None:
+        """Begin to take writes, for whoever gives `committer` its turns."""
+        self._loop = loop
+        self._queue.open()
+
+    @property
+    def problem(self) -> str | None:
+        """Why nothing can be written now; None while all is well."""
+        failure = self._queue.failure
+        return None if failure is None else str(failure)
+
+    @property
+    def up(self) -> bool:
+        """Whether writes are taken."""
+        return self._queue.failure is None
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing waits for the committer."""
+        return self._queue.empty
+
+    def submit(
+        self,
+        writes: Sequence[Write],
+        done: Done,
+        *,
+        undo: Sequence[Write] = (),
+        line: int | None = None,
+    ) -> None:
+        """Have `writes` made durable in one transaction, then call `done(None)`, or with why not.
+
+        `undo` takes them out again should it remain open whether they were committed; it must do
+        nothing where they were not. Of what is submitted for the same `line`, a session's number,
+        a refusal takes all that is not durable yet, and the latest hears of it first. Raises
+        LedgerError when the ledger cannot be written now; `done` is then not called.
+        """
+        self._put(Job(writes, undo, done, self._holds(writes), line))
+
+    async def commit(self, *writes: Write, undo: Sequence[Write] = ()) -> None:
+        """Return once `writes` are durable; raises LedgerError when they will not be."""
+        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self.submit(writes, _settle(future), undo=undo)
+        await future
+
+    def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
+        """Have `writes` made durable some time; they outlast every failure but the process's."""
+        if not writes:
+            return
+        if self.stamp is None:
+            self._put(Job(writes, done=done, keep=True))
+            return
+        # One room's loss takes nothing from the others.
+        for hold, part in self.stamp(writes):
+            own = done if part[-1] is writes[-1] else None
+            self._put(Job(part, done=own, holds=() if hold is None else (hold,), keep=True))
+
+    async def read(self, read: Callable[[Connection], T]) -> T:
+        """What `read` finds after all that was submitted before; raises LedgerError."""
+        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        job = Job(read=read, done=_settle(future))
+        self._put(job)
+        await future
+        result: T = job.result
+        return result
+
+    async def probe(self) -> None:
+        """Write something and take it out again; raises LedgerError when that fails."""
+        await self.commit()
+
+    async def close(self) -> None:
+        """Write what waits, then let go of the database; one that hangs is left as it is."""
+        self._queue.close()
+        await asyncio.to_thread(self._thread.join, _FAREWELL)
+        if self._thread.is_alive():
+            _log.error("the ledger %s does not come back; the server ends", self.database.name)
+
+    def _holds(self, writes: Sequence[Write]) -> tuple[Hold, ...]:
+        if self.stamp is None:
+            return ()
+        return tuple(hold for hold, _ in self.stamp(writes) if hold is not None)
+
+    def _put(self, job: Job) -> None:
+        job.asked = self._clock()
+        self._queue.put(job)
+        if not job.keep and not self._watched:
+            self._seen, self._silence = self._queue.progress, 0
+            self._look_later()
+
+    # How long the thread may be away. Only looks are counted: a process that was stopped and goes
+    # on has looked once, and cannot say that the database was slow.
+
+    def _look_later(self) -> None:
+        assert self._loop is not None
+        self._watched = True
+        self._loop.call_later(self.patience / _LOOKS, self._look)
+
+    def _look(self) -> None:
+        self._watched = False
+        if not self._queue.awaited:
+            return
+        seen, self._seen = self._seen, self._queue.progress
+        self._silence = self._silence + 1 if seen == self._seen else 0
+        if self._silence < _LOOKS:
+            self._look_later()
+        else:
+            self._give_up()
+
+    def _give_up(self) -> None:
+        """The thread hangs: refuse what waits, and all else until it is back."""
+        failure = LedgerError(f"the ledger has not answered for {self.patience:g} seconds")
+        refused = self._queue.give_up(failure)
+        if refused:
+            _log.error("%s", failure)
+            self._refused(refused, failure)
+
+    # What the committer says, on the event loop.
+
+    def _call(self, function: Callable[..., None], *values: Any) -> None:
+        """From the committer's thread."""
+        assert self._loop is not None
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(function, *values)
+
+    def _committed(self, jobs: Sequence[Job], seconds: float) -> None:
+        now = self._clock()
+        self.commits += 1
+        self.on_commit(seconds)
+        for job in jobs:
+            if not job.keep:
+                self.lag = max(now - job.asked, _FORGET * self.lag)
+        _tell(jobs, None)
+
+    def _refused(self, jobs: Sequence[Job], failure: LedgerError) -> None:
+        """Tell the owners, the latest first: numbers are given back as they were given."""
+        self.failures += 1
+        _tell(jobs[::-1], failure)
+        for line in {job.line for job in jobs if job.line is not None}:
+            self._queue.mend(line)
+
+    def _lost(self, holds: Sequence[Hold], jobs: Sequence[Job], failure: HoldLostError) -> None:
+        """The rooms go before anybody hears of a refusal: whoever watched them hears of nothing."""
+        self.on_lost(holds, failure)
+        _tell(jobs[::-1], failure)
+
+    def _mended(self, failure: LedgerError) -> None:
+        self._queue.open(failure)
+        if self.up:
+            _log.warning("the ledger %s takes writes again", self.database.name)
+
+
+def _tell(jobs: Sequence[Job], failure: LedgerError | None) -> None:
+    """Let the owners hear; what one of them makes of it keeps nothing from the others."""
+    for job in jobs:
+        if job.done is None:
+            continue
+        try:
+            job.done(failure)
+        except Exception:  # noqa: BLE001
+            _log.exception("the owner of %r failed", job.writes)
+
+
+def _settle(future: "asyncio.Future[None]") -> Done:
+    """A `done` that settles a future whose owner may have gone away."""
+
+    def done(error: LedgerError | None) -> None:
+        if future.done():
+            return
+        if error is None:
+            future.set_result(None)
+        else:
+            future.set_exception(error)
+
+    return done

@@ -1,1 +1,0 @@
-"""How the ledger's tables came to be; run by `app.persistence.database.migrate`."""

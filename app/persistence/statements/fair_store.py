@@ -1,0 +1,237 @@
+"""Statements of players' sessions: their rows, and the log of receipts as it grows and is proven.
+
+A receipt gets its place where it is committed: one transaction has the drop, its receipt and the
+log's new nodes, or none of them. So the log has no gaps, whatever else was refused meanwhile.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+import msgspec
+from sqlalchemy import Connection, delete, func, insert, select, tuple_, update
+
+from app.persistence.statements import tables
+from app.rooms.canonical import canonical
+from app.rooms.records import (
+    FairEnd,
+    FairOpening,
+    FairSessionRow,
+    LogLeaf,
+    ReceiptRow,
+    ResultRow,
+    Undo,
+)
+from engine import merkle
+
+_AT_ONCE: Final = 400  # nodes of one SELECT, below what SQLite takes
+
+Nodes = dict[merkle.Node, bytes]
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """All that an export is made of, as of one moment: `nodes` are those its proofs ask for."""
+
+    session: FairSessionRow
+    board: str
+    drops: list[tuple[ReceiptRow, ResultRow | None]]
+    size: int
+    nodes: Nodes
+
+
+# Sessions.
+
+
+def add_sessions(connection: Connection, rows: list[FairSessionRow]) -> None:
+    """New sessions."""
+    connection.execute(insert(tables.fair_sessions), [asdict(row) for row in rows])
+
+
+def open_sessions(connection: Connection, rows: list[FairOpening]) -> None:
+    """Players' secrets are open."""
+    for row in rows:
+        _change(connection, row.session, client_seed=row.client_seed)
+
+
+def end_sessions(connection: Connection, rows: list[FairEnd]) -> None:
+    """Sessions are over, or go on."""
+    for row in rows:
+        _change(connection, row.session, end=row.end, end_signature=row.end_signature)
+
+
+def _change(connection: Connection, session: str, **values: str | None) -> None:
+    chosen = tables.fair_sessions.c.id == session
+    connection.execute(update(tables.fair_sessions).where(chosen).values(values))
+
+
+def session(connection: Connection, session_id: str) -> tuple[FairSessionRow, int, float] | None:
+    """A session, how many drops it has had, and when the last thing happened in it, Unix time."""
+    chosen = select(tables.fair_sessions).where(tables.fair_sessions.c.id == session_id)
+    found = connection.execute(chosen).mappings().first()
+    if found is None:
+        return None
+    row = FairSessionRow(**found)
+    receipt = tables.receipts.c
+    last = connection.execute(
+        select(receipt.number, receipt.receipt)
+        .where(receipt.session == session_id)
+        .order_by(receipt.number.desc())
+        .limit(1)
+    ).first()
+    if last is None:
+        return row, 0, row.opened
+    return row, last.number + 1, msgspec.json.decode(last.receipt)["time"] / 1000.0
+
+
+# The log.
+
+
+def size(connection: Connection) -> int:
+    """How many leaves the log has."""
+    highest = connection.scalar(select(func.max(tables.receipts.c.leaf)))
+    return 0 if highest is None else int(highest) + 1
+
+
+def add_leaves(connection: Connection, leaves: list[LogLeaf]) -> None:
+    """Give each leaf its place, sign it there, and write both down."""
+    grown = size(connection)
+    known = nodes(connection, _frontier(grown))
+
+    def lookup(level: int, number: int) -> bytes:
+        return known[level, number]
+
+    for leaf in leaves:
+        new = merkle.added(grown, leaf.leaf, lookup)
+        known.update(new)
+        leaf.index, grown = grown, grown + 1
+        leaf.root = merkle.root(grown, lookup).hex()
+        leaf.signature = leaf.sign(leaf.index, leaf.root)
+        connection.execute(
+            insert(tables.log_nodes),
+            [{"level": at[0], "number": at[1], "hash": digest.hex()} for at, digest in new],
+        )
+    connection.execute(insert(tables.receipts), [_row(leaf) for leaf in leaves])
+
+
+def _row(leaf: LogLeaf) -> dict[str, Any]:
+    return {
+        "leaf": leaf.index,
+        "session": leaf.session,
+        "number": leaf.number,
+        "room": leaf.room,
+        "ball": leaf.ball,
+        "receipt": canonical(leaf.receipt).decode(),
+        "root": leaf.root,
+        "signature": leaf.signature,
+    }
+
+
+def _frontier(count: int) -> list[merkle.Node]:
+    """The complete subtrees that the log of so many leaves is made of."""
+    levels = range(count.bit_length())
+    return [(level, (count >> level) - 1) for level in levels if count >> level & 1]
+
+
+def nodes(connection: Connection, wanted: Iterable[merkle.Node]) -> Nodes:
+    """The hashes of these complete subtrees."""
+    node, found = tables.log_nodes.c, Nodes()
+    asked = list(wanted)
+    for begin in range(0, len(asked), _AT_ONCE):
+        some = asked[begin : begin + _AT_ONCE]
+        chosen = select(tables.log_nodes).where(tuple_(node.level, node.number).in_(some))
+        for row in connection.execute(chosen):
+            found[row.level, row.number] = bytes.fromhex(row.hash)
+    return found
+
+
+def can_take_out(connection: Connection, undo: Undo) -> bool:
+    """Whether the receipts of refused drops are the log's last, if there are any."""
+    receipt = tables.receipts.c
+    refused = (receipt.room == undo.room) & (receipt.ball >= undo.first)
+    first, count = connection.execute(
+        select(func.min(receipt.leaf), func.count()).where(refused)
+    ).one()
+    return first is None or bool(first + count == size(connection))
+
+
+def take_out(connection: Connection, undo: Undo) -> None:
+    """Forget the receipts of refused drops, which nobody was told of and are the log's last."""
+    receipt, node = tables.receipts.c, tables.log_nodes.c
+    refused = (receipt.room == undo.room) & (receipt.ball >= undo.first)
+    first = connection.scalar(select(func.min(receipt.leaf)).where(refused))
+    if first is None:
+        return
+    connection.execute(delete(tables.receipts).where(refused))
+    for (level,) in connection.execute(select(node.level).distinct()).all():
+        gone = (node.level == level) & (node.number >= first >> level)
+        connection.execute(delete(tables.log_nodes).where(gone))
+
+
+def asked_by(prove: Callable[[merkle.Lookup], object]) -> set[merkle.Node]:
+    """The complete subtrees that making a proof asks for."""
+    asked: set[merkle.Node] = set()
+
+    def note(level: int, number: int) -> bytes:
+        asked.add((level, number))
+        return b""
+
+    prove(note)
+    return asked
+
+
+def exported(connection: Connection, session_id: str) -> Exported | None:
+    """A session with its drops, and what proves that they are in the log as it stands."""
+    found = session(connection, session_id)
+    if found is None:
+        return None
+    row, count = found[0], size(connection)
+    drops = _drops(connection, session_id)
+
+    def proofs(lookup: merkle.Lookup) -> None:
+        merkle.root(count, lookup)
+        for receipt, _ in drops:
+            merkle.inclusion(receipt.leaf, count, lookup)
+            merkle.consistency(receipt.leaf + 1, count, lookup)
+
+    board = select(tables.boards.c.json).where(tables.boards.c.digest == row.board)
+    text = connection.execute(board).scalar_one()
+    return Exported(row, text, drops, count, nodes(connection, asked_by(proofs)))
+
+
+def grown(connection: Connection, since: int) -> tuple[int, Nodes]:
+    """The log's size, and what its root and the proof that it only grew `since` ask for."""
+    count = size(connection)
+
+    def proofs(lookup: merkle.Lookup) -> None:
+        merkle.root(count, lookup)
+        if 0 < since <= count:
+            merkle.consistency(since, count, lookup)
+
+    return count, nodes(connection, asked_by(proofs))
+
+
+def _drops(connection: Connection, session_id: str) -> list[tuple[ReceiptRow, ResultRow | None]]:
+    receipt, result = tables.receipts, tables.results
+    joined = receipt.outerjoin(
+        result, (receipt.c.room == result.c.room) & (receipt.c.ball == result.c.ball)
+    )
+    labelled = [column.label(f"result_{column.name}") for column in result.c]
+    chosen = (
+        select(*receipt.c, *labelled)
+        .select_from(joined)
+        .where(receipt.c.session == session_id)
+        .order_by(receipt.c.number)
+    )
+    names = [column.name for column in receipt.c]
+    fields = [column.name for column in result.c]
+    rows = connection.execute(chosen).mappings()
+    return [
+        (
+            ReceiptRow(**{name: row[name] for name in names}),
+            None
+            if row["result_digest"] is None
+            else ResultRow(**{name: row[f"result_{name}"] for name in fields}),
+        )
+        for row in rows
+    ]

@@ -1,0 +1,83 @@
+"""What the ledger has of one player's drops, the last one first."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+from sqlalchemy import Connection, and_, or_, select
+
+from app.persistence.statements import tables
+
+
+@dataclass(frozen=True, slots=True)
+class Play:
+    """A drop with all that is kept of it; `place` is its room session and its number there.
+
+    seed is decimal; x and aim in m, where the player chose one; stake and payout in minor units.
+    time: when its session's receipt was signed, Unix time in ms. What follows `digest` is None
+    while it falls.
+    """
+
+    place: tuple[int, int]
+    room: str
+    board: str
+    board_digest: str
+    physics_version: int
+    seed: str
+    x: float | None
+    aim: float | None
+    stake: int
+    practice: bool
+    session: str | None
+    session_drop: int | None
+    time: int | None
+    digest: str | None
+    bin: int | None
+    score: float | None
+    payout: int | None
+    duration: float | None
+    x_end: float | None
+    unsettled: str | None
+
+
+def plays(
+    connection: Connection, who: str, before: tuple[int, int] | None, limit: int
+) -> list[Play]:
+    """Drops with this mark, the last first, from the one on that comes before this place.
+
+    The sessions of rooms in the order in which they began, and in each the drops in theirs.
+    """
+    drop, room, board = tables.drops.c, tables.rooms.c, tables.boards.c
+    result, receipt = tables.results.c, tables.receipts.c
+    chosen = (
+        select(
+            drop.room.label("place_room"), drop.ball, room.id, board.name, room.board,
+            room.physics_version, drop.seed, drop.x, drop.aim, drop.stake, drop.practice,
+            receipt.session, receipt.number, receipt.receipt, result.digest, result.bin,
+            result.score, result.payout, result.t, result.x_end, result.unsettled,
+        )
+        .select_from(
+            tables.drops.join(tables.rooms, room.number == drop.room)
+            .join(tables.boards, board.digest == room.board)
+            .outerjoin(
+                tables.results, and_(result.room == drop.room, result.ball == drop.ball)
+            )
+            .outerjoin(
+                tables.receipts, and_(receipt.room == drop.room, receipt.ball == drop.ball)
+            )
+        )
+        .where(drop.who == who)
+        .order_by(drop.room.desc(), drop.ball.desc())
+        .limit(limit)
+    )  # fmt: skip
+    if before is not None:
+        number, ball = before
+        chosen = chosen.where(or_(drop.room < number, and_(drop.room == number, drop.ball < ball)))
+    return [_play(row) for row in connection.execute(chosen)]
+
+
+def _play(row: Any) -> Play:
+    number, ball, *fields = row
+    receipt = fields[11]
+    fields[11] = None if receipt is None else msgspec.json.decode(receipt)["time"]
+    return Play((number, ball), *fields)

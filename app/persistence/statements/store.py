@@ -1,0 +1,300 @@
+"""The ledger's statements that read, and what prunes it, over a SQLAlchemy connection."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from sqlalchemy import Connection, Row, Select, delete, func, select
+
+from app.errors import DamagedRoomError, shorten
+from app.persistence.statements import tables
+from app.rooms.records import (
+    DropRow,
+    InputRow,
+    Listed,
+    OpenDrop,
+    Parked,
+    Pruned,
+    ResultRow,
+    RoomRow,
+    TakenRow,
+)
+
+
+def prune(connection: Connection, before: float, *, keep: bool = False) -> Pruned:
+    """Delete the sessions that were closed before this Unix time, in s, and all that was in them.
+
+    But for those with drops of players' sessions: an export has them. With `keep` nothing is
+    deleted, only counted.
+    """
+    rooms = tables.rooms
+    staked = select(tables.receipts.c.room)
+    over = (
+        select(rooms.c.number)
+        .where(rooms.c.closed < before, rooms.c.number.not_in(staked))
+        .scalar_subquery()
+    )
+    counts = []
+    # In an order in which no row is left that points to one that is gone.
+    for table, column in (
+        (tables.results, tables.results.c.room),
+        (tables.drops, tables.drops.c.room),
+        (tables.inputs, tables.inputs.c.room),
+        (rooms, rooms.c.number),
+    ):
+        found = connection.scalar(select(func.count()).select_from(table).where(column.in_(over)))
+        counts.append(int(found or 0))
+        if not keep:
+            connection.execute(delete(table).where(column.in_(over)))
+    if not keep:  # no server runs, so that nobody has a room that is not there any more
+        gone = tables.holds.c.room.not_in(select(rooms.c.id))
+        connection.execute(delete(tables.holds).where(gone))
+    _, drops, inputs, sessions = counts
+    return Pruned(sessions, drops, inputs)
+
+
+def public_rooms(connection: Connection) -> list[RoomRow]:
+    """The open sessions of rooms that belong to nobody."""
+    chosen = select(tables.rooms).where(
+        tables.rooms.c.owned.is_(False), tables.rooms.c.closed.is_(None)
+    )
+    return _rooms(connection, chosen.order_by(tables.rooms.c.number))
+
+
+def open_room(connection: Connection, room_id: str) -> RoomRow | None:
+    """The session that goes on in the room `room_id`, if it was not closed."""
+    found = _rooms(
+        connection,
+        select(tables.rooms).where(tables.rooms.c.id == room_id, tables.rooms.c.closed.is_(None)),
+    )
+    return found[0] if found else None
+
+
+def closed_room(connection: Connection, room_id: str) -> RoomRow | None:
+    """The last session of the room `room_id` that was closed."""
+    chosen = select(tables.rooms).where(
+        tables.rooms.c.id == room_id, tables.rooms.c.closed.is_not(None)
+    )
+    found = _rooms(connection, chosen.order_by(tables.rooms.c.number.desc()).limit(1))
+    return found[0] if found else None
+
+
+def parked_rooms(connection: Connection) -> list[Parked]:
+    """The open, sleeping sessions of rooms with owners, the longest unused first."""
+    return _parked(connection, awake=False, owned=True)
+
+
+def awake_rooms(connection: Connection) -> list[Parked]:
+    """The sessions in which something moved when last heard of, the longest unused first."""
+    return _parked(connection, awake=True)
+
+
+def directory(connection: Connection) -> list[Listed]:
+    """All open sessions: those in which nothing moves, then the others."""
+    return [
+        Listed(Parked(*row), awake)
+        for awake in (False, True)
+        for row in connection.execute(_choose_parked(awake=awake))
+    ]
+
+
+def unused_rooms(connection: Connection, before: float, limit: int) -> list[Parked]:
+    """So many of the sleeping rooms with owners that were last used before this Unix time, in s."""
+    used = tables.rooms.c.used < before
+    chosen = _choose_parked(awake=False).where(tables.rooms.c.owned, used).limit(limit)
+    return [Parked(*row) for row in connection.execute(chosen)]
+
+
+def _parked(connection: Connection, *, awake: bool, owned: bool | None = None) -> list[Parked]:
+    chosen = _choose_parked(awake=awake)
+    if owned is not None:
+        chosen = chosen.where(tables.rooms.c.owned.is_(owned))
+    return [Parked(*row) for row in connection.execute(chosen)]
+
+
+def _choose_parked(*, awake: bool) -> Select[Any]:
+    room = tables.rooms.c
+    return (
+        select(
+            room.number,
+            room.id,
+            tables.boards.c.name,
+            room.board,
+            room.mode,
+            room.tick,
+            room.checkpoint_drops,
+            room.used,
+        )
+        .outerjoin_from(tables.rooms, tables.boards)
+        .where(room.closed.is_(None), room.awake.is_(awake))
+        .order_by(room.used)
+    )
+
+
+def count_owned(connection: Connection, creator: str | None = None) -> int:
+    """How many open rooms have owners; with a `creator`, those that bear this mark."""
+    room = tables.rooms.c
+    chosen = select(func.count()).where(room.closed.is_(None), room.owned)
+    if creator is not None:
+        chosen = chosen.where(room.creator == creator)
+    return int(connection.scalar(chosen) or 0)
+
+
+def last_number(connection: Connection) -> int:
+    """The highest number that a session ever got, or 0."""
+    highest = select(tables.rooms.c.number).order_by(tables.rooms.c.number.desc()).limit(1)
+    found: int | None = connection.execute(highest).scalar()
+    return found or 0
+
+
+def open_session(connection: Connection, number: int) -> RoomRow | None:
+    """The session of this number, if there is one that was not closed."""
+    room = tables.rooms.c
+    chosen = select(tables.rooms).where(room.number == number, room.closed.is_(None))
+    found = _rooms(connection, chosen)
+    return found[0] if found else None
+
+
+def last_number_of_drops(connection: Connection) -> int:
+    """The highest number of a session that has drops, or 0."""
+    return int(connection.scalar(select(func.max(tables.drops.c.room))) or 0)
+
+
+def last_number_of_inputs(connection: Connection) -> int:
+    """The highest number of a session that has inputs, or 0."""
+    return int(connection.scalar(select(func.max(tables.inputs.c.room))) or 0)
+
+
+def board(connection: Connection, digest: str) -> str | None:
+    """A board's JSON."""
+    found = select(tables.boards.c.json).where(tables.boards.c.digest == digest)
+    text: str | None = connection.execute(found).scalar()
+    return text
+
+
+def drops(
+    connection: Connection, room: int, first: int, limit: int | None = None
+) -> list[tuple[DropRow, ResultRow | None]]:
+    """Drops of a session from ball number `first` on, in order, each with its result if it ended.
+
+    Raises DamagedRoomError when a number is missing, or a seed is none.
+    """
+    drop, result = tables.drops.c, tables.results.c
+    joined = tables.drops.outerjoin(
+        tables.results, (drop.room == result.room) & (drop.ball == result.ball)
+    )
+    chosen = (
+        select(*drop, *(column.label(f"result_{column.name}") for column in result))
+        .select_from(joined)
+        .where(drop.room == room, drop.ball >= first)
+        .order_by(drop.ball)
+        .limit(limit)
+    )
+    found = [(_drop(row), _result(row)) for row in connection.execute(chosen)]
+    for number, (row, _) in enumerate(found, first):
+        if row.ball != number:
+            raise DamagedRoomError(f"session {room} of the ledger lacks drop {number}")
+    return found
+
+
+def results(connection: Connection, room: int, first: int, after: int) -> list[ResultRow]:
+    """Results of a session's drops from ball number `first` on that ended after tick `after`."""
+    result = tables.results.c
+    chosen = select(tables.results).where(
+        result.room == room, result.ball >= first, result.tick > after
+    )
+    return [ResultRow(**row) for row in connection.execute(chosen).mappings()]
+
+
+def session_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[int]:
+    """All sessions there ever were, or those of these rooms, in order."""
+    number, chosen = tables.rooms.c.number, select(tables.rooms.c.number)
+    if room_ids:
+        chosen = chosen.where(tables.rooms.c.id.in_(room_ids))
+    return list(connection.execute(chosen.order_by(number)).scalars())
+
+
+def session(connection: Connection, number: int) -> RoomRow:
+    """The session of this number, which is there."""
+    (row,) = _rooms(connection, select(tables.rooms).where(tables.rooms.c.number == number))
+    return row
+
+
+def unended_drops(connection: Connection, room: int) -> list[OpenDrop]:
+    """The drops of a session that have no result, in order."""
+    drop, result = tables.drops.c, tables.results.c
+    joined = tables.drops.outerjoin(
+        tables.results, (drop.room == result.room) & (drop.ball == result.ball)
+    )
+    chosen = (
+        select(drop.room, drop.ball, drop.stake)
+        .select_from(joined)
+        .where(drop.room == room, result.ball.is_(None))
+        .order_by(drop.ball)
+    )
+    return [OpenDrop(*row) for row in connection.execute(chosen)]
+
+
+def inputs(
+    connection: Connection, room: int, first: int, limit: int | None = None
+) -> list[InputRow]:
+    """Inputs of a session from `first` on, in order; raises DamagedRoomError for a gap."""
+    row = tables.inputs.c
+    chosen = (
+        select(tables.inputs)
+        .where(row.room == room, row.number >= first)
+        .order_by(row.number)
+        .limit(limit)
+    )
+    found = [InputRow(**each) for each in connection.execute(chosen).mappings()]
+    for number, each in enumerate(found, first):
+        if each.number != number:
+            raise DamagedRoomError(f"session {room} of the ledger lacks input {number}")
+    return found
+
+
+def taken(
+    connection: Connection, name: str, room: int, first: int, limit: int | None = None
+) -> list[tuple[TakenRow, ResultRow | None]]:
+    """The `drops` or `inputs` of a session, whichever `name` says, each with its result if any."""
+    if name == tables.drops.name:
+        return [*drops(connection, room, first, limit)]
+    return [(row, None) for row in inputs(connection, room, first, limit)]
+
+
+def _rooms(connection: Connection, chosen: Select[Any]) -> list[RoomRow]:
+    return [RoomRow(**row) for row in connection.execute(chosen).mappings()]
+
+
+def _drop(row: Row[Any]) -> DropRow:
+    if not row.seed.isdecimal():
+        raise DamagedRoomError(
+            f"drop {row.ball} of session {row.room} has the seed {shorten(row.seed)}, no number"
+        )
+    return DropRow(
+        row.room,
+        row.ball,
+        row.tick,
+        int(row.seed),
+        row.x,
+        row.stake,
+        row.who,
+        row.aim,
+        row.practice,
+    )
+
+
+def _result(row: Row[Any]) -> ResultRow | None:
+    if row.result_digest is None:
+        return None
+    return ResultRow(
+        room=row.room,
+        ball=row.ball,
+        tick=row.result_tick,
+        bin=row.result_bin,
+        score=row.result_score,
+        t=row.result_t,
+        x_end=row.result_x_end,
+        digest=row.result_digest,
+        unsettled=row.result_unsettled,
+        payout=row.result_payout,
+    )

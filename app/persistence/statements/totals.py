@@ -1,0 +1,90 @@
+"""What was staked and paid since the ledger began, by board and size of stake: kept as it happens.
+
+A result is counted in the transaction that writes it first, so that each is counted once, whatever
+is written again after a crash; and it stays counted when its room is pruned.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import astuple, dataclass
+from typing import Any, Final
+
+from sqlalchemy import Connection, Row, select, tuple_
+
+from app.persistence.statements import tables
+
+_AT_ONCE: Final = 400  # results of one SELECT, below what SQLite takes
+
+Key = tuple[str, int, bool]
+
+
+@dataclass(slots=True)
+class Total:
+    """Drops with a stake that ended in a bin: of one board, with stakes from `stake` to ten times.
+
+    aimed: whether the player chose the middle of the starts. staked, paid: minor units, in all;
+    squares: the sum of the stakes' squares.
+    """
+
+    board: str
+    stake: int
+    aimed: bool
+    plays: int = 0
+    staked: int = 0
+    squares: float = 0.0
+    paid: int = 0
+
+
+def band(stake: int) -> int:
+    """The power of ten that a stake above 0 begins with, such as 100 of 250."""
+    power: int = 10 ** (len(str(stake)) - 1)
+    return power
+
+
+def count(connection: Connection, results: Sequence[Row[Any]]) -> None:
+    """Count results, by room and ball, that were not in the ledger before."""
+    found: dict[Key, Total] = {}
+    for begin in range(0, len(results), _AT_ONCE):
+        for row in _staked(connection, results[begin : begin + _AT_ONCE]):
+            key = (row.board, band(row.stake), row.aim is not None)
+            total = found.setdefault(key, Total(*key))
+            total.plays += 1
+            total.staked += row.stake
+            total.squares += float(row.stake) ** 2
+            total.paid += row.payout
+    if found:
+        ordered = [_values(found[key]) for key in sorted(found)]
+        connection.execute(_adding(connection), ordered)
+
+
+def read(connection: Connection) -> list[Total]:
+    """All that was counted."""
+    order = tables.totals.c
+    chosen = select(tables.totals).order_by(order.board, order.stake, order.aimed)
+    return [Total(**row) for row in connection.execute(chosen).mappings()]
+
+
+def _staked(connection: Connection, results: Sequence[Row[Any]]) -> Iterator[Any]:
+    drop, result = tables.drops.c, tables.results.c
+    keys = [tuple(row) for row in results]
+    chosen = (
+        select(tables.rooms.c.board, drop.stake, drop.aim, result.payout)
+        .select_from(
+            tables.results.join(
+                tables.drops, (drop.room == result.room) & (drop.ball == result.ball)
+            ).join(tables.rooms, tables.rooms.c.number == drop.room)
+        )
+        .where(tuple_(result.room, result.ball).in_(keys))
+        .where(drop.stake > 0, result.bin.is_not(None))
+    )
+    yield from connection.execute(chosen)
+
+
+def _values(total: Total) -> dict[str, Any]:
+    return dict(zip(tables.totals.c.keys(), astuple(total), strict=True))
+
+
+def _adding(connection: Connection) -> Any:
+    new = tables.adding(connection, tables.totals)
+    here, sums = tables.totals.c, ("plays", "staked", "squares", "paid")
+    grown = {name: here[name] + new.excluded[name] for name in sums}
+    return new.on_conflict_do_update(index_elements=["board", "stake", "aimed"], set_=grown)

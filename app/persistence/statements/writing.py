@@ -1,0 +1,207 @@
+"""The ledger's statements that write: values go in over a SQLAlchemy connection, in their order.
+
+Servers that share a ledger lock its rows in one order, so that none of them waits in a circle:
+their rooms' holds, the log of receipts, boards, what is a room's alone, sums over all rooms.
+"""
+
+import functools
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
+from itertools import groupby
+from typing import Any, Final
+
+import sqlalchemy as sa
+from sqlalchemy import Connection, Row, bindparam, delete, insert, update
+
+from app.persistence.statements import fair_store, halt_store, hold_store, tables, totals
+from app.persistence.statements.store import unended_drops
+from app.rooms.drop_format import DropFormat
+from app.rooms.records import (
+    BoardRow,
+    Close,
+    DropRow,
+    FairEnd,
+    FairOpening,
+    FairSessionRow,
+    Halt,
+    IfHeld,
+    InputRow,
+    LogLeaf,
+    Mark,
+    Release,
+    Reopen,
+    ResultRow,
+    RoomRow,
+    Undo,
+    Void,
+    Write,
+)
+
+_PROBE: Final = b"\0" * 8192  # more than a page, so that a ledger that cannot grow refuses it
+
+_MARKED: Final = {"tick": "bigint", "awake": "boolean", "used": "float8"}
+_CHECKED: Final = _MARKED | {"checkpoint": "bytea", "checkpoint_drops": "bigint"}
+
+Ended = Sequence[Row[Any]]
+"""Results that were not in the ledger before, by room and ball."""
+
+
+def apply(connection: Connection, writes: Sequence[Write]) -> None:
+    """Carry out `writes` in their order; runs of one kind go to the database together."""
+    # Boards point to nothing, so they may come first.
+    boards = sorted((w for w in writes if isinstance(w, BoardRow)), key=lambda row: row.digest)
+    if boards:
+        _add_boards(connection, boards)
+        writes = [write for write in writes if not isinstance(write, BoardRow)]
+    ended = _write(connection, writes)
+    if ended:
+        totals.count(connection, ended)
+
+
+def _write(connection: Connection, writes: Iterable[Write]) -> Ended:
+    ended: list[Row[Any]] = []
+    for kind, run in groupby(writes, key=type):
+        ended += _APPLY[kind](connection, list(run)) or ()
+    return ended
+
+
+def probe(connection: Connection) -> None:
+    """Write a page's worth and take it out again, in one transaction."""
+    connection.execute(insert(tables.probes).values(number=1, filler=_PROBE))
+    connection.execute(delete(tables.probes))
+
+
+def _add_boards(connection: Connection, rows: list[BoardRow]) -> None:
+    adding = tables.adding(connection, tables.boards).on_conflict_do_nothing()
+    connection.execute(adding, [asdict(row) for row in rows])
+
+
+def _add_rooms(connection: Connection, rows: list[RoomRow]) -> None:
+    connection.execute(insert(tables.rooms), [asdict(row) for row in rows])
+
+
+def _add_drops(connection: Connection, rows: list[DropRow]) -> None:
+    connection.execute(
+        insert(tables.drops), [asdict(row) | {"seed": str(row.seed)} for row in rows]
+    )
+
+
+def _add_inputs(connection: Connection, rows: list[InputRow]) -> None:
+    connection.execute(insert(tables.inputs), [asdict(row) for row in rows])
+
+
+def _add_results(connection: Connection, rows: list[ResultRow]) -> Ended:
+    # A result that is written again is the same: it follows from the drop.
+    result = tables.results.c
+    adding = tables.adding(connection, tables.results).on_conflict_do_nothing()
+    adding = adding.returning(result.room, result.ball)
+    return connection.execute(adding, [asdict(row) for row in rows]).all()
+
+
+def _mark(connection: Connection, rows: list[Mark]) -> None:
+    for far, run in groupby(rows, key=lambda row: row.checkpoint is not None):
+        _mark_all(connection, list(run), _CHECKED if far else _MARKED)
+
+
+def _mark_all(connection: Connection, rows: list[Mark], types: dict[str, str]) -> None:
+    """Bring these columns up to date: over a network in one statement, however many rooms."""
+    if connection.dialect.name == "postgresql":
+        latest = list({row.room: row for row in rows}.values())
+        lists = {name: [getattr(row, name) for row in latest] for name in types}
+        numbers = [row.room for row in latest]
+        connection.execute(_marked_at_once(tuple(types.items())), {"room": numbers, **lists})
+        return
+    new: dict[str, Any] = {name: bindparam(f"new_{name}") for name in types}
+    marked = update(tables.rooms).where(tables.rooms.c.number == bindparam("room")).values(new)
+    values = [{"room": m.room} | {f"new_{n}": getattr(m, n) for n in types} for m in rows]
+    connection.execute(marked, values)
+
+
+@functools.cache
+def _marked_at_once(types: tuple[tuple[str, str], ...]) -> sa.TextClause:
+    lists = ", ".join(f"CAST(:{name} AS {kind}[])" for name, kind in (("room", "bigint"), *types))
+    names = ", ".join(name for name, _ in types)
+    new = ", ".join(f"{name} = marked.{name}" for name, _ in types)
+    return sa.text(
+        f"UPDATE rooms SET {new} FROM unnest({lists}) AS marked (room, {names}) "
+        "WHERE rooms.number = marked.room"
+    )
+
+
+def _undo(connection: Connection, rows: list[Undo]) -> None:
+    for row in rows:
+        fair_store.take_out(connection, row)
+        for table in (tables.results, tables.drops):
+            connection.execute(
+                delete(table).where(table.c.room == row.room, table.c.ball >= row.first)
+            )
+        number = tables.inputs.c.number
+        connection.execute(
+            delete(tables.inputs).where(tables.inputs.c.room == row.room, number >= row.first)
+        )
+
+
+def _void(connection: Connection, rows: list[Void]) -> Ended:
+    # Rooms whose balls touch each other have no drops with results, and nothing is staked there.
+    void, ended = DropFormat().void, list[Row[Any]]()
+    for row in rows:
+        unended = unended_drops(connection, row.room)
+        if unended:
+            ended += _add_results(connection, [void(drop, row.tick, row.why) for drop in unended])
+    return ended
+
+
+def _close(connection: Connection, rows: list[Close]) -> None:
+    for row in rows:
+        connection.execute(
+            update(tables.rooms)
+            .where(tables.rooms.c.number == row.room)
+            .values(closed=row.closed, awake=False, tick=row.tick)
+        )
+
+
+def _reopen(connection: Connection, rows: list[Reopen]) -> None:
+    # As awake: whoever rebuilds it finds out whether something moves.
+    for row in rows:
+        connection.execute(
+            update(tables.rooms)
+            .where(tables.rooms.c.number == row.room)
+            .values(closed=None, awake=True, tick=row.tick)
+        )
+
+
+def _if_held(connection: Connection, rows: list[IfHeld]) -> Ended:
+    ended: list[Row[Any]] = []
+    for row in rows:
+        if hold_store.lost(connection, row.holds):
+            continue
+        undone = [write for write in row.writes if isinstance(write, Undo)]
+        if all(fair_store.can_take_out(connection, undo) for undo in undone):
+            ended += _write(connection, row.writes)
+            continue
+        # Another server's receipts come after. What was refused came true all the same, as if this
+        # server had ended then: nobody has its rooms from now on, and who takes them finds it so.
+        for hold in row.holds:
+            hold_store.release(connection, hold)
+    return ended
+
+
+_APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
+    BoardRow: _add_boards,
+    RoomRow: _add_rooms,
+    DropRow: _add_drops,
+    InputRow: _add_inputs,
+    ResultRow: _add_results,
+    Mark: _mark,
+    Undo: _undo,
+    Void: _void,
+    Close: _close,
+    Reopen: _reopen,
+    FairSessionRow: fair_store.add_sessions,
+    FairOpening: fair_store.open_sessions,
+    FairEnd: fair_store.end_sessions,
+    LogLeaf: fair_store.add_leaves,
+    Halt: halt_store.halt,
+    Release: halt_store.release,
+    IfHeld: _if_held,
+}

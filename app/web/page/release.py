@@ -1,0 +1,138 @@
+"""A page's modules as one script and its styles as one sheet, so that a slow line waits twice only.
+
+Nothing is translated or renamed: each module becomes a function that gives its exports, in an order
+in which what it imports is there. The texts are those of one language: see languages.py.
+"""
+
+import json
+import posixpath
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from app.web.page.languages import ENGLISH, Texts, filled, path_of, used_in
+
+_IMPORT = re.compile(
+    r'^import\s+(?:\{(?P<names>[^}]*)\}|\*\s+as\s+(?P<space>\w+))\s+from\s+"(?P<path>[^"]+)";$',
+    re.M,
+)
+_REEXPORT = re.compile(r'^export\s+\{(?P<names>[^}]*)\}\s+from\s+"(?P<path>[^"]+)";$', re.M)
+_EXPORT = re.compile(r"^export (?=(?:async )?(?:function\*?|class|const) (\w+))", re.M)
+_LEFT = re.compile(r"^(?:import|export)\b.*$", re.M)
+_BESIDE = re.compile(r'new URL\("([^"]+)", import\.meta\.url\)')
+# Only comments that stand alone: nothing else of the text is touched.
+_COMMENT = re.compile(r"^[ \t]*(?:/\*\*(?:[^*]|\*(?!/))*\*/[ \t]*|//[^\n]*)\n", re.M)
+_SHEET = re.compile(r'    <link rel="stylesheet" href="(css/[^"]+)">\n')
+# The colours are here: nothing waits for the script that sets them, as css/base.css has it.
+_SHOWN = 'html:not([style*="--page"]) body {\n  visibility: visible;\n}\n'
+_SCRIPT = re.compile(r'<script type="module" src="(js/[^"]+)">')
+
+
+def script(static: Path, entry: str) -> str:
+    """The module at `entry` (a path below `static`) and all that it imports, as one module.
+
+    Raises ValueError for a module that imports or exports in a form that no page of ours uses.
+    """
+    return "".join(_modules(static, entry).values())
+
+
+def _modules(static: Path, entry: str) -> dict[str, str]:
+    """Each module as a function that was called, by its path, what others use before them."""
+    modules: dict[str, str] = {}
+    _add(static, entry, posixpath.dirname(entry), modules)
+    return modules
+
+
+def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
+    text = _COMMENT.sub("", (static / path).read_text(encoding="utf-8"))
+    modules[path] = ""  # its place, should it be met again on the way
+    exports = _EXPORT.findall(text)
+
+    def beside(named: str) -> str:
+        return posixpath.normpath(posixpath.join(posixpath.dirname(path), named))
+
+    def imported(found: "re.Match[str]") -> str:
+        source = beside(found["path"])
+        if source not in modules:
+            _add(static, source, home, modules)
+        if found.groupdict().get("space"):
+            return f"const {found['space']} = {_name(source)};"
+        return f"const {{{found['names'].replace(' as ', ': ')}}} = {_name(source)};"
+
+    def passed_on(found: "re.Match[str]") -> str:
+        exports.extend(name.strip() for name in found["names"].split(",") if name.strip())
+        return imported(found)
+
+    text = _IMPORT.sub(imported, text)
+    text = _REEXPORT.sub(passed_on, text)
+    text = _EXPORT.sub("", text)
+    strange = _LEFT.search(text)
+    if strange:
+        raise ValueError(f"{path} has {strange[0]!r}, which is no import or export by name")
+    text = _BESIDE.sub(
+        lambda found: f'new URL("{posixpath.relpath(beside(found[1]), home)}", import.meta.url)',
+        text,
+    )
+    modules.pop(path)
+    gives = f"return {{ {', '.join(exports)} }};"
+    modules[path] = f"// {path}\nconst {_name(path)} = (() => {{\n{text}{gives}\n}})();\n"
+
+
+def _name(path: str) -> str:
+    return "m_" + re.sub(r"\W", "_", path)
+
+
+def sheet(static: Path, styles: list[str]) -> str:
+    """The colours of theme.json and then these sheets, as one."""
+    theme = json.loads((static / "theme.json").read_text(encoding="utf-8"))
+    unless_light = _colours(theme["dark"], ':root:not([data-scheme="light"])')
+    dark = f"@media (prefers-color-scheme: dark) {{\n{unless_light}}}\n"
+    dark += _colours(theme["dark"], ':root[data-scheme="dark"]')  # as page.py says of who chose it
+    texts = [(static / style).read_text(encoding="utf-8") for style in styles]
+    return "".join([_colours(theme["light"], ":root"), dark, *texts, _SHOWN])
+
+
+def _colours(palette: dict[str, str], selector: str) -> str:
+    lines = [f"  --{_kebab(name)}: {colour};\n" for name, colour in palette.items()]
+    return "".join([f"{selector} {{\n", *lines, "}\n"])
+
+
+def _kebab(name: str) -> str:
+    return re.sub("[A-Z]", lambda big: f"-{big[0].lower()}", name)
+
+
+def parts(
+    static: Path, page: str, text: str, languages: Mapping[str, Texts]
+) -> tuple[dict[str, str], dict[str, str]]:
+    """The HTML of `page` in each language, with one sheet and one script.
+
+    Sheet and scripts come by their paths below `static`.
+    """
+    name = page.removesuffix(".html")
+    made: dict[str, str] = {}
+    styles = _SHEET.findall(text)
+    if styles:
+        made[f"css/all-{name}.css"] = sheet(static, styles)
+        text = _SHEET.sub("", text, count=len(styles) - 1)
+        text = _SHEET.sub(f'    <link rel="stylesheet" href="css/all-{name}.css">\n', text)
+    pages = dict.fromkeys(languages, text)
+    entry = _SCRIPT.search(text)
+    modules = _modules(static, entry[1]) if entry else {}
+    english = path_of(ENGLISH)
+    used = used_in("".join(text for path, text in modules.items() if path != english))
+    for language, texts in languages.items():
+        if entry:
+            path = f"{posixpath.dirname(entry[1])}/all.{language}.js"
+            made[path] = _with_texts(modules, {key: texts[key] for key in texts if key in used})
+            pages[language] = text.replace(entry[0], f'<script type="module" src="{path}">')
+        pages[language] = filled(pages[language], texts)
+    return pages, made
+
+
+def _with_texts(modules: dict[str, str], texts: Texts) -> str:
+    """A page's modules as one, with these texts in the place of all English ones."""
+    english = path_of(ENGLISH)
+    if english in modules:
+        own = f"const {_name(english)} = {{ texts: {json.dumps(texts, ensure_ascii=False)} }};\n"
+        modules = modules | {english: own}
+    return "".join(modules.values())

@@ -1,0 +1,147 @@
+"""Drops: compute one, replay it by its address, as a record, as frames; verify."""
+
+import functools
+import secrets
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request, Response
+
+from app.computing import prices, proofs, tasks
+from app.computing.tasks import Ask, Facts
+from app.protocol.client_messages import parse_aim, parse_x
+from app.rooms.log import is_log
+from app.web.routes.common import (
+    Server,
+    body_of,
+    cache_headers,
+    check_step,
+    chosen_solver,
+    compute,
+    documented,
+    either,
+    is_current,
+    not_modified,
+    optional_seed,
+    read,
+    reply,
+    resolve_board,
+)
+from app.web.routes.drops.asked import Asked
+from app.web.routes.drops.certificates import check_certified
+from app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
+from app.web.schemas.rooms import RoomLog
+from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
+
+router = APIRouter(prefix="/api/v1", tags=["drops"])
+
+Certainty = Annotated[bool, Query(description="Say also how sure the bin is (exact solver).")]
+Certified = Annotated[bool, Query(description="Prove the bin as well (exact solver).")]
+Fps = Annotated[float, Query(gt=0, le=1000, description="Frames a second.")]
+
+
+@router.post(
+    "/drops",
+    summary="Compute a drop",
+    responses=documented(DropRecord, 400, 404, 413, 422, 501, 503),
+    openapi_extra=body_of(DropRequest, {"board": "triangle-16", "seed": "42"}),
+)
+async def compute_drop(request: Request, server: Server) -> Response:
+    """Drop a ball and reply with the whole record: start, every impact, bin, score and digest.
+
+    Without a seed the server draws one; the record names it, so the drop can be replayed.
+    """
+    body = await read(request, DropRequest)
+    solver = chosen_solver(server, body.solver, body.dt, body.substeps)
+    seed = optional_seed(body.seed)
+    ask = Ask(
+        await resolve_board(request, body.board),
+        secrets.randbits(64) if seed is None else seed,
+        parse_x(body.x),
+        solver,
+        parse_aim(body.aim),
+    )
+    digest, record = await _record(request, ask, body.certainty, body.certified)
+    return reply(record, headers={"etag": f'"{digest}"'})
+
+
+@router.get(
+    "/drops/{board}/{seed}/frames",
+    summary="Sample a drop",
+    responses=documented(Frames, 304, 404, 422, 503),
+)
+async def sample_drop(request: Request, ask: Asked, fps: Fps = 60.0) -> Response:
+    """The ball's state at times 0, 1/fps, 2/fps … and at the landing; and right before each impact.
+
+    The record has the state right after each impact: the two differ by what the impact gave.
+    """
+    found = await facts_of(request, ask)
+    etag = f"{found.digest}.frames.{fps!r}"
+    if is_current(request, etag):
+        return not_modified(etag)
+    price = prices.one_drop(ask.board, ask.solver)
+    body = await compute(request, functools.partial(tasks.frames, ask, fps), price, quick=True)
+    return reply(body, headers=cache_headers(etag))
+
+
+@router.get(
+    "/drops/{board}/{seed}",
+    summary="Replay a drop",
+    responses=documented(DropRecord, 304, 404, 422, 501, 503),
+)
+async def get_drop(
+    request: Request, ask: Asked, certainty: Certainty = False, certified: Certified = False
+) -> Response:
+    """The record of a drop, decided by its address alone, and so cacheable; ETag is its digest."""
+    digest, record = await _record(request, ask, certainty, certified)
+    if is_current(request, digest):
+        return not_modified(digest)
+    return reply(record, headers=cache_headers(digest))
+
+
+@router.post(
+    "/verify",
+    summary="Verify a drop's record or a room's log",
+    responses=documented(Verdict, 400, 413, 422, 503),
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {"application/json": {"schema": either(DropRecord, RoomLog)}},
+        }
+    },
+)
+async def verify_record(request: Request, server: Server) -> Response:
+    """Compute the drop of a record, or all of a room's log, again: is every bit reproduced?
+
+    A record that does not hold is no error: `ok` is false and `field` the first that differs.
+    """
+    record = await read(request, dict[str, Any])
+    if is_log(record):
+        work = functools.partial(tasks.log_verdict, record)
+        return reply(await compute(request, work, prices.verification()))
+    check_step(
+        server,
+        record.get("solver"),
+        record.get("dt", DEFAULT_DT),
+        record.get("substeps", DEFAULT_SUBSTEPS),
+    )
+    price = prices.verification()
+    return reply(await compute(request, functools.partial(tasks.verdict, record), price))
+
+
+async def facts_of(request: Request, ask: Ask) -> Facts:
+    """Digest and duration of a drop; raises what `compute` raises."""
+    price = prices.one_drop(ask.board, ask.solver)
+    return await compute(request, functools.partial(tasks.facts, ask), price, quick=True)
+
+
+async def _record(
+    request: Request, ask: Ask, certainty: bool, certified: bool
+) -> tuple[str, bytes]:
+    """The digest of a drop, and its record as JSON."""
+    if certified:
+        check_certified(ask)
+        work = functools.partial(proofs.record, ask, certainty)
+        return await compute(request, work, prices.proofs(1))
+    price = prices.one_drop(ask.board, ask.solver)
+    work = functools.partial(tasks.record, ask, certainty)
+    return await compute(request, work, price, quick=True)

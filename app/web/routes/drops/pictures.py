@@ -1,0 +1,256 @@
+"""Drops as pictures: stills, moments, animations, and many drops in one; an address a format."""
+
+import functools
+import math
+from collections.abc import Callable
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+
+from app.computing import prices, tasks
+from app.computing.prices import Price
+from app.computing.tasks import Many
+from app.errors import InvalidValueError
+from app.pictures.cache import look
+from app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out
+from app.web.routes.common import (
+    Server,
+    address_of,
+    attended,
+    cache_headers,
+    charged,
+    documented,
+    is_current,
+    not_modified,
+)
+from app.web.routes.drops.asked import Asked
+from app.web.routes.drops.drops import facts_of
+from app.web.services import Services
+from engine import PHYSICS_VERSION, Board
+from engine.parameters import Exact
+from engine.seeding import parse_seed
+
+router = APIRouter(prefix="/api/v1", tags=["pictures"])
+
+Width = Annotated[int, Query(description="Width of the picture in pixels, 240 to 2048.")]
+ThemeName = Annotated[str, Query(description="`light` or `dark`, the page's themes.")]
+Moment = Annotated[
+    float | None,
+    Query(description="Seconds from the start: the picture of that moment, not of the whole drop."),
+]
+Fps = Annotated[int, Query(description="Frames a second, 1 to 60.")]
+
+STILLS = {"png": "image/png", "jpg": "image/jpeg"}
+"""Format and media type of still pictures. A drop's `.webp` is an animation."""
+
+MANY = {**STILLS, "webp": "image/webp"}
+"""The same of pictures of many drops."""
+
+DEFAULT_DROPS = 10_000
+LONGEST = 60.0  # s of a fall that an animation shows
+MOST_FPS = 60
+_MOST_SHEET = 1 << 23  # pixels of a sheet of many drops, about
+
+ANIMATIONS = {"gif": "image/gif", "webp": "image/webp", "apng": "image/apng"}
+VIDEOS = {"mp4": "video/mp4"}
+"""Where there is the library for them."""
+
+
+async def picture_reply(
+    request: Request,
+    server: Services,
+    name: str,
+    draw: Callable[[], bytes],
+    price: Price,
+    media_type: str,
+) -> Response:
+    """The picture called `name`, or 304; drawn by a worker if nobody asked for it lately.
+
+    Who asks first is charged. Raises what `compute` raises.
+    """
+    etag = f"{name}.{look()}"
+    if is_current(request, etag):
+        return not_modified(etag)
+    make = functools.partial(charged, server, address_of(request), draw, price)
+    picture = await attended(request, server.pictures.get(etag, make))
+    return Response(picture, headers=cache_headers(etag), media_type=media_type)
+
+
+def pixels_of(board: Board, width: int) -> int:
+    """Pixels of a board's picture; a width that is none counts as the nearest that is one."""
+    view = lay_out(board, min(max(width, LEAST_WIDTH), MOST_WIDTH))
+    return view.width * view.height
+
+
+def add_routes(
+    routes: APIRouter,
+    path: str,
+    formats: dict[str, str],
+    endpoint: Callable[[str], Callable[..., object]],
+    title: str,
+    name: str,
+    *failures: int,
+    description: str = "The picture",
+) -> None:
+    """One GET route a format, `path` and `name` followed by it; and how each may fail besides."""
+    for fmt, media_type in formats.items():
+        routes.add_api_route(
+            f"{path}.{fmt}",
+            endpoint(fmt),
+            summary=f"{title} as {fmt.upper()}",
+            response_class=Response,
+            name=f"{name}_{fmt}",
+            responses=documented(
+                None,
+                304,
+                404,
+                422,
+                503,
+                *failures,
+                description=description,
+                media_type=media_type,
+            ),
+        )
+
+
+def _still(fmt: str) -> Callable[..., object]:
+    async def get_still(
+        request: Request,
+        server: Server,
+        ask: Asked,
+        width: Width = 760,
+        theme: ThemeName = "light",
+        t: Moment = None,
+    ) -> Response:
+        """The whole path of the ball over the board with its contacts and its end; or a moment."""
+        found = await facts_of(request, ask)
+        name = f"{found.digest}.{fmt}.{width}.{theme}.{t!r}"
+        draw = functools.partial(tasks.still, ask, fmt, width, theme, t)
+        price = prices.still(pixels_of(ask.board, width))
+        return await picture_reply(request, server, name, draw, price, STILLS[fmt])
+
+    return get_still
+
+
+def _animation(fmt: str) -> Callable[..., object]:
+    async def get_animation(
+        request: Request,
+        server: Server,
+        ask: Asked,
+        width: Width = 760,
+        theme: ThemeName = "light",
+        fps: Fps = 30,
+    ) -> Response:
+        """The ball as it falls, at real speed, then the whole drop for two seconds."""
+        found = await facts_of(request, ask)
+        name = f"{found.digest}.{fmt}.{width}.{theme}.{fps}"
+        draw = functools.partial(tasks.animation, ask, fmt, width, fps, theme)
+        # A rate that is none is the drawing's to refuse, as is a width.
+        frames = math.ceil(min(found.duration, LONGEST) * min(max(fps, 1), MOST_FPS)) + 1
+        price = prices.animation(pixels_of(ask.board, width), frames)
+        media_type = {**ANIMATIONS, **VIDEOS}[fmt]
+        return await picture_reply(request, server, name, draw, price, media_type)
+
+    return get_animation
+
+
+def _name_of(many: Many) -> str:
+    """All that decides what the drops do."""
+    return f"{many.board.digest}.{PHYSICS_VERSION}.{many.drops}.{many.first}"
+
+
+async def _many(
+    board: str,
+    server: Server,
+    drops: Annotated[int | None, Query(description="How many; at most `--max-simulation`.")] = None,
+    seed: Annotated[str, Query(description="Of the first drop; then one more each.")] = "0",
+) -> Many:
+    """The drops of a request; raises the errors of what cannot be."""
+    most = server.settings.max_simulation
+    count = min(DEFAULT_DROPS, most) if drops is None else drops
+    if not 1 <= count <= most:
+        raise InvalidValueError(
+            f"drops {count} is not from 1 to {most}; plinko render takes more", field="drops"
+        )
+    first = parse_seed(seed)
+    parse_seed(first + count - 1)
+    return Many(server.boards.find(board), count, first)
+
+
+ManyAsked = Annotated[Many, Depends(_many)]
+
+
+def _of_many(
+    what: str, draw: Callable[[Many, str, int, str], bytes], about: str
+) -> Callable[[str], Callable[..., object]]:
+    """For each format the endpoint of a picture of many drops, called `what`."""
+
+    def endpoint(fmt: str) -> Callable[..., object]:
+        async def get_picture(
+            request: Request,
+            server: Server,
+            many: ManyAsked,
+            width: Width = 760,
+            theme: ThemeName = "light",
+        ) -> Response:
+            name = f"{_name_of(many)}.{what}.{fmt}.{width}.{theme}"
+            work = functools.partial(draw, many, fmt, width, theme)
+            prices.many_drops(many.board, many.drops, Exact()).check()
+            price = prices.still(pixels_of(many.board, width), many.drops)
+            return await picture_reply(request, server, name, work, price, MANY[fmt])
+
+        get_picture.__doc__ = about
+        return get_picture
+
+    return endpoint
+
+
+def _sheet(fmt: str) -> Callable[..., object]:
+    async def get_sheet(
+        board: str,
+        request: Request,
+        server: Server,
+        drops: Annotated[int, Query(ge=1, le=256, description="How many.")] = 25,
+        seed: Annotated[str, Query(description="Of the first drop; then one more each.")] = "0",
+        columns: Annotated[
+            int | None, Query(description="By default as many as rows, if they fit.")
+        ] = None,
+        width: Annotated[int, Query(description="Width in pixels, at most 2048.")] = 1140,
+        theme: ThemeName = "light",
+    ) -> Response:
+        """The whole paths of many drops side by side, each with its seed and what it paid."""
+        first = parse_seed(seed)
+        parse_seed(first + drops - 1)
+        many = Many(server.boards.find(board), drops, first)
+        name = f"{_name_of(many)}.sheet.{fmt}.{columns}.{width}.{theme}"
+        draw = functools.partial(tasks.sheet, many, fmt, width, theme, columns)
+        price = prices.still(_MOST_SHEET, drops)
+        return await picture_reply(request, server, name, draw, price, MANY[fmt])
+
+    return get_sheet
+
+
+density = _of_many(
+    "density",
+    tasks.density,
+    "Where the balls of many drops spend their time, as light on the board.",
+)
+histogram = _of_many(
+    "histogram", tasks.histogram, "How many balls land in each bin, beside what is expected."
+)
+
+add_routes(router, "/drops/{board}/{seed}", STILLS, _still, "A drop", "get_drop")
+add_routes(router, "/drops/{board}/{seed}", ANIMATIONS, _animation, "A drop's fall", "get_drop")
+add_routes(router, "/drops/{board}/{seed}", VIDEOS, _animation, "A drop's fall", "get_drop", 501)
+add_routes(
+    router, "/boards/{board}/density", MANY, density, "The density of many drops", "get_density"
+)
+add_routes(
+    router,
+    "/boards/{board}/histogram",
+    MANY,
+    histogram,
+    "The histogram of many drops",
+    "get_histogram",
+)
+add_routes(router, "/boards/{board}/sheet", MANY, _sheet, "Many drops", "get_sheet")

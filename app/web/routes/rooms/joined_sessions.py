@@ -1,0 +1,64 @@
+"""The players' sessions that one connection has begun or joined, and may drop in."""
+
+from app.errors import InvalidValueError, UnknownSessionError, shorten
+from app.live.sessions.fair_session import FairSession
+from app.protocol import messages
+from app.protocol.client_messages import (
+    EndMessage,
+    OpenMessage,
+    SessionMessage,
+    SessionRequest,
+)
+from app.rooms.room import Room
+from app.web.services import Services
+
+
+class JoinedSessions:
+    """What one connection says of sessions. Whoever shows a session's token has joined it."""
+
+    def __init__(self, server: Services) -> None:
+        self._fair = server.fair
+        self._tokens = server.session_tokens
+        self._joined: set[str] = set()
+
+    async def take(self, room: Room, message: SessionRequest) -> messages.Event:
+        """Carry out a message about a session; returns the answer.
+
+        Raises InvalidValueError, UnknownSessionError, SessionStateError, TokenError, LedgerError.
+        """
+        match message:
+            case SessionMessage():
+                return await self._begin_or_join(room, message)
+            case OpenMessage():
+                session = self.of(message.session)
+                await self._fair.open(session, message.seed)
+                return session.state(ref=message.ref)
+            case EndMessage():
+                session = self.of(message.session)
+                await self._fair.end(session)
+                return session.ended(ref=message.ref)
+
+    def of(self, session_id: str) -> FairSession:
+        """A session that was joined here; raises UnknownSessionError for another."""
+        if session_id not in self._joined:
+            raise UnknownSessionError(
+                f"session {shorten(session_id)} was not joined on this connection: send `session` "
+                "with its id and token",
+                field="session",
+            )
+        return self._fair.joined(session_id)
+
+    async def _begin_or_join(self, room: Room, message: SessionMessage) -> messages.SessionState:
+        if (message.session is None) == (message.commitment is None):
+            raise InvalidValueError(
+                "a session is begun with a `commitment`, or joined with `session` and `token`",
+                field="commitment",
+            )
+        if message.session is None:
+            session = await self._fair.begin(room, message.commitment)
+            token = self._tokens.of(session.id)
+        else:
+            self._tokens.check_shown(message.session, message.token)
+            session, token = await self._fair.find(message.session), None
+        self._joined.add(session.id)
+        return session.state(token=token, ref=message.ref)

@@ -1,0 +1,128 @@
+"""Live rooms as pictures: one frame, or a stream of them that any image tag shows."""
+
+import asyncio
+import functools
+from collections.abc import Callable
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request, Response
+from starlette.types import Receive, Scope, Send
+
+from app.computing import prices
+from app.pictures.cache import look
+from app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot
+from app.pictures.frame import draw, moment_of, pixels_of, still_of
+from app.web.routes.common import Server, address_of, attended, charged, documented, is_current
+from app.web.routes.drops.pictures import STILLS, ThemeName, Width, add_routes
+
+router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+
+STREAM = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
+
+Fps = Annotated[int, Query(ge=1, le=60, description="Frames a second, at most.")]
+
+
+def _frame(fmt: str) -> Callable[..., object]:
+    async def get_frame(
+        room: str, request: Request, server: Server, width: Width = 760, theme: ThemeName = "light"
+    ) -> Response:
+        """The room as it is now. The ETag changes when something has moved."""
+        found = await server.rooms.seek(room)
+        etag = f"{moment_of(found)}.{fmt}.{width}.{theme}.{look()}"
+        headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
+        if is_current(request, etag):
+            return Response(status_code=304, headers=headers)
+        work = functools.partial(draw, still_of(found), fmt, width, theme)
+        price = prices.still(pixels_of(found, width), 0)
+        make = functools.partial(charged, server, address_of(request), work, price)
+        picture = await attended(request, server.moments.get(etag, make))
+        return Response(picture, headers=headers, media_type=STILLS[fmt])
+
+    return get_frame
+
+
+add_routes(
+    router,
+    "/{room}/frame",
+    STILLS,
+    _frame,
+    "A room",
+    "get_room_frame",
+    429,
+    description="The frame",
+)
+
+
+@router.get(
+    "/{room}/stream.mjpg",
+    summary="A room as a stream of JPEGs",
+    response_class=Response,
+    responses=documented(
+        None, 404, 422, 429, 503, description="One part a frame, without end", media_type=STREAM
+    ),
+)
+async def get_room_stream(
+    room: str,
+    request: Request,
+    server: Server,
+    width: Width = 760,
+    theme: ThemeName = "light",
+    fps: Fps = 25,
+) -> Response:
+    """The room as it moves, for `<img src=…>`: nothing is sent while nothing moves.
+
+    All who watch a room in the same size, theme and rate get the same bytes. One who reads slowly
+    gets fewer frames.
+    """
+    found = await server.rooms.seek(room)
+    shot = Shot(found.id, width, theme, fps)
+    address = address_of(request)
+    camera, seen, part = await server.cameras.open(found, shot, address)
+    server.rooms.runner.wake(found)
+    return _Stream(server.cameras, camera, address, seen, part)
+
+
+class _Stream(Response):
+    """A response that goes on until its viewer leaves."""
+
+    def __init__(
+        self, cameras: Cameras, camera: Camera, address: str, seen: int, part: bytes
+    ) -> None:
+        super().__init__(media_type=STREAM, headers={"cache-control": "no-store"})
+        del self.headers["content-length"]
+        self._cameras = cameras
+        self._camera = camera
+        self._address = address
+        self._seen = seen
+        self._part = part
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send frames, each as soon as the one before has found room."""
+        tasks = [asyncio.create_task(self._send(send)), asyncio.create_task(_left(receive))]
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._cameras.leave(self._camera, self._address)
+            for task in tasks:
+                task.cancel()
+            ended = await asyncio.gather(*tasks, return_exceptions=True)
+        for outcome in ended:
+            if isinstance(outcome, Exception):
+                raise outcome
+
+    async def _send(self, send: Send) -> None:
+        start = {"status": self.status_code, "headers": self.raw_headers}
+        await send({"type": "http.response.start", **start})
+        part = PART_HEAD + self._part
+        while True:
+            await send({"type": "http.response.body", "body": part, "more_body": True})
+            self._seen, part = await self._camera.newest(self._seen)
+            if not part:
+                await send({"type": "http.response.body", "body": b"", "more_body": False})
+                return
+
+
+async def _left(receive: Receive) -> None:
+    """Return when the viewer is gone."""
+    while (await receive())["type"] != "http.disconnect":
+        pass

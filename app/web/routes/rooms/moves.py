@@ -1,0 +1,32 @@
+"""Rooms moved from one server to another, by who runs them."""
+
+from fastapi import APIRouter, Request, Response
+
+from app.errors import MissingPartError
+from app.web.routes.common import Server, body_of, documented, read, reply
+from app.web.routes.rooms.halts import Token
+from app.web.routes.rooms.operator import check_operator
+from app.web.schemas.cluster import MoveRequest, MoveView
+
+router = APIRouter(prefix="/api/v1", tags=["health"])
+
+
+@router.post(
+    "/rooms/{room}/move",
+    summary="Move a room to another server",
+    responses=documented(MoveView, 400, 401, 403, 404, 413, 422, 501, 503),
+    openapi_extra=body_of(MoveRequest, {"to": "plinko2"}),
+    dependencies=[Token],
+)
+async def move_room(room: str, request: Request, server: Server) -> Response:
+    """Have another server of the cluster go on with a room, from the very tick at which it is.
+
+    Whoever watches is sent there. For who runs the servers alone.
+    """
+    check_operator(request, server, "rooms are moved")
+    body = await read(request, MoveRequest)
+    if server.others is None:
+        raise MissingPartError("this server is alone: rooms move where `--cluster` says so")
+    found = await server.rooms.seek(room)
+    peer = await server.others.move(found.id, body.to)
+    return reply(MoveView(found.id, peer.name), headers={"cache-control": "no-store"})

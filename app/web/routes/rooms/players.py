@@ -1,0 +1,116 @@
+"""A player's last plays, recalled from the ledger with their paths: as JSON, or as CSV."""
+
+import csv
+import functools
+import io
+import re
+import urllib.parse
+from typing import Annotated, Literal
+
+import msgspec
+from fastapi import APIRouter, Query, Request, Response
+
+from app.errors import InvalidValueError, UnknownBoardError, shorten
+from app.persistence.statements import plays as ledger
+from app.persistence.statements import store
+from app.persistence.statements.plays import Play
+from app.rooms.stakes import parse_who
+from app.web.routes.common import Server, checked_board, documented, limit_drops, reply
+from app.web.schemas.players import PlayList, PlayView
+from app.web.services import Services
+
+router = APIRouter(prefix="/api/v1/players", tags=["rooms"])
+
+CSV = "text/csv"
+
+Limit = Annotated[int, Query(ge=1, le=100, description="How many plays, at most.")]
+Before = Annotated[
+    str | None, Query(description="The play before which the page begins; without, the last one.")
+]
+Format = Annotated[
+    Literal["json", "csv"] | None, Query(description="Else what the Accept header prefers.")
+]
+
+_PLACE = re.compile(r"(\d{1,15})\.(\d{1,15})", re.ASCII)
+
+
+_ANSWERS = documented(PlayList, 422, 429, 503)
+_ANSWERS[200]["content"][CSV] = {"schema": {"type": "string"}}
+
+
+@router.get(
+    "/{key}/plays",
+    summary="Recall a player's plays",
+    responses=_ANSWERS,
+)
+async def list_plays(
+    key: str,
+    request: Request,
+    server: Server,
+    before: Before = None,
+    limit: Limit = 20,
+    format: Format = None,  # noqa: A002 - the parameter's name
+) -> Response:
+    """The drops that had `key` as their `who`, the last first, each with its path's address.
+
+    Whoever knows a mark may ask for its plays: one that nobody guesses keeps them to oneself. Those
+    of rooms whose balls touch each other are not among them, as no ball there has a path of its
+    own. As CSV with `format=csv` or `Accept: text/csv`; `Link` then names the following page.
+    """
+    limit_drops(request, server)
+    who, place = str(parse_who(key)), None if before is None else _place(before)
+    server.rooms.persistence.sessions.report([])  # what has landed just now is among them
+    found = await server.ledger.read(
+        functools.partial(ledger.plays, who=who, before=place, limit=limit + 1)
+    )
+    await _know_boards(request, server, {play.board_digest for play in found[:limit]})
+    views = [_view(play) for play in found[:limit]]
+    page = PlayList(views, views[-1].play if len(found) > limit else None)
+    headers = {"cache-control": "no-store", "vary": "accept"}
+    if not _wants_csv(format, request):
+        return reply(page, headers=headers)
+    if page.next is not None:
+        following = request.url.include_query_params(before=page.next)
+        headers["link"] = f'<{following.path}?{following.query}>; rel="next"'
+    return Response(_table(views), headers=headers, media_type=f"{CSV}; charset=utf-8")
+
+
+def _place(text: str) -> tuple[int, int]:
+    match = _PLACE.fullmatch(text)
+    if match is None:
+        raise InvalidValueError(
+            f"before {shorten(text)} is no play: it is the `next` of a page", field="before"
+        )
+    return int(match[1]), int(match[2])
+
+
+async def _know_boards(request: Request, server: Services, digests: set[str]) -> None:
+    """See to it that the paths on these boards can be asked for; raises what `compute` raises."""
+    for digest in sorted(digests):
+        try:
+            server.boards.find(digest)
+        except UnknownBoardError:
+            text = await server.ledger.read(functools.partial(store.board, digest=digest))
+            server.boards.register(await checked_board(request, (text or "{}").encode()))
+
+
+def _view(play: Play) -> PlayView:
+    chosen = {name: getattr(play, name) for name in ("x", "aim")}
+    query = urllib.parse.urlencode({name: repr(v) for name, v in chosen.items() if v is not None})
+    path = f"/api/v1/drops/{play.board_digest}/{play.seed}" + (f"?{query}" if query else "")
+    shared = [name for name in PlayView.__struct_fields__ if name not in ("play", "path")]
+    fields = {name: getattr(play, name) for name in shared}
+    return PlayView(play="{}.{}".format(*play.place), path=path, **fields)
+
+
+def _wants_csv(chosen: str | None, request: Request) -> bool:
+    return chosen == "csv" or (chosen is None and CSV in request.headers.get("accept", ""))
+
+
+def _table(views: list[PlayView]) -> str:
+    """One line a play, below the fields' names (RFC 4180)."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, PlayView.__struct_fields__)
+    writer.writeheader()
+    writer.writerows(msgspec.to_builtins(view) for view in views)
+    return text.getvalue()

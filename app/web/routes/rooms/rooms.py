@@ -1,0 +1,348 @@
+"""Rooms over REST: list, open, look at, drop a ball into; change, reset, close; read the log."""
+
+import bisect
+import functools
+from typing import Annotated
+
+import msgspec
+from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.security import HTTPBearer
+
+from app.computing import prices
+from app.errors import InvalidValueError, TokenError, UnknownRoomError
+from app.live.sessions.fair_sessions import check_stake
+from app.persistence.room_log import LogPart
+from app.protocol.client_messages import parse_aim, parse_x
+from app.rooms.kinds import SCENE
+from app.rooms.room import Ground, Room
+from app.rooms.stakes import parse_stake, parse_who
+from app.rooms.touching.scene import Scene
+from app.rooms.touching.story import Retold, retell, story_of
+from app.web.directory import listed
+from app.web.routes.common import (
+    Server,
+    address_of,
+    attended,
+    body_of,
+    charged,
+    documented,
+    documented_failures,
+    is_current,
+    limit_drops,
+    optional_seed,
+    read,
+    reply,
+    resolve_board,
+)
+from app.web.routes.rooms.sessions import Token as SessionToken
+from app.web.routes.rooms.sessions import own_session
+from app.web.schemas.rooms import (
+    SCENE_PARAMETERS,
+    RoomChange,
+    RoomDrop,
+    RoomDropRequest,
+    RoomList,
+    RoomLog,
+    RoomOpened,
+    RoomRequest,
+    RoomView,
+)
+from app.web.services import Services
+from app.web.shared import HOPS
+from app.web.streamed import StreamedAnswer
+from engine import Board
+
+router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
+
+After = Annotated[str, Query(description="The id after which the page begins.")]
+Limit = Annotated[int, Query(ge=1, le=1000, description="How many rooms, at most.")]
+First = Annotated[int, Query(ge=0, description="The number of the first drop told.")]
+LogLimit = Annotated[int | None, Query(ge=1, description="How many drops, at most; else all.")]
+
+# Only documents the scheme: what is missing or wrong is said by `app.web.tokens`.
+Token = Depends(
+    HTTPBearer(scheme_name="roomToken", description="What `POST rooms` gave.", auto_error=False)
+)
+
+
+@router.get("", summary="List the rooms", responses=documented(RoomList, 422))
+async def list_rooms(
+    request: Request, server: Server, after: After = "", limit: Limit = 1000
+) -> Response:
+    """The open rooms, a page at a time: those of nobody, then players' own, each by their ids.
+
+    `main` is always there; every preset's name is a room too, once asked for. `next` is the `after`
+    of the following page, null on the last.
+    """
+    found = await listed(server, here=request.headers.get(HOPS) is not None)
+    public = server.rooms.public
+    order = sorted((name not in public, name) for name in found)
+    begin = bisect.bisect_right(order, (after not in public, after)) if after else 0
+    names = [name for _, name in order[begin : begin + limit]]
+    page = [found[name] for name in names]
+    return reply(RoomList(page, names[-1] if begin + limit < len(order) else None))
+
+
+@router.post(
+    "",
+    status_code=201,
+    summary="Open a room",
+    responses=documented(
+        RoomOpened, 400, 404, 413, 422, 429, 503, status=201, description="Opened"
+    ),
+    openapi_extra=body_of(RoomRequest, {"board": "triangle-12-high"}),
+)
+async def open_room(request: Request, server: Server) -> Response:
+    """Open a room with an id of its own; watch it at `/ws/rooms/{id}`.
+
+    Over any board, `mode` says whether its balls touch each other. Instead of a board a `scene`
+    may be asked for: its name, or `{"scene": name, ...}` with its parameters (`GET scenes`). A
+    `story` is a scene that was played elsewhere, as by the sandbox page without a server: the room
+    goes on where it ends.
+
+    The reply's `token` lets its holder change, reset and close the room.
+    """
+    address = address_of(request)
+    creator = server.tokens.mark_of(address)
+    held = await server.rooms.made_by(creator)
+    with server.creators.place(address, server.rooms.free, held) as take:
+        body = await read(request, RoomRequest)
+        if body.story is None:
+            room = await server.rooms.create(*await _ground(request, server, body), creator)
+        else:
+            retold = await _retold(request, server, body)
+            room = await server.rooms.create_retold(retold, creator)
+        take(room.id)
+    view = msgspec.structs.asdict(_view(server, room))
+    opened = RoomOpened(**view, token=server.tokens.of(room.id))
+    headers = {"location": f"/api/v1/rooms/{room.id}", "cache-control": "no-store"}
+    return reply(opened, 201, headers)
+
+
+@router.get("/{room}", summary="Look at a room", responses=documented(RoomView, 404, 429, 503))
+async def get_room(room: str, server: Server) -> Response:
+    """The room's clock, its balls in flight by their starts, and what came of the others."""
+    return reply(_view(server, await server.rooms.seek(room)))
+
+
+@router.patch(
+    "/{room}",
+    summary="Change a room",
+    responses=documented(RoomView, 400, 401, 403, 404, 413, 422, 429, 503),
+    openapi_extra=body_of(RoomChange, {"board": "triangle-8"}),
+    dependencies=[Token],
+)
+async def change_room(room: str, request: Request, server: Server) -> Response:
+    """Give a room another board. It begins anew, for everyone in it; for its creator alone."""
+    found = await _own_room(room, request, server)
+    body = await read(request, RoomChange)
+    board = await _board_of_room(request, server, body.board)
+    return reply(_view(server, await server.rooms.reset(found, board)))
+
+
+@router.post(
+    "/{room}/reset",
+    summary="Begin a room anew",
+    responses=documented(RoomView, 401, 403, 404, 429, 503),
+    dependencies=[Token],
+)
+async def reset_room(room: str, request: Request, server: Server) -> Response:
+    """Take all balls out and count from zero; for its creator alone."""
+    found = await _own_room(room, request, server)
+    return reply(_view(server, await server.rooms.reset(found)))
+
+
+@router.delete(
+    "/{room}",
+    status_code=204,
+    summary="Close a room",
+    responses={204: {"description": "Closed"}, **documented_failures(401, 403, 404, 429, 503)},
+    dependencies=[Token],
+)
+async def close_room(room: str, request: Request, server: Server) -> Response:
+    """Close a room for good and send everyone away; for its creator alone."""
+    await server.rooms.delete(await _own_room(room, request, server))
+    return Response(status_code=204)
+
+
+@router.get(
+    "/{room}/log",
+    summary="Read a room's log",
+    responses=documented(RoomLog, 304, 401, 403, 404, 422, 429, 503),
+    dependencies=[Token],
+)
+async def get_room_log(
+    room: str, request: Request, server: Server, first: First = 0, limit: LogLimit = None
+) -> Response:
+    """All drops since the room began, at their ticks, with their results; of a closed room, too.
+
+    `plinko verify` replays it and compares every digest. With `first` or `limit` it is a part:
+    `next` is where the following one begins, and `digest`, which covers all, is null. Players'
+    marks (`who`) are null but for who shows the room's token.
+    """
+    session, found = await _logged(server, room)
+    shown = request.headers.get("authorization")
+    if shown is not None:
+        server.tokens.check(found.id, shown)
+    part, marks = LogPart(first, limit), shown is not None
+    etag = f"{session}.{found.world.tick}.{found.taken}.{first}.{limit}.{marks:d}"
+    headers = {"etag": f'"{etag}"', "cache-control": "private, no-cache"}
+    if is_current(request, etag):
+        return Response(status_code=304, headers=headers)
+    number = int(session.partition("-")[0])
+    reading = server.logs.read(found, address_of(request), marks=marks, part=part, session=number)
+    body = await attended(request, reading)
+    return StreamedAnswer(body, media_type="application/json", headers=headers)
+
+
+@router.post(
+    "/{room}/drops",
+    status_code=202,
+    summary="Drop a ball into a room",
+    responses={
+        **documented(
+            RoomDrop,
+            400,
+            401,
+            403,
+            404,
+            409,
+            413,
+            422,
+            429,
+            503,
+            status=202,
+            description="In flight",
+        ),
+        **documented(RoomDrop, status=200, description="Landed, with `wait=1`"),
+    },
+    openapi_extra=body_of(RoomDropRequest, {"seed": "42"}, required=False),
+    dependencies=[SessionToken],
+)
+async def drop_into_room(
+    room: str,
+    request: Request,
+    server: Server,
+    wait: Annotated[bool, Query(description="Reply only once the ball has landed.")] = False,
+) -> Response:
+    """Put a ball in; everyone who watches sees it fall.
+
+    A stake needs an open `session`, whose token is shown: nobody can choose such a drop's start.
+    With a `seed` or `x` a drop is practice.
+    With `wait=1` the reply comes with the landing, or as 202 without it should that take too long.
+    """
+    limit_drops(request, server)
+    body = await read(request, RoomDropRequest, empty=RoomDropRequest())
+    found = await server.rooms.seek(room)
+    stake = parse_stake(body.stake)
+    check_stake(stake, body.session)
+    session = None if body.session is None else await own_session(body.session, request, server)
+    accepted = await server.rooms.drop(
+        found,
+        optional_seed(body.seed),
+        parse_x(body.x),
+        aim=parse_aim(body.aim),
+        stake=stake,
+        who=parse_who(body.who),
+        session=session,
+    )
+    landed = None
+    if wait:
+        landed = await server.rooms.landings.wait(found, accepted.ball, server.settings.wait_limit)
+    drop = RoomDrop(
+        found.id,
+        accepted.ball,
+        accepted.seed,
+        accepted.x,
+        accepted.tick,
+        landed,
+        practice=accepted.practice is True,
+        receipt=accepted.receipt or None,
+    )
+    return reply(drop, 202 if landed is None else 200)
+
+
+async def _ground(request: Request, server: Services, body: RoomRequest) -> tuple[Ground, str]:
+    """What a room is asked for over, and its mode."""
+    beside = {name: getattr(body, name) for name in SCENE_PARAMETERS}
+    beside = {name: value for name, value in beside.items() if value is not None}
+    if body.scene is None:
+        for name in beside:
+            raise InvalidValueError(f"{name} is a parameter of a scene, not of a board", field=name)
+        return await _board_of_room(request, server, body.board), body.mode
+    if body.board is not None:
+        raise InvalidValueError("a room has either a board or a scene", field="board")
+    if isinstance(body.scene, str):
+        return server.rooms.scene({"scene": body.scene, **beside}), SCENE
+    for name in beside:
+        raise InvalidValueError(
+            f"{name} belongs into the object `scene`, beside its name", field=name
+        )
+    return server.rooms.scene(body.scene), SCENE
+
+
+async def _retold(request: Request, server: Services, body: RoomRequest) -> Retold:
+    """What a story ends in, computed and charged as a worker's work."""
+    assert body.story is not None
+    for name in ("board", "scene", *SCENE_PARAMETERS):
+        if getattr(body, name) is not None:
+            raise InvalidValueError(
+                f"a story has its scene in itself, not beside: {name}", field=name
+            )
+    rate, most = server.settings.tick_rate, server.rooms.limits.touching
+    story = story_of(body.story, tick_rate=rate, max_balls=most)
+    price = prices.story(story.tick / rate * story.substeps * story.most_balls)
+    work = functools.partial(retell, story, tick_rate=rate, max_balls=most)
+    return await attended(request, charged(server, address_of(request), work, price))
+
+
+async def _logged(server: Services, room_id: str) -> tuple[str, Room]:
+    """A room whose log is asked for, open or closed, and its session: a number and its beginning.
+
+    A ledger in memory counts from one again after a restart, hence the beginning.
+    """
+    persistence = server.rooms.persistence
+    try:
+        room = await server.rooms.seek(room_id)
+    except UnknownRoomError:
+        closed = await persistence.recovery.closed(room_id)
+        if closed is None:
+            raise
+        return f"{closed[0]}-closed", closed[1]
+    record = persistence.sessions.of(room)
+    return f"{record.number}-{record.opened:.6f}", room
+
+
+async def _own_room(room_id: str, request: Request, server: Services) -> Room:
+    """The room, if the request bears its token; raises what stands in the way."""
+    room = await server.rooms.seek(room_id)
+    if not server.rooms.owned(room):
+        raise TokenError(f"room {room.id!r} belongs to nobody and cannot be changed", field="room")
+    server.tokens.check(room.id, request.headers.get("authorization"))
+    return room
+
+
+def _view(server: Services, room: Room) -> RoomView:
+    return RoomView(
+        id=room.id,
+        board_name=room.origin.name,
+        board_digest=room.origin.digest,
+        mode=room.mode,
+        solver=room.solver,
+        tick=room.world.tick,
+        tick_rate=room.tick_rate,
+        awake=room.awake,
+        clients=server.hub.count(room.id),
+        owned=server.rooms.owned(room),
+        extent=room.extent,
+        balls=room.balls,
+        stats=room.stats(),
+        scene=room.origin.to_dict() if isinstance(room.origin, Scene) else None,
+    )
+
+
+async def _board_of_room(request: Request, server: Services, form: object) -> Board:
+    """A board for a room, known from now on by its digest, by which all speak of its drops."""
+    board = await resolve_board(request, form)
+    server.boards.register(board)
+    return board

@@ -1,0 +1,131 @@
+"""Players' sessions over REST: begin, open, end, export; and the log that their receipts are in."""
+
+from typing import Annotated, Any
+
+import msgspec
+from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.security import HTTPBearer
+
+from app.fairness.export import SessionExport
+from app.live.sessions.fair_session import FairSession
+from app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
+from app.web.schemas.sessions import (
+    LogHead,
+    SessionBegun,
+    SessionEnd,
+    SessionOpening,
+    SessionRequest,
+    SessionView,
+)
+from app.web.services import Services
+
+router = APIRouter(prefix="/api/v1", tags=["sessions"])
+
+Since = Annotated[int, Query(ge=0, description="A size that the log had before.")]
+
+_EXAMPLE = "9f64a747e1b97f131fabb6b447296c9b6f0201e79fb3c5356e6c77e89b6a806a"
+
+# Only documents the scheme: what is missing or wrong is said by `app.web.tokens`.
+Token = Depends(
+    HTTPBearer(
+        scheme_name="sessionToken", description="What `POST sessions` gave.", auto_error=False
+    )
+)
+
+
+@router.post(
+    "/sessions",
+    status_code=201,
+    summary="Begin a session",
+    responses=documented(
+        SessionBegun, 400, 404, 413, 422, 429, 503, status=201, description="Begun"
+    ),
+    openapi_extra=body_of(SessionRequest, {"room": "main", "commitment": _EXAMPLE}),
+)
+async def begin_session(request: Request, server: Server) -> Response:
+    """Commit to a secret; the server commits to one of its own and signs that.
+
+    Neither can then be chosen knowing the other. The token is in this reply alone.
+    """
+    limit_drops(request, server)
+    body = await read(request, SessionRequest)
+    room = await server.rooms.seek(body.room)
+    session = await server.fair.begin(room, body.commitment)
+    token = server.session_tokens.of(session.id)
+    headers = {"location": f"/api/v1/sessions/{session.id}", "cache-control": "no-store"}
+    return reply(SessionBegun(**_fields(session), token=token), 201, headers)
+
+
+@router.get(
+    "/sessions/{session}",
+    summary="Look at a session",
+    responses=documented(SessionView, 404, 503),
+)
+async def get_session(session: str, server: Server) -> Response:
+    """What was committed to, and how many drops there were."""
+    return reply(SessionView(**_fields(await server.fair.find(session))))
+
+
+@router.post(
+    "/sessions/{session}/opening",
+    summary="Open a session",
+    responses=documented(SessionView, 400, 401, 403, 404, 409, 413, 422, 503),
+    openapi_extra=body_of(SessionOpening, {"seed": "00" * 32}),
+    dependencies=[Token],
+)
+async def open_session(session: str, request: Request, server: Server) -> Response:
+    """Reveal your secret to the server, which has committed to its own: drops can begin."""
+    found = await own_session(session, request, server)
+    body = await read(request, SessionOpening)
+    await server.fair.open(found, body.seed)
+    return reply(SessionView(**_fields(found)))
+
+
+@router.post(
+    "/sessions/{session}/end",
+    summary="End a session",
+    responses=documented(SessionEnd, 401, 403, 404, 409, 503),
+    dependencies=[Token],
+)
+async def end_session(session: str, request: Request, server: Server) -> Response:
+    """End a session: the server reveals its secret. Drops in flight land and are paid all the same.
+
+    Ended again it says the same again.
+    """
+    found = await own_session(session, request, server)
+    await server.fair.end(found)
+    ended = found.ended()
+    return reply(SessionEnd(ended.session, ended.server_seed, ended.statement, ended.signature))
+
+
+@router.get(
+    "/sessions/{session}/export",
+    summary="Export a session",
+    responses=documented(SessionExport, 404, 503),
+)
+async def export_session(session: str, server: Server) -> Response:
+    """All that is needed to check a session with no network: `plinko verify`, or `verify.html`.
+
+    The server's secret is null in it until the session is over.
+    """
+    export = await server.fair.export(await server.fair.find(session))
+    return reply(export, headers={"cache-control": "no-cache"})
+
+
+@router.get("/log", summary="How the log stands", responses=documented(LogHead, 422, 503))
+async def get_log(server: Server, since: Since = 0) -> Response:
+    """The signed head of the log of all receipts, and the proof that it only grew `since`."""
+    head, consistency = await server.fair.head(since)
+    known = {"key": server.fair.signer.public.hex(), "head": msgspec.to_builtins(head)}
+    return reply({**known, "consistency": consistency}, headers={"cache-control": "no-cache"})
+
+
+async def own_session(session: str, request: Request, server: Services) -> FairSession:
+    """A session whose token the request shows; raises TokenError, UnknownSessionError."""
+    server.session_tokens.check(session, request.headers.get("authorization"))
+    return await server.fair.find(session)
+
+
+def _fields(session: FairSession) -> dict[str, Any]:
+    state = msgspec.to_builtins(session.state())
+    return {name: state[name] for name in SessionView.__struct_fields__}

@@ -1,0 +1,280 @@
+"""The WebSocket of a room: what each client says and is told, and how it ends."""
+
+import asyncio
+import contextlib
+import functools
+import logging
+import secrets
+import time
+from collections.abc import Callable
+from typing import Any
+
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+
+from app.errors import (
+    AbuseError,
+    AppError,
+    HaltedError,
+    HoldLostError,
+    LedgerError,
+    LimitError,
+    MalformedError,
+    MessageFloodError,
+    MissingBallError,
+    SlowClientError,
+    answer,
+    shorten,
+    told,
+)
+from app.live.broadcast.hub import Client, Mailbox
+from app.live.broadcast.transport import connection_of, sever
+from app.live.sessions.fair_sessions import check_stake
+from app.protocol import asyncapi, client_messages, messages
+from app.protocol.touching_messages import ClaimMessage, WatchMessage
+from app.protocol.visitors import AppearMessage, parse_colour, parse_name
+from app.protocol.wire import WireMessage
+from app.rooms.room import Room
+from app.rooms.stakes import parse_stake, parse_who
+from app.web.limits import TokenBucket, spend
+from app.web.routes.common import Server
+from app.web.routes.queries import check_queries
+from app.web.routes.rooms.joined_sessions import JoinedSessions
+from app.web.routes.rooms.room_changes import Changes
+from app.web.services import Services
+from engine.errors import EngineError
+from engine.seeding import parse_seed
+
+router = APIRouter()
+
+# Bad messages are answered, not punished, unless they keep coming: a typo is free, a flood is not.
+_STRIKES = 20
+_STRIKES_FORGIVEN = 1.0  # a second
+
+# Names are for people: who changes theirs more often shouts.
+_APPEARANCES = 0.5  # a second, and
+_APPEARANCES_AT_ONCE = 5
+
+_log = logging.getLogger("plinko")
+
+_CLOSE_SECONDS = 1.0  # for the close frame to find room in a buffer that has some
+
+
+@router.websocket("/ws/rooms/{room_id}")
+async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
+    """Watch and play in a room; docs/protocol.md has every message."""
+    await socket.accept()
+    error: AppError | None = None
+    try:
+        check_queries(socket.query_params, asyncapi.QUERY)
+        stream = client_messages.parse_stream(socket.query_params.get("stream"))
+        client_messages.parse_watch(socket.query_params.get("watch"))  # which is for relays
+        room = await server.rooms.seek(room_id)
+        error = await RoomClient(socket, server, room, stream).run()
+    except AppError as refused:
+        error = refused
+        if not isinstance(refused, HoldLostError):  # who comes again is brought to the room
+            with contextlib.suppress(WebSocketDisconnect):
+                await socket.send_text(messages.encode_event(_event(refused)).decode())
+    if error is not None:
+        server.metrics.errors.labels(answer(error).code).inc()
+        _log.info("client closed", extra={"room": shorten(room_id), "why": str(error)})
+        await _close(socket, error, server.settings.client_linger)
+
+
+async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
+    """Close with the reason; a client that does not read gets `linger` seconds to find it."""
+    if isinstance(error, SlowClientError):
+        sever(socket.scope, linger)
+    # RFC 6455 leaves 123 bytes for the reason.
+    reason = told(error).encode()[:120].decode(errors="ignore")
+    with contextlib.suppress(WebSocketDisconnect, TimeoutError, RuntimeError):
+        async with asyncio.timeout(_CLOSE_SECONDS):
+            await socket.close(answer(error).close, reason)
+
+
+def _event(error: BaseException, ref: object = None) -> messages.Error:
+    return messages.Error(code=answer(error).code, detail=told(error), ref=ref)
+
+
+class RoomClient:
+    """One client in one room."""
+
+    def __init__(self, socket: WebSocket, server: Services, room: Room, stream: str) -> None:
+        settings = server.settings
+        now = time.monotonic()
+        self.socket = socket
+        self.server = server
+        self.room_id = room.id
+        self.client = Client(
+            next(server.client_ids),
+            connection_of(socket),
+            Mailbox(settings.max_queue, settings.max_queue_bytes, self._keyframe(stream)),
+            settings.client_grace,
+            stream=room.stream_of(stream),
+            traffic=server.hub.traffic,
+            key=secrets.token_hex(8),
+        )
+        self._messages = TokenBucket(settings.message_rate, 2 * settings.message_rate, now)
+        self._drops = TokenBucket(settings.drop_rate, 2 * settings.drop_rate, now)
+        self._appearances = TokenBucket(_APPEARANCES, _APPEARANCES_AT_ONCE, now)
+        self._changes = Changes(server, room.id, self.client.id)
+        self._sessions = JoinedSessions(server)
+        self._asked: set[asyncio.Task[messages.Event]] = set()  # held, or they would be collected
+        self._strikes = TokenBucket(_STRIKES_FORGIVEN, _STRIKES, now)
+
+    @property
+    def room(self) -> Room:
+        """The room as it is now: its creator may have begun it anew."""
+        return self.server.rooms.find(self.room_id)
+
+    async def run(self) -> AppError | None:
+        """Serve the client until it leaves, or return why it must; raises RoomFullError."""
+        self.server.rooms.enter(self.room, self.client)
+        tasks = [asyncio.create_task(self._read()), asyncio.create_task(self.client.run())]
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._changes.let_go()
+            self.server.rooms.exit(self.room_id, self.client)
+            for task in tasks:
+                task.cancel()
+            ended = await asyncio.gather(*tasks, return_exceptions=True)
+        for outcome in ended:
+            if isinstance(outcome, AppError):
+                return outcome
+            if isinstance(outcome, Exception) and not isinstance(outcome, WebSocketDisconnect):
+                raise outcome
+        return None
+
+    async def _read(self) -> None:
+        """Take messages until the client disconnects; raises AbuseError."""
+        while True:
+            message = await self.socket.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            data = message.get("text")
+            try:
+                self._limit_messages()
+                self._take(data)
+            except (AppError, EngineError) as error:
+                self._answer(error, client_messages.peek(data, "ref") if data else None)
+
+    def _keyframe(self, stream: str) -> Callable[[], WireMessage] | None:
+        """Pieces of paths add up: one message makes good those that could not be sent."""
+        if self.room.stream_of(stream) != messages.SEGMENTS:
+            return None
+        return lambda: WireMessage.of_bytes(self.room.keyframe())
+
+    def _limit_messages(self) -> None:
+        """Raise MessageFloodError when messages come too fast."""
+        now = time.monotonic()
+        if not self._messages.take(now):
+            raise MessageFloodError(f"more than {self._messages.rate:g} messages a second")
+
+    def _take(self, data: str | None) -> None:
+        """Carry out one message; raises what is wrong with it."""
+        if not isinstance(data, str):
+            raise MalformedError("a binary frame is no message; send JSON in a text frame")
+        message = client_messages.decode_message(data)
+        match message:
+            case client_messages.PingMessage():
+                self._tell(self._pong(message))
+            case client_messages.ResumeMessage(run=run, since=since, key=key):
+                broadcaster = self.server.rooms.broadcaster
+                self._tell(broadcaster.missed(self.room, self.client, run, since, key))
+            case client_messages.DropMessage():
+                self._drop(message)
+            case (
+                client_messages.SessionMessage()
+                | client_messages.OpenMessage()
+                | client_messages.EndMessage()
+            ):
+                self._ask(message)
+            case AppearMessage():
+                self._appear(message)
+            case ClaimMessage():
+                self._tell(self._changes.claim(message))
+            case WatchMessage():
+                self._changes.watch(self.room, message)
+            case _:
+                self._follow(message.ref, self._changes.take(self.room, message))
+
+    def _drop(self, message: client_messages.DropMessage) -> None:
+        spend(self._drops, time.monotonic(), "drops")
+        seed = None if message.seed is None else parse_seed(message.seed)
+        x = client_messages.parse_x(message.x)
+        stake = parse_stake(message.stake)
+        check_stake(stake, message.session)
+        session = None if message.session is None else self._sessions.of(message.session)
+        asked = self.server.rooms.drop(
+            self.room,
+            seed,
+            x,
+            aim=client_messages.parse_aim(message.aim),
+            stake=stake,
+            who=parse_who(message.who),
+            session=session,
+            client=self.client.id,
+            key=self.client.key,
+            ref=message.ref,
+        )
+        self._follow(message.ref, asked)
+
+    def _appear(self, message: AppearMessage) -> None:
+        spend(self._appearances, time.monotonic(), "changes of name")
+        name, colour = parse_name(message.name), parse_colour(message.colour)
+        presence = self.server.rooms.broadcaster.presence
+        self._tell(presence.appear(self.room_id, self.client, name, colour))
+
+    def _ask(self, message: client_messages.SessionRequest) -> None:
+        """Answer what is said of a session, once the ledger has it."""
+        spend(self._drops, time.monotonic(), "drops")
+        task = asyncio.create_task(self._sessions.take(self.room, message))
+        self._asked.add(task)
+        task.add_done_callback(functools.partial(self._answered, message.ref))
+
+    def _answered(self, ref: object, task: "asyncio.Task[messages.Event]") -> None:
+        self._asked.discard(task)
+        error = None if task.cancelled() else task.exception()
+        if isinstance(error, HoldLostError):
+            self.client.fail(error)
+        elif error is not None:
+            self._tell(_event(error, ref))
+        elif not task.cancelled():
+            self._tell(task.result())
+
+    def _follow(self, ref: object, asked: "asyncio.Future[Any]") -> None:
+        # Not waited for: a player's next message need not wait for a disk.
+        asked.add_done_callback(functools.partial(self._kept, ref))
+
+    def _kept(self, ref: object, asked: "asyncio.Future[Any]") -> None:
+        """Tell the player what could not be kept, or that it is done if no event says so."""
+        error = None if asked.cancelled() else asked.exception()
+        if isinstance(error, HoldLostError):
+            self.client.fail(error)
+        elif error is not None:
+            event = messages.encode_event(_event(error, ref))
+            self.server.hub.notify(self.room_id, self.client.id, event)
+        elif ref is not None and not asked.cancelled() and not messages.has_ref(asked.result()):
+            done = messages.Done(tick=self.room.world.tick, ref=ref)
+            event = messages.encode_event(done)
+            self.server.hub.notify(self.room_id, self.client.id, event)
+
+    def _pong(self, ping: client_messages.PingMessage) -> messages.Pong:
+        tick, at = self.room.world.tick, self.room.tick_time
+        return messages.Pong(t=ping.t, tick=tick, tick_time=at, server_time=time.monotonic())
+
+    def _answer(self, error: AppError | EngineError, ref: object) -> None:
+        if isinstance(error, HoldLostError):
+            self.client.fail(error)  # whoever is sent to another server need not hear why first
+            return
+        # A full room, a finger too fast, or a ledger that is lost, is no offence.
+        innocent = isinstance(error, HaltedError | LimitError | LedgerError | MissingBallError)
+        innocent = innocent and not isinstance(error, MessageFloodError)
+        if not innocent and not self._strikes.take(time.monotonic()):
+            raise AbuseError(f"too many bad messages; the last: {error}")
+        self.server.metrics.errors.labels(answer(error).code).inc()
+        self._tell(_event(error, ref))
+
+    def _tell(self, event: messages.Event) -> None:
+        self.client.post(WireMessage.of_text(messages.encode_event(event)))

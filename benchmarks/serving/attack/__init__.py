@@ -1,0 +1,1 @@
+"""A server attacked: what its other players notice. Start with attack.py."""

@@ -1,0 +1,222 @@
+"""A room whose balls bounce a hundred thousand times slows down, and no other does."""
+
+import asyncio
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.errors import AppError, BallLimitError, BusyError
+from app.live.broadcast.hub import Hub
+from app.live.registry import Rooms
+from app.live.ticking import runner
+from app.protocol import messages
+from app.rooms import independent
+from app.rooms.boards import Boards
+from app.rooms.independent import IndependentRoom
+from app.rooms.kinds import INTERACTING
+from app.rooms.pending import DropCommand
+from app.settings import Settings
+from benchmarks.serving.attack.attackers import hall
+from engine import Board, World, drop
+from engine.drops import sliced
+from engine.physics import body
+from engine.world.exact_path import KEPT, SLICE
+from tests.app.passes import run_pass
+
+MAIN = Board.preset("triangle-8")
+HALL = Board.from_json(hall())
+CALL = 1e-4  # s by which each look at the clock moves it: a slice of a path is as long
+
+
+class Clock:
+    """Time passes with each look."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+
+    def __call__(self) -> float:
+        self.time += CALL
+        return self.time
+
+
+def followed(room: Any) -> int:
+    """Events that were computed of the balls in flight."""
+    assert isinstance(room.world, World)
+    return sum(path.sliced.events for path in room.world._exact()._paths)
+
+
+async def test_a_room_that_lags_catches_up_by_no_more_than_its_share_of_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = Clock()
+    rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
+    heap = await rooms.create(MAIN, INTERACTING)
+    asked = [rooms.drop(room, 1, None) for room in (heap, rooms.find("main"))]
+    run_pass(rooms.runner)
+    step = heap.step
+
+    def slow(*, watched: bool) -> list[messages.Event]:
+        clock.time += 0.005
+        return step(watched=watched)
+
+    monkeypatch.setattr(heap, "step", slow)
+    before = heap.world.tick, rooms.find("main").world.tick
+    run_pass(rooms.runner, 5)
+    assert (heap.world.tick, rooms.find("main").world.tick) == (before[0] + 2, before[1] + 5)
+    assert all(each.done() for each in asked)
+
+
+async def test_frames_of_main_leave_and_requests_are_heard_before_a_dear_room_ticks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = Clock()
+    rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
+    main = rooms.find("main")
+    dear = [await rooms.create(MAIN, INTERACTING) for _ in range(2)]
+    asked = [rooms.drop(room, 0, None) for room in (main, *dear)]
+    run_pass(rooms.runner)
+    before = [room.world.tick for room in (main, *dear)]
+
+    def slow(*, watched: bool) -> list[messages.Event]:
+        clock.time += 0.003
+        return []
+
+    for room in dear:
+        monkeypatch.setattr(room, "step", slow)
+    times = [clock.time]
+    for awake in rooms.runner.tick(1):
+        if len(times) == 1:
+            now = [room.world.tick for room in (main, *dear)]
+            assert now == [before[0] + 1, *before[1:]]
+        times.append(clock.time)
+        assert awake
+    # Main's turn, and one each for those that take 3 ms.
+    assert [each > 0.003 for each in np.diff(times)] == [False, True, True]
+    assert all(each.done() for each in asked)
+
+
+async def test_rooms_together_keep_no_more_events_than_there_is_memory_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(runner, "MOST_EVENTS", 600)
+    rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=Clock())
+    dear = [await rooms.create(HALL) for _ in range(2)]
+    asked = [rooms.drop(room, 0, None) for room in dear]
+    while sum(room.events_kept for room in dear) <= 600:
+        run_pass(rooms.runner)
+    with pytest.raises(BusyError, match=r"in all rooms have \d+ events"):
+        rooms.drop(rooms.find("main"), 0, None)
+    assert all(each.done() for each in asked)
+
+
+async def test_forty_drops_of_a_dear_board_are_computed_in_turns() -> None:
+    rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=Clock())
+    dear, main = await rooms.create(HALL), rooms.find("main")
+    asked = [rooms.drop(dear, seed, None) for seed in range(40)]
+    asked.append(rooms.drop(main, 1, None))
+    for _ in range(60):
+        before, tick = followed(dear), main.world.tick
+        run_pass(rooms.runner)
+        # A turn has 2 ms: some twenty slices of 64 events and the few that end one.
+        assert followed(dear) - before <= 20 * (64 + 8)
+        assert main.world.tick == tick + 1
+        if tick % 20 == 0:
+            asked.append(rooms.drop(main, tick, None))
+        await asyncio.sleep(0)
+    assert 0 < dear.world.tick < 60
+    assert all(each.done() for each in asked[:41])
+
+
+def test_a_room_whose_balls_bounce_for_ever_takes_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(independent, "MOST_EVENTS", 500)
+    room = IndependentRoom("dear", HALL, tick_rate=60, max_balls=9)
+    for seed in (0, 1):
+        room.drop(DropCommand(seed))
+    while room.world.events_kept <= 500:
+        room.step(watched=False)
+    with pytest.raises(BallLimitError, match=r"have \d+ events behind them, of which it keeps 500"):
+        room.plan_drop(DropCommand(2))
+
+
+def test_a_room_with_more_events_in_a_tick_than_it_may_hold_fails(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(independent, "MOST_EVENTS", 10)
+    room = IndependentRoom("dear", HALL, tick_rate=60, max_balls=9)
+    room.drop(DropCommand(0))
+    room.look_ahead()
+    with pytest.raises(AppError, match=r"events in one tick, and 40 is what"):
+        room.look_ahead()
+
+
+def test_of_a_ball_that_bounces_often_few_events_are_kept() -> None:
+    room = IndependentRoom("dear", HALL, tick_rate=60, max_balls=9)
+    room.drop(DropCommand(4))
+    most = 0
+    while followed(room) < 5_000:
+        while room.look_ahead():
+            most = max(most, room.events_kept)
+        room.step(watched=False)
+    assert most < KEPT + 2 * SLICE
+    begin, ahead = room.world.ahead(0)
+    whole = room.world.trajectory(0)
+    count = len(ahead.segments)
+    assert begin > 2_000
+    assert (ahead.segments == whole.segments[begin : begin + count]).all()
+    known = whole.events[:, 0] >= ahead.segments[0, body.T]
+    assert (ahead.events == whole.events[known][: len(ahead.events)]).all()
+    again = IndependentRoom("dear", HALL, tick_rate=60, max_balls=9)
+    again.restore(room.checkpoint())
+    assert again.events_kept < KEPT + 2 * SLICE
+    assert again.world.bodies.tobytes() == room.world.bodies.tobytes()
+
+
+def test_a_dear_ball_lands_as_its_drop_says() -> None:
+    room = IndependentRoom("dear", HALL, tick_rate=60, max_balls=9)
+    alone = drop(HALL, 4)
+    room.drop(DropCommand(4))
+    events: list[Any] = []
+    while room.awake:
+        while not room.ready:
+            room.look_ahead()
+        events += room.step(watched=False)
+    (landed,) = events
+    assert len(alone.impacts) > 10_000
+    assert (landed.digest, landed.bin, landed.t) == (alone.digest, alone.bin, alone.duration)
+
+
+SHAFT = {
+    "name": "shaft",
+    "width": 4e-3,
+    "height": 1.0,
+    "ball": {"radius": 1e-3, "restitution": 1.0},
+    "walls": [
+        {"x1": -5e-3, "y1": 0.97, "x2": 2.5e-3, "y2": 0.97},
+        {"x1": -5e-3, "y1": -0.01, "x2": -5e-3, "y2": 1.0},
+        {"x1": 5e-3, "y1": -0.01, "x2": 5e-3, "y2": 1.0},
+    ],
+    "wall_material": {"restitution": 1.0},
+    "bins": {"y": 1.0, "edges": [-5e-3, 0.0, 5e-3], "multipliers": [1.0, 1.0]},
+    "drop": {"x": -1.25e-3, "y": 0.0, "jitter": 1e-4},
+}
+"""The way to an impact is hundreds of times as long as the ball is wide."""
+
+
+async def test_a_board_on_which_one_impact_takes_too_long_closes_its_room_and_says_why(
+    limited_calls: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sliced, "EFFORT", 50_000)
+    rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=Clock())
+    main, dear = rooms.find("main"), await rooms.create(Board.from_json(SHAFT))
+    asked = [rooms.drop(room, 1, None) for room in (main, dear)]
+    accepted = [await each for each in asked]
+    landing = asyncio.ensure_future(rooms.landings.wait(dear, accepted[1].ball, 60.0))
+    await asyncio.sleep(0)
+    while rooms.is_open(dear.id):
+        run_pass(rooms.runner)
+    with pytest.raises(AppError, match="was closed: too much to compute"):
+        await landing
+    before = main.world.tick
+    run_pass(rooms.runner)
+    assert main.world.tick == before + 1

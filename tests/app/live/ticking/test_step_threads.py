@@ -1,0 +1,213 @@
+"""Rooms of many touching balls tick by other threads: nobody waits for them, and no bit changes."""
+
+import asyncio
+import functools
+import threading
+from collections.abc import AsyncIterator, Iterator
+from typing import Any
+
+import pytest
+
+from app.errors import AppError, ClosedRoomError
+from app.live.broadcast.hub import Hub
+from app.live.registry import Rooms
+from app.live.ticking.step_threads import StepThreads
+from app.protocol.touching_messages import AddMessage
+from app.rooms.boards import Boards
+from app.rooms.kinds import SCENE
+from app.rooms.room import Room
+from app.rooms.touching.next_tick import NextTick
+from app.rooms.touching.room import TouchingRoom
+from app.settings import Settings
+from engine import Board
+from tests.app.passes import run_pass
+from tests.waiting import LIMIT, eventually
+
+MAIN = Board.preset("triangle-8")
+HEAP = {"scene": "sandbox", "balls": 60, "substeps": 8}
+
+
+class Gate:
+    """Where threads wait before they compute; `open` lets so many go on."""
+
+    def __init__(self) -> None:
+        self._passes = threading.Semaphore(0)
+        self.came = 0
+
+    def open(self, count: int = 1) -> None:
+        self._passes.release(count)
+
+    def wait(self) -> None:
+        self.came += 1
+        assert self._passes.acquire(timeout=LIMIT)
+
+
+@pytest.fixture
+def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[Gate]:
+    gate = Gate()
+    compute = NextTick.compute
+
+    def waiting(self: NextTick) -> None:
+        gate.wait()
+        compute(self)
+
+    monkeypatch.setattr(NextTick, "compute", waiting)
+    yield gate
+    gate.open(1_000)
+
+
+@pytest.fixture
+async def rooms() -> AsyncIterator[Rooms]:
+    held = Rooms(Settings(), Boards(8), Hub(8), MAIN)
+    yield held
+    await asyncio.to_thread(held.runner.close)
+
+
+async def heap_of(rooms: Rooms) -> Room:
+    room = await rooms.create(rooms.scene(HEAP), SCENE)
+    assert room.steps_aside
+    rooms.persistence.ticked(60, [room])  # the ledger has heard how far it may tick
+    return room
+
+
+def alone(ticks: int, *, ball_at: int | None = None) -> TouchingRoom:
+    """The same heap by itself, on one thread; with a ball thrown in at a tick."""
+    held = Rooms(Settings(), Boards(8), Hub(8), MAIN)
+    room = TouchingRoom("alone", held.scene(HEAP), tick_rate=60, max_balls=500)
+    for tick in range(ticks):
+        if tick == ball_at:
+            room.plan_change(AddMessage(x=0.0, y=0.5)).durable = True
+            room.enter()
+        room.step(watched=False)
+    return room
+
+
+async def test_others_tick_while_a_step_is_computed_and_its_room_catches_up(
+    rooms: Rooms, gate: Gate
+) -> None:
+    heap, main = await heap_of(rooms), rooms.find("main")
+    drop = rooms.drop(main, 1, None)
+    for tick in range(4):
+        run_pass(rooms.runner)
+        assert (heap.world.tick, main.world.tick) == (0, tick + 1)
+    assert drop.done()
+    assert heap.checkpoint(), "it is read while another thread computes"
+    gate.open(4)  # the ticks that it has missed; it needs no pass of the ticker for them
+    await eventually(lambda: heap.world.tick == 4)
+    assert heap.world.digest() == alone(4).world.digest()
+
+
+async def test_a_room_that_is_slow_for_long_gives_ticks_up(rooms: Rooms, gate: Gate) -> None:
+    heap = await heap_of(rooms)
+    run_pass(rooms.runner, 5)
+    run_pass(rooms.runner, 5)
+    gate.open(100)
+    await eventually(lambda: heap.world.tick == 5 and heap.ready)
+    run_pass(rooms.runner)
+    assert heap.world.tick == 6
+
+
+async def test_an_input_enters_at_its_tick_though_the_next_is_being_computed(
+    rooms: Rooms, gate: Gate
+) -> None:
+    heap = await heap_of(rooms)
+    gate.open(100)
+    await eventually(lambda: run_pass(rooms.runner) and heap.world.tick >= 3)
+    tick = heap.world.tick
+    placed: Any = rooms.change(heap, AddMessage(x=0.0, y=0.5))
+    (planned,) = heap.planned
+    assert planned.tick == tick + rooms.persistence.lead
+    await eventually(lambda: run_pass(rooms.runner) and heap.world.tick >= tick + 8)
+    assert placed.done()
+    assert placed.result().tick == planned.tick
+    assert heap.world.digest() == alone(heap.world.tick, ball_at=planned.tick).world.digest()
+
+
+async def test_a_room_is_closed_or_begun_anew_while_its_step_is_computed(
+    rooms: Rooms, gate: Gate
+) -> None:
+    gone, anew = await heap_of(rooms), await heap_of(rooms)
+    run_pass(rooms.runner)
+    await rooms.delete(gone)
+    again = await rooms.reset(anew)
+    gate.open(100)
+    await eventually(lambda: run_pass(rooms.runner) and again.world.tick >= 3)
+    assert (gone.world.tick, anew.world.tick) == (0, 0), "nobody ticks what is gone"
+    assert again.world.digest() == alone(again.world.tick).world.digest()
+
+
+async def test_a_room_that_is_deleted_while_it_is_begun_anew_stays_deleted(rooms: Rooms) -> None:
+    heap = await heap_of(rooms)
+    begun, deleted = await asyncio.gather(
+        rooms.reset(heap), rooms.delete(heap), return_exceptions=True
+    )
+    assert isinstance(begun, ClosedRoomError)
+    assert deleted is None
+    with pytest.raises(AppError):
+        rooms.find(heap.id)
+
+
+async def test_a_step_that_fails_in_another_thread_closes_its_room_alone(
+    rooms: Rooms, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    heap, other = await heap_of(rooms), await heap_of(rooms)
+
+    def bad() -> None:
+        raise ZeroDivisionError("a heap")
+
+    copy = heap.world.copy  # type: ignore[attr-defined]
+
+    def broken() -> Any:
+        world = copy()
+        world.step = bad
+        return world
+
+    monkeypatch.setattr(heap.world, "copy", broken)
+    await eventually(lambda: run_pass(rooms.runner) and other.world.tick >= 3)
+    with pytest.raises(AppError):
+        rooms.find(heap.id)
+    assert "room failed and is closed" in caplog.text
+    assert rooms.find(other.id) is other
+
+
+async def test_threads_serve_the_room_first_that_has_had_least_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    spent = 0.0
+    monkeypatch.setattr("app.live.ticking.step_threads.time.thread_time", lambda: spent)
+    threads, costs, order = StepThreads(1), {"dear": 4.0, "one": 1.5, "two": 1.0}, list[str]()
+    left = asyncio.Semaphore(0)
+
+    def step(name: str) -> None:
+        nonlocal spent
+        order.append(name)
+        spent += costs[name]
+
+    for _ in range(3):
+        busy = threading.Event()
+        threads.submit("busy", lambda busy=busy: busy.wait(LIMIT), left.release)  # type: ignore[misc]
+        for name in costs:
+            threads.submit(name, functools.partial(step, name), left.release)
+        busy.set()
+        for _ in ("busy", *costs):
+            async with asyncio.timeout(LIMIT):
+                await left.acquire()
+    threads.close()
+    # What others had before a room came back does not count: those two are even in the third round.
+    assert order == ["dear", "one", "two", "two", "one", "dear", "one", "two", "dear"]
+
+
+async def test_an_input_that_is_kept_when_the_server_stops_harms_no_room(
+    rooms: Rooms, caplog: pytest.LogCaptureFixture
+) -> None:
+    heap = await heap_of(rooms)
+    await eventually(lambda: run_pass(rooms.runner) and heap.world.tick >= 1)
+    placed = rooms.change(heap, AddMessage(x=0.0, y=0.5))
+    rooms.leave()
+    while heap.planned:
+        run_pass(rooms.runner)
+        heap.step(watched=False)
+    rooms.runner.admit_now(heap)
+    assert placed.done()
+    assert rooms.find(heap.id) is heap
+    assert caplog.text == ""

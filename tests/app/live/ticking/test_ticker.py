@@ -1,0 +1,201 @@
+"""The clock of the rooms: drift-free, capped in catching up, asleep when nothing moves."""
+
+import asyncio
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.live.ticking.ticker import Schedule, Ticker
+from tests.waiting import turns
+
+PERIOD = 1.0 / 60.0
+
+
+class FakeClock:
+    """A clock that moves only when somebody sleeps; each sleep may take longer than asked."""
+
+    def __init__(self, late: list[float] | None = None) -> None:
+        self.now = 1000.0
+        self.late = late or []
+        self.sleeps = 0
+
+    def __call__(self) -> float:
+        return self.now
+
+    async def sleep(self, seconds: float) -> None:
+        if seconds > 0.0:
+            self.now += seconds + (self.late[self.sleeps % len(self.late)] if self.late else 0.0)
+            self.sleeps += 1
+        await asyncio.sleep(0)
+
+
+def test_lateness_never_adds_up() -> None:
+    """A thousand wake-ups, each late by up to half a period, make a thousand ticks and no more."""
+    schedule = Schedule(PERIOD, 5)
+    chance = random.Random(7)
+    now = 1000.0
+    schedule.start(now)
+    ticks = 0
+    for _ in range(1000):
+        now += schedule.delay(now) + chance.uniform(0.0, 0.5 * PERIOD)
+        ticks += schedule.due(now)
+    assert ticks == 1000
+    assert schedule.overruns == 0
+    assert 1000.0 + 1000 * PERIOD <= now < 1000.0 + 1001 * PERIOD
+
+
+@given(
+    st.lists(st.floats(0.0, 4.9 * PERIOD), min_size=1, max_size=300),
+    st.floats(0.0, 1e6),
+)
+def test_whatever_the_delays_the_ticks_follow_the_clock(lates: list[float], start: float) -> None:
+    schedule = Schedule(PERIOD, 5)
+    schedule.start(start)
+    now, ticks = start, 0
+    for late in lates:
+        now += late
+        ticks += schedule.due(now)
+    assert abs(ticks - (now - start) / PERIOD) < 1.0 + 1e-3
+    assert schedule.skipped == 0
+
+
+def test_woken_on_the_deadline_a_tick_is_due() -> None:
+    schedule = Schedule(PERIOD, 5)
+    for start in (0.0, 0.1, 12345.678, 1e6):
+        schedule.start(start)
+        now = start
+        for _ in range(100):
+            now += schedule.delay(now)
+            assert schedule.due(now) == 1
+
+
+def test_nothing_is_due_before_its_time() -> None:
+    schedule = Schedule(PERIOD, 5)
+    schedule.start(0.0)
+    assert schedule.due(0.5 * PERIOD) == 0
+    assert schedule.due(1.01 * PERIOD) == 1
+    assert schedule.due(1.5 * PERIOD) == 0
+
+
+def test_after_a_pause_at_most_the_cap_is_caught_up_and_the_rest_is_counted() -> None:
+    schedule = Schedule(PERIOD, 5)
+    schedule.start(0.0)
+    assert schedule.due(60.5 * PERIOD) == 5
+    assert (schedule.overruns, schedule.skipped) == (1, 55)
+    assert schedule.due(60.6 * PERIOD) == 0, "the next tick keeps to the old rhythm"
+    assert schedule.due(61.0 * PERIOD) == 1
+
+
+async def ticker_run(ticker: Ticker) -> None:
+    task = asyncio.create_task(ticker.run())
+    await turns(5000)
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+
+
+async def test_a_ticker_that_nobody_wakes_does_nothing() -> None:
+    clock = FakeClock()
+    ticker = Ticker(Schedule(PERIOD, 5), lambda due: [True], clock=clock, sleep=clock.sleep)
+    await ticker_run(ticker)
+    assert (ticker.ticks, ticker.wakeups, clock.sleeps) == (0, 0, 0)
+    assert ticker.asleep
+
+
+async def test_a_ticker_sleeps_again_once_nothing_moves() -> None:
+    clock = FakeClock(late=[0.001, 0.0, 0.004])
+    left = [10]
+
+    def tick(due: int) -> list[bool]:
+        left[0] -= due
+        return [left[0] > 0]
+
+    ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep)
+    ticker.wake()
+    await ticker_run(ticker)
+    assert (ticker.ticks, ticker.wakeups, ticker.asleep) == (10, 1, True)
+    ticker.wake()
+    left[0] = 3
+    await ticker_run(ticker)
+    assert (ticker.ticks, ticker.wakeups, ticker.asleep) == (13, 2, True)
+
+
+async def test_a_ticker_woken_while_awake_goes_on_with_its_rhythm() -> None:
+    clock = FakeClock()
+    times: list[float] = []
+
+    def tick(due: int) -> list[bool]:
+        times.append(clock.now)
+        ticker.wake()
+        return [len(times) < 50]
+
+    ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep)
+    ticker.wake()
+    await ticker_run(ticker)
+    assert times[:50] == pytest.approx([1000.0 + (k + 1) * PERIOD for k in range(50)])
+
+
+async def test_a_slow_tick_is_an_overrun_and_is_caught_up() -> None:
+    clock = FakeClock()
+    dues: list[int] = []
+
+    def tick(due: int) -> list[bool]:
+        dues.append(due)
+        if len(dues) == 1:
+            clock.now += 2.5 * PERIOD
+        return [len(dues) < 5]
+
+    ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep)
+    ticker.wake()
+    await ticker_run(ticker)
+    assert dues == [1, 2, 1, 1, 1]
+    assert ticker.schedule.overruns == 1
+
+
+class Journal:
+    """A watcher that writes down what it is told."""
+
+    def __init__(self) -> None:
+        self.lines: list[object] = []
+
+    def woke(self) -> None:
+        self.lines.append("woke")
+
+    def ticked(self, late: float, duration: float) -> None:
+        self.lines.append((round(late, 6), round(duration, 6)))
+
+    def slept(self) -> None:
+        self.lines.append("slept")
+
+
+async def test_watchers_are_told_how_late_and_how_long_each_tick_was() -> None:
+    clock = FakeClock(late=[0.001, 0.0, 0.004])
+    journal = Journal()
+    left = [3]
+
+    def tick(due: int) -> list[bool]:
+        left[0] -= due
+        clock.now += 0.002
+        return [left[0] > 0]
+
+    ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep, watchers=[journal])
+    await ticker_run(ticker)
+    assert journal.lines == []
+    ticker.wake()
+    await ticker_run(ticker)
+    assert journal.lines == ["woke", (0.001, 0.002), (0.0, 0.002), (0.004, 0.002), "slept"]
+
+
+async def test_a_ticker_that_is_cancelled_leaves_its_watchers_asleep() -> None:
+    clock = FakeClock()
+    journal = Journal()
+    ticker = Ticker(
+        Schedule(PERIOD, 5), lambda due: [True], clock=clock, sleep=clock.sleep, watchers=[journal]
+    )
+    ticker.wake()
+    await ticker_run(ticker)
+    assert journal.lines[0] == "woke"
+    assert journal.lines[-1] == "slept"
+    assert journal.lines.count("slept") == 1

@@ -1,0 +1,58 @@
+"""A server over a shared ledger that stops itself at one step of a commit, in its own process.
+
+`python -m tests.app.persistence.freezing URL STEP` prints that step's name and stops (SIGSTOP);
+once it goes on, it plays on and prints what its players were told, as JSON.
+"""
+
+import asyncio
+import json
+import os
+import signal
+import sys
+
+from tests.app.persistence.ledger.stepped import Table
+from tests.app.persistence.oracle import Told
+
+
+async def play(url: str, stop: int) -> None:
+    told = {"main": Told("main")}
+    table = Table(url, told, holder="older")
+    await table.until(table.rooms.resume())
+    await table.until(table.rooms.seek("main"))
+    table.asks("main", 1)
+    table.work()
+    table.tick(30)
+    left = stop
+
+    def at(step: str) -> None:
+        nonlocal left
+        left -= 1
+        if left == 0:
+            print(step, flush=True)  # noqa: T201
+            os.kill(os.getpid(), signal.SIGSTOP)
+
+    table.database.at = at
+    for seed in (2, 3, 4):
+        if table.rooms.all():
+            table.asks("main", seed)
+        table.work()
+        table.tick(30)
+        await asyncio.sleep(0)
+    if left > 0:
+        print("", flush=True)  # noqa: T201
+    for _ in range(20):
+        table.loop.pass_time(1.0)
+        table.work()
+        table.tick(30)
+        await asyncio.sleep(0)
+    found = told["main"]
+    said = {
+        "accepted": list(found.accepted.values()),
+        "landed": list(found.landed.values()),
+        "refused": sorted(found.refused),
+        "has": [room.id for room in table.rooms.all()],
+    }
+    print(json.dumps(said), flush=True)  # noqa: T201
+
+
+asyncio.run(play(sys.argv[1], int(sys.argv[2])))

@@ -1,0 +1,153 @@
+"""One life of a server's rooms over a ledger: a real database, ticks by hand, no network."""
+
+import asyncio
+import contextlib
+import sqlite3
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+
+from app.live.broadcast.hub import Hub
+from app.live.holding import Holding
+from app.live.registry import Rooms
+from app.persistence.holds import Holds
+from app.persistence.ledger.database import Database
+from app.persistence.ledger.writer import Ledger
+from app.persistence.service import PersistenceService
+from app.persistence.statements import store
+from app.protocol import messages
+from app.rooms.boards import Boards
+from app.rooms.kinds import BallLimits
+from app.rooms.records import RoomRow
+from app.rooms.room import Room
+from app.settings import Settings
+from engine import Board
+from tests.app.passes import run_pass
+from tests.waiting import LIMIT, eventually
+
+BOARD = Board.preset("triangle-8")
+
+
+@dataclass
+class Life:
+    """The rooms from a start until a kill."""
+
+    rooms: Rooms
+    ledger: Ledger
+
+    async def drop(self, room: Room, seed: int, **values: Any) -> messages.Accepted:
+        """Drop a ball, ticking until it is in."""
+        asked = self.rooms.drop(room, seed, None, **values)
+        await self.heard()
+        await self.until(asked.done, 1)
+        return await asked
+
+    def tick(self, times: int) -> None:
+        for _ in range(times):
+            run_pass(self.rooms.runner)
+
+    async def heard(self) -> None:
+        """Wait until the ledger has heard of all so far: ticks here are faster than a clock's."""
+        await self.ledger.read(lambda connection: None)
+
+    async def until(self, condition: Callable[[], object], ticks: int = 20) -> None:
+        """Tick, and let the ledger hear of it, until the condition holds."""
+        async with asyncio.timeout(LIMIT):
+            while not condition():
+                self.tick(ticks)
+                await self.heard()
+
+    async def run(self, room: Room, ticks: int) -> None:
+        """Tick until the room has come so far or sleeps."""
+        last = room.world.tick + ticks
+        await self.until(lambda: room.world.tick + 20 > last or not room.awake)
+        await self.until(lambda: room.world.tick >= last or not room.awake, 1)
+
+    async def rest(self) -> None:
+        """Tick until nothing moves."""
+        await self.until(lambda: not self.rooms.runner.awake)
+
+    async def back(self) -> None:
+        """Wait until all rooms are back."""
+        await eventually(lambda: not self.rooms.rebuilding.waiting)
+
+    @property
+    def holding(self) -> Holding:
+        """The rooms that this server has, where several share the ledger."""
+        assert self.rooms.holding is not None
+        return self.rooms.holding
+
+    async def row(self, room_id: str) -> RoomRow:
+        """The room's session as the ledger has it."""
+        found = await self.ledger.read(lambda connection: store.open_room(connection, room_id))
+        assert found is not None
+        return found
+
+    async def leave(self) -> None:
+        """Stop in order; without, it is as if killed: what only memory knew is gone."""
+        self.rooms.leave()
+        await self.heard()
+
+
+@contextlib.asynccontextmanager
+async def living(
+    url: str, *, board: Board = BOARD, rebuild: bool = True, holder: str = "", **settings: Any
+) -> AsyncIterator[Life]:
+    """A life over the ledger at `url`; without `rebuild`, only rooms asked for come back.
+
+    A `holder` is the name of one of several servers that share the ledger.
+    """
+    chosen = Settings(**settings)
+    limits = BallLimits(chosen.max_balls, chosen.max_touching)
+    ledger = Ledger(Database(url, shared=bool(holder)), period=0.0, patience=60.0)
+    holds = Holds(ledger, holder) if holder else None
+    service = PersistenceService(ledger, tick_rate=chosen.tick_rate, limits=limits, holds=holds)
+    rooms = Rooms(chosen, Boards(8), Hub(8), board, persistence=service)
+    await asyncio.to_thread(ledger.open)
+    ledger.start()
+    try:
+        await rooms.resume()
+        rebuilding = asyncio.create_task(rooms.rebuilding.run() if rebuild else asyncio.sleep(0))
+        try:
+            yield Life(rooms, ledger)
+        finally:
+            rebuilding.cancel()
+            await asyncio.gather(rebuilding, return_exceptions=True)
+    finally:
+        await ledger.close()
+
+
+def change(url: str, *statements: str) -> None:
+    """Do to a ledger what its server never would."""
+    database = Database(url)
+    database.open()
+    with database.transaction() as connection:
+        for statement in statements:
+            connection.execute(sa.text(statement))
+    database.close()
+
+
+def look(url: str, read: Callable[..., Any], *values: Any) -> Any:
+    """What `read` finds in a ledger that no server uses."""
+    database = Database(url)
+    database.open()
+    try:
+        with database.transaction() as connection:
+            return read(connection, *values)
+    finally:
+        database.close()
+
+
+def break_page(file: Path, table: str) -> None:
+    """Flip a bit of a table's first page, so that it is no page any more."""
+    with sqlite3.connect(file) as connection:
+        (size,) = connection.execute("PRAGMA page_size").fetchone()
+        wanted = "SELECT rootpage FROM sqlite_master WHERE name = ?"
+        (page,) = connection.execute(wanted, (table,)).fetchone()
+    connection.close()
+    found = bytearray(file.read_bytes())
+    found[(page - 1) * size] ^= 0x40
+    file.write_bytes(found)

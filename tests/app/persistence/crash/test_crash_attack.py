@@ -1,0 +1,148 @@
+"""A server that strangers attack for hours, and that is killed and stalled too, loses no ball.
+
+`make test-attack HOURS=2` does it for two hours. It is left out of `make test`, whose tests of each
+attack by itself take no server.
+"""
+
+import asyncio
+import itertools
+import os
+import random
+import signal
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from app.persistence.checks.audit import Audit
+from app.persistence.checks.integrity import check_database
+from app.persistence.ledger.database import Database
+from app.persistence.statements import store
+from app.rooms.log import verify_log
+from benchmarks.serving.attack.attackers import LOGGED, hall
+from benchmarks.serving.process import can_watch
+from engine import Board
+from tests.app.persistence.crash.siege import Siege
+from tests.app.persistence.oracle import hold
+from tests.app.persistence.server import Served
+from tests.long import LONG
+
+HOURS: Final = float(os.environ.get("PLINKO_TEST_HOURS", "0.05"))
+LONG_LOG: Final = LOGGED if HOURS >= 0.5 else 1000  # drops
+TOUCHING: Final = "interacting-triangle-8"
+READERS: Final = f"100 logs of {LOGGED:,} drops"
+READING: Final = 12.0  # s
+
+# Few rooms, so that newcomers want those of others, and ones that are left soon make way.
+FLAGS: Final = ("--max-rooms", "100", "--room-rest", "60")
+
+
+def board_that_ends_at_once() -> Board:
+    return Board.from_json({**hall(), "name": "fast", "walls": hall()["walls"][:2]})
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not LONG, reason="takes minutes: `make test-attack`")
+@pytest.mark.skipif(not can_watch(), reason="processor time is read from /proc")
+@pytest.mark.timeout(3600 * (HOURS + 2))
+async def test_whoever_attacks_every_ball_is_where_it_belongs(tmp_path: Path) -> None:
+    file = tmp_path / "plinko.db"
+    chance = random.Random(int(os.environ.get("PLINKO_TEST_SEED", "1")))
+    siege = Siege(Served(f"sqlite:///{file}", FLAGS), file, chance)
+    seeds = itertools.count(chance.randrange(1 << 60))
+    with siege.server:
+        await _fill(siege, seeds, LONG_LOG)
+        siege.open(Board.preset("classic"))
+        for room, board in (("main", "triangle-16"), ("triangle-8", "triangle-8")):
+            siege.join(room, Board.preset(board))
+        siege.join(TOUCHING, None)
+        players = [
+            asyncio.create_task(siege.keep_playing(told, seeds, chance.uniform(0.3, 1.0)))
+            for told in siege.rooms.values()
+        ]
+        standing = asyncio.create_task(siege.stand(3600 * HOURS))
+        ended, _ = await asyncio.wait([standing, *players], return_when=asyncio.FIRST_COMPLETED)
+        for each in [standing, *players]:
+            each.cancel()
+        await asyncio.gather(standing, *players, return_exceptions=True)
+        assert ended == {standing}, [each.exception() for each in ended]
+        standing.result()
+        await siege.until_still()
+        _hold_logs(siege)
+        assert siege.server.end(signal.SIGTERM) == 0
+        siege.start()
+        assert siege.server.end(signal.SIGTERM) == 0
+    _hold_ledger(siege, f"{HOURS:g} hours")
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not LONG, reason="takes minutes: `make test-attack`")
+@pytest.mark.timeout(3600)
+async def test_a_hundred_readers_of_a_long_log_cost_no_room_and_no_restart(tmp_path: Path) -> None:
+    file = tmp_path / "plinko.db"
+    siege = Siege(Served(f"sqlite:///{file}", FLAGS), file, random.Random(1))
+    seeds = itertools.count(1 << 40)
+    with siege.server:
+        await _fill(siege, seeds, LOGGED)
+        siege.join("main", Board.preset("triangle-16"))
+        players = [
+            asyncio.create_task(siege.keep_playing(told, seeds, 0.3))
+            for told in siege.rooms.values()
+        ]
+        for how in (signal.SIGTERM, signal.SIGKILL, signal.SIGTERM):
+            async with siege.attacked(READERS, "127.0.0.2"):
+                await asyncio.sleep(READING)  # no wait: how long it lasts
+            await siege.until_all_take_drops()
+            await siege.again(how)
+            await siege.until_all_take_drops()
+        for each in players:
+            each.cancel()
+        await asyncio.gather(*players, return_exceptions=True)
+        await siege.until_still()
+        _hold_logs(siege)
+        assert siege.server.end(signal.SIGTERM) == 0
+    _hold_ledger(siege, READERS)
+
+
+async def _fill(siege: Siege, seeds: "itertools.count[int]", drops: int) -> None:
+    """A player's room gets its long log."""
+    told = siege.open(board_that_ends_at_once())
+    siege.logged = told.room
+    filling = asyncio.create_task(siege.keep_playing(told, seeds, 0.004))
+    while len(told.accepted) < drops and not filling.done():
+        await asyncio.sleep(0.1)
+    filling.cancel()
+    await asyncio.gather(filling, return_exceptions=True)
+
+
+def _hold_logs(siege: Siege) -> None:
+    """Every room's log verifies, and has what players were told."""
+    for name, told in siege.rooms.items():
+        log = siege.server.get(f"/api/v1/rooms/{name}/log")
+        found = verify_log(log)
+        assert found.ok, f"{name}: {found}"
+        if name not in siege.boards:
+            said = {(each["seed"], each["tick"]) for each in told.accepted.values()}
+            assert said <= {(each["input"]["seed"], each["tick"]) for each in log["inputs"]}
+
+
+def _hold_ledger(siege: Siege, what: str) -> None:
+    url = siege.server.url
+    drops = sum(
+        hold(url, siege.rooms[name], board, killed=True) for name, board in siege.boards.items()
+    )
+    database, audit = Database(url), Audit()
+    database.open()
+    assert not check_database(database)
+    with database.transaction() as connection:
+        numbers = store.session_numbers(connection, tuple(siege.rooms))
+    for number in numbers:
+        audit.look(database, number, replay=False)
+    database.close()
+    assert not audit.findings
+    taken = sum(len(told.accepted) for told in siege.rooms.values())
+    print(  # noqa: T201
+        f"\n{what}: {dict(siege.happened)}\nanswers: {dict(siege.answers)}\n"
+        f"{taken} drops were told, {drops} computed again, {audit.drops} in the ledger, "
+        f"slowest start {siege.slowest:.1f} s: all are as they were told"
+    )

@@ -1,0 +1,326 @@
+"""At every step of a commit something happens: an error, a stall, a cut line, the end of all.
+
+As SQLite tests itself: the same play again and again, with the fault one step later each time,
+until it comes to its end without having met it.
+"""
+
+import asyncio
+import contextlib
+import random
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from app.errors import LedgerError
+from app.rooms.kinds import INTERACTING
+from app.rooms.log import verify_log
+from engine import Board
+from tests.app.conftest import TINY
+from tests.app.persistence.ledger.stepped import PATIENCE, Table, failure
+from tests.app.persistence.oracle import Told, hold
+from tests.long import tries
+
+BOARD = Board.from_json(TINY)
+PUBLIC = "triangle-8"
+
+
+class EndError(BaseException):
+    """The process ends here."""
+
+
+@dataclass
+class Play:
+    """Players at three rooms: one of nobody's in its first drops, one's own, one of touching balls.
+
+    Once `step` steps of the ledger were made after the fault was armed, `fault` happens.
+    """
+
+    url: str
+    fault: Callable[["Play"], None]
+    step: int
+    only: Sequence[str] = ()  # steps of these names, if any are given
+    table: Table = field(init=False)
+    told: dict[str, Told] = field(default_factory=dict)
+    steps: int = 0
+    armed: bool = False
+    met: str = ""
+    seed: int = 0
+
+    async def begin(self) -> None:
+        self.told[PUBLIC] = Told(PUBLIC)
+        self.table = Table(self.url, self.told)
+        await self.table.until(self.table.rooms.resume())
+        for mode in ("independent", INTERACTING):
+            room = await self.table.until(self.table.rooms.create(BOARD, mode))
+            self.told[room.id] = Told(room.id)
+        self.own, self.touching = list(self.told)[1:]
+        self.table.database.at = self.at
+
+    def at(self, step: str) -> None:
+        self.steps += self.armed
+        if self.armed and self.steps >= self.step and (step in self.only or not self.only):
+            self.armed = False
+            self.met = step
+            self.fault(self)
+
+    def ask(self, *rooms: str) -> list["asyncio.Future[Any] | None"]:
+        return [self._ask(room) for room in rooms]
+
+    def _ask(self, room: str) -> "asyncio.Future[Any] | None":
+        self.seed += 1
+        return self.table.asks(room, self.seed, 0 if room == self.touching else 10 * self.seed)
+
+    def drop_everywhere(self) -> None:
+        self.ask(self.own, PUBLIC, self.touching, self.own, self.touching)
+
+    async def amid_faults(self) -> None:
+        """All that makes the ledger work, with the fault somewhere on the way."""
+        table = self.table
+        self.drop_everywhere()
+        table.work()
+        table.tick(8)
+        self.armed = True
+        self.drop_everywhere()
+        table.turn()
+        self.drop_everywhere()  # before the loop has heard
+        table.work()
+        table.tick(40)  # balls land, marks are written ahead
+        self.drop_everywhere()
+        with contextlib.suppress(LedgerError):
+            await table.until(self._own_room())
+        table.tick(30)
+        table.work()
+
+    async def _own_room(self) -> None:
+        """A room that is opened, begun anew and closed; raises LedgerError."""
+        room = await self.table.rooms.create(BOARD)
+        again = await self.table.rooms.reset(room)
+        await self.table.rooms.delete(again)
+
+    async def calm(self) -> None:
+        """The fault is over: drops are taken again, everywhere."""
+        table = self.table
+        self.armed = False
+        table.work()
+        assert table.ledger.up, table.ledger.problem
+        for room in (self.own, PUBLIC, self.touching):
+            (asked,) = self.ask(room)
+            table.work()
+            assert asked is not None
+            table.tick(60)
+            table.work()
+            assert asked.done()
+            assert asked.exception() is None, f"{room} after a fault at {self.met}"
+        await table.until_still()
+
+    async def check(self, *, killed: bool = False) -> None:
+        """Told, stored and computed are the same in every room."""
+        await asyncio.sleep(0)
+        logs = {room: await self.table.log(room) for room in self.told}
+        assert all(verify_log(log).ok for log in logs.values())
+        touching = self.told[self.touching]
+        kept = [(each["input"]["seed"], each["tick"]) for each in logs[self.touching]["inputs"]]
+        said = [(each["seed"], each["tick"]) for each in touching.accepted.values()]
+        assert set(said) <= set(kept)
+        assert killed or len(said) == len(kept), "what is there was told"
+        self.table.end()
+        hold(self.url, self.told[PUBLIC], Board.preset(PUBLIC), killed=killed)
+        hold(self.url, self.told[self.own], BOARD, killed=killed)
+
+    async def again(self) -> None:
+        """Another server over the same ledger."""
+        self.table.end()
+        self.table = Table(self.url, self.told)
+        await self.table.until(self.table.rooms.resume())
+        for room in self.told:
+            await self.table.until(self.table.rooms.seek(room))
+
+
+def error(play: Play) -> None:
+    raise failure()
+
+
+def stall(seconds: float) -> Callable[[Play], None]:
+    """The database does not answer for so long; everybody plays on meanwhile."""
+
+    def fault(play: Play) -> None:
+        table = play.table
+        table.loop.pass_time(seconds / 2)
+        play.drop_everywhere()
+        table.tick(5)
+        table.loop.pass_time(seconds / 2)
+        if not table.ledger.up:
+            assert play.ask(play.own, PUBLIC, play.touching) == [None] * 3
+            with pytest.raises(LedgerError, match="not answered for 2 seconds"):
+                table.ledger.submit([], lambda error: None)
+        table.tick(5)
+
+    return fault
+
+
+def stall_and_cut(play: Play) -> None:
+    stall(1.5 * PATIENCE)(play)
+    raise failure()
+
+
+def freeze(play: Play) -> None:
+    play.table.loop.freeze(10.0)
+    play.table.tick(1)
+
+
+def end(play: Play) -> None:
+    raise EndError
+
+
+def end_after_a_stall(play: Play) -> None:
+    stall(1.5 * PATIENCE)(play)
+    raise EndError
+
+
+FAULTS = {
+    "error": error,
+    "short stall": stall(0.75 * PATIENCE),
+    "stall": stall(1.5 * PATIENCE),
+    "stall and cut": stall_and_cut,
+    "frozen process": freeze,
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", FAULTS)
+async def test_whatever_happens_at_whatever_step_nothing_is_lost(
+    name: str, empty: Path, tmp_path: Path
+) -> None:
+    await at_each_step(empty, tmp_path, FAULTS[name], killed=False)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("fault", [end, end_after_a_stall])
+async def test_wherever_the_process_ends_the_next_one_has_all_that_was_told(
+    fault: Callable[[Play], None], empty: Path, tmp_path: Path
+) -> None:
+    await at_each_step(empty, tmp_path, fault, killed=True)
+
+
+SECONDS = tries((1.7, 10.0), (0.5, 1.0, 1.7, 2.0, 2.2, 2.5, 3.0, 4.0, 6.0, 8.0, 10.0))
+"""s of a stall, on both sides of the ledger's patience."""
+
+STALLED = {
+    "lock": ("BEGIN IMMEDIATE", False),
+    "lock that is never had": ("BEGIN IMMEDIATE", True),
+    "slow commit": ("commit", False),
+    "cut before the commit": ("commit", True),
+    "commit that comes through": ("committed", False),
+    "cut after the commit": ("committed", True),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", STALLED)
+async def test_however_long_it_stalls_nothing_is_lost(
+    name: str, empty: Path, tmp_path: Path
+) -> None:
+    step, cut = STALLED[name]
+    for seconds in SECONDS:
+
+        def fault(play: Play, seconds: float = seconds) -> None:
+            stall(seconds)(play)
+            if cut:
+                raise failure()
+
+        file = tmp_path / f"{seconds}.db"
+        shutil.copy(empty, file)
+        play = Play(f"sqlite:///{file}", fault, 1, only=(step,))
+        await play.begin()
+        await play.amid_faults()
+        assert play.met == step
+        refused = bool(play.told[PUBLIC].refused)
+        # The thread is looked at four times in one patience, so that it may have a fourth more.
+        assert refused or not (cut or seconds > 1.25 * PATIENCE)
+        assert cut or not (refused and seconds < PATIENCE)
+        await play.calm()
+        await play.check()
+
+
+async def at_each_step(
+    empty: Path, folder: Path, fault: Callable[[Play], None], *, killed: bool
+) -> None:
+    """The play with the fault at one step after the other, or at the two ends of a commit."""
+    step, met = 0, ""
+    while step == 0 or met:
+        step += 1
+        file = folder / f"{step}.db"
+        shutil.copy(empty, file)
+        play = Play(f"sqlite:///{file}", fault, step, only=tries(("commit", "committed"), ()))
+        await play.begin()
+        with contextlib.suppress(EndError):
+            await play.amid_faults()
+        met, step = play.met, play.steps
+        if killed and met:
+            await play.again()
+        await play.calm()
+        await play.check(killed=killed)
+        if met == tries("committed", ""):
+            break
+    assert step > tries(5, 50)
+
+
+@given(chance=st.randoms(use_true_random=False))
+@settings(max_examples=tries(3, 400), suppress_health_check=[HealthCheck.function_scoped_fixture])
+@pytest.mark.long
+def test_in_whatever_order_the_two_threads_do_it_nothing_is_lost(
+    chance: random.Random, empty: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "plinko.db"
+    for left in tmp_path.iterdir():
+        left.unlink()
+    shutil.copy(empty, file)
+    asyncio.run(_at_random(chance, f"sqlite:///{file}"))
+
+
+async def _at_random(chance: random.Random, url: str) -> None:
+    """Players, clock and database do what they like, the latter at every step."""
+
+    def anything(play: Play) -> None:
+        if not play.met:
+            return
+        play.met = ""  # no step within a step
+        match chance.randrange(40):
+            case 0:
+                raise failure()
+            case 1 | 2:
+                play.table.loop.pass_time(chance.uniform(0.1, 1.5 * PATIENCE))
+            case 3 | 4:
+                play.ask(chance.choice(list(play.told)))
+            case 5:
+                play.table.loop.deliver()
+            case 6:
+                play.table.tick(chance.randrange(30))
+            case 7:
+                play.table.loop.freeze(3.0)
+        play.met = "between two steps"
+
+    play = Play(url, anything, 0)
+    await play.begin()
+    table = play.table
+    table.database.at = lambda step: anything(play)
+    play.met = "between two steps"
+    for _ in range(40):
+        match chance.randrange(4):
+            case 0:
+                play.ask(*chance.choices(list(play.told), k=3))
+            case 1 if not table.ledger.idle:
+                table.turn()
+            case 2:
+                table.loop.deliver()
+            case 3:
+                table.tick(chance.randrange(20))
+    play.met = ""
+    await play.calm()
+    await play.check()

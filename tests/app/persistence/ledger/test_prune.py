@@ -1,0 +1,97 @@
+"""Old rooms are deleted on demand: those that are closed for long, with all that was in them."""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from app.cli import main
+from app.persistence.ledger.database import Database
+from app.persistence.statements import tables, writing
+from app.rooms.records import BoardRow, Close, DropRow, InputRow, ResultRow, RoomRow, Write
+
+DAY = 86400.0
+BOARD = "b" * 64
+
+
+def fill(url: str) -> None:
+    """Rooms 1 closed a hundred days ago, 2 yesterday, 3 open and just as old, with a drop each."""
+    now = time.time()
+    old = RoomRow(1, "r1", BOARD, "independent", True, 60, 1, now - 200 * DAY, now - 200 * DAY)
+    writes: list[Write] = [BoardRow(BOARD, "board", "{}")]
+    writes += [replace(old, number=number, id=f"r{number}") for number in (1, 2, 3)]
+    for room in (1, 2, 3):
+        writes += [DropRow(room, 0, 0, 7), ResultRow(room, 0, 9, 1, 1.0, 0.1, 0.0, "d" * 64, None)]
+        writes.append(InputRow(room, 0, 0, "{}"))
+    writes += [Close(1, 9, now - 100 * DAY), Close(2, 9, now - DAY)]
+    database = Database(url)
+    database.open()
+    with database.transaction() as connection:
+        writing.apply(connection, writes)
+    database.close()
+
+
+def rooms_of(url: str) -> dict[str, list[int]]:
+    """Which rooms each table still has rows of."""
+    database = Database(url)
+    database.open()
+    columns = {
+        "rooms": tables.rooms.c.number,
+        "drops": tables.drops.c.room,
+        "inputs": tables.inputs.c.room,
+        "results": tables.results.c.room,
+    }
+    with database.transaction() as connection:
+        found = {
+            name: sorted(connection.execute(sa.select(column)).scalars())
+            for name, column in columns.items()
+        }
+        assert connection.scalar(sa.select(sa.func.count()).select_from(tables.boards)) == 1
+    database.close()
+    return found
+
+
+def test_closed_rooms_that_are_old_enough_go_with_all_they_held(
+    url: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fill(url)
+    order = ["ledger", "prune", "--keep-days", "30", "--database-url", url]
+    assert main([*order, "--dry-run"]) == 0
+    assert capsys.readouterr().out == "1 closed rooms, 1 drops, 1 inputs would be deleted\n"
+    assert set(map(tuple, rooms_of(url).values())) == {(1, 2, 3)}
+    assert main(order) == 0
+    assert capsys.readouterr().out == "1 closed rooms, 1 drops, 1 inputs deleted\n"
+    assert set(map(tuple, rooms_of(url).values())) == {(2, 3)}
+    assert main(order) == 0
+    assert capsys.readouterr().out == "0 closed rooms, 0 drops, 0 inputs deleted\n"
+
+
+def test_the_file_gets_smaller(tmp_path: Path) -> None:
+    file = tmp_path / "plinko.db"
+    url = f"sqlite:///{file}"
+    fill(url)
+    database = Database(url)
+    database.open()
+    with database.transaction() as connection:
+        writing.apply(connection, [DropRow(1, ball, 0, ball) for ball in range(1, 5000)])
+    database.close()
+    before = file.stat().st_size
+    assert main(["ledger", "prune", "--keep-days", "30", "--database-url", url]) == 0
+    assert file.stat().st_size < before / 2
+
+
+def test_a_ledger_that_is_in_use_or_is_not_there_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "plinko.db"
+    order = ["ledger", "prune", "--keep-days", "30", "--database-url", f"sqlite:///{file}"]
+    assert main(order) == 2
+    assert "there is no ledger" in capsys.readouterr().err
+    assert not file.exists()
+    database = Database(f"sqlite:///{file}")
+    database.open()
+    assert main(order) == 2
+    assert "another server uses it" in capsys.readouterr().err
+    database.close()

@@ -1,0 +1,477 @@
+"""What a new life of the server finds again: rooms as they were, promises kept, in a short time."""
+
+import asyncio
+import json
+import logging
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import sqlalchemy as sa
+from websockets.exceptions import ConnectionClosed
+
+from app.errors import DamagedRoomError, RebuildingError
+from app.persistence import sessions
+from app.persistence.room_log import RoomLogs
+from app.persistence.statements import store
+from app.rooms.kinds import INDEPENDENT, INTERACTING
+from app.rooms.log import verify_log
+from app.rooms.records import DropRow, Parked, ResultRow, RoomRow
+from app.rooms.room import Room
+from app.rooms.stakes import payout_of
+from engine import PHYSICS_VERSION, Board, drop
+from tests.app.conftest import playing, serving
+from tests.app.persistence.crash.life import BOARD, Life, break_page, change, living, look
+from tests.waiting import eventually, until
+
+OTHER = Board.preset("triangle-9")
+
+on_sqlite = pytest.mark.parametrize("url", ["sqlite"], indirect=True)
+"""For what is the same over every database."""
+
+
+async def busy(life: Life, room: Room, seeds: range, ticks: int = 20) -> None:
+    """Balls one after another, and some ticks after the last."""
+    for seed in seeds:
+        await life.drop(room, seed, stake=100 + seed)
+    await life.run(room, ticks)
+
+
+def kept(url: str, session: int) -> list[tuple[DropRow, ResultRow | None]]:
+    found: list[tuple[DropRow, ResultRow | None]] = look(url, store.drops, session, 0)
+    return found
+
+
+# Rooms of touching balls.
+
+
+@pytest.mark.parametrize("orderly", [True, False])
+@on_sqlite
+async def test_a_touching_room_without_a_ball_comes_back_and_takes_the_next(
+    url: str, orderly: bool
+) -> None:
+    name = "interacting-triangle-8"
+    async with living(url) as life:
+        room = life.rooms.find(name)
+        await life.drop(room, 1)
+        await life.rest()
+        was = room.world.digest()
+        if orderly:
+            await life.leave()
+    async with living(url) as life:
+        room = await life.rooms.seek(name)
+        assert (room.world.count, room.taken, room.world.digest()) == (0, 1, was)
+        await life.drop(room, 2)
+        await life.rest()
+        assert room.stats().drops == 2
+
+
+# Promises.
+
+
+async def test_drops_that_another_physics_cannot_land_get_their_stake_back(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sessions, "PHYSICS_VERSION", PHYSICS_VERSION - 1)
+    async with living(url) as life:
+        own = await life.rooms.create(BOARD, INDEPENDENT)
+        await busy(life, own, range(4))
+        numbers = {
+            room.id: life.rooms.persistence.sessions.of(room).number
+            for room in (own, life.rooms.find("main"))
+        }
+        await busy(life, life.rooms.find("main"), range(3))
+        await life.leave()
+    monkeypatch.undo()
+    async with living(url) as life:
+        await life.back()
+        again = await life.rooms.seek(own.id)
+        assert life.rooms.owned(again), "who has its token still may change it"
+        assert (again.world.tick, again.taken) == (0, 0), "it begins anew"
+        assert (await life.row(own.id)).physics_version == PHYSICS_VERSION
+        assert life.rooms.find("main").taken == 0
+        assert (await life.drop(again, 9, stake=5)).ball == 0
+    for number in numbers.values():
+        drops = kept(url, number)
+        assert drops
+        for row, result in drops:
+            assert result is not None
+            assert (result.payout, result.bin) == (row.stake, None)
+            assert "physics was version" in str(result.unsettled)
+
+
+async def test_drops_of_another_tick_rate_land_and_their_room_begins_anew(url: str) -> None:
+    async with living(url) as life:
+        own = await life.rooms.create(BOARD, INDEPENDENT)
+        await busy(life, own, range(4))
+        number = life.rooms.persistence.sessions.of(own).number
+    async with living(url, tick_rate=50) as life:
+        again = await life.rooms.seek(own.id)
+        assert life.rooms.owned(again)
+        assert (again.tick_rate, again.taken) == (50, 0)
+    for row, result in kept(url, number):
+        assert result is not None
+        alone = drop(BOARD, row.seed)
+        assert result.digest == alone.digest
+        assert result.payout == payout_of(row.stake, alone.score)
+
+
+@on_sqlite
+async def test_main_with_another_board_lets_its_balls_land_and_begins_anew(url: str) -> None:
+    async with living(url) as life:
+        main = life.rooms.find("main")
+        await busy(life, main, range(3))
+        number = life.rooms.persistence.sessions.of(main).number
+    async with living(url, board=OTHER) as life:
+        main = await life.rooms.seek("main")
+        assert (main.origin.digest, main.taken) == (OTHER.digest, 0)
+        await life.drop(main, 1)
+    assert all(result is not None and result.digest for _, result in kept(url, number))
+
+
+@on_sqlite
+async def test_a_ball_in_flight_for_long_gets_its_stake_back_however_many_came_after(
+    url: str,
+) -> None:
+    """Not only as many of the last drops count as the room may hold now."""
+    async with living(url) as life:
+        main = life.rooms.find("main")
+        await busy(life, main, range(6), 600)
+        await busy(life, main, range(6, 9))
+        number = life.rooms.persistence.sessions.of(main).number
+        await life.leave()
+    change(
+        url,
+        f"DELETE FROM results WHERE room = {number} AND ball = 0",
+        "UPDATE rooms SET physics_version = physics_version - 1",
+    )
+    async with living(url, max_balls=2) as life:
+        await life.back()
+    first = kept(url, number)[0]
+    assert first[1] is not None
+    assert first[1].payout == first[0].stake
+
+
+# Time.
+
+
+@on_sqlite
+async def test_lives_too_short_for_a_checkpoint_leave_one_all_the_same(url: str) -> None:
+    """So what a start has to replay is what the life before played, and never adds up."""
+    taken = []
+    for life_number in range(4):
+        async with living(url) as life:
+            main = await life.rooms.seek("main")
+            row = await life.row("main") if life_number else None
+            if row is not None:
+                taken.append(row.checkpoint_drops)
+            await busy(life, main, range(3), 30)
+    assert taken == [3, 6, 9]
+
+
+@on_sqlite
+async def test_a_rebuild_that_is_cut_short_is_not_begun_again(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.persistence.recovery.recovery._SLICE", 0.0)
+    async with living(url) as life:
+        main = life.rooms.find("main")
+        for first in range(8):
+            await busy(life, main, range(first, first + 2), 120)
+    change(url, "UPDATE rooms SET checkpoint = NULL, checkpoint_drops = 0")
+
+    class Cut(BaseException):
+        pass
+
+    reached = []
+    async with living(url, rebuild=False) as life:
+
+        async def turn() -> None:
+            row = await life.row("main")
+            if row.checkpoint is not None:
+                reached.append(row.checkpoint_drops)
+                raise Cut
+
+        with pytest.raises(Cut):
+            await life.rooms.persistence.recovery.load("main", turn=turn)
+    assert 0 < reached[0] < 16
+    async with living(url) as life:
+        again = await life.rooms.seek("main")
+        await life.rest()
+        assert (again.taken, again.stats().drops) == (16, 16)
+        number = life.rooms.persistence.sessions.of(again).number
+    for row, result in kept(url, number):
+        assert result is not None
+        assert result.digest == drop(BOARD, row.seed).digest
+
+
+@on_sqlite
+async def test_a_start_waits_for_no_room_and_lists_those_to_come(url: str) -> None:
+    async with living(url) as life:
+        own = await life.rooms.create(BOARD, INDEPENDENT)
+        await busy(life, own, range(2))
+        await busy(life, life.rooms.find("main"), range(2))
+    async with living(url, rebuild=False) as life:
+        held = life.rooms
+        assert [each.id for each in held.rebuilding.waiting] == ["main", own.id]
+        assert held.is_open(own.id)
+        with pytest.raises(RebuildingError, match="not lost"):
+            held.find(own.id)
+        back = await held.seek(own.id)
+        assert (back.taken, back.awake) == (2, True)
+        assert [each.id for each in held.rebuilding.waiting] == ["main"], "what is asked for first"
+        await life.drop(held.find("triangle-9"), 1)
+
+
+# Damage.
+
+_OWN = "(SELECT number FROM rooms WHERE owned)"
+DAMAGES = {
+    "a drop is missing": [
+        f"DELETE FROM results WHERE room IN {_OWN} AND ball = 1",
+        f"DELETE FROM drops WHERE room IN {_OWN} AND ball = 1",
+    ],
+    "a bit of a seed": [f"UPDATE drops SET seed = '3' WHERE room IN {_OWN} AND ball = 0"],
+    "a seed is no number": [f"UPDATE drops SET seed = '0x' WHERE room IN {_OWN} AND ball = 1"],
+    "a start off the board": [f"UPDATE drops SET x = 1e9 WHERE room IN {_OWN} AND ball = 1"],
+    "a tick that never was": [
+        f"UPDATE drops SET tick = 1152921504606846976 WHERE room IN {_OWN} AND ball = 5"
+    ],
+    "a tick out of order": [f"UPDATE drops SET tick = 0 WHERE room IN {_OWN} AND ball = 5"],
+    "a bit of a digest": [
+        f"UPDATE results SET digest = '0' || digest WHERE room IN {_OWN} AND ball = 0"
+    ],
+    "a bit of a payout": [
+        f"UPDATE results SET payout = payout + 1 WHERE room IN {_OWN} AND ball = 0"
+    ],
+    "a landing too early": [
+        f"UPDATE results SET tick = tick - 1 WHERE room IN {_OWN} AND ball = 0"
+    ],
+    "a cut checkpoint": ["UPDATE rooms SET checkpoint = 'x', checkpoint_drops = 3 WHERE owned"],
+    "a count too many": ["UPDATE rooms SET checkpoint_drops = 1 WHERE owned"],
+    "a board": [
+        "UPDATE boards SET json = replace(json, 'gravity', 'GRAVITY')"
+        " WHERE digest IN (SELECT board FROM rooms WHERE owned)"
+    ],
+}
+
+
+@dataclass(frozen=True)
+class Played:
+    """A ledger of a server that was killed: an own room and `main`, with balls in flight."""
+
+    file: Path
+    own: str
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory: pytest.TempPathFactory) -> Played:
+    file = tmp_path_factory.mktemp("played") / "plinko.db"
+
+    async def play() -> str:
+        async with living(f"sqlite:///{file}") as life:
+            own = await life.rooms.create(OTHER, INDEPENDENT)
+            await busy(life, life.rooms.find("main"), range(3), 1)
+            for seed in range(6):
+                await busy(life, own, range(seed, seed + 1), 50)
+            assert own.stats().drops > own.world.count, "some have landed"
+            assert (await life.row(own.id)).checkpoint is None, "all of it is replayed"
+            return own.id
+
+    return Played(file, asyncio.run(play()))
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+async def test_one_damaged_room_is_set_aside_and_the_rest_play(
+    played: Played, tmp_path: Path, name: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
+    change(url, *DAMAGES[name])
+    rows = look(url, store.open_room, played.own)
+    with caplog.at_level(logging.ERROR):
+        async with living(url) as life:
+            await life.back()
+            for _ in range(2):
+                with pytest.raises(DamagedRoomError, match=f"room '{played.own}' is set aside"):
+                    await life.rooms.seek(played.own)
+            assert list(life.rooms.persistence.recovery.set_aside) == [played.own]
+            main = await life.rooms.seek("main")
+            assert (main.taken, (await life.drop(main, 1)).ball) == (3, 3)
+            await life.leave()
+    (line,) = [each for each in caplog.records if each.levelno == logging.ERROR]
+    assert vars(line)["room"] == played.own
+    assert look(url, store.open_room, played.own) == rows, "nothing of it was changed"
+
+
+async def test_a_damaged_room_that_sleeps_is_set_aside_when_it_is_asked_for(url: str) -> None:
+    names = ("triangle-8", "interacting-triangle-8")
+    async with living(url) as life:
+        own = await life.rooms.create(BOARD, INTERACTING)
+        for room in (own, *map(life.rooms.find, names)):
+            await life.drop(room, 1)
+        await life.rest()
+        await life.leave()
+    change(url, "UPDATE rooms SET checkpoint_drops = 7")
+    async with living(url) as life:
+        for room_id in (own.id, *names, *names):
+            with pytest.raises(DamagedRoomError, match="is set aside"):
+                await life.rooms.seek(room_id)
+        assert set(life.rooms.persistence.recovery.set_aside) == {own.id, *names}
+        await life.drop(life.rooms.find("triangle-9"), 1)
+    change(url, "UPDATE rooms SET checkpoint_drops = 1 WHERE checkpoint_drops = 7")
+    async with living(url) as life:
+        for room_id in (own.id, *names):
+            assert (await life.drop(await life.rooms.seek(room_id), 2)).tick > 0, "once mended"
+
+
+async def test_a_damaged_list_of_rooms_stops_no_start(
+    played: Played, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = Path(shutil.copy(played.file, tmp_path))
+    break_page(file, "rooms")
+    with caplog.at_level(logging.ERROR):
+        async with living(f"sqlite:///{file}") as life:
+            for room in ("main", played.own, "triangle-9"):
+                with pytest.raises(DamagedRoomError, match="list of rooms is damaged"):
+                    await life.rooms.seek(room)
+            await life.leave()
+    assert "0 open ones can be read, and 2 sessions not" in caplog.text
+
+
+async def test_of_a_damaged_list_of_rooms_what_can_be_read_goes_on(
+    played: Played, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    url = f"sqlite:///{shutil.copy(played.file, tmp_path)}"
+    read = store._rooms
+
+    def rooms(connection: Any, chosen: Any) -> list[RoomRow]:
+        found = read(connection, chosen)
+        if any(row.id == played.own for row in found):
+            raise sa.exc.DatabaseError("SELECT", {}, Exception("database disk image is malformed"))
+        return found
+
+    def parked(connection: Any, **values: Any) -> list[Parked]:
+        raise sa.exc.DatabaseError("SELECT", {}, Exception("database disk image is malformed"))
+
+    monkeypatch.setattr(store, "_rooms", rooms)
+    monkeypatch.setattr(store, "_parked", parked)
+    async with living(url) as life:
+        main = await life.rooms.seek("main")
+        assert (main.taken, (await life.drop(main, 1)).ball) == (3, 3)
+        with pytest.raises(DamagedRoomError, match="list of rooms is damaged"):
+            await life.rooms.seek(played.own)
+        new = await life.rooms.create(BOARD, INDEPENDENT)
+        assert (await life.drop(new, 1)).ball == 0, "its session has a number of its own"
+        await life.leave()
+    monkeypatch.undo()
+    async with living(url) as life:
+        await life.back()
+        for room, taken in ((played.own, 6), ("main", 4), (new.id, 1)):
+            assert (await life.rooms.seek(room)).taken == taken, "nothing of it was changed"
+
+
+@on_sqlite
+async def test_drops_of_a_room_that_failed_get_their_stake_back(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with living(url) as life:
+        room = await life.rooms.create(BOARD, INDEPENDENT)
+        await life.drop(room, 1, stake=100)
+        await life.rest()
+        for seed in (2, 3):
+            await life.drop(room, seed, stake=seed)
+        number = life.rooms.persistence.sessions.of(room).number
+
+        def fail(world: Any) -> None:
+            raise ZeroDivisionError("a bug")
+
+        monkeypatch.setattr(type(room.world), "step", fail)
+        life.tick(1)
+        assert not life.rooms.is_open(room.id)
+        await life.leave()
+    monkeypatch.undo()
+    (_, won), *lost = kept(url, number)
+    assert won is not None
+    assert won.digest
+    for row, result in lost:
+        assert result is not None
+        assert (result.bin, result.payout, result.unsettled) == (None, row.stake, "its room failed")
+    async with living(url) as life:
+        logs = RoomLogs(life.rooms.persistence.sessions)
+        found = await life.rooms.persistence.recovery.closed(room.id)
+        assert found is not None
+        pieces = await logs.read(found[1], "", marks=True, session=found[0])
+        log = json.loads(b"".join([piece async for piece in pieces]))
+        assert [each["result"]["payout"] for each in log["drops"]][1:] == [2, 3]
+        assert verify_log(log).ok
+        log["drops"][2]["result"]["payout"] += 1
+        assert verify_log(log).field == "drops[2].result.payout"
+
+
+@on_sqlite
+async def test_who_goes_away_leaves_no_room_half_made(url: str) -> None:
+    async with living(url) as life:
+        kept_rooms = await life.rooms.create(BOARD, INDEPENDENT)
+        gone = [
+            asyncio.create_task(life.rooms.create(BOARD, INDEPENDENT)),
+            asyncio.create_task(life.rooms.delete(kept_rooms)),
+        ]
+        await asyncio.sleep(0)
+        for each in gone:
+            each.cancel()
+        await asyncio.gather(*gone, return_exceptions=True)
+        await life.heard()
+
+        def owned() -> list[str]:
+            return [room.id for room in life.rooms.all() if life.rooms.owned(room)]
+
+        await eventually(lambda: kept_rooms.id not in owned() and owned())
+        (made,) = owned()
+        await life.leave()
+    assert look(url, store.open_room, made) is not None
+    assert look(url, store.open_room, kept_rooms.id) is None
+
+
+@on_sqlite
+async def test_a_room_that_moved_and_is_asked_for_by_many_comes_back_once(url: str) -> None:
+    async with living(url) as life:
+        await busy(life, life.rooms.find("main"), range(3))
+    async with living(url) as life:
+        found: list[Any] = await asyncio.gather(*(life.rooms.seek("main") for _ in range(9)))
+        assert {id(room) for room in found} == {id(life.rooms.find("main"))}
+        assert life.rooms.persistence.recovery.rebuilt == 1
+
+
+async def test_who_asks_for_a_damaged_room_is_told_and_who_runs_the_server_too(
+    played: Played, tmp_path: Path
+) -> None:
+    file = Path(shutil.copy(played.file, tmp_path))
+    change(f"sqlite:///{file}", *DAMAGES["a bit of a digest"])
+    break_page(file, "inputs")
+    with (
+        serving(database_url=f"sqlite:///{file}") as server,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
+    ):
+        until(lambda: not server.services.rooms.rebuilding.waiting)
+        until(lambda: server.services.integrity.finding != "checking")
+        refused = http.get(f"/api/v1/rooms/{played.own}")
+        assert (refused.status_code, refused.json()["code"]) == (503, "room-damaged")
+        assert "whoever runs the server can mend it" in refused.json()["detail"]
+        assert refused.headers["retry-after"] == "60"
+        async with playing(server.socket(played.own)) as player:
+            assert (player.hello["type"], player.hello["code"]) == ("error", "room-damaged")
+            with pytest.raises(ConnectionClosed) as closed:
+                await player.step()
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == 1013
+        assert http.post("/api/v1/rooms/main/drops?wait=1").status_code == 200
+        ready = http.get("/readyz")
+        assert (ready.status_code, ready.json()["ready"]) == (200, True)
+        assert ready.json()["rooms"] == {"rebuilding": 0, "set_aside": [played.own]}
+        assert ready.json()["integrity"] == "damaged"
+        readings = http.get("/metrics").text.splitlines()
+        assert {"plinko_rooms_set_aside 1.0", "plinko_ledger_sound 0.0"} <= set(readings)
+        assert "plinko_rooms_rebuilding 0.0" in readings

@@ -1,0 +1,81 @@
+"""Which language a page comes in, and the texts it is filled with."""
+
+from pathlib import Path
+
+import httpx
+import pytest
+from starlette.applications import Starlette
+
+from app.web.page.languages import chosen, filled, languages_of, texts_of
+from app.web.routes.page import Page
+
+STATIC = Path(__file__).parents[4] / "static"
+THERE = ("en", "de", "es")
+
+
+@pytest.mark.parametrize(
+    ("cookie", "accepted", "language"),
+    [
+        (None, "", "en"),
+        (None, "de-AT,de;q=0.9,en;q=0.8", "de"),
+        (None, "en;q=0.5, es-419 ; q=0.7", "es"),
+        (None, "fr-FR, fr;q=0.9, ES;q=0.1", "es"),
+        (None, "de;q=0, *", "en"),
+        (None, ";;,=q, de;q=nonsense", "de"),
+        ("es", "de", "es"),
+        ("xx", "de", "de"),
+        ("../de", "", "en"),
+    ],
+)
+def test_a_page_comes_in_what_was_chosen_or_else_in_what_is_read_best(
+    cookie: str | None, accepted: str, language: str
+) -> None:
+    assert chosen(cookie, accepted, THERE) == language
+
+
+def test_texts_stand_in_a_page_as_text_and_elements_within_them_as_elements() -> None:
+    page = '<b title="{{a}}">{{a}}</b> {{b|<i id="x">{{a}}</i>}}'
+    told = filled(page, {"a": '1 < "2"', "b": "of {} & more"})
+    said = "1 &lt; &quot;2&quot;"
+    assert told == f'<b title="{said}">{said}</b> of <i id="x">{said}</i> &amp; more'
+
+
+def test_a_text_that_is_not_there_is_named() -> None:
+    with pytest.raises(ValueError, match=r"asks for the text 'no\.such'"):
+        filled("<p>{{no.such}}</p>", {"such": "", "no.such": {"other": ""}})
+
+
+def test_a_module_of_texts_may_have_comments_and_commas_at_ends() -> None:
+    lines = ["// First.", "", "export const texts = {", "  // Here", '  "a": "x, }",', '  "b": {']
+    module = "\n".join([*lines, '    "other": "y",', "  },", "};", ""])
+    assert texts_of(module) == {"a": "x, }", "b": {"other": "y"}}
+    with pytest.raises(ValueError, match="needs `export const texts"):
+        texts_of("export const other = {};")
+
+
+def test_every_page_has_every_text_in_every_language() -> None:
+    languages = languages_of(STATIC)
+    assert tuple(languages) == THERE
+    for page in STATIC.glob("*.html"):
+        for texts in languages.values():
+            assert "{{" not in filled(page.read_text("utf-8"), texts)
+
+
+async def test_caches_are_told_what_a_page_goes_by() -> None:
+    app = Starlette()
+    app.mount("/", Page(STATIC))
+    async with httpx.AsyncClient(
+        transport=httpx.ASGITransport(app=app), base_url="http://site"
+    ) as site:
+        marks = set()
+        for language in THERE:
+            answer = await site.get("/", headers={"accept-language": language})
+            assert f'<html lang="{language}"' in answer.text
+            assert f"/js/play/all.{language}.js" in answer.text
+            assert "accept-language, cookie" in answer.headers["vary"].lower()
+            marks.add(answer.headers["etag"])
+        assert len(marks) == len(THERE)
+        again = {"accept-language": language, "if-none-match": answer.headers["etag"]}
+        assert (await site.get("/", headers=again)).status_code == 304
+        chosen_since = {**again, "cookie": "language=de"}
+        assert (await site.get("/", headers=chosen_since)).status_code == 200

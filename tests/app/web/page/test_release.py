@@ -1,0 +1,135 @@
+"""A page's modules as one script, and its styles as one sheet."""
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import httpx
+import pytest
+from starlette.applications import Starlette
+
+from app.web.page.languages import languages_of
+from app.web.page.release import parts, script, sheet
+from app.web.routes.page import Page
+
+STATIC = Path(__file__).parents[4] / "static"
+
+
+def written(folder: Path, **modules: str) -> Path:
+    for name, text in modules.items():
+        (folder / f"{name}.js").write_text(text)
+    return folder
+
+
+def test_one_script_does_what_its_modules_do(tmp_path: Path) -> None:
+    written(
+        tmp_path,
+        main='import { two as second, one } from "./numbers.js";\n'
+        'import * as all from "./passed.js";\n'
+        "console.log(JSON.stringify([one, second(), all.one]));\n",
+        numbers="// One and two.\n\nexport const one = 1;\n"
+        "export function two() {\n  return one + 1;\n}\n",
+        passed='export { one } from "./numbers.js";\n',
+    )
+    (tmp_path / "all.mjs").write_text(script(tmp_path, "main.js"))
+    told = subprocess.run(["node", tmp_path / "all.mjs"], capture_output=True, check=True)
+    assert json.loads(told.stdout) == [1, 2, 1]
+
+
+def test_a_comment_ends_where_it_ends(tmp_path: Path) -> None:
+    """What followed one that stands before code was taken for a part of it, up to the next."""
+    written(
+        tmp_path,
+        main="export const one = (\n  /** @type {any} */ (1)\n);\n/** Two. */\nconsole.log(one);\n",
+    )
+    (tmp_path / "all.mjs").write_text(script(tmp_path, "main.js"))
+    told = subprocess.run(["node", tmp_path / "all.mjs"], capture_output=True, check=True)
+    assert told.stdout == b"1\n"
+
+
+def test_an_export_without_a_name_is_refused_with_its_file(tmp_path: Path) -> None:
+    written(tmp_path, main="export default 7;\n")
+    with pytest.raises(ValueError, match=r"main\.js has 'export default 7;'"):
+        script(tmp_path, "main.js")
+
+
+def test_what_lies_beside_a_module_is_found_from_where_the_script_lies() -> None:
+    whole = script(STATIC, "js/play/main.js")
+    beside = re.findall(r'new URL\("([^"]+)", import\.meta\.url\)', whole)
+    assert "../solver/kernels.wasm" in beside
+    assert all((STATIC / "js/play" / path).is_file() for path in beside)
+
+
+@pytest.mark.parametrize("page", sorted(path.name for path in STATIC.glob("*.html")))
+def test_every_page_has_one_script_and_one_sheet(page: str) -> None:
+    languages = languages_of(STATIC)
+    pages, made = parts(STATIC, page, (STATIC / page).read_text(), languages)
+    every = set()
+    for text in pages.values():
+        named = re.findall(r'<(?:script|link rel="stylesheet")[^>]* (?:src|href)="([^"]+)"', text)
+        assert len(named) == 2
+        every |= set(named)
+    assert every == set(made)
+    assert len(made) == 1 + len(languages)
+
+
+def test_a_script_has_its_languages_texts_and_none_that_it_does_not_name(tmp_path: Path) -> None:
+    (tmp_path / "js/texts").mkdir(parents=True)
+    for language, said in (("en", "Yes"), ("de", "Ja")):
+        (tmp_path / f"js/texts/{language}.js").write_text(
+            f'export const texts = {{"yes": "{said}", "other": "{said} {said}"}};\n'
+        )
+    main = 'import { texts } from "./texts/en.js";\nconsole.log(JSON.stringify(texts), "yes");\n'
+    (tmp_path / "js/main.js").write_text(main)
+    page = '<p>{{other}}</p><script type="module" src="js/main.js"></script>'
+    pages, made = parts(tmp_path, "index.html", page, languages_of(tmp_path))
+    assert pages["de"].startswith("<p>Ja Ja</p>")
+    (tmp_path / "all.mjs").write_text(made["js/all.de.js"])
+    told = subprocess.run(["node", tmp_path / "all.mjs"], capture_output=True, check=True)
+    assert told.stdout == b'{"yes":"Ja"} yes\n'
+
+
+def test_numbers_are_written_as_the_language_of_the_script_writes_them(tmp_path: Path) -> None:
+    page = '<script type="module" src="js/util/format.js"></script>'
+    _, made = parts(STATIC, "index.html", page, languages_of(STATIC))
+    said = {}
+    for language in ("en", "de", "es"):
+        asked = "const { amount, multiplier, percent, signed, tight } = m_js_util_format_js;\n"
+        asked += "console.log([amount(12345.6), multiplier(1.5), percent(0.931), signed(-0.5),"
+        asked += " tight(0.5)].join(' '));\n"
+        (tmp_path / "all.mjs").write_text(made[f"js/util/all.{language}.js"] + asked)
+        told = subprocess.run(["node", tmp_path / "all.mjs"], capture_output=True, check=True)
+        said[language] = told.stdout.decode().strip()
+    assert said == {
+        "en": "12,345.60 1.5× 93.1 % −0.50 .5",
+        "de": "12.345,60 1,5× 93,1 % −0,50 0,5",
+        "es": "12.345,60 1,5× 93,1 % −0,50 0,5",
+    }
+
+
+async def test_a_page_begins_in_the_colours_that_its_visitor_chose() -> None:
+    app = Starlette()
+    app.mount("/", Page(STATIC))
+    async with httpx.AsyncClient(
+        transport=httpx.ASGITransport(app=app), base_url="http://site"
+    ) as site:
+        marks = set()
+        for scheme in ("dark", "light"):
+            answer = await site.get("/", headers={"cookie": f"scheme={scheme}"})
+            assert f'<html data-scheme="{scheme}" lang=' in answer.text
+            marks.add(answer.headers["etag"])
+        for other in ("scheme=system", 'scheme="><b>', ""):
+            answer = await site.get("/", headers={"cookie": other})
+            assert "data-scheme" not in answer.text
+            marks.add(answer.headers["etag"])
+        assert len(marks) == 3
+
+
+def test_a_sheet_begins_with_the_colours_of_both_schemes() -> None:
+    theme = json.loads((STATIC / "theme.json").read_text())
+    told = sheet(STATIC, ["css/base.css"])
+    light, dark = theme["light"]["pageDeep"], theme["dark"]["pageDeep"]
+    # By day, by night unless day was chosen, and where night was.
+    assert re.findall(r"--page-deep: (#\w+);", told) == [light, dark, dark]
+    assert told.index("prefers-color-scheme: dark") < told.index("--touch")

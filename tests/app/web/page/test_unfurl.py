@@ -1,0 +1,70 @@
+"""Links to drops unfold on other sites, and one page may be shown there in a frame."""
+
+import html
+import re
+from urllib.parse import urlsplit
+
+import httpx
+import pytest
+
+from app.web.page.unfurl import card
+
+BASE = "https://plinko.example/"
+
+
+def properties(text: str) -> dict[str, str]:
+    """What the `<meta>` elements say."""
+    found = re.findall('<meta property="([^"]+)" content="([^"]*)">', text)
+    return {name: html.unescape(content) for name, content in found}
+
+
+def test_a_link_to_a_drop_has_its_title_its_text_and_its_picture(http: httpx.Client) -> None:
+    asked = "board=triangle-8&seed=18446744073709551615&x=0.25"
+    about = properties(http.get(f"/replay.html?{asked}").text)
+    assert about["og:title"] == "Seed 18446744073709551615 on triangle-8"
+    assert "bin" not in about["og:title"] + about["og:image:alt"], "where it lands stays untold"
+    assert about["og:url"] == str(http.base_url.join(f"/replay.html?{asked}"))
+    assert urlsplit(about["og:image"]).netloc == http.base_url.netloc.decode()
+    picture = http.get(about["og:image"])
+    assert (picture.status_code, picture.headers["content-type"]) == (200, about["og:image:type"])
+
+
+def test_a_riddle_stays_one_on_other_sites() -> None:
+    about = properties(card({"board": "classic", "seed": "1", "aim": "0.1", "guess": ""}, BASE))
+    assert about["og:url"] == f"{BASE}replay.html?board=classic&seed=1&aim=0.1&guess="
+    assert "aim=0.1&t=1.5&" in about["og:image"], "of this drop, before it lands"
+
+
+@pytest.mark.parametrize(
+    "query",
+    [
+        {},
+        {"board": "triangle-8"},
+        {"seed": "1"},
+        {"board": "../x", "seed": "1"},
+        {"board": '"><script>', "seed": "1"},
+        {"board": "triangle-8", "seed": "-1"},
+        {"board": "triangle-8", "seed": "1" * 21},
+    ],
+)
+def test_what_names_no_drop_has_a_card_without_a_picture(query: dict[str, str]) -> None:
+    text = card(query, BASE)
+    assert properties(text).keys() == {"og:type", "og:site_name", "og:title", "og:description"}
+    assert "<script" not in text
+
+
+def test_what_a_link_says_besides_cannot_leave_its_attribute() -> None:
+    about = card({"board": "classic", "seed": "1", "x": '"><script>'}, BASE)
+    assert "<script>" not in about
+    assert properties(about)["og:image"].startswith(f"{BASE}api/v1/drops/classic/1.png?x=%22%3E")
+
+
+def test_one_page_may_be_framed_by_other_sites_and_no_other(http: httpx.Client) -> None:
+    framed = http.get("/embed/replay?board=triangle-8&seed=42")
+    assert framed.status_code == 200
+    assert "frame-ancestors *" in framed.headers["content-security-policy"]
+    assert "x-frame-options" not in framed.headers
+    for path in ("/", "/replay.html", "/embed.html", "/embed", "/api/v1/boards"):
+        headers = http.get(path).headers
+        assert "frame-ancestors 'none'" in headers["content-security-policy"], path
+        assert headers["x-frame-options"] == "DENY"
