@@ -27,6 +27,6 @@ export function oddsAt(counted, aim, middle) {
 /** @param {Odds} odds @returns {string} a sentence for those who are about to drop */
 export function oddsWords({ return: returned, doubt, awards }) {
   const [{ multiplier, chance }] = awards;
-  const told = { returned: percent(returned), doubt: percent(doubt), top: plain(multiplier) };
+  const told = { returned: percent(returned, 2), doubt: percent(doubt, 2), top: plain(multiplier) };
   return chance > 0 ? t("play.odds", { ...told, drops: Math.round(1 / chance) }) : t("play.odds-never", told);
 }

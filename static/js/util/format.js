@@ -34,9 +34,9 @@ export function shortSeed(seed) {
   return seed.length > 12 ? `${seed.slice(0, 5)}…${seed.slice(-5)}` : seed;
 }
 
-/** @param {number} value @returns {string} a share in hundredths: "93.1 %" */
-export function percent(value) {
-  return `${fixed(100 * value, 1)} %`;
+/** @param {number} value @param {number} [decimals] @returns {string} a share in hundredths: "93.1 %" */
+export function percent(value, decimals = 1) {
+  return `${fixed(100 * value, decimals)} %`;
 }
 
 /** @param {number} value @param {number} decimals @returns {string} "12.500" */
