@@ -94,6 +94,13 @@ export const texts = {
     "other": "{n} Kugeln an diesem Tisch gelandet",
   },
   "play.expected": "erwartet: {label}",
+  "play.pile": "Haufen",
+  "play.pile-title": "Zeigt, was gelandet ist, als Haufen von Scheiben",
+  "play.pile-share": {
+    "one": "eine Scheibe für {n} Kugel",
+    "other": "eine Scheibe für {n} Kugeln",
+  },
+  "play.pile-fails": "Der Haufen ließ sich nicht laden, es bleibt bei Balken: {why}",
   "play.space": "Leertaste",
   "play.committed": "Worauf sich der Server festgelegt hat",
   "play.no-lock": "Nicht versiegelt",

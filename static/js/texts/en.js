@@ -94,6 +94,13 @@ export const texts = {
     "other": "{n} drops landed at this table",
   },
   "play.expected": "expected: {label}",
+  "play.pile": "Pile",
+  "play.pile-title": "Show what has landed as a pile of discs",
+  "play.pile-share": {
+    "one": "one disc for {n} ball",
+    "other": "one disc for {n} balls",
+  },
+  "play.pile-fails": "The pile could not be loaded, so bars stay: {why}",
   "play.space": "Space",
   "play.committed": "What the server has committed to",
   "play.no-lock": "Not sealed",

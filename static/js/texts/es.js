@@ -94,6 +94,13 @@ export const texts = {
     "other": "{n} bolas han caído en esta mesa",
   },
   "play.expected": "esperado: {label}",
+  "play.pile": "Montón",
+  "play.pile-title": "Muestra lo caído como un montón de discos",
+  "play.pile-share": {
+    "one": "un disco por cada {n} bola",
+    "other": "un disco por cada {n} bolas",
+  },
+  "play.pile-fails": "No se pudo cargar el montón; se quedan las barras: {why}",
   "play.space": "Espacio",
   "play.committed": "A qué se ha comprometido el servidor",
   "play.no-lock": "Sin sellar",
