@@ -92,5 +92,5 @@ def test_pictures_have_the_page_s_ground_and_pegs(run: Run, name: str) -> None:
         printed = np.abs(shown - before).max(axis=-1) > 1.0
         assert printed.any(), "something is printed there"
         off = np.abs(drawn - shown)
-        assert off.mean() < 0.02 * np.abs(shown - before).max()
+        assert off.mean() < 0.5 + 0.02 * np.abs(shown - before).max(), "but for rounding"
         assert off.max() < 0.3 * np.abs(shown - before).max(), "in no place another thing"

@@ -19,6 +19,7 @@ import { disc } from "../util/canvas.js";
  */
 
 const TURN = 2 * Math.PI;
+const BENDS = 60; // of a wave from side to side
 
 /** What is printed on the plate, between the walls. @type {Record<string, Paint>} */
 export const GROUNDS = {
@@ -51,6 +52,11 @@ export const SURROUNDINGS = {
  */
 function scatter(count, visit) {
   for (let i = 0; i < count; i += 1) visit((0.5 + i * 0.7548776662) % 1, (0.5 + i * 0.569840291) % 1, i);
+}
+
+/** @param {number} width @returns {number[]} where a wave is bent, from one end to the other */
+function across(width) {
+  return Array.from({ length: BENDS + 1 }, (_, i) => (i * width) / BENDS);
 }
 
 /**
@@ -130,7 +136,7 @@ function dunes(ctx, { width, height, colours, grounds: { step, dunes: { plate } 
     ctx.fillStyle = i % 2 ? colours.boardDeep : colours.ray;
     ctx.beginPath();
     ctx.moveTo(0, height);
-    for (let x = 0; x <= width; x += width / 48) {
+    for (const x of across(width)) {
       const phase = ((x + shift) / width) * TURN;
       ctx.lineTo(x, top + swell * (Math.sin(phase) + ripple.part * Math.sin(ripple.times * phase + i)));
     }
@@ -150,8 +156,8 @@ function bands(ctx, place) {
     ctx.globalAlpha = plate.alphas[i % 2];
     ctx.fillStyle = i % 2 ? colours.boardDeep : colours.ray;
     ctx.beginPath();
-    for (let x = 0; x <= width; x += width / 60) ctx.lineTo(x, top + upper(x, i));
-    for (let x = width; x >= 0; x -= width / 60) ctx.lineTo(x, top + thick + lower(x, i));
+    for (const x of across(width)) ctx.lineTo(x, top + upper(x, i));
+    for (const x of across(width).reverse()) ctx.lineTo(x, top + thick + lower(x, i));
     ctx.fill();
     top += thick + plate.between * height;
   });

@@ -35,7 +35,7 @@ def test_a_ground_is_painted_at_any_size_and_only_where_it_may(
         ground.paint_plate(clipped, Place(x, 0.6, theme))
         changed = (clipped.pixels != canvas.pixels).any(axis=-1)
         assert not changed[height // 2 :].any()
-        assert changed.any() or height == 1
+        assert changed.any() or height == 1 or x < 0.0
 
 
 @pytest.mark.parametrize("preset", ["triangle-12", "classic", "galton"])
@@ -49,8 +49,9 @@ def test_a_board_of_a_place_is_another_picture_in_and_beside_its_plate(preset: s
         theme = THEMES[name]
         pixels = board_pixels(board, view, name)
         assert pixels.shape == home.shape
-        middle = pixels[round(view.header) + 2 : view.face - 2, view.width // 3]
-        fade = np.linspace(0.0, 1.0, len(middle))[:, None]
+        third = view.width // 3
+        middle = pixels[round(view.header) + 2 : view.face - 2, third:-third]
+        fade = np.linspace(0.0, 1.0, len(middle))[:, None, None]
         top, bottom = (np.array(theme[key], float) for key in ("board", "boardDeep"))
         printed = np.abs(middle - (top + fade * (bottom - top))).max(axis=-1) > 6.0
         assert printed.mean() > 0.1, f"{name} has more than enamel"
