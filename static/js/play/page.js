@@ -344,8 +344,8 @@ export class TablePage {
     const { total, share } = this.histogram;
     const { expected } = this.instruments.fit;
     [this.#shownCount, this.#shownShare] = [total, share];
-    byId("tray-count").textContent = total ? t("play.landed-here", { n: total }) : t("play.none-landed");
-    byId("tray-share").textContent = share ? t("play.pile-share", { n: share }) : "";
+    const words = share !== null && share > 1 ? "play.landed-as-discs" : "play.landed-here";
+    byId("tray-count").textContent = total ? t(words, { n: total, share: share ?? 1 }) : t("play.none-landed");
     byId("tray-key").hidden = !expected || share !== null;
     byId("tray-key").textContent = expected ? t("play.expected", { label: expected.label }) : "";
   }

@@ -93,13 +93,13 @@ export const texts = {
     "one": "{n} Kugel an diesem Tisch gelandet",
     "other": "{n} Kugeln an diesem Tisch gelandet",
   },
+  "play.landed-as-discs": {
+    "one": "{n} Kugel, eine Scheibe für {share}",
+    "other": "{n} Kugeln, eine Scheibe für {share}",
+  },
   "play.expected": "erwartet: {label}",
   "play.pile": "Haufen",
   "play.pile-title": "Zeigt, was gelandet ist, als Haufen von Scheiben",
-  "play.pile-share": {
-    "one": "eine Scheibe für {n} Kugel",
-    "other": "eine Scheibe für {n} Kugeln",
-  },
   "play.pile-fails": "Der Haufen ließ sich nicht laden, es bleibt bei Balken: {why}",
   "play.space": "Leertaste",
   "play.committed": "Worauf sich der Server festgelegt hat",

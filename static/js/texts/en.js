@@ -93,13 +93,13 @@ export const texts = {
     "one": "{n} drop landed at this table",
     "other": "{n} drops landed at this table",
   },
+  "play.landed-as-discs": {
+    "one": "{n} drop, one disc for {share}",
+    "other": "{n} drops, one disc for {share}",
+  },
   "play.expected": "expected: {label}",
   "play.pile": "Pile",
   "play.pile-title": "Show what has landed as a pile of discs",
-  "play.pile-share": {
-    "one": "one disc for {n} ball",
-    "other": "one disc for {n} balls",
-  },
   "play.pile-fails": "The pile could not be loaded, so bars stay: {why}",
   "play.space": "Space",
   "play.committed": "What the server has committed to",

@@ -93,13 +93,13 @@ export const texts = {
     "one": "{n} bola ha caído en esta mesa",
     "other": "{n} bolas han caído en esta mesa",
   },
+  "play.landed-as-discs": {
+    "one": "{n} bola, un disco por cada {share}",
+    "other": "{n} bolas, un disco por cada {share}",
+  },
   "play.expected": "esperado: {label}",
   "play.pile": "Montón",
   "play.pile-title": "Muestra lo caído como un montón de discos",
-  "play.pile-share": {
-    "one": "un disco por cada {n} bola",
-    "other": "un disco por cada {n} bolas",
-  },
   "play.pile-fails": "No se pudo cargar el montón; se quedan las barras: {why}",
   "play.space": "Espacio",
   "play.committed": "A qué se ha comprometido el servidor",
