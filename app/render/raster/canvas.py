@@ -56,12 +56,16 @@ class Canvas:
             return
         inside = (slice(y0 - top, y1 - top), slice(x0 - left, x1 - left))
         cover, target = coverage[inside], self.pixels[y0:y1, x0:x1]
-        if self._clip is not None:
-            cover = cover * self._clip[y0:y1, x0:x1]
+        clip = None if self._clip is None else self._clip[y0:y1, x0:x1]
         paint = colour[inside] if isinstance(colour, np.ndarray) else _solid(colour)
         for rows in bands(y1 - y0):
             part, new = target[rows], paint[rows] if paint.ndim == 3 else paint
-            part += (alpha * cover[rows])[..., None] * (new - part)
+            strength = cover[rows]
+            if clip is not None:
+                columns = _filled(clip[rows])
+                part, strength = part[:, columns], (strength * clip[rows])[:, columns]
+                new = new[:, columns] if paint.ndim == 3 else new
+            part += (alpha * strength)[..., None] * (new - part)
 
     def disc(self, x: float, y: float, radius: float, colour: Colour, alpha: float = 1.0) -> None:
         """A filled circle; px."""
@@ -215,6 +219,12 @@ def _draw_pieces(
         draw.line([(x0, y0), (x, y)], fill=level, width=wide)
         # Pillow's lines have butt ends: a disc at each joint rounds them.
         draw.ellipse(disc, fill=level)
+
+
+def _filled(clip: Array) -> slice:
+    """The columns from the first to the last that are not empty."""
+    found = np.flatnonzero(clip.any(axis=0))
+    return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(0, 0)
 
 
 def _solid(colour: Colour) -> Array:

@@ -176,7 +176,7 @@ export class Pile {
    */
   #paintColumns(ctx, { bins: { edges } }, { px }, height) {
     ctx.strokeStyle = this.theme.palette.trayInk;
-    ctx.globalAlpha = 0.45;
+    ctx.globalAlpha = 0.35;
     ctx.lineWidth = 1;
     ctx.beginPath();
     for (const edge of edges) {
