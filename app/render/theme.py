@@ -28,12 +28,15 @@ class Payout:
 class Theme:
     """Colours by name, as the page has them, those of the bins, and the shapes of what is drawn.
 
-    shapes: as in the file, numbers in parts of a radius unless it says otherwise.
+    shapes: as in the file, numbers in parts of a radius unless it says otherwise. ground: what is
+    printed on the board, `rays` at home; grounds: how large everything is that may be printed.
     """
 
     colours: Mapping[str, Colour]
     payouts: tuple[Payout, ...]
     shapes: Mapping[str, Any]
+    ground: str
+    grounds: Mapping[str, Any]
 
     def __getitem__(self, name: str) -> Colour:
         return self.colours[name]
@@ -56,10 +59,10 @@ def _theme(data: Mapping[str, Any], name: str, place: Mapping[str, Any] | None =
     payouts = tuple(
         Payout(step["from"], parse(step["fill"]), parse(step["ink"])) for step in data["payout"]
     )
-    own = place or {"palette": {}, "peg": {}}
+    own = place or {"palette": {}, "peg": {}, "ground": "rays"}
     colours = {key: parse(value) for key, value in {**data[name], **own["palette"]}.items()}
     shapes = {**data["shapes"], "peg": {**data["shapes"]["peg"], **own["peg"]}}
-    return Theme(colours, payouts, shapes)
+    return Theme(colours, payouts, shapes, own["ground"], data["grounds"])
 
 
 def _load() -> dict[str, Theme]:

@@ -7,8 +7,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from app.render.parts import ground
+from app.render.parts.pegs import paint_pegs
 from app.render.parts.view import View
-from app.render.raster.canvas import Canvas, Gradient, polygon_coverage, text_width
+from app.render.raster.canvas import Canvas, polygon_coverage, text_width
 from app.render.theme import Theme, named
 from engine import Board
 
@@ -42,7 +44,7 @@ def plate_canvas(board: Board, view: View, theme_name: str) -> Canvas:
 
 def paint_furniture(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
     """What stands on the plate: pegs, bins and rails."""
-    _pegs(canvas, board, view, theme)
+    paint_pegs(canvas, board, view, theme)
     for number in range(board.bins.count):
         paint_bin(canvas, board, view, theme, number)
     _rails(canvas, board, view, theme)
@@ -103,16 +105,23 @@ def tight(value: float) -> str:
 
 
 def _plate(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
-    """Enamel between the walls, darker shoulders outside, a sunburst printed over both."""
+    """Enamel between the walls, darker shoulders outside; over both what is printed there."""
     width, height = view.width, view.height
-    rays = polygon_coverage(_rays(board, view, theme.shapes["rays"]), width, height)
-    canvas.blend(0, 0, rays, theme["shoulderRay"])
     field = polygon_coverage([_field(board, view)], width, height)
     fade = np.linspace(0.0, 1.0, height, dtype=np.float32)[:, None, None]
     top, bottom = (np.asarray(theme[name], dtype=np.float32) for name in ("board", "boardDeep"))
     enamel = np.broadcast_to(top + fade * (bottom - top), (height, width, 3))
+    if theme.ground == "rays":
+        rays = polygon_coverage(_rays(board, view, theme.shapes["rays"]), width, height)
+        canvas.blend(0, 0, rays, theme["shoulderRay"])
+        canvas.blend(0, 0, field, enamel)
+        canvas.blend(0, 0, field * rays, theme["ray"], 0.6)
+        return
+    below = round(view.header)  # the strip with words hides what is above
+    place = ground.Place(view.px(board.drop.x), view.unit, theme)
+    ground.paint_surroundings(Canvas(canvas.pixels[below:]), place)
     canvas.blend(0, 0, field, enamel)
-    canvas.blend(0, 0, field * rays, theme["ray"], 0.6)
+    ground.paint_plate(Canvas(canvas.pixels[below:], field[below:]), place)
 
 
 def _field(board: Board, view: View) -> list[Point]:
@@ -176,19 +185,6 @@ def _hopper(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
         canvas.disc(x, view.start, radius + 3.0 * view.unit, theme["railShade"])
         above = view.start - radius - 13.0 * view.unit
         canvas.text(x, above, str(number), size, theme["rail"])
-
-
-def _pegs(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
-    shape = theme.shapes["peg"]
-    shadow, shade = shape["shadow"], shape["shade"]
-    stops = [(stop["at"], *theme[stop["colour"]], 1.0) for stop in shade]
-    lit = Gradient(shape["highlight"], stops)
-    places = [(view.px(p.x), view.py(p.y), max(p.radius * view.scale, 0.5)) for p in board.pegs]
-    for x, y, radius in places:
-        centre = (x + shadow["across"] * radius, y + shadow["down"] * radius)
-        canvas.disc(*centre, radius, theme["shadow"], shadow["alpha"])
-    for x, y, radius in places:
-        canvas.ball(x, y, radius, lit)
 
 
 def _rails(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:

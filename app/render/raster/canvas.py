@@ -23,11 +23,15 @@ BAND = 128  # rows done at a time, so that what is made on the way is small besi
 
 
 class Canvas:
-    """A picture being painted: float pixels of shape (height, width, 3), 0 to 255."""
+    """A picture being painted: float pixels of shape (height, width, 3), 0 to 255.
 
-    def __init__(self, pixels: Array) -> None:
+    clip, shape (height, width): the part of each pixel that may be painted, from 0 to 1.
+    """
+
+    def __init__(self, pixels: Array, clip: Array | None = None) -> None:
         self.pixels = pixels
         self.height, self.width = pixels.shape[:2]
+        self._clip = clip
 
     @classmethod
     def blank(cls, width: int, height: int, colour: Colour) -> "Canvas":
@@ -52,25 +56,31 @@ class Canvas:
             return
         inside = (slice(y0 - top, y1 - top), slice(x0 - left, x1 - left))
         cover, target = coverage[inside], self.pixels[y0:y1, x0:x1]
+        clip = None if self._clip is None else self._clip[y0:y1, x0:x1]
         paint = colour[inside] if isinstance(colour, np.ndarray) else _solid(colour)
         for rows in bands(y1 - y0):
             part, new = target[rows], paint[rows] if paint.ndim == 3 else paint
-            part += (alpha * cover[rows])[..., None] * (new - part)
+            strength = cover[rows]
+            if clip is not None:
+                columns = _filled(clip[rows])
+                part, strength = part[:, columns], (strength * clip[rows])[:, columns]
+                new = new[:, columns] if paint.ndim == 3 else new
+            part += (alpha * strength)[..., None] * (new - part)
 
     def disc(self, x: float, y: float, radius: float, colour: Colour, alpha: float = 1.0) -> None:
         """A filled circle; px."""
-        patch = self._patch(x - radius, y - radius, x + radius, y + radius)
+        patch = self.patch(x - radius, y - radius, x + radius, y + radius)
         if patch is not None:
             left, top, xs, ys = patch
-            self.blend(left, top, _edge(radius - np.hypot(xs - x, ys - y)), colour, alpha)
+            self.blend(left, top, covered(radius - np.hypot(xs - x, ys - y)), colour, alpha)
 
     def ball(self, x: float, y: float, radius: float, light: "Gradient") -> None:
         """A disc in the colours of a gradient."""
-        patch = self._patch(x - radius, y - radius, x + radius, y + radius)
+        patch = self.patch(x - radius, y - radius, x + radius, y + radius)
         if patch is None:
             return
         left, top, xs, ys = patch
-        depth = _edge(radius - np.hypot(xs - x, ys - y))
+        depth = covered(radius - np.hypot(xs - x, ys - y))
         shades = light.over((xs - x) / radius, (ys - y) / radius)[..., :3]
         self.blend(left, top, depth, shades.astype(np.float32))
 
@@ -85,11 +95,11 @@ class Canvas:
         x1, y1, x2, y2 = ends
         half = 0.5 * width
         box = (min(x1, x2) - half, min(y1, y2) - half, max(x1, x2) + half, max(y1, y2) + half)
-        patch = self._patch(*box)
+        patch = self.patch(*box)
         if patch is not None:
             left, top, xs, ys = patch
             distance = segment_distance(xs - x1, ys - y1, x2 - x1, y2 - y1)
-            self.blend(left, top, _edge(half - distance), colour, alpha)
+            self.blend(left, top, covered(half - distance), colour, alpha)
 
     def box(
         self,
@@ -100,7 +110,7 @@ class Canvas:
     ) -> None:
         """A rectangle left, top, right, bottom with rounded corners; px."""
         x0, y0, x1, y1 = corners
-        patch = self._patch(x0, y0, x1, y1)
+        patch = self.patch(x0, y0, x1, y1)
         if patch is None:
             return
         left, top, xs, ys = patch
@@ -109,7 +119,7 @@ class Canvas:
         dy = abs(ys - 0.5 * (y0 + y1)) - (0.5 * (y1 - y0) - radius)
         outside = np.hypot(np.maximum(dx, 0.0), np.maximum(dy, 0.0))
         distance = outside + np.minimum(np.maximum(dx, dy), 0.0)
-        coverage = _edge(radius - distance)
+        coverage = covered(radius - distance)
         self.blend(left, top, coverage, colour, alpha)
 
     def text(
@@ -128,7 +138,7 @@ class Canvas:
             mask, dx, dy = np.rot90(mask), dy, -(dx + mask.shape[1])
         self.blend(round(x + dx), round(y + dy), mask, colour)
 
-    def _patch(
+    def patch(
         self, x0: float, y0: float, x1: float, y1: float
     ) -> tuple[int, int, Array, Array] | None:
         """Left, top, and pixel centres (1, w) and (h, 1) of the part of a box in the picture."""
@@ -211,11 +221,17 @@ def _draw_pieces(
         draw.ellipse(disc, fill=level)
 
 
+def _filled(clip: Array) -> slice:
+    """The columns from the first to the last that are not empty."""
+    found = np.flatnonzero(clip.any(axis=0))
+    return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(0, 0)
+
+
 def _solid(colour: Colour) -> Array:
     return np.array(colour, dtype=np.float32)
 
 
-def _edge(depth: Array) -> Array:
+def covered(depth: npt.NDArray[np.floating[Any]]) -> Array:
     """Coverage of a pixel whose centre lies `depth` px inside a shape (negative: outside)."""
     coverage: Array = np.clip(depth + 0.5, 0.0, 1.0).astype(np.float32)
     return coverage

@@ -7,6 +7,8 @@ import { parentOf } from "../util/dom.js";
 /** @import { Bins, Board } from "../model/board.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
+/** @import { Entry } from "./pile/columns.js" */
+/** @import { Pile } from "./pile/pile.js" */
 
 const TOP = 12; // CSS pixels kept free above the highest column
 const TOLD_MS = 700; // between two descriptions
@@ -22,8 +24,10 @@ export class Histogram {
   #expected = null;
   /** @type {Geometry | null} */
   #geometry = null;
-  /** @type {Bins} */
-  #bins = { y: 0, edges: [], multipliers: [] };
+  /** @type {Board | null} */
+  #board = null;
+  /** Drawn in the place of bars. @type {Pile | null} */
+  #pile = null;
   #height = 0;
   #stale = true;
   #told = 0;
@@ -41,8 +45,9 @@ export class Histogram {
    * @param {Expectation | null} expected
    */
   setBoard(board, counts, expected) {
-    this.#bins = board.bins;
+    this.#board = board;
     this.#counts = [...counts];
+    this.#heapUp();
     this.setExpected(expected);
   }
 
@@ -53,18 +58,41 @@ export class Histogram {
     this.draw();
   }
 
+  /** @param {Pile | null} pile to be shown from now on, or bars */
+  setPile(pile) {
+    this.#pile = pile;
+    this.#heapUp();
+    this.draw();
+  }
+
+  #heapUp() {
+    if (this.#board && this.#geometry) {
+      this.#pile?.lay(this.#board, this.#geometry, this.#height, this.#counts);
+    }
+  }
+
   get counts() {
     return this.#counts;
   }
 
-  /** @param {number} bin one more ball lies here */
-  add(bin) {
+  /** @returns {number | null} balls that a disc of the pile stands for; null for bars */
+  get share() {
+    return this.#pile?.share ?? null;
+  }
+
+  /** @param {number} bin one more ball lies here @param {Entry | null} entry how it came, where that is known */
+  add(bin, entry) {
     this.#counts[bin] += 1;
+    this.#pile?.update(this.#counts, entry);
     this.#stale = true;
   }
 
-  /** Draws what was added since; many balls of one picture are drawn once. @param {number} nowMs */
-  refresh(nowMs) {
+  /**
+   * Draws what was added since; many balls of one picture are drawn once.
+   * @param {number} nowMs @param {boolean} still nobody wants to see discs move
+   */
+  refresh(nowMs, still) {
+    if (this.#pile?.advance(nowMs, still)) this.#stale = true;
     if (!this.#stale && this.#told === this.total) return;
     if (this.#stale) this.#paint();
     // The description is for those who listen: it is not told sixty times a second.
@@ -73,7 +101,7 @@ export class Histogram {
 
   /** Something is left to draw or to say. */
   get pending() {
-    return this.#stale || this.#told !== this.total;
+    return this.#stale || this.#told !== this.total || (this.#pile?.runs ?? false);
   }
 
   get total() {
@@ -86,6 +114,7 @@ export class Histogram {
   layOut(geometry) {
     this.#geometry = geometry;
     this.#height = parentOf(this.canvas).clientHeight;
+    this.#heapUp();
     this.draw();
   }
 
@@ -98,16 +127,25 @@ export class Histogram {
 
   #paint() {
     this.#stale = false;
-    const geometry = this.#geometry;
-    if (!geometry) return;
-    const height = this.#height;
+    const [geometry, board, height] = [this.#geometry, this.#board, this.#height];
+    if (!geometry || !board) return;
     const ctx = fitted(this.canvas, { width: geometry.width, height });
+    if (this.#pile) this.#pile.paint(ctx, board, geometry, height);
+    else this.#paintCounts(ctx, geometry, board.bins, height);
+  }
+
+  /**
+   * @param {CanvasRenderingContext2D} ctx @param {Geometry} geometry @param {Bins} bins
+   * @param {number} height CSS pixels
+   */
+  #paintCounts(ctx, geometry, bins, height) {
     const { total } = this;
     const expected = this.#expected?.chances.map((chance) => chance * Math.max(total, 1));
     const most = Math.max(1, ...this.#counts, ...(expected ?? []));
     const unit = (height - TOP) / Math.max(most, total ? 4 : 0.5);
-    this.#paintBars(ctx, geometry, height, unit);
-    if (expected) this.#paintExpected(ctx, geometry, height, unit, expected);
+    const columns = this.#counts.map((_, bin) => columnOf(bins.edges, bin, geometry));
+    this.#paintBars(ctx, columns, bins.multipliers, height, unit);
+    if (expected) this.#paintExpected(ctx, columns, height, unit, expected);
   }
 
   /** @param {number} nowMs */
@@ -125,25 +163,17 @@ export class Histogram {
     return t("lab.histogram", { n: total, bins: parts.join(", ") });
   }
 
-  /** @param {number} bin @param {Geometry} geometry @returns {{x: number, width: number}} CSS pixels */
-  #column(bin, { px }) {
-    const { edges } = this.#bins;
-    const from = px(edges[bin]);
-    const width = px(edges[bin + 1]) - from;
-    const gap = Math.max(1, Math.min(3, 0.06 * width));
-    return { x: from + gap, width: width - 2 * gap };
-  }
-
   /**
    * @param {CanvasRenderingContext2D} ctx
-   * @param {Geometry} geometry
+   * @param {Column[]} columns
+   * @param {number[]} multipliers
    * @param {number} height
    * @param {number} unit
    */
-  #paintBars(ctx, geometry, height, unit) {
+  #paintBars(ctx, columns, multipliers, height, unit) {
     this.#counts.forEach((count, bin) => {
-      const { x, width } = this.#column(bin, geometry);
-      ctx.fillStyle = this.theme.payout(this.#bins.multipliers[bin]).fill;
+      const { x, width } = columns[bin];
+      ctx.fillStyle = this.theme.payout(multipliers[bin]).fill;
       if (unit < BEAD) {
         ctx.fillRect(x, height - count * unit, width, count * unit);
         return;
@@ -156,22 +186,32 @@ export class Histogram {
 
   /**
    * @param {CanvasRenderingContext2D} ctx
-   * @param {Geometry} geometry
+   * @param {Column[]} columns
    * @param {number} height
    * @param {number} unit
    * @param {number[]} expected
    */
-  #paintExpected(ctx, geometry, height, unit, expected) {
+  #paintExpected(ctx, columns, height, unit, expected) {
     ctx.strokeStyle = this.theme.palette.trayMark;
     ctx.lineWidth = 2;
     ctx.lineCap = "round";
     ctx.beginPath();
     expected.forEach((count, bin) => {
-      const { x, width } = this.#column(bin, geometry);
+      const { x, width } = columns[bin];
       const y = Math.min(height - 1, height - count * unit);
       ctx.moveTo(x + 1, y);
       ctx.lineTo(x + width - 1, y);
     });
     ctx.stroke();
   }
+}
+
+/** @typedef {{x: number, width: number}} Column CSS pixels */
+
+/** @param {number[]} edges @param {number} bin @param {Geometry} geometry @returns {Column} */
+function columnOf(edges, bin, { px }) {
+  const from = px(edges[bin]);
+  const width = px(edges[bin + 1]) - from;
+  const gap = Math.max(1, Math.min(3, 0.06 * width));
+  return { x: from + gap, width: width - 2 * gap };
 }

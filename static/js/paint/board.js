@@ -36,9 +36,9 @@ export function paintBoard(ctx, geometry, board, slots, look) {
  * @param {Board} board
  * @param {Look} look
  */
-function paintPlate(ctx, geometry, board, { palette: colours, shapes: { rays }, ground }) {
+function paintPlate(ctx, geometry, board, { palette: colours, shapes: { rays }, ground, grounds }) {
   const { px, dropY, width, height } = geometry;
-  const place = { x: px(board.drop.x), y: dropY, width, height, colours, rays };
+  const place = { x: px(board.drop.x), y: dropY, width, height, colours, rays, grounds };
   ctx.fillStyle = colours.shoulder;
   ctx.fillRect(0, 0, width, height);
   SURROUNDINGS[ground](ctx, place);

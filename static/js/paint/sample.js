@@ -17,14 +17,14 @@ const BALL = { x: 0.5, y: 0.24, radius: 0.1, angle: 0.7 };
  * @param {number} density
  * @param {Look} look
  */
-export function paintSample(ctx, { width, height }, density, { palette: colours, shapes, ground }) {
+export function paintSample(ctx, { width, height }, density, { palette: colours, shapes, ground, grounds }) {
   const enamel = ctx.createLinearGradient(0, 0, 0, height);
   enamel.addColorStop(0, colours.board);
   enamel.addColorStop(1, colours.boardDeep);
   ctx.fillStyle = enamel;
   ctx.fillRect(0, 0, width, height);
   ctx.save();
-  GROUNDS[ground](ctx, { x: width / 2, y: 0, width, height, colours, rays: shapes.rays });
+  GROUNDS[ground](ctx, { x: width / 2, y: 0, width, height, colours, rays: shapes.rays, grounds });
   ctx.restore();
   const { across, down, alpha } = shapes.peg.shadow;
   const r = PEG * width;

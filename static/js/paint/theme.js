@@ -7,8 +7,10 @@
  * Measures of what is drawn, in parts of a radius where they say nothing else.
  * @typedef {{across: number, down: number, alpha: number}} Shadow
  * @typedef {{x: number, y: number, radius: number}} Highlight
- * @typedef {{shadow: Shadow, highlight: Highlight, shade: {at: number, colour: string}[], mark?: string}} PegShape mark:
+ * @typedef {{shadow: Shadow, highlight: Highlight, shade: {at: number, colour: string}[], mark?: Mark[]}} PegShape mark:
  *   what paint/peg.js draws over it
+ * @typedef {{shape: "disc" | "ring" | "stripe" | "line", at: number[], colour: string, alpha: number}} Mark
+ *   at: x, y and radius; radius and width; y and height; both ends and width
  * @typedef {{band: number, shadow: Shadow, highlight: Highlight,
  *   gloss: {at: number, colour: "light" | "dark", alpha: number}[]}} BallShape
  * @typedef {{metres: number, least: number, shade: number[]}} RailShape least: CSS pixels
@@ -22,15 +24,36 @@
  * @property {RailShape} rail
  * @property {{pad: number, metres: number, least: number, most: number}} box CSS pixels, but metres
  *
+ * @typedef {{x: number, y: number, size: number, colours: string[]}} Planet colours: from its lit side to its dark one
+ * @typedef {object} Grounds measures of what paint/ground.js paints
+ * @property {number} step
+ * @property {{plate: {count: number, least: number, more: number, alpha: number,
+ *   rim: {shift: number, size: number, alpha: number}}, around: {stars: number, planets: Planet[]}}} craters
+ * @property {{plate: {count: number, top: number, reach: number, swell: number,
+ *   ripple: {part: number, times: number}, alphas: number[]}, around: {stars: number, planets: Planet[]}}} dunes
+ * @property {{plate: {top: number, between: number, thick: number[], alphas: number[],
+ *   edges: {swell: number, times: number, shift: number}[],
+ *   spot: {x: number, y: number, across: number, down: number, colour: string, rings: number[][]}},
+ *   around: {stars: number, planets: Planet[]}}} bands
+ * @property {{plate: {beams: number, side: number, slant: number, alpha: number, line: number},
+ *   around: {beams: number}, beams: {slant: number, dim: number, at: number[][]}}} panes
+ * @property {{plate: {every: number, alphas: number[], seams: number[], seam: {high: number, alpha: number},
+ *   rivets: {count: number, above: number, size: number, alpha: number}}, around: {stripe: number}}} plates
+ * @property {{plate: {y: number, circle: number, goal: number, line: number, alpha: number},
+ *   around: {y: number, reach: number, high: number, bounces: number, nearer: number, lower: number, line: number,
+ *   dash: number}}} court
+ *
  * @typedef {{named: string, ground: string, palette: Palette, peg: Partial<PegShape>}} Place what of the look is a place's own;
  *   named: the part of a board's name that says so; ground: what paint/ground.js prints on its boards
- * @typedef {{light: Palette, dark: Palette, payout: PayoutColour[], shapes: Shapes, places: Record<string, Place>}}
+ * @typedef {{light: Palette, dark: Palette, payout: PayoutColour[], shapes: Shapes, places: Record<string, Place>,
+ *   grounds: Grounds}}
  *   ThemeData theme.json
  *
  * @typedef {object} Look all that painting a board needs
  * @property {Palette} palette
  * @property {Shapes} shapes
  * @property {string} ground
+ * @property {Grounds} grounds
  * @property {(score: number) => PayoutColour} payout
  */
 
@@ -114,6 +137,11 @@ export class Theme {
     return this.#look.ground;
   }
 
+  /** Measures of what is printed on the plates of places, as in theme.json. */
+  get grounds() {
+    return this.data.grounds;
+  }
+
   /** @param {() => void} listener called after the colours have changed */
   onChange(listener) {
     this.#listeners.push(listener);
@@ -154,6 +182,7 @@ export function lookOf(data, palette, place) {
     palette: { ...palette, ...own?.palette },
     shapes: { ...data.shapes, peg: { ...data.shapes.peg, ...own?.peg } },
     ground: own?.ground ?? "rays",
+    grounds: data.grounds,
     payout: (score) => payoutColour(data.payout, score),
   };
 }

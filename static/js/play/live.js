@@ -14,6 +14,7 @@ import { fairPlaceOf, MINOR_UNITS, OwnDrops } from "./own-drops.js";
 import { isPractice, Practice } from "./practice.js";
 import { solveFor } from "./solving.js";
 
+/** @import { Entry } from "../instruments/pile/columns.js" */
 /** @import { Point } from "../model/board.js" */
 /** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Missed, SessionEnded, Snapshot, TableMessage } from "../model/messages.js" */
 /** @import { Played } from "../model/player/session.js" */
@@ -32,7 +33,7 @@ import { solveFor } from "./solving.js";
  * @property {(state: LiveState, detail?: string) => void} onState
  * @property {(played: Played) => void} onSeen a drop of ours is seen to land
  * @property {(played: Played) => void} onPlayed the table has told its landing, too
- * @property {(bin: number) => void} onHit a ball, whosever, lies in a bin
+ * @property {(bin: number, entry: Entry) => void} onHit a ball, whosever, lies in a bin
  * @property {(message: string, code?: string) => void} onError
  * @property {() => void} onChange there is something new to draw
  * @property {(halted: boolean) => void} [onHalted] whoever runs the server lets no drops in, or does again
@@ -330,7 +331,7 @@ export class LiveTable {
     if (!outcome || !this.hello) return;
     if (isPractice(ball)) this.listener.onSeen(this.practice.played(this.hello, this.own.address, ball));
     else {
-      if (outcome.bin !== null) this.listener.onHit(outcome.bin);
+      if (outcome.bin !== null) this.listener.onHit(outcome.bin, { x: outcome.x_end, speed: ball.sink?.vy ?? 0 });
       this.company.landed(ball, outcome);
       this.own.seen(ball, outcome);
     }

@@ -24,7 +24,7 @@ import { FairPanel } from "./fairness/fair-panel.js";
 import { Drawers } from "./input/drawers.js";
 import { Dropper } from "./input/dropper.js";
 import { switchScheme } from "./input/settings.js";
-import { switchGhost } from "./input/switches.js";
+import { switchGhost, switchPile } from "./input/switches.js";
 import { haltedWords } from "./halted.js";
 import { LiveTable } from "./live.js";
 import { Prover } from "./fairness/proof.js";
@@ -38,6 +38,7 @@ import { Sound } from "./sound/sound.js";
 /** @import { BoardView } from "../board/view.js" */
 /** @import { Expected } from "../instruments/fit-meter.js" */
 /** @import { Histogram } from "../instruments/histogram.js" */
+/** @import { Entry } from "../instruments/pile/columns.js" */
 /** @import { Hello } from "../model/messages.js" */
 /** @import { Played, Session } from "../model/player/session.js" */
 /** @import { Table } from "../model/table/table.js" */
@@ -66,6 +67,8 @@ export class TablePage {
   #mainBoard = null;
   #digest = "";
   #shownCount = -1;
+  /** @type {number | null} */
+  #shownShare = null;
   /** @type {LiveState} */
   #state = "connecting";
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
@@ -121,6 +124,7 @@ export class TablePage {
     this.soundChoice = new SoundChoice(this.sound, window.localStorage);
     switchScheme(theme);
     switchGhost(this.ghost, () => this.loop.wake());
+    switchPile(histogram, theme, { onChange: () => this.loop.wake(), say: (text) => this.#say(text) });
     this.pointer = new BoardPointer(view, {
       aimAt: (x) => (this.live.hello ? allowedAim(this.live.hello.board, this.live.hello.slots, x) : null),
       onDrop: (x) => this.controls.drop(x),
@@ -154,7 +158,7 @@ export class TablePage {
       onState: (state, detail) => this.#showState(state, detail),
       onSeen: (played) => this.#seen(played),
       onPlayed: (played) => this.#played(played),
-      onHit: (bin) => this.#hit(bin),
+      onHit: (bin, entry) => this.#hit(bin, entry),
       onError: (message, code) => this.#refused(message, code),
       onChange: () => this.loop.wake(),
       onHalted: (halted) => { this.show.hush(halted); this.#say(haltedWords(halted)); },
@@ -281,8 +285,8 @@ export class TablePage {
     scene.chosen = instruments.open ? instruments.ball.chosen : null;
     view.draw(scene);
     this.ghost.paint(now);
-    this.histogram.refresh(now);
-    if (this.#shownCount !== this.histogram.total) this.#showCount();
+    this.histogram.refresh(now, quiet);
+    if (this.#shownCount !== this.histogram.total || this.#shownShare !== this.histogram.share) this.#showCount();
     if (this.#scoreStale && now - this.#scoreMs >= SCORE_MS) this.#showScore(now);
     const measuring = instruments.show(live, this.histogram.counts, this.session.scores, now);
     return (table?.busy ?? false) || this.ghost.pending || this.histogram.pending
@@ -323,9 +327,9 @@ export class TablePage {
     this.credits.show();
   }
 
-  /** @param {number} bin */
-  #hit(bin) {
-    this.histogram.add(bin);
+  /** @param {number} bin @param {Entry} entry */
+  #hit(bin, entry) {
+    this.histogram.add(bin, entry);
     this.loop.wake();
   }
 
@@ -337,11 +341,12 @@ export class TablePage {
   }
 
   #showCount() {
-    const { total } = this.histogram;
+    const { total, share } = this.histogram;
     const { expected } = this.instruments.fit;
-    this.#shownCount = total;
-    byId("tray-count").textContent = total ? t("play.landed-here", { n: total }) : t("play.none-landed");
-    byId("tray-key").hidden = !expected;
+    [this.#shownCount, this.#shownShare] = [total, share];
+    const words = share !== null && share > 1 ? "play.landed-as-discs" : "play.landed-here";
+    byId("tray-count").textContent = total ? t(words, { n: total, share: share ?? 1 }) : t("play.none-landed");
+    byId("tray-key").hidden = !expected || share !== null;
     byId("tray-key").textContent = expected ? t("play.expected", { label: expected.label }) : "";
   }
 

@@ -1,13 +1,13 @@
 // The sandbox page: a box of one's own, or the room that the address names.
 
 import { openPage } from "../board/page.js";
-import { loadMachine } from "./own-box.js";
+import { loadMachine } from "../solver/touching/machine.js";
 import { SandboxPage } from "./page.js";
 
 const PUBLIC_ROOM = "sandbox";
 
 openPage(async (theme) => {
   const room = new URLSearchParams(window.location.search).get("room");
-  const machine = room ? null : await loadMachine();
+  const machine = room || typeof WebAssembly === "undefined" ? null : await loadMachine();
   new SandboxPage(theme, machine ?? room ?? PUBLIC_ROOM);
 });

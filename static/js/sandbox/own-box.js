@@ -4,7 +4,6 @@
 import { GRAVITY, RESTITUTION } from "../model/worlds.js";
 import { getJson, messageOf } from "../net/api.js";
 import { diagnose } from "../solver/touching/diagnostics.js";
-import { Machine } from "../solver/touching/machine.js";
 import { extentOf } from "../solver/touching/static-shapes.js";
 import { isTooMuch, isWithin, MOST_BALLS, MOST_OVERLAPS, SCENES, sceneOf } from "../solver/touching/values.js";
 import { TICK_RATE, World } from "../solver/touching/world.js";
@@ -12,6 +11,7 @@ import { t } from "../texts/text.js";
 
 /** @import { BallKind } from "../model/board.js" */
 /** @import { SceneForm, Settings } from "../model/messages.js" */
+/** @import { Machine } from "../solver/touching/machine.js" */
 /** @import { GaltonBoard, Scene } from "../solver/touching/scenes.js" */
 /** @import { Configure, Edit, Input, Story } from "../solver/touching/world.js" */
 /** @import { BoxHello, SandboxListener, Seen } from "./room.js" */
@@ -31,14 +31,6 @@ const PRESETS = {
 };
 
 /** What the page's controls send. @typedef {{type: string} & Record<string, any>} Message */
-
-/** @returns {Promise<Machine | null>} what computes a box; null where there is no WebAssembly */
-export async function loadMachine() {
-  if (typeof WebAssembly === "undefined") return null;
-  const response = await fetch(new URL("../solver/touching/touching.wasm", import.meta.url));
-  if (!response.ok) throw new Error(`touching.wasm is not there: ${response.status}`);
-  return Machine.open(await response.arrayBuffer());
-}
 
 /** The box; `begin` opens it. */
 export class OwnBox {

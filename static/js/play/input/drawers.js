@@ -32,7 +32,8 @@ export class Drawers {
       tab.setAttribute("aria-expanded", String(mine === name));
       byId(mine).hidden = mine !== name;
     }
-    if (name !== null) this.box.scrollIntoView({ block: "start" });
+    // Closed, a drawer leaves in view what is played with.
+    (name === null ? byId("drop-form") : this.box).scrollIntoView({ block: "start" });
   }
 
   /** @param {KeyboardEvent} event */

@@ -24,6 +24,13 @@ const ARRAY = 5; // numbers of an array ahead of its shape and strides
 const OWN_ADDRESS = 24; // bytes, in an array that is returned
 const SHAPE = 32;
 
+/** @returns {Promise<Machine>} with the code that lies beside this file */
+export async function loadMachine() {
+  const response = await fetch(new URL("touching.wasm", import.meta.url));
+  if (!response.ok) throw new Error(`touching.wasm is not there: ${response.status}`);
+  return Machine.open(await response.arrayBuffer());
+}
+
 /** Memory, and the code that works on it. */
 export class Machine {
   #exports;

@@ -13,7 +13,8 @@ export const RANGES = {
   substeps: [1, 32], width: [0.5, 20], height: [0.5, 20], speed: [0, 50],
 };
 
-const SOLVER = { damping: 1, correction: 0.6, dt: 1 / 60, substeps: 4 };
+/** How balls are moved unless it is said. */
+export const SOLVER = { damping: 1, correction: 0.6, dt: 1 / 60, substeps: 4 };
 
 /** The scenes as they are unless more is said. @type {Record<"sandbox" | "galton", Scene>} */
 export const SCENES = {

@@ -1,0 +1,118 @@
+// The discs of a pile in motion, by the engine's kernels for balls that touch. Fetched where a pile is wanted.
+
+import { Arena } from "../../solver/touching/arena.js";
+import { loadMachine } from "../../solver/touching/machine.js";
+import { SOLVER } from "../../solver/touching/values.js";
+import { fittedEntry, placeOf } from "./columns.js";
+
+/** @import { Machine } from "../../solver/touching/machine.js" */
+/** @import { Entry, Plan } from "./columns.js" */
+
+const DISC = { density: 80, restitution: 0.3, friction: 0.3 };
+const CLEAR = 2.1; // radii between the middles of a disc that enters and of the one before it
+
+/** @returns {Promise<{heapFor: (plan: Plan) => Heap, stepMs: number}>} throws without WebAssembly */
+export async function openHeaps() {
+  const machine = await loadMachine();
+  return { heapFor: (plan) => new Heap(machine, plan), stepMs: 1000 * SOLVER.dt };
+}
+
+/** Discs that fall into columns, heap up and come to rest. */
+export class Heap {
+  /** Column of each disc, by id. @type {number[]} */
+  #bins = [];
+  /** Discs that are still to enter, by column. @type {Entry[][]} */
+  #waiting;
+  /** Whether a disc has waited in vain above discs that rest. */
+  full = false;
+  /** x, y and angle of each disc a step ago, by row. @type {Float64Array} */
+  #before = new Float64Array(0);
+
+  /** @param {Machine} machine @param {Plan} plan */
+  constructor(machine, plan) {
+    this.plan = plan;
+    this.#waiting = plan.room.map(() => []);
+    this.arena = new Arena(machine, placeOf(plan), { ...SOLVER, gravity: plan.gravity, drag: 0 });
+  }
+
+  /** @param {number} bin @param {Entry} entry of a disc, as soon as there is room above its column */
+  add(bin, entry) {
+    this.#waiting[bin].push(fittedEntry(this.plan, bin, entry));
+  }
+
+  get #waits() {
+    return this.#waiting.some((entries) => entries.length);
+  }
+
+  /** Whether the next step changes anything. */
+  get runs() {
+    return this.arena.awake || (this.#waits && !this.full);
+  }
+
+  step() {
+    const entered = this.#letIn();
+    const { table } = this.arena;
+    this.#before = places(table, this.#before);
+    // Where one has left, rows are others now.
+    if (this.arena.step().length) this.#before = places(table, this.#before);
+    this.full = this.#waits && !entered && !this.arena.awake;
+  }
+
+  /** @returns {boolean} whether a disc has entered */
+  #letIn() {
+    if (!this.#waits) return false;
+    const { entry, radius } = this.plan;
+    const highest = this.#highest();
+    let entered = false;
+    this.#waiting.forEach((entries, bin) => {
+      if (!entries.length || highest[bin] < entry + CLEAR * radius) return;
+      const { x, speed } = /** @type {Entry} */ (entries.shift());
+      this.arena.add([{ ...DISC, x, y: entry, vy: speed, radius }]);
+      this.#bins.push(bin);
+      entered = true;
+    });
+    return entered;
+  }
+
+  /** @returns {number[]} y of the uppermost disc of each column */
+  #highest() {
+    const { table } = this.arena;
+    const highest = this.#waiting.map(() => Number.POSITIVE_INFINITY);
+    for (let row = 0; row < table.n; row += 1) {
+      const bin = this.#bins[table.id(row)];
+      highest[bin] = Math.min(highest[bin], table.pos[4 * row + 1]);
+    }
+    return highest;
+  }
+
+  /**
+   * @param {number} part of the last step that has passed, 0 … 1
+   * @param {(bin: number, x: number, y: number, angle: number) => void} see called for each disc; m and rad
+   */
+  look(part, see) {
+    const { table } = this.arena;
+    const [now, before] = [places(table, new Float64Array(0)), this.#before];
+    for (let row = 0; row < table.n; row += 1) {
+      const [x, y, angle] = [0, 1, 2].map((i) => {
+        const at = 3 * row + i;
+        return before[at] + part * (now[at] - before[at]);
+      });
+      see(this.#bins[table.id(row)], x, y, angle);
+    }
+  }
+}
+
+/**
+ * @param {Arena["table"]} table
+ * @param {Float64Array} kept filled anew, if it is as long as it must be
+ * @returns {Float64Array} x, y and angle of each row
+ */
+function places(table, kept) {
+  const found = kept.length === 3 * table.n ? kept : new Float64Array(3 * table.n);
+  for (let row = 0; row < table.n; row += 1) {
+    found[3 * row] = table.pos[4 * row];
+    found[3 * row + 1] = table.pos[4 * row + 1];
+    found[3 * row + 2] = table.pos[4 * row + 2] / table.pos[4 * row + 3];
+  }
+  return found;
+}

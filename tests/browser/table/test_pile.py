@@ -1,0 +1,129 @@
+"""What landed as a pile: fetched when it is chosen, drawn disc by disc, asleep when it rests."""
+
+import re
+from typing import Any
+
+from playwright.sync_api import ViewportSize, expect
+
+from tests.browser.conftest import Open, Quick
+from tests.browser.screen import COUNT_FRAMES, Screen
+
+PHONE: ViewportSize = {"width": 360, "height": 780}
+
+# The longest row of painted pixels between the walls of each bin's column, CSS pixels, and the
+# column's width: bars are as wide as their column, discs are not.
+_WIDEST = """
+async ([board, walls]) => {
+  const { layOut } = await import("/js/paint/geometry.js");
+  const canvas = document.querySelector("#histogram");
+  const { px } = layOut(board, document.querySelector("#board").clientWidth);
+  const density = canvas.width / canvas.clientWidth;
+  const ctx = canvas.getContext("2d");
+  const { edges } = board.bins;
+  return edges.slice(1).map((edge, bin) => {
+    const [left, right] = [edges[bin], edge].map((x) => Math.round(px(x) * density));
+    const inside = [left + walls * density, right - left - 2 * walls * density].map(Math.round);
+    const { data, width, height } = ctx.getImageData(inside[0], 0, inside[1], canvas.height);
+    let widest = 0;
+    for (let row = 0; row < height; row += 1) {
+      for (let column = 0, run = 0; column < width; column += 1) {
+        run = data[4 * (row * width + column) + 3] > 200 ? run + 1 : 0;
+        widest = Math.max(widest, run);
+      }
+    }
+    return [widest / density, (right - left) / density];
+  });
+}
+"""
+
+# Names of all that the page has fetched.
+_FETCHED = "performance.getEntriesByType('resource').map(({ name }) => name)"
+
+
+def widest(screen: Screen, quick: Quick) -> list[list[float]]:
+    found: list[list[float]] = screen.page.evaluate(_WIDEST, [quick.whole.to_dict(), 4])
+    return found
+
+
+def fetched(screen: Screen) -> bool:
+    return any("touching.wasm" in name for name in screen.page.evaluate(_FETCHED))
+
+
+def landed(screen: Screen, quick: Quick, seed: int) -> int:
+    """The bin of a ball that was dropped by its seed, once nothing moves."""
+    rows = screen.rows.count()
+    screen.seed.fill(str(seed))
+    screen.drop.click()
+    expect(screen.rows).to_have_count(rows + 1)
+    screen.ready().at_rest()
+    bin_: int = screen.api(f"drops/{quick.board}/{seed}")["bin"]
+    return bin_
+
+
+def test_the_pile_is_fetched_when_it_is_chosen_and_has_a_disc_for_each_ball(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(quick.page, before=COUNT_FRAMES).ready()
+    first = landed(screen, quick, 1)
+    wide, column = widest(screen, quick)[first]
+    assert wide > 0.6 * column, "a bar"
+    assert not fetched(screen)
+
+    pile = screen.page.get_by_role("button", name="Pile", exact=True)
+    pile.click()
+    expect(pile).to_have_attribute("aria-pressed", "true")
+    screen.until(lambda: fetched(screen))
+    screen.at_rest()
+    second = next(bin_ for seed in range(2, 9) if (bin_ := landed(screen, quick, seed)) != first)
+    discs = widest(screen, quick)
+    for bin_ in (first, second):
+        wide, column = discs[bin_]
+        assert 0 < wide < 0.6 * column, "a disc, or some that lie beside each other"
+    expect(screen.page.locator("#histogram")).to_have_attribute(
+        "aria-label", re.compile(rf"bin {first}: \d")
+    )
+    screen.shot("pile")
+
+    screen.page.reload()
+    screen.ready()
+    expect(pile).to_have_attribute("aria-pressed", "true")
+    # It is remembered, as are its balls.
+    screen.until(lambda: 0 < widest(screen, quick)[first][0] < 0.6 * column)
+    screen.at_rest()
+    pile.click()
+    expect(pile).to_have_attribute("aria-pressed", "false")
+    screen.at_rest()
+    wide, column = widest(screen, quick)[first]
+    assert wide > 0.6 * column, "bars again"
+
+
+def test_on_a_phone_with_reduced_motion_discs_lie_where_balls_landed(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(
+        quick.page, before=COUNT_FRAMES, viewport=PHONE, device_scale_factor=3, is_mobile=True,
+        has_touch=True, reduced_motion="reduce",
+    ).ready()  # fmt: skip
+    screen.page.get_by_role("button", name="Pile", exact=True).click()
+    bin_ = landed(screen, quick, 1)
+    wide, column = widest(screen, quick)[bin_]
+    assert 0 < wide < 0.6 * column
+    note = screen.page.locator(".tray-note").bounding_box()
+    assert note is not None
+    assert note["x"] + note["width"] <= PHONE["width"]
+    screen.shot("pile-phone")
+
+
+def test_a_pile_that_cannot_be_fetched_leaves_the_bars(
+    opened: Open, quick: Quick, complaints: Any
+) -> None:
+    complaints.allow("404")
+    screen = opened(quick.page, before=COUNT_FRAMES).ready()
+    screen.page.route("**/touching.wasm", lambda route: route.fulfill(status=404))
+    pile = screen.page.get_by_role("button", name="Pile", exact=True)
+    pile.click()
+    expect(screen.result).to_contain_text("The pile could not be loaded")
+    expect(pile).to_have_attribute("aria-pressed", "false")
+    bin_ = landed(screen, quick, 1)
+    wide, column = widest(screen, quick)[bin_]
+    assert wide > 0.6 * column

@@ -1,0 +1,9 @@
+// The kernels for balls that touch, for tests of what is built on them.
+
+import { readFileSync } from "node:fs";
+
+import { Machine } from "../../../static/js/solver/touching/machine.js";
+
+export const machine = await Machine.open(
+  readFileSync(new URL("../../../static/js/solver/touching/touching.wasm", import.meta.url)),
+);
