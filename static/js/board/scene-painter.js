@@ -1,7 +1,7 @@
 // Paints scenes over one board at one size in one set of colours, and wipes what it painted last.
 
-import { makeFlashes, paintBall, paintFlash, paintPaid, traceTrail } from "../paint/ball.js";
-import { beamHeight, paintPulse, pulseOf } from "../paint/bin.js";
+import { fillTrail, makeFlashes, paintBall, paintFlash, paintLight, paintPaid } from "../paint/ball.js";
+import { beamHeight, facesOf, paintPulse, pulseOf } from "../paint/bin.js";
 import { binBox } from "../paint/board.js";
 import { Damage } from "../paint/damage.js";
 import { paintNote, paintPath, paintRing } from "../paint/marks.js";
@@ -33,7 +33,6 @@ export class ScenePainter {
 
   /** @param {Ground} ground @param {Theme} theme */
   constructor({ still, board, geometry, density }, theme) {
-    this.still = still;
     this.board = board;
     this.geometry = geometry;
     this.density = density;
@@ -42,6 +41,7 @@ export class ScenePainter {
     const { palette } = theme;
     this.stamps = new StampBook(this.radius, density, theme);
     const largest = board.pegs.reduce((most, peg) => Math.max(most, peg.radius), 0.01);
+    this.faces = facesOf(still, Math.floor(geometry.binTop * density));
     this.flashes = makeFlashes(largest * geometry.scale, density, palette.flash);
     // What another painter has left on the canvas is not known here.
     this.#damage.add(0, 0, geometry.width, geometry.height);
@@ -100,7 +100,7 @@ export class ScenePainter {
   #fillTrails(ctx, balls, mine, { width, alpha, part }) {
     const { px, py } = this.geometry;
     const points = this.#points;
-    ctx.beginPath();
+    ctx.globalAlpha = alpha;
     for (const ball of balls) {
       if (ball.mine !== mine) continue;
       const count = Math.min(Math.ceil(part * ball.trailCount), points.length / 2);
@@ -108,11 +108,9 @@ export class ScenePainter {
         points[2 * i] = px(ball.trail[2 * i]);
         points[2 * i + 1] = py(ball.trail[2 * i + 1]);
       }
-      traceTrail(ctx, points, count, width * this.radius);
+      fillTrail(ctx, points, count, width * this.radius);
       if (part === 1) this.#damage.addPoints(points, count, this.radius + 2);
     }
-    ctx.globalAlpha = alpha;
-    ctx.fill();
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {SceneBall} ball */
@@ -131,7 +129,7 @@ export class ScenePainter {
       ctx.clip();
     }
     const { halo, body } = this.stamps.of(ball);
-    paintBall(ctx, halo, atX, atY, 0);
+    paintLight(ctx, halo, atX, atY);
     paintBall(ctx, body, atX, atY, angle);
     if (sinking) ctx.restore();
     this.#touch(atX, atY, Math.max(1.6 * radius, halo.half) + 3);
@@ -164,7 +162,7 @@ export class ScenePainter {
   #drawHit(ctx, { bin, age, score }) {
     const box = binBox(this.geometry, this.board, bin);
     const pulse = pulseOf(score, age);
-    paintPulse(ctx, this.still, box, pulse, this.theme, this.density, score);
+    paintPulse(ctx, this.faces, box, pulse, this.theme, this.density, score);
     const beam = beamHeight(box, pulse);
     const { x, y, width, height } = box;
     this.#damage.add(x - 6, y - beam - 16, width + 12, height + beam + 32);

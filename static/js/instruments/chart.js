@@ -8,6 +8,7 @@ import { fitted } from "../util/canvas.js";
 
 const FAMILY = '"Segoe UI", "Helvetica Neue", "Liberation Sans", Arial, sans-serif';
 const MARGIN = { left: 3.7, right: 1, top: 1.6, bottom: 1.9 }; // in font sizes
+const LIMIT_LINES = 3; // font sizes that a plot is high whose limit is named in it
 
 /**
  * @typedef {object} Plot
@@ -238,7 +239,7 @@ function paintEvents(ctx, { height, margin }, { events = [] }, { px }, { flash }
  * @param {Scales} scales
  * @param {Palette} palette
  */
-function paintLimit(ctx, { width, font, margin }, { y, text }, { py }, { ballLight, trayInk }) {
+function paintLimit(ctx, { width, height, font, margin }, { y, text }, { py }, { ballLight, trayInk }) {
   ctx.save();
   ctx.strokeStyle = ballLight;
   ctx.lineWidth = 1.5;
@@ -248,6 +249,8 @@ function paintLimit(ctx, { width, font, margin }, { y, text }, { py }, { ballLig
   ctx.lineTo(width - margin.right, py(y));
   ctx.stroke();
   ctx.restore();
+  // On a low plot the words would lie over curves and events; the page says them, too.
+  if (height - margin.top - margin.bottom < LIMIT_LINES * font) return;
   ctx.fillStyle = trayInk;
   ctx.textAlign = "right";
   ctx.fillText(text, width - margin.right, py(y) + 1.1 * font);

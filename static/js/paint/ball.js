@@ -1,6 +1,6 @@
 // Paints what moves: balls with their trails, flashes on pegs, what a bin has just paid.
 
-import { contextOf, disc } from "../util/canvas.js";
+import { disc, sheetContext } from "../util/canvas.js";
 import { multiplier } from "../util/format.js";
 import { LABEL_FONT } from "./board.js";
 
@@ -9,6 +9,7 @@ import { LABEL_FONT } from "./board.js";
 const MARGIN = 0.6; // of the radius, around the ball in its stamp: the shadow's room
 const HALF_TURN_STEPS = 40; // the band looks the same after half a turn
 const FLASH_STEPS = 16;
+const FLASH_STRENGTHS = 5; // from the softest to the hardest
 const HALO = 2.3; // times the ball's radius, and
 const LEAST_HALO = 13; // CSS pixels at least
 
@@ -17,9 +18,12 @@ const LEAST_HALO = 13; // CSS pixels at least
 /**
  * A ball drawn once per size, colour and angle, then only copied.
  * @typedef {object} Sprite
- * @property {HTMLCanvasElement} sheet one stamp beside the other, by angle
+ * @property {ImageBitmap} sheet one stamp beside the other, by angle
  * @property {number} half half of a stamp's side, CSS pixels
  * @property {number} side a stamp's side, sheet pixels
+ *
+ * @typedef {Sprite & {density: number}} Light density: sheet pixels per CSS pixel
+ * @typedef {Light & {radius: number}} Flashes of pegs of this radius, CSS pixels
  */
 
 /**
@@ -32,7 +36,7 @@ const LEAST_HALO = 13; // CSS pixels at least
 export function makeSprite(radius, density, colours, shape) {
   const side = Math.ceil(2 * (1 + MARGIN) * radius * density + 2);
   const half = side / density / 2;
-  const ctx = sheetOf(side, HALF_TURN_STEPS);
+  const ctx = sheetContext(HALF_TURN_STEPS * side, side);
   const gloss = glossOf(ctx, radius, colours, shape);
   const { across, down, alpha } = shape.shadow;
   for (let step = 0; step < HALF_TURN_STEPS; step += 1) {
@@ -45,20 +49,12 @@ export function makeSprite(radius, density, colours, shape) {
     ctx.fillStyle = gloss;
     disc(ctx, 0, 0, radius);
   }
-  return { sheet: ctx.canvas, half, side };
-}
-
-/** @param {number} side @param {number} count */
-function sheetOf(side, count) {
-  const canvas = document.createElement("canvas");
-  canvas.width = side * count;
-  canvas.height = side;
-  return contextOf(canvas);
+  return { sheet: ctx.canvas.transferToImageBitmap(), half, side };
 }
 
 /**
  * The body turns under its light, so the gloss is the same at every angle.
- * @param {CanvasRenderingContext2D} ctx
+ * @param {OffscreenCanvasRenderingContext2D} ctx
  * @param {number} radius
  * @param {BallColours} colours
  * @param {BallShape} ballShape
@@ -79,7 +75,7 @@ function hexByte(part) {
 }
 
 /**
- * @param {CanvasRenderingContext2D} ctx
+ * @param {OffscreenCanvasRenderingContext2D} ctx
  * @param {number} radius
  * @param {number} angle
  * @param {BallColours} ballColours
@@ -110,19 +106,20 @@ export function paintBall(ctx, { sheet, half, side }, x, y, angle) {
 }
 
 /**
- * A ribbon that narrows to nothing towards where the ball came from, added to the current path:
- * all ribbons of a colour are filled at once.
+ * A ribbon that narrows to nothing towards where the ball came from. Each is filled by itself: of a path with many
+ * all of a line's edges are looked at for each line.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Float64Array} points x0 y0 x1 y1 … CSS pixels, newest first
  * @param {number} count points that hold
  * @param {number} width half of it at the ball, CSS pixels
  */
-export function traceTrail(ctx, points, count, width) {
+export function fillTrail(ctx, points, count, width) {
   if (count < 3) return;
+  ctx.beginPath();
   edge(ctx, points, count, 0, width, true);
   for (let i = 1; i < count; i += 1) edge(ctx, points, count, i, width, false);
   for (let i = count - 2; i >= 0; i -= 1) edge(ctx, points, count, i, -width, false);
-  ctx.closePath();
+  ctx.fill();
 }
 
 /**
@@ -150,12 +147,12 @@ function edge(ctx, points, count, i, width, first) {
 /**
  * The light around a ball: it makes a small one larger to the eye, never to what it touches.
  * @param {number} radius CSS pixels @param {number} density @param {string} colour #rrggbb
- * @returns {Sprite} of one stamp
+ * @returns {Light} of one stamp
  */
 export function makeHalo(radius, density, colour) {
-  const half = Math.max(LEAST_HALO, HALO * radius);
-  const side = Math.ceil(2 * half * density);
-  const ctx = sheetOf(side, 1);
+  const side = Math.ceil(2 * Math.max(LEAST_HALO, HALO * radius) * density);
+  const half = side / density / 2;
+  const ctx = sheetContext(side, side);
   ctx.setTransform(density, 0, 0, density, side / 2, side / 2);
   const light = ctx.createRadialGradient(0, 0, 0.6 * radius, 0, 0, half);
   light.addColorStop(0, `${colour}90`);
@@ -163,41 +160,71 @@ export function makeHalo(radius, density, colour) {
   light.addColorStop(1, `${colour}00`);
   ctx.fillStyle = light;
   disc(ctx, 0, 0, half);
-  return { sheet: ctx.canvas, half, side };
+  return { sheet: ctx.canvas.transferToImageBitmap(), half, side, density };
 }
 
 /**
- * Pegs that have just been hit, drawn once for each age at full strength.
+ * Light has no edge that would show where it lies to a part of a pixel. On whole pixels a stamp is copied as it
+ * is; between them each pixel is made of four.
+ * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels
+ * @param {Light} light
+ * @param {number} x CSS pixels
+ * @param {number} y CSS pixels
+ * @param {{column?: number, row?: number, reach?: number}} [which] stamp of the sheet; reach: half of its side on the
+ *   picture where that is not the sheet's own, CSS pixels
+ */
+export function paintLight(ctx, { sheet, half, side, density }, x, y, { column = 0, row = 0, reach = half } = {}) {
+  const left = Math.round((x - reach) * density) / density;
+  const top = Math.round((y - reach) * density) / density;
+  ctx.drawImage(sheet, column * side, row * side, side, side, left, top, 2 * reach, 2 * reach);
+}
+
+/**
+ * Pegs that have just been hit, drawn once for each age and strength of the impact.
  * @param {number} radius of a peg, CSS pixels
  * @param {number} density
  * @param {string} colour
- * @returns {Sprite & {radius: number}}
+ * @returns {Flashes} ages side by side, strengths one below the other
  */
 export function makeFlashes(radius, density, colour) {
-  const half = flashRadius(radius, 1) + 1;
-  const side = Math.ceil(2 * half * density);
-  const ctx = sheetOf(side, FLASH_STEPS);
-  for (let step = 0; step < FLASH_STEPS; step += 1) {
-    const age = step / FLASH_STEPS;
-    const left = (1 - age) ** 2;
-    ctx.setTransform(density, 0, 0, density, (step + 0.5) * side, side / 2);
-    const glow = ctx.createRadialGradient(0, 0, 0.8 * radius, 0, 0, flashRadius(radius, age));
-    glow.addColorStop(0, `${colour}c0`);
-    glow.addColorStop(0.4, `${colour}48`);
-    glow.addColorStop(1, `${colour}00`);
-    ctx.globalAlpha = left;
-    ctx.fillStyle = glow;
-    disc(ctx, 0, 0, flashRadius(radius, age));
-    ctx.fillStyle = colour;
-    disc(ctx, 0, 0, radius);
+  const side = Math.ceil(2 * (flashRadius(radius, 1) + 1) * density);
+  const ctx = sheetContext(FLASH_STEPS * side, FLASH_STRENGTHS * side);
+  for (let row = 0; row < FLASH_STRENGTHS; row += 1) {
+    for (let column = 0; column < FLASH_STEPS; column += 1) {
+      const strength = row / (FLASH_STRENGTHS - 1);
+      // A hard impact shines farther and brighter than a soft one.
+      const scale = density * (0.5 + 0.5 * strength);
+      ctx.setTransform(scale, 0, 0, scale, (column + 0.5) * side, (row + 0.5) * side);
+      stampFlash(ctx, radius, colour, column / FLASH_STEPS, 0.35 + 0.65 * strength);
+    }
   }
-  return { sheet: ctx.canvas, half: side / density / 2, side, radius };
+  return { sheet: ctx.canvas.transferToImageBitmap(), half: side / density / 2, side, density, radius };
+}
+
+/**
+ * @param {OffscreenCanvasRenderingContext2D} ctx
+ * @param {number} radius
+ * @param {string} colour
+ * @param {number} age 0 … 1
+ * @param {number} alpha at first
+ */
+function stampFlash(ctx, radius, colour, age, alpha) {
+  const reach = flashRadius(radius, age);
+  const glow = ctx.createRadialGradient(0, 0, 0.8 * radius, 0, 0, reach);
+  glow.addColorStop(0, `${colour}c0`);
+  glow.addColorStop(0.4, `${colour}48`);
+  glow.addColorStop(1, `${colour}00`);
+  ctx.globalAlpha = alpha * (1 - age) ** 2;
+  ctx.fillStyle = glow;
+  disc(ctx, 0, 0, reach);
+  ctx.fillStyle = colour;
+  disc(ctx, 0, 0, radius);
 }
 
 /**
  * A peg that has just been hit.
  * @param {CanvasRenderingContext2D} ctx
- * @param {Sprite & {radius: number}} flashes
+ * @param {Flashes} flashes
  * @param {number} x CSS pixels
  * @param {number} y CSS pixels
  * @param {number} radius of the peg, CSS pixels
@@ -205,13 +232,11 @@ export function makeFlashes(radius, density, colour) {
  * @param {number} strength 0 … 1: a soft touch glows less
  * @returns {number} CSS pixels: how far it reaches
  */
-export function paintFlash(ctx, { sheet, half, side, radius: drawn }, x, y, radius, age, strength) {
-  const step = Math.min(FLASH_STEPS - 1, Math.floor(age * FLASH_STEPS));
-  // A hard impact shines farther and brighter than a soft one.
-  const reach = (half * radius * (0.5 + 0.5 * strength)) / drawn;
-  ctx.globalAlpha = 0.35 + 0.65 * strength;
-  ctx.drawImage(sheet, step * side, 0, side, side, x - reach, y - reach, 2 * reach, 2 * reach);
-  ctx.globalAlpha = 1;
+export function paintFlash(ctx, flashes, x, y, radius, age, strength) {
+  const column = Math.min(FLASH_STEPS - 1, Math.floor(age * FLASH_STEPS));
+  const row = Math.round(strength * (FLASH_STRENGTHS - 1));
+  const reach = (flashes.half * radius) / flashes.radius;
+  paintLight(ctx, flashes, x, y, { column, row, reach });
   return reach;
 }
 

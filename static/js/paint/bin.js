@@ -1,7 +1,12 @@
 // Paints how a bin answers a ball: the more it pays, the longer, brighter and further it shines.
 
+import { sheetContext } from "../util/canvas.js";
+
 /** @import { Theme } from "./theme.js" */
 /** @import { Box } from "./board.js" */
+
+/** @typedef {{picture: ImageBitmap, top: number}} Faces bins as they lie at rest; top: of the board's pixels that are
+ *  not in it */
 
 /** @typedef {{strength: number, glow: number, press: number}} Pulse strength and glow 0 … 1; press: how far
  *  it gives way, -1 … 1 of its most */
@@ -28,15 +33,27 @@ export function beamHeight({ height }, { strength }) {
 }
 
 /**
+ * A picture of the bins alone, to copy from.
+ * @param {HTMLCanvasElement} still the board as it is painted
+ * @param {number} top where the bins begin, pixels of it
+ * @returns {Faces}
+ */
+export function facesOf(still, top) {
+  const ctx = sheetContext(still.width, still.height - top);
+  ctx.drawImage(still, 0, -top);
+  return { picture: ctx.canvas.transferToImageBitmap(), top };
+}
+
+/**
  * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels
- * @param {HTMLCanvasElement} still where the bin lies at rest
+ * @param {Faces} faces
  * @param {Box} box
  * @param {Pulse} pulse
  * @param {Theme} theme
- * @param {number} density of `still`
+ * @param {number} density of the faces
  * @param {number} score
  */
-export function paintPulse(ctx, still, box, pulse, theme, density, score) {
+export function paintPulse(ctx, { picture, top }, box, pulse, theme, density, score) {
   const { x, y, width, height } = box;
   const { strength, glow } = pulse;
   paintBeam(ctx, box, pulse, theme.payout(score).fill);
@@ -44,7 +61,7 @@ export function paintPulse(ctx, still, box, pulse, theme, density, score) {
   ctx.fillStyle = theme.palette.railShade;
   ctx.fillRect(x - 1, y - 1, width + 2, Math.max(0, press) + 2);
   ctx.drawImage(
-    still, x * density, y * density, width * density, height * density, x, y + press, width, height,
+    picture, x * density, y * density - top, width * density, height * density, x, y + press, width, height,
   );
   // A lit rim rather than a wash over the face: the number stays readable while it shines.
   ctx.globalAlpha = glow;

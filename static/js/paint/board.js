@@ -11,6 +11,7 @@ import { paintPeg } from "./peg.js";
 /** @import { Look, Palette, PayoutColour, PegShape, RailShape } from "./theme.js" */
 
 export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow", "Arial Narrow", sans-serif';
+const FILLED = 0.9; // of a pocket by the widest number
 
 /**
  * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels
@@ -212,9 +213,16 @@ function paintLabel(ctx, geometry, board, bin, ink, { x, y, width, height }) {
   const narrowest = Math.min(...texts.map((_, other) => binBox(geometry, board, other).width));
   // Narrow pockets carry their number upright, as on a ruler, rather than too small to read.
   const upright = narrowest / longest < 7.5;
-  const size = upright
+  const most = upright
     ? Math.min(0.8 * narrowest, (1.6 * height) / longest)
     : Math.min((1.75 * width) / longest, (2.1 * narrowest) / longest, 0.52 * height);
+  ctx.font = `700 ${most.toFixed(1)}px ${LABEL_FONT}`;
+  // Not every system has a narrow font: what its own leaves too little room for is smaller, and all the others with it.
+  const fits = texts.map((text, other) => {
+    const room = upright ? height : binBox(geometry, board, other).width;
+    return (FILLED * room) / ctx.measureText(text).width;
+  });
+  const size = most * Math.min(1, ...fits);
   ctx.save();
   ctx.translate(x + width / 2, y + height / 2);
   if (upright) ctx.rotate(-Math.PI / 2);

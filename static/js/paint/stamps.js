@@ -3,13 +3,13 @@
 import { makeHalo, makeSprite } from "./ball.js";
 
 /** @import { SceneBall } from "../model/scene.js" */
-/** @import { BallColours, Sprite } from "./ball.js" */
+/** @import { BallColours, Light, Sprite } from "./ball.js" */
 /** @import { Theme } from "./theme.js" */
 
 const MOST = 32; // sets; a room in which players choose freely keeps no more
 const SHADE = 0.5; // of a colour's own brightness, on the ball's far side
 
-/** @typedef {{colour: string, body: Sprite, halo: Sprite}} Stamps colour: of its light and trail */
+/** @typedef {{colour: string, body: Sprite, halo: Light}} Stamps colour: of its light and trail */
 
 /** Of one size on one screen in one theme. */
 export class StampBook {

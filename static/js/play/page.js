@@ -56,7 +56,7 @@ const STATE_TEXTS = {
   asleep: t("play.ready"),
   closed: t("play.closed"),
 };
-const SCORE_MS = 200; // between two renewals of the list while balls rain
+const SCORE_MS = 200; // between two renewals of the list, and of the count, while balls rain
 
 /** @typedef {{theme: Theme, view: BoardView, histogram: Histogram, ghost: Ghost,
  *   session: Session, wallet: Wallet, solver: Solver | null}} Parts */
@@ -74,6 +74,7 @@ export class TablePage {
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
   #scoreStale = false;
   #scoreMs = 0;
+  #countMs = 0;
 
   /** @param {Parts} parts @param {URLSearchParams} asked */
   constructor({ theme, view, histogram, ghost, session, wallet, solver }, asked) {
@@ -286,11 +287,12 @@ export class TablePage {
     view.draw(scene);
     this.ghost.paint(now);
     this.histogram.refresh(now, quiet);
-    if (this.#shownCount !== this.histogram.total || this.#shownShare !== this.histogram.share) this.#showCount();
+    const counting = this.#shownCount !== this.histogram.total || this.#shownShare !== this.histogram.share;
+    if (counting && now - this.#countMs >= SCORE_MS) this.#showCount(now);
     if (this.#scoreStale && now - this.#scoreMs >= SCORE_MS) this.#showScore(now);
     const measuring = instruments.show(live, this.histogram.counts, this.session.scores, now);
     return (table?.busy ?? false) || this.ghost.pending || this.histogram.pending
-      || this.#scoreStale || measuring || encore || demo !== null;
+      || this.#scoreStale || counting || measuring || encore || demo !== null;
   }
 
   /** @param {Played} played the table has told it: it counts */
@@ -340,10 +342,11 @@ export class TablePage {
     this.loop.wake();
   }
 
-  #showCount() {
+  /** @param {number} [now] */
+  #showCount(now = performance.now()) {
     const { total, share } = this.histogram;
     const { expected } = this.instruments.fit;
-    [this.#shownCount, this.#shownShare] = [total, share];
+    [this.#shownCount, this.#shownShare, this.#countMs] = [total, share, now];
     const words = share !== null && share > 1 ? "play.landed-as-discs" : "play.landed-here";
     byId("tray-count").textContent = total ? t(words, { n: total, share: share ?? 1 }) : t("play.none-landed");
     byId("tray-key").hidden = !expected || share !== null;

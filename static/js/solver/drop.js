@@ -98,11 +98,11 @@ export class Drop {
       throw new ParameterError(`time ${bad} is before the start of the drop`, "times");
     }
     const { end } = this.#made.traced;
-    const moving = times.filter((time) => time < this.duration);
-    const rows = this.#sample(moving);
+    const { duration } = this;
+    const rows = this.#sample(times.filter((time) => time < duration));
     let next = 0;
     return times.map((time) => {
-      const row = time < this.duration ? rows[next] : end;
+      const row = time < duration ? rows[next] : end;
       if (row !== end) next += 1;
       const [, x, y, vx, vy, theta, omega] = row;
       return { t: time, x, y, theta, vx, vy, omega };

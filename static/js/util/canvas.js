@@ -10,6 +10,17 @@ export function contextOf(canvas) {
 }
 
 /**
+ * To draw on what is then only copied, as the bitmap it is made into: from a canvas each copy would cost far more.
+ * @param {number} width pixels @param {number} height pixels
+ * @returns {OffscreenCanvasRenderingContext2D}
+ */
+export function sheetContext(width, height) {
+  const ctx = new OffscreenCanvas(width, height).getContext("2d");
+  if (!ctx) throw new Error(t("page.no-canvas"));
+  return ctx;
+}
+
+/**
  * A canvas cleared, as large as it should be, scaled to CSS pixels.
  * @param {HTMLCanvasElement} canvas
  * @param {{width: number, height: number}} size CSS pixels
@@ -35,7 +46,7 @@ export function zoom() {
 }
 
 /**
- * @param {CanvasRenderingContext2D} ctx
+ * @param {CanvasPath & CanvasDrawPath} ctx
  * @param {number} x
  * @param {number} y
  * @param {number} radius

@@ -107,7 +107,7 @@ export class Demo {
    * @returns {Scene | null} null while there is no demo
    */
   sceneAt(nowMs, table, still) {
-    if (table?.flying || still) this.end();
+    if ((this.#wait || this.#balls) && (table?.flying || still)) this.end();
     const scene = this.#balls?.sceneAt(nowMs) ?? null;
     if (this.#balls && !scene) this.end();
     return scene;

@@ -14,9 +14,15 @@ const ROWS_A_FRAME = 48; // of pixels painted at once: a fraction of a milliseco
 const PAUSE_MS = 120; // between two sweeps over what has changed
 const STRONGEST = 0.62; // opacity
 
-/** @typedef {{density: Density, band: ImageData}} Grid band: some rows of it as pixels */
+/**
+ * @typedef {{density: Density, band: ImageData, picture: HTMLCanvasElement}} Grid band: some rows of it as pixels;
+ *   picture: all of it, a pixel a cell
+ */
 
-/** Paints a density onto its own canvas, a band of rows at a time. */
+/**
+ * Paints a density onto its own canvas, a band of rows at a time. The canvas has the display's pixels: cells that
+ * are stretched over the board are stretched when they change, and not for each frame.
+ */
 export class Ghost {
   #on = true;
   /** @type {Grid | null} of the board, once there is one */
@@ -50,9 +56,10 @@ export class Ghost {
     const { left, right } = sides(board);
     const top = board.drop.y - board.ball.radius;
     const density = new Density({ left, right, top, bottom: board.bins.y });
-    this.canvas.width = density.width;
-    this.canvas.height = density.height;
-    this.#grid = { density, band: new ImageData(density.width, ROWS_A_FRAME) };
+    const picture = document.createElement("canvas");
+    picture.width = density.width;
+    picture.height = density.height;
+    this.#grid = { density, band: new ImageData(density.width, ROWS_A_FRAME), picture };
     this.recolour();
     this.clear();
   }
@@ -60,12 +67,17 @@ export class Ghost {
   /** @param {Geometry} geometry where the board lies now */
   layOut({ py, scale, width }) {
     if (!this.#grid) return;
-    const { field } = this.#grid.density;
-    Object.assign(this.canvas.style, {
-      top: `${py(field.top)}px`,
-      width: `${width}px`,
-      height: `${(field.bottom - field.top) * scale}px`,
+    const { field, height } = this.#grid.density;
+    const { canvas } = this;
+    const sharp = window.devicePixelRatio || 1;
+    canvas.width = Math.round(width * sharp);
+    canvas.height = Math.round((field.bottom - field.top) * scale * sharp);
+    Object.assign(canvas.style, {
+      top: `${Math.round(py(field.top) * sharp) / sharp}px`,
+      width: `${canvas.width / sharp}px`,
+      height: `${canvas.height / sharp}px`,
     });
+    this.#stretch(this.#grid, 0, height);
   }
 
   /**
@@ -82,8 +94,9 @@ export class Ghost {
     this.#range = 0;
     this.#until = -1;
     contextOf(this.canvas).clearRect(0, 0, this.canvas.width, this.canvas.height);
-    const density = this.#grid?.density;
-    if (!density) return;
+    if (!this.#grid) return;
+    const { density, picture } = this.#grid;
+    contextOf(picture).clearRect(0, 0, picture.width, picture.height);
     density.clear();
     density.firstRow = density.height;
     density.lastRow = -1;
@@ -133,7 +146,8 @@ export class Ghost {
   }
 
   /** @param {Grid} grid @param {number} first @param {number} rows */
-  #paintRows({ density, band }, first, rows) {
+  #paintRows(grid, first, rows) {
+    const { density, band, picture } = grid;
     const { tones } = this;
     const pixels = new Uint32Array(band.data.buffer);
     const from = first * density.width;
@@ -142,7 +156,24 @@ export class Ghost {
       const tone = density.cells[from + i] > 0 ? Math.min(1, density.tone(from + i)) : 0;
       pixels[i] = tones[Math.round(tone * (TONES - 1))];
     }
-    contextOf(this.canvas).putImageData(band, 0, first, 0, 0, density.width, rows);
+    contextOf(picture).putImageData(band, 0, first, 0, 0, density.width, rows);
+    this.#stretch(grid, first, rows);
+  }
+
+  /** @param {Grid} grid @param {number} first @param {number} rows that have changed */
+  #stretch({ density, picture }, first, rows) {
+    const { width, height } = this.canvas;
+    const ctx = contextOf(this.canvas);
+    // Between two rows their colours run into each other, so the neighbours' halves change, too.
+    const from = Math.floor(((first - 0.5) * height) / density.height);
+    const to = Math.ceil(((first + rows + 0.5) * height) / density.height);
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(0, from, width, to - from);
+    ctx.clip();
+    ctx.clearRect(0, 0, width, height);
+    ctx.drawImage(picture, 0, 0, width, height);
+    ctx.restore();
   }
 }
 

@@ -1,0 +1,29 @@
+// What is wiped of a canvas before the next picture is all that was painted, and little else.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { Damage } from "../../../static/js/paint/damage.js";
+
+/** @param {Damage} damage @returns {number[][]} rectangles that it wipes of 100 x 100 */
+function wiped(damage) {
+  const boxes = [];
+  damage.clear({ clearRect: (...box) => boxes.push(box) }, 100, 100);
+  return boxes;
+}
+
+test("small marks are wiped one by one, once", () => {
+  const damage = new Damage();
+  damage.add(1, 2, 3, 4);
+  damage.addPoints(Float64Array.of(50, 60, 55, 52), 2, 2);
+  assert.deepEqual(wiped(damage), [[1, 2, 3, 4], [48, 50, 9, 12]]);
+  assert.deepEqual(wiped(damage), []);
+});
+
+test("where most is painted, or too many marks to remember, all is wiped at once", () => {
+  const damage = new Damage();
+  damage.add(0, 0, 100, 61);
+  assert.deepEqual(wiped(damage), [[0, 0, 100, 100]]);
+  for (let i = 0; i < 5000; i += 1) damage.add(i % 100, 0, 0.01, 0.01);
+  assert.deepEqual(wiped(damage), [[0, 0, 100, 100]]);
+});
