@@ -16,7 +16,7 @@ import httpx
 
 from engine import Board
 from tests.app.cluster.servers import One, Servers
-from tests.app.cluster.watchers import Break, Watcher, taken_over
+from tests.app.cluster.watchers import Break, Pulse, Watcher, taken_over
 from tests.app.persistence import postgres
 from tests.app.persistence.oracle import hold
 from tests.app.persistence.server import Heard, play
@@ -53,8 +53,10 @@ class Siege:
             made = httpx.post(f"{one.url}/api/v1/rooms", json={"board": BOARD}, timeout=LIMIT)
             room = made.raise_for_status().json()["id"]
             self.rooms[room] = Heard(room)
-        names = list(self.rooms)
-        self.watchers = [Watcher(names[k % ROOMS]) for k in range(CLIENTS - ROOMS)]
+        pulses = [(name, Pulse()) for name in self.rooms]
+        self.watchers = [Watcher(*each, stream="snapshots") for each in pulses]
+        others = itertools.islice(itertools.cycle(pulses), CLIENTS - 2 * ROOMS)
+        self.watchers += [Watcher(*each) for each in others]
 
     @property
     def acknowledged(self) -> int:
