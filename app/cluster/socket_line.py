@@ -10,7 +10,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
-from app.cluster.http_line import headers_for, without
+from app.cluster.http_line import Outcome, headers_for, without
 from app.cluster.membership import Member
 from app.cluster.node import Node
 from app.relay.line import GONE, RESTART, both_ways
@@ -34,8 +34,8 @@ _OF_THE_HANDSHAKE: Final = frozenset(
 
 async def pass_socket(
     node: Node, member: Member, scope: Scope, receive: Receive, send: Send, hops: int
-) -> bool:
-    """Have `member` talk to a client until one of them ends; False where it does not answer."""
+) -> Outcome:
+    """Have `member` talk to a client until one of them ends, unless it does not answer."""
     at = urlsplit(member.address)
     query = scope["query_string"].decode("latin-1")
     path = scope["raw_path"].partition(b"?")[0].decode("latin-1")
@@ -56,11 +56,13 @@ async def pass_socket(
             open_timeout=_OPEN,
             close_timeout=_CLOSE,
         )
+    except ConnectionRefusedError:
+        return Outcome.SILENT
     except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError):
-        return False
+        return Outcome.AGAIN
     async with room:
         await _talk(node, member, WebSocket(scope, receive, send), room)
-    return True
+    return Outcome.DONE
 
 
 async def _talk(node: Node, member: Member, client: WebSocket, room: ClientConnection) -> None:
