@@ -12,6 +12,7 @@ from app.cluster.bell import Bell
 from app.cluster.leases import FAILURES, Leases
 from app.cluster.line import Line
 from app.cluster.membership import BEAT, LEASE, Member, Orphans, View, order
+from app.cluster.passed import Passed
 from app.errors import AppError, HoldLostError, InvalidValueError, LedgerError, shorten
 from app.live.holding import Holding
 from app.live.looks import Looks
@@ -64,6 +65,7 @@ class Node:
         self.taken_over = self.handed_over = 0  # rooms
         self.handed_on = 0  # requests
         self.line = line
+        self.passed = Passed()
         self._in_memory = has
         self._watched = watched
         self._leases = leases
@@ -322,6 +324,7 @@ class Node:
             await self._send_all(unwatched, others, _AT_ONCE)
             await self._send_all(watched, others, 1)
         await self._holding.hand_all_over()
+        await self.passed.close()
 
     async def _send_all(self, rooms: list[str], others: list[Member], at_once: int) -> None:
         turns = asyncio.Semaphore(at_once)

@@ -61,22 +61,27 @@ async def pass_socket(
     except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError):
         return Outcome.AGAIN
     async with room:
-        await _talk(node, member, WebSocket(scope, receive, send), room)
+        with node.passed.line() as closing:
+            await _talk(node, member, WebSocket(scope, receive, send), room, closing)
     return Outcome.DONE
 
 
-async def _talk(node: Node, member: Member, client: WebSocket, room: ClientConnection) -> None:
+async def _talk(
+    node: Node, member: Member, client: WebSocket, room: ClientConnection, closing: asyncio.Event
+) -> None:
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):
         await client.accept()
         talking = asyncio.create_task(both_ways(client, room))
         ending = asyncio.create_task(node.until_gone(member))
+        leaving = asyncio.create_task(closing.wait())
+        tasks = (talking, ending, leaving)
         try:
-            await asyncio.wait((talking, ending), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            talking.cancel()
-            ending.cancel()
-            await asyncio.gather(talking, ending, return_exceptions=True)
-            # Without a word: its server has ended, and another has the room soon.
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            # Without a word: its server or this one ends, and the room is had over another.
             code = room.close_code or GONE
             reason = room.close_reason or "the room is brought to another server"
             await client.close(RESTART if code in (GONE, 1005) else code, reason)

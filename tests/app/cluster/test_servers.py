@@ -272,6 +272,23 @@ async def test_a_server_that_is_told_to_end_hands_all_its_rooms_over(servers: Se
     assert await asyncio.to_thread(lambda: second.rooms + third.rooms) >= len(rooms)
 
 
+async def test_whoever_plays_over_a_server_that_is_told_to_end_is_sent_to_another(
+    servers: Servers,
+) -> None:
+    first, second, third = servers.all
+    room = new_room(second)
+    async with playing(first.socket(room)) as player:
+        ending = asyncio.create_task(asyncio.to_thread(first.end, signal.SIGTERM))
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await player.step()
+        assert player.socket.close_code == 1012
+        assert await asyncio.to_thread(servers.has, second, room), "where it was all the time"
+        async with playing(third.socket(room)) as again:
+            assert again.hello["room"] == room
+    assert await ending == 0
+
+
 async def test_without_redis_play_goes_on_and_rooms_of_the_dead_wait(servers: Servers) -> None:
     first, second, third = servers.all
     staying, waiting = new_room(second), new_room(first)
