@@ -28,6 +28,8 @@ _NAMED_INSIDE: Final = ("/api/v1/sessions", "/api/v1/halts")
 _PATIENCE: Final = 8.0  # s that a request waits for a room that is on its way
 _PAUSE: Final = 0.05  # s until it is tried again
 
+_NOTHING_DONE: Final = (Outcome.AGAIN, Outcome.SILENT)
+
 
 class _Named(msgspec.Struct):
     room: str | None = None
@@ -85,15 +87,14 @@ class HandOn:
     async def _request(self, scope: Scope, body: Body, send: Send, room_id: str, hops: int) -> None:
         end = time.monotonic() + _PATIENCE
         outcome = Outcome.AGAIN
-        while outcome is Outcome.AGAIN and time.monotonic() < end:
+        while outcome in _NOTHING_DONE and time.monotonic() < end:
             member = await self._locate(room_id, hops)
             if member is None:
                 outcome = await self._here(scope, body, send, last=hops >= MOST_HOPS)
             else:
                 self.node.handed_on += 1
                 outcome = await pass_http(self.node, member, scope, body, send, hops)
-            if outcome is Outcome.AGAIN:
-                await asyncio.sleep(_PAUSE)
+            await self._pause(outcome)
         if outcome is not Outcome.DONE:
             await problem_response(_why(outcome, room_id), scope["path"])(scope, body.again(), send)
 
@@ -133,16 +134,24 @@ class HandOn:
                     await send({"type": "websocket.close", "code": RESTART, "reason": ""})
                     return
                 self.node.handed_on += 1
-                if await pass_socket(self.node, member, scope, receive, send, hops):
+                outcome = await pass_socket(self.node, member, scope, receive, send, hops)
+                if outcome is Outcome.DONE:
                     return
-                await asyncio.sleep(_PAUSE)
+                await self._pause(outcome)
         await self.app(scope, receive, send)
+
+    async def _pause(self, outcome: Outcome) -> None:
+        """Until it is tried again: of a server that is silent, not before more is known."""
+        if outcome is Outcome.SILENT:
+            await self.node.until_looked()
+        elif outcome is Outcome.AGAIN:
+            await asyncio.sleep(_PAUSE)
 
 
 def _why(outcome: Outcome, room_id: str) -> AppError:
     """What a client is told that got no answer."""
     name = shorten(room_id)
-    if outcome is Outcome.AGAIN:
+    if outcome in _NOTHING_DONE:
         return HoldLostError(f"room {name} is on its way to another server", field="room")
     return EndedError(
         f"the server that had room {name} ended before it answered; whether it did what was asked "

@@ -41,7 +41,8 @@ class Outcome(Enum):
     """What came of handing a request on."""
 
     DONE = "answered"
-    AGAIN = "nothing was done: the room has left, or its server is gone"
+    AGAIN = "nothing was done: the room has left"
+    SILENT = "nothing was done: its server takes no connection"
     UNKNOWN = "the server ended over it, and it may have been done or not"
 
 
@@ -67,7 +68,7 @@ async def pass_http(
         try:
             answer = asking.result()
         except _NEVER_SENT:
-            return Outcome.AGAIN
+            return Outcome.SILENT
         except httpx.HTTPError:
             return _lost(scope)
         async with contextlib.aclosing(answer):

@@ -27,6 +27,7 @@ class Leases:
     """A server's end of the lease store."""
 
     def __init__(self, url: str) -> None:
+        self._beats = 0
         try:
             self._redis = Redis.from_url(
                 url,
@@ -42,6 +43,8 @@ class Leases:
 
     async def beat(self, me: Member) -> Look:
         """Say that `me` is alive, and see who else is; raises FAILURES."""
+        self._beats += 1
+        me = msgspec.structs.replace(me, beats=self._beats)
         async with self._redis.pipeline(transaction=False) as pipeline:
             pipeline.set(_key(me.holder), msgspec.json.encode(me), px=int(LEASE * 1000))
             pipeline.sadd(_MEMBERS, me.holder)

@@ -8,9 +8,11 @@ import time
 from collections.abc import Awaitable, Callable
 from typing import Any, Final
 
+from app.cluster.bell import Bell
 from app.cluster.leases import FAILURES, Leases
 from app.cluster.line import Line
 from app.cluster.membership import BEAT, LEASE, Member, Orphans, View, order
+from app.cluster.passed import Passed
 from app.errors import AppError, HoldLostError, InvalidValueError, LedgerError, shorten
 from app.live.holding import Holding
 from app.live.looks import Looks
@@ -33,14 +35,18 @@ _SENT: Final = 5.0
 """s for which the server that gave a room away knows whom it gave it to."""
 
 _AT_ONCE: Final = 4
-"""Rooms that are handed over at a time: no more than one server brings back at a time. Each stands
-still until the other server has it; the others play meanwhile."""
+"""Rooms that nobody watches are handed over at a time: no more than a server brings back at a time.
+Those that are watched go one by one: each stands still until the other server has it, and that is
+the sooner, the less else that server has to do."""
 
 _log = logging.getLogger("plinko")
 
 
 class Node:
-    """For the event loop's thread. `start` before anything is asked of it, `leave` at the end."""
+    """For the event loop's thread. `run` while anything is asked of it, `leave` at the end.
+
+    `has` says whether a room is in memory, `watched` how many watch it.
+    """
 
     def __init__(
         self,
@@ -51,6 +57,7 @@ class Node:
         name: str,
         *,
         has: Callable[[str], bool],
+        watched: Callable[[str], int],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.name = name
@@ -58,7 +65,9 @@ class Node:
         self.taken_over = self.handed_over = 0  # rooms
         self.handed_on = 0  # requests
         self.line = line
+        self.passed = Passed()
         self._in_memory = has
+        self._watched = watched
         self._leases = leases
         self._holding = holding
         self._holds = holding.holds
@@ -68,9 +77,13 @@ class Node:
         self._orphans = Orphans()
         self._taking: set[str] = set()
         self._swept = -_SWEEP
-        self._seen: set[str] = set()
+        self._seen: set[str] = set()  # who was alive at the last look
+        self._missing = False  # somebody has gone since the last sweep
         self._beaten = clock()
         self._doubtful = False  # it was silent for so long that others may have taken its rooms
+        self._looked = Bell()  # at who is alive, with whatever came of it
+        self._missed = Bell()  # somebody is gone
+        self._knocking: set[str] = set()  # servers of which it is being seen whether they listen
         self._sent: dict[str, tuple[Member, float]] = {}
         self._looks = Looks[HoldRow | None]()  # at who has a room
         self._tasks: set[asyncio.Task[Any]] = set()
@@ -114,17 +127,22 @@ class Node:
         """
         async with asyncio.TaskGroup() as tasks:
             tasks.create_task(self._again(self.beat))
-            tasks.create_task(self._again(self._look))
+            tasks.create_task(self._again(self._look, self._missed))
 
-    async def _again(self, work: Callable[[], Awaitable[None]]) -> None:
-        """Do this for ever, whatever becomes of it."""
+    async def _again(self, work: Callable[[], Awaitable[None]], bell: Bell | None = None) -> None:
+        """Do this for ever, whatever becomes of it: at each beat, and when the bell is rung."""
         while True:
             began = self._clock()
             try:
                 await work()
             except Exception:  # noqa: BLE001 - who is silent for a moment has no rooms
                 _log.exception("the cluster cannot be looked after")
-            await asyncio.sleep(max(0.0, BEAT - (self._clock() - began)))
+            rest = max(0.0, BEAT - (self._clock() - began))
+            if bell is None:
+                await asyncio.sleep(rest)
+            else:
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(bell.wait(), rest)
 
     async def beat(self) -> None:
         """Say that this server is alive, and see who else is."""
@@ -134,11 +152,39 @@ class Node:
             if self.view.up:
                 _log.warning("the lease store is lost: rooms stay where they are: %s", error)
             self.view.failed()
+            self._looked.ring()
             return
         now = self._clock()
         self._doubtful = self._doubtful or now - self._beaten > LEASE
         self._beaten = now
         self.view.look(now, look)
+        self._notice()
+        for member in self.view.late(now):
+            self._do(self._knock(member))
+
+    async def _knock(self, member: Member) -> None:
+        """See whether a server that is late has ended: then its rooms need not wait any longer."""
+        if member.holder in self._knocking:
+            return
+        self._knocking.add(member.holder)
+        try:
+            if await self.line.is_refused_by(member):
+                self.view.refused(member)
+                self._notice()
+        finally:
+            self._knocking.discard(member.holder)
+
+    def _notice(self) -> None:
+        """Wake those who wait for what was seen now."""
+        before, self._seen = self._seen, set(self.view.members)
+        self._looked.ring()
+        if before - self._seen:
+            self._missing = True
+            self._missed.ring()
+
+    async def until_looked(self) -> None:
+        """Return once it was seen anew who is alive, or that it cannot be seen."""
+        await self._looked.wait()
 
     async def _look(self) -> None:
         """Give up what is another's by now, and take over what nobody has."""
@@ -155,9 +201,8 @@ class Node:
 
     def _is_due(self, now: float) -> bool:
         """Whether it is time to look for rooms that nobody has: often, where somebody is gone."""
-        now_there = set(self.view.members)
-        gone, self._seen = self._seen - now_there, now_there
-        return bool(gone) or self._orphans.waiting or now - self._swept >= _SWEEP
+        missing, self._missing = self._missing, False
+        return missing or self._orphans.waiting or now - self._swept >= _SWEEP
 
     async def _check_holds(self) -> None:
         """After a silence, others may have taken rooms; nothing more is told of these."""
@@ -207,9 +252,12 @@ class Node:
                 return other
             if other is not None or self._clock() > end:
                 break
-            if self._is_free(row) and await self._fetched(room_id):
+            if not self._is_free(row):
+                await self.until_looked()
+            elif await self._fetched(room_id):
                 return None
-            await asyncio.sleep(_PAUSE)
+            else:
+                await asyncio.sleep(_PAUSE)
         else:
             return None
         raise HoldLostError(f"room {shorten(room_id)} is on its way between servers", field="room")
@@ -242,9 +290,8 @@ class Node:
             return False
         return True
 
-    async def _claim(self, room_id: str) -> int:
+    def _claim(self, room_id: str, row: HoldRow | None) -> int:
         """Before a room is taken: the number it is taken after; HoldLostError where it is had."""
-        row = await self._holds.holder_of(room_id)
         if not self._is_free(row):
             raise HoldLostError(f"room {room_id!r} is at another server", field="room")
         return 0 if row is None else row.number
@@ -271,17 +318,23 @@ class Node:
         """Give all rooms to the others, each from the very tick at which it is; then be gone."""
         self.leaving = True
         await self.beat()
-        others = self.others
-        turns = asyncio.Semaphore(_AT_ONCE)
+        if others := self.others:
+            watched = list(filter(self._watched, self._holds.rooms))
+            unwatched = [room_id for room_id in self._holds.rooms if room_id not in watched]
+            await self._send_all(unwatched, others, _AT_ONCE)
+            await self._send_all(watched, others, 1)
+        await self._holding.hand_all_over()
+        await self.passed.close()
+
+    async def _send_all(self, rooms: list[str], others: list[Member], at_once: int) -> None:
+        turns = asyncio.Semaphore(at_once)
 
         async def send(room_id: str) -> None:
             async with turns:
                 with contextlib.suppress(AppError):
                     await self._send(room_id, order(room_id, others)[0])
 
-        if others:
-            await asyncio.gather(*map(send, self._holds.rooms))
-        await self._holding.hand_all_over()
+        await asyncio.gather(*map(send, rooms))
 
     async def gone(self) -> None:
         """This server has ended; nobody is to ask it any more."""
@@ -305,9 +358,9 @@ class Node:
     # The others.
 
     async def until_gone(self, member: Member) -> None:
-        """Return when this server's lease has run out."""
+        """Return when this server is gone."""
         while not self.view.is_gone(member.holder):
-            await asyncio.sleep(BEAT)
+            await self._missed.wait()
 
     async def ask_all(self, path: str, part: str) -> list[Any]:
         """What each of the others lists as `part` of its answer to a GET of this path."""

@@ -10,7 +10,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
-from app.cluster.http_line import headers_for, without
+from app.cluster.http_line import Outcome, headers_for, without
 from app.cluster.membership import Member
 from app.cluster.node import Node
 from app.relay.line import GONE, RESTART, both_ways
@@ -34,8 +34,8 @@ _OF_THE_HANDSHAKE: Final = frozenset(
 
 async def pass_socket(
     node: Node, member: Member, scope: Scope, receive: Receive, send: Send, hops: int
-) -> bool:
-    """Have `member` talk to a client until one of them ends; False where it does not answer."""
+) -> Outcome:
+    """Have `member` talk to a client until one of them ends, unless it does not answer."""
     at = urlsplit(member.address)
     query = scope["query_string"].decode("latin-1")
     path = scope["raw_path"].partition(b"?")[0].decode("latin-1")
@@ -56,25 +56,32 @@ async def pass_socket(
             open_timeout=_OPEN,
             close_timeout=_CLOSE,
         )
+    except ConnectionRefusedError:
+        return Outcome.SILENT
     except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError):
-        return False
+        return Outcome.AGAIN
     async with room:
-        await _talk(node, member, WebSocket(scope, receive, send), room)
-    return True
+        with node.passed.line() as closing:
+            await _talk(node, member, WebSocket(scope, receive, send), room, closing)
+    return Outcome.DONE
 
 
-async def _talk(node: Node, member: Member, client: WebSocket, room: ClientConnection) -> None:
+async def _talk(
+    node: Node, member: Member, client: WebSocket, room: ClientConnection, closing: asyncio.Event
+) -> None:
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):
         await client.accept()
         talking = asyncio.create_task(both_ways(client, room))
         ending = asyncio.create_task(node.until_gone(member))
+        leaving = asyncio.create_task(closing.wait())
+        tasks = (talking, ending, leaving)
         try:
-            await asyncio.wait((talking, ending), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            talking.cancel()
-            ending.cancel()
-            await asyncio.gather(talking, ending, return_exceptions=True)
-            # Without a word: its server has ended, and another has the room soon.
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            # Without a word: its server or this one ends, and the room is had over another.
             code = room.close_code or GONE
             reason = room.close_reason or "the room is brought to another server"
             await client.close(RESTART if code in (GONE, 1005) else code, reason)

@@ -43,6 +43,7 @@ class Cluster:
             Line(),
             self._name,
             has=server.rooms.is_open,
+            watched=server.hub.count,
         )
         server.others = self.node
 

@@ -21,8 +21,8 @@ from app.live.to_the_end import to_the_end
 from app.persistence.holds import Holds
 from app.persistence.recovery.rebuild_queue import rebuilding
 from app.persistence.service import PersistenceService
-from app.persistence.statements import store
-from app.rooms.records import Hold, Listed, Parked
+from app.persistence.statements import hold_store, store
+from app.rooms.records import Hold, HoldRow, Listed, Parked
 from app.rooms.room import Ground, Room
 from app.settings import Settings
 
@@ -53,7 +53,7 @@ class Memory(Protocol):
         """Have all who watch a room look for it elsewhere."""
 
 
-async def _free(room_id: str) -> None:
+def _free(room_id: str, row: HoldRow | None) -> None:
     """Any room may be brought here, whoever has it."""
 
 
@@ -64,9 +64,9 @@ async def _to_nobody() -> None:
 class Holding:
     """For the event loop's thread.
 
-    `claim` is awaited before a room is brought here because somebody asks for it; it raises what
-    stands in the way, or gives the number of the hold that this server's is to follow. `gone` are
-    called with the id of a room that has left.
+    `claim` hears before a room is brought here because somebody asks for it, and who had it; it
+    raises what stands in the way, or gives the number of the hold that this server's is to follow.
+    `gone` are called with the id of a room that has left.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class Holding:
         make: Callable[[str, Ground, str], Awaitable[Room]],
     ) -> None:
         self.holds = holds
-        self.claim: Callable[[str], Awaitable[int | None]] = _free
+        self.claim: Callable[[str, HoldRow | None], int | None] = _free
         self.gone: list[Callable[[str], None]] = []
         self._settings = settings
         self._persistence = persistence
@@ -91,6 +91,7 @@ class Holding:
         self._coming: dict[str, asyncio.Task[Room | None]] = {}
         self._leaving: dict[str, asyncio.Future[None]] = {}
         self._looks = Looks[tuple[bool, int | None]]()  # for rooms that are not here
+        self._confirming = Looks[None]()  # that rooms are here still
         self._next_look = 0.0
         self._confirmed: dict[str, float] = {}  # when each room was known to be here, s
         self._listed: list[Listed] = []
@@ -122,8 +123,10 @@ class Holding:
 
     async def _look_for(self, room_id: str) -> tuple[bool, int | None]:
         """Whether there is a room, and what `claim` says of it."""
-        exists = await self._exists(room_id)
-        return exists, await self.claim(room_id) if exists else None
+        read = functools.partial(hold_store.standing, room=room_id)
+        exists, row = await self._persistence.ledger.read(read)
+        exists = exists or room_id in self._public
+        return exists, self.claim(room_id, row) if exists else None
 
     async def _confirm(self, room_id: str) -> None:
         """Put a room away that another server has taken: nobody comes to it here any more.
@@ -136,7 +139,7 @@ class Holding:
             return
         hold = self.holds.of(room_id)
         try:
-            await self.holds.confirm(room_id)
+            await self._confirming.look(room_id, functools.partial(self.holds.confirm, room_id))
         except HoldLostError:
             if self.holds.of(room_id) == hold:  # else it left meanwhile, and may be back
                 self.put_away(room_id)
@@ -147,7 +150,8 @@ class Holding:
 
     async def begin(self, room_id: str) -> None:
         """Have a room that nobody had: its id is new; raises what `claim` raises, LedgerError."""
-        await self.holds.take(room_id, await self.claim(room_id))
+        row = await self.holds.holder_of(room_id)
+        await self.holds.take(room_id, self.claim(room_id, row))
 
     def away(self, room_id: str) -> HoldLostError:
         """What there is to say of a public room that is not in memory."""
@@ -174,12 +178,6 @@ class Holding:
         """Do something with a room that is not in memory; whoever asks for it waits meanwhile."""
         task = self._coming[room_id] = asyncio.create_task(work, name=room_id)
         task.add_done_callback(functools.partial(self._came, room_id))
-
-    async def _exists(self, room_id: str) -> bool:
-        if room_id in self._public:
-            return True
-        read = functools.partial(store.open_room, room_id=room_id)
-        return await self._persistence.ledger.read(read) is not None
 
     async def _bring(self, room_id: str, after: int | None) -> Room | None:
         await self.holds.take(room_id, after)

@@ -13,13 +13,13 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Final
 
-from app.errors import AppError, MalformedError
+from app.errors import AppError, HoldLostError, MalformedError
 from app.live.broadcast.hub import Client, Mailbox
 from app.live.registry import Rooms
 from app.protocol.messages import SEEDS
 from app.protocol.wire import WireMessage
 from app.relay.bus import Bus, Carried
-from app.relay.letter import END, WISHES, Letter, channel_of, kind_of, payload_of, wished
+from app.relay.letter import END, WISHES, Letter, channel_of, kind_of, payload_of, wish, wished
 from app.rooms.room import Room
 
 KEPT: Final = 3.0
@@ -152,6 +152,9 @@ class Feeds:
                 await self._watch(room, feed)
             else:
                 feed.end()
+        except HoldLostError:
+            # The server that has it by now is to greet all who watch, before they miss anything.
+            self._bus.publish(WISHES, wish(room_id, hello=True))
         except AppError:
             feed.end()
         finally:

@@ -14,6 +14,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 
+from sqlalchemy import Connection
+
 from app.errors import DamagedRoomError, LedgerError
 from app.persistence.recovery.ending import voided
 from app.persistence.recovery.rebuild import Replay, rebuild
@@ -22,7 +24,7 @@ from app.persistence.recovery.salvage import read_sound, salvage
 from app.persistence.sessions import SessionRecord, Sessions
 from app.persistence.statements import store
 from app.rooms.kinds import BallLimits, format_of, ground_of, make_room
-from app.rooms.records import Close, Mark, Parked, RoomRow, Write
+from app.rooms.records import Close, Mark, Parked, ResultRow, RoomRow, TakenRow, Write
 from app.rooms.room import Ground, Room
 from engine import PHYSICS_VERSION
 
@@ -129,14 +131,14 @@ class Recovery:
         aside, HoldLostError when another server has taken it meanwhile.
         """
         try:
-            row = await self._read(store.open_room, room_id=room_id)
+            row, board = await self._read(_session, find=store.open_room, room_id=room_id)
             if row is None:
                 return None
             self._sessions.note(row.number, room_id)
             why = self._outdated(row, ground_now)
             if why is not None:
-                return await self._succeed(row, why, turn)
-            replay = await self._replayed(row, turn)
+                return await self._succeed(row, board, why, turn)
+            replay = await self._replayed(row, board, turn)
             await self._confirm(room_id)
             return self._enter(row, replay)
         except LedgerError as error:
@@ -162,10 +164,10 @@ class Recovery:
         None when the ledger knows none, or when its physics was another. Nothing goes on in it: it
         is there to be read. Raises LedgerError, DamagedRoomError.
         """
-        row = await self._read(store.closed_room, room_id=room_id)
+        row, board = await self._read(_session, find=store.closed_room, room_id=room_id)
         if row is None or row.physics_version != PHYSICS_VERSION:
             return None
-        replay = await self._replayed(row, _at_once, over=True)
+        replay = await self._replayed(row, board, _at_once, over=True)
         return row.number, replay.room
 
     # Damage.
@@ -188,25 +190,19 @@ class Recovery:
 
     # Rooms that go on.
 
-    async def _replayed(self, row: RoomRow, turn: Turn, *, over: bool = False) -> Replay:
+    async def _replayed(
+        self, row: RoomRow, board: str | None, turn: Turn, *, over: bool = False
+    ) -> Replay:
         """The room at its last tick; of a session that is `over` the ledger is told nothing more.
 
         Raises DamagedRoomError where the ledger says otherwise.
         """
-        ground = await self._ground(row)
+        ground = await self._ground(row, board)
         replay = await asyncio.to_thread(Replay, row, ground, limits=self._limits)
-        inputs = format_of(row.mode)
-        if inputs.has_results:
-            oldest, after = replay.oldest_in_flight, replay.first_tick
-            replay.expect(
-                await self._read(store.results, room=row.number, first=oldest, after=after)
-            )
+        results, page = await self._read(_begun, row=row, replay=replay)
+        replay.expect(results)
         saved_at = replay.first_tick
         while True:
-            first = replay.next_input
-            page = await self._read(
-                store.taken, name=inputs.name, room=row.number, first=first, limit=_PAGE
-            )
             replay.take(page)
             to_end = len(page) < _PAGE
             while not await asyncio.to_thread(_slice, functools.partial(replay.run, to_end=to_end)):
@@ -219,6 +215,7 @@ class Recovery:
             _compare(replay)
             if to_end:
                 return replay
+            page = await self._read(_page, row=row, replay=replay)
 
     def _keep(self, row: RoomRow, replay: Replay) -> None:
         """Have the ledger know what is reached, so that it need not be replayed again."""
@@ -264,14 +261,14 @@ class Recovery:
             return "its board is another now"
         return None
 
-    async def _succeed(self, row: RoomRow, why: str, turn: Turn) -> Room | None:
+    async def _succeed(self, row: RoomRow, board: str | None, why: str, turn: Turn) -> Room | None:
         """End a session that cannot go on, and begin the next where the room has an owner."""
-        writes = await self._end(row, why, turn)
+        writes = await self._end(row, board, why, turn)
         _log.warning("room starts anew: %s", why, extra={"room": row.id})
         if not row.owned:
             self._sessions.report(writes)
             return None
-        ground = await self._ground(row)
+        ground = await self._ground(row, board)
         room = make_room(row.id, ground, row.mode, tick_rate=self._tick_rate, limits=self._limits)
         record = self._sessions.of(room)
         record.owned, record.opened, record.known = True, row.opened, True
@@ -280,11 +277,11 @@ class Recovery:
         self._sessions.report([*writes, *self._sessions.rows(room, record)])
         return room
 
-    async def _end(self, row: RoomRow, why: str, turn: Turn) -> list[Write]:
+    async def _end(self, row: RoomRow, board: str | None, why: str, turn: Turn) -> list[Write]:
         """What ends a session: what is in flight lands first; what cannot, gets its stake back."""
         tick = row.tick
         if format_of(row.mode).has_results and row.awake and row.physics_version == PHYSICS_VERSION:
-            replay = await self._replayed(row, turn)
+            replay = await self._replayed(row, board, turn)
             last = replay.room.world.tick + _LONGEST_FALL * row.tick_rate
             while replay.room.world.tick < last:
                 if await asyncio.to_thread(_slice, replay.finish):
@@ -296,14 +293,43 @@ class Recovery:
         unended = await self._read(voided, row=row, tick=tick, why=why)
         return [*unended, Close(row.number, tick, self._sessions.now())]
 
-    async def _ground(self, row: RoomRow) -> Ground:
-        text = await self._read(store.board, digest=row.board)
+    async def _ground(self, row: RoomRow, text: str | None) -> Ground:
         if text is None:
             raise DamagedRoomError(f"the ledger lacks board {row.board}")
         ground = await asyncio.to_thread(ground_of, row.mode, text)
         if ground.digest != row.board:
             raise DamagedRoomError(f"board {row.board} of the ledger has digest {ground.digest}")
         return ground
+
+
+# What is read at once: each time the ledger is asked, a commit may come first.
+
+
+def _session(
+    connection: Connection, find: Callable[..., RoomRow | None], room_id: str
+) -> tuple[RoomRow | None, str | None]:
+    """A room's session, and the JSON of its board."""
+    row = find(connection, room_id=room_id)
+    return row, None if row is None else store.board(connection, digest=row.board)
+
+
+def _begun(
+    connection: Connection, row: RoomRow, replay: Replay
+) -> tuple[list[ResultRow], list[tuple[TakenRow, ResultRow | None]]]:
+    """How the balls have landed that are in flight at the checkpoint, and the inputs after it."""
+    found: list[ResultRow] = []
+    if format_of(row.mode).has_results:
+        oldest, after = replay.oldest_in_flight, replay.first_tick
+        found = store.results(connection, room=row.number, first=oldest, after=after)
+    return found, _page(connection, row, replay)
+
+
+def _page(
+    connection: Connection, row: RoomRow, replay: Replay
+) -> list[tuple[TakenRow, ResultRow | None]]:
+    """The next inputs of a session."""
+    name, first = format_of(row.mode).name, replay.next_input
+    return store.taken(connection, name=name, room=row.number, first=first, limit=_PAGE)
 
 
 def _compare(replay: Replay) -> None:

@@ -90,6 +90,13 @@ def holder_of(connection: Connection, room: str) -> HoldRow | None:
     return None if row is None else HoldRow(**row)
 
 
+def standing(connection: Connection, room: str) -> tuple[bool, HoldRow | None]:
+    """Whether there is an open room of this id, and who has it."""
+    row = tables.rooms.c
+    found = connection.execute(select(row.number).where(row.id == room, row.closed.is_(None)))
+    return found.first() is not None, holder_of(connection, room)
+
+
 def listing(connection: Connection) -> list[HoldRow]:
     """Every room that some server has, by id."""
     chosen = select(tables.holds).where(tables.holds.c.holder != "").order_by(tables.holds.c.room)

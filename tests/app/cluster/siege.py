@@ -10,13 +10,13 @@ import signal
 import time
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 import httpx
 
 from engine import Board
 from tests.app.cluster.servers import One, Servers
-from tests.app.cluster.watchers import Break, Watcher, taken_over
+from tests.app.cluster.watchers import Break, Pulse, Watcher, taken_over
 from tests.app.persistence import postgres
 from tests.app.persistence.oracle import hold
 from tests.app.persistence.server import Heard, play
@@ -36,13 +36,30 @@ PAUSE: Final = tries(0.1, 1.0)  # s between two drops of a player
 
 
 @dataclass
+class Player(Heard):
+    """What a player is told, who is sent every tick."""
+
+    last: float = 0.0  # when something came, in s; 0: never
+    gaps: list[float] = field(default_factory=list)  # s until the next line greeted
+
+    def frame(self, frame: str | bytes) -> None:
+        super().frame(frame)
+        self.last = time.monotonic()
+
+    def _event(self, event: dict[str, Any]) -> None:
+        if event["type"] == "hello" and self.last:
+            self.gaps.append(time.monotonic() - self.last)
+        super()._event(event)
+
+
+@dataclass
 class Siege:
     """Players and watchers, who come back to any server whenever their line ends."""
 
     servers: Servers
     postgresql: postgres.Cluster
     chance: random.Random
-    rooms: dict[str, Heard] = field(default_factory=dict)
+    rooms: dict[str, Player] = field(default_factory=dict)
     watchers: list[Watcher] = field(default_factory=list)
     happened: list[tuple[str, float]] = field(default_factory=list)  # what, and when, in s
 
@@ -52,9 +69,11 @@ class Siege:
             one = self.chance.choice(self.servers.up)
             made = httpx.post(f"{one.url}/api/v1/rooms", json={"board": BOARD}, timeout=LIMIT)
             room = made.raise_for_status().json()["id"]
-            self.rooms[room] = Heard(room)
-        names = list(self.rooms)
-        self.watchers = [Watcher(names[k % ROOMS]) for k in range(CLIENTS - ROOMS)]
+            self.rooms[room] = Player(room)
+        pulses = [(name, Pulse()) for name in self.rooms]
+        self.watchers = [Watcher(*each, stream="snapshots") for each in pulses]
+        others = itertools.islice(itertools.cycle(pulses), CLIENTS - 2 * ROOMS)
+        self.watchers += [Watcher(*each) for each in others]
 
     @property
     def acknowledged(self) -> int:
@@ -142,6 +161,12 @@ class Siege:
             if name == "kill"
             for seconds in taken_over(self.watchers, when, times[number + 1])
         ]
+
+    @property
+    def gaps(self) -> list[float]:
+        """For how long nothing moved for a client whose line had ended, in s."""
+        playing = (gap for told in self.rooms.values() for gap in told.gaps)
+        return [*(each.gap for each in self.breaks), *playing]
 
     @property
     def breaks(self) -> list[Break]:

@@ -53,6 +53,7 @@ def node_over(desk: Desk, *, has: bool = False) -> Node:
         cast(Line, SimpleNamespace()),
         "a",
         has=lambda _: has,
+        watched=lambda _: 0,
     )
     node.view.members = {OTHER.holder: OTHER}
     return node

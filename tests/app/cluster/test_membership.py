@@ -2,9 +2,10 @@
 
 from collections import Counter
 
+import msgspec
 import pytest
 
-from app.cluster.membership import LEASE, NEXT, Look, Member, Orphans, View, order
+from app.cluster.membership import BEAT, LATE, LEASE, NEXT, Look, Member, Orphans, View, order
 from app.rooms.records import HoldRow
 
 A, B, C = (Member(f"{name}.1", name, f"http://{name}") for name in "abc")
@@ -58,6 +59,66 @@ def test_who_was_gone_before_the_store_went_away_stays_gone() -> None:
     view = sure(A)
     view.failed()
     assert view.is_gone(B.holder)
+
+
+def said(member: Member, beats: int) -> Member:
+    """A server that has said so often that it is alive."""
+    return msgspec.structs.replace(member, beats=beats)
+
+
+def beating(view: View, begin: float, count: int, *silent: Member) -> float:
+    """A says that it is alive so often from `begin` on, the others no more; when it did last."""
+    for beat in range(count):
+        view.look(begin + beat * BEAT, Look("s", (said(A, beat), *silent)))
+    return begin + (count - 1) * BEAT
+
+
+def test_a_silent_server_that_refuses_connections_is_gone_before_its_lease() -> None:
+    view = View()
+    now = beating(view, 0.0, 7, B)
+    assert view.late(now) == [B], "and not the one that is heard of"
+    assert not view.is_gone(B.holder)
+    view.refused(B)
+    assert view.is_gone(B.holder)
+    assert B.holder not in view.members
+    beating(view, now + BEAT, 1, B)
+    assert view.is_gone(B.holder), "its lease is still there, and says nothing new"
+
+
+def test_whoever_misses_one_beat_is_not_late() -> None:
+    view = View()
+    now = beating(view, 0.0, 7, B)
+    view.look(now, Look("s", (said(A, 7), said(B, 1))))
+    view.look(now + BEAT, Look("s", (said(A, 8), said(B, 1))))
+    assert BEAT < LATE < 2 * BEAT
+    assert view.late(now + BEAT) == []
+
+
+def test_a_server_that_refused_connections_is_back_once_it_is_heard_of() -> None:
+    view = View()
+    now = beating(view, 0.0, 7, B)
+    view.refused(B)
+    view.look(now + BEAT, Look("s", (said(A, 8), said(B, 1))))
+    assert not view.is_gone(B.holder)
+    assert view.members[B.holder] == said(B, 1)
+
+
+def test_a_refusal_says_nothing_of_a_server_that_was_heard_of_meanwhile() -> None:
+    view = View()
+    now = beating(view, 0.0, 7, B)
+    view.look(now, Look("s", (said(A, 7), said(B, 1))))
+    view.refused(B)
+    assert not view.is_gone(B.holder)
+
+
+def test_nobody_is_late_who_leaves_or_while_the_store_was_not_seen_for_long() -> None:
+    leaving = Member(B.holder, B.name, B.address, leaving=True)
+    view = View()
+    assert view.late(beating(view, 0.0, 7, leaving)) == []
+    fresh = View()
+    now = beating(fresh, 0.0, 4, B)
+    assert now < LEASE
+    assert fresh.late(now) == [], "a store that lost all it had knows nobody at first"
 
 
 def test_a_server_has_two_names_and_none_while_it_leaves() -> None:

@@ -5,11 +5,13 @@ import contextlib
 import functools
 import hashlib
 import signal
+from collections.abc import Iterator
 from typing import Any
 
 import httpx
 import pytest
 from click.testing import CliRunner
+from redis import Redis
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
@@ -206,6 +208,33 @@ async def test_a_ball_of_a_server_that_is_killed_lands_where_it_would_have(
     assert drop_at(second, unwatched, 23)["ball"] == 1
 
 
+async def test_rooms_of_a_server_whose_process_has_ended_need_not_wait_for_its_lease(
+    servers: Servers,
+) -> None:
+    first, second, third = servers.all
+    room = new_room(first)
+    drop_at(first, room, 25)
+    with Redis.from_url(servers.redis.url) as redis, lease_without_end(redis, first):
+        first.end(signal.SIGKILL)
+        until(lambda: any(servers.has(one, room) for one in (second, third)))
+    until_still(third, room)
+    assert same_as_alone(results(second, room)[0], 25)
+
+
+@contextlib.contextmanager
+def lease_without_end(redis: "Redis", one: One) -> Iterator[None]:
+    """A server's lease lasts while the block does, whatever becomes of the server."""
+    keys = redis.keys(f"plinko:cluster:member:{one.name}.*")
+    key = max(keys, key=redis.pttl)  # of lives before this one nothing is said any more
+    said = redis.get(key) or b""
+    one.send(signal.SIGSTOP)
+    redis.set(key, said)
+    try:
+        yield
+    finally:
+        redis.delete(key)
+
+
 def until_still(one: One, room: str) -> None:
     """Return once nothing moves in the room."""
     until(lambda: not room_at(one, room)["awake"])
@@ -241,6 +270,23 @@ async def test_a_server_that_is_told_to_end_hands_all_its_rooms_over(servers: Se
         log = third.get(f"/api/v1/rooms/{room}/log").json()
         assert [each["seed"] for each in log["drops"]] == [str(30 + number)]
     assert await asyncio.to_thread(lambda: second.rooms + third.rooms) >= len(rooms)
+
+
+async def test_whoever_plays_over_a_server_that_is_told_to_end_is_sent_to_another(
+    servers: Servers,
+) -> None:
+    first, second, third = servers.all
+    room = new_room(second)
+    async with playing(first.socket(room)) as player:
+        ending = asyncio.create_task(asyncio.to_thread(first.end, signal.SIGTERM))
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await player.step()
+        assert player.socket.close_code == 1012
+        assert await asyncio.to_thread(servers.has, second, room), "where it was all the time"
+        async with playing(third.socket(room)) as again:
+            assert again.hello["room"] == room
+    assert await ending == 0
 
 
 async def test_without_redis_play_goes_on_and_rooms_of_the_dead_wait(servers: Servers) -> None:

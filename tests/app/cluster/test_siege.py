@@ -41,7 +41,7 @@ async def test_whatever_ends_no_acknowledged_ball_is_lost_and_none_lands_twice(
     print(  # noqa: T201
         f"{happened}: {siege.acknowledged} acknowledged drops of {drops}, none lost\n"
         f"rooms of killed servers, from the kill until they greet: {spread(siege.taken_over)}\n"
-        f"gaps where a line ended: {spread([each.gap for each in siege.breaks])}"
+        f"gaps where a line ended: {spread(siege.gaps)}"
     )
 
 
@@ -61,7 +61,7 @@ async def test_servers_are_upgraded_one_after_another_and_all_who_watch_are_sent
     assert set(codes) == {SENT_ON}, "and nobody was told of a failure"
     vain = sum(each.vain > 0 for each in siege.breaks)
     print(  # noqa: T201
-        f"gaps of who was sent on: {spread([each.gap for each in siege.breaks])}; "
+        f"gaps of who was sent on: {spread(siege.gaps)}; "
         f"{vain} of them came in vain before; "
         f"at most {max(each.ticks for each in siege.breaks)} ticks passed meanwhile"
     )

@@ -24,7 +24,7 @@ _AGAIN: Final = 0.05  # s until one comes again that found nobody
 
 @dataclass(frozen=True)
 class Break:
-    """A line that ended: when something last came, and when the next line greeted, in s.
+    """A line that ended: when the room was last seen to move, and the next line greeted, in s.
 
     ticks: by how many the room had gone on meanwhile; vain: lines in between that greeted nobody.
     """
@@ -36,27 +36,43 @@ class Break:
 
     @property
     def gap(self) -> float:
-        """For how long nothing came, in s."""
+        """For how long nothing moved, in s."""
         return self.back - self.last
 
 
 @dataclass
+class Pulse:
+    """A room, as those who watch it see it move."""
+
+    seen: float = 0.0  # when one of them last was shown something, in s
+    tick: int = 0  # which that was
+
+
+@dataclass
 class Watcher:
-    """One of them, in one room."""
+    """One of them, in one room.
+
+    Most watch as pages do, who are told of drops and compute the rest; one in each room is sent
+    every tick, and knows for all of them until when it moved.
+    """
 
     room: str
+    pulse: Pulse
+    stream: str = "seeds"
     tick: int = 0
-    last: float = 0.0  # when something came
-    gaps: list[float] = field(default_factory=list)  # s between two frames, whatever moved
+    last: float = 0.0  # when it was last shown that the room moves; 0: never
     breaks: list[Break] = field(default_factory=list)
     codes: Counter[int | None] = field(default_factory=Counter)  # with which lines were closed
     vain: int = 0  # lines since the last greeting
     _lost: bool = False  # not greeted since a line ended
+    _left: int = 0  # the tick at which it did
 
     async def watch(self, somewhere: Callable[[], One]) -> None:
         """Watch until cancelled; raises AssertionError for a tick that is taken back."""
         while True:
             greeted = await self._line(somewhere())
+            if greeted:
+                self.last, self._left = self.pulse.seen, self.pulse.tick
             self._lost = True
             self.vain += not greeted
             # As a page: whoever is sent on comes at once, whoever finds nobody waits a little.
@@ -64,9 +80,9 @@ class Watcher:
 
     async def _line(self, one: One) -> bool:
         """Be there until the line ends; whether it greeted."""
-        before = self.last
+        url, before = f"{one.socket(self.room)}?stream={self.stream}", self.last
         with contextlib.suppress(*Line):
-            async with connect(one.socket(self.room), compression=None, max_queue=None) as line:
+            async with connect(url, compression=None, max_queue=None) as line:
                 with contextlib.suppress(ConnectionClosed):
                     async for frame in line:
                         self.frame(frame)
@@ -80,17 +96,17 @@ class Watcher:
             return
         value = msgspec.json.decode(frame)
         for event in value if isinstance(value, list) else [value]:
-            if event["type"] == "hello":
+            if event["type"] in ("hello", "clock"):
                 self._seen(event["tick"])
 
     def _seen(self, tick: int) -> None:
         assert tick >= self.tick, "a tick that was shown was taken back"
         now = time.monotonic()
-        if self.last:
-            self.gaps.append(now - self.last)
-            if self._lost:
-                self.breaks.append(Break(self.last, now, tick - self.tick, self.vain))
-        self.tick, self.last = tick, now
+        if self.last and self._lost:
+            self.breaks.append(Break(self.last, now, tick - self._left, self.vain))
+        self.tick = tick
+        self.pulse.tick = max(tick, self.pulse.tick)
+        self.last = self.pulse.seen = now
         self._lost, self.vain = False, 0
 
 

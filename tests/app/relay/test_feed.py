@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-from app.errors import ClosedRoomError
+from app.errors import ClosedRoomError, HoldLostError
 from app.live.broadcast.hub import Client, Hub, Mailbox
 from app.live.registry import Rooms
 from app.protocol.wire import WireMessage
@@ -192,6 +192,19 @@ async def test_a_room_that_is_none_or_is_shown_otherwise_is_for_the_room_s_own_p
             assert ear.handed_over
             assert ear.told == []
         await eventually(lambda: one.feeds.count == 0)
+
+
+async def test_a_room_that_goes_to_another_server_keeps_who_watches_over_a_relay() -> None:
+    with scene() as one:
+        far = await joined(one.mirror(), one.ear())
+        other = Scene(bus=one.bus)
+        one.rooms.hub.cut("main", HoldLostError("at another server"))
+        await eventually(lambda: [event["type"] for event in far.told].count("hello") == 2)
+        assert _second_hello(far)["run"] != far.told[0]["run"]
+        assert not far.handed_over
+        await dropped(other, 1)
+        await eventually(lambda: far.told[-1]["type"] == "accepted")
+        other.feeds.close()
 
 
 async def test_a_room_that_is_closed_hands_over_who_watches() -> None:
