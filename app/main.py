@@ -12,8 +12,8 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
-from fastapi import Depends, FastAPI
-from fastapi.responses import JSONResponse
+import msgspec
+from fastapi import Depends, FastAPI, Response
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.types import Scope
@@ -121,9 +121,12 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.include_router(health.router)
     app.include_router(ws.router)
 
-    def described() -> JSONResponse:
-        # No coroutine, so that a thread does it: the first time it takes longer than ten ticks.
-        return JSONResponse(app.openapi())
+    app.state.document = None
+
+    async def described() -> Response:
+        if app.state.document is None:  # by a thread: it takes longer than ten ticks
+            app.state.document = await asyncio.to_thread(lambda: msgspec.json.encode(app.openapi()))
+        return Response(app.state.document, media_type="application/json")
 
     app.add_api_route("/openapi.json", described, include_in_schema=False)
     app.state.page = page.Page(static_directory())

@@ -7,6 +7,7 @@ to be ended is replaced within milliseconds.
 import gc
 from typing import Final
 
+from app.computing import packing  # noqa: F401 - every worker reads its work by it
 from app.render import (  # noqa: F401 - to have their modules, Pillow and its fonts here
     BoxStage,
     Stage,

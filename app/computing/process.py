@@ -1,7 +1,6 @@
 """One worker process as the server sees it: started when needed, ended when it takes too long."""
 
 import multiprocessing
-import pickle
 import signal
 import threading
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from multiprocessing.context import ForkServerProcess
 from typing import Any, Final
 
 from app.computing.inside import WALL, serve
+from app.computing.packing import packed
 from app.errors import CostError, DeadlineError, EndedError
 
 PRELOADED: Final = "app.computing.preloaded"
@@ -58,7 +58,7 @@ class WorkerProcess:
         """
         try:
             pipe = self._started()
-            pipe.send_bytes(pickle.dumps((work, seconds), pickle.HIGHEST_PROTOCOL))
+            pipe.send_bytes(packed(work, seconds))
             if not pipe.poll(WALL * seconds):
                 self._stop()
                 raise _too_long(seconds)

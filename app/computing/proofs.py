@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import msgspec
 
-from app.computing.tasks import Ask, known
+from app.computing.tasks import Ask
 from engine import Board
 
 MOST_BITS: Final = 1280
@@ -34,7 +34,7 @@ def certificate(ask: Ask) -> dict[str, Any]:
     from engine.certified.certify import Effort, certify  # noqa: PLC0415
 
     effort = Effort(most_bits=MOST_BITS, most_comparisons=MOST_COMPARISONS)
-    found = certify(known(ask.board), ask.seed, x=ask.x, aim=ask.aim, effort=effort)
+    found = certify(ask.board, ask.seed, x=ask.x, aim=ask.aim, effort=effort)
     return found.to_json() | {"events": found.event_rows()}
 
 
@@ -55,7 +55,7 @@ def tile(
     from engine.certified.start_map import strip_at  # noqa: PLC0415
 
     patience = _Patience()
-    strip = strip_at(known(board), x, level, pixels, first, count, patience=patience)
+    strip = strip_at(board, x, level, pixels, first, count, patience=patience)
     return msgspec.json.encode(strip.to_json() | {"level": level, "first": first}), patience()
 
 
@@ -65,6 +65,5 @@ def picture(board: Board, x: Fraction, levels: int, pixels: int, fmt: str, theme
     from engine.certified.start_map import strip_at  # noqa: PLC0415
 
     patience = _Patience()
-    same = known(board)
-    strips = [strip_at(same, x, level, pixels, patience=patience) for level in range(levels)]
-    return map_picture(same, strips, fmt, theme)
+    strips = [strip_at(board, x, level, pixels, patience=patience) for level in range(levels)]
+    return map_picture(board, strips, fmt, theme)

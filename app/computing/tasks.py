@@ -4,7 +4,6 @@ What is large leaves a worker as the bytes that are sent: to take it apart once 
 event loop.
 """
 
-import functools
 import time
 from dataclasses import dataclass
 from typing import Any, Final
@@ -35,12 +34,6 @@ MAX_FRAMES: Final = 100_000  # rows of one reply, about 10 MB of JSON
 _CHUNK: Final = 100  # drops between two looks at the clock: a few ms on any preset
 
 
-@functools.lru_cache(maxsize=32)
-def known(board: Board) -> Board:
-    """The board that was given first and is equal: what is derived from it is kept with it."""
-    return board
-
-
 @dataclass(frozen=True, slots=True)
 class Ask:
     """Everything that decides a drop."""
@@ -53,14 +46,13 @@ class Ask:
 
     def drop(self) -> Drop:
         """Compute it; raises ParameterError for a bad start, CostError for too long a path."""
-        board = known(self.board)
         if isinstance(self.solver, Stepped):
             # Followed once without keeping the path, which may be more than there is memory for.
             starts = None if self.x is None else [self.x]
             how: dict[str, Any] = {"solver": "stepped", "threads": 1, **self.solver.fields()}
-            found = drop_many(board, [self.seed], xs=starts, aim=self.aim, **how)
+            found = drop_many(self.board, [self.seed], xs=starts, aim=self.aim, **how)
             prices.stepped_drop(float(found.duration[0]) / self.solver.h).check()
-        return make_drop(board, self.seed, unsigned_zero(self.x), self.solver, self.aim)
+        return make_drop(self.board, self.seed, unsigned_zero(self.x), self.solver, self.aim)
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +193,7 @@ def tally(
     board: Board, first: int, drops: int, solver: Solver, seconds: float = MAX_SECONDS
 ) -> dict[str, Any]:
     """The summary of many drops; raises InvalidValueError when they take longer than `seconds`."""
-    found = Tally(Job(known(board), solver, first, drops))
+    found = Tally(Job(board, solver, first, drops))
     patience = Patience(drops, seconds)
     for number in range(found.job.blocks):
         found.add(_block(found.job, number, patience))
@@ -221,9 +213,7 @@ def _block(job: Job, number: int, patience: Patience) -> Block:
 
 def payouts(board: Board, returned: float, risk: str, drops: int) -> dict[str, Any]:
     """A solved payout table by at most so many drops from each aim."""
-    return solve_payouts(
-        known(board), returned=returned, risk=risk, drops=drops, threads=1
-    ).to_dict()
+    return solve_payouts(board, returned=returned, risk=risk, drops=drops, threads=1).to_dict()
 
 
 # Pillow is loaded when the first picture is asked for, where it was not before.
@@ -248,7 +238,7 @@ def density(many: Many, fmt: str, width: int, theme: str, seconds: float = MAX_S
     from app.render import density_picture  # noqa: PLC0415
 
     patience = Patience(many.drops, seconds)
-    return density_picture(known(many.board), many.seeds, fmt, width, theme, 1, patience)
+    return density_picture(many.board, many.seeds, fmt, width, theme, 1, patience)
 
 
 def histogram(many: Many, fmt: str, width: int, theme: str) -> bytes:
@@ -257,7 +247,7 @@ def histogram(many: Many, fmt: str, width: int, theme: str) -> bytes:
 
     found = tally(many.board, many.first, many.drops, Exact())
     landed, unsettled = found["histogram"], found["unsettled"]
-    return histogram_picture(known(many.board), landed, fmt, width, theme, unsettled)
+    return histogram_picture(many.board, landed, fmt, width, theme, unsettled)
 
 
 def sheet(
@@ -272,4 +262,4 @@ def sheet(
     from app.render import contact_sheet  # noqa: PLC0415
 
     patience = Patience(many.drops, seconds)
-    return contact_sheet(known(many.board), many.seeds, fmt, width, theme, columns, patience)
+    return contact_sheet(many.board, many.seeds, fmt, width, theme, columns, patience)

@@ -117,10 +117,13 @@ class OpenRooms:
     def _unneeded(self, also: Callable[[Room], bool]) -> Room | None:
         """The longest unused room that can be had again without loss, of those that fit."""
         for room in self.in_memory.values():
-            used = self._runs(room) or bool(room.planned) or self._needed(room)
-            if not used and self._persistence.parkable(room) and also(room):
+            # Every request asks this, of all rooms: what tells most of them apart comes first.
+            if also(room) and self._persistence.parkable(room) and not self._is_used(room):
                 return room
         return None
+
+    def _is_used(self, room: Room) -> bool:
+        return self._runs(room) or bool(room.planned) or self._needed(room)
 
     def _park(self, room: Room, closing: str = "") -> None:
         """Let the ledger have a sleeping room; one with an owner is closed where there is a why."""

@@ -392,6 +392,4 @@ class Rooms:
         self.hub.leave(room_id, client)
         self.broadcaster.unwatch(room_id, client.id)
         self.broadcaster.presence.leave(room_id, client.id)
-        room = self._open.in_memory.get(room_id)
-        if room is not None:
-            self.persistence.touch(room)
+        self._open.get(room_id)  # it was used until now

@@ -10,18 +10,23 @@ from engine.board.proven import DIGESTS
 _NAMES: Final = {digest: name for name, digest in DIGESTS.items()}
 """Of each preset, by its digest."""
 
+MOST_SURFACES: Final = 50_000
+"""Pegs and walls of all registered boards. Python's garbage collector looks at each of them in one
+piece, during which no room ticks: 3 ms for 80,000."""
+
 
 class Boards:
     """Presets by name, any known board by digest; registered ones are bounded.
 
     A registered board's address is its content's digest, so registering again gives the same one;
-    when there are too many, the longest unused is forgotten and can be registered again. For the
-    event loop's thread only.
+    when there are too many, or they have too many pegs and walls, the longest unused is forgotten
+    and can be registered again. For the event loop's thread only.
     """
 
     def __init__(self, max_boards: int) -> None:
         self.max_boards = max_boards
         self._registered: OrderedDict[str, Board] = OrderedDict()
+        self._surfaces = 0
 
     def presets(self) -> list[Board]:
         """All presets. Each is made when it is first asked for, once in a process."""
@@ -52,6 +57,16 @@ class Boards:
             self._registered.move_to_end(board.digest)
             return False
         self._registered[board.digest] = board
-        if len(self._registered) > self.max_boards:
-            self._registered.popitem(last=False)
+        self._surfaces += _surfaces_of(board)
+        while self._too_many:
+            self._surfaces -= _surfaces_of(self._registered.popitem(last=False)[1])
         return True
+
+    @property
+    def _too_many(self) -> bool:
+        count = len(self._registered)
+        return count > self.max_boards or (self._surfaces > MOST_SURFACES and count > 1)
+
+
+def _surfaces_of(board: Board) -> int:
+    return len(board.pegs) + len(board.walls)

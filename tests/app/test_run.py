@@ -119,3 +119,20 @@ async def test_a_request_that_computes_nothing_needs_no_other_thread(
     async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
         for path in ("/api/v1/boards", "/api/v1/boards/triangle-8", "/api/v1/scenes", "/healthz"):
             assert (await client.get(path)).status_code == 200
+
+
+async def test_documents_are_made_once_and_not_for_each_who_asks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    app = create_app(Settings(database_url="sqlite://"))
+    transport = httpx.ASGITransport(app)
+    async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
+        paths = ("/openapi.json", "/asyncapi.json")
+        first = [(await client.get(path)).content for path in paths]
+
+        def again(*_: object) -> None:
+            raise AssertionError("it was made already")
+
+        monkeypatch.setattr(app, "openapi", again)
+        monkeypatch.setattr("app.protocol.asyncapi.document", again)
+        assert [(await client.get(path)).content for path in paths] == first

@@ -1,5 +1,8 @@
 """For those who run the server: does it answer, can it take drops, how does it do."""
 
+import functools
+
+import msgspec
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import PlainTextResponse
 
@@ -78,7 +81,13 @@ async def integrity(server: Server) -> Response:
 @router.get("/asyncapi.json", include_in_schema=False)
 async def asyncapi_document(server: Server) -> Response:
     """The WebSocket's messages, as an AsyncAPI document."""
-    return reply(asyncapi.document(server.version))
+    return reply(_asyncapi(server.version))
+
+
+@functools.cache
+def _asyncapi(version: str) -> bytes:
+    """Made once: it takes longer than most requests."""
+    return msgspec.json.encode(asyncapi.document(version))
 
 
 def _may_read(request: Request, server: Server) -> None:

@@ -54,6 +54,25 @@ async def test_a_drop_has_the_same_bits_there(workers: Workers) -> None:
     assert (await workers.run(functools.partial(drop, board, 42))).digest == drop(board, 42).digest
 
 
+_boards: list[Board] = []
+
+
+def met_before(board: Board) -> bool:
+    """Whether this very object was given the last time."""
+    met = bool(_boards) and _boards[-1] is board
+    _boards.append(board)
+    return met
+
+
+async def test_a_board_is_packed_once_and_unpacked_once(
+    workers: Workers, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    board = Board.from_json(hall())
+    assert not await workers.run(functools.partial(met_before, board))
+    monkeypatch.setattr(Board, "__reduce_ex__", refuse)
+    assert await workers.run(functools.partial(met_before, Board.from_json(hall())))
+
+
 async def test_what_takes_too_long_is_ended_and_the_next_is_done(workers: Workers) -> None:
     pid = await workers.run(os.getpid)
     with pytest.raises(DeadlineError, match=r"longer than the 0\.1 s"):

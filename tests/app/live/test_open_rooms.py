@@ -11,6 +11,7 @@ from app.rooms.boards import Boards
 from app.rooms.kinds import BallLimits
 from app.settings import Settings
 from engine import Board
+from tests.app.live.test_registry import Watcher
 
 BOARD = Board.preset("triangle-8")
 
@@ -52,6 +53,37 @@ async def test_the_longest_unused_makes_way_once_it_has_rested() -> None:
     assert (held.is_open(first), held.is_open(second)) == (True, False)
     with pytest.raises(RoomLimitError):
         await held.create(BOARD)
+
+
+async def test_a_room_that_was_watched_until_now_makes_way_for_none() -> None:
+    clock = Clock()
+    held = held_by(clock, max_rooms=2, room_rest=3600.0)
+    watched, other = [await held.create(BOARD) for _ in range(2)]
+    viewer = Watcher().client
+    held.enter(watched, viewer)
+    clock.now += 3000
+    held.find(other.id)
+    clock.now += 3000
+    held.exit(watched.id, viewer)
+    clock.now += 3601
+    await held.create(BOARD)
+    assert (held.is_open(watched.id), held.is_open(other.id)) == (True, False)
+
+
+async def test_a_request_for_one_room_does_not_ask_who_watches_all_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    held = held_by(Clock(), max_rooms=20)
+    mine = [await held.create(BOARD) for _ in range(20)]
+    asked: list[str] = []
+
+    def count(room_id: str, stream: str | None = None) -> int:
+        asked.append(room_id)
+        return 0
+
+    monkeypatch.setattr(held.hub, "count", count)
+    await held.seek(mine[0].id)
+    assert not asked
 
 
 async def test_everybodys_rooms_open_however_many_rooms_players_have() -> None:
