@@ -44,6 +44,8 @@ export class BoardView {
   setBoard(board, slots) {
     this.theme.enter(placeOf(board.name));
     this.#shown = { board, slots };
+    // Nothing shines through a board: what lies under it need not be drawn, nor the board be mixed with it.
+    this.still.getContext("2d", { alpha: false });
     this.#width = 0;
     this.relayout();
   }
