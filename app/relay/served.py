@@ -33,7 +33,7 @@ def create_relay(settings: Settings, bus: Carried, rooms: str) -> Starlette:
 
     async def healthz(_: Request) -> Response:
         return JSONResponse(
-            {"status": "ok", "clients": here.hub.total, "rooms": here.mirrors, "lines": here.lines}
+            {"status": "ok", "clients": here.hub.total, "rooms": here.replicas, "lines": here.lines}
         )
 
     async def measured(request: Request) -> Response:

@@ -17,7 +17,7 @@ from app.protocol.wire import WireMessage
 from app.relay import line
 from app.relay.bus import Bus
 from app.relay.letter import WISHES, channel_of, wish
-from app.relay.mirror import Mirror
+from app.relay.replica import Replica
 from app.settings import Settings
 from app.web.limits import TokenBucket
 
@@ -39,13 +39,13 @@ class Spectators:
         self.lines = 0
         self._rooms = rooms
         self._bus = bus
-        self._mirrors: dict[str, Mirror] = {}
+        self._replicas: dict[str, Replica] = {}
         self._numbers = count()
 
     @property
-    def mirrors(self) -> int:
+    def replicas(self) -> int:
         """Rooms that somebody watches here."""
-        return len(self._mirrors)
+        return len(self._replicas)
 
     async def serve(self, socket: WebSocket, room_id: str) -> None:
         """Serve a client until it leaves: by letters if it only watches, else by a line."""
@@ -81,23 +81,25 @@ class Spectators:
             traffic=self.hub.traffic,
         )
 
-    def join(self, room_id: str, client: Client, hand_over: Callable[[], None]) -> Mirror:
+    def join(self, room_id: str, client: Client, hand_over: Callable[[], None]) -> Replica:
         """Let a client watch a room; raises RoomFullError."""
-        mirror = self._mirrors.get(room_id)
-        if mirror is None:
+        replica = self._replicas.get(room_id)
+        if replica is None:
             channel = channel_of(room_id)
-            mirror = Mirror(room_id, self.hub, lambda hello: self._wish(room_id, hello), self.clock)
-            self._bus.subscribe(channel, mirror.take)
-            self._mirrors[room_id] = mirror
-        mirror.join(client, hand_over)
-        return mirror
+            replica = Replica(
+                room_id, self.hub, lambda hello: self._wish(room_id, hello), self.clock
+            )
+            self._bus.subscribe(channel, replica.take)
+            self._replicas[room_id] = replica
+        replica.join(client, hand_over)
+        return replica
 
     def leave(self, room_id: str, client: Client) -> None:
         """A client watches no more."""
-        mirror = self._mirrors[room_id]
-        mirror.leave(client)
-        if not mirror.count:
-            del self._mirrors[room_id]
+        replica = self._replicas[room_id]
+        replica.leave(client)
+        if not replica.count:
+            del self._replicas[room_id]
             self._bus.unsubscribe(channel_of(room_id))
 
     def _wish(self, room_id: str, hello: bool) -> None:
@@ -106,8 +108,8 @@ class Spectators:
     async def tend(self) -> None:
         """Go on wishing for the rooms that are watched, for ever."""
         while True:
-            for mirror in list(self._mirrors.values()):
-                mirror.tend()
+            for replica in list(self._replicas.values()):
+                replica.tend()
             await asyncio.sleep(1.0)
 
 
@@ -124,14 +126,14 @@ class Spectator:
             settings.message_rate, 2 * settings.message_rate, all_here.clock()
         )
         self._handed_over = asyncio.Event()
-        self._mirror: Mirror | None = None
+        self._replica: Replica | None = None
 
     async def watch(self) -> str | None:
         """Serve until the room itself must be asked; the message that it is to be asked first.
 
         Raises WebSocketDisconnect when the client leaves, and why it must.
         """
-        self._mirror = self._here.join(self._room_id, self._client, self._handed_over.set)
+        self._replica = self._here.join(self._room_id, self._client, self._handed_over.set)
         reading = asyncio.create_task(self._read())
         writing = asyncio.create_task(self._client.run())
         handed = asyncio.create_task(self._handed_over.wait())
@@ -164,7 +166,7 @@ class Spectator:
             if ping is None:
                 return str(said)
             # Before the first hello nobody knows what time it is there, and nobody needs to.
-            pong = self._mirror and self._mirror.pong(ping.t)
+            pong = self._replica and self._replica.pong(ping.t)
             if pong:
                 self._client.post(WireMessage.of_text(messages.encode_event(pong)))
 

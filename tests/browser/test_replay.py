@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Route, expect
 
 from engine import Board, drop
-from tests.browser.axe import check_axe_on
+from tests.browser.access.axe import check_axe_on
 from tests.browser.conftest import (
     ARTIFACTS,
     Complaints,

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.cli import main
-from tests.browser.axe import check_axe_on
+from tests.browser.access.axe import check_axe_on
 from tests.browser.conftest import OPERATOR, Open, ServerProcess, holding, quick_table
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen

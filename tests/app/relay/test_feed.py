@@ -16,7 +16,7 @@ from app.protocol.wire import WireMessage
 from app.relay.bus import MemoryBus
 from app.relay.feed import KEPT, Feeds
 from app.relay.letter import WISHES, channel_of, payload_of, wish
-from app.relay.mirror import Mirror
+from app.relay.replica import Replica
 from app.rooms.boards import Boards
 from app.settings import Settings
 from engine import Board
@@ -75,7 +75,7 @@ class Scene:
         )
         self.relay = self.bus.join()
 
-    def mirror(self, room_id: str = "main") -> Mirror:
+    def replica(self, room_id: str = "main") -> Replica:
         def wishes(hello: bool) -> None:
             self.relay.publish(WISHES, wish(room_id, hello=hello))
 
@@ -85,7 +85,7 @@ class Scene:
             else:
                 found.take(data)
 
-        found = Mirror(room_id, Hub(64), wishes, lambda: self.now)
+        found = Replica(room_id, Hub(64), wishes, lambda: self.now)
         self.relay.subscribe(channel_of(room_id), heard)
         return found
 
@@ -116,9 +116,9 @@ async def dropped(one: Scene, seed: int) -> None:
         await asyncio.sleep(0)
 
 
-async def joined(mirror: Mirror, ear: Ear) -> Ear:
+async def joined(replica: Replica, ear: Ear) -> Ear:
     """Join, and wait for the hello."""
-    mirror.join(ear.client, ear.hand_over)
+    replica.join(ear.client, ear.hand_over)
     await eventually(lambda: ear.told or ear.handed_over)
     return ear
 
@@ -126,11 +126,11 @@ async def joined(mirror: Mirror, ear: Ear) -> Ear:
 async def test_who_watches_over_a_relay_hears_what_the_others_hear() -> None:
     with scene() as one:
         near = one.direct()
-        mirror = one.mirror()
-        far = await joined(mirror, one.ear())
+        replica = one.replica()
+        far = await joined(replica, one.ear())
         for seed in range(3):
             await dropped(one, seed)
-        late = await joined(mirror, one.ear())
+        late = await joined(replica, one.ear())
         for seed in range(3, 5):
             await dropped(one, seed)
         await finish(one.rooms)
@@ -146,9 +146,9 @@ async def test_who_watches_over_a_relay_hears_what_the_others_hear() -> None:
 
 async def test_one_subscriber_is_all_that_the_room_sees() -> None:
     with scene() as one:
-        mirror = one.mirror()
+        replica = one.replica()
         for _ in range(20):
-            await joined(mirror, one.ear())
+            await joined(replica, one.ear())
         assert one.rooms.hub.count("main") == 1
         assert one.feeds.count == 1
 
@@ -156,7 +156,7 @@ async def test_one_subscriber_is_all_that_the_room_sees() -> None:
 async def test_a_lost_letter_is_made_good_by_a_hello() -> None:
     with scene() as one:
         near = one.direct()
-        far = await joined(one.mirror(), one.ear())
+        far = await joined(one.replica(), one.ear())
         one.lost = 1
         for seed in range(3):
             await dropped(one, seed)
@@ -175,7 +175,7 @@ def _second_hello(ear: Ear) -> dict[str, Any]:
 
 async def test_a_feed_goes_on_while_somebody_wishes_for_it_and_then_ends() -> None:
     with scene(kept=0.02) as one:
-        await joined(one.mirror(), one.ear())
+        await joined(one.replica(), one.ear())
         one.now += 1.0
         one.relay.publish(WISHES, wish("main", hello=False))
         await turns()
@@ -188,7 +188,7 @@ async def test_a_feed_goes_on_while_somebody_wishes_for_it_and_then_ends() -> No
 async def test_a_room_that_is_none_or_is_shown_otherwise_is_for_the_room_s_own_process() -> None:
     with scene() as one:
         for room_id in ("nowhere", "sandbox"):
-            ear = await joined(one.mirror(room_id), one.ear())
+            ear = await joined(one.replica(room_id), one.ear())
             assert ear.handed_over
             assert ear.told == []
         await eventually(lambda: one.feeds.count == 0)
@@ -196,7 +196,7 @@ async def test_a_room_that_is_none_or_is_shown_otherwise_is_for_the_room_s_own_p
 
 async def test_a_room_that_goes_to_another_server_keeps_who_watches_over_a_relay() -> None:
     with scene() as one:
-        far = await joined(one.mirror(), one.ear())
+        far = await joined(one.replica(), one.ear())
         other = Scene(bus=one.bus)
         one.rooms.hub.cut("main", HoldLostError("at another server"))
         await eventually(lambda: [event["type"] for event in far.told].count("hello") == 2)
@@ -209,7 +209,7 @@ async def test_a_room_that_goes_to_another_server_keeps_who_watches_over_a_relay
 
 async def test_a_room_that_is_closed_hands_over_who_watches() -> None:
     with scene() as one:
-        far = await joined(one.mirror(), one.ear())
+        far = await joined(one.replica(), one.ear())
         one.rooms.hub.close("main", ClosedRoomError("closed by its creator"))
         await eventually(lambda: far.handed_over)
 
@@ -217,9 +217,9 @@ async def test_a_room_that_is_closed_hands_over_who_watches() -> None:
 async def test_a_process_answers_for_its_own_rooms_alone() -> None:
     with scene() as one:
         one.feeds._holds = lambda room_id: room_id != "main"
-        mirror = one.mirror()
+        replica = one.replica()
         ear = one.ear()
-        mirror.join(ear.client, ear.hand_over)
+        replica.join(ear.client, ear.hand_over)
         await turns()
         assert one.feeds.count == 0
         assert ear.told == []

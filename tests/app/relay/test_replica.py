@@ -10,7 +10,7 @@ from app.errors import MalformedError, RoomFullError
 from app.live.broadcast.hub import Client, Hub, Mailbox
 from app.protocol.messages import Limits
 from app.protocol.wire import WireMessage
-from app.relay import mirror as rules
+from app.relay import replica as rules
 from app.relay.feed import KEPT, TOGETHER
 from app.relay.letter import (
     END,
@@ -23,7 +23,7 @@ from app.relay.letter import (
     wish,
     wished,
 )
-from app.relay.mirror import Mirror
+from app.relay.replica import Replica
 from app.rooms.independent import IndependentRoom
 from engine import Board
 
@@ -69,7 +69,7 @@ class Watching:
 
 @dataclass
 class Relay:
-    """A mirror with a clock that stands, and the wishes it had."""
+    """A replica with a clock that stands, and the wishes it had."""
 
     limit: int = 8
     now: float = 100.0
@@ -78,11 +78,11 @@ class Relay:
     feed: bytes = b"feed-one"
 
     def __post_init__(self) -> None:
-        self.mirror = Mirror("main", Hub(self.limit), self.wishes.append, lambda: self.now)
+        self.replica = Replica("main", Hub(self.limit), self.wishes.append, lambda: self.now)
 
     def joined(self, number: int = 0) -> Watching:
         one = Watching(number)
-        self.mirror.join(one.client, one.hand_over)
+        self.replica.join(one.client, one.hand_over)
         return one
 
     def letter(self, kind: int, payload: bytes = b"", **more: Any) -> Letter:
@@ -91,7 +91,7 @@ class Relay:
         return Letter(kind, self.feed, self.numbers, payload=payload, **sent)
 
     def hear(self, kind: int, payload: bytes = b"", **more: Any) -> None:
-        self.mirror.take(self.letter(kind, payload, **more).encode())
+        self.replica.take(self.letter(kind, payload, **more).encode())
 
     def happens(self, ball: int) -> None:
         self.hear(EVENTS, msgspec.json.encode({"type": "landed", "ball": ball, "digest": "0"}))
@@ -152,14 +152,14 @@ def test_a_reset_is_everyone_s_and_a_greeting_is_not() -> None:
 def test_times_are_those_of_the_relay_s_own_clock() -> None:
     relay = Relay()
     one = relay.joined()
-    assert relay.mirror.pong(1.5) is None
+    assert relay.replica.pong(1.5) is None
     # The room's clock is 59 s behind; this letter took 0.2 s, the next no time at all.
     relay.now = 100.2
     relay.hear(HELLO, hello(), tick=7, tick_time=40.9, now=41.0)
     relay.now = 101.0
     relay.hear(EVENTS, b'{"type":"clock"}', tick=67, tick_time=41.9, now=42.0)
     relay.now = 101.5
-    pong = relay.mirror.pong(1.5)
+    pong = relay.replica.pong(1.5)
     assert pong is not None
     assert (pong.t, pong.tick) == (1.5, 67)
     assert pong.tick_time == pytest.approx(41.9 + 59.0)
@@ -172,9 +172,9 @@ def test_who_has_waited_too_long_is_handed_over() -> None:
     one = relay.joined(1)
     relay.now += rules.PATIENCE + 0.1
     late = relay.joined(2)
-    relay.mirror.tend()
+    relay.replica.tend()
     assert (one.handed_over, late.handed_over) == (1, 0)
-    assert relay.mirror.count == 1
+    assert relay.replica.count == 1
 
 
 def test_when_nobody_is_there_any_more_all_are_handed_over() -> None:
@@ -182,16 +182,16 @@ def test_when_nobody_is_there_any_more_all_are_handed_over() -> None:
     one = relay.joined()
     relay.hear(HELLO, hello())
     relay.now += 1.0
-    relay.mirror.tend()
+    relay.replica.tend()
     assert relay.wishes[-1] is False, "the letters go on coming"
     relay.now += rules.QUIET
-    relay.mirror.tend()
+    relay.replica.tend()
     assert relay.wishes[-1] is True, "is anybody there?"
     assert one.handed_over == 0
     relay.now += rules.GONE
-    relay.mirror.tend()
+    relay.replica.tend()
     assert one.handed_over == 1
-    assert relay.mirror.count == 0
+    assert relay.replica.count == 0
 
 
 def test_a_room_that_ends_hands_everyone_over() -> None:
@@ -210,7 +210,7 @@ def test_a_full_room_takes_nobody_and_one_who_left_hears_nothing() -> None:
     with pytest.raises(RoomFullError, match="main"):
         relay.joined(2)
     relay.hear(HELLO, hello())
-    relay.mirror.leave(one.client)
+    relay.replica.leave(one.client)
     relay.happens(1)
     assert one.kinds == ["hello"]
     again = relay.joined(3)

@@ -40,7 +40,7 @@ class Watcher:
     hand_over: Callable[[], None]
 
 
-class Mirror:
+class Replica:
     """One room as a relay hears of it.
 
     `wish` asks for letters, with a hello or without; `clock` is this process's, in s.
