@@ -49,6 +49,13 @@ async def test_work_is_done_in_another_process_and_its_errors_come_back(workers:
     assert workers.jobs == 0
 
 
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="not on this system")
+async def test_one_core_is_left_to_the_event_loop(workers: Workers) -> None:
+    cores = sorted(os.sched_getaffinity(0))
+    theirs = await workers.run(functools.partial(os.sched_getaffinity, 0))
+    assert sorted(theirs) == (cores[1:] or cores)
+
+
 async def test_a_drop_has_the_same_bits_there(workers: Workers) -> None:
     board = Board.preset("triangle-16")
     assert (await workers.run(functools.partial(drop, board, 42))).digest == drop(board, 42).digest
