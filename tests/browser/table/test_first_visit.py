@@ -1,0 +1,45 @@
+"""Somebody new on a slow line: what comes before the first drop, and whether it stands still."""
+
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.browser.conftest import NO_DEMO, Complaints, ServerProcess
+
+SCREENS = [(360, 640), (1280, 800)]
+
+# To be run before the page: how far its parts move once they are painted, as browsers count it
+# (https://wicg.github.io/layout-instability).
+WATCH = """
+window.shifted = 0;
+new PerformanceObserver((list) => {
+  for (const { value } of list.getEntries()) window.shifted += value;
+}).observe({ type: "layout-shift", buffered: true });
+"""
+
+# Bytes on the line for the page and all that it has fetched, and how many files those were.
+FETCHED = """
+["navigation", "resource"].flatMap((kind) => performance.getEntriesByType(kind))
+  .map(({ transferSize }) => transferSize)
+"""
+
+
+@pytest.mark.parametrize(("width", "height"), SCREENS)
+def test_little_comes_before_the_first_drop_and_nothing_moves_about(
+    browser: Browser, server: ServerProcess, complaints: Complaints, width: int, height: int
+) -> None:
+    new: dict[str, Any] = {"viewport": {"width": width, "height": height}}
+    context = browser.new_context(service_workers="block", **new)
+    context.add_init_script(NO_DEMO)
+    context.add_init_script(WATCH)
+    page = context.new_page()
+    complaints.watch(page)
+    page.goto(server.url)
+    expect(page.locator("#drop")).to_be_enabled()
+    page.wait_for_load_state("networkidle")
+    sizes, shifted = page.evaluate(FETCHED), page.evaluate("shifted")
+    context.close()
+    assert len(sizes) > 3, "the browser counts what it fetches"
+    assert 50_000 < sum(sizes) <= 150_000
+    assert shifted <= 0.02
