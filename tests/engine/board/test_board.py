@@ -102,6 +102,14 @@ def test_lists_become_tuples_so_a_board_cannot_change() -> None:
         board.gravity = 1.0  # type: ignore[misc]
 
 
+def test_the_garbage_collector_has_nothing_to_walk_in_pegs_and_walls() -> None:
+    board = Board.from_json(EXAMPLE)
+    gc.collect()
+    for parts in (board.pegs, board.walls):
+        assert parts
+        assert not any(map(gc.is_tracked, (parts, *parts)))
+
+
 def test_reading_does_not_change_what_is_read() -> None:
     form = copy.deepcopy(EXAMPLE)
     Board.from_json(form)
