@@ -150,7 +150,7 @@ def _is_near(
     y = corner[1] + iy * size - middle_y
     dx = np.maximum(np.maximum(x, -x - size), 0.0)
     dy = np.maximum(np.maximum(y, -y - size), 0.0)
-    near = dx * dx + dy * dy <= reach * reach
+    near: npt.NDArray[np.bool_] = dx * dx + dy * dy <= reach * reach
     line = length > 0.0
     if line.any():  # a line's distance from the cell's centre, less half the cell's diagonal
         x, y, tx, ty, length = (each[line] for each in (x, y, tx, ty, length))
