@@ -124,9 +124,14 @@ def board_of(text: bytes) -> Board:
 
 def board_view(text: bytes) -> bytes:
     """A board's name, digest and whole form as JSON; raises what `board_of` raises."""
+    return board_and_view(text)[1]
+
+
+def board_and_view(text: bytes) -> tuple[Board, bytes]:
+    """A board with its `board_view`; raises what `board_of` raises."""
     board = board_of(text)
     view = {"name": board.name, "digest": board.digest, "board": board.to_dict()}
-    return msgspec.json.encode(view)
+    return board, msgspec.json.encode(view)
 
 
 def frames(ask: Ask, fps: float) -> bytes:

@@ -146,7 +146,7 @@ class Sessions:
 
     def board_row(self, room: Room) -> BoardRow:
         """What the room was opened over."""
-        return self.board_row_of(room.origin)
+        return BoardRow(room.origin.digest, room.origin.name, room.origin_json.decode())
 
     def board_row_of(self, origin: Ground) -> BoardRow:
         """A board, or a scene, by its content."""

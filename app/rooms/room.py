@@ -362,6 +362,13 @@ class Room(ABC):
     def restore(self, checkpoint: bytes) -> None:
         """Become the room that made `checkpoint`; raises RecordError when it is another's."""
 
+    @property
+    def origin_json(self) -> bytes:
+        """What it was opened over; a board is made JSON once, where the room is made."""
+        if isinstance(self.origin, Board):
+            return bytes(self._board_json)  # which stands there as long as the room lives
+        return msgspec.json.encode(self.origin.to_dict())
+
     def ground_fields(self) -> dict[str, Any]:
         """What stood there at tick 0, as a log tells it."""
         return {"board": self.origin.preset_name or self.origin.to_dict()}

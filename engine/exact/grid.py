@@ -1,5 +1,6 @@
 """The broad phase, a uniform grid: for each cell, the surfaces that a ball in it may soon touch."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,9 @@ from engine.physics import surface
 
 MAX_CELLS = 1 << 20
 """Where surfaces are few and far apart, cells are coarser than asked for rather than more."""
+
+_BLOCK = 1 << 18
+"""Cells that are looked at together while a grid is made: so much memory it takes."""
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -71,86 +75,88 @@ def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float)
 
     items: the surfaces, shape (n, surface.COLUMNS). cells_per_metre: how fine the grid should be.
     """
-    listed = [
-        i
-        for i, row in enumerate(items)
-        if row[surface.DISTANCE] == 0.0 or row[surface.DISTANCE2] >= 0.0
-    ]
-    if not listed:
+    listed = np.flatnonzero(
+        (items[:, surface.DISTANCE] == 0.0) | (items[:, surface.DISTANCE2] >= 0.0)
+    )
+    if not len(listed):
         nothing = np.zeros(0, np.uint32)
         starts = np.zeros(2, np.uint32)
         return Cells(0.0, 0.0, cells_per_metre, 0, 0, starts, nothing, heads_of(starts, nothing))
-    areas = [_Area.of(items[i], radius, reach) for i in listed]
-    left, top = (min(area.low[axis] for area in areas) for axis in (0, 1))
-    width = max(area.high[0] for area in areas) - left
-    height = max(area.high[1] for area in areas) - top
+    areas = _areas_of(items[listed], radius, reach)
+    low, high = _bounds(areas)
+    left, top = low.min(axis=0).tolist()
+    width, height = (high.max(axis=0) - (left, top)).tolist()
     while (width * cells_per_metre + 1.0) * (height * cells_per_metre + 1.0) > MAX_CELLS:
         cells_per_metre *= 0.5
     columns, rows = (int(side * cells_per_metre) + 1 for side in (width, height))
-    found = [area.cells(left, top, cells_per_metre) for area in areas]
-    cell = np.concatenate([ix + columns * iy for ix, iy in found])
-    owner = np.repeat(listed, [len(ix) for ix, _ in found])
-    order = np.lexsort((owner, cell))
-    starts = np.searchsorted(cell[order], np.arange(columns * rows + 2)).astype(np.uint32)
-    members = np.ascontiguousarray(owner[order], np.uint32)
+    found = list(_touched(areas, (left, top), cells_per_metre))
+    cell = np.concatenate([ix + columns * iy for _, ix, iy in found])
+    owner = listed[np.concatenate([area for area, _, _ in found])]  # ascending
+    members = owner[np.argsort(cell, kind="stable")].astype(np.uint32)
+    counts = np.bincount(cell, minlength=columns * rows + 1)
+    starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)
     heads = heads_of(starts, members)
     return Cells(left, top, cells_per_metre, columns, rows, starts, members, heads)
 
 
-class _Area(NamedTuple):
-    """All points within `reach` of a surface's axis: a line, or of a circle its middle."""
+def _areas_of(items: Floats, radius: float, reach: float) -> Floats:
+    """All points within a reach of a surface's axis, a line or the middle of a circle; (n, 6).
 
-    x: float
-    y: float
-    tx: float
-    ty: float
-    length: float
-    reach: float
+    Columns: x, y, tx, ty and length of the axis, and the reach, in m. A middle's length is 0.
+    """
+    wider = 1.0 + 1e-9  # rounding of what follows must not lose a cell that just touches
+    x, y, distance = items[:, [surface.X, surface.Y, surface.DISTANCE]].T
+    tx, ty, length = items[:, [surface.TX, surface.TY, surface.LENGTH]].T
+    disc = distance > 0.0
+    own = wider * (np.where(disc, distance, radius) + reach)
+    return np.column_stack(
+        [x, y, np.where(disc, 1.0, tx), np.where(disc, 0.0, ty), np.where(disc, 0.0, length), own]
+    )
 
-    @classmethod
-    def of(cls, row: Floats, radius: float, reach: float) -> "_Area":
-        # Rounding of what follows must not lose a cell that just touches.
-        wider = 1.0 + 1e-9
-        x, y, distance = row[[surface.X, surface.Y, surface.DISTANCE]].tolist()
-        if distance > 0.0:
-            return cls(x, y, 1.0, 0.0, 0.0, wider * (distance + reach))
-        tx, ty, length = row[[surface.TX, surface.TY, surface.LENGTH]].tolist()
-        return cls(x, y, tx, ty, length, wider * (radius + reach))
 
-    @property
-    def low(self) -> tuple[float, float]:
-        x, y = self.x, self.y
-        ends = min(x, x + self.length * self.tx), min(y, y + self.length * self.ty)
-        return ends[0] - self.reach, ends[1] - self.reach
+def _bounds(areas: Floats) -> tuple[Floats, Floats]:
+    """The least and the greatest x and y of each area, (n, 2) each."""
+    begin, along, (length, reach) = areas[:, :2], areas[:, 2:4], areas[:, 4:, None].swapaxes(0, 1)
+    end = begin + length * along
+    return np.minimum(begin, end) - reach, np.maximum(begin, end) + reach
 
-    @property
-    def high(self) -> tuple[float, float]:
-        x, y = self.x, self.y
-        ends = max(x, x + self.length * self.tx), max(y, y + self.length * self.ty)
-        return ends[0] + self.reach, ends[1] + self.reach
 
-    def cells(self, left: float, top: float, cells_per_metre: float) -> tuple[Ints, Ints]:
-        """Columns and rows of the cells that the area touches; a few more along a slanted line."""
-        size = 1.0 / cells_per_metre
-        spans = [
-            np.arange(
-                int((low - start) * cells_per_metre), int((high - start) * cells_per_metre) + 1
-            )
-            for low, high, start in zip(self.low, self.high, (left, top), strict=True)
-        ]
-        ix, iy = (each.ravel() for each in np.meshgrid(*spans, indexing="ij"))
-        x = left + ix * size - self.x
-        y = top + iy * size - self.y
-        if self.length == 0.0:
-            dx = np.maximum(np.maximum(x, -x - size), 0.0)
-            dy = np.maximum(np.maximum(y, -y - size), 0.0)
-            far = self.reach
-        else:  # the line's distance from the cell's centre, less half the cell's diagonal
-            x += 0.5 * size
-            y += 0.5 * size
-            along = np.clip(x * self.tx + y * self.ty, 0.0, self.length)
-            dx = x - along * self.tx
-            dy = y - along * self.ty
-            far = self.reach + 0.7072 * size
-        near = dx * dx + dy * dy <= far * far
-        return ix[near], iy[near]
+def _touched(
+    areas: Floats, corner: tuple[float, float], cells_per_metre: float
+) -> Iterator[tuple[Ints, Ints, Ints]]:
+    """Areas by number with the column and the row of each cell that they touch, some at a time.
+
+    A few more along a slanted line.
+    """
+    low, high = (((side - corner) * cells_per_metre).astype(np.int64) for side in _bounds(areas))
+    columns, rows = (high - low + 1).T
+    blocks = np.flatnonzero(np.diff(np.cumsum(columns * rows) // _BLOCK)) + 1
+    for block in np.split(np.arange(len(areas)), blocks):
+        cells = columns[block] * rows[block]
+        area = np.repeat(block, cells)
+        number = np.arange(len(area)) - np.repeat(np.cumsum(cells) - cells, cells)
+        ix = low[area, 0] + number // rows[area]
+        iy = low[area, 1] + number % rows[area]
+        near = _is_near(areas[area], ix, iy, corner, 1.0 / cells_per_metre)
+        yield area[near], ix[near], iy[near]
+
+
+def _is_near(
+    areas: Floats, ix: Ints, iy: Ints, corner: tuple[float, float], size: float
+) -> npt.NDArray[np.bool_]:
+    """Whether each of these areas touches the cell of this column and row."""
+    middle_x, middle_y, tx, ty, length, reach = areas.T
+    x = corner[0] + ix * size - middle_x
+    y = corner[1] + iy * size - middle_y
+    dx = np.maximum(np.maximum(x, -x - size), 0.0)
+    dy = np.maximum(np.maximum(y, -y - size), 0.0)
+    near: npt.NDArray[np.bool_] = dx * dx + dy * dy <= reach * reach
+    line = length > 0.0
+    if line.any():  # a line's distance from the cell's centre, less half the cell's diagonal
+        x, y, tx, ty, length = (each[line] for each in (x, y, tx, ty, length))
+        x += 0.5 * size
+        y += 0.5 * size
+        along = np.clip(x * tx + y * ty, 0.0, length)
+        dx, dy, far = x - along * tx, y - along * ty, reach[line] + 0.7072 * size
+        near[line] = dx * dx + dy * dy <= far * far
+    return near

@@ -9,7 +9,6 @@ from app.web.routes.common import (
     board_task,
     body_of,
     cache_headers,
-    checked_board,
     documented,
     is_current,
     not_modified,
@@ -66,10 +65,10 @@ async def register_board(request: Request, server: Server) -> Response:
     The same content has the same digest, so registering again changes nothing. The server keeps a
     bounded number of boards; the longest unused is forgotten and can be registered again.
     """
-    board = await checked_board(request, await request.body())
+    board, view = await board_task(request, await request.body(), tasks.board_and_view)
     new = server.boards.register(board)
     headers = {"location": f"/api/v1/boards/{board.digest}"}
-    return reply(_view(board), 201 if new else 200, headers)
+    return reply(view, 201 if new else 200, headers)
 
 
 @router.post(

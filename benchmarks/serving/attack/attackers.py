@@ -247,8 +247,8 @@ def _hung_up(attack: Attack) -> "list[Callable[[int], None]]":
     return [act] * 8
 
 
-def _boards(attack: Attack) -> "list[Callable[[int], None]]":
-    """Boards of five thousand pegs to be checked."""
+def large() -> dict[str, Any]:
+    """A board of 4,900 pegs."""
     pegs = [
         {"x": -20 + 0.4 * (n % 100) + 0.2 * (n // 100 % 2), "y": 0.4 * (n // 100), "radius": 0.05}
         for n in range(4_900)
@@ -262,12 +262,41 @@ def _boards(attack: Attack) -> "list[Callable[[int], None]]":
     form["walls"] = [{"x1": x, "y1": -2, "x2": x, "y2": 21} for x in (-22, 22)]
 
     form["drop"] = {"x": 0.1, "y": -0.7, "jitter": 0.1}
-    body = json.dumps(form).encode()
+    return form
+
+
+def _boards(attack: Attack) -> "list[Callable[[int], None]]":
+    """Boards of five thousand pegs to be checked."""
+    body = json.dumps(large()).encode()
 
     def act(number: int) -> None:
         attack.ask("/api/v1/boards/check", body)
 
     return [act] * 4
+
+
+def _registered(attack: Attack) -> "list[Callable[[int], None]]":
+    """Boards of five thousand pegs, each another one, to be kept."""
+    form = large()
+
+    def begin(first: int) -> "Callable[[int], None]":
+        return lambda n: attack.ask("/api/v1/boards", {**form, "name": f"board {first + 4 * n}"})
+
+    return [begin(first) for first in range(4)]
+
+
+def _large_rooms(attack: Attack) -> "list[Callable[[int], None]]":
+    """Rooms, each over a board of five thousand pegs of its own."""
+    form = large()
+
+    def begin(first: int) -> "Callable[[int], None]":
+        def act(number: int) -> None:
+            board = {**form, "name": f"room {first + 4 * number}"}
+            attack.ask("/api/v1/rooms", {"board": board})
+
+        return act
+
+    return [begin(first) for first in range(4)]
 
 
 def _streams(attack: Attack) -> "list[Callable[[int], None]]":
@@ -318,6 +347,8 @@ KINDS: Final[dict[str, "Callable[[Attack], list[Callable[[int], None]]]"]] = {
     f"100 logs of {LOGGED:,} drops": _logs,
     "asked and hung up": _hung_up,
     "boards of 5,000 pegs": _boards,
+    "such boards registered": _registered,
+    "rooms of such boards": _large_rooms,
     "single frames of 2,048 px": _streams,
     "200 half-open connections": _half_open,
     "headers without end": _headers,

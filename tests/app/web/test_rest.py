@@ -88,6 +88,27 @@ def test_registering_a_board_is_idempotent_and_gives_its_digest(http: httpx.Clie
     assert record["digest"] == drop(Board.from_json(board), 42).digest
 
 
+def test_a_board_that_comes_in_is_made_json_by_a_worker_and_once_more_for_its_room(
+    http: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, form = [], Board.to_dict
+
+    def counted(board: Board) -> dict[str, Any]:
+        made.append(board.name)
+        return form(board)
+
+    monkeypatch.setattr(Board, "to_dict", counted)
+    board = {**TINY, "name": "large, say"}
+    registered = http.post("/api/v1/boards", json=board)
+    assert registered.status_code == 201
+    assert made == [], "this process, in which rooms tick, has the worker's bytes"
+    found = Board.from_json(registered.json()["board"])
+    assert registered.json()["digest"] == found.digest
+    opened = http.post("/api/v1/rooms", json={"board": board}).raise_for_status().json()
+    assert opened["board_digest"] == found.digest
+    assert made == ["large, say"], "for who watches and for the ledger alike"
+
+
 def test_registering_a_preset_adds_nothing(http: httpx.Client) -> None:
     again = http.post("/api/v1/boards", json=BOARD.to_dict())
     assert (again.status_code, again.json()["digest"]) == (200, BOARD.digest)

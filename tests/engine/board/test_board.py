@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import gc
 import hashlib
 import json
 import math
@@ -100,6 +101,14 @@ def test_lists_become_tuples_so_a_board_cannot_change() -> None:
     assert isinstance(board.bins.edges, tuple)
     with pytest.raises(dataclasses.FrozenInstanceError):
         board.gravity = 1.0  # type: ignore[misc]
+
+
+def test_the_garbage_collector_has_nothing_to_walk_in_pegs_and_walls() -> None:
+    board = Board.from_json(EXAMPLE)
+    gc.collect()
+    for parts in (board.pegs, board.walls):
+        assert parts
+        assert not any(map(gc.is_tracked, (parts, *parts)))
 
 
 def test_reading_does_not_change_what_is_read() -> None:
