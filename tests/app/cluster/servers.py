@@ -28,7 +28,7 @@ _SERVE = (
 class One:
     """One server; it can be started again.
 
-    redis, database: what it reaches these by, where that is not as for the others.
+    redis, database: what it reaches these by, where that is not as for the others; more: options.
     """
 
     name: str
@@ -36,6 +36,7 @@ class One:
     process: "subprocess.Popen[str] | None" = None
     redis: str = ""
     database: str = ""
+    more: tuple[str, ...] = ()
 
     @property
     def url(self) -> str:
@@ -61,6 +62,7 @@ class One:
                 "--name",
                 self.name,
                 *("--cluster", self.redis or redis),
+                *self.more,
             ],
             env=os.environ | own,
             stdout=subprocess.PIPE,

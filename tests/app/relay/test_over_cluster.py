@@ -1,0 +1,48 @@
+"""Who watches over a relay stays there, whichever of several servers has the room."""
+
+import signal
+from typing import Any
+
+import pytest
+
+from engine import Board, drop
+from tests.app.cluster import servers as processes
+from tests.app.cluster.conftest import postgresql  # noqa: F401 - a fixture
+from tests.app.cluster.servers import One, Servers
+from tests.app.cluster.test_servers import BOARD, drop_at, move, new_room
+from tests.app.conftest import playing
+from tests.app.persistence import postgres
+from tests.app.relay import redis as tests_redis
+from tests.app.relay.relays import relaying
+
+
+def as_alone(landed: dict[str, Any], seed: int) -> bool:
+    """Whether a ball landed as it does with nobody around; spectators compute where that is."""
+    digest: str = drop(Board.preset(BOARD), seed).digest
+    return digest.startswith(landed["digest"])
+
+
+@pytest.mark.postgresql
+@pytest.mark.skipif(tests_redis.PROGRAM is None, reason=tests_redis.MISSING)
+async def test_a_room_is_followed_from_server_to_server_also_when_one_is_killed(
+    postgresql: postgres.Cluster,  # noqa: F811 - the fixture itself
+) -> None:
+    with tests_redis.running() as redis:
+        relays = ("--relays", redis.url)
+        first, second = One("relayed1", more=relays), One("relayed2", more=relays)
+        both = Servers(redis, postgresql.new_database(), (first, second))
+        with processes.kept(both), relaying(redis, first.url) as relay:
+            room = new_room(second)
+            async with playing(relay.socket(room)) as far:
+                drop_at(second, room, 42)
+                assert as_alone(await far.until("landed"), 42)
+                assert move(room, first, ask=second).status_code == 200
+                await far.until("hello")  # from where it is now
+                drop_at(second, room, 43)
+                assert as_alone(await far.until("landed"), 43)
+                first.end(signal.SIGKILL)
+                anew = await far.until("hello")
+                assert anew["stats"]["drops"] == 2
+                drop_at(second, room, 44)
+                assert as_alone(await far.until("landed"), 44)
+                assert relay.here.lines == 0, "none needed a line of their own to a server"
