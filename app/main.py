@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import ctypes
 import functools
 import secrets
 import signal
@@ -28,7 +27,7 @@ from app.listening import listen, server_over
 from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
 from app.live.sessions.fair_sessions import FairSessions
-from app.ops import logs
+from app.ops import logs, memory
 from app.ops.metrics import Metrics
 from app.persistence.checks.integrity import Integrity
 from app.persistence.holds import Holds
@@ -305,6 +304,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
     following = asyncio.create_task(server.rooms.follow(), name="following")
+    giving = asyncio.create_task(memory.give_back_regularly(), name="memory")
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
     )
@@ -312,7 +312,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         yield
     finally:
         preparing.cancel()
-        tasks = (following, being, feeding, rest, self_checking, checking, rebuilding)
+        tasks = (giving, following, being, feeding, rest, self_checking, checking, rebuilding)
         for task in (*tasks, server.ticking):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
@@ -332,7 +332,7 @@ def _warm_up(app: FastAPI) -> None:
     world = World(Board.preset("triangle-8"), solver="exact")
     world.add(seed=0)
     world.step()
-    _give_back()
+    memory.give_back()
 
 
 def _warm_up_rest(site: page.Page) -> None:
@@ -342,13 +342,7 @@ def _warm_up_rest(site: page.Page) -> None:
     touching.drop(DropCommand(0))
     touching.step(watched=True)
     touching.diagnostics()
-    _give_back()
-
-
-def _give_back() -> None:
-    """Let the system have what compilers took, a tenth of all, where the C library knows how."""
-    with contextlib.suppress(AttributeError, OSError):
-        ctypes.CDLL(None).malloc_trim(0)
+    memory.give_back()
 
 
 def work_out_routes(app: FastAPI) -> None:

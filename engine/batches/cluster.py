@@ -88,6 +88,8 @@ def _local(stack: ExitStack, count: int) -> "Client":
             processes=True,
             host="127.0.0.1",
             dashboard_address=None,
+            # The scheduler has a port for HTTP even so, by itself one that another may have taken.
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
             worker_dashboard_address=None,
             preload=local_worker.__name__,
             silence_logs=logging.CRITICAL,

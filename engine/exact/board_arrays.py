@@ -4,9 +4,8 @@ Kernels take the tuple whole. Its arrays cost no counting of references in `inne
 their twenty fields one by one, batches and single drops took 0.97 to 1.02 times as long.
 """
 
-from functools import lru_cache
 from math import sqrt
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +13,7 @@ import numpy.typing as npt
 from engine.board.fields import BoardFields
 from engine.board.materials import combine
 from engine.exact.grid import cell_at, cells_of
+from engine.exact.kept import Kept
 from engine.jit.decorator import inner_kernel, lean_kernel
 from engine.physics import surface
 from engine.physics.flight import HALF_WAY
@@ -92,10 +92,11 @@ _CELLS_PER_PITCH = 8.0
 _TRAVEL_PER_PITCH = 0.35
 _CELLS_PER_WALL = 500.0  # along a wall at most: its box of cells stays small however long it is
 
+_KEPT: Final = 32 << 20  # bytes; a preset's take 0.07 to 0.9 MB, those of 5,000 pegs 1.4
 
-@lru_cache(maxsize=64)
-def arrays_of(board: BoardFields) -> BoardArrays:
-    """The kernels' form of `board`; kept for the boards used last."""
+
+def make_arrays(board: BoardFields) -> BoardArrays:
+    """The kernels' form of `board`; its arrays cannot be written."""
     items = _items(board)
     pitch = _pitch(board)
     travel = _TRAVEL_PER_PITCH * pitch
@@ -124,6 +125,14 @@ def arrays_of(board: BoardFields) -> BoardArrays:
         if isinstance(each, np.ndarray):
             each.setflags(write=False)
     return arrays
+
+
+def _bytes_of(arrays: BoardArrays) -> int:
+    return sum(each.nbytes for each in arrays if isinstance(each, np.ndarray))
+
+
+arrays_of: Final = Kept(make_arrays, _bytes_of, _KEPT)
+"""The kernels' form of a board, made when it is first asked for."""
 
 
 def _items(board: BoardFields) -> npt.NDArray[np.float64]:

@@ -9,8 +9,11 @@ import numpy.typing as npt
 from engine.jit.decorator import lean_kernel
 from engine.physics import surface
 
-MAX_CELLS = 1 << 20
-"""Where surfaces are few and far apart, cells are coarser than asked for rather than more."""
+MAX_CELLS = 1 << 17
+"""Of one grid, which then takes a megabyte: larger boards have coarser cells rather than more."""
+
+MAX_LISTED = 1 << 19
+"""Cells in the boxes around all surfaces: where many lie upon each other, cells are coarser too."""
 
 _BLOCK = 1 << 18
 """Cells that are looked at together while a grid is made: so much memory it takes."""
@@ -83,13 +86,14 @@ def cells_of(items: Floats, radius: float, reach: float, cells_per_metre: float)
         starts = np.zeros(2, np.uint32)
         return Cells(0.0, 0.0, cells_per_metre, 0, 0, starts, nothing, heads_of(starts, nothing))
     areas = _areas_of(items[listed], radius, reach)
-    low, high = _bounds(areas)
-    left, top = low.min(axis=0).tolist()
-    width, height = (high.max(axis=0) - (left, top)).tolist()
-    while (width * cells_per_metre + 1.0) * (height * cells_per_metre + 1.0) > MAX_CELLS:
-        cells_per_metre *= 0.5
+    boxes = _boxes(areas)
+    left, top = boxes[0].min(axis=0).tolist()
+    boxes -= (left, top)
+    width, height = boxes[1].max(axis=0).tolist()
+    while _are_many(boxes, width, height, cells_per_metre):
+        cells_per_metre *= 0.75
     columns, rows = (int(side * cells_per_metre) + 1 for side in (width, height))
-    found = list(_touched(areas, (left, top), cells_per_metre))
+    found = list(_touched(areas, boxes, (left, top), cells_per_metre))
     cell = np.concatenate([ix + columns * iy for _, ix, iy in found])
     owner = listed[np.concatenate([area for area, _, _ in found])]  # ascending
     members = owner[np.argsort(cell, kind="stable")].astype(np.uint32)
@@ -114,21 +118,29 @@ def _areas_of(items: Floats, radius: float, reach: float) -> Floats:
     )
 
 
-def _bounds(areas: Floats) -> tuple[Floats, Floats]:
-    """The least and the greatest x and y of each area, (n, 2) each."""
+def _boxes(areas: Floats) -> Floats:
+    """The least and the greatest x and y of each area, (2, n, 2)."""
     begin, along, (length, reach) = areas[:, :2], areas[:, 2:4], areas[:, 4:, None].swapaxes(0, 1)
     end = begin + length * along
-    return np.minimum(begin, end) - reach, np.maximum(begin, end) + reach
+    return np.stack([np.minimum(begin, end) - reach, np.maximum(begin, end) + reach])
+
+
+def _are_many(boxes: Floats, width: float, height: float, cells_per_metre: float) -> bool:
+    """Whether a grid of this fineness has too many cells, or lists too much in them."""
+    if (width * cells_per_metre + 1.0) * (height * cells_per_metre + 1.0) > MAX_CELLS:
+        return True
+    low, high = (boxes * cells_per_metre).astype(np.int64)
+    return int(np.prod(high - low + 1, axis=1).sum()) > MAX_LISTED
 
 
 def _touched(
-    areas: Floats, corner: tuple[float, float], cells_per_metre: float
+    areas: Floats, boxes: Floats, corner: tuple[float, float], cells_per_metre: float
 ) -> Iterator[tuple[Ints, Ints, Ints]]:
     """Areas by number with the column and the row of each cell that they touch, some at a time.
 
-    A few more along a slanted line.
+    A few more along a slanted line. boxes: those around the areas, seen from the grid's corner.
     """
-    low, high = (((side - corner) * cells_per_metre).astype(np.int64) for side in _bounds(areas))
+    low, high = (boxes * cells_per_metre).astype(np.int64)
     columns, rows = (high - low + 1).T
     blocks = np.flatnonzero(np.diff(np.cumsum(columns * rows) // _BLOCK)) + 1
     for block in np.split(np.arange(len(areas)), blocks):

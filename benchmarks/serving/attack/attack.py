@@ -15,7 +15,8 @@ from benchmarks.harness.clock import Sample
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section, Table, spread
 from benchmarks.harness.stolen import Stolen
-from benchmarks.serving.attack.attackers import KINDS, LOGGED, Attack, hall
+from benchmarks.scenes.expensive_boards import hall
+from benchmarks.serving.attack.attackers import KINDS, LOGGED, Attack
 from benchmarks.serving.attack.player import Player, play
 from benchmarks.serving.process import Served, can_watch, memory, serving
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, Protocol
 
 from benchmarks.harness.effort import MissingError
+from benchmarks.scenes.expensive_boards import hall, large
 
 LOGGED: Final = 20_000  # drops of the room whose log is read
 
@@ -20,26 +21,6 @@ _TIMEOUT: Final = 30.0
 _TRIES: Final = 10
 _PAUSE: Final = 0.02  # s after a refusal
 _GONE: Final = 0.2  # s after nobody answered
-
-
-def hall(gravity: float = 10_000.0) -> dict[str, Any]:
-    """A board whose balls bounce up to a hundred thousand times before they find the way out."""
-    smooth = {"restitution": 1.0, "friction": 0.0}
-    walls = [(-0.5, -0.25, -0.5, 0.75), (0.5, -0.25, 0.5, 0.75), (-0.5, -0.25, 0.5, -0.25),
-             (-0.5, 0.225, -0.012501, 0.25), (0.012501, 0.25, 0.5, 0.225)]  # fmt: skip
-    return {
-        "name": "hall",
-        "width": 1.0,
-        "height": 0.75,
-        "gravity": gravity,
-        "ball": {"radius": 0.0125, "density": 1.0, **smooth},
-        "peg_material": smooth,
-        "wall_material": smooth,
-        "pegs": [],
-        "walls": [dict(zip(("x1", "y1", "x2", "y2"), wall, strict=True)) for wall in walls],
-        "bins": {"y": 0.75, "edges": [-0.5, 0.0, 0.5], "multipliers": [1.0, 2.0]},
-        "drop": {"x": 0.25, "y": -0.125, "jitter": 0.125},
-    }
 
 
 class Target(Protocol):
@@ -245,24 +226,6 @@ def _hung_up(attack: Attack) -> "list[Callable[[int], None]]":
         attack.hang_up(f"/api/v1/boards/triangle-16/density.png?seed={10_000 * number}&width=2048")
 
     return [act] * 8
-
-
-def large() -> dict[str, Any]:
-    """A board of 4,900 pegs."""
-    pegs = [
-        {"x": -20 + 0.4 * (n % 100) + 0.2 * (n // 100 % 2), "y": 0.4 * (n // 100), "radius": 0.05}
-        for n in range(4_900)
-    ]
-    form = {**hall(9.81), "name": "large", "width": 44.0, "height": 21.0}
-    form |= {
-        "ball": {"radius": 0.05},
-        "pegs": pegs,
-        "bins": {"y": 21.0, "edges": [-22, 0, 22], "multipliers": [1, 2]},
-    }
-    form["walls"] = [{"x1": x, "y1": -2, "x2": x, "y2": 21} for x in (-22, 22)]
-
-    form["drop"] = {"x": 0.1, "y": -0.7, "jitter": 0.1}
-    return form
 
 
 def _boards(attack: Attack) -> "list[Callable[[int], None]]":

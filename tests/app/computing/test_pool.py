@@ -13,7 +13,7 @@ import pytest
 from app.computing.inside import KEPT
 from app.computing.pool import Workers
 from app.errors import BusyError, CostError, DeadlineError, EndedError, InvalidValueError, answer
-from benchmarks.serving.attack.attackers import hall
+from benchmarks.scenes.expensive_boards import hall
 from engine import Board, drop, drop_many
 from engine.drops.batch import LEAST_CHUNK
 from tests.waiting import eventually, lives

@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -55,12 +56,14 @@ class Served:
     flags: tuple[str, ...] = ()
     port: int = field(default_factory=free_port)
     process: "subprocess.Popen[str] | None" = None
+    starts: list[float] = field(default_factory=list)  # s that each took
 
     @property
     def address(self) -> str:
         return f"http://127.0.0.1:{self.port}"
 
     def start(self) -> None:
+        began = time.monotonic()
         self.process = subprocess.Popen(
             [*_SERVE, "--port", str(self.port), *self.flags],
             env=os.environ | {"PLINKO_DATABASE_URL": self.url},
@@ -69,6 +72,7 @@ class Served:
         )
         line = first_line(self.process)
         assert re.search(r"http://\S+", line), f"the server said {line!r} and no address"
+        self.starts.append(time.monotonic() - began)
 
     def end(self, how: signal.Signals) -> int:
         assert self.process is not None

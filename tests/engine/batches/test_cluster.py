@@ -58,6 +58,12 @@ def test_an_interrupt_is_the_client_s_and_local_workers_go_on(workers: Workers) 
     assert list(workers.compute(_interrupted, [1])) == [(1, worker)]
 
 
+def test_a_second_cluster_on_this_machine_takes_ports_of_its_own(workers: Workers) -> None:
+    """What it would warn of otherwise is an error here."""
+    with workers_at("local:1") as others:
+        assert list(others.compute(max, [1])) == list(workers.compute(max, [1]))
+
+
 def _interrupted(_number: int, _threads: int) -> int:
     os.kill(os.getpid(), signal.SIGINT)
     return os.getpid()

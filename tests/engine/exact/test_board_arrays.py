@@ -1,6 +1,7 @@
 """The flat form of a board: cells, bins, and that a grid may only save work."""
 
 import math
+from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -10,12 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
+from benchmarks.scenes.expensive_boards import crowded, large
 from engine import Board
 from engine.drops.trajectory import at_start
 from engine.exact import event_log
-from engine.exact.board_arrays import BoardArrays, arrays_of, bin_of, cell_of
+from engine.exact.board_arrays import BoardArrays, arrays_of, bin_of, cell_of, make_arrays
 from engine.exact.event_log import new_log
-from engine.exact.grid import MAX_CELLS, Cells, cells_of, heads_of
+from engine.exact.grid import MAX_CELLS, MAX_LISTED, Cells, cells_of, heads_of
 from engine.exact.outcome import MAX_EVENTS, MAX_TIME
 from engine.physics import surface
 from engine.seeding import start_x
@@ -43,7 +45,7 @@ def gridless(board: Board) -> BoardArrays:
         return Cells(0.0, 0.0, 1.0, 0, 0, starts, members, heads_of(starts, members))
 
     with mock.patch("engine.exact.board_arrays.cells_of", one_cell):
-        return arrays_of.__wrapped__(board)
+        return make_arrays(board)
 
 
 @pytest.mark.parametrize(
@@ -71,6 +73,18 @@ def test_surfaces_far_apart_have_coarser_cells_instead_of_more() -> None:
     assert cells.columns * cells.rows <= MAX_CELLS
     assert cells.cells_per_metre < 1.0
     assert set(cells.members.tolist()) == {0, 1}
+
+
+@pytest.mark.parametrize("form", [large(), crowded()], ids=["large", "crowded"])
+def test_the_arrays_of_a_large_board_take_little_and_its_balls_go_the_same_way(
+    form: dict[str, Any],
+) -> None:
+    board = Board.from_json(form)
+    arrays = arrays_of(board)
+    assert len(arrays.heads) - 1 <= MAX_CELLS
+    assert len(arrays.members) <= MAX_LISTED
+    assert sum(each.nbytes for each in arrays if isinstance(each, np.ndarray)) < 4e6
+    assert grid_changes_nothing(board, 0.1)
 
 
 @given(st.floats(-10.0, 10.0))

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.scenes.expensive_boards import crowded, large
 from engine import Board, BoardError, drop
 from engine.exact.board_arrays import arrays_of
 from tests.engine.artifact.drops import cases, played
@@ -50,6 +51,7 @@ def test_a_page_computes_every_drop_to_the_engine_s_last_bit(run: Run) -> None:
 
 def test_a_page_makes_the_kernels_arrays_of_a_board_as_the_engine_does(run: Run) -> None:
     boards = [board for board, _ in played()]
+    boards += [Board.from_json(form) for form in (large(), crowded())]
     found = run(
         "solver/input/arrays.js",
         """async ({ arraysOf }, boards, load) => {

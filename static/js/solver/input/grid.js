@@ -2,7 +2,8 @@
 
 import { COLUMNS, DISTANCE, DISTANCE2, LENGTH, TX, TY, X, Y } from "./surfaces.js";
 
-const MAX_CELLS = 1 << 20;
+const MAX_CELLS = 1 << 17;
+const MAX_LISTED = 1 << 19; // cells in the boxes around all surfaces
 const HEAD_BITS = 28;
 const HEAD_MANY = 15; // the largest number of items that a cell's head can tell
 const WIDER = 1 + 1e-9; // rounding must not lose a cell that just touches
@@ -33,8 +34,9 @@ export function gridOf(items, radius, reach, fine) {
   const [width, height] = [0, 1].map((axis) =>
     -least(areas, ({ high }) => -high[axis]) - (axis ? top : left));
   let cellsPerMetre = fine;
-  while ((width * cellsPerMetre + 1) * (height * cellsPerMetre + 1) > MAX_CELLS) {
-    cellsPerMetre *= 0.5;
+  while ((width * cellsPerMetre + 1) * (height * cellsPerMetre + 1) > MAX_CELLS
+      || listedIn(areas, left, top, cellsPerMetre) > MAX_LISTED) {
+    cellsPerMetre *= 0.75;
   }
   const [columns, rows] = [width, height].map((side) => Math.trunc(side * cellsPerMetre) + 1);
   const found = areas.map((area) => cellsOf(area, left, top, cellsPerMetre, columns));
@@ -73,6 +75,26 @@ function areaOf(row, item, radius, near) {
 }
 
 /**
+ * First and last column, first and last row of the cells in the box around an area.
+ * @param {Area} area
+ * @param {number} left
+ * @param {number} top
+ * @param {number} cellsPerMetre
+ */
+function boxOf({ low, high }, left, top, cellsPerMetre) {
+  return [low[0] - left, high[0] - left, low[1] - top, high[1] - top]
+    .map((side) => Math.trunc(side * cellsPerMetre));
+}
+
+/** @param {Area[]} areas @param {number} left @param {number} top @param {number} cellsPerMetre */
+function listedIn(areas, left, top, cellsPerMetre) {
+  return areas.reduce((count, area) => {
+    const [firstColumn, lastColumn, firstRow, lastRow] = boxOf(area, left, top, cellsPerMetre);
+    return count + (lastColumn - firstColumn + 1) * (lastRow - firstRow + 1);
+  }, 0);
+}
+
+/**
  * Numbers of the cells that an area touches, a few more along a slanted line.
  * @param {Area} area
  * @param {number} left
@@ -82,12 +104,10 @@ function areaOf(row, item, radius, near) {
  */
 function cellsOf(area, left, top, cellsPerMetre, columns) {
   const size = 1 / cellsPerMetre;
-  const { low, high } = area;
-  const lastColumn = Math.trunc((high[0] - left) * cellsPerMetre);
-  const lastRow = Math.trunc((high[1] - top) * cellsPerMetre);
+  const [firstColumn, lastColumn, firstRow, lastRow] = boxOf(area, left, top, cellsPerMetre);
   const cells = [];
-  for (let ix = Math.trunc((low[0] - left) * cellsPerMetre); ix <= lastColumn; ix += 1) {
-    for (let iy = Math.trunc((low[1] - top) * cellsPerMetre); iy <= lastRow; iy += 1) {
+  for (let ix = firstColumn; ix <= lastColumn; ix += 1) {
+    for (let iy = firstRow; iy <= lastRow; iy += 1) {
       if (touches(area, left + ix * size - area.x, top + iy * size - area.y, size)) {
         cells.push(ix + columns * iy);
       }

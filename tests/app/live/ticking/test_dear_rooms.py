@@ -17,7 +17,7 @@ from app.rooms.independent import IndependentRoom
 from app.rooms.kinds import INTERACTING
 from app.rooms.pending import DropCommand
 from app.settings import Settings
-from benchmarks.serving.attack.attackers import hall
+from benchmarks.scenes.expensive_boards import hall
 from engine import Board, World, drop
 from engine.drops import sliced
 from engine.physics import body

@@ -48,7 +48,6 @@ class Siege:
     rooms: dict[str, Heard] = field(default_factory=dict)
     happened: Counter[str] = field(default_factory=Counter)
     answers: Counter[str] = field(default_factory=Counter)
-    slowest: float = 0.0  # start, in s
     gone: float = 0.0  # s of processor time of servers that have ended
 
     def join(self, room: str, board: Board | None) -> Heard:
@@ -63,11 +62,6 @@ class Siege:
             form = {"board": board.to_dict()}
             found = http.post("/api/v1/rooms", json=form).raise_for_status().json()
         return self.join(found["id"], board)
-
-    def start(self) -> None:
-        began = time.monotonic()
-        self.server.start()
-        self.slowest = max(self.slowest, time.monotonic() - began)
 
     @property
     def effort(self) -> float:
@@ -145,7 +139,7 @@ class Siege:
         self.gone += worked(self.server.process.pid)
         code = await asyncio.to_thread(self.server.end, how)
         assert how is signal.SIGKILL or code == 0, f"the server ended with exit code {code}"
-        await asyncio.to_thread(self.start)
+        await asyncio.to_thread(self.server.start)
 
     async def until_all_take_drops(self) -> None:
         """The server is there, and in every room a drop comes through that was asked for now.

@@ -1,0 +1,43 @@
+"""What was made of boards used lately, while all of it together takes few bytes."""
+
+from collections import OrderedDict
+from collections.abc import Callable
+from threading import Lock
+from typing import Generic, TypeVar
+
+from engine.board.fields import BoardFields
+
+Made = TypeVar("Made")
+
+
+class Kept(Generic[Made]):
+    """Calls `make` once for a board, and forgets the longest unused beyond `most` bytes in all.
+
+    `size` says how many one takes; the one made last is kept whatever it takes. For any thread.
+    """
+
+    def __init__(
+        self, make: Callable[[BoardFields], Made], size: Callable[[Made], int], most: int
+    ) -> None:
+        self.bytes = 0
+        self._make = make
+        self._size = size
+        self._most = most
+        self._made: OrderedDict[BoardFields, Made] = OrderedDict()
+        self._lock = Lock()
+
+    def __call__(self, board: BoardFields) -> Made:
+        """What is made of this board."""
+        with self._lock:
+            found = self._made.get(board)
+            if found is not None:
+                self._made.move_to_end(board)
+                return found
+        made = self._make(board)  # two threads may do so at once, and one of theirs is kept
+        with self._lock:
+            found = self._made.setdefault(board, made)
+            if found is made:
+                self.bytes += self._size(made)
+            while self.bytes > self._most and len(self._made) > 1:
+                self.bytes -= self._size(self._made.popitem(last=False)[1])
+        return found
