@@ -41,10 +41,10 @@ def large() -> dict[str, Any]:
 
 
 def crowded() -> dict[str, Any]:
-    """The large board with 700 walls at its left side, within a millimetre."""
+    """The large board with 950 walls at its left side, within a millimetre."""
     form = large()
     form["name"] = "crowded"
     form["walls"] += [
-        {"x1": -22 - 1e-6 * n, "y1": -2, "x2": -22 - 1e-6 * n, "y2": 21} for n in range(1, 701)
+        {"x1": -22 - 1e-6 * n, "y1": -2, "x2": -22 - 1e-6 * n, "y2": 21} for n in range(1, 951)
     ]
     return form

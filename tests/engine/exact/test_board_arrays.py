@@ -83,7 +83,7 @@ def test_the_arrays_of_a_large_board_take_little_and_its_balls_go_the_same_way(
     arrays = arrays_of(board)
     assert len(arrays.heads) - 1 <= MAX_CELLS
     assert len(arrays.members) <= MAX_LISTED
-    assert sum(each.nbytes for each in arrays if isinstance(each, np.ndarray)) < 4e6
+    assert sum(each.nbytes for each in arrays if isinstance(each, np.ndarray)) < 3e6
     assert grid_changes_nothing(board, 0.1)
 
 
