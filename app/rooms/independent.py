@@ -175,12 +175,12 @@ class IndependentRoom(Room):
 
         With nobody watching only landings are turned into events: contacts have no listener.
         """
-        self.world.step()
+        self.world.step(contacts=watched)
         events: list[messages.Event] = []
         for happened in self.world.take_events():
             if isinstance(happened, Landing):
                 events.append(self._land(happened))
-            elif watched and happened.speed >= QUIET:
+            elif happened.speed >= QUIET:
                 events.append(self._contact(happened))
         self.seq += len(events)
         if watched:

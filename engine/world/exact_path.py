@@ -150,7 +150,7 @@ class ExactPath:
         """Events since the last call up to `time`, their marks, and how the drop ended by then."""
         first = self._next
         times = self._events.between(first, self._events.count)[:, 0]
-        self._next = last = first + int(np.searchsorted(times, time, side="right"))
+        self._next = last = first + int(times.searchsorted(time, side="right"))
         events, marks = self._between(first, last)
         return events.copy(), marks.copy(), self._end(time)
 

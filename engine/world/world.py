@@ -216,8 +216,8 @@ class World:
                 return row
         raise ParameterError(f"ball {ball} is not in flight", field="ball")
 
-    def step(self) -> None:
-        """Advance by one step."""
+    def step(self, *, contacts: bool = True) -> None:
+        """Advance by one step; without `contacts`, `take_events` tells of landings alone."""
         self.tick += 1
         if not self._balls:
             return
@@ -227,7 +227,9 @@ class World:
         news: list[tuple[tuple[float, int, int], Event]] = []
         for progress in self._ball_set.step():
             ball = self._balls[progress.row]
-            news += self._contacts(ball, progress)
+            self._bounced[progress.row] = (progress.marks[:, 0] <= KIND_WALL).any()
+            if contacts:
+                news += self._contacts(ball, progress)
             if progress.end is not None:
                 ended.append(progress.row)
                 news.append(self._landing(ball, progress))
@@ -246,7 +248,6 @@ class World:
         ):
             if kind > KIND_WALL:
                 continue
-            self._bounced[progress.row] = 1
             speed = approach_speed(self.board, kind, index, tuple(row[1:5]))
             contact = Contact(ball.id, row[0], row[1], row[2], kind, index, speed)
             found.append(((ball.tick * self.dt + row[0], kind, ball.id), contact))

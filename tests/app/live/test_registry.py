@@ -149,10 +149,10 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
 
     step = World.step
 
-    def fail(world: World) -> None:
+    def fail(world: World, *, contacts: bool) -> None:
         if world is broken.world:
             raise ZeroDivisionError("a bug")
-        step(world)
+        step(world, contacts=contacts)
 
     monkeypatch.setattr(World, "step", fail)
     with caplog.at_level(logging.ERROR):

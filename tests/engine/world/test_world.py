@@ -51,6 +51,20 @@ def test_a_ball_in_a_world_is_the_drop_of_its_seed(solver: str, name: str) -> No
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
+def test_a_world_goes_the_same_way_whether_contacts_are_told_or_not(solver: str) -> None:
+    told, untold = (World(TRIANGLE, solver=solver) for _ in range(2))
+    for seed in range(4):
+        assert told.add(seed) == untold.add(seed)
+    while told.awake:
+        told.step()
+        untold.step(contacts=False)
+        landed = [event for event in told.take_events() if isinstance(event, Landing)]
+        assert untold.take_events() == landed
+        assert untold.digest() == told.digest(), "which bounced in the last step is part of it"
+    assert not untold.awake
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
 def test_the_contacts_of_a_world_are_the_impacts_of_its_drops(solver: str) -> None:
     world = World(TRIANGLE, solver=solver)
     world.add(5)
