@@ -157,18 +157,20 @@ def address_of(connection: HTTPConnection) -> str:
     return one_client(connection.client.host) if connection.client else ""
 
 
-async def resolve_board(request: Request, board: object) -> Board:
-    """The board that a body names: a preset's name, a digest, or a whole object.
+async def resolve_board(request: Request, board: msgspec.Raw) -> Board:
+    """The board that a body names, as JSON: a preset's name, a digest, or a whole object.
 
     Raises UnknownBoardError, or BoardError for an object that cannot be played, and what
     `compute` raises: an object is checked by a worker.
     """
-    if isinstance(board, str):
-        return services(request).boards.find(board)
-    if isinstance(board, dict):
-        return await checked_board(request, msgspec.json.encode(board))
+    text = bytes(board)
+    if text.startswith(b"{"):
+        return await checked_board(request, text)
+    named = decode(text, Any)
+    if isinstance(named, str):
+        return services(request).boards.find(named)
     raise BoardError(
-        f"board {shorten(board)} is not a name, a digest or a board object", field="board"
+        f"board {shorten(named)} is not a name, a digest or a board object", field="board"
     )
 
 

@@ -5,7 +5,16 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
-from app.web.schemas.fields import AimIn, BoardRef, Digest, PhysicsVersion, SeedIn, Solver, StartIn
+from app.web.schemas.fields import (
+    AimIn,
+    BoardIn,
+    BoardRef,
+    Digest,
+    PhysicsVersion,
+    SeedIn,
+    Solver,
+    StartIn,
+)
 
 Dt = Annotated[
     float | None, Meta(description="Step in seconds, of the stepped solver alone; 1/60.")
@@ -18,7 +27,7 @@ Substeps = Annotated[
 class DropRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A drop to compute."""
 
-    board: BoardRef
+    board: BoardIn
     seed: SeedIn = None
     x: StartIn = None
     aim: AimIn = None
@@ -154,7 +163,7 @@ class Verdict(msgspec.Struct, frozen=True):
 class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Many drops to compute and count."""
 
-    board: BoardRef
+    board: BoardIn
     drops: Annotated[int, Meta(description="How many, at least 1.")] = 100
     seed: Annotated[
         Any,

@@ -6,7 +6,7 @@ import msgspec
 from msgspec import Meta
 
 from app.web.schemas.boards import Odds
-from app.web.schemas.fields import BoardRef, Digest
+from app.web.schemas.fields import BoardIn, Digest
 
 
 class PayoutsRequest(
@@ -14,7 +14,7 @@ class PayoutsRequest(
 ):
     """A board whose payout table is to be solved."""
 
-    board: BoardRef
+    board: BoardIn
     returned: Annotated[float, Meta(description="Of a stake of 1, 0.5 to 1.")] = 0.99
     risk: Annotated[str, Meta(description="low, medium or high.")] = "medium"
     drops: Annotated[int, Meta(description="From each aim, at most; as many then judge.")] = 10_000

@@ -1,5 +1,6 @@
 """Bodies of the routes of rooms and scenes."""
 
+import functools
 from typing import Annotated, Any, Literal
 
 import msgspec
@@ -10,6 +11,7 @@ from app.rooms.stakes import MAX_STAKE, MAX_WHO
 from app.rooms.touching.story import StoryForm
 from app.web.schemas.fields import (
     AimIn,
+    BoardIn,
     BoardRef,
     Digest,
     OptionalBoard,
@@ -28,7 +30,7 @@ SceneValue = Annotated[
 class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A room to open, over a board or as a scene."""
 
-    board: OptionalBoard = None
+    board: OptionalBoard = msgspec.field(default_factory=functools.partial(msgspec.Raw, b"null"))
     mode: Annotated[
         Literal["independent", "interacting"],
         Meta(description="Whether balls pass through each other or knock each other."),
@@ -67,6 +69,11 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     dt: SceneValue = None
     substeps: SceneValue = None
 
+    def has(self, name: str) -> bool:
+        """Whether this field was given, and not as null."""
+        value = getattr(self, name)
+        return bytes(value) != b"null" if isinstance(value, msgspec.Raw) else value is not None
+
 
 SCENE_PARAMETERS = tuple(
     name
@@ -94,7 +101,7 @@ class SceneList(msgspec.Struct, frozen=True):
 class RoomChange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What is to be different in a room; it begins anew with it."""
 
-    board: BoardRef
+    board: BoardIn
 
 
 class RoomSummary(msgspec.Struct, frozen=True):

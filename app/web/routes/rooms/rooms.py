@@ -270,7 +270,7 @@ async def _ground(request: Request, server: Services, body: RoomRequest) -> tupl
         for name in beside:
             raise InvalidValueError(f"{name} is a parameter of a scene, not of a board", field=name)
         return await _board_of_room(request, server, body.board), body.mode
-    if body.board is not None:
+    if body.has("board"):
         raise InvalidValueError("a room has either a board or a scene", field="board")
     if isinstance(body.scene, str):
         return server.rooms.scene({"scene": body.scene, **beside}), SCENE
@@ -285,7 +285,7 @@ async def _retold(request: Request, server: Services, body: RoomRequest) -> Reto
     """What a story ends in, computed and charged as a worker's work."""
     assert body.story is not None
     for name in ("board", "scene", *SCENE_PARAMETERS):
-        if getattr(body, name) is not None:
+        if body.has(name):
             raise InvalidValueError(
                 f"a story has its scene in itself, not beside: {name}", field=name
             )
@@ -341,7 +341,7 @@ def _view(server: Services, room: Room) -> RoomView:
     )
 
 
-async def _board_of_room(request: Request, server: Services, form: object) -> Board:
+async def _board_of_room(request: Request, server: Services, form: msgspec.Raw) -> Board:
     """A board for a room, known from now on by its digest, by which all speak of its drops."""
     board = await resolve_board(request, form)
     server.boards.register(board)
