@@ -1,7 +1,6 @@
 """Where the server listens: the socket, the connections' limits, and uvicorn over them."""
 
 import asyncio
-import gc
 import socket
 import threading
 
@@ -10,6 +9,7 @@ from fastapi import FastAPI
 
 from app.errors import SettingError
 from app.live.broadcast import transport
+from app.ops import memory
 from app.settings import Settings
 from app.web.edge.addresses import Connections, Proxies
 from app.web.edge.choose import choose, counted
@@ -32,10 +32,7 @@ class Server(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, then leave what lives for good out of every later garbage collection."""
         await super().startup(sockets)
-        # A full collection walks every live object, numba's included, and holds up the ticker for
-        # some 50 ms; frozen objects are not walked.
-        gc.collect()
-        gc.freeze()
+        memory.settle()
         for listener in sockets or ():
             print(f"Plinko is at {address_of(listener)}", flush=True)  # noqa: T201 - it says where
         self.listening.set()
@@ -76,7 +73,7 @@ def _config(app: FastAPI, server: Services, settings: Settings) -> uvicorn.Confi
     proxies = Proxies(settings.trusted_proxies)
     edge = _edge(server, proxies)
     return uvicorn.Config(
-        Turns(app),
+        Turns(app, server.rooms.ticker.due_in),
         host=settings.host,
         port=settings.port,
         loop="uvloop",

@@ -8,6 +8,7 @@ import signal
 import socket
 import sys
 from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ from app.listening import listen, server_over
 from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
 from app.live.sessions.fair_sessions import FairSessions
-from app.ops import logs, memory
+from app.ops import cores, logs, memory
 from app.ops.metrics import Metrics
 from app.persistence.checks.integrity import Integrity
 from app.persistence.holds import Holds
@@ -182,7 +183,7 @@ def _services(settings: Settings) -> Services:
         known,
         hub,
         _main_board(settings.board),
-        watchers=(metrics, cameras),
+        watchers=(metrics, cameras, memory.Collector()),
         persistence=persistence,
     )
     secret_file = _secret_file(settings, database)
@@ -288,6 +289,8 @@ def _main_board(name: str) -> Board:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Start the ticker once the physics is compiled and the ledger read; stop all at the end."""
     server: Services = app.state.services
+    aside = ThreadPoolExecutor(thread_name_prefix="aside", initializer=cores.leave_one)
+    asyncio.get_running_loop().set_default_executor(aside)
     await asyncio.to_thread(_warm_up, app)
     server.warm = True
     await asyncio.to_thread(server.ledger.open)
@@ -304,7 +307,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
     following = asyncio.create_task(server.rooms.follow(), name="following")
-    giving = asyncio.create_task(memory.give_back_regularly(), name="memory")
+    giving = asyncio.create_task(memory.give_back_regularly(server.work_done), name="memory")
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
     )

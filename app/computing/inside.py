@@ -10,10 +10,12 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
+from app.ops import cores, memory
+
 MEMORY: Final = 256 << 20
 """Bytes that a worker may take beyond what it was started with."""
 
-KEPT: Final = 64 << 20
+KEPT: Final = 32 << 20
 """Bytes beyond that, with which a worker ends when its work is done: what a large picture took is
 not all given back otherwise, and another worker is there within milliseconds."""
 
@@ -33,7 +35,7 @@ def serve(pipe: Connection) -> None:
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     os.nice(_POLITE)
-    _leave_a_core()
+    cores.leave_one()
     begun_with = _data()
     _limit_memory(begun_with)
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
@@ -46,20 +48,11 @@ def serve(pipe: Connection) -> None:
             answer = _answer(work)
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.setitimer(signal.ITIMER_PROF, 0.0)
+            memory.give_back()
             ends = _data() - begun_with > KEPT
             _send(pipe, (*answer, time.process_time() - began, ends))
             if ends:
                 return
-
-
-def _leave_a_core() -> None:
-    """Keep off one core, where the system can see to that: the event loop has it at once.
-
-    However polite, a worker that has a core keeps it until the scheduler's next tick, 4 ms later.
-    """
-    if hasattr(os, "sched_setaffinity"):
-        cores = sorted(os.sched_getaffinity(0))
-        os.sched_setaffinity(0, cores[1:] or cores)
 
 
 def _answer(work: Any) -> tuple[bool, Any]:

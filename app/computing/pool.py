@@ -9,6 +9,7 @@ from typing import Any, Final, TypeVar, cast
 
 from app.computing.process import Done, WorkerProcess, prepare
 from app.errors import BusyError, EndedError
+from app.ops import cores
 
 T = TypeVar("T")
 
@@ -41,7 +42,7 @@ class Workers:
         self._running: set[_Job] = set()
         self._idle: list[WorkerProcess] = []
         # Each waits for one process and does nothing besides.
-        self._threads = ThreadPoolExecutor(processes, thread_name_prefix="worker")
+        self._threads = ThreadPoolExecutor(processes, "worker", cores.leave_one)
         self._closed = False
 
     @property

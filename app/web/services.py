@@ -57,6 +57,10 @@ class Services:
     ticking: "asyncio.Task[None] | None" = None
     client_ids: Iterator[int] = field(default_factory=count)
 
+    def work_done(self) -> tuple[float, ...]:
+        """Figures that grow where something moves or is computed."""
+        return self.rooms.ticker.ticks, self.workers.seconds, self.readers.seconds
+
     @property
     def ticker_runs(self) -> bool:
         """Whether the ticker's task lives, asleep or not."""

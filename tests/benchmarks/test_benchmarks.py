@@ -457,3 +457,6 @@ def test_ticks_are_late_by_what_they_lag_behind_the_schedule_and_not_by_those_gi
     # For a second and more every tick is late by nearly one: that is late, not given up.
     slow = [(tick, at + (0.014 if tick >= 100 else 0.0)) for tick, at in on_time]
     assert lateness(slow)[200:] == pytest.approx([0.014] * 100, abs=1e-9)
+    # The first one that was seen came late, and the one after it was given up.
+    begun = [(tick, at + (1.0 / 60.0 if tick else 0.0044)) for tick, at in on_time]
+    assert lateness(begun) == pytest.approx([0.0044] + [0.0] * 299, abs=1e-9)

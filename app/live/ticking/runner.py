@@ -23,8 +23,8 @@ from app.settings import Settings
 _ALONE: Final = 10.0  # s; who reloads the page finds the scene going on
 
 _SHARE: Final = 0.5
-"""Of the time between two ticks, for all rooms together; requests have the rest. Whose turn has
-come by then may end it late."""
+"""Of the time between two ticks, for all rooms together and the requests that are heard between
+them; other requests have the rest. Whose turn has come by then may end it late."""
 
 MOST_EVENTS: Final = 1_000_000
 """Events that all rooms together keep of their balls in flight and still take drops: 56 MB, and as
@@ -156,7 +156,8 @@ class Runner:
         is not time enough for all, those wait that have had most of it.
         """
         self._events_kept = None
-        spent = turn = 0.0  # s, in all and since the event loop had its turn
+        began = self._clock()
+        turn = 0.0  # s since the event loop had its turn
         before = ""
         for room_id in self.shares.order(self._awake, MAIN):
             if before == MAIN or turn > _TURN:
@@ -164,11 +165,10 @@ class Runner:
                 turn = 0.0
             before = room_id
             room = self._awake.get(room_id)
+            spent = self._clock() - began  # by requests in between, too: the next tick is as near
             if room is None or not (room_id == MAIN or self.shares.may_run(room_id, spent)):
                 continue
-            took = self._take_turn(room, due)
-            spent += took
-            turn += took
+            turn += self._take_turn(room, due)
         self._persistence.ticked(due, self._awake.values())
         yield bool(self._awake)
 

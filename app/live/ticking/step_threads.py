@@ -13,6 +13,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Final, NamedTuple
 
+from app.ops import cores
+
 _MOST: Final = 2  # threads; the machine is there for others, too
 
 
@@ -36,7 +38,7 @@ class StepThreads:
     def __init__(self, threads: int | None = None) -> None:
         """`threads`: by default one for each core but the event loop's, and few."""
         count = min(_MOST, max(1, (os.cpu_count() or 1) - 1)) if threads is None else threads
-        self._threads = ThreadPoolExecutor(count, thread_name_prefix="step")
+        self._threads = ThreadPoolExecutor(count, "step", cores.leave_one)
         self._waiting: queue.PriorityQueue[_Job] = queue.PriorityQueue()
         self._numbers = itertools.count()
         self._had: dict[str, float] = {}

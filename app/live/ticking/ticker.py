@@ -1,6 +1,7 @@
 """The ticker: one asyncio task for all rooms that are awake, drift-free, asleep when none is."""
 
 import asyncio
+import math
 import time
 from collections.abc import Awaitable, Callable, Iterable, Sequence
 from typing import Protocol
@@ -89,6 +90,10 @@ class Ticker:
         self._watchers = watchers
         self._wake = asyncio.Event()
 
+    def due_in(self) -> float:
+        """Seconds until the next tick is due: 0 for one that is late, inf where nothing moves."""
+        return math.inf if self.asleep else self.schedule.delay(self._clock())
+
     def wake(self) -> None:
         """Something moves: start ticking, unless already at it."""
         self._wake.set()
@@ -107,6 +112,7 @@ class Ticker:
                 while await self._next_tick():
                     pass
             finally:
+                self.asleep = True
                 for watcher in self._watchers:
                     watcher.slept()
             self.asleep = not self._wake.is_set()

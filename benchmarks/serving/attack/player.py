@@ -12,6 +12,8 @@ from typing import Any, Final
 _SETTLES: Final = 1.0  # s after which a room that slept runs
 _AROUND: Final = 60  # ticks, of which some came in time
 _RATE: Final = 60.0  # ticks a second
+_ALIKE: Final = 10  # ticks that came by the same clock, which one alone does not show
+_SPREAD: Final = 0.002  # s within which they came
 
 
 class Player:
@@ -58,12 +60,12 @@ class Player:
 def lateness(seen: Sequence[tuple[int, float]], rate: float = _RATE) -> list[float]:
     """By how many s each tick of a room that does not sleep came late; ticks with their times.
 
-    The least late of all came in time. Ticks that the server gave up are missing from its rate, and
-    those that follow are not late for it: how many it gave up, the least late of the second before
-    a tick shows, or of the second after.
+    The least late of all came in time, unless it is alone with that. Ticks that the server gave up
+    are missing from its rate, and those that follow are not late for it: how many it gave up, the
+    least late of the second before a tick shows, or of the second after.
     """
     begins = [at - tick / rate for tick, at in seen]
-    first = min(begins, default=0.0)
+    first = _begin(begins, rate)
     late = []
     for number, begin in enumerate(begins):
         before = max(number + 1 - _AROUND, 0)
@@ -72,6 +74,19 @@ def lateness(seen: Sequence[tuple[int, float]], rate: float = _RATE) -> list[flo
         given_up = math.floor((least - first) * rate + 0.1)
         late.append(begin - first - given_up / rate)
     return late
+
+
+def _begin(begins: Sequence[float], rate: float) -> float:
+    """When tick 0 was due, by when each tick says that it was.
+
+    A late tick followed by one that was given up has all others later by less than a tick: they
+    are by whole ones, and it is that one tick which came late.
+    """
+    ordered = sorted(begins)
+    least = ordered[0] if ordered else 0.0
+    alike = (a for a, b in zip(ordered, ordered[_ALIKE:], strict=False) if b - a <= _SPREAD)
+    ticks = (next(alike, least) - least) * rate
+    return least if ticks < 0.5 else least + (ticks - math.ceil(ticks)) / rate
 
 
 @dataclass(frozen=True)

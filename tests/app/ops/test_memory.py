@@ -1,12 +1,15 @@
-"""Memory that is let go goes back to the system."""
+"""Memory that is let go goes back to the system, at moments when nobody waits."""
 
+import asyncio
 import ctypes
 import os
 from pathlib import Path
 
 import pytest
 
-from app.ops.memory import give_back
+from app.ops import memory
+from app.ops.memory import Collector, give_back
+from tests.waiting import eventually, turns
 
 STATISTICS = Path("/proc/self/statm")
 
@@ -26,3 +29,51 @@ def test_what_lies_between_pieces_in_use_goes_back() -> None:
     before = resident()
     give_back()
     assert resident() < before - 40e6
+
+
+async def test_it_is_given_back_where_something_was_done_and_only_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    given: list[int] = []
+    done = [0]
+    monkeypatch.setattr(memory, "give_back", lambda: given.append(done[0]))
+    monkeypatch.setattr(memory, "_EVERY", 0.0)
+    task = asyncio.create_task(memory.give_back_regularly(lambda: done[0]))
+    for done[0] in (1, 2):
+        await eventually(lambda: given[-1:] == done)
+    await turns(100)
+    assert given.count(2) == 1, "nothing was done since"
+    task.cancel()
+
+
+class Collections:
+    """A clock that is set, and how often everything was looked through."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.made = 0
+        self.collector = Collector(lambda: self.now, self.make)
+
+    def make(self) -> int:
+        self.made += 1
+        return 0
+
+    def after(self, seconds: float, *, late: float = 0.0, duration: float = 0.001) -> int:
+        """Collections made by the end of a tick so many s after the last one looked at."""
+        self.now += seconds
+        self.collector.ticked(late, duration)
+        return self.made
+
+
+def test_garbage_is_looked_for_after_a_short_tick_every_ten_seconds() -> None:
+    all_ = Collections()
+    assert [all_.after(seconds) for seconds in (9.0, 2.0, 2.0, 9.0)] == [0, 1, 1, 2]
+
+
+def test_it_waits_for_a_short_tick_but_not_for_ever() -> None:
+    all_ = Collections()
+    assert all_.after(12.0, duration=0.008) == 0
+    assert all_.after(1.0, late=0.006) == 0
+    assert all_.after(1.0) == 1
+    assert all_.after(29.0, duration=0.008) == 1
+    assert all_.after(2.0, duration=0.008) == 2

@@ -96,6 +96,29 @@ async def test_frames_of_main_leave_and_requests_are_heard_before_a_dear_room_ti
     assert all(each.done() for each in asked)
 
 
+async def test_requests_heard_between_rooms_do_not_make_the_next_tick_late(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = Clock()
+    rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
+    others = [await rooms.create(MAIN, INTERACTING) for _ in range(4)]
+    asked = [rooms.drop(room, 0, None) for room in (rooms.find("main"), *others)]
+    run_pass(rooms.runner)
+
+    def ticked(requests: float) -> int:
+        """Rooms that tick in a pass with requests that take so many s each time."""
+        before = [room.world.tick for room in others]
+        for _ in rooms.runner.tick(1):
+            clock.time += requests
+        return sum(a < room.world.tick for a, room in zip(before, others, strict=True))
+
+    assert ticked(0.0) == 4
+    # Main's turn is over, and half of the time to its next one; then only whose turn it is anyway.
+    assert ticked(0.009) == 1
+    assert ticked(0.0) == 4
+    assert all(each.done() for each in asked)
+
+
 async def test_rooms_together_keep_no_more_events_than_there_is_memory_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

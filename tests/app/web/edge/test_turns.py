@@ -1,7 +1,8 @@
 """A flood of requests is served one at a time, so that ticks and other clients come in between."""
 
 import asyncio
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,9 +14,9 @@ from app.web.edge.turns import Queue, Turns
 class Begun:
     """An application that notes whose requests begin; a tick is due in each turn of the loop."""
 
-    def __init__(self) -> None:
+    def __init__(self, due_in: Callable[[], float] = lambda: math.inf) -> None:
         self.order: list[str] = []
-        self.turns = Turns(self)
+        self.turns = Turns(self, due_in)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         self.order.append(scope["client"][0])
@@ -62,6 +63,32 @@ async def test_who_asks_once_waits_for_one_of_those_who_ask_a_hundred_times() ->
     await app.ask("192.0.2.3")
     assert len(app.order) - before <= 4
     await asyncio.gather(*flood)
+
+
+async def test_shortly_before_a_tick_a_flood_waits_for_it() -> None:
+    due = [0.1]
+    app = Begun(lambda: due[0])
+    flood = [app.ask("192.0.2.1") for _ in range(10)]
+    for _ in range(3):
+        await asyncio.sleep(0)
+    assert len(app.order) > 1, "a tick that is far off keeps nobody waiting"
+    due[0] = 0.004
+    await asyncio.sleep(0)
+    begun = len(app.order)
+    await asyncio.sleep(0.002)
+    assert len(app.order) - begun <= 1, "one may have had its turn already"
+    due[0] = 0.0166  # it has come
+    await asyncio.gather(*flood)
+
+
+async def test_ticks_that_leave_no_time_keep_no_request_out() -> None:
+    app = Begun(lambda: 0.0)
+    flood = [app.ask("192.0.2.1") for _ in range(10)]
+    app.tick()
+    await asyncio.gather(*flood)
+    assert app.order.count("192.0.2.1") == 10
+    # Four turns of the loop each, in which a tick that is due has begun.
+    assert app.order.count("tick") >= 30
 
 
 async def test_a_request_alone_begins_at_once() -> None:
