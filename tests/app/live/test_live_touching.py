@@ -279,15 +279,23 @@ async def test_a_scene_is_spelt_alike_wherever_it_is_written_and_read(server: Ru
         ({"scene": {"scene": "sandbox"}, "balls": 3}, "balls", "into the object `scene`"),
         ({"scene": {"balls": 3}}, "scene", "not one of: sandbox, galton"),
         ({"scene": 7}, "scene", "not an object"),
+        ({}, "board", "None is not a name, a digest or a board object"),
+        ({"board": [1]}, "board", "[1] is not a name, a digest or a board object"),
+        ({"board": {"pegs": 7}}, "pegs", "7"),
     ],
 )
-def test_a_scene_that_cannot_be_is_refused(
+def test_a_ground_that_cannot_be_is_refused(
     http: httpx.Client, body: dict[str, Any], field: str, says: str
 ) -> None:
     reply = http.post("/api/v1/rooms", json=body)
     assert reply.status_code == 422
     assert reply.json()["field"] == field
     assert says in reply.json()["detail"]
+
+
+def test_no_board_beside_a_scene_may_be_said(http: httpx.Client) -> None:
+    said = {"scene": "sandbox", "balls": 2, "board": None}
+    assert http.post("/api/v1/rooms", json=said).status_code == 201
 
 
 def test_another_board_for_a_scene_is_refused_in_words(http: httpx.Client) -> None:
