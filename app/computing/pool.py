@@ -9,7 +9,6 @@ from typing import Any, Final, TypeVar, cast
 
 from app.computing.process import Done, WorkerProcess, prepare
 from app.errors import BusyError, EndedError
-from app.ops import cores
 
 T = TypeVar("T")
 
@@ -41,8 +40,9 @@ class Workers:
         self._long: deque[_Job] = deque()
         self._running: set[_Job] = set()
         self._idle: list[WorkerProcess] = []
-        # Each waits for one process and does nothing besides.
-        self._threads = ThreadPoolExecutor(processes, "worker", cores.leave_one)
+        # Each waits for one process and does little besides. They may have to start it, and it
+        # leaves a core of those that whoever starts it has: so they have all.
+        self._threads = ThreadPoolExecutor(processes, thread_name_prefix="worker")
         self._closed = False
 
     @property

@@ -4,8 +4,9 @@ import os
 
 
 def leave_one() -> None:
-    """Keep off one core with the thread that calls this, and what it starts.
+    """Keep off one core with the thread that calls this, and with what it starts.
 
+    Of those that it has: once for each thread or process, so not for one that starts others.
     For threads and processes that compute beside the event loop: when a tick is due, it has that
     core at once. Else the scheduler lets whoever has a core go on to its next timer tick, 4 ms
     later, however polite; and it shares fairly, so the loop, which has had most, waits for the

@@ -115,7 +115,6 @@ class Ticker:
                 self.asleep = True
                 for watcher in self._watchers:
                     watcher.slept()
-            self.asleep = not self._wake.is_set()
 
     async def _next_tick(self) -> bool:
         await self._sleep(self.schedule.delay(self._clock()))

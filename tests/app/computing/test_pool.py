@@ -6,10 +6,12 @@ import os
 import signal
 import time
 from collections.abc import AsyncIterator
+from typing import Any
 
 import numpy as np
 import pytest
 
+from app.computing import packing, process
 from app.computing.inside import KEPT
 from app.computing.pool import Workers
 from app.errors import BusyError, CostError, DeadlineError, EndedError, InvalidValueError, answer
@@ -54,6 +56,22 @@ async def test_one_core_is_left_to_the_event_loop(workers: Workers) -> None:
     cores = sorted(os.sched_getaffinity(0))
     theirs = await workers.run(functools.partial(os.sched_getaffinity, 0))
     assert sorted(theirs) == (cores[1:] or cores)
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="not on this system")
+async def test_who_may_have_to_start_a_worker_leaves_no_core(
+    workers: Workers, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else the worker would leave one of those that are left, so two in all."""
+    theirs: list[set[int]] = []
+
+    def packed(*work: Any) -> bytes:
+        theirs.append(os.sched_getaffinity(0))
+        return packing.packed(*work)
+
+    monkeypatch.setattr(process, "packed", packed)
+    await workers.run(os.getpid)
+    assert theirs == [os.sched_getaffinity(0)]
 
 
 async def test_a_drop_has_the_same_bits_there(workers: Workers) -> None:

@@ -96,9 +96,7 @@ async def test_frames_of_main_leave_and_requests_are_heard_before_a_dear_room_ti
     assert all(each.done() for each in asked)
 
 
-async def test_requests_heard_between_rooms_do_not_make_the_next_tick_late(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+async def test_requests_heard_between_rooms_do_not_make_the_next_tick_late() -> None:
     clock = Clock()
     rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
     others = [await rooms.create(MAIN, INTERACTING) for _ in range(4)]
