@@ -3,7 +3,7 @@
 The state is the engine's World and what is counted beside it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Final
 
@@ -69,6 +69,7 @@ class IndependentRoom(Room):
         self._stakes: dict[int, int] = {}  # of the balls in flight, where there is one
         self._practice: set[int] = set()  # balls in flight whose start was chosen
         self._segments: SegmentStream | None = None
+        self._prepares = False  # on another thread
 
     @property
     def taken(self) -> int:
@@ -151,7 +152,23 @@ class IndependentRoom(Room):
     @property
     def ready(self) -> bool:
         """Whether the next tick takes no more than moving the balls along their paths."""
-        return self.world.ready
+        return self.world.prepared and self.world.ready
+
+    @property
+    def steps_aside(self) -> bool:
+        """Whether another thread is to make of a large board what its first ball needs."""
+        return not self.world.prepared
+
+    def begin_step(self) -> Callable[[], None] | None:
+        """What another thread is to make of the board; None where there is nothing."""
+        if self._prepares or self.world.prepared:
+            return None
+        self._prepares = True
+        return self._prepare
+
+    def _prepare(self) -> None:
+        self.world.prepare()
+        self._prepares = False
 
     @property
     def events_kept(self) -> int:
@@ -161,14 +178,15 @@ class IndependentRoom(Room):
     def look_ahead(self) -> bool:
         """Follow some path for some events more; whether there is more that would help.
 
-        Raises AppError for a room whose balls bounce too often in one tick.
+        There is not before the board is prepared. Raises AppError for a room whose balls bounce too
+        often in one tick.
         """
         if self.events_kept > _FAILS * MOST_EVENTS:
             raise AppError(
                 f"the balls in room {self.id!r} have {self.events_kept} events in one tick, and "
                 f"{_FAILS * MOST_EVENTS} is what a room may hold"
             )
-        return self.world.look_ahead()
+        return self.world.prepared and self.world.look_ahead()
 
     def step(self, *, watched: bool) -> list[messages.Event]:
         """One tick on; returns the events to announce, in order.

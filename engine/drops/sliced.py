@@ -13,7 +13,7 @@ from engine.board.model import Board
 from engine.drops.trajectory import at_start
 from engine.errors import EffortError
 from engine.exact import event_log
-from engine.exact.board_arrays import arrays_of
+from engine.exact.board_arrays import BoardArrays, arrays_of
 from engine.exact.event_log import Log, new_log
 from engine.exact.initial_state import Ints, in_flight
 from engine.exact.outcome import EVENT_LIMIT, MAX_EVENTS, MAX_TIME, RUNNING
@@ -55,6 +55,7 @@ class SlicedPath:
         self._initial = in_flight(1)
         self._max_events = self._most = max_events
         self._series = new_series()
+        self._arrays: BoardArrays | None = None  # until it is followed
 
     @property
     def ended(self) -> bool:
@@ -101,9 +102,11 @@ class SlicedPath:
         return _slice(log)
 
     def _trace(self, state: Floats, initial: Ints, limit: int, log: Log) -> tuple[int, int]:
+        if self._arrays is None:
+            self._arrays = arrays_of(self.board)
         outcome, where, impacts = np.empty(1, np.int8), np.empty(1, np.int32), np.empty(1, np.int32)
         trace_many(
-            arrays_of(self.board), state, initial, limit, MAX_TIME, self._series, log, outcome,
+            self._arrays, state, initial, limit, MAX_TIME, self._series, log, outcome,
             where, impacts,
         )  # fmt: skip
         return int(outcome[0]), int(where[0])

@@ -40,6 +40,13 @@ class BallSet(Protocol):
     """Shape (n, 7): t (s since the ball's own start), x, y, vx, vy, theta, omega."""
 
     @property
+    def prepared(self) -> bool:
+        """Whether all is made of the board that these balls need."""
+
+    def prepare(self) -> None:
+        """Make it, on any thread."""
+
+    @property
     def ready(self) -> bool:
         """Whether the next step takes no more than moving the balls."""
 

@@ -1,13 +1,13 @@
 """The balls of a world with the exact solver: followed a little ahead of its clock, looked up."""
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from engine.board.model import Board
 from engine.drops.trajectory import Trajectory, at_start, follow
 from engine.exact import event_log
-from engine.exact.board_arrays import arrays_of
+from engine.exact.board_arrays import BoardArrays, arrays_of
 from engine.exact.sampling import sample
 from engine.parameters import Exact
 from engine.physics import body
@@ -15,17 +15,21 @@ from engine.physics.contact import new_series
 from engine.world.ball_set import Progress
 from engine.world.exact_path import AHEAD, ExactPath
 
+LARGE: Final = 500
+"""Pegs and walls of a board from which on its arrays take more than a ms to make."""
+
 
 class ExactBalls:
     """Balls of the exact solver: each path is followed in slices, and looked up where it is known.
 
     A path depends neither on when it is looked at nor on how it is sliced, so neither does
     anything here. A step follows what it needs itself; `look_ahead` before it makes it short.
+    Where there is no ball, nothing is kept of the board but itself.
     """
 
     def __init__(self, board: Board, dt: float) -> None:
         self._board = board
-        self._arrays = arrays_of(board)
+        self._arrays: BoardArrays | None = None
         self._dt = dt
         self._paths: list[ExactPath] = []
         self._ticks = np.zeros(0, np.int64)
@@ -75,11 +79,27 @@ class ExactBalls:
         self._next_time[row] = path.next_time()
         one = slice(row, row + 1)
         sample(
-            self._arrays, self._pool, self._first[one], self._last[one], np.array([time]), False,
+            self._made(), self._pool, self._first[one], self._last[one], np.array([time]), False,
             self._series, self.states[one],
         )  # fmt: skip
 
     # Following.
+
+    @property
+    def prepared(self) -> bool:
+        """Whether the board's arrays are there, or not needed, or made within a ms."""
+        if self._arrays is not None or not self._paths:
+            return True
+        return len(self._board.pegs) + len(self._board.walls) < LARGE
+
+    def prepare(self) -> None:
+        """Make the board's arrays, on any thread."""
+        self._arrays = arrays_of(self._board)
+
+    def _made(self) -> BoardArrays:
+        if self._arrays is None:
+            self._arrays = arrays_of(self._board)
+        return self._arrays
 
     @property
     def known(self) -> list[float]:
@@ -177,7 +197,7 @@ class ExactBalls:
             while self._known[row] <= times[row]:
                 self._advance(row)
         sample(
-            self._arrays, self._pool, self._first, self._last, times, False, self._series,
+            self._made(), self._pool, self._first, self._last, times, False, self._series,
             self.states,
         )  # fmt: skip
         return [self._progress(int(row)) for row in np.flatnonzero(self._next_time <= times)]
@@ -198,6 +218,8 @@ class ExactBalls:
             "_full", "states",
         ):  # fmt: skip
             setattr(self, name, np.delete(getattr(self, name), rows, axis=0))
+        if not self._paths:
+            self._arrays = None
 
     def saved(self) -> list[dict[str, Any]]:
         """What `load` needs of each ball: all else follows from it."""

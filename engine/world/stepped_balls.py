@@ -34,6 +34,14 @@ class SteppedBalls:
         self.states = np.zeros((0, body.SIZE))
 
     @property
+    def prepared(self) -> bool:
+        """Always."""
+        return True
+
+    def prepare(self) -> None:
+        """Nothing."""
+
+    @property
     def ready(self) -> bool:
         """Always: nothing of it can be done beforehand."""
         return True

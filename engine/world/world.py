@@ -29,6 +29,7 @@ from engine.world.ball_set import BallSet, Progress
 from engine.world.events import Contact, Event, Landing, approach_speed
 from engine.world.exact_balls import ExactBalls
 from engine.world.stepped_balls import SteppedBalls
+from engine.world.totals import Energy, Momentum, energy_of, momentum_of
 
 BODY = np.dtype(
     [("id", "<i4")]
@@ -55,29 +56,6 @@ class Ball:
     seed: int | None
     x: float
     tick: int
-
-
-@dataclass(frozen=True, slots=True)
-class Energy:
-    """Energies of all live balls in J; the potential energy is zero at y = 0."""
-
-    kinetic: float
-    rotational: float
-    potential: float
-
-    @property
-    def total(self) -> float:
-        """Sum of the three."""
-        return self.kinetic + self.rotational + self.potential
-
-
-@dataclass(frozen=True, slots=True)
-class Momentum:
-    """Momentum of all live balls in kg m/s, and angular momentum about the origin in kg m^2/s."""
-
-    x: float
-    y: float
-    angular: float
 
 
 class World:
@@ -191,6 +169,18 @@ class World:
     def events_kept(self) -> int:
         """Events that are kept of the live balls: 56 bytes each, beside the segments of paths."""
         return self._ball_set.events if isinstance(self._ball_set, ExactBalls) else 0
+
+    @property
+    def prepared(self) -> bool:
+        """Whether all is made of the board that is needed to follow the balls there are."""
+        return self._ball_set.prepared
+
+    def prepare(self) -> None:
+        """Make it, on any thread: some 6 ms of a board of 5,000 pegs, made for its first ball.
+
+        `step` does by itself what was not done before.
+        """
+        self._ball_set.prepare()
 
     @property
     def ready(self) -> bool:
@@ -317,23 +307,11 @@ class World:
 
     def energy(self) -> Energy:
         """Energy of all live balls."""
-        states, ball = self._ball_set.states, self.board.ball
-        speed2 = float((states[:, body.VX] ** 2 + states[:, body.VY] ** 2).sum())
-        return Energy(
-            kinetic=0.5 * ball.mass * speed2,
-            rotational=0.5 * ball.inertia * float((states[:, body.OMEGA] ** 2).sum()),
-            potential=-ball.mass * self.board.gravity * float(states[:, body.Y].sum()),
-        )
+        return energy_of(self.board, self._ball_set.states)
 
     def momentum(self) -> Momentum:
         """Momentum of all live balls."""
-        states, ball = self._ball_set.states, self.board.ball
-        turning = states[:, body.X] * states[:, body.VY] - states[:, body.Y] * states[:, body.VX]
-        return Momentum(
-            x=ball.mass * float(states[:, body.VX].sum()),
-            y=ball.mass * float(states[:, body.VY].sum()),
-            angular=float(ball.mass * turning.sum() + ball.inertia * states[:, body.OMEGA].sum()),
-        )
+        return momentum_of(self.board.ball, self._ball_set.states)
 
     def snapshot(self) -> bytes:
         """All that `restore` needs to go on bit for bit, but for events not yet taken.

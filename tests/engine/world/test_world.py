@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.scenes.contact_scenes import scene
+from benchmarks.scenes.expensive_boards import large
 from engine import Board, ParameterError, RecordError, SeedError, World, drop
 from engine.constants import KIND_PEG, KIND_WALL
 from engine.world.events import Contact, Landing
@@ -361,6 +362,24 @@ def test_energy_and_momentum_are_those_of_the_balls() -> None:
     assert momentum.angular == pytest.approx(
         float(ball.mass * about.sum() + ball.inertia * bodies["omega"].sum())
     )
+
+
+def test_of_a_large_board_a_world_has_what_kernels_need_only_while_balls_are_on_it() -> None:
+    board = Board.from_json(large())
+    early, late = World(board), World(board)
+    assert early.prepared
+    for world in (early, late):
+        world.add(1)
+        assert not world.prepared
+        assert not world.ready
+    early.prepare()
+    assert early.prepared
+    ends = [landings(run(world)) for world in (early, late)]
+    assert ends[0] == ends[1]
+    for world in (early, late):
+        assert world.prepared, "it has no ball"
+        world.add(2)
+        assert not world.prepared
 
 
 @pytest.mark.parametrize("bad", [-0.1, math.nan, math.inf, -math.inf])

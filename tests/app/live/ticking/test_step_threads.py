@@ -19,7 +19,8 @@ from app.rooms.room import Room
 from app.rooms.touching.next_tick import NextTick
 from app.rooms.touching.room import TouchingRoom
 from app.settings import Settings
-from engine import Board
+from benchmarks.scenes.expensive_boards import large
+from engine import Board, World, drop
 from tests.app.passes import run_pass
 from tests.waiting import LIMIT, eventually
 
@@ -95,6 +96,36 @@ async def test_others_tick_while_a_step_is_computed_and_its_room_catches_up(
     gate.open(4)  # the ticks that it has missed; it needs no pass of the ticker for them
     await eventually(lambda: heap.world.tick == 4)
     assert heap.world.digest() == alone(4).world.digest()
+
+
+async def test_what_the_first_ball_on_a_large_board_needs_is_made_by_another_thread(
+    rooms: Rooms, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gate, prepare = Gate(), World.prepare
+
+    def waiting(self: World) -> None:
+        gate.wait()
+        prepare(self)
+
+    monkeypatch.setattr(World, "prepare", waiting)
+    board = Board.from_json(large())
+    room, main = await rooms.create(board), rooms.find("main")
+    dropped = [rooms.drop(each, 4, None) for each in (room, main)]
+    for tick in range(3):
+        run_pass(rooms.runner)
+        assert (room.world.tick, main.world.tick) == (0, tick + 1)
+    assert all(each.done() for each in dropped), "a drop is taken meanwhile"
+    rooms.drop(room, 5, None)
+    gate.open()
+    await eventually(lambda: room.world.tick == 3)
+    assert gate.came == 1
+    while room.awake:
+        run_pass(rooms.runner)
+        await asyncio.sleep(0)
+    assert room.stats().histogram == [
+        sum(drop(board, seed).bin == number for seed in (4, 5))
+        for number in range(board.bins.count)
+    ]
 
 
 async def test_a_room_that_is_slow_for_long_gives_ticks_up(rooms: Rooms, gate: Gate) -> None:

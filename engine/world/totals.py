@@ -1,0 +1,56 @@
+"""What all balls of a world have together: energy and momentum."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.fields import BoardFields
+from engine.board.parts import BallSpec
+from engine.physics import body
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Energy:
+    """Energies of all live balls in J; the potential energy is zero at y = 0."""
+
+    kinetic: float
+    rotational: float
+    potential: float
+
+    @property
+    def total(self) -> float:
+        """Sum of the three."""
+        return self.kinetic + self.rotational + self.potential
+
+
+@dataclass(frozen=True, slots=True)
+class Momentum:
+    """Momentum of all live balls in kg m/s, and angular momentum about the origin in kg m^2/s."""
+
+    x: float
+    y: float
+    angular: float
+
+
+def energy_of(board: BoardFields, states: Floats) -> Energy:
+    """The energy of balls on a board; states, shape (n, 7), as the world has them."""
+    ball = board.ball
+    speed2 = float((states[:, body.VX] ** 2 + states[:, body.VY] ** 2).sum())
+    return Energy(
+        kinetic=0.5 * ball.mass * speed2,
+        rotational=0.5 * ball.inertia * float((states[:, body.OMEGA] ** 2).sum()),
+        potential=-ball.mass * board.gravity * float(states[:, body.Y].sum()),
+    )
+
+
+def momentum_of(ball: BallSpec, states: Floats) -> Momentum:
+    """The momentum of equal balls; states, shape (n, 7), as the world has them."""
+    turning = states[:, body.X] * states[:, body.VY] - states[:, body.Y] * states[:, body.VX]
+    return Momentum(
+        x=ball.mass * float(states[:, body.VX].sum()),
+        y=ball.mass * float(states[:, body.VY].sum()),
+        angular=float(ball.mass * turning.sum() + ball.inertia * states[:, body.OMEGA].sum()),
+    )
