@@ -289,6 +289,7 @@ def _main_board(name: str) -> Board:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Start the ticker once the physics is compiled and the ledger read; stop all at the end."""
     server: Services = app.state.services
+    memory.share_one_heap()
     aside = ThreadPoolExecutor(thread_name_prefix="aside", initializer=cores.leave_one)
     asyncio.get_running_loop().set_default_executor(aside)
     await asyncio.to_thread(_warm_up, app)
@@ -307,7 +308,10 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
     following = asyncio.create_task(server.rooms.follow(), name="following")
-    giving = asyncio.create_task(memory.give_back_regularly(server.work_done), name="memory")
+    due_in = server.rooms.ticker.due_in
+    giving = asyncio.create_task(
+        memory.give_back_regularly(server.work_done, due_in), name="memory"
+    )
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
     )

@@ -71,16 +71,22 @@ class Film:
         seconds = min(d.duration, LONGEST)
         self.times = np.arange(max(math.ceil(seconds * fps), 1)) / fps
         self._points, self._thetas = _trails(d, self._view, self.times)
-        self.first = self._board.copy()
-        self._dirty = self._paint(self.first, 0)
         self.result = drop_pixels(d, self._view, theme)
 
     def __len__(self) -> int:
         return len(self.times) + 1
 
+    def first(self) -> Pixels:
+        """The first frame, whole."""
+        return self._begin()[0]
+
+    def _begin(self) -> tuple[Pixels, Box]:
+        frame = self._board.copy()
+        return frame, self._paint(frame, 0)
+
     def patches(self) -> Iterator[Patch]:
         """What changes from frame to frame, after the first."""
-        frame, dirty = self.first.copy(), self._dirty
+        frame, dirty = self._begin()
         for number in range(1, len(self.times)):
             _restore(frame, self._board, dirty)
             before, dirty = dirty, self._paint(frame, number)
@@ -157,7 +163,7 @@ def _indexed(film: Film) -> tuple[Palette, Pixels, Iterator[Patch]]:
     Nothing is dithered: what does not move does not flicker either.
     """
     palette = Palette(film.samples())
-    first = palette.index(film.first)
+    first = palette.index(film.first())
 
     def changes() -> Iterator[Patch]:
         shown = first.copy()
@@ -175,9 +181,10 @@ def _webp(film: Film) -> bytes:
     # No key frames: each is a whole picture, and twelve times the bytes in all.
     never = {"kmin": 1 << 30, "kmax": (1 << 30) + 1}
     buffer = io.BytesIO()
-    Image.fromarray(film.first).save(
-        buffer, "WEBP", save_all=True, append_images=[_Reel(film)], duration=film.stays(1), loop=0,
-        quality=WEBP_QUALITY, method=2, **never,
+    image = Image.fromarray(film.first())
+    image.save(
+        buffer, "WEBP", save_all=True, append_images=[_Reel(film, image)],
+        duration=film.stays(1), loop=0, quality=WEBP_QUALITY, method=2, **never,
     )  # fmt: skip
     return buffer.getvalue()
 
@@ -188,7 +195,7 @@ def _mp4(film: Film) -> bytes:
 
 def _frames(film: Film) -> Iterator[Pixels]:
     """Whole frames; the result as often as makes HOLD s, which costs next to nothing."""
-    frame = film.first.copy()
+    frame = film.first()
     yield frame
     for left, top, pixels in film.patches():
         height, width = pixels.shape[:2]
@@ -199,11 +206,11 @@ def _frames(film: Film) -> Iterator[Pixels]:
 
 
 class _Reel:
-    """The frames after the first as one Pillow image of many, of which one is in memory."""
+    """The frames after the first as one Pillow image of many: the first one, painted over."""
 
-    def __init__(self, film: Film) -> None:
+    def __init__(self, film: Film, first: Image.Image) -> None:
         self.n_frames = len(film) - 1
-        self._image = Image.fromarray(film.first)
+        self._image = first
         self._patches = film.patches()
 
     def seek(self, number: int) -> None:

@@ -2,8 +2,12 @@
 
 import asyncio
 import ctypes
+import itertools
 import os
+import subprocess
+import sys
 from pathlib import Path
+from typing import Final
 
 import pytest
 
@@ -44,6 +48,60 @@ async def test_it_is_given_back_where_something_was_done_and_only_there(
     await turns(100)
     assert given.count(2) == 1, "nothing was done since"
     task.cancel()
+
+
+async def test_it_is_not_begun_shortly_before_a_tick(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, period = 0.0, 0.0161803
+    given: list[float] = []
+
+    async def sleep(seconds: float) -> None:
+        nonlocal now
+        now += seconds
+        await asyncio.sleep(0)
+
+    def due_in() -> float:
+        return period - now % period
+
+    monkeypatch.setattr(memory, "give_back", lambda: given.append(due_in()))
+    numbers = itertools.count()
+    task = asyncio.create_task(memory.give_back_regularly(lambda: next(numbers), due_in, sleep))
+    await eventually(lambda: len(given) >= 100)
+    task.cancel()
+    assert 0.006 <= min(given) < 0.010 < max(given), "else at any moment"
+
+
+_HEAPS: Final = """
+import ctypes, threading
+from app.ops import memory
+
+if {shared}:
+    memory.share_one_heap()
+gate = threading.Barrier(5)
+
+def allocate() -> None:
+    pieces = [bytearray(50_000) for _ in range(100)]
+    gate.wait()
+    gate.wait()
+
+threads = [threading.Thread(target=allocate) for _ in range(4)]
+for thread in threads:
+    thread.start()
+gate.wait()
+ctypes.CDLL(None).malloc_stats()
+gate.wait()
+"""
+
+
+@pytest.mark.skipif(
+    not hasattr(ctypes.CDLL(None), "mallopt"), reason="the C library cannot be told"
+)
+def test_threads_share_one_heap() -> None:
+    heaps = []
+    for shared in (False, True):
+        code = [sys.executable, "-c", _HEAPS.format(shared=shared)]
+        told = subprocess.run(code, capture_output=True, text=True, check=True)
+        heaps.append(told.stderr.count("Arena "))
+    assert heaps[0] > 1 == heaps[1]
 
 
 class Collections:

@@ -181,7 +181,7 @@ def test_a_drop_on_the_moon_looks_like_it(fall: Drop) -> None:
     pixels = decode(drop_picture(there, width=300, theme="dark"))
     here, moon = (np.array(THEMES[name]["shoulder"]) for name in ("dark", "dark · Moon"))
     assert (pixels == moon).all(axis=-1).sum() > 1000 > (pixels == here).all(axis=-1).sum()
-    film = Film(there, 300, 10, "dark").first
+    film = Film(there, 300, 10, "dark").first()
     assert (film == moon).all(axis=-1).sum() > 1000
 
 
