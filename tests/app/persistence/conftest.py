@@ -1,5 +1,6 @@
 """Databases to keep a ledger in: SQLite's file, and a real PostgreSQL where it is installed."""
 
+import contextlib
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -51,15 +52,32 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
     """A real file system of a few megabytes."""
-    place = tmp_path / "disk"
+    with mounted(tmp_path / "disk", tries(1, 16)) as disk:
+        yield disk
+
+
+@pytest.fixture
+def database_on_small_disk(cluster: postgres.Cluster) -> Iterator[tuple[str, Path]]:
+    """An empty PostgreSQL database's address, and the disk of some megabytes that it is on."""
+    # An empty database has 8 MB.
+    with mounted(cluster.folder / "disk", 64) as disk, cluster.database_on(disk) as address:
+        yield address, disk
+
+
+@contextlib.contextmanager
+def mounted(place: Path, megabytes: int) -> Iterator[Path]:
+    """A real file system of so many megabytes at a new folder; skips where there can be none."""
     place.mkdir()
     mount = shutil.which("mount")
     done = subprocess.run(
-        [mount or "false", "-t", "tmpfs", "-o", f"size={tries(1, 16)}m", "plinko-test", place],
+        [mount or "false", "-t", "tmpfs", "-o", f"size={megabytes}m", "plinko-test", place],
         capture_output=True,
         check=False,
     )
     if done.returncode:
         pytest.skip("mounting a small tmpfs needs root")
-    yield place
-    subprocess.run(["umount", place], check=True)
+    try:
+        yield place
+    finally:
+        subprocess.run(["umount", place], check=True)
+        place.rmdir()

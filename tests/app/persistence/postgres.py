@@ -53,12 +53,34 @@ class Cluster:
 
     def new_database(self) -> str:
         """An empty database; returns its address."""
+        return self.url(self._create_database())
+
+    @contextlib.contextmanager
+    def database_on(self, disk: Path) -> Iterator[str]:
+        """An empty database whose tables, but not its log, are on this disk; its address.
+
+        All of it is gone in the end, so that the disk can be taken away.
+        """
+        if self.user is not None:
+            shutil.chown(disk, self.user)
+        self._execute(f"CREATE TABLESPACE small LOCATION '{disk}'")
+        name = self._create_database("TABLESPACE small")
+        try:
+            yield self.url(name)
+        finally:
+            self._execute(f"DROP DATABASE {name} WITH (FORCE)", "DROP TABLESPACE small")
+
+    def _create_database(self, options: str = "") -> str:
+        name = f"plinko_{next(self._names)}"
+        self._execute(f"CREATE DATABASE {name} {options}")
+        return name
+
+    def _execute(self, *statements: str) -> None:
         import psycopg
 
-        name = f"plinko_{next(self._names)}"
         with psycopg.connect(self.url("postgres"), autocommit=True) as connection:
-            connection.execute(f"CREATE DATABASE {name}")
-        return self.url(name)
+            for statement in statements:
+                connection.execute(statement.encode())
 
     def start(self) -> None:
         options = [f"-k{self.folder}", "-clisten_addresses=", "-cmax_connections=20"]

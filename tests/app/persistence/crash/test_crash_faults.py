@@ -43,6 +43,7 @@ class Load:
     server: Served
     chance: random.Random
     file: Path | None = None  # SQLite's
+    disk: Path | None = None  # that may be filled
     rooms: dict[str, Heard] = field(
         default_factory=lambda: {name: Heard(name) for name in (*TABLES, TOUCHING)}
     )
@@ -105,11 +106,12 @@ async def locked_file(load: Load, seconds: float) -> AsyncIterator[None]:
 
 @contextlib.asynccontextmanager
 async def full_disk(load: Load, seconds: float) -> AsyncIterator[None]:
-    assert load.file is not None
-    filler = load.file.with_name("filler")
-    # Else there may be room left in the write-ahead log's file for what is written next.
-    with contextlib.closing(sqlite3.connect(load.file, timeout=LIMIT)) as other:
-        other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    assert load.disk is not None
+    filler = load.disk / "filler"
+    if load.file is not None:
+        # Else there may be room left in the write-ahead log's file for what is written next.
+        with contextlib.closing(sqlite3.connect(load.file, timeout=LIMIT)) as other:
+            other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
     with filler.open("wb", buffering=0) as file:
         for size in (1 << 16, 512):
             with contextlib.suppress(OSError):
@@ -174,6 +176,7 @@ KINDS: dict[str, dict[str, Fault]] = {
         "locked tables": locked_tables,
         "frozen backend": frozen_backend,
         "cut line": cut_line,
+        "full disk": full_disk,
         "frozen server": frozen_server,
     },
 }
@@ -187,18 +190,28 @@ CASES = [
 ]
 
 
+def _ledger(
+    database: str, kind: str, request: pytest.FixtureRequest
+) -> tuple[str, Path | None, Path | None]:
+    """A new ledger's address, SQLite's file, and the disk that may be filled."""
+    if database == "sqlite":
+        disk: Path = request.getfixturevalue("small_disk")
+        return f"sqlite:///{disk / 'plinko.db'}", disk / "plinko.db", disk
+    if kind == "full disk":
+        address, disk = request.getfixturevalue("database_on_small_disk")
+        return address, None, disk
+    return request.getfixturevalue("cluster").new_database(), None, None
+
+
 @pytest.mark.long
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize(("database", "kind"), CASES)
 async def test_no_stall_and_no_full_disk_makes_the_ledger_differ_from_what_was_told(
     database: str, kind: str, request: pytest.FixtureRequest
 ) -> None:
-    # A small disk takes root, PostgreSQL does not.
-    on_disk = database == "sqlite"
-    file = request.getfixturevalue("small_disk") / "plinko.db" if on_disk else None
-    url = f"sqlite:///{file}" if file else request.getfixturevalue("cluster").new_database()
+    url, file, disk = _ledger(database, kind, request)
     seed = int(os.environ.get("PLINKO_TEST_SEED", "1"))
-    load = Load(Served(url), random.Random(f"{kind} {seed}"), file)
+    load = Load(Served(url), random.Random(f"{kind} {seed}"), file, disk)
     with load.server as server:
         async with load.playing() as players:
             for _ in range(FAULTS):
