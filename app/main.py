@@ -290,6 +290,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Start the ticker once the physics is compiled and the ledger read; stop all at the end."""
     server: Services = app.state.services
     memory.share_one_heap()
+    cores.wake_at_once()
     aside = ThreadPoolExecutor(thread_name_prefix="aside", initializer=cores.leave_one)
     asyncio.get_running_loop().set_default_executor(aside)
     await asyncio.to_thread(_warm_up, app)

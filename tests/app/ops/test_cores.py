@@ -1,12 +1,15 @@
 """What computes beside the event loop leaves it a core."""
 
 import os
+import re
 import threading
+from pathlib import Path
+from typing import Final
 
 import pytest
 
 from app.live.ticking.step_threads import StepThreads
-from app.ops.cores import leave_one
+from app.ops.cores import leave_one, wake_at_once
 from tests.waiting import eventually
 
 pytestmark = pytest.mark.skipif(
@@ -38,3 +41,35 @@ async def test_rooms_steps_are_computed_on_the_other_cores() -> None:
     threads.close()
     before = os.sched_getaffinity(0)
     assert found == [set(sorted(before)[1:]) or before]
+
+
+_OWN: Final = Path("/proc/thread-self/sched")
+
+
+def slice_of_thread() -> int:
+    """ns that a thread has a core for, at most, where others want it."""
+    (found,) = re.findall(r"^se\.slice\s*:\s*(\d+)$", _OWN.read_text(), re.MULTILINE)
+    return int(found)
+
+
+@pytest.mark.skipif(
+    not _OWN.exists() or "se.slice" not in _OWN.read_text(),
+    reason="the system does not tell how it shares cores",
+)
+def test_a_thread_that_is_to_wake_at_once_has_short_slices_and_nobody_else() -> None:
+    usual, nice = slice_of_thread(), os.getpriority(os.PRIO_PROCESS, 0)
+    found: list[int] = []
+
+    def wakes() -> None:
+        wake_at_once()
+        found.append(slice_of_thread())
+        found.append(os.getpriority(os.PRIO_PROCESS, threading.get_native_id()))
+        child = threading.Thread(target=lambda: found.append(slice_of_thread()))
+        child.start()
+        child.join()
+
+    thread = threading.Thread(target=wakes)
+    thread.start()
+    thread.join()
+    assert found == [100_000, nice, usual]
+    assert slice_of_thread() == usual
