@@ -35,6 +35,7 @@ def serve(pipe: Connection) -> None:
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     os.nice(_POLITE)
+    cores.wait_as_usual()
     cores.leave_one()
     begun_with = _data()
     _limit_memory(begun_with)

@@ -23,27 +23,37 @@ def leave_one() -> None:
 
 
 _SCHED_SETATTR: Final = {"x86_64": 314, "aarch64": 274}  # the system call's number
-_NO_CHILD: Final = 1  # SCHED_FLAG_RESET_ON_FORK
-_SLICE: Final = 100_000  # ns; the shortest there is. The usual one is 1.4 ms on two cores
+_SHORT: Final = 100_000  # ns; no slice is shorter. The usual one is 1.4 ms on two cores
+_USUAL: Final = 0
 
 ATTRIBUTES: Final = struct.Struct("=IIQiIQQQII")
 """`struct sched_attr`: its size, policy, flags, nice, priority, runtime, and what is not used."""
 
 
 def wake_at_once() -> None:
-    """Have the thread that calls this run as soon as it wakes, whoever has its core.
+    """Have the thread that calls this, and those that it starts, run as soon as they wake.
 
-    For the event loop's: it asks for shorter slices of time, in which it has no more of them, but
-    need not wait for the end of another thread's (earliest virtual deadline first; sched-eevdf.rst
-    in Linux's documentation, from 6.12 on). Neither its threads nor its processes do. Nothing where
-    the system knows nothing of it, or the thread has a policy of its own.
+    For the event loop and the threads beside it: when it lets one of them have the interpreter, it
+    goes on only once that has taken it and let it go. They ask for short slices of time, in which
+    they have no more of a core, but need not wait for the end of another thread's (earliest virtual
+    deadline first; sched-eevdf.rst in Linux's documentation, from 6.12 on). Nothing where the
+    system knows nothing of it, or the thread has a policy of its own.
     """
+    _ask_for(_SHORT)
+
+
+def wait_as_usual() -> None:
+    """Undo `wake_at_once`, for a process that computes and was started by such a thread."""
+    _ask_for(_USUAL)
+
+
+def _ask_for(slice_: int) -> None:
     number = _SCHED_SETATTR.get(platform.machine())
     if not hasattr(os, "sched_getscheduler") or number is None:
         return
     if os.sched_getscheduler(0) != os.SCHED_OTHER:
         return
     nice = os.getpriority(os.PRIO_PROCESS, 0)
-    wanted = (ATTRIBUTES.size, os.SCHED_OTHER, _NO_CHILD, nice, 0, _SLICE, 0, 0, 0, 0)
+    wanted = (ATTRIBUTES.size, os.SCHED_OTHER, 0, nice, 0, slice_, 0, 0, 0, 0)
     with contextlib.suppress(AttributeError):
         ctypes.CDLL(None).syscall(number, 0, ATTRIBUTES.pack(*wanted), 0)

@@ -9,7 +9,7 @@ from typing import Final
 import pytest
 
 from app.live.ticking.step_threads import StepThreads
-from app.ops.cores import leave_one, wake_at_once
+from app.ops.cores import leave_one, wait_as_usual, wake_at_once
 from tests.waiting import eventually
 
 pytestmark = pytest.mark.skipif(
@@ -56,20 +56,28 @@ def slice_of_thread() -> int:
     not _OWN.exists() or "se.slice" not in _OWN.read_text(),
     reason="the system does not tell how it shares cores",
 )
-def test_a_thread_that_is_to_wake_at_once_has_short_slices_and_nobody_else() -> None:
+def test_who_is_to_wake_at_once_has_short_slices_and_so_has_what_it_starts() -> None:
     usual, nice = slice_of_thread(), os.getpriority(os.PRIO_PROCESS, 0)
     found: list[int] = []
 
+    def note() -> None:
+        found.append(slice_of_thread())
+
+    def computes() -> None:
+        wait_as_usual()
+        note()
+
     def wakes() -> None:
         wake_at_once()
-        found.append(slice_of_thread())
+        note()
+        for beside in (note, computes):
+            thread = threading.Thread(target=beside)
+            thread.start()
+            thread.join()
         found.append(os.getpriority(os.PRIO_PROCESS, threading.get_native_id()))
-        child = threading.Thread(target=lambda: found.append(slice_of_thread()))
-        child.start()
-        child.join()
 
     thread = threading.Thread(target=wakes)
     thread.start()
     thread.join()
-    assert found == [100_000, nice, usual]
+    assert found == [100_000, 100_000, usual, nice]
     assert slice_of_thread() == usual
