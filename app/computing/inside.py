@@ -1,7 +1,6 @@
 """A worker process from within: takes work from a pipe, does it, sends back what came of it."""
 
 import contextlib
-import os
 import re
 import resource
 import signal
@@ -10,7 +9,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
-from app.ops import cores, memory
+from app.ops import memory
 
 MEMORY: Final = 256 << 20
 """Bytes that a worker may take beyond what it was started with."""
@@ -18,8 +17,6 @@ MEMORY: Final = 256 << 20
 KEPT: Final = 32 << 20
 """Bytes beyond that, with which a worker ends when its work is done: what a large picture took is
 not all given back otherwise, and another worker is there within milliseconds."""
-
-_POLITE: Final = 10  # where there are fewer cores than work, the event loop has its time first
 
 WALL: Final = 6.0
 """Times the s that something may compute after which it is ended whatever it has computed: where
@@ -34,9 +31,6 @@ def serve(pipe: Connection) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
-    os.nice(_POLITE)
-    cores.wait_as_usual()
-    cores.leave_one()
     begun_with = _data()
     _limit_memory(begun_with)
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):

@@ -14,7 +14,7 @@ from app.computing.inside import WALL, serve
 from app.computing.packing import packed
 from app.errors import CostError, DeadlineError, EndedError
 
-PRELOADED: Final = "app.computing.preloaded"
+PRELOADED: Final = ["app.computing.polite", "app.computing.preloaded"]
 
 _context = multiprocessing.get_context("forkserver")
 
@@ -30,7 +30,7 @@ class Done:
 
 def prepare() -> None:
     """Begin to load what workers need, in a process of its own; returns at once."""
-    _context.set_forkserver_preload([PRELOADED])
+    _context.set_forkserver_preload(PRELOADED)
     forkserver.ensure_running()
 
 
