@@ -220,7 +220,7 @@ def bands(d: Drop, animation: bytes, fps: int) -> float:
     from app.render.still import DEFAULT_WIDTH
 
     meant = Film(d, DEFAULT_WIDTH, fps, "light")
-    frame, off = meant.first.copy(), []
+    frame, off = meant.first(), []
     with Image.open(io.BytesIO(animation)) as shown:
         for number, (left, top, pixels) in enumerate(meant.patches(), 1):
             height, width = pixels.shape[:2]
