@@ -7,11 +7,18 @@ import platform
 import struct
 from typing import Final
 
+_SCHED_SETATTR: Final = {"x86_64": 314, "aarch64": 274}  # the system call's number
+_SHORT: Final = 100_000  # ns; no slice is shorter. The usual one is 1.4 ms on two cores
+_USUAL: Final = 0
+
+_ATTRIBUTES: Final = struct.Struct("=IIQiIQQQII")
+"""`struct sched_attr`: its size, policy, flags, nice, priority, runtime, and what is not used."""
+
 
 def leave_one() -> None:
     """Keep off one core with the thread that calls this, and with what it starts.
 
-    Of those that it has: once for each thread or process, so not for one that starts others.
+    Of those that it has, so what it starts does not call this again.
     For threads and processes that compute beside the event loop: when a tick is due, it has that
     core at once. Else the scheduler lets whoever has a core go on to its next timer tick, 4 ms
     later, however polite; and it shares fairly, so the loop, which has had most, waits for the
@@ -20,14 +27,6 @@ def leave_one() -> None:
     if hasattr(os, "sched_setaffinity"):
         cores = sorted(os.sched_getaffinity(0))
         os.sched_setaffinity(0, cores[1:] or cores)
-
-
-_SCHED_SETATTR: Final = {"x86_64": 314, "aarch64": 274}  # the system call's number
-_SHORT: Final = 100_000  # ns; no slice is shorter. The usual one is 1.4 ms on two cores
-_USUAL: Final = 0
-
-ATTRIBUTES: Final = struct.Struct("=IIQiIQQQII")
-"""`struct sched_attr`: its size, policy, flags, nice, priority, runtime, and what is not used."""
 
 
 def wake_at_once() -> None:
@@ -54,6 +53,6 @@ def _ask_for(slice_: int) -> None:
     if os.sched_getscheduler(0) != os.SCHED_OTHER:
         return
     nice = os.getpriority(os.PRIO_PROCESS, 0)
-    wanted = (ATTRIBUTES.size, os.SCHED_OTHER, 0, nice, 0, slice_, 0, 0, 0, 0)
+    wanted = (_ATTRIBUTES.size, os.SCHED_OTHER, 0, nice, 0, slice_, 0, 0, 0, 0)
     with contextlib.suppress(AttributeError):
-        ctypes.CDLL(None).syscall(number, 0, ATTRIBUTES.pack(*wanted), 0)
+        ctypes.CDLL(None).syscall(number, 0, _ATTRIBUTES.pack(*wanted), 0)
