@@ -13,6 +13,7 @@ from app.ops import memory
 from app.settings import Settings
 from app.web.edge.addresses import Connections, Proxies
 from app.web.edge.choose import choose, counted
+from app.web.edge.ending import Ending
 from app.web.edge.guarded import Edge
 from app.web.edge.turns import Turns
 from app.web.services import Services
@@ -73,7 +74,7 @@ def _config(app: FastAPI, server: Services, settings: Settings) -> uvicorn.Confi
     proxies = Proxies(settings.trusted_proxies)
     edge = _edge(server, proxies)
     return uvicorn.Config(
-        Turns(app, server.rooms.ticker.due_in),
+        Ending(Turns(app, server.rooms.ticker.due_in)),
         host=settings.host,
         port=settings.port,
         loop="uvloop",

@@ -1,0 +1,32 @@
+"""Whom a stop of the server cuts off is told so, not that the server failed."""
+
+import asyncio
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import httpx
+import pytest
+
+from app.persistence.room_log import RoomLogs
+from tests.app.conftest import serving
+from tests.waiting import until
+
+
+def test_a_request_that_outlasts_the_grace_of_a_stop_gets_503(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def never(*_: Any, **__: Any) -> None:
+        await asyncio.Event().wait()
+
+    monkeypatch.setattr(RoomLogs, "read", never)
+    with (
+        serving(database_url="sqlite://", shutdown_grace=1) as running,
+        ThreadPoolExecutor(1) as io,
+    ):
+        asked = io.submit(httpx.get, f"{running.url}/api/v1/rooms/main/log", timeout=60)
+        until(lambda: bool(running.uvicorn.server_state.tasks))
+        running.uvicorn.should_exit = True
+        answer = asked.result()
+    assert (answer.status_code, answer.json()["code"]) == (503, "busy")
+    assert answer.json()["detail"] == "the server is stopping"
+    assert int(answer.headers["retry-after"]) >= 1
