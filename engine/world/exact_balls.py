@@ -94,7 +94,7 @@ class ExactBalls:
 
     def prepare(self) -> None:
         """Make the board's arrays, on any thread."""
-        self._arrays = arrays_of(self._board)
+        self._made()
 
     def _made(self) -> BoardArrays:
         if self._arrays is None:
