@@ -5,6 +5,7 @@ import asyncio
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.errors import BusyError
+from app.web.edge.middleware import SecurityHeaders
 from app.web.problems import problem_response
 
 
@@ -35,5 +36,5 @@ class Ending:
         except asyncio.CancelledError:
             if begun:
                 raise
-            stopping = BusyError("the server is stopping")
-            await problem_response(stopping, scope["path"])(scope, receive, send)
+            answer = problem_response(BusyError("the server is stopping"), scope["path"])
+            await SecurityHeaders(answer)(scope, receive, send)

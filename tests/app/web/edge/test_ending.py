@@ -30,3 +30,4 @@ def test_a_request_that_outlasts_the_grace_of_a_stop_gets_503(
     assert (answer.status_code, answer.json()["code"]) == (503, "busy")
     assert answer.json()["detail"] == "the server is stopping"
     assert int(answer.headers["retry-after"]) >= 1
+    assert "content-security-policy" in answer.headers
