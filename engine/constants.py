@@ -2,7 +2,7 @@
 
 from typing import Final
 
-PHYSICS_VERSION: Final = 4
+PHYSICS_VERSION: Final = 5
 """Raised whenever any drop's bits change; part of every digest."""
 
 EARTH_GRAVITY: Final = 9.81

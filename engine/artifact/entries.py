@@ -108,6 +108,7 @@ def trace(
             begun[i, column] = 0
         begun[i, initial_state.HIT] = initial_state.NONE
         begun[i, initial_state.SURFACE] = initial_state.NONE
+        begun[i, initial_state.BESIDE] = initial_state.NONE
     log = Log(
         carray(events, (event_room, event_log.EVENT_SIZE)),
         carray(marks, (event_room, 2)),

@@ -10,6 +10,7 @@ from engine.billiards.repeat import Repeat
 from engine.exact import event_log, free_flight, next_impact
 from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
 from engine.exact.event_log import Log
+from engine.exact.initial_state import NONE
 from engine.jit.decorator import inner_kernel, kernel
 from engine.physics import body, tangent
 from engine.physics.flight import advance_flight
@@ -153,6 +154,25 @@ def _halve(vector: Floats) -> int:
     return 1
 
 
+@inner_kernel
+def _follow_to_impact(
+    board: BoardArrays, state: Floats, item: int, side: float, how: int, end: float, log: Log
+) -> tuple[int, int, float, int]:
+    """`follow_flight` for one impact: the cause, the surface and side, and how it was left.
+
+    Of two impacts at one instant each is an impact of its own.
+    """
+    limit = log.counts[event_log.EVENTS] + 1
+    cause, item, side, met, met_side, how, _ = free_flight.follow_flight(
+        board, state, item, side, how, NONE, False, limit, end, log
+    )
+    if cause == free_flight.MET_ANOTHER:
+        cause, item, side, _, _, how, _ = free_flight.follow_flight(
+            board, state, met, met_side, how, NONE, True, limit, end, log
+        )
+    return cause, item, side, how
+
+
 @kernel
 def flow_many(
     board: BoardArrays,
@@ -168,7 +188,6 @@ def flow_many(
     `until` is not made: the ball flies there instead.
     """
     before = space.before
-    counts = space.log.counts
     for i in range(len(balls.states)):
         if balls.outcomes[i] != REACHED:
             continue
@@ -184,10 +203,9 @@ def flow_many(
                 before[column] = state[column]
             t = state[body.T]
             end = min(until, t + _hop_time(state, board.gravity, repeat.hop))
-            cause, item, side, _ = free_flight.follow_flight(
-                board, state, item, side, how, False,
-                counts[event_log.EVENTS] + 1, end, space.log,
-            )  # fmt: skip
+            cause, item, side, how = _follow_to_impact(
+                board, state, item, side, how, end, space.log
+            )
             hit_one = cause in (free_flight.OUT_OF_EVENTS, free_flight.ON_SURFACE)
             if not hit_one or state[body.T] > until:
                 for column in range(body.SIZE):
@@ -200,7 +218,6 @@ def flow_many(
                     break
             else:
                 balls.impacts[i] += 1
-                how = next_impact.BOUNCED
                 if len(vector) > 0:
                     _tangent_through_impact(board, space, state, item, side, vector)
                     balls.halvings[i] += _halve(vector)

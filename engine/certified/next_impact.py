@@ -64,6 +64,9 @@ def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) ->
     """
     start = 0.0
     left = next(iter(touched)) if len(touched) == 1 else None
+    # A ball that slides along a face only grazes the ends of its wall: the distance to them has a
+    # double root where it passes them.
+    grazed = [end for face in slid_along(flight, touched) for end in face.ends]
     while True:
         reaches = scene.screen.reaches(flight.course, start, left)
         roots = _again(flight, touched, reaches.end, proof) if start == 0.0 else []
@@ -74,7 +77,7 @@ def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) ->
             if surface is None:
                 line = LineDistance.to_bins(flight, scene.bins_y)
                 root = first_root(line, time, reaches.end, proof, "the bins' line")
-            elif _is_asked(surface, touched, start):
+            elif surface not in grazed and _is_asked(surface, touched, start):
                 root = _entry(flight, surface, time, reaches.end, proof)
             else:
                 continue
@@ -86,6 +89,17 @@ def next_impact(scene: Scene, flight: Flight, touched: Touched, proof: Proof) ->
         if reaches.end == NEVER:
             return None
         start = reaches.end
+
+
+def slid_along(flight: Flight, touched: Touched) -> list[Face]:
+    """Faces that the ball, with neither speed nor pull off them, goes on touching in its flight."""
+    return [
+        surface
+        for surface, touch in touched.items()
+        if touch.how == LIFTED
+        and isinstance(surface, Face)
+        and (flight.ax * surface.nx + flight.ay * surface.ny).is_zero()
+    ]
 
 
 def _is_asked(surface: Surface, touched: Touched, start: float) -> bool:

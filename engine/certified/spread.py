@@ -107,7 +107,7 @@ class SpreadTracer(Tracer):
         if not hit.surfaces:
             self._land()
             return {}
-        return self._hit(hit.surfaces[0], {hit.surfaces[0]: Touch(BOUNCED, ZERO)}, hit.approach)
+        return self._hit(hit.surfaces[0], hit.approach)
 
     def _part(self, flight: Flight, hit: Hit) -> None:
         """What becomes of the derivatives in a flight: the sum of what becomes of each part.
@@ -146,10 +146,13 @@ class SpreadTracer(Tracer):
         self._cut()
         return self.state
 
-    def _stay(self, surface: Surface, touched: Touched, sticks: bool) -> Touched:
-        if len(touched) > 1:
-            self._middle = None
-        return super()._stay(surface, touched, sticks)
+    def _meet(self, a: Surface, b: Surface) -> Touched:
+        self._middle = None
+        return super()._meet(a, b)
+
+    def _lift(self, touched: Touched) -> Touched:
+        self._middle = None
+        return super()._lift(touched)
 
     def _follow(self, surface: Surface, sticks: bool, beside: tuple[Surface, ...]) -> After:
         if self._middle is None:

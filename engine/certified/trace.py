@@ -1,23 +1,31 @@
 """A whole drop, proven: flights, impacts and contact phases at one precision."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from flint import arb
 
 from engine.board.model import Board
-from engine.certified.balls import ZERO, Proof
+from engine.certified.balls import ZERO, Proof, UndecidedError
 from engine.certified.contact.phase import After, Phase, contact_index
 from engine.certified.flight import Flight, State
 from engine.certified.impulse import Rebound, bounce
-from engine.certified.next_impact import BOUNCED, LIFTED, Touch, Touched, next_impact
-from engine.certified.scene import Scene, scene_of
-from engine.certified.surfaces import Surface
-from engine.constants import (
-    KIND_CONTACT_BEGIN,
-    KIND_LANDING,
+from engine.certified.next_impact import (
+    BOUNCED,
+    LIFTED,
+    Touch,
+    Touched,
+    next_impact,
+    slid_along,
 )
-from engine.exact.free_flight import DYING_BOUNCE
+from engine.certified.scene import Scene, scene_of
+from engine.certified.surfaces import Face, Surface
+from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END, KIND_LANDING
+from engine.exact.free_flight import DYING_BOUNCE, PLACE_ROUNDING
 from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, RUNNING, WEDGED
+from engine.exact.two_contacts import MOST_IMPULSES, STOPPED
+from engine.physics.two_contacts import FALLS, GOES_ON_A, GOES_ON_B, JAMS, RESTS, SPINS
+
+DEAD = arb(DYING_BOUNCE)
 
 MAX_EVENTS = 2000
 """A drop with more is left undecided: elastic balls bounce for ever."""
@@ -83,9 +91,25 @@ class Tracer:
         if not hit.surfaces:
             self._land()
             return {}
-        return self._hit(
-            hit.surfaces[0], dict.fromkeys(hit.surfaces, Touch(BOUNCED, ZERO)), hit.approach
-        )
+        if len(hit.surfaces) > 2:
+            raise UndecidedError("what becomes of a ball that hits three surfaces at once")
+        if len(hit.surfaces) == 2:
+            return self._meet(*hit.surfaces)
+        along = self._slid_along(flight, touched)
+        if along is not None:
+            return self._meet(along, hit.surfaces[0])
+        return self._hit(hit.surfaces[0], hit.approach)
+
+    def _slid_along(self, flight: Flight, touched: Touched) -> Face | None:
+        """A face that the ball has touched all through its flight, and touches now."""
+        for face in slid_along(flight, touched):
+            place = face.along(self.state.x, self.state.y)
+            what = f"whether the ball is on {face.name}"
+            if self.proof.is_positive(place, what) and self.proof.is_positive(
+                face.length - place, what
+            ):
+                return face
+        return None
 
     def _land(self) -> None:
         edges = self.scene.edges
@@ -98,29 +122,15 @@ class Tracer:
         self.path.outcome, self.path.bin = LANDED, bin_
         self._note(KIND_LANDING, bin_)
 
-    def _hit(self, surface: Surface, touched: Touched, approach: arb | None = None) -> Touched:
-        """Impacts, one after the other, on what the ball touches, until it flies or stays on one.
-
-        `touched` has all that it touches, `surface` among them, which it approaches at `approach`
-        if that is known.
-        """
-        while len(self.path.events) < MAX_EVENTS:
-            off, sticks = self.rebound(surface, approach)
-            approach = None
-            touched[surface] = Touch(LIFTED if off.is_zero() else BOUNCED, off)
-            if len(touched) > 1 and self._is_pinned(surface, touched):
-                self.path.outcome = WEDGED
-                return {}
-            following = self._approached(surface, touched)
-            if following is not None:
-                surface = following
-            elif not self.proof.is_positive(
-                off - arb(DYING_BOUNCE), "whether a bounce dies"
-            ) and self._is_pressed(surface):
-                return self._stay(surface, touched, sticks)
-            else:
-                break
-        return touched
+    def _hit(self, surface: Surface, approach: arb | None) -> Touched:
+        """An impact at the speed `approach`, and what follows if the bounce dies there."""
+        off, sticks = self.rebound(surface, approach)
+        if self.proof.is_positive(off - DEAD, "whether a bounce dies"):
+            return {surface: Touch(BOUNCED, off)}
+        self._align(surface)
+        if self._is_pressed(surface):
+            return self._stay(surface, (), sticks)
+        return self._lift({surface: Touch(LIFTED, ZERO)})
 
     def rebound(self, surface: Surface, approach: arb | None) -> tuple[arb, bool]:
         """An impact: the speed off the surface after it, and whether friction stopped the slip."""
@@ -153,27 +163,26 @@ class Tracer:
         force = -self.scene.gravity * ny - surface.curvature * along * along
         return self.proof.is_positive(force, f"whether the ball is pressed onto {surface.name}")
 
-    def _approached(self, left: Surface, touched: Touched) -> Surface | None:
-        """Of the other surfaces that the ball touches, the first that it moves into."""
+    def _align(self, surface: Surface) -> None:
+        """Leave the ball no speed off a surface."""
         now = self.state
-        for other in sorted(touched, key=lambda s: s.rank):
-            if other is left:
-                continue
-            nx, ny = other.normal(now.x, now.y)
-            off = now.vx * nx + now.vy * ny
-            if not self.proof.is_positive(off, f"whether the ball moves into {other.name}"):
-                return other
-            touched[other] = Touch(BOUNCED, off)
-        return None
-
-    def _stay(self, surface: Surface, touched: Touched, sticks: bool) -> Touched:
-        """The ball rolls or slides, until it leaves, hits another surface or comes to its end."""
-        nx, ny = surface.normal(self.state.x, self.state.y)
-        now = self.state
+        nx, ny = surface.normal(now.x, now.y)
         along = now.vy * nx - now.vx * ny
-        self.state = State(now.t, now.x, now.y, -along * ny, along * nx, now.omega)
-        self._note(KIND_CONTACT_BEGIN, contact_index(surface))
-        beside = tuple(other for other in touched if other is not surface)
+        self.state = replace(now, vx=-along * ny, vy=along * nx)
+
+    def _lift(self, touched: Touched) -> Touched:
+        """The ball flies on from surfaces that it has no speed off."""
+        return touched
+
+    def _stay(
+        self, surface: Surface, beside: tuple[Surface, ...], sticks: bool, *, begins: bool = True
+    ) -> Touched:
+        """The ball rolls or slides, until it leaves, hits another surface or comes to its end.
+
+        `beside`: other surfaces that it touches, and moves off. `begins`: its contact does.
+        """
+        if begins:
+            self._note(KIND_CONTACT_BEGIN, contact_index(surface))
         after = self._follow(surface, sticks, beside)
         self.state = after.state
         if after.rests:
@@ -181,10 +190,7 @@ class Tracer:
         elif after.lands:
             self._land()
         elif after.hit is not None:
-            if self._comes_to_rest(surface, after.hit):
-                self.path.outcome = WEDGED
-                return {}
-            return self._hit(after.hit, {**after.touched, after.hit: Touch(BOUNCED, ZERO)})
+            return self._meet(next(iter(after.touched)), after.hit)
         return after.touched
 
     def _follow(self, surface: Surface, sticks: bool, beside: tuple[Surface, ...]) -> After:
@@ -195,33 +201,130 @@ class Tracer:
         """An event of a contact phase."""
         self.path.events.append(Event(state, kind, contact_index(surface)))
 
-    def _comes_to_rest(self, surface: Surface, hit: Surface) -> bool:
-        """Whether a ball that stayed on `surface` into `hit` has no speed left to go on with.
+    # Two surfaces at once: the laws of `engine.exact.two_contacts`.
 
-        Gravity along the tangent of each must push into the other.
-        """
-        now = self.state
-        nx, ny = hit.normal(now.x, now.y)
-        speed = -(now.vx * nx + now.vy * ny)
-        what = f"whether the ball stops at {hit.name}"
-        if self.proof.is_positive(speed - arb(DYING_BOUNCE), what):
-            return False
-        return self._is_wedged(surface, hit)
+    def _meet(self, a: Surface, b: Surface) -> Touched:
+        """A ball that touches a meets b: impulses in turn, until it approaches neither."""
+        last, sticks, impulses = b, False, 0
+        while approached := self._approached(a, b):
+            if impulses == MOST_IMPULSES:
+                self.state = replace(self.state, vx=ZERO, vy=ZERO)
+                break
+            impulses += 1
+            last = approached[0]
+            _, sticks = self.rebound(last, None)
+        if self._is_slow():
+            self.state = replace(self.state, vx=ZERO, vy=ZERO)
+            return self._rest(a, b)
+        left = [s for s in (a, b) if self._leaves(s)]
+        if len(left) == 2:
+            return {s: Touch(BOUNCED, self._off(s)) for s in (last, b if last is a else a)}
+        if not left:
+            for stays, other in ((a, b), (b, a)):
+                if self._slides_off(stays, other):
+                    return self._go_on(stays, other, sticks=False)
+            self.state = replace(self.state, vx=ZERO, vy=ZERO)
+            return self._rest(a, b)
+        stays = b if left[0] is a else a
+        return self._go_on(stays, left[0], sticks=sticks and last is stays)
 
-    def _is_pinned(self, hit: Surface, touched: Touched) -> bool:
-        """Whether a ball that hit `hit` has no speed left and is wedged against another."""
+    def _off(self, surface: Surface) -> arb:
+        """Speed off a surface, m/s; negative towards it."""
         now = self.state
+        nx, ny = surface.normal(now.x, now.y)
+        return now.vx * nx + now.vy * ny
+
+    def _approached(self, *surfaces: Surface) -> list[Surface]:
+        """Those that the ball moves into faster than a dying bounce, in the order of items."""
+        return [
+            surface
+            for surface in sorted(surfaces, key=lambda s: s.rank)
+            if not self.proof.is_positive(
+                self._off(surface) + DEAD, f"whether the ball moves into {surface.name}"
+            )
+        ]
+
+    def _leaves(self, surface: Surface) -> bool:
+        what = f"whether the ball leaves {surface.name}"
+        return self.proof.is_positive(self._off(surface) - DEAD, what)
+
+    def _slides_off(self, surface: Surface, other: Surface) -> bool:
+        """Whether the ball, moving along one surface, does not move into the other."""
+        now = self.state
+        nx, ny = surface.normal(now.x, now.y)
+        other_x, other_y = other.normal(now.x, now.y)
+        into = -(now.vy * nx - now.vx * ny) * (other_y * nx - other_x * ny)
+        return not self.proof.is_positive(into, f"whether the ball slides off {other.name}")
+
+    def _is_slow(self) -> bool:
+        """Whether the ball is slow enough to have stopped between two surfaces."""
+        now = self.state
+        height = arb(PLACE_ROUNDING) * (abs(now.x) + abs(now.y))
+        enough = arb.max(arb(STOPPED) ** 2, 2 * self.scene.gravity * height)
         square = now.vx * now.vx + now.vy * now.vy
-        if self.proof.is_positive(square - arb(DYING_BOUNCE) ** 2, "whether the ball stops"):
-            return False
-        return any(self._is_wedged(other, hit) for other in touched if other is not hit)
+        return not self.proof.is_positive(square - enough, "whether the ball stops")
 
-    def _is_wedged(self, a: Surface, b: Surface) -> bool:
-        """Whether gravity presses a ball that touches both against both."""
-        now = self.state
-        ax, ay = a.normal(now.x, now.y)
-        bx, by = b.normal(now.x, now.y)
-        cross = ax * by - ay * bx
-        what = f"whether the ball is wedged between {a.name} and {b.name}"
-        is_positive = self.proof.is_positive
-        return is_positive(-ax * cross, what) and is_positive(bx * cross, what)
+    def _go_on(self, surface: Surface, other: Surface, *, sticks: bool) -> Touched:
+        """The ball moves along one surface and off the other."""
+        off = self._off(other)
+        self._align(surface)
+        if self._is_pressed(surface):
+            return self._stay(surface, (other,), sticks)
+        return self._lift({surface: Touch(LIFTED, ZERO), other: Touch(BOUNCED, off)})
+
+    def _rest(self, a: Surface, b: Surface) -> Touched:
+        """A ball at rest in the notch: what it does once friction has had its part."""
+        rest, brake = self._rest_in_notch(a, b)
+        spun = rest == SPINS
+        if spun:
+            self._note(KIND_CONTACT_BEGIN, contact_index(a))
+            self._note(KIND_CONTACT_BEGIN, contact_index(b))
+            spins_for = abs(self.state.omega) * self.scene.radius / (2 * brake)
+            self.state = replace(self.state, t=self.state.t + spins_for)
+        if spun or rest == JAMS:
+            self.state = replace(self.state, omega=ZERO)
+            rest, _ = self._rest_in_notch(a, b)
+        if rest == RESTS:
+            self.path.outcome = WEDGED
+            return {}
+        if rest == FALLS:
+            return self._lift({b: Touch(LIFTED, ZERO), a: Touch(LIFTED, ZERO)})
+        stays, opened = (a, b) if rest == GOES_ON_A else (b, a)
+        if spun:
+            self._note(KIND_CONTACT_END, contact_index(opened))
+        return self._stay(stays, (opened,), sticks=False, begins=not spun)
+
+    def _rest_in_notch(self, a: Surface, b: Surface) -> tuple[int, arb]:
+        """`engine.physics.two_contacts.rest_in_notch`, whose every comparison is proven."""
+        is_positive, gravity, omega = self.proof.is_positive, self.scene.gravity, self.state.omega
+        (ax, ay), (bx, by) = (s.normal(self.state.x, self.state.y) for s in (a, b))
+        what = f"what a ball at rest between {a.name} and {b.name} does"
+        pressed_on_a = is_positive(-gravity * ay, what)
+        pressed_on_b = is_positive(-gravity * by, what)
+        if not (pressed_on_a or pressed_on_b):
+            return FALLS, ZERO
+        cross = ax * by - ay * bx  # t_a . n_b; t_b . n_a is -cross
+
+        def opens(pressed: bool, pull: arb, nx: arb, ny: arb, away: arb) -> bool:
+            along = gravity * nx - pull * gravity * ny
+            return pressed and not is_positive(-along * away, what)
+
+        if omega.is_zero() or (a.pair.friction.is_zero() and b.pair.friction.is_zero()):
+            if opens(pressed_on_a, ZERO, ax, ay, cross):
+                return GOES_ON_A, ZERO
+            return (GOES_ON_B if opens(pressed_on_b, ZERO, bx, by, -cross) else RESTS), ZERO
+        sense = arb(1 if is_positive(omega, "which way the ball spins") else -1)
+        pull_a, pull_b = sense * a.pair.friction, sense * b.pair.friction
+        rax, ray = ax - pull_a * ay, ay + pull_a * ax
+        rbx, rby = bx - pull_b * by, by + pull_b * bx
+        turn = rax * rby - ray * rbx
+        self.proof.require(bool(turn != 0), what)
+        force_a, force_b = gravity * rbx / turn, -gravity * rax / turn
+        holds_a, holds_b = is_positive(force_a, what), is_positive(force_b, what)
+        if holds_a and holds_b:
+            return SPINS, a.pair.friction * force_a + b.pair.friction * force_b
+        stays_on_a = opens(pressed_on_a, pull_a, ax, ay, cross)
+        stays_on_b = opens(pressed_on_b, pull_b, bx, by, -cross)
+        if stays_on_a and (not holds_b or not stays_on_b):
+            return GOES_ON_A, ZERO
+        return (GOES_ON_B if stays_on_b else JAMS), ZERO

@@ -27,7 +27,7 @@ Floats = npt.NDArray[np.float64]
 EFFORT: Final = 40_000_000
 """Instructions of WebAssembly in a slice, some 6 ms: of a preset one takes a four-hundredth."""
 
-_BEYOND = 8  # events that may follow the one at which a slice is asked to end, and then some
+_BEYOND = 8  # events that mostly follow the one at which a slice is asked to end, at the most
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,15 +86,17 @@ class SlicedPath:
                 self._most = max(1, limit // 8)
 
     def _followed(self, limit: int) -> Slice:
-        segments = 4 * (limit + _BEYOND)
+        events = limit + _BEYOND
+        segments = 4 * events
         while True:
-            log = new_log(limit + _BEYOND, segments)
+            log = new_log(events, segments)
             state, initial = self.state.reshape(1, body.SIZE).copy(), self._initial.copy()
             outcome, where = self._trace(state, initial, limit, log)
-            needed = int(log.counts[event_log.SEGMENTS])
-            if needed <= segments:
+            counts = log.counts.tolist()
+            if counts[event_log.EVENTS] <= events and counts[event_log.SEGMENTS] <= segments:
                 break
-            segments = needed
+            events = max(events, counts[event_log.EVENTS])
+            segments = max(segments, counts[event_log.SEGMENTS])
         self.state, self._initial = state[0], initial
         self.events += int(log.counts[event_log.EVENTS])
         if outcome != EVENT_LIMIT or self.events >= self._max_events:

@@ -28,7 +28,8 @@ def rolling_end_time(
 ) -> tuple[float, float]:
     """When a rolling ball needs more friction than mu N, and the sign of its slip then.
 
-    Rolling takes |g.t - k u| / 3 of friction.
+    Rolling takes |g.t - k u| / 3 of friction. A ball that begins to roll at that limit, within
+    rounding, goes on rolling unless it needs more from then on.
     """
     f = series[contact.SCRATCH]
     best = NO_HIT
@@ -38,7 +39,7 @@ def rolling_end_time(
         for i in range(contact.ORDER + 1):
             drive = gravity * series[contact.NORMAL_X, i] - drag * series[contact.SPEED, i]
             f[i] = 3.0 * friction * series[contact.FORCE, i] - drive_sign * drive
-        s = first_zero(f, 0, horizon)
+        s = _first_touch(f, horizon)
         if s != NO_HIT and (best == NO_HIT or s < best):
             best = s
             sign = drive_sign
@@ -74,18 +75,34 @@ def _first_touch(f: Series, horizon: float) -> float:
     """
     if f[0] > 0.0:
         return first_zero(f, 0, horizon)
-    if f[1] < 0.0:
+    if f[1] < 0.0 or (f[1] == 0.0 and f[2] < 0.0):
         return 0.0
-    if f[1] > 0.0:
-        return first_zero(f, 1, horizon)
-    return 0.0 if f[2] < 0.0 else NO_HIT
+    return _next_touch(f, horizon)
+
+
+@inner_kernel
+def _next_touch(f: Series, horizon: float) -> float:
+    """First zero, but for those at 0, of the distance to a surface that the ball moves off."""
+    if f[1] != 0.0:
+        return first_zero(f, 1, horizon) if f[1] > 0.0 else NO_HIT
+    return first_zero(f, 2, horizon) if f[2] > 0.0 else NO_HIT
 
 
 @inner_kernel
 def touch_time(
-    board: BoardArrays, series: Series, item: int, x: float, y: float, other: int, h: float
+    board: BoardArrays,
+    series: Series,
+    item: int,
+    x: float,
+    y: float,
+    other: int,
+    moves_off: bool,
+    h: float,
 ) -> tuple[float, float]:
-    """When a ball on `item`, now at (x, y), touches `other`, or NO_HIT; and the side of a line."""
+    """When a ball on `item`, now at (x, y), touches `other`, or NO_HIT; and the side of a line.
+
+    `moves_off` says that it touches `other` now and moves off it, whatever rounding says.
+    """
     f = series[contact.SCRATCH]
     items = board.items
     on_circle = items[item, surface.DISTANCE] > 0.0
@@ -101,7 +118,7 @@ def touch_time(
         else:
             _circle_seen_from_line(f, series, dx, dy)
         f[0] = dx * dx + dy * dy - items[other, surface.DISTANCE2]
-        return _first_touch(f, h), 0.0
+        return _next_touch(f, h) if moves_off else _first_touch(f, h), 0.0
     nx = items[other, surface.NX]
     ny = items[other, surface.NY]
     d = nx * dx + ny * dy
@@ -115,7 +132,7 @@ def touch_time(
         ty = series[contact.NORMAL_X, 0]
         _affine(f, series, contact.PATH, side * (nx * tx + ny * ty), 0.0)
     f[0] = side * d - board.radius
-    s = _first_touch(f, h)
+    s = _next_touch(f, h) if moves_off else _first_touch(f, h)
     if s == NO_HIT or not _foot_inside(board, series, item, x, y, other, s):
         return NO_HIT, side
     return s, side

@@ -1,4 +1,9 @@
-"""Free flight of the exact solver: from impact to impact, until a ball lands or stays on one."""
+"""Free flight of the exact solver: from impact to impact, until a ball lands or stays on a surface.
+
+A flight ends at the first surface that it meets. Three things may follow the impact there: the ball
+flies on, it stays on the surface, or it meets another surface at the same instant, and then
+`two_contacts` decides.
+"""
 
 import numpy as np
 import numpy.typing as npt
@@ -7,7 +12,16 @@ from engine.constants import KIND_PEG, KIND_WALL
 from engine.exact import event_log
 from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
 from engine.exact.event_log import Log, write_event, write_segment
-from engine.exact.next_impact import BINS, BOUNCED, NOWHERE, next_impact
+from engine.exact.initial_state import NONE
+from engine.exact.next_impact import (
+    BINS,
+    BOUNCED,
+    FREE,
+    LIFTED,
+    OUT_OF_TIME,
+    OUT_OF_WINDOWS,
+    next_impact,
+)
 from engine.jit.decorator import lean_kernel
 from engine.physics import body, surface
 from engine.physics.flight import basis
@@ -16,16 +30,23 @@ from engine.physics.impulse import bounce
 Array = npt.NDArray[np.float64]
 
 DYING_BOUNCE = 1.0e-8
-"""m/s. A bounce that leaves a surface slower than this, and is pressed back, has died: the ball
-stays on the surface. What is cut off of the infinite sequence moves the ball by about 1e-19 m where
-friction holds it and 1e-12 m where it slips; a larger value would be seen in the digest only."""
+"""m/s. A bounce that leaves a surface no faster than this has died: the ball has no speed off the
+surface. It stays there if it is pressed on, and lifts off if not. What is cut off of the infinite
+sequence moves the ball by about 1e-19 m where friction holds it and 1e-12 m where it slips; a
+larger value would be seen in the digest only."""
+
+PLACE_ROUNDING = 2.0**-50
+"""Part of |x| + |y| within which a place is not known: four units in its last place. A ball that
+hits another surface no farther away than that touches both."""
 
 # Why `follow_flight` returned.
 AT_BINS = 0
 ON_SURFACE = 1
-OUT_OF_EVENTS = 2
-OUT_OF_TIME = 3
-OUT_OF_BOARD = 4
+MET_ANOTHER = 2
+OUT_OF_EVENTS = 3
+LATE = 4
+SEARCHED_OUT = 5
+OUT_OF_BOARD = 6
 
 
 @lean_kernel
@@ -60,17 +81,14 @@ def rebound(
 
 
 @lean_kernel
-def stays_on(
+def is_pressed_on(
     items: Array, item: int, vx: float, vy: float, nx: float, ny: float, gravity: float
 ) -> bool:
-    """Whether a bounce off a surface has died, and gravity presses the ball back onto it."""
-    stays = False
-    if vx * nx + vy * ny <= DYING_BOUNCE:
-        u = vy * nx - vx * ny
-        distance = items[item, surface.DISTANCE]
-        bend = 1.0 / distance if distance > 0.0 else 0.0
-        stays = -gravity * ny - bend * u * u > 0.0
-    return stays
+    """Whether a ball that moves along a surface is pressed onto it: N > 0."""
+    u = vy * nx - vx * ny
+    distance = items[item, surface.DISTANCE]
+    bend = 1.0 / distance if distance > 0.0 else 0.0
+    return -gravity * ny - bend * u * u > 0.0
 
 
 @lean_kernel
@@ -80,15 +98,18 @@ def follow_flight(
     item: int,
     side: float,
     how: int,
+    beside: int,
     touching: bool,
     event_limit: int,
     max_time: float,
     log: Log,
-) -> tuple[int, int, float, bool]:
+) -> tuple[int, int, float, int, float, int, bool]:
     """Flights and bounces from `state`, changed in place, until something else than a bounce.
 
-    `item` and `side` name the surface that was left, and `how`; or, if `touching`, the one that is
-    being hit. Returns the cause, the surface and side the ball is on, and whether friction stopped
+    `item` and `side` name the surface that was left, `how` it was, and `beside` another that was
+    left at the same instant, if any; or, if `touching`, the surface that is being hit. Returns the
+    cause, the surface and side that the ball touched last, those of the other that it has met (or
+    has `beside` it yet, where events ran out), how it left the first, and whether friction stopped
     its slip there.
     """
     items = board.items
@@ -101,34 +122,57 @@ def follow_flight(
     theta = state[body.THETA]
     omega = state[body.OMEGA]
     sticks = False
+    met = NONE
+    met_side = 0.0
     cause = ON_SURFACE
     while True:
         if not touching:
             if counts[event_log.EVENTS] >= event_limit:
                 cause = OUT_OF_EVENTS
+                met = beside
                 break
             row = counts[event_log.SEGMENTS]
             counts[event_log.SEGMENTS] = row + 1
             if row < len(log.segments):
                 write_segment(log.segments, row, t, x, y, vx, vy, theta, omega, event_log.IN_FLIGHT)
-            s, item, side = next_impact(board, x, y, vx, vy, item, side, how, max_time - t)
-            if item == NOWHERE:
-                cause = OUT_OF_TIME if t + s > max_time else OUT_OF_BOARD
+            s, hit, hit_side = next_impact(
+                board, x, y, vx, vy, item, side, how, beside, max_time - t
+            )
+            if hit < BINS:
+                cause = OUT_OF_BOARD
+                if hit == OUT_OF_TIME:
+                    cause = LATE
+                elif hit == OUT_OF_WINDOWS:
+                    cause = SEARCHED_OUT
                 break
             ax = -board.drag * vx
             ay = board.gravity - board.drag * vy
             _, phi, psi = basis(board.drag, s)
+            before = t
             t += s
+            dx = x
+            dy = y
             x = x + vx * s + ax * psi
             y = y + vy * s + ay * psi
+            dx = x - dx
+            dy = y - dy
             vx = vx + ax * phi
             vy = vy + ay * phi
             theta = theta + omega * s
-            if item == BINS:
+            if hit == BINS:
                 cause = AT_BINS
                 break
+            stood = t == before or abs(dx) + abs(dy) <= PLACE_ROUNDING * (abs(x) + abs(y))
+            if stood and how != FREE and hit != item:
+                cause = MET_ANOTHER
+                met = hit
+                met_side = hit_side
+                break
+            item = hit
+            side = hit_side
         touching = False
         how = BOUNCED
+        beside = NONE
         x, y, vx, vy, omega, nx, ny, sticks = rebound(
             items, item, side, x, y, vx, vy, omega, board.radius,
             restitution_of(board, item), friction_of(board, item),
@@ -141,11 +185,13 @@ def follow_flight(
             kind = KIND_PEG if is_peg else KIND_WALL
             index = item if is_peg else (item - board.peg_count) // 3
             write_event(log.events, log.marks, row, t, x, y, vx, vy, omega, kind, index)
-        if stays_on(items, item, vx, vy, nx, ny, board.gravity):
+        if vx * nx + vy * ny <= DYING_BOUNCE:
             u = vy * nx - vx * ny
             vx = -u * ny
             vy = u * nx
-            break
+            if is_pressed_on(items, item, vx, vy, nx, ny, board.gravity):
+                break
+            how = LIFTED
     state[body.T] = t
     state[body.X] = x
     state[body.Y] = y
@@ -153,4 +199,4 @@ def follow_flight(
     state[body.VY] = vy
     state[body.THETA] = theta
     state[body.OMEGA] = omega
-    return cause, item, side, sticks
+    return cause, item, side, met, met_side, how, sticks

@@ -15,13 +15,14 @@ IMPACTS_BEFORE = 2
 # Where nothing is being hit, what follows says how a ball goes on that was left in between.
 SURFACE = 3  # that it left last or lies on, NONE if it has touched nothing yet
 SIDE = 4  # of a line, 1 or -1
-PHASE = 5  # in flight, by how it left (FREE, BOUNCED, ROLLED_OFF of next_impact), or LYING
+PHASE = 5  # in flight, by how it left (FREE, BOUNCED … of next_impact), or LYING
 SLIP_ROOTS = 6  # of a ball that lies: what `follow_contact` knows of its slip
 SLIP_SIGN = 7
-COLUMNS = 8
+BESIDE = 8  # another surface that it touches, NONE if it touches no other
+COLUMNS = 9
 
 NONE = -1
-LYING = 3
+LYING = 4
 
 
 def at_rest(xs: Floats, y: float) -> Floats:
@@ -37,4 +38,5 @@ def in_flight(count: int) -> Ints:
     initial = np.zeros((count, COLUMNS), np.int64)
     initial[:, HIT] = NONE
     initial[:, SURFACE] = NONE
+    initial[:, BESIDE] = NONE
     return initial

@@ -10,29 +10,36 @@ from engine.physics.circle_impact import (
     Motion,
     circle_hit,
     circle_hit_after_leaving,
+    circle_hit_after_lifting,
     circle_hit_again,
     circle_search,
     third_derivative_bound,
 )
 from engine.physics.flight import SERIES_LIMIT, basis, half_chord, short_basis
 from engine.physics.line_impact import line_hit, line_hit_again
-from engine.physics.time_of_impact import NO_HIT, SIXTH, stays_positive
+from engine.physics.surface import side_of
+from engine.physics.time_of_impact import NEGLIGIBLE, NO_HIT, SIXTH, stays_positive
 
 Array = npt.NDArray[np.float64]
 
 MAX_WINDOWS = 1_000_000
-"""Search windows in one flight, each at least the board's travel long or 0.25 / k."""
+"""Search windows in one flight. On a board that validation has passed it has some thousands at
+most: 160 while drag takes the ball to its terminal velocity, the others as long as the travel."""
 
 SQRT2_LESS_1 = 0.41421356237309515  # rounded up
 
 # What a flight ends at, besides the number of a surface.
 BINS = -1
-NOWHERE = -2
+NOWHERE = -2  # nothing in this window; the others end the search
+FAR_OUT = -3
+OUT_OF_TIME = -4
+OUT_OF_WINDOWS = -5
 
-# How the surface that a flight starts from was left.
-FREE = 0
-BOUNCED = 1
-ROLLED_OFF = 2
+# How the surface that a flight starts from was left: what is zero there of the distance f to it.
+FREE = 0  # none was left
+BOUNCED = 1  # f
+ROLLED_OFF = 2  # f, f' and f'': the normal force has just vanished
+LIFTED = 3  # f and f': nothing presses the ball on, though it has no speed off the surface
 
 
 @lean_kernel
@@ -52,6 +59,26 @@ def origin_line_hit(
         if not _foot_inside(dx, dy, vx, vy, ax, ay, ny, -nx, items[origin, surface.LENGTH], k, s):
             s = NO_HIT
     return s
+
+
+@lean_kernel
+def _hit_again(
+    items: Array, item: int, side: float, how: int, motion: Motion, horizon: float
+) -> float:
+    """When the ball hits a surface again that it has just left, or NO_HIT."""
+    x, y, vx, vy, ax, ay, k = motion
+    if items[item, surface.DISTANCE] == 0.0:
+        if how == LIFTED:
+            return NO_HIT  # the pull off a line keeps its sign
+        return origin_line_hit(items, item, side, x, y, vx, vy, ax, ay, k, horizon)
+    d2 = items[item, surface.DISTANCE2]
+    qx = x - items[item, surface.X]
+    qy = y - items[item, surface.Y]
+    if how == BOUNCED:
+        return circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, horizon)
+    if how == LIFTED:
+        return circle_hit_after_lifting(qx, qy, vx, vy, ax, ay, k, d2, horizon, horizon)
+    return circle_hit_after_leaving(qx, qy, vx, vy, ax, ay, k, d2, horizon, horizon)
 
 
 @lean_kernel
@@ -176,13 +203,15 @@ def next_impact(
     origin: int,
     origin_side: float,
     how: int,
+    beside: int,
     time_left: float,
 ) -> tuple[float, int, float]:
     """Flight from a state to whatever it hits first: duration, surface (or code) and side.
 
-    The flight is searched window by window; in
-    each the ball moves at most `travel`, so that the cell midway between its ends lists all it can
-    touch. At equal times the lower surface number counts, and a surface before the bins.
+    `origin` was left as `how` says; `beside`, unless negative, at the same instant: it is touched
+    too, and the ball does not move into it. The flight is searched window by window; in each the
+    ball moves at most `travel`, so that the cell midway between its ends lists all it can touch. At
+    equal times the lower surface number counts, and a surface before the bins.
     """
     items = board.items
     starts = board.starts
@@ -198,8 +227,17 @@ def next_impact(
     x, y, vx, vy, ax, ay = x0, y0, vx0, vy0, ax0, ay0
     # At least sqrt(2 |a| travel), the mean of whose factors this is; equal where a is gravity.
     rise = travel / fall + 0.5 * fall * length_bound(ax0, ay0)
+    # Drag that accelerates the ball by no more moves it by |a| / k^2 at most in all: by nothing,
+    # within rounding. It goes on straight at its terminal velocity.
+    straight = NEGLIGIBLE * radius * k * k
     start = 0.0
     for _ in range(MAX_WINDOWS):
+        if k > 0.0 and length_bound(ax, ay) <= straight:
+            vx += ax / k
+            vy += ay / k
+            ax, ay, k = 0.0, 0.0, 0.0
+            if vx != 0.0 or vy != 0.0:
+                rise = 0.0
         vv = vx * vx + vy * vy
         va = vx * ax + vy * ay
         aa = ax * ax + ay * ay
@@ -211,29 +249,30 @@ def next_impact(
         phi, psi = half_chord(k, horizon)
         cell = cell_of(board, x + vx * phi + ax * psi, y + vy * phi + ay * psi)
         if cell < 0:
-            return start, NOWHERE, 0.0
+            return start, FAR_OUT, 0.0
         best = horizon
         item = NOWHERE
         side = 0.0
         skipped = -1
         if how != FREE:
             skipped = origin
-            d2 = items[origin, surface.DISTANCE2]
-            qx = x - items[origin, surface.X]
-            qy = y - items[origin, surface.Y]
-            if items[origin, surface.DISTANCE] == 0.0:
-                s = origin_line_hit(items, origin, origin_side, x, y, vx, vy, ax, ay, k, horizon)
-            elif how == BOUNCED:
-                s = circle_hit_again(qx, qy, vx, vy, ax, ay, k, horizon, horizon)
-            else:
-                s = circle_hit_after_leaving(qx, qy, vx, vy, ax, ay, k, d2, horizon, horizon)
+            motion = Motion(x, y, vx, vy, ax, ay, k)
+            s = _hit_again(items, origin, origin_side, how, motion, horizon)
             if s != NO_HIT:
                 best = s
                 item = origin
                 side = origin_side
+            if beside >= 0:
+                other_side = side_of(items, beside, x, y)
+                other_how = LIFTED if vv == 0.0 else BOUNCED
+                s = _hit_again(items, beside, other_side, other_how, motion, horizon)
+                if s != NO_HIT and (s < best or item == NOWHERE):
+                    best = s
+                    item = beside
+                    side = other_side
         for j in range(starts[cell], starts[cell + 1]):
             other = int(members[j])
-            if other == skipped:
+            if other in (skipped, beside):
                 continue
             d2 = centres[other, 2]
             if d2 == 0.0:
@@ -279,8 +318,10 @@ def next_impact(
             return start + best, item, side
         start = start + horizon
         if start > time_left:
-            return start, NOWHERE, 0.0
+            return start, OUT_OF_TIME, 0.0
         how = FREE
+        beside = -1
+        k = board.drag
         decay, phi, psi = basis(k, start)
         x = x0 + vx0 * start + ax0 * psi
         y = y0 + vy0 * start + ay0 * psi
@@ -288,4 +329,4 @@ def next_impact(
         vy = vy0 + ay0 * phi
         ax = ax0 * decay
         ay = ay0 * decay
-    return start, NOWHERE, 0.0
+    return start, OUT_OF_WINDOWS, 0.0

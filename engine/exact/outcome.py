@@ -10,16 +10,19 @@ LANDED = 0
 WEDGED = 1
 BALANCED = 2
 ESCAPED = 3
+# Budgets that ran out: they say nothing of the ball, which goes on moving.
 EVENT_LIMIT = 4
 TIME_LIMIT = 5
+SEARCH_LIMIT = 6
 
 REASONS = (
     "",
     "wedged: at rest between two surfaces",
     "balanced: at rest on a surface",
     "escaped: too far from the board",
-    "event limit: no end in sight after the allowed number of events",
-    "time limit: no end in sight after the allowed time",
+    "event budget: still moving after 100,000 events",
+    "time budget: still moving after 1,000 s",
+    "search budget: nothing hit within a million search windows of one flight",
 )
 
 MAX_EVENTS = 100_000

@@ -90,6 +90,11 @@ def _rates_of(board: BoardArrays, segment: Array, state: Array, rates: Array) ->
     if segment[event_log.ITEM] < 0.0:
         flight_rates(state[body.VX], state[body.VY], board.gravity, board.drag, rates)
         return
+    if int(segment[event_log.MODE]) == contact.HELD:
+        for i in range(tangent.TANGENT_SIZE):
+            rates[i] = 0.0
+        rates[tangent.DOMEGA] = segment[event_log.SLIP_SIGN]
+        return
     item = int(segment[event_log.ITEM])
     nx, ny, _, _ = touch(
         board.items, board.radius, item, segment[event_log.SIDE], state[body.X], state[body.Y]
@@ -113,6 +118,8 @@ def _take_along(
         return
     item = int(segment[event_log.ITEM])
     mode = int(segment[event_log.MODE])
+    if mode == contact.HELD:
+        return
     start_series(
         board, series, segment, item, segment[event_log.SIDE], mode, segment[event_log.SLIP_SIGN]
     )
@@ -135,6 +142,8 @@ def _contact_delay(
     vector: Array,
 ) -> float:
     """How much later the end of a stretch of sustained contact comes, s per unit of the tangent."""
+    if int(segment[event_log.MODE]) == contact.HELD:  # the spin vanishes
+        return float(-vector[tangent.DOMEGA] / segment[event_log.SLIP_SIGN])
     item = int(segment[event_log.ITEM])
     bend = curvature(board.items, item)
     nx, ny, _, _ = touch(
@@ -211,6 +220,31 @@ def _bounce(
 
 
 @inner_kernel
+def _forget_place(board: BoardArrays, segment: Array, tangents: Array) -> None:
+    """Two surfaces have stopped the ball: neighbours stop there too, whatever their way was."""
+    if segment[event_log.ITEM] < 0.0 or segment[body.VX] != 0.0 or segment[body.VY] != 0.0:
+        return
+    for i in range(TANGENTS):
+        for column in (tangent.DX, tangent.DY, tangent.DVX, tangent.DVY):
+            tangents[i, column] = 0.0
+    nx, ny, _, _ = touch(
+        board.items, board.radius, int(segment[event_log.ITEM]), segment[event_log.SIDE],
+        segment[body.X], segment[body.Y],
+    )  # fmt: skip
+    _add_rounding(tangents[ERROR], segment, nx, ny)
+
+
+@inner_kernel
+def _put_behind(event: Array, state: Array) -> None:
+    """Make `state` the one right after an impact."""
+    state[body.X] = event[1]
+    state[body.Y] = event[2]
+    state[body.VX] = event[3]
+    state[body.VY] = event[4]
+    state[body.OMEGA] = event[5]
+
+
+@inner_kernel
 def _write(tangents: Array, out: Array) -> None:
     for i in range(TANGENTS):
         out[i] = sqrt(
@@ -246,6 +280,7 @@ def sensitivity(
         last = k + 1 == len(segments)
         following = segment if last else segments[k + 1]
         in_flight = segment[event_log.ITEM] < 0.0
+        _forget_place(board, segment, tangents)
         # From the state at the last event to the state at the time of the segment's start.
         _rates_of(board, segment, segment, rates)
         for i in range(TANGENTS):
@@ -254,47 +289,53 @@ def sensitivity(
         until = end[body.T] if last else following[body.T]
         sample_segment(board, segments, k, until, False, series, state)
         _take_along(board, segment, until - segment[body.T], series, variation, tangents)
-        if at == total or events[at, 0] > until:
-            continue  # a step of a contact ended, and nothing happened
         _rates_of(board, segment, state, rates)
-        kind = marks[at, 0]
-        if kind == KIND_LANDING:
-            for i in range(TANGENTS):
-                shift(
-                    tangents[i], rates, delay(tangents[i], 0.0, 1.0, state[body.VX], state[body.VY])
+        first = True
+        while at < total and events[at, 0] <= until:
+            kind = marks[at, 0]
+            if kind == KIND_LANDING:
+                for i in range(TANGENTS):
+                    shift(
+                        tangents[i],
+                        rates,
+                        delay(tangents[i], 0.0, 1.0, state[body.VX], state[body.VY]),
+                    )
+                tangents[ERROR, tangent.DX] += copysign(
+                    ROUNDING * (abs(state[body.X]) + abs(state[body.Y])),
+                    tangents[ERROR, tangent.DX],
                 )
-            tangents[ERROR, tangent.DX] += copysign(
-                ROUNDING * (abs(state[body.X]) + abs(state[body.Y])), tangents[ERROR, tangent.DX]
-            )
-            _write(tangents, out[at])
-            return
-        if kind < KIND_CONTACT_BEGIN:
-            item = marks[at, 1]
-            if kind == KIND_WALL:
-                item = _part(board, marks[at, 1], state[body.X], state[body.Y])
-            if not in_flight:
+                _write(tangents, out[at])
+                return
+            if kind < KIND_CONTACT_BEGIN:
+                if not first:  # at the instant of the impact before
+                    flight_rates(state[body.VX], state[body.VY], board.gravity, board.drag, rates)
+                    for i in range(TANGENTS):
+                        shift(tangents[i], rates, -delays[i])
+                item = marks[at, 1]
+                if kind == KIND_WALL:
+                    item = _part(board, marks[at, 1], state[body.X], state[body.Y])
+                if not in_flight:
+                    left = int(segment[event_log.ITEM])
+                _bounce(board, item, left, state, rates, tangents, delays)
+                _put_behind(events[at], state)
+                left = item
+                in_flight = True
+            elif first and not in_flight and kind in (KIND_CONTACT_CHANGE, KIND_CONTACT_END):
+                for i in range(TANGENTS):
+                    delays[i] = _contact_delay(
+                        board, segment, state, rates, following, kind, tangents[i]
+                    )
+                    shift(tangents[i], rates, delays[i])
                 left = int(segment[event_log.ITEM])
-            _bounce(board, item, left, state, rates, tangents, delays)
-            left = item
-        elif not in_flight and kind in (KIND_CONTACT_CHANGE, KIND_CONTACT_END):
-            for i in range(TANGENTS):
-                delays[i] = _contact_delay(
-                    board, segment, state, rates, following, kind, tangents[i]
+                nx, ny, _, _ = touch(
+                    board.items,
+                    board.radius,
+                    left,
+                    segment[event_log.SIDE],
+                    state[body.X],
+                    state[body.Y],
                 )
-                shift(tangents[i], rates, delays[i])
-            left = int(segment[event_log.ITEM])
-            nx, ny, _, _ = touch(
-                board.items,
-                board.radius,
-                left,
-                segment[event_log.SIDE],
-                state[body.X],
-                state[body.Y],
-            )
-            _add_rounding(tangents[ERROR], state, nx, ny)
-        while at < total and events[at, 0] <= until and marks[at, 0] != KIND_LANDING:
+                _add_rounding(tangents[ERROR], state, nx, ny)
+            first = False
             _write(tangents, out[at])
             at += 1
-            # What begins or ends at this instant changes nothing; another impact is its own event.
-            if at < total and marks[at, 0] < KIND_CONTACT_BEGIN:
-                break

@@ -17,9 +17,10 @@ from engine.exact.contact_end import (
     touch_time,
 )
 from engine.exact.event_log import Log, note_event, note_segment
+from engine.exact.initial_state import NONE
 from engine.jit.decorator import inner_kernel
 from engine.physics import body, contact, surface
-from engine.physics.contact import choose_mode, expand, step_length
+from engine.physics.contact import choose_mode, expand, hold, step_length
 from engine.physics.series import Series, value
 from engine.physics.surface import curvature, side_of, touch
 from engine.physics.time_of_impact import NO_HIT
@@ -49,7 +50,10 @@ def start_series(
     mode: int,
     slip_sign: float,
 ) -> None:
-    """Series of the motion on `item` from `state` on; the same bits whenever it is made again."""
+    """Series of the motion on `item` from `state` on; the same bits whenever it is made again.
+
+    For a ball that is HELD, `slip_sign` is how fast its spin changes, in rad/s^2.
+    """
     nx, ny, _, _ = touch(board.items, board.radius, item, side, state[body.X], state[body.Y])
     series[contact.NORMAL_X, 0] = nx
     series[contact.NORMAL_Y, 0] = ny
@@ -57,6 +61,9 @@ def start_series(
     series[contact.SPIN, 0] = state[body.OMEGA]
     series[contact.ANGLE, 0] = state[body.THETA]
     series[contact.PATH, 0] = 0.0
+    if mode == contact.HELD:
+        hold(series, slip_sign)
+        return
     if mode == contact.ROLLING:
         series[contact.SPIN, 0] = series[contact.SPEED, 0] / board.radius
     expand(
@@ -89,7 +96,12 @@ def advance_contact(
 
 @inner_kernel
 def _first_touch_of_others(
-    board: BoardArrays, series: Series, state: npt.NDArray[np.float64], item: int, horizon: float
+    board: BoardArrays,
+    series: Series,
+    state: npt.NDArray[np.float64],
+    item: int,
+    beside: int,
+    horizon: float,
 ) -> tuple[float, int, float]:
     """First surface touched within the horizon: time (horizon if none), item (-1) and side."""
     best = horizon
@@ -101,7 +113,9 @@ def _first_touch_of_others(
         other = int(board.members[k])
         if other == item or _belongs(board, item, other):
             continue
-        s, side = touch_time(board, series, item, state[body.X], state[body.Y], other, best)
+        s, side = touch_time(
+            board, series, item, state[body.X], state[body.Y], other, other == beside, best
+        )
         if s != NO_HIT and (s < best or hit < 0):
             best = s
             hit = other
@@ -143,14 +157,17 @@ def _next_cause(
     mode: int,
     slip_sign: float,
     skip: int,
+    beside: int,
+    fresh: bool,
 ) -> tuple[float, int, int, float]:
     """What comes first on this stretch: its time, the cause, and a surface with a side.
 
     For MODE_CHANGED the last value is the sign of the slip that begins, 0 if slipping ends. Of
-    causes at the same instant the one asked first counts.
+    causes at the same instant the one asked first counts. `fresh` says that the mode has changed
+    at this very instant: it does not change again before time has passed.
     """
     h = step_length(series, board.radius, board.travel)
-    s, hit, hit_side = _first_touch_of_others(board, series, state, item, h)
+    s, hit, hit_side = _first_touch_of_others(board, series, state, item, beside, h)
     cause = HIT if hit >= 0 else STEP_END
     other = hit if hit >= 0 else item
     sign = hit_side if hit >= 0 else side
@@ -172,6 +189,8 @@ def _next_cause(
         when, new_sign = rolling_end_time(
             series, board.gravity, board.drag, friction_of(board, item), s
         )
+    if fresh and when == 0.0:
+        when = NO_HIT
     if when != NO_HIT and (when < s or cause == STEP_END):
         s, cause, other, sign = when, MODE_CHANGED, item, new_sign
     return s, cause, other, sign
@@ -186,31 +205,34 @@ def follow_contact(
     side: float,
     skip: int,
     slip_sign: float,
+    beside: int,
     max_time: float,
     event_limit: int,
     log: Log,
-) -> tuple[int, int, float, int, float]:
+) -> tuple[int, int, float, int, float, int]:
     """Move a ball that lies on `item` until its contact phase ends.
 
     skip: how many roots the slip has at the start of the stretch by what went before: none
     (computed), one (it is zero: an impact stopped it), two (a rolling ball just began to slip, in
-    the direction slip_sign). Returns the cause, the surface and side it was on last, and the
-    surface and side that it hit if it hit one; for OUT_OF_EVENTS skip and slip_sign to go on with.
+    the direction slip_sign). beside: another surface that the ball touches and does not move into,
+    or NONE. Returns the cause, the surface and side it was on last, the surface and side that it
+    hit if it hit one, and `beside`; for OUT_OF_EVENTS skip and slip_sign to go on with.
     """
+    fresh = False
     while True:
-        if log.counts[event_log.EVENTS] >= event_limit:
-            return OUT_OF_EVENTS, item, side, skip, slip_sign
+        if log.counts[event_log.EVENTS] >= event_limit and not fresh:
+            return OUT_OF_EVENTS, item, side, skip, slip_sign, beside
         if not state[body.T] <= max_time:
-            return OUT_OF_TIME, item, side, item, side
+            return OUT_OF_TIME, item, side, item, side, beside
         if cell_of(board, state[body.X], state[body.Y]) < 0:
-            return OUT_OF_BOARD, item, side, item, side
+            return OUT_OF_BOARD, item, side, item, side, beside
         nx, ny, state[body.X], state[body.Y] = touch(
             board.items, board.radius, item, side, state[body.X], state[body.Y]
         )
         u = state[body.VY] * nx - state[body.VX] * ny
         normal_force = -board.gravity * ny - curvature(board.items, item) * u * u
         if normal_force <= 0.0:
-            return OFF, item, side, item, side
+            return OFF, item, side, item, side, beside
         mode = contact.SLIDING
         if skip != 2:
             mode, slip_sign = choose_mode(
@@ -223,12 +245,17 @@ def follow_contact(
                 skip == 1,
             )
         if nx == 0.0 and mode != contact.SLIDING and _has_stopped(board, u):
-            return AT_REST, item, side, item, side
+            return AT_REST, item, side, item, side, beside
         note_segment(log, state, float(item), side, float(mode), slip_sign)
         start_series(board, series, state, item, side, mode, slip_sign)
-        s, cause, other, sign = _next_cause(board, series, state, item, side, mode, slip_sign, skip)
+        s, cause, other, sign = _next_cause(
+            board, series, state, item, side, mode, slip_sign, skip, beside, fresh
+        )
         advance_contact(board, series, state, item, s)
         skip = 1 if mode == contact.ROLLING else 0
+        if s > 0.0:
+            beside = NONE
+        fresh = cause == MODE_CHANGED and s == 0.0
         if cause == MODE_CHANGED:
             note_event(log, state, KIND_CONTACT_CHANGE, surface_index(board, item))
             slip_sign = sign
@@ -238,7 +265,7 @@ def follow_contact(
             item = other
             side = side_of(board.items, item, state[body.X], state[body.Y])
         elif cause != STEP_END:
-            return cause, item, side, other, sign
+            return cause, item, side, other, sign, beside
 
 
 @inner_kernel

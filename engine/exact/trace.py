@@ -4,28 +4,31 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
-from engine.exact import event_log, free_flight, initial_state, next_impact, sustained_contact
+from engine.exact import (
+    event_log,
+    free_flight,
+    initial_state,
+    next_impact,
+    sustained_contact,
+    two_contacts,
+)
 from engine.exact.board_arrays import BoardArrays, surface_index
 from engine.exact.event_log import Log, end_ball, land, note_event
 from engine.exact.initial_state import Ints
-from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, LANDED, RUNNING, TIME_LIMIT, WEDGED
+from engine.exact.outcome import (
+    BALANCED,
+    ESCAPED,
+    EVENT_LIMIT,
+    LANDED,
+    RUNNING,
+    SEARCH_LIMIT,
+    TIME_LIMIT,
+    WEDGED,
+)
 from engine.jit.decorator import inner_kernel, kernel
-from engine.physics import body
 from engine.physics.series import Series
-from engine.physics.surface import is_wedged, touch
 
 State = npt.NDArray[np.float64]
-
-
-@inner_kernel
-def _comes_to_rest(
-    board: BoardArrays, state: State, item: int, side: float, hit: int, hit_side: float
-) -> bool:
-    """Whether a ball that rolled or slid on `item` into `hit` has no speed left to go on with."""
-    ax, ay, _, _ = touch(board.items, board.radius, item, side, state[body.X], state[body.Y])
-    bx, by, _, _ = touch(board.items, board.radius, hit, hit_side, state[body.X], state[body.Y])
-    slow = state[body.VX] * bx + state[body.VY] * by >= -free_flight.DYING_BOUNCE
-    return slow and is_wedged(board.gravity, ax, ay, bx, by)
 
 
 @kernel
@@ -58,52 +61,65 @@ def trace_many(
         impacts_before = log.counts[event_log.IMPACTS] - before
         item = int(initial[i, initial_state.HIT])
         side = float(initial[i, initial_state.HIT_SIDE])
-        touching = item != initial_state.NONE
+        hits = item != initial_state.NONE
         how = int(initial[i, initial_state.PHASE])
-        if not touching:
+        if not hits:
             item = int(initial[i, initial_state.SURFACE])
             side = float(initial[i, initial_state.SIDE])
+        beside = int(initial[i, initial_state.BESIDE])
         roots = int(initial[i, initial_state.SLIP_ROOTS])
         slip_sign = float(initial[i, initial_state.SLIP_SIGN])
+        met = initial_state.NONE
+        met_side = 0.0
         outcome = RUNNING
         bins[i] = -1
         while outcome == RUNNING:
-            if how != initial_state.LYING:
-                bounces = log.counts[event_log.IMPACTS]
-                end, item, side, sticks = free_flight.follow_flight(
-                    board, state, item, side, how, touching, event_limit, max_time, log
-                )
-                if end != free_flight.ON_SURFACE:
-                    outcome = _ends_in_flight(end)
-                    if log.counts[event_log.IMPACTS] > bounces:
-                        how = next_impact.BOUNCED
+            if how == initial_state.LYING:
+                cause, item, side, met, met_side, beside = sustained_contact.follow_contact(
+                    board, series, state, item, side, roots, slip_sign, beside, max_time,
+                    event_limit, log,
+                )  # fmt: skip
+                outcome = _ends_in_contact(cause)
+                if outcome == EVENT_LIMIT:
+                    roots = met
+                    slip_sign = met_side
+                if outcome != RUNNING:
                     break
-                note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
+                if cause != sustained_contact.HIT:
+                    rolled_off = cause == sustained_contact.LEFT
+                    how = next_impact.ROLLED_OFF if rolled_off else next_impact.LIFTED
+                    note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
+                    continue
+            else:
+                cause, item, side, met, met_side, how, sticks = free_flight.follow_flight(
+                    board, state, item, side, how, beside, hits, event_limit, max_time, log
+                )
+                hits = False
+                beside = initial_state.NONE
                 roots = 1 if sticks else 0
                 slip_sign = 0.0
-            how = next_impact.BOUNCED
-            cause, item, side, hit, hit_side = sustained_contact.follow_contact(
-                board, series, state, item, side, roots, slip_sign, max_time, event_limit, log
+                if cause == free_flight.ON_SURFACE:
+                    how = initial_state.LYING
+                    note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
+                    continue
+                outcome = _ends_in_flight(cause)
+                if outcome != RUNNING:
+                    beside = met
+                    break
+            noted = log.counts[event_log.EVENTS]
+            end, item, side, beside, roots = two_contacts.meet(
+                board, state, item, side, met, met_side, log
             )
-            touching = cause == sustained_contact.HIT
-            if touching:
-                if _comes_to_rest(board, state, item, side, hit, hit_side):
-                    outcome = WEDGED
-                item = hit
-                side = hit_side
-                continue
-            outcome = _ends_in_contact(cause)
-            if outcome == EVENT_LIMIT:
-                how = initial_state.LYING
-                roots = hit
-                slip_sign = hit_side
-            if outcome == RUNNING:
-                how = (
-                    next_impact.ROLLED_OFF
-                    if cause == sustained_contact.LEFT
-                    else next_impact.BOUNCED
-                )
-                note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
+            slip_sign = 0.0
+            how = initial_state.LYING
+            if end == two_contacts.FLIES:
+                how = next_impact.BOUNCED
+            elif end == two_contacts.LIFTS:
+                how = next_impact.LIFTED
+                if log.counts[event_log.EVENTS] == noted:  # an impact ends a contact by itself
+                    note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
+            elif end == two_contacts.LIES_STILL:
+                outcome = WEDGED
         if outcome == LANDED:
             bins[i] = land(board, state, log)
         if outcome == EVENT_LIMIT:
@@ -113,6 +129,7 @@ def trace_many(
             initial[i, initial_state.PHASE] = how
             initial[i, initial_state.SLIP_ROOTS] = roots
             initial[i, initial_state.SLIP_SIGN] = int(slip_sign)
+            initial[i, initial_state.BESIDE] = beside
         outcomes[i] = outcome
         impacts[i] = log.counts[event_log.IMPACTS] - impacts_before
         end_ball(log, i)
@@ -120,14 +137,18 @@ def trace_many(
 
 @inner_kernel
 def _ends_in_flight(cause: int) -> int:
-    """How a drop ends whose flight ended so."""
+    """How a drop ends whose flight ended so, RUNNING if it does not."""
     if cause == free_flight.AT_BINS:
         return LANDED
     if cause == free_flight.OUT_OF_EVENTS:
         return EVENT_LIMIT
-    if cause == free_flight.OUT_OF_TIME:
+    if cause == free_flight.LATE:
         return TIME_LIMIT
-    return ESCAPED
+    if cause == free_flight.SEARCHED_OUT:
+        return SEARCH_LIMIT
+    if cause == free_flight.OUT_OF_BOARD:
+        return ESCAPED
+    return RUNNING
 
 
 @inner_kernel

@@ -185,11 +185,18 @@ def circle_hit_again(
     Searches g(s) = f(s) / s, in which the root at 0 is divided out. g'' >= min(f''') / 3. A ball
     that does not leave (g(0) <= 0 and g'(0) <= 0) hits at once: 0.
     """
+    g0 = 2.0 * (qx * vx + qy * vy)
+    return _search_again(Motion(qx, qy, vx, vy, ax, ay, k), g0, horizon, best)
+
+
+@lean_kernel
+def _search_again(motion: Motion, g0: float, horizon: float, best: float) -> float:
+    """`circle_hit_again` for a known g(0): zero where the ball has no speed off the circle."""
+    qx, qy, vx, vy, ax, ay, k = motion
     va = vx * ax + vy * ay
     aa = ax * ax + ay * ay
     qa = qx * ax + qy * ay
     m = third_derivative_bound(va, aa, qa, k, horizon) * THIRD
-    g0 = 2.0 * (qx * vx + qy * vy)
     g = g0
     gd = vx * vx + vy * vy + qa
     s = 0.0
@@ -232,6 +239,29 @@ def circle_hit_again(
 
 
 @inner_kernel
+def circle_hit_after_lifting(
+    qx: float,
+    qy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    k: float,
+    d2: float,
+    horizon: float,
+    best: float,
+) -> float:
+    """First s in (0, min(horizon, best)] at which a circle that the ball lifts off is hit again.
+
+    The ball moves along the circle and nothing presses it on: f = f' = 0 <= f''. Where that force
+    is zero within rounding, the third derivative decides, as for a ball that has rolled off.
+    """
+    if vx * vx + vy * vy + qx * ax + qy * ay > 0.0:
+        return _search_again(Motion(qx, qy, vx, vy, ax, ay, k), 0.0, horizon, best)
+    return circle_hit_after_leaving(qx, qy, vx, vy, ax, ay, k, d2, horizon, best)
+
+
+@inner_kernel
 def circle_hit_after_leaving(
     qx: float,
     qy: float,
@@ -248,12 +278,14 @@ def circle_hit_after_leaving(
 
     Where the normal force vanishes f = f' = f'' = 0, so f(s) = s^3 h(s) with
     h(s) >= h(0) + s min(f'''') / 24: the search starts beyond the root-free stretch this gives.
+    h(0) is proportional to how fast the force vanishes. Where that is zero within rounding too, f
+    begins as a.a s^4 / 4: the circle is not hit within this window.
     """
     va = vx * ax + vy * ay
     vv = vx * vx + vy * vy
     h0 = va + k * vv / 3.0
     if h0 <= 0.0:
-        return 0.0
+        return NO_HIT
     if k == 0.0:
         return NO_HIT  # f'''' = 6 a.a >= 0 for ever
     aa = ax * ax + ay * ay

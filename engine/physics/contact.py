@@ -38,6 +38,7 @@ ROWS = 8
 ROLLING = 0
 SLIDING = 1
 FRICTIONLESS = 2
+HELD = 3  # at rest between two surfaces, and spinning
 
 LONGEST_STEP = 0.25
 """s. Longer steps never pass the truncation test on a circle of ordinary size."""
@@ -94,6 +95,17 @@ def expand(
             spin[i + 1] = 0.0
         series[ANGLE, i + 1] = spin[i] * share
         series[PATH, i + 1] = u[i] * share
+
+
+@inner_kernel
+def hold(series: Series, spin_rate: float) -> None:
+    """Fill the same rows for a ball at rest whose spin changes evenly, in rad/s^2."""
+    for row in range(FORCE + 1):
+        for i in range(1, ORDER + 1):
+            series[row, i] = 0.0
+    series[SPIN, 1] = spin_rate
+    series[ANGLE, 1] = series[SPIN, 0]
+    series[ANGLE, 2] = 0.5 * spin_rate
 
 
 @inner_kernel

@@ -70,14 +70,3 @@ def curvature(items: Surfaces, item: int) -> float:
     """Curvature of the centre's path on `item`, 1/m: 1/D on a circle, 0 on a line."""
     distance = items[item, DISTANCE]
     return 1.0 / distance if distance > 0.0 else 0.0
-
-
-@inner_kernel
-def is_wedged(gravity: float, ax: float, ay: float, bx: float, by: float) -> bool:
-    """Whether gravity, in m/s^2, presses a ball that touches unit normals a and b against both.
-
-    Gravity along a's tangent then pushes into b, and along b's tangent into a.
-    """
-    cross = ax * by - ay * bx
-    # g.t of a normal n is gravity * n_x; t_a.n_b = cross, t_b.n_a = -cross.
-    return bool(ax * cross < 0.0 < bx * cross and gravity > 0.0)

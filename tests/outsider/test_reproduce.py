@@ -76,7 +76,7 @@ def worked() -> str:
     layout, x, y = page["Board"](form), page["start_x"](42, form["drop"]), form["drop"]["y"]
     rise = page["length_bound"](0.0, layout.gravity)
     speed = layout.travel / layout.fall + 0.5 * layout.fall * rise
-    s, number, _ = page["next_impact"](layout, x, y, 0.0, 0.0, None, 0.0, None, 1000.0)
+    s, number, _ = page["next_impact"](layout, x, y, 0.0, 0.0, None, 0.0, None, None, 1000.0)
     _, events, outcome = page["drop"](layout, x, y)
     told: dict[str, object] = {
         "board's digest": board.digest,

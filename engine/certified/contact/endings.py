@@ -182,7 +182,10 @@ def _touch(
 ) -> arb | None:
     """When `other` is touched, or None."""
     what = f"whether the ball on {stretch.surface.name} hits {other.name}"
-    share = first_fall(distance, int(other in known.touched), stretch.end, proof, what)
+    roots = 0
+    if other in known.touched:
+        roots = 2 if stretch.start.u.is_zero() else 1
+    share = first_fall(distance, roots, stretch.end, proof, what)
     if share is None or isinstance(other, Circle):
         return share
     at = stretch.at(share)

@@ -6,7 +6,7 @@ import numpy as np
 
 from engine.exact import initial_state
 from engine.exact.board_arrays import BoardArrays, bin_of, restitution_of
-from engine.exact.free_flight import rebound, stays_on
+from engine.exact.free_flight import DYING_BOUNCE, PLACE_ROUNDING, rebound
 from engine.exact.lockstep import lanes
 from engine.exact.lockstep.lanes import (
     Floats,
@@ -28,9 +28,12 @@ from engine.physics import body
 
 
 @lean_kernel
-def _arrive(w: Floats, i: int, gravity: float) -> None:
-    """Move ball i to the end of its flight."""
+def _arrive(w: Floats, i: int, gravity: float) -> bool:
+    """Move ball i to the end of its flight. False if it has not moved, within rounding."""
     s = w[lanes.START + i]
+    t = w[lanes.T0 + i]
+    x = w[lanes.X0 + i]
+    y = w[lanes.Y0 + i]
     psi = 0.5 * s * s
     vx = w[lanes.VX0 + i]
     vy = w[lanes.VY0 + i]
@@ -41,11 +44,14 @@ def _arrive(w: Floats, i: int, gravity: float) -> None:
     w[lanes.VX0 + i] = vx + ax * s
     w[lanes.VY0 + i] = vy + gravity * s
     w[lanes.START + i] = 0.0
+    moved = abs(w[lanes.X0 + i] - x) + abs(w[lanes.Y0 + i] - y)
+    place = abs(w[lanes.X0 + i]) + abs(w[lanes.Y0 + i])
+    return bool(w[lanes.T0 + i] > t and moved > PLACE_ROUNDING * place)
 
 
 @lean_kernel
 def _bounces(board: BoardArrays, w: Floats, m: Ints, i: int) -> bool:
-    """Impact of ball i on what it has hit. False, and nothing done, if it would then stay on it."""
+    """Impact of ball i on what it has hit. False, and nothing done, if the bounce has died."""
     items = board.items
     item = m[lanes.ITEM + i]
     side = w[lanes.HIT_SIDE + i]
@@ -53,7 +59,7 @@ def _bounces(board: BoardArrays, w: Floats, m: Ints, i: int) -> bool:
         items, item, side, w[lanes.X0 + i], w[lanes.Y0 + i], w[lanes.VX0 + i], w[lanes.VY0 + i],
         0.0, board.radius, restitution_of(board, item), 0.0,
     )  # fmt: skip
-    if stays_on(items, item, vx, vy, nx, ny, board.gravity):
+    if vx * nx + vy * ny <= DYING_BOUNCE:
         return False
     w[lanes.X0 + i] = x
     w[lanes.Y0 + i] = y
@@ -95,6 +101,7 @@ def _leave(
     initial[row, initial_state.SURFACE] = initial_state.NONE
     initial[row, initial_state.SIDE] = 0
     initial[row, initial_state.PHASE] = FREE
+    initial[row, initial_state.BESIDE] = initial_state.NONE
     if stays:
         states[row, body.T] = w[lanes.T0 + i]
         states[row, body.X] = w[lanes.X0 + i]
@@ -168,9 +175,9 @@ def _trace_lanes(
         for c in range(fresh - 1, -1, -1):
             i = int(ended[c])
             item = m[lanes.ITEM + i]
-            _arrive(w, i, board.gravity)
+            flies = _arrive(w, i, board.gravity)
             stays = False
-            if item >= 0 and m[lanes.ODD + i] == 0:
+            if item >= 0 and m[lanes.ODD + i] == 0 and flies:
                 stays = not _bounces(board, w, m, i)
                 if not stays and m[lanes.IMPACT_COUNT + i] < max_events:
                     continue

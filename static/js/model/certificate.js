@@ -31,7 +31,7 @@ const WALL = 1;
 /** @type {Record<string, Key>} by what the engine's reasons begin with */
 const WHY = {
   wedged: "proof.wedged", balanced: "proof.balanced", escaped: "proof.escaped",
-  "event limit": "proof.event-limit", "time limit": "proof.time-limit",
+  "event budget": "proof.event-limit", "time budget": "proof.time-limit",
 };
 
 /** @param {string} unsettled the engine's reason @returns {string} */

@@ -22,8 +22,9 @@ const REASONS = [
   "wedged: at rest between two surfaces",
   "balanced: at rest on a surface",
   "escaped: too far from the board",
-  "event limit: no end in sight after the allowed number of events",
-  "time limit: no end in sight after the allowed time",
+  "event budget: still moving after 100,000 events",
+  "time budget: still moving after 1,000 s",
+  "search budget: nothing hit within a million search windows of one flight",
 ];
 
 /** The outcome of a drop; everything but its inputs follows from them. */

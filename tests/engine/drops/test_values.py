@@ -210,7 +210,7 @@ def test_a_record_from_when_zero_had_a_sign_is_still_reproduced() -> None:
     assert verify(record).ok
 
 
-OLD_DIGEST = "63560a9556778918a3b6b6414405cd7f172f98aed99fdfc535051d776899e136"
+OLD_DIGEST = "5eb53225fff31f0e5766b4104bf0cc59771bd9a90341ff50f23cc824c25e43c9"
 
 
 def test_writing_to_a_copy_of_xs_is_not_writing_to_the_callers() -> None:

@@ -22,7 +22,16 @@ from engine.drops.trajectory import Trajectory, at_start, follow
 from engine.exact import event_log
 from engine.exact.board_arrays import arrays_of
 from engine.exact.event_log import new_log
-from engine.exact.outcome import BALANCED, ESCAPED, EVENT_LIMIT, MAX_EVENTS, TIME_LIMIT, WEDGED
+from engine.exact.outcome import (
+    BALANCED,
+    ESCAPED,
+    EVENT_LIMIT,
+    MAX_EVENTS,
+    REASONS,
+    SEARCH_LIMIT,
+    TIME_LIMIT,
+    WEDGED,
+)
 from engine.parameters import Exact
 from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board, box, mirrored, place
@@ -215,17 +224,17 @@ def test_a_ball_in_a_notch_wedges(e: float, friction: float, drag: float) -> Non
         stuck = drop(board, x=0.0)
         slid = follow(board, at_start(board, 0.03), Exact())
         assert (stuck.bin, stuck.score) == (None, 1.0)
-        assert stuck.unsettled
+        assert stuck.unsettled == REASONS[WEDGED]
         assert stuck.duration < 30.0
-        assert len(stuck.impacts) <= MAX_EVENTS + 1
-        assert slid.outcome in {WEDGED, EVENT_LIMIT}
+        assert len(stuck.impacts) <= 2000
+        assert slid.outcome == WEDGED
         assert slid.end[0] < 60.0
 
 
 def test_a_ball_that_bounces_for_ever_ends_by_time_or_by_events() -> None:
     board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=1.0)
     for_ever = drop(board, x=0.0)
-    assert for_ever.unsettled == "time limit: no end in sight after the allowed time"
+    assert for_ever.unsettled == "time budget: still moving after 1,000 s"
     assert 998.0 < for_ever.duration < 1002.0
     assert (for_ever.bin, for_ever.score) == (None, 1.0)
     start = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -234,11 +243,11 @@ def test_a_ball_that_bounces_for_ever_ends_by_time_or_by_events() -> None:
     assert len(counted.events) == 50
 
 
-def test_a_ball_thrown_off_the_board_has_escaped_or_runs_out_of_time() -> None:
+def test_a_ball_thrown_off_the_board_has_escaped_or_runs_out_of_windows() -> None:
     far = np.array([0.0, 1e12, 0.0, 0.0, 0.0, 0.0, 0.0])
     assert follow(place(), far, Exact()).outcome == ESCAPED
     fast = np.array([0.0, 0.0, 0.0, 1e8, -1e8, 0.0, 0.0])
-    assert follow(place(), fast, Exact()).outcome in {ESCAPED, TIME_LIMIT}
+    assert follow(place(), fast, Exact()).outcome == SEARCH_LIMIT
 
 
 def test_a_contact_phase_is_told_from_its_beginning_to_its_end() -> None:

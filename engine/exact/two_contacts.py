@@ -1,0 +1,212 @@
+"""A ball that meets a second surface while it touches a first: impulses in turn, then a decision.
+
+    approach   the ball strikes whichever surface it approaches, in the order of items, until it
+               approaches neither by more than DYING_BOUNCE
+    part       it leaves a surface faster than that: it is off it, and flies or stays on the other
+    rest       it leaves neither, or is too slow to rise by more than rounding: it has stopped in
+               the notch, and `rest_in_notch` decides
+
+Each impulse lowers the energy by (1 - e^2) w^2 / 2 or more, w > DYING_BOUNCE being the speed of
+approach, and there are MOST_IMPULSES at most. A ball that is still approaching then is jammed
+between surfaces that are all but parallel, and stops.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
+from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of, surface_index
+from engine.exact.event_log import Log, note_event, note_impact, note_segment
+from engine.exact.free_flight import DYING_BOUNCE, PLACE_ROUNDING, rebound
+from engine.exact.initial_state import NONE
+from engine.jit.decorator import inner_kernel
+from engine.physics import body, contact
+from engine.physics.surface import curvature, touch
+from engine.physics.two_contacts import (
+    FALLS,
+    GOES_ON_A,
+    JAMS,
+    RESTS,
+    SPINS,
+    rest_in_notch,
+)
+
+State = npt.NDArray[np.float64]
+
+MOST_IMPULSES = 1000
+"""At one meeting. Without friction, normals at an angle phi to being opposite bring a plastic ball
+from 1 m/s to a stop in ln(1e8) / -ln(cos phi) impulses: 1000 suffice from 11 degrees on."""
+
+STOPPED = 8.0 * DYING_BOUNCE
+"""m/s. A ball that leaves neither surface and is no faster than this has stopped."""
+
+# What the ball does next.
+FLIES = 0  # off both, having bounced
+LIFTS = 1  # off both, without speed off the one named
+STAYS = 2  # on the surface named
+LIES_STILL = 3
+
+
+@inner_kernel
+def meet(
+    board: BoardArrays, state: State, a: int, a_side: float, b: int, b_side: float, log: Log
+) -> tuple[int, int, float, int, int]:
+    """A ball that touches a meets b, now. `state` is changed in place, events are noted.
+
+    Returns what the ball does next, the surface and side that this names, the other surface where
+    the ball still touches it, else NONE, and how many roots the slip has (`follow_contact`).
+    """
+    last = b
+    sticks = False
+    off_a = 0.0
+    off_b = 0.0
+    impulses = 0
+    while True:
+        off_a = _speed_off(board, state, a, a_side)
+        off_b = _speed_off(board, state, b, b_side)
+        if off_a >= -DYING_BOUNCE and off_b >= -DYING_BOUNCE:
+            break
+        if impulses == MOST_IMPULSES:
+            off_a, off_b = 0.0, 0.0
+            _stop(state)
+            break
+        impulses += 1
+        last = a if off_a < -DYING_BOUNCE and (a < b or off_b >= -DYING_BOUNCE) else b
+        sticks = _strike(board, state, last, a_side if last == a else b_side, log)
+    if _is_slow(board, state):
+        _stop(state)
+        return _rest(board, state, a, a_side, b, b_side, log)
+    last_side = a_side if last == a else b_side
+    other = b if last == a else a
+    if off_a > DYING_BOUNCE and off_b > DYING_BOUNCE:
+        return FLIES, last, last_side, other, 0
+    if off_a <= DYING_BOUNCE and off_b <= DYING_BOUNCE:
+        # The normals are all but parallel. The ball passes from one surface to the other, or has
+        # no way to go.
+        if _slides_off(board, state, a, a_side, b, b_side):
+            return _stay(board, state, a, a_side, b, 0, log)
+        if _slides_off(board, state, b, b_side, a, a_side):
+            return _stay(board, state, b, b_side, a, 0, log)
+        _stop(state)
+        return _rest(board, state, a, a_side, b, b_side, log)
+    if off_a <= DYING_BOUNCE:
+        return _stay(board, state, a, a_side, b, 1 if sticks and last == a else 0, log)
+    return _stay(board, state, b, b_side, a, 1 if sticks and last == b else 0, log)
+
+
+@inner_kernel
+def _normal(board: BoardArrays, state: State, item: int, side: float) -> tuple[float, float]:
+    nx, ny, _, _ = touch(board.items, board.radius, item, side, state[body.X], state[body.Y])
+    return nx, ny
+
+
+@inner_kernel
+def _speed_off(board: BoardArrays, state: State, item: int, side: float) -> float:
+    """Speed off a surface, m/s; negative towards it."""
+    nx, ny = _normal(board, state, item, side)
+    return float(state[body.VX] * nx + state[body.VY] * ny)
+
+
+@inner_kernel
+def _strike(board: BoardArrays, state: State, item: int, side: float, log: Log) -> bool:
+    """An impact on `item`; whether friction stopped the slip there."""
+    x, y, vx, vy, omega, _, _, sticks = rebound(
+        board.items, item, side, state[body.X], state[body.Y], state[body.VX], state[body.VY],
+        state[body.OMEGA], board.radius, restitution_of(board, item), friction_of(board, item),
+    )  # fmt: skip
+    state[body.X] = x
+    state[body.Y] = y
+    state[body.VX] = vx
+    state[body.VY] = vy
+    state[body.OMEGA] = omega
+    note_impact(board, state, item, log)
+    return sticks
+
+
+@inner_kernel
+def _stop(state: State) -> None:
+    state[body.VX] = 0.0
+    state[body.VY] = 0.0
+
+
+@inner_kernel
+def _slides_off(
+    board: BoardArrays, state: State, item: int, side: float, other: int, other_side: float
+) -> bool:
+    """Whether the ball, moving along `item`, does not move into `other`."""
+    nx, ny = _normal(board, state, item, side)
+    other_x, other_y = _normal(board, state, other, other_side)
+    u = state[body.VY] * nx - state[body.VX] * ny
+    return bool(u * (other_y * nx - other_x * ny) >= 0.0)
+
+
+@inner_kernel
+def _is_slow(board: BoardArrays, state: State) -> bool:
+    """Whether the ball has no speed left, or would not rise by more than its place's rounding.
+
+    Slower still, it would bounce between two surfaces for ever, driven by that rounding.
+    """
+    vv = state[body.VX] * state[body.VX] + state[body.VY] * state[body.VY]
+    height = PLACE_ROUNDING * (abs(state[body.X]) + abs(state[body.Y]))
+    return bool(vv <= max(STOPPED * STOPPED, 2.0 * board.gravity * height))
+
+
+@inner_kernel
+def _stay(
+    board: BoardArrays, state: State, item: int, side: float, other: int, roots: int, log: Log
+) -> tuple[int, int, float, int, int]:
+    """The ball moves along `item` alone: it stays there if it is pressed on, else it lifts off."""
+    nx, ny = _normal(board, state, item, side)
+    u = state[body.VY] * nx - state[body.VX] * ny
+    state[body.VX] = -u * ny
+    state[body.VY] = u * nx
+    if -board.gravity * ny - curvature(board.items, item) * u * u > 0.0:
+        note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
+        return STAYS, item, side, other, roots
+    return LIFTS, item, side, other, 0
+
+
+@inner_kernel
+def _rest(
+    board: BoardArrays, state: State, a: int, a_side: float, b: int, b_side: float, log: Log
+) -> tuple[int, int, float, int, int]:
+    """A ball at rest in the notch: what it does once friction has had its part."""
+    ax, ay = _normal(board, state, a, a_side)
+    bx, by = _normal(board, state, b, b_side)
+    friction_a = friction_of(board, a)
+    friction_b = friction_of(board, b)
+    gravity = board.gravity
+    rest, brake = rest_in_notch(gravity, state[body.OMEGA], ax, ay, friction_a, bx, by, friction_b)
+    begun = rest == SPINS
+    if begun:
+        note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, a))
+        note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, b))
+        _spin_down(board, state, b, b_side, brake, log)
+    if begun or rest == JAMS:
+        state[body.OMEGA] = 0.0
+        rest, _ = rest_in_notch(gravity, 0.0, ax, ay, friction_a, bx, by, friction_b)
+    if rest == RESTS:
+        return LIES_STILL, b, b_side, NONE, 0
+    if rest == FALLS:
+        return LIFTS, b, b_side, a, 0
+    stays = a if rest == GOES_ON_A else b
+    side = a_side if rest == GOES_ON_A else b_side
+    opened = b if rest == GOES_ON_A else a
+    if begun:
+        note_event(log, state, KIND_CONTACT_END, surface_index(board, opened))
+    else:
+        note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, stays))
+    return STAYS, stays, side, opened, 0
+
+
+@inner_kernel
+def _spin_down(
+    board: BoardArrays, state: State, item: int, side: float, brake: float, log: Log
+) -> None:
+    """The ball spins in the notch until friction has stopped it."""
+    omega = state[body.OMEGA]
+    rate = -2.0 * brake / board.radius if omega > 0.0 else 2.0 * brake / board.radius
+    note_segment(log, state, float(item), side, float(contact.HELD), rate)
+    s = -omega / rate
+    state[body.T] += s
+    state[body.THETA] += 0.5 * omega * s

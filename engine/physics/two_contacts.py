@@ -1,0 +1,103 @@
+r"""A ball at rest in a notch: it touches two surfaces a and b, and only its spin is left.
+
+              n_a        n_b            Both surfaces are seen from the ball: n points from the
+                \   __   /              surface to the centre, t = (-n_y, n_x). The centre does
+                 \ /  \ /               not move, so that both contacts slip at -omega R, and
+         a  - - - ( o  ) - - -  b       friction pulls at them in one sense:
+                   \__/
+                    | g                     N n + s mu N t,   s = sign(omega)
+
+Nothing moves the centre if g + N_a (n_a + s mu_a t_a) + N_b (n_b + s mu_b t_b) = 0. Where both
+forces are positive, the ball spins in the notch, and friction brakes it evenly,
+
+    omega' = -s (2 / R) (mu_a N_a + mu_b N_b),
+
+until it stops. Otherwise a contact opens: the ball goes on along the other surface, if the forces
+there accelerate it away from the one that opens. `docs/physics.md` derives this.
+"""
+
+from engine.jit.decorator import inner_kernel
+
+# What becomes of the ball.
+FALLS = 0  # off both
+GOES_ON_A = 1
+GOES_ON_B = 2
+SPINS = 3  # in the notch
+RESTS = 4  # without spin: for ever
+JAMS = 5  # an impulse at both contacts stops the spin
+
+
+@inner_kernel
+def spinning_forces(
+    gravity: float,
+    sense: float,
+    ax: float,
+    ay: float,
+    friction_a: float,
+    bx: float,
+    by: float,
+    friction_b: float,
+) -> tuple[float, float]:
+    """Normal forces N_a and N_b per unit mass that hold a ball which spins in `sense`, 1 or -1.
+
+    (ax, ay) and (bx, by) are the unit normals. Both are 0 where no forces hold it.
+    """
+    reach_ax = ax - sense * friction_a * ay
+    reach_ay = ay + sense * friction_a * ax
+    reach_bx = bx - sense * friction_b * by
+    reach_by = by + sense * friction_b * bx
+    cross = reach_ax * reach_by - reach_ay * reach_bx
+    if cross == 0.0:
+        return 0.0, 0.0
+    return gravity * reach_bx / cross, -gravity * reach_ax / cross
+
+
+@inner_kernel
+def opens(
+    gravity: float, pull: float, nx: float, ny: float, other_x: float, other_y: float
+) -> bool:
+    """Whether a ball at rest that is left on one surface, of normal (nx, ny), leaves the other.
+
+    `pull` is what friction gives the ball along the tangent for each unit of the normal force.
+    """
+    force = -gravity * ny
+    along = gravity * nx + pull * force
+    away = other_y * nx - other_x * ny  # t . n of the other
+    return force > 0.0 and along * away >= 0.0
+
+
+@inner_kernel
+def rest_in_notch(
+    gravity: float,
+    omega: float,
+    ax: float,
+    ay: float,
+    friction_a: float,
+    bx: float,
+    by: float,
+    friction_b: float,
+) -> tuple[int, float]:
+    """What becomes of a ball at rest that touches two surfaces; and, if it spins there, its brake.
+
+    The brake is mu_a N_a + mu_b N_b in m/s^2, omega' = -2 brake / R.
+    """
+    if gravity * ay >= 0.0 and gravity * by >= 0.0:
+        return FALLS, 0.0  # pressed onto neither: without a normal force there is no friction
+    if omega == 0.0 or (friction_a == 0.0 and friction_b == 0.0):
+        # Rolling and sliding begin in the same direction: gravity's along the surface.
+        if opens(gravity, 0.0, ax, ay, bx, by):
+            return GOES_ON_A, 0.0
+        if opens(gravity, 0.0, bx, by, ax, ay):
+            return GOES_ON_B, 0.0
+        return RESTS, 0.0
+    sense = 1.0 if omega > 0.0 else -1.0
+    force_a, force_b = spinning_forces(gravity, sense, ax, ay, friction_a, bx, by, friction_b)
+    if force_a > 0.0 and force_b > 0.0:
+        return SPINS, friction_a * force_a + friction_b * force_b
+    stays_on_a = opens(gravity, sense * friction_a, ax, ay, bx, by)
+    stays_on_b = opens(gravity, sense * friction_b, bx, by, ax, ay)
+    if stays_on_a and (force_b <= 0.0 or not stays_on_b):
+        return GOES_ON_A, 0.0
+    if stays_on_b:
+        return GOES_ON_B, 0.0
+    return JAMS, 0.0

@@ -1,0 +1,33 @@
+"""No ball of a preset has moved since version 4 of the physics, to the last bit."""
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine import Board, drop_many, preset_names
+from tests.long import tries
+
+RECORDED = json.loads(Path(__file__).with_name("trajectories.json").read_text(encoding="utf-8"))
+"""By preset: SHA-256 over x_end, duration, bin and all impacts of the seeds 0 to 999."""
+
+
+def trajectories(name: str) -> str:
+    """What the file says of a preset, computed now."""
+    found = hashlib.sha256()
+    for one in drop_many(Board.preset(name), range(1000)):
+        found.update(np.array([one.x_end, one.duration, one.bin]).tobytes())
+        found.update(one.impacts.tobytes())
+    return found.hexdigest()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["triangle-8", "classic", "galton", *tries([], preset_names())])
+def test_a_preset_s_balls_go_where_they_went(name: str) -> None:
+    assert trajectories(name) == RECORDED[name]
+
+
+def test_every_preset_is_recorded() -> None:
+    assert set(RECORDED) == set(preset_names())
