@@ -29,7 +29,6 @@ from engine.exact.outcome import (
     MAX_EVENTS,
     REASONS,
     SEARCH_LIMIT,
-    TIME_LIMIT,
     WEDGED,
 )
 from engine.parameters import Exact
