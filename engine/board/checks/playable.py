@@ -8,6 +8,7 @@ from engine.board.checks.obstacles import close_discs, obstacles
 from engine.board.checks.overlap import check_overlaps, check_start_above_bins, check_starts
 from engine.board.checks.reach import check_reach
 from engine.board.checks.separators import separators
+from engine.board.checks.shelves import check_shelves
 from engine.board.checks.traps import check_traps
 from engine.board.fields import BoardFields
 
@@ -21,3 +22,4 @@ def check(board: BoardFields) -> None:
     check_starts(board, obs)
     reach = check_reach(board, obs, separators(obs, pairs, board.drop.y, board.bins.y))
     check_traps(board, obs, pairs, reach)
+    check_shelves(board, obs)
