@@ -31,7 +31,7 @@ FRICTIONS: Final = (0.0, 0.1, 0.3, 0.6, 1.0)
 DRAGS: Final = (0.0, 0.0, 0.0, 0.0, 0.005, 1.0, 1.0, 10.0, MAX_DRAG)
 
 LEAST_SPEED: Final = 0.015
-"""m/s; the terminal speed on the flattest slope, so that no slope takes a ball to the time limit."""
+"""m/s; at the least, the terminal speed on a slope: none takes a ball to the time limit."""
 
 Point = tuple[float, float]
 
@@ -58,7 +58,7 @@ class Draft:
     def angle(self, low: float, high: float) -> float:
         """An angle in rad: anywhere between, hardly more than the least, or one of the two."""
         anywhere = self.choice.uniform(low, high)
-        least = low + (high - low) * 10.0 ** self.choice.uniform(-4.0, 0.0)
+        least: float = low + (high - low) * 10.0 ** self.choice.uniform(-4.0, 0.0)
         return self.choice.choice([low, high, least, least, least, anywhere, anywhere, anywhere])
 
     def peg_under(self, place: Point, lean: float, radius: float) -> None:
@@ -177,7 +177,7 @@ def overhangs(draft: Draft, x: float, y: float) -> None:
 
 
 def shelves(draft: Draft, x: float, y: float) -> None:
-    """Slopes from the side walls, the flattest nearly level: the ball rolls from one to the next."""
+    """Slopes from the side walls, some nearly level: the ball rolls from one to the next."""
     for row in range(draft.choice.randint(1, 3)):
         side = draft.choice.choice([-1.0, 1.0])
         slope = max(draft.choice.choice([1e-3, 0.03, 0.1, 0.3]), draft.least_slope)
