@@ -4,6 +4,7 @@ Errors come in the order in which they are easiest to understand: what overlaps,
 starts, where it can get, where it would stick.
 """
 
+from engine.board.checks.fall_time import check_fall_time
 from engine.board.checks.obstacles import close_discs, obstacles
 from engine.board.checks.overlap import check_overlaps, check_start_above_bins, check_starts
 from engine.board.checks.reach import check_reach
@@ -16,6 +17,7 @@ from engine.board.fields import BoardFields
 def check(board: BoardFields) -> None:
     """Raise BoardError if `board` cannot be played; its values have been checked one by one."""
     check_start_above_bins(board)
+    check_fall_time(board)
     obs = obstacles(board)
     pairs = close_discs(obs)
     check_overlaps(board, pairs)

@@ -5,12 +5,15 @@ import math
 from typing import Any
 from unittest import mock
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+from engine import drop
 from engine.board.checks import playable
+from engine.board.checks.fall_time import fall_time
 from engine.board.checks.obstacles import Obstacles, close_discs, obstacles
 from engine.board.checks.reach import free_intervals
 from engine.board.checks.separators import separators
@@ -39,7 +42,7 @@ def verdict(form: Form) -> str:
     except BoardError as error:
         words = (
             *("overlaps", "inside or touching", "cannot pass", "miss the bins", "wedge in"),
-            "come to rest there",
+            *("come to rest there", "even in free fall"),
         )
         return next(word for word in words if word in str(error))
     return ""
@@ -289,6 +292,48 @@ class TestShelves:
             Board.kept({**form, "gravity": -1.0})
         with pytest.raises(BoardError, match="level"):
             Board.of(kept)
+
+
+class TestTime:
+    @pytest.mark.parametrize(
+        ("gravity", "drag", "field", "least"),
+        [
+            (1e-6, 0.0, "gravity", "3464.1 s"),
+            (1.19e-5, 0.0, "gravity", "1004.19 s"),
+            (1e-6, 1000.0, "gravity", "6e+09 s"),
+            (5.0, 1000.0, "drag", "1200 s"),
+        ],
+    )
+    def test_a_board_on_which_no_ball_lands_in_time_is_refused(
+        self, gravity: float, drag: float, field: str, least: str
+    ) -> None:
+        error = refusal({**box(), "gravity": gravity, "drag": drag})
+        assert error.field == field
+        value = {"gravity": gravity, "drag": drag}[field]
+        assert str(error) == (
+            f"{field} is {value!r}: even in free fall a ball takes {least} from drop.y = 0.0 to "
+            "bins.y = 6.0, and a drop ends after 1000 s"
+        )
+
+    def test_one_on_which_a_ball_does_is_fine(self) -> None:
+        for values in ({"gravity": 1.21e-5}, {"gravity": 6.1, "drag": 1000.0}, {"drag": 1000.0}):
+            board = Board.from_json({**box(), **values})
+            assert drop(board, 1).unsettled is None or board.drag > 0.0, values
+
+    @pytest.mark.parametrize("drag", [0.0, 1e-300, 1e-9, 1e-3, 0.1, 1.0, 10.0])
+    @pytest.mark.parametrize("gravity", [1e-6, 0.01, 9.81, 1e4])
+    @pytest.mark.parametrize("way", [1e-9, 1.0, 6.0, 1e6])
+    def test_the_least_time_is_that_of_the_closed_form(
+        self, gravity: float, drag: float, way: float
+    ) -> None:
+        with mpmath.workdps(1000):
+            g, k, t = (
+                mpmath.mpf(gravity),
+                mpmath.mpf(drag),
+                mpmath.mpf(fall_time(gravity, drag, way)),
+            )
+            fallen = g / k * (t - (1 - mpmath.exp(-k * t)) / k) if drag else g * t * t / 2
+            assert abs(fallen / way - 1) < 1e-8
 
 
 class TestPassing:
