@@ -17,11 +17,11 @@ from engine.board.fields import BoardFields
 def check(board: BoardFields) -> None:
     """Raise BoardError if `board` cannot be played; its values have been checked one by one."""
     check_start_above_bins(board)
-    check_fall_time(board)
     obs = obstacles(board)
     pairs = close_discs(obs)
     check_overlaps(board, pairs)
     check_starts(board, obs)
+    check_fall_time(board)
     reach = check_reach(board, obs, separators(obs, pairs, board.drop.y, board.bins.y))
     check_traps(board, obs, pairs, reach)
     check_shelves(board, obs)
