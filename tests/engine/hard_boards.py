@@ -47,7 +47,7 @@ class Draft:
     pegs: list[tuple[float, float, float]] = field(default_factory=list)
     walls: list[tuple[float, float, float, float]] = field(default_factory=list)
     aim: float = 0.0
-    spread: float = 0.4
+    spread: float = 0.3
     starts: list[float] = field(default_factory=list)
 
     @property
@@ -154,7 +154,6 @@ def twins(draft: Draft, x: float, y: float) -> None:
         draft.peg_under((x, y), low, _beside_another(draft, abs(high - low)))
     else:
         _slope_under(draft, (x, y), low)
-    draft.aim = x
     draft.starts += [x, math.nextafter(x, -1.0), math.nextafter(x, 1.0), x - 1e-12, x + 1e-9]
 
 
@@ -276,6 +275,7 @@ def _made(kind: str, choice: Random) -> HardBoard:
     gravity = max(9.81, drag * choice.choice([1.0, 10.0]) if drag > 10.0 else 0.0)
     draft = Draft(choice, radius, gravity, drag)
     x, y = choice.uniform(-0.4, 0.4), choice.uniform(1.0, 1.8)
+    draft.aim = x
     KINDS[kind](draft, x, y)
     if kind not in {"twins", "overhangs"}:
         _deflect(draft, y - 0.2)
