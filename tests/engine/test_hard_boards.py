@@ -95,13 +95,16 @@ def test_a_ball_goes_where_steps_in_time_lead_it(kind: str) -> None:
         alike &= np.abs(coarse.x_end - fine.x_end) <= ALIKE
         near = (exact.outcome == LANDED) & (np.abs(exact.x_end - fine.x_end) <= NEAR)
         for i in np.flatnonzero(alike & ~near).tolist():
-            proof = certify(board, i)  # chaos after all, or the exact solver errs
-            assert proof.bin == exact.bin[i], (json.dumps(board.to_dict()), i)
+            # Steps of both sizes may err alike, by chance: one of 800 drops into funnels did.
+            proof, where = certify(board, i), (json.dumps(board.to_dict()), i)
+            assert proof.bin == exact.bin[i], where
+            assert proof.x_end is not None
+            assert proof.x_end.low - 1e-6 <= exact.x_end[i] <= proof.x_end.high + 1e-6, where
             odd += 1
         compared += int(alike.sum())
         count += len(alike)
     assert compared > 0.9 * count > 0
-    assert odd <= 0.002 * compared
+    assert odd <= 0.005 * compared
 
 
 @pytest.mark.long
