@@ -5,6 +5,9 @@ from typing import Final
 PHYSICS_VERSION: Final = 5
 """Raised whenever any drop's bits change; part of every digest."""
 
+MAX_TIME: Final = 1000.0
+"""Seconds of one drop: a ball that has not landed by then ends without a bin."""
+
 EARTH_GRAVITY: Final = 9.81
 """m/s^2, at sea level and 45 degrees latitude."""
 

@@ -43,8 +43,8 @@ def _together(limits: BallLimits) -> int:
 
 
 _KINDS: Final = {
-    INDEPENDENT: _Kind(IndependentRoom, IndependentRoom.format, Board.from_json, _alone),
-    INTERACTING: _Kind(TouchingRoom, TouchingRoom.format, Board.from_json, _together),
+    INDEPENDENT: _Kind(IndependentRoom, IndependentRoom.format, Board.kept, _alone),
+    INTERACTING: _Kind(TouchingRoom, TouchingRoom.format, Board.kept, _together),
     SCENE: _Kind(TouchingRoom, TouchingRoom.format, Scene, _together),
 }
 

@@ -1,7 +1,7 @@
 """Scenes shared by tests, benchmarks and demos: small boards that each show one thing.
 
-A scene is a board that may be played, what happens on it, and a start where it is seen at its
-clearest. Every seed of its board is a drop of the same kind.
+A scene is a board that may be played (but for the level shelf), what happens on it, and a start
+where it is seen at its clearest. Every seed of its board is a drop of the same kind.
 """
 
 from collections.abc import Callable
@@ -10,6 +10,7 @@ from functools import cache
 from itertools import pairwise
 from typing import Final
 
+from benchmarks.scenes.boards import revised
 from engine.board import payouts, presets
 from engine.board.materials import Material
 from engine.board.model import Board
@@ -135,7 +136,8 @@ def _apex() -> Scene:
 
 @_scene
 def _shelf() -> Scene:
-    board = _chute("shelf", walls=(Wall(-0.5, 1.0, 0.5, 1.0),))
+    chute = _chute("shelf")
+    board = revised(chute, walls=(Wall(-0.5, 1.0, 0.5, 1.0), *chute.walls))
     return Scene("shelf", "a ball comes to rest on a level wall", board, x=0.0)
 
 

@@ -98,6 +98,7 @@ def count(board_json: str, drops: int) -> dict[str, float]:
     import numpy as np
 
     from engine import Board
+    from engine.constants import MAX_TIME
     from engine.exact import event_log, initial_state, outcome, trace
     from engine.exact.board_arrays import arrays_of
     from engine.physics import contact
@@ -116,7 +117,7 @@ def count(board_json: str, drops: int) -> dict[str, float]:
     impacts = np.zeros(drops, np.int32)
     trace.trace_many(
         arrays, counting(states), initial_state.in_flight(drops), outcome.MAX_EVENTS,
-        outcome.MAX_TIME, contact.new_series(), event_log.new_log(0, 0),
+        MAX_TIME, contact.new_series(), event_log.new_log(0, 0),
         np.zeros(drops, np.int8), np.zeros(drops, np.int32), impacts,
     )  # fmt: skip
     return {kind: COUNTS[kind] / int(impacts.sum()) for kind in KINDS}

@@ -12,10 +12,11 @@ from typing import Any, Final
 import numba
 import numpy as np
 
+from engine.constants import MAX_TIME
 from engine.exact import event_log, initial_state, sampling, sensitivity
 from engine.exact.board_arrays import BoardArrays
 from engine.exact.event_log import Log
-from engine.exact.outcome import MAX_EVENTS, MAX_TIME
+from engine.exact.outcome import MAX_EVENTS
 from engine.exact.sensitivity import Space
 from engine.exact.trace import trace_many
 from engine.jit.webassembly import (

@@ -25,10 +25,13 @@ class Board(BoardFields):
     digest: str = dataclasses.field(init=False)
     """SHA-256 of the content, 64 hex digits; the bytes are laid out in `engine.board.digest`."""
 
-    def __post_init__(self) -> None:
+    is_kept: dataclasses.InitVar[bool] = False
+
+    def __post_init__(self, is_kept: bool) -> None:
         """Put checked floats in place of what was given, then check the board as a whole.
 
-        The presets are known to be playable; a test keeps that true.
+        The presets are known to be playable; a test keeps that true. A board that `is_kept` was
+        checked when it was new.
         """
         checked: dict[str, Any] = {
             "name": values.name(self.name),
@@ -47,7 +50,7 @@ class Board(BoardFields):
         for key, value in checked.items():
             object.__setattr__(self, key, value)
         object.__setattr__(self, "digest", content.digest(self))
-        if self.preset_name is None:
+        if not is_kept and self.preset_name is None:
             playable.check(self)
 
     def __eq__(self, other: object) -> bool:
@@ -98,6 +101,15 @@ class Board(BoardFields):
     def from_json(cls, source: str | os.PathLike[str] | Mapping[str, Any]) -> "Board":
         """Make a board of its JSON form: text (starts with `{`), the path of a file, or a dict."""
         return cls(**json_form.fields(json_form.load(source)))
+
+    @classmethod
+    def kept(cls, form: Mapping[str, Any]) -> "Board":
+        """Return a board that was accepted before, from its JSON form.
+
+        The values are checked. The board as a whole is not: a ledger keeps what was once played,
+        even if newer checks would refuse it. The caller compares the digest.
+        """
+        return cls(**json_form.fields(form), is_kept=True)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON form as a new dict."""

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.board.model import Board
+from engine.constants import MAX_TIME
 from engine.drops.digest import outcomes_digest
 from engine.drops.drawing import histogram_svg
 from engine.drops.drop import Drop, make_drop
@@ -20,7 +21,7 @@ from engine.exact.board_arrays import BoardArrays, arrays_of
 from engine.exact.event_log import new_log
 from engine.exact.initial_state import Ints, at_rest, in_flight
 from engine.exact.lockstep.trace import has_only_bounces, trace_bounces
-from engine.exact.outcome import LANDED, MAX_EVENTS, MAX_TIME, Results
+from engine.exact.outcome import LANDED, MAX_EVENTS, Results
 from engine.exact.trace import trace_many
 from engine.jit.accelerator import Accelerator
 from engine.notebooks import figure, png

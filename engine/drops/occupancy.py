@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.board.model import Board
+from engine.constants import MAX_TIME
 from engine.drops.batch import seed_array
 from engine.drops.threads import share, thread_count
 from engine.errors import ParameterError
@@ -16,7 +17,7 @@ from engine.exact.board_arrays import arrays_of
 from engine.exact.event_log import Log, new_log
 from engine.exact.initial_state import at_rest, in_flight
 from engine.exact.occupancy import occupy
-from engine.exact.outcome import MAX_EVENTS, MAX_TIME
+from engine.exact.outcome import MAX_EVENTS
 from engine.exact.trace import trace_many
 from engine.parameters import number
 from engine.physics import body

@@ -10,13 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.board.model import Board
+from engine.constants import MAX_TIME
 from engine.drops.trajectory import at_start
 from engine.errors import EffortError
 from engine.exact import event_log
 from engine.exact.board_arrays import BoardArrays, arrays_of
 from engine.exact.event_log import Log, new_log
 from engine.exact.initial_state import Ints, in_flight
-from engine.exact.outcome import EVENT_LIMIT, MAX_EVENTS, MAX_TIME, RUNNING
+from engine.exact.outcome import EVENT_LIMIT, MAX_EVENTS, RUNNING
 from engine.exact.trace import trace_many
 from engine.jit.limits import at_most
 from engine.physics import body

@@ -6,11 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.board.fields import BoardFields
+from engine.constants import MAX_TIME
 from engine.exact import event_log
 from engine.exact.board_arrays import arrays_of
 from engine.exact.event_log import new_log
 from engine.exact.initial_state import in_flight
-from engine.exact.outcome import MAX_EVENTS, MAX_TIME
+from engine.exact.outcome import MAX_EVENTS
 from engine.exact.sampling import sample
 from engine.exact.trace import trace_many
 from engine.parameters import Solver, Stepped

@@ -28,9 +28,6 @@ REASONS = (
 MAX_EVENTS = 100_000
 """Events in one drop. On the presets it has tens; only a ball that bounces for ever has more."""
 
-MAX_TIME = 1000.0
-"""Seconds of one drop."""
-
 
 class Results(NamedTuple):
     """What is kept of each drop of many: columns of shape (n,)."""

@@ -10,6 +10,7 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
+from engine.constants import MAX_TIME
 from engine.exact import event_log
 from engine.exact.board_arrays import BoardArrays, cell_of, friction_of, restitution_of
 from engine.exact.event_log import Log, end_ball, land, note_impact, note_segment
@@ -18,7 +19,6 @@ from engine.exact.outcome import (
     ESCAPED,
     EVENT_LIMIT,
     LANDED,
-    MAX_TIME,
     RUNNING,
     TIME_LIMIT,
 )

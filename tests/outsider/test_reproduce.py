@@ -11,6 +11,7 @@ from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
 from engine import Board, drop, drop_many, preset_names
 from tests.engine.batches.open_board import DROPS, OPEN
+from tests.engine.hard_boards import KINDS, hard_board
 from tests.long import tries
 
 PAGE = (Path(__file__).parents[2] / "docs" / "reproduce.md").read_text(encoding="utf-8")
@@ -67,6 +68,19 @@ def test_the_page_rolls_and_slides_as_the_engine_does(name: str) -> None:
 def test_the_page_gives_the_digests_of_random_boards() -> None:
     for number in range(tries(6, 60)):
         compare(random_board(number), tries(1, 3))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_page_gives_the_digests_of_drops_on_hard_boards(kind: str) -> None:
+    for number in range(tries(2, 12)):
+        hard = hard_board(kind, number)
+        board = hard.playable()
+        if board is None:
+            continue
+        compare(board, tries(1, 4))
+        for x in hard.starts[: tries(1, 5)]:
+            compare(board, 1, x)
 
 
 def worked() -> str:

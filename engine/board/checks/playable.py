@@ -4,10 +4,12 @@ Errors come in the order in which they are easiest to understand: what overlaps,
 starts, where it can get, where it would stick.
 """
 
+from engine.board.checks.fall_time import check_fall_time
 from engine.board.checks.obstacles import close_discs, obstacles
 from engine.board.checks.overlap import check_overlaps, check_start_above_bins, check_starts
 from engine.board.checks.reach import check_reach
 from engine.board.checks.separators import separators
+from engine.board.checks.shelves import check_shelves
 from engine.board.checks.traps import check_traps
 from engine.board.fields import BoardFields
 
@@ -19,5 +21,7 @@ def check(board: BoardFields) -> None:
     pairs = close_discs(obs)
     check_overlaps(board, pairs)
     check_starts(board, obs)
+    check_fall_time(board)
     reach = check_reach(board, obs, separators(obs, pairs, board.drop.y, board.bins.y))
     check_traps(board, obs, pairs, reach)
+    check_shelves(board, obs)

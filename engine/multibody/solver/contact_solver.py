@@ -23,9 +23,10 @@ from engine.multibody.solver.position_projection import limit_pushes, push_apart
 SLOP = 0.001
 """Overlap, in radii of the smaller ball, that is left alone: contacts at rest stay contacts."""
 
-ELASTIC_REST = 1.0e-7
-"""Speed below which not even an elastic approach rebounds, in radii of the smaller ball per
-substep: rounding."""
+ROUNDING = 1.0e-10
+"""Approach, in the speeds of both, below which not even an elastic one rebounds: what rounding of
+velocities and of the normal leaves of none. Larger, a slow pair would be plastic beside fast ones;
+smaller, balls that touch and move together would knock each other again and again."""
 
 STRETCHES = 4
 """Stretches of the contacts' list that a pass takes from in turns."""
@@ -41,12 +42,16 @@ def new_contacts(pairs: NeighbourList) -> Contacts:
 
 
 @lean_kernel
-def restitution_threshold(restitution: float, gravity: float, h: float, radius: float) -> float:
+def restitution_threshold(
+    restitution: float, gravity: float, h: float,
+    vx_a: float, vy_a: float, vx_b: float, vy_b: float,
+) -> float:  # fmt: skip
     """Approach in m/s below which an impact does not rebound: twice what gravity adds meanwhile.
 
-    An elastic ball never comes to rest.
+    An elastic ball never comes to rest, and without gravity none does before rounding stops it:
+    the threshold then is a part of the two balls' own speeds, however slow they are.
     """
-    floor = ELASTIC_REST * radius / h
+    floor = ROUNDING * (abs(vx_a) + abs(vy_a) + abs(vx_b) + abs(vy_b))
     if restitution >= 1.0:
         return floor
     return max(2.0 * gravity * h, floor)
@@ -149,7 +154,11 @@ def prepare_contacts(
             if impulse[k, pair.NORMAL] == 0.0:
                 approach = (vel[partner, body.VX] - vel[a, body.VX]) * nx
                 approach += (vel[partner, body.VY] - vel[a, body.VY]) * ny
-                if approach >= restitution_threshold(restitution, gravity, h, small):
+                threshold = restitution_threshold(
+                    restitution, gravity, h,
+                    vel[a, body.VX], vel[a, body.VY], vel[partner, body.VX], vel[partner, body.VY],
+                )  # fmt: skip
+                if approach >= threshold:
                     continue
             rows[count, contact.NORMAL_X] = nx
             rows[count, contact.NORMAL_Y] = ny

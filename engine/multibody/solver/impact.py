@@ -109,7 +109,10 @@ def impact(
         nx, ny = fallback_normal(marks[a, body.ID], marks[b, body.ID] if b >= 0 else b)
     partner = b if b >= 0 else len(vel) - 1
     restitution, friction = mix_materials(bodies.surface, items, a, b)
-    threshold = restitution_threshold(restitution, gravity, h, small)
+    threshold = restitution_threshold(
+        restitution, gravity, h,
+        vel[a, body.VX], vel[a, body.VY], vel[partner, body.VX], vel[partner, body.VY],
+    )  # fmt: skip
     approach = (vel[partner, body.VX] - vel[a, body.VX]) * nx
     approach += (vel[partner, body.VY] - vel[a, body.VY]) * ny
     is_slow = approach < threshold

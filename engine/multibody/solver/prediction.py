@@ -57,7 +57,7 @@ def _static_impact(
     length = items[item, shape.LENGTH]
     distance = radius + items[item, shape.RADIUS]
     restitution = max(path[i, sweep.RESTITUTION], items[item, shape.RESTITUTION])
-    threshold = restitution_threshold(restitution, settings.gravity, settings.h, radius)
+    threshold = restitution_threshold(restitution, settings.gravity, settings.h, vx, vy, 0.0, 0.0)
     tx = items[item, shape.TX]
     ty = items[item, shape.TY]
     slack = SLACK * radius
@@ -86,7 +86,10 @@ def _ball_impact(
     slack = 0.0
     if path[b, sweep.STATUS] == sweep.AWAKE:
         restitution = max(path[a, sweep.RESTITUTION], path[b, sweep.RESTITUTION])
-        threshold = restitution_threshold(restitution, settings.gravity, settings.h, small)
+        threshold = restitution_threshold(
+            restitution, settings.gravity, settings.h,
+            path[a, sweep.VX], path[a, sweep.VY], path[b, sweep.VX], path[b, sweep.VY],
+        )  # fmt: skip
         slack = SLACK * small
     vx = path[a, sweep.VX] - path[b, sweep.VX]
     vy = path[a, sweep.VY] - path[b, sweep.VY]

@@ -138,6 +138,16 @@ def test_too_many_boards_push_out_the_longest_unused() -> None:
             "bins.edges",
             "0",
         ),
+        (
+            {
+                "pegs": [],
+                "walls": [{"x1": -0.5, "y1": 1.0, "x2": 0.5, "y2": 1.0}],
+                "bins": {"edges": [-9, 9]},
+            },
+            "walls[0]",
+            "a ball that starts above it, at x = 0, can come to rest there",
+        ),
+        ({"gravity": 1e-6}, "gravity", "even in free fall a ball takes 2000 s"),
     ],
 )
 def test_an_unplayable_board_is_refused_and_its_field_named(

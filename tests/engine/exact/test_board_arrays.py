@@ -13,12 +13,13 @@ from hypothesis import strategies as st
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.expensive_boards import crowded, large
 from engine import Board
+from engine.constants import MAX_TIME
 from engine.drops.trajectory import at_start
 from engine.exact import event_log
 from engine.exact.board_arrays import BoardArrays, arrays_of, bin_of, cell_of, make_arrays
 from engine.exact.event_log import new_log
 from engine.exact.grid import MAX_CELLS, MAX_LISTED, Cells, cells_of, heads_of
-from engine.exact.outcome import MAX_EVENTS, MAX_TIME
+from engine.exact.outcome import MAX_EVENTS
 from engine.physics import surface
 from engine.seeding import start_x
 from engine.stepped.step import trace_stepped_many

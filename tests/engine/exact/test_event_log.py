@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from engine import Board, drop
+from engine.constants import MAX_TIME
 from engine.exact import event_log
 from engine.exact.board_arrays import arrays_of
 from engine.exact.event_log import Log, new_log
 from engine.exact.initial_state import at_rest, in_flight
-from engine.exact.outcome import MAX_EVENTS, MAX_TIME
+from engine.exact.outcome import MAX_EVENTS
 from engine.exact.trace import trace_many
 from engine.parameters import Stepped
 from engine.physics import body

@@ -14,6 +14,7 @@ from benchmarks.scenes.random_boards import random_board
 from benchmarks.speed import throughput
 from engine import Board, drop_many
 from engine.board.parts import Peg
+from engine.constants import MAX_TIME
 from engine.exact import initial_state
 from engine.exact.board_arrays import BoardArrays, arrays_of
 from engine.exact.event_log import new_log
@@ -21,7 +22,7 @@ from engine.exact.grid import cells_of
 from engine.exact.initial_state import at_rest, in_flight
 from engine.exact.lockstep import lanes
 from engine.exact.lockstep.trace import LeftOver, has_only_bounces, trace_bounces
-from engine.exact.outcome import MAX_EVENTS, MAX_TIME, SEARCH_LIMIT, Results
+from engine.exact.outcome import MAX_EVENTS, SEARCH_LIMIT, Results
 from engine.exact.trace import trace_many
 from engine.physics import body
 from engine.physics.contact import new_series

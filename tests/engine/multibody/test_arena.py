@@ -106,6 +106,51 @@ def test_pair_rules_are_the_larger_restitution_and_the_root_of_the_product_of_fr
     assert abs(b["vy"] / (b["vx"])) == pytest.approx(0.3, rel=1e-9)  # it slides: mu = 0.3
 
 
+SPEEDS = [10.0**k for k in (-290, -200, -162, -100, -30, -12, -6, -4, -3, 0, 3, 6)]
+"""m/s: from where a momentum has all its digits up to nearly what a ball may have."""
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+@pytest.mark.parametrize("e", [1.0, 0.25])
+@pytest.mark.parametrize("angle", [0.0, 2.0])
+def test_a_pair_rebounds_by_its_restitution_however_slow_it_is(
+    speed: float, e: float, angle: float
+) -> None:
+    """Discs that touch and approach head-on; an elastic one gives all its speed to the other."""
+    arena = free(dt=0.001, substeps=32)
+    x, y = math.cos(angle), math.sin(angle)
+    for place, v in ((-0.5, speed), (0.5, 0.0)):
+        arena.add(place * x, place * y, vx=v * x, vy=v * y, radius=0.5, restitution=e, friction=0.0)
+    steps(arena, 3)
+    along = [b["vx"] / speed * x + b["vy"] / speed * y for b in arena.bodies]
+    assert along == pytest.approx([0.5 * (1.0 - e), 0.5 * (1.0 + e)], rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("speed", [1e-9, 1e-6, 1.6e-3, 1.7e-3, 1.0])
+def test_a_slow_elastic_ball_bounces_off_another_a_wall_and_a_peg(speed: float) -> None:
+    for far in (
+        StaticGeometry(),
+        StaticGeometry(walls=(Wall(1.0, -1.0, 1.0, 1.0),)),
+        StaticGeometry(pegs=(Peg(1.5, 0.0, 0.5),)),
+    ):
+        arena = Arena(far, ArenaSettings(gravity=0.0, dt=0.001, substeps=32))
+        arena.add(0.5 - 0.0105 * speed, 0.0, vx=speed, radius=0.5, restitution=1.0, friction=0.0)
+        if far == StaticGeometry():
+            arena.add(1.5, 0.0, radius=0.5, restitution=1.0, friction=0.0)
+        steps(arena, 20)
+        after = [0.0, speed] if far == StaticGeometry() else [-speed]
+        assert arena.bodies["vx"].tolist() == pytest.approx(after, rel=1e-12, abs=1e-12 * speed)
+
+
+def test_a_slow_pair_is_elastic_beside_fast_ones() -> None:
+    arena = free()
+    arena.add(0.0, 0.0, vx=1e-9, radius=0.1, restitution=1.0, friction=0.0)
+    arena.add(0.2, 0.0, radius=0.1, restitution=1.0, friction=0.0)
+    arena.add(0.0, 9.0, vx=1e3, radius=0.1, restitution=1.0, friction=0.0)
+    steps(arena, 10)
+    assert arena.bodies["vx"].tolist() == [0.0, 1e-9, 1e3]
+
+
 def test_a_cradle_of_touching_balls_passes_the_blow_to_the_last() -> None:
     arena = free()
     for i in range(5):

@@ -13,7 +13,9 @@ from engine.exact.board_arrays import arrays_of
 from tests.engine.artifact.drops import cases, played
 from tests.engine.artifact.host import blocks_of
 from tests.engine.board.forms import EXAMPLE, changed
+from tests.engine.hard_boards import KINDS, hard_board
 from tests.js.conftest import Run
+from tests.long import tries
 
 _OPEN = """
 const { readFileSync } = await import("node:fs");
@@ -47,6 +49,29 @@ def test_a_page_computes_every_drop_to_the_engine_s_last_bit(run: Run) -> None:
         assert mine["board_digest"] == true["board_digest"], name
         wrong = [s for s, d in enumerate(true["digests"]) if mine["digests"][s] != d]
         assert not wrong, f"{name}: seeds {wrong[:5]}"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_page_computes_drops_on_hard_boards_to_the_engine_s_last_bit(run: Run, kind: str) -> None:
+    made = [hard_board(kind, number) for number in range(tries(4, 200))]
+    boards = [(hard, board) for hard in made if (board := hard.playable()) is not None]
+    seeds = range(tries(5, 50))
+    found = run(
+        "solver/solver.js",
+        opened("""return given.map(({ board, starts }) =>
+          starts.map((start) => solver.drop(board, start).digest));"""),
+        [
+            {
+                "board": board.to_dict(),
+                "starts": [*({"seed": seed} for seed in seeds), *({"x": x} for x in hard.starts)],
+            }
+            for hard, board in boards
+        ],
+    )
+    for (hard, board), digests in zip(boards, found, strict=True):
+        drops = [*(drop(board, seed) for seed in seeds), *(drop(board, x=x) for x in hard.starts)]
+        assert digests == [each.digest for each in drops], hard.form
 
 
 def test_a_page_makes_the_kernels_arrays_of_a_board_as_the_engine_does(run: Run) -> None:

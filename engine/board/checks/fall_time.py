@@ -1,0 +1,46 @@
+"""Checks that a ball can land before the time of a drop is over, if nothing is in its way."""
+
+import math
+from typing import Final
+
+from engine.board.fields import BoardFields
+from engine.constants import MAX_TIME
+from engine.errors import BoardError
+
+SLIGHT_DRAG: Final = 1e-4
+"""Of drag times the fall's duration: below it the root cancels, and t = t0 (1 + u / 6) is exact to
+1e-9."""
+
+
+def check_fall_time(board: BoardFields) -> None:
+    """Raise BoardError naming gravity or drag if even a free fall to the bins takes too long."""
+    way = board.bins.y - board.drop.y
+    least = fall_time(board.gravity, board.drag, way)
+    if least <= MAX_TIME:
+        return
+    field = "gravity" if fall_time(board.gravity, 0.0, way) > MAX_TIME else "drag"
+    raise BoardError(
+        f"{field} is {getattr(board, field)!r}: even in free fall a ball takes {least:.6g} s from "
+        f"drop.y = {board.drop.y!r} to bins.y = {board.bins.y!r}, and a drop ends after "
+        f"{MAX_TIME:g} s",
+        field=field,
+    )
+
+
+def fall_time(gravity: float, drag: float, way: float) -> float:
+    """Time in s in which a ball that starts at rest falls `way` m > 0.
+
+    The root t of way = (g/k) (t - (1 - e^(-kt)) / k), by u = kt: u - 1 + e^(-u) = a with
+    a = way k^2 / g. The left side is convex and the first guess is beyond the root (for
+    w = sqrt(2a), 1 - e^(-w - a) <= w), so Newton's steps come down to it without passing it.
+    """
+    free = math.sqrt(2.0 * way / gravity)
+    if drag * free < SLIGHT_DRAG:
+        return free * (1.0 + drag * free / 6.0)
+    a = 0.5 * (drag * free) ** 2
+    u = drag * free + a
+    while True:
+        better = u - (u + math.expm1(-u) - a) / -math.expm1(-u)
+        if not better < u:
+            return u / drag
+        u = better

@@ -1,0 +1,88 @@
+"""Finds level walls under a start: a ball that falls straight onto one bounces until it lies there.
+
+Nothing then moves it: on a level wall every place is in balance. A slope, however slight, lets it
+roll off, and so does a bounce off anything else on the way down, which gives it a speed along the
+wall. Only the first thing under a start therefore matters.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from engine.board.checks.obstacles import Floats, Obstacles
+from engine.board.checks.traps import LEAN
+from engine.board.fields import BoardFields
+from engine.errors import BoardError
+
+SLACK: Final = 1e-9
+"""Part of the starts over a wall, and of the ball's radius above it: what is less is rounding."""
+
+
+def check_shelves(board: BoardFields, obs: Obstacles) -> None:
+    """Raise BoardError naming the first level wall onto which a ball falls straight from a start.
+
+    The starts are clear of all obstacles: `check_starts` has seen to that.
+    """
+    zone = board.drop
+    starts = [(zone.x - zone.span, zone.x + zone.span), *((x, x) for x in zone.slots)]
+    level = np.abs(obs.ty) <= LEAN
+    level &= (obs.y1 > zone.y) & (obs.y1 - obs.radius < board.bins.y)
+    for k in np.flatnonzero(level).tolist():
+        rest = float(obs.y1[k]) - obs.radius
+        covered = _covered(obs, zone.y, rest - SLACK * obs.radius)
+        left, right = sorted((float(obs.x1[k]), float(obs.x2[k])))
+        for first, last in starts:
+            x = _uncovered(covered, max(left, first), min(right, last), SLACK * obs.radius)
+            if x is not None:
+                raise BoardError(
+                    f"walls[{k}] is level: a ball that starts above it, at x = {x:.6g}, can come "
+                    "to rest there; a wall under a start must slope",
+                    field=f"walls[{k}]",
+                )
+
+
+def _covered(obs: Obstacles, top: float, bottom: float) -> Floats:
+    """Where a ball that falls from `top` touches something before its centre is on `bottom`.
+
+    Shape (n, 2): intervals of x in m, by discs and by the upper sides of walls' strips.
+    """
+    depth = np.maximum(obs.y - bottom, 0.0)
+    below = (obs.y > top) & (depth < obs.reach)
+    half = np.sqrt(obs.reach[below] ** 2 - depth[below] ** 2)
+    discs = np.column_stack((obs.x[below] - half, obs.x[below] + half))
+
+    up = np.where(obs.tx > 0.0, 1.0, -1.0) * obs.radius  # to the upper side, across the wall
+    ax, ay = obs.x1 + up * obs.ty, obs.y1 - up * obs.tx
+    bx, by = obs.x2 + up * obs.ty, obs.y2 - up * obs.tx
+    steep = np.abs(by - ay) > LEAN * obs.length
+    rise = np.where(steep, by - ay, 1.0)
+    from_top, from_bottom = (top - ay) / rise, (bottom - ay) / rise
+    between = (ay > top) & (ay < bottom)
+    begin = np.where(steep, np.minimum(from_top, from_bottom), np.where(between, 0.0, 1.0))
+    end = np.where(steep, np.maximum(from_top, from_bottom), 1.0)
+    begin, end = np.maximum(begin, 0.0), np.minimum(end, 1.0)
+    some = begin < end
+    first, last = (ax + share * (bx - ax) for share in (begin, end))
+    strips = np.column_stack((np.minimum(first, last), np.maximum(first, last)))[some]
+    return np.concatenate((discs, strips))
+
+
+def _uncovered(covered: Floats, left: float, right: float, least: float) -> float | None:
+    """A place of [left, right] inside none of the intervals, in the middle of a gap of `least` m.
+
+    Where `left` is `right` the place itself counts. None if there is none.
+    """
+    if left > right:
+        return None
+    if left == right:
+        inside = (covered[:, 0] < left) & (left < covered[:, 1])
+        return None if inside.any() else left
+    reached = left
+    for begin, end in covered[np.argsort(covered[:, 0])].tolist():
+        if min(begin, right) - reached > least:
+            break
+        reached = max(reached, end)
+    else:
+        begin = right
+    gap_end = min(begin, right)
+    return 0.5 * (reached + gap_end) if gap_end - reached > least else None
