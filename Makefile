@@ -25,6 +25,8 @@ HOURS ?= 2
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
+# What a server has with all its parts: `certify` is python-flint, for proofs.
+ALL := server,certify
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
@@ -149,7 +151,7 @@ constraints:
 	rm -rf .cache/constraints
 	mkdir -p .cache
 	tools/make-venv $(PYTHON) .cache/constraints
-	.cache/constraints/bin/python -m pip --quiet install '.[test,lint,bench,docs]'
+	.cache/constraints/bin/python -m pip --quiet install '.[$(ALL),test,lint,bench,docs]'
 	{ head -n 1 constraints.txt; \
 	  .cache/constraints/bin/python -m pip freeze --exclude plinko-server; } > .cache/constraints.txt
 	mv .cache/constraints.txt constraints.txt
@@ -161,24 +163,24 @@ clean:
 	find . -name __pycache__ -not -path './.git/*' -prune -exec rm -rf {} +
 
 $(VENV)/.stamp-play: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e .
+	$(PIP) install -c constraints.txt -e '.[$(ALL)]'
 	touch $@
 
 $(VENV)/.stamp-test: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[test]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL),test]'
 	touch $@ $(VENV)/.stamp-play
 
 # The types of the tests' own libraries are checked too, hence both extras.
 $(VENV)/.stamp-lint: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[test,lint]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL),test,lint]'
 	touch $@ $(VENV)/.stamp-test $(VENV)/.stamp-play
 
 $(VENV)/.stamp-docs: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[docs]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL),docs]'
 	touch $@ $(VENV)/.stamp-play
 
 $(VENV)/.stamp-bench: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[bench]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL),bench]'
 	touch $@ $(VENV)/.stamp-play
 
 $(VENV)/.stamp-venv: tools/make-venv
