@@ -85,7 +85,7 @@ def facts(ask: Ask) -> Facts:
 
 def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
     """A drop's digest, and its record as JSON."""
-    found = ask.drop().record(certainty=certainty)
+    found = ask.drop().to_dict(certainty=certainty)
     return found["digest"], msgspec.json.encode(found)
 
 

@@ -49,7 +49,7 @@ class Enclosure:
         """The ball x, rounded outwards."""
         return cls(_down(x), -_down(-x), x.str(DIGITS))
 
-    def to_json(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """As JSON values."""
         return {"low": self.low, "high": self.high, "text": self.text}
 
@@ -92,7 +92,7 @@ class Certificate:
         """Whether there is a theorem: a bin, or that the ball does not land."""
         return self.undecided is None
 
-    def to_json(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """As JSON values."""
         return {
             "certified": self.decided,
@@ -100,8 +100,8 @@ class Certificate:
             "bin": self.bin,
             "unsettled": self.unsettled,
             "undecided": self.undecided,
-            "x_end": self.x_end.to_json() if self.x_end else None,
-            "duration": self.duration.to_json() if self.duration else None,
+            "x_end": self.x_end.to_dict() if self.x_end else None,
+            "duration": self.duration.to_dict() if self.duration else None,
             "impacts": self.impacts,
             "bits": self.bits,
             "comparisons": self.comparisons,

@@ -23,7 +23,7 @@ def test_a_drop_is_proven_when_asked(http: httpx.Client) -> None:
     assert asked == plain
     expected = certify(Board.preset("triangle-8"), 42)
     rows = [list(row) for row in expected.event_rows()]
-    assert certificate == expected.to_json() | {"events": rows}
+    assert certificate == expected.to_dict() | {"events": rows}
     assert set(certificate) == set(Proven.__struct_fields__)
     assert certificate["certified"]
     assert certificate["x_end"]["low"] <= plain["x_end"] + 1e-6

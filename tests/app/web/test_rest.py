@@ -174,7 +174,7 @@ def test_an_unknown_board_is_named_but_not_at_length(http: httpx.Client, name: s
 def test_a_drop_replayed_by_its_address_is_the_engines_own(http: httpx.Client) -> None:
     expected = drop(BOARD, 42)
     response = http.get("/api/v1/drops/triangle-16/42")
-    assert response.json() == json.loads(json.dumps(expected.record()))
+    assert response.json() == json.loads(json.dumps(expected.to_dict()))
     assert response.headers["etag"] == f'"{expected.digest}"'
     assert "public" in response.headers["cache-control"]
 

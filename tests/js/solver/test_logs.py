@@ -34,7 +34,7 @@ def test_logs_that_javascript_has_rewritten_hold(run: Run) -> None:
 def test_records_that_javascript_has_rewritten_hold(
     run: Run, options: dict[str, Any], solver: str
 ) -> None:
-    record = drop("triangle-8", solver=solver, **options).record()
+    record = drop("triangle-8", solver=solver, **options).to_dict()
     assert verify(rewritten(run, record)).ok
 
 
