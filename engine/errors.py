@@ -9,6 +9,8 @@ EngineError (a ValueError)
 └── ClusterError      workers elsewhere that cannot compute what is asked of them
 """
 
+from typing import NamedTuple
+
 
 class EngineError(ValueError):
     """Root of all errors that the engine raises about its input."""
@@ -18,8 +20,23 @@ class EngineError(ValueError):
         self.field = field
 
 
+class Fault(NamedTuple):
+    """One thing that is wrong with a board: where it is in the JSON form, and what it is."""
+
+    field: str
+    message: str
+
+
 class BoardError(EngineError):
-    """A board that cannot be played. `field` is its path in the JSON form, as `pegs[3].radius`."""
+    """A board that cannot be played. `field` is its path in the JSON form, as `pegs[3].radius`.
+
+    `faults` names everything that is wrong, as far as it can be said at once: where parts overlap
+    or where a ball sticks is known only once every value is right.
+    """
+
+    def __init__(self, message: str, *, field: str = "", faults: tuple[Fault, ...] = ()) -> None:
+        super().__init__(message, field=field)
+        self.faults = faults or (Fault(field, message),)
 
 
 class EffortError(EngineError):

@@ -190,7 +190,7 @@ def load_board(name: str) -> "Board":
         try:
             return Board.from_json(path)
         except BoardError as error:
-            raise BoardError(f"{name}: {error}", field=error.field) from None
+            raise BoardError(f"{name}: {error}", field=error.field, faults=error.faults) from None
     raise click.UsageError(
         f"BOARD {name!r} is neither a preset (`plinko boards` lists them) nor a JSON file"
     )

@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from engine.board import values
+from engine.board.faults import Faults
 from engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH, BoardFields
 from engine.board.materials import Material
 from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
-from engine.errors import BoardError
+from engine.errors import BoardError, Fault
 
 MAX_TEXT: Final = 16_000_000
 """Characters; three times what the largest board allowed needs."""
@@ -33,6 +34,13 @@ _PEG: Final = ("x", "y", "radius")
 _WALL: Final = ("x1", "y1", "x2", "y2")
 _BINS: Final = ("y", "edges", "multipliers")
 _DROP: Final = ("x", "y", "jitter", "slots", "reach", "aim")
+
+_PARTS: Final[Mapping[str, tuple[type[Any], tuple[str, ...]]]] = {
+    "ball": (BallSpec, _BALL),
+    "peg_material": (Material, _MATERIAL),
+    "wall_material": (Material, _MATERIAL),
+    "drop": (DropZone, _DROP),
+}
 
 Part = TypeVar("Part")
 
@@ -88,32 +96,34 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return result
 
 
-def fields(form: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a board for the JSON object `form`, ranges not yet checked."""
-    _known(form, _TOP, "")
-    result: dict[str, Any] = {
-        key: form[key] for key in ("name", "width", "height", "gravity", "drag") if key in form
-    }
-    result["ball"] = _part(BallSpec, form.get("ball", {}), "ball", _BALL)
-    result["peg_material"] = _part(
-        Material, form.get("peg_material", {}), "peg_material", _MATERIAL
-    )
-    result["wall_material"] = _part(
-        Material, form.get("wall_material", {}), "wall_material", _MATERIAL
-    )
-    result["pegs"] = _parts(Peg, form.get("pegs", ()), "pegs", _PEG, values.MAX_PEGS)
-    result["drop"] = _part(DropZone, form.get("drop", {}), "drop", _DROP)
-    result["bins"] = _bins(form)
+def fields(form: Mapping[str, Any], faults: Faults) -> dict[str, Any]:
+    """Return the fields of a board for the JSON object `form`, ranges not yet checked.
+
+    Where the form is wrong, `faults` gets it and the field is left out.
+    """
+    _known(form, _TOP, "", faults)
+    result: dict[str, Any] = {}
+    for key, (kind, names) in _PARTS.items():
+        result[key] = faults.take(_part, kind, form.get(key, {}), key, names)
+    result["pegs"] = faults.take(_parts, Peg, form.get("pegs", ()), "pegs", _PEG, values.MAX_PEGS)
+    result["bins"] = faults.take(_bins, form)
     if "walls" in form:
-        result["walls"] = _parts(Wall, form["walls"], "walls", _WALL, values.MAX_WALLS)
-    else:
-        result["walls"] = _side_walls(result["bins"], result["drop"], result["ball"])
-    return result
+        walls = (Wall, form["walls"], "walls", _WALL, values.MAX_WALLS)
+        result["walls"] = faults.take(_parts, *walls)
+    elif not faults.found:
+        sides = (result["bins"], result["drop"], result["ball"])
+        result["walls"] = faults.take(_side_walls, *sides)
+    plain = ("name", "width", "height", "gravity", "drag")
+    return {key: form[key] for key in plain if key in form} | {
+        key: value for key, value in result.items() if value is not None
+    }
 
 
 def _bins(form: Mapping[str, Any]) -> Bins:
     given = _object(form.get("bins", {}), "bins")
-    _known(given, _BINS, "bins.")
+    faults = Faults()
+    _known(given, _BINS, "bins.", faults)
+    faults.end()
     width = values.size(form.get("width", DEFAULT_WIDTH), "width")
     height = values.size(form.get("height", DEFAULT_HEIGHT), "height")
     limit = values.MAX_BINS
@@ -141,14 +151,12 @@ def _object(value: Any, path: str) -> Mapping[str, Any]:
     return value
 
 
-def _known(form: Mapping[str, Any], keys: tuple[str, ...], prefix: str) -> None:
+def _known(form: Mapping[str, Any], keys: tuple[str, ...], prefix: str, faults: Faults) -> None:
     for key in form:
-        if key not in keys:
+        if key not in keys and not faults.full:
             path = f"{prefix}{key}"[:100]
-            raise BoardError(
-                f"{path} is unknown: {prefix.rstrip('.') or 'a board'} has {', '.join(keys)}",
-                field=path,
-            )
+            message = f"{path} is unknown: {prefix.rstrip('.') or 'a board'} has {', '.join(keys)}"
+            faults.found.append(Fault(path, message))
 
 
 def _part(
@@ -159,10 +167,11 @@ def _part(
     required: tuple[str, ...] = (),
 ) -> Part:
     form = _object(value, path)
-    _known(form, keys, f"{path}.")
-    for key in required:
-        if key not in form:
-            raise BoardError(f"{path}.{key} is missing", field=f"{path}.{key}")
+    faults = Faults()
+    _known(form, keys, f"{path}.", faults)
+    missing = [f"{path}.{key}" for key in required if key not in form]
+    faults.found += [Fault(key, f"{key} is missing") for key in missing]
+    faults.end()
     return kind(**form)
 
 
@@ -173,10 +182,13 @@ def _parts(
     keys: tuple[str, ...],
     limit: int,
 ) -> tuple[Part, ...]:
-    return tuple(
-        _part(kind, item, f"{path}[{i}]", keys, required=keys)
+    faults = Faults()
+    parts = tuple(
+        faults.take(_part, kind, item, f"{path}[{i}]", keys, keys)
         for i, item in enumerate(values.items(value, path, limit))
     )
+    faults.end()
+    return parts
 
 
 def to_dict(board: BoardFields) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from engine.board import digest as content
 from engine.board import json_form, presets, proven, values
 from engine.board.checks import playable
 from engine.board.drawing import board_svg
+from engine.board.faults import Faults
 from engine.board.fields import BoardFields
 from engine.notebooks import figure, png
 
@@ -18,8 +19,7 @@ from engine.notebooks import figure, png
 class Board(BoardFields):
     """The fields of a board that can be played: each is checked, and the board as a whole.
 
-    Boards are equal if their digests are. Raises BoardError whose message and `field` name the
-    value that is wrong.
+    Boards are equal if their digests are. Raises BoardError whose `faults` name all that is wrong.
     """
 
     digest: str = dataclasses.field(init=False)
@@ -30,22 +30,10 @@ class Board(BoardFields):
 
         The presets are known to be playable; a test keeps that true.
         """
-        checked: dict[str, Any] = {
-            "name": values.name(self.name),
-            "width": values.size(self.width, "width"),
-            "height": values.size(self.height, "height"),
-            "gravity": values.gravity(self.gravity),
-            "drag": values.drag(self.drag),
-            "ball": values.ball(self.ball),
-            "pegs": values.pegs(self.pegs),
-            "peg_material": values.material(self.peg_material, "peg_material"),
-            "walls": values.walls(self.walls),
-            "wall_material": values.material(self.wall_material, "wall_material"),
-            "bins": values.bins(self.bins),
-            "drop": values.drop_zone(self.drop),
-        }
-        for key, value in checked.items():
-            object.__setattr__(self, key, value)
+        faults = Faults()
+        for key, check in values.CHECKS.items():
+            object.__setattr__(self, key, faults.take(check, getattr(self, key)))
+        faults.end()
         object.__setattr__(self, "digest", content.digest(self))
         if self.preset_name is None:
             playable.check(self)
@@ -96,8 +84,17 @@ class Board(BoardFields):
 
     @classmethod
     def from_json(cls, source: str | os.PathLike[str] | Mapping[str, Any]) -> "Board":
-        """Make a board of its JSON form: text (starts with `{`), the path of a file, or a dict."""
-        return cls(**json_form.fields(json_form.load(source)))
+        """Make a board of its JSON form: text (starts with `{`), the path of a file, or a dict.
+
+        Raises BoardError whose `faults` name all that is wrong.
+        """
+        faults = Faults()
+        fields = json_form.fields(json_form.load(source), faults)
+        if faults.found:
+            for key, value in fields.items():
+                faults.take(values.CHECKS[key], value)
+            faults.end()
+        return cls(**fields)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON form as a new dict."""

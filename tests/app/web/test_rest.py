@@ -742,6 +742,18 @@ def test_a_payout_table_is_solved_for_a_board_over_rest(http: httpx.Client) -> N
     problem(http.post("/api/v1/payouts", json=body | {"drops": 0}), 422, "invalid-value", "drops 0")
 
 
+def test_all_faults_of_a_board_are_named_at_once(http: httpx.Client) -> None:
+    board = {"gravity": -1.0, "pegs": [{"x": 0.0, "y": 1.0}], "drag": -1.0}
+    for path, body in (("boards", board), ("boards/check", board), ("drops", {"board": board})):
+        refused = http.post(f"/api/v1/{path}", json=body)
+        problem(refused, 422, "bad-board", "pegs[0].radius", "gravity", "drag")
+        faults = refused.json()["faults"]
+        assert [fault["field"] for fault in faults] == ["pegs[0].radius", "gravity", "drag"]
+        assert refused.json()["field"] == "pegs[0].radius"
+    alone = http.post("/api/v1/boards", json={"gravity": -1.0})
+    assert "faults" not in alone.json()
+
+
 def test_a_check_answers_with_the_bytes_that_keeping_the_board_does(http: httpx.Client) -> None:
     board = Board.preset("triangle-9").to_dict() | {"name": "the same bytes"}
     checked = http.post("/api/v1/boards/check", json=board)
