@@ -4,6 +4,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
 
+from engine.board.making import polygon
 from engine.board.materials import Material
 from engine.board.model import Board
 from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
@@ -53,6 +54,7 @@ __all__ = [
     "drop",
     "drop_many",
     "occupancy",
+    "polygon",
     "preset_names",
     "verify",
 ]

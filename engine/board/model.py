@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from engine.board import digest as content
-from engine.board import json_form, presets, proven, values
+from engine.board import json_form, making, presets, proven, values
 from engine.board.checks import playable
 from engine.board.drawing import board_svg
 from engine.board.faults import Faults
@@ -64,6 +64,24 @@ class Board(BoardFields):
     def preset(cls, name: str) -> "Board":
         """Return the preset `name`, one of `preset_names()`; BoardError if there is none."""
         return _preset(name)
+
+    @classmethod
+    def triangle(cls, rows: int, *, risk: str = "medium", **changes: Any) -> "Board":
+        """Return the triangular board of `rows` rows, 4 to 20, with `changes` as for `replace`.
+
+        From 8 to 16 rows it is the preset, with the payout table of `risk`: low, medium or high.
+        On others every bin pays the stake back until `bins={"multipliers": …}` says otherwise.
+        """
+        fields = making.triangle_fields(rows, risk)
+        return cls(**making.replaced(fields, changes))
+
+    def replace(self, **changes: Any) -> "Board":
+        """Return this board with some fields changed, checked again.
+
+        A part is replaced as a whole, or in some of its fields by a mapping:
+        `board.replace(gravity=1.62, ball={"radius": 0.1})`. Raises BoardError.
+        """
+        return type(self)(**making.replaced(self, changes))
 
     @classmethod
     def named(cls, board: object) -> "Board":
