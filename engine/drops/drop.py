@@ -154,7 +154,7 @@ class Drop:
         return self.certainty.certain
 
     def states(self, times: npt.ArrayLike) -> npt.NDArray[np.void]:
-        """States at `times` (shape (n,), s since the start), dtype STATE, read-only.
+        """States at `times` (shape (n,), s since the start), dtype STATE, in a new array.
 
         Before the start is an error; from the end on the ball stays where it ended.
         """
@@ -166,7 +166,6 @@ class Drop:
         rows = np.empty(len(at), STATE)
         for name, column in zip(STATE.names or (), _STATE_ORDER, strict=True):
             rows[name] = columns[:, column]
-        rows.setflags(write=False)
         return rows
 
     def to_dict(self, *, certainty: bool = False) -> dict[str, Any]:

@@ -203,7 +203,6 @@ def test_no_array_of_an_outcome_can_be_written_to() -> None:
     one, many = drop(TRIANGLE, 1), drop_many(TRIANGLE, 5)
     arrays = [
         one.impacts,
-        one.states([0.0, 1.0]),
         many.histogram,
         many.scores,
         *many.to_columns().values(),
