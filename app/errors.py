@@ -4,6 +4,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 ├── SettingError          a setting that cannot be used (start-up only)
 ├── MalformedError        not JSON, or a message of no known shape
 │   ├── UnknownMessageError
+│   ├── MediaTypeError    a body that says it is something else than JSON
 │   └── HeadError         no HTTP request
 ├── InvalidValueError     well-formed, but a value is out of range
 │   └── CostError          it costs more than any one request may
@@ -79,6 +80,10 @@ class MalformedError(AppError):
 
 class UnknownMessageError(MalformedError):
     """A message whose `type` is not one of the protocol's."""
+
+
+class MediaTypeError(MalformedError):
+    """A body whose Content-Type is not JSON's."""
 
 
 class HeadError(MalformedError):
@@ -257,6 +262,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     AppError: Answer(500, "server-error", "The server failed", 1011),
     MalformedError: Answer(400, "malformed", "Malformed request", 1007),
     UnknownMessageError: Answer(400, "unknown-message", "Unknown message type"),
+    MediaTypeError: Answer(415, "unsupported-media-type", "Unsupported media type"),
     InvalidValueError: Answer(422, "invalid-value", "Invalid value"),
     CostError: Answer(422, "too-expensive", "Too expensive"),
     DeadlineError: Answer(422, "too-long", "Took too long to compute"),

@@ -77,9 +77,10 @@ def _answer(request: Request, error: Exception) -> Response:
     return problem_response(error, request.url.path)
 
 
-def _about(request: Request) -> dict[str, str]:
+def _about(request: Request) -> dict[str, Any]:
     """A request as the log shows it: its query may hold what is nobody's business."""
-    return {"method": request.method, "path": request.url.path}
+    request_id = getattr(request.state, "request_id", None)
+    return {"method": request.method, "path": request.url.path, "request_id": request_id}
 
 
 async def _known_error(request: Request, error: Exception) -> Response:

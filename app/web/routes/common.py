@@ -13,8 +13,16 @@ from starlette.requests import HTTPConnection
 from app.computing import prices, tasks
 from app.computing.pool import DEADLINE
 from app.computing.prices import Price
-from app.errors import DeadlineError, GoneError, InvalidValueError, TooLargeError, shorten
+from app.errors import (
+    DeadlineError,
+    GoneError,
+    InvalidValueError,
+    MediaTypeError,
+    TooLargeError,
+    shorten,
+)
 from app.web.edge.addresses import one_client
+from app.web.edge.answers import note
 from app.web.schemas.body import decode
 from app.web.schemas.problem import Problem
 from app.web.services import Services
@@ -36,6 +44,7 @@ _FAILURES = {
     404: "No such thing",
     409: "The room was reset meanwhile",
     413: "The body is too large",
+    415: "The body is not JSON, by its Content-Type",
     422: "A bad value; `detail` and `field` name it",
     429: "A limit was reached; `Retry-After` says when to come back",
     501: "This server was installed without what it takes",
@@ -60,14 +69,37 @@ Server = Annotated[Services, Depends(_asked_for)]
 async def read(request: Request, kind: type[T], empty: T | None = None) -> T:
     """The request's JSON body as `kind`; `empty` stands for no body at all.
 
-    Raises MalformedError and InvalidValueError. A large body is decoded in a thread.
+    Raises MediaTypeError, MalformedError and InvalidValueError. A large body is decoded in a
+    thread.
     """
-    body = await request.body()
+    body = await json_body(request)
     if not body and empty is not None:
         return empty
     if len(body) <= _INLINE_BODY:
         return decode(body, kind)
     return await asyncio.to_thread(decode, body, kind)
+
+
+async def json_body(request: Request) -> bytes:
+    """The request's body, not yet read as JSON; raises MediaTypeError if it says it is not."""
+    body = await request.body()
+    if body:
+        _check_media_type(request.headers.get("content-type"))
+    return body
+
+
+def _check_media_type(given: str | None) -> None:
+    """Raise MediaTypeError for a body that says it is something else than JSON."""
+    if given is None:
+        return
+    kind = given.partition(";")[0].strip().lower()
+    if kind != "application/json" and not (
+        kind.startswith("application/") and kind.endswith("+json")
+    ):
+        raise MediaTypeError(
+            f"the body's Content-Type is {shorten(kind)}: send application/json",
+            field="content-type",
+        )
 
 
 async def compute(
@@ -82,8 +114,11 @@ async def compute(
     `quick`: before what takes longer. Raises CostError for a price over its limit, BudgetError,
     BusyError, GoneError when the client leaves meanwhile, which ends the work, and what it raises.
     """
-    making = charged(services(request), address_of(request), work, price, quick=quick)
-    return await attended(request, making)
+    server, address = services(request), address_of(request)
+    try:
+        return await attended(request, charged(server, address, work, price, quick=quick))
+    finally:
+        note(request.scope, server.budgets.allowance(address, time.monotonic(), "computing-ms"))
 
 
 async def charged(
@@ -149,7 +184,17 @@ def optional_seed(value: object) -> int | None:
 
 def limit_drops(request: Request, server: Services) -> None:
     """Raise RateLimitError when this address drops into rooms too often."""
-    server.room_drops.take(address_of(request), time.monotonic(), "drops")
+    address, now = address_of(request), time.monotonic()
+    try:
+        server.room_drops.take(address, now, "drops")
+    finally:
+        note(request.scope, server.room_drops.allowance(address, now, "drops"))
+
+
+def next_page(request: Request, **place: object) -> dict[str, str]:
+    """The header `Link` of a page that others follow: its own address from another place on."""
+    following = request.url.include_query_params(**place)
+    return {"link": f'<{following.path}?{following.query}>; rel="next"'}
 
 
 def address_of(connection: HTTPConnection) -> str:

@@ -15,7 +15,7 @@ from app.persistence.statements import plays as ledger
 from app.persistence.statements import store
 from app.persistence.statements.plays import Play
 from app.rooms.stakes import parse_who
-from app.web.routes.common import Server, checked_board, documented, limit_drops, reply
+from app.web.routes.common import Server, checked_board, documented, limit_drops, next_page, reply
 from app.web.schemas.players import PlayList, PlayView
 from app.web.services import Services
 
@@ -55,7 +55,7 @@ async def list_plays(
 
     Whoever knows a mark may ask for its plays: one that nobody guesses keeps them to oneself. Those
     of rooms whose balls touch each other are not among them, as no ball there has a path of its
-    own. As CSV with `format=csv` or `Accept: text/csv`; `Link` then names the following page.
+    own. As CSV with `format=csv` or `Accept: text/csv`. `Link` names the following page.
     """
     limit_drops(request, server)
     who, place = str(parse_who(key)), None if before is None else _place(before)
@@ -67,11 +67,10 @@ async def list_plays(
     views = [_view(play) for play in found[:limit]]
     page = PlayList(views, views[-1].play if len(found) > limit else None)
     headers = {"cache-control": "no-store", "vary": "accept"}
+    if page.next is not None:
+        headers |= next_page(request, before=page.next)
     if not _wants_csv(format, request):
         return reply(page, headers=headers)
-    if page.next is not None:
-        following = request.url.include_query_params(before=page.next)
-        headers["link"] = f'<{following.path}?{following.query}>; rel="next"'
     return Response(_table(views), headers=headers, media_type=f"{CSV}; charset=utf-8")
 
 

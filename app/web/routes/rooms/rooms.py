@@ -29,6 +29,7 @@ from app.web.routes.common import (
     documented_failures,
     is_current,
     limit_drops,
+    next_page,
     optional_seed,
     read,
     reply,
@@ -80,7 +81,9 @@ async def list_rooms(
     begin = bisect.bisect_right(order, (after not in public, after)) if after else 0
     names = [name for _, name in order[begin : begin + limit]]
     page = [found[name] for name in names]
-    return reply(RoomList(page, names[-1] if begin + limit < len(order) else None))
+    following = names[-1] if begin + limit < len(order) else None
+    headers = {} if following is None else next_page(request, after=following)
+    return reply(RoomList(page, following), headers=headers)
 
 
 @router.post(
@@ -192,6 +195,8 @@ async def get_room_log(
     number = int(session.partition("-")[0])
     reading = server.logs.read(found, address_of(request), marks=marks, part=part, session=number)
     body = await attended(request, reading)
+    if limit is not None and first + limit < found.taken:
+        headers |= next_page(request, first=first + limit)
     return StreamedAnswer(body, media_type="application/json", headers=headers)
 
 
