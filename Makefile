@@ -30,7 +30,7 @@ ALL := server,certify
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
-.PHONY: help play test test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels
+.PHONY: help play test test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels npm
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
@@ -50,6 +50,7 @@ help:
 	@echo 'make pictures     take and draw the pictures of the documentation anew'
 	@echo 'make kernels      compile the kernels to WebAssembly, when one changed (four minutes)'
 	@echo 'make constraints  pin the newest versions that work together'
+	@echo 'make npm          make the npm package of the page'"'"'s solver in build/npm'
 	@echo 'make clean        remove the environment and all caches'
 
 play: $(VENV)/.stamp-play
@@ -103,6 +104,9 @@ lint: $(VENV)/.stamp-lint node_modules/.stamp
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.dependabot .github/dependabot.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-issue-forms .github/ISSUE_TEMPLATE/bug.yml .github/ISSUE_TEMPLATE/idea.yml
 	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec deploy/compose.yaml
 	$(WITH_NODE) && node_modules/.bin/eslint .
@@ -129,6 +133,7 @@ format: $(VENV)/.stamp-lint
 
 # What the examples of the README and of docs/pictures.md print, and their pictures, anew.
 readme: $(VENV)/.stamp-test
+	$(BIN)/python -m tests.repository.reference
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.readme
 
 # The drawing of the packages, from the import contract.
@@ -156,6 +161,10 @@ constraints:
 	  .cache/constraints/bin/python -m pip freeze --exclude plinko-server; } > .cache/constraints.txt
 	mv .cache/constraints.txt constraints.txt
 	rm -rf .cache/constraints
+
+# The page's solver for others' pages and Node.js, ready for `npm publish`.
+npm: node_modules/.stamp
+	$(WITH_NODE) && tools/npm-package build/npm
 
 clean:
 	rm -rf $(VENV) .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache

@@ -14,7 +14,7 @@ from engine.drops.batch import DropBatch, drop_many
 from engine.drops.drop import Drop, drop
 from engine.drops.occupancy import Occupancy, occupancy
 from engine.drops.verify import Verification, verify
-from engine.errors import BoardError, EngineError, ParameterError, RecordError, SeedError
+from engine.errors import BoardError, EngineError, Fault, ParameterError, RecordError, SeedError
 
 if TYPE_CHECKING:
     from engine.certified.certify import Certificate, certify
@@ -39,6 +39,7 @@ __all__ = [
     "DropBatch",
     "DropZone",
     "EngineError",
+    "Fault",
     "Material",
     "Occupancy",
     "ParameterError",

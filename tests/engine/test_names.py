@@ -57,8 +57,8 @@ def test_without_python_flint_all_other_names_are_there_and_the_missing_say_why(
 
 
 def test_plinko_is_the_engine_by_another_name() -> None:
-    assert plinko.__all__ == engine.__all__
-    assert all(getattr(plinko, name) is getattr(engine, name) for name in plinko.__all__)
+    assert plinko.__all__ == [*engine.__all__, *plinko.PICTURES]
+    assert all(getattr(plinko, name) is getattr(engine, name) for name in engine.__all__)
     assert set(plinko.__all__) <= set(dir(plinko))
     with pytest.raises(AttributeError, match="module 'engine' has no attribute 'Pinball'"):
         _ = plinko.Pinball  # type: ignore[attr-defined]
@@ -67,3 +67,12 @@ def test_plinko_is_the_engine_by_another_name() -> None:
 def test_plinko_loads_no_more_than_the_engine_does() -> None:
     code = "import sys, {}; print(*sorted(n for n in sys.modules if n.split('.')[0] == 'engine'))"
     assert run_python(code.format("plinko")) == run_python(code.format("engine"))
+
+
+def test_plinko_draws_pictures_and_loads_what_draws_them_when_it_does() -> None:
+    code = (
+        "import sys, plinko\n"
+        "print('PIL' in sys.modules)\n"
+        "print(plinko.drop_picture(plinko.drop('triangle-8', 1))[1:4])\n"
+    )
+    assert run_python(code).split() == ["False", "b'PNG'"]

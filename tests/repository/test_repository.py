@@ -116,6 +116,7 @@ def test_a_wheel_carries_the_page_where_the_server_looks_for_it() -> None:
         "tools/chromium",
         "tools/haproxy",
         "tools/node",
+        "tools/npm-package",
         "tools/postgresql",
         "tools/redis",
     ],
