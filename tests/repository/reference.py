@@ -58,7 +58,7 @@ def _class(name: str, value: type) -> str:
     parts = [_section("###", f"class {name}{bases}", ast.get_docstring(node))]
     fields = [line for kind in _ours(value) for line in _fields(_node(kind))]
     if fields:
-        parts.append("```python\n" + "\n".join(dict.fromkeys(fields)) + "\n```\n")
+        parts.append("```text\n" + "\n".join(dict.fromkeys(fields)) + "\n```\n")
     seen: set[str] = set()
     for kind in _ours(value):
         for member in _members(_node(kind)):
@@ -117,7 +117,7 @@ def _arguments(node: Any) -> str:
 
 def _section(level: str, signature: str, words: str | None) -> str:
     title = signature.partition("(")[0].removeprefix("class ").partition(" ")[0]
-    return f"{level} {title}\n\n```python\n{signature}\n```\n" + (f"\n{words}\n" if words else "")
+    return f"{level} {title}\n\n```text\n{signature}\n```\n" + (f"\n{words}\n" if words else "")
 
 
 def _node(value: Any) -> Any:
