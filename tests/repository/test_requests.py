@@ -51,7 +51,7 @@ def filled(text: str, kept: dict[str, str]) -> str:
 def send(client: httpx.Client, request: str, kept: dict[str, str]) -> httpx.Response:
     head, _, body = request.partition("\n\n")
     first, *lines = head.splitlines()
-    method, path = filled(first, kept).split()
+    method, path, _version = filled(first, kept).split()
     headers = dict(filled(line, kept).split(": ", 1) for line in lines)
     if body:
         headers["content-type"] = "application/json"
