@@ -274,7 +274,7 @@ def test_a_bad_seed_in_a_body_is_named(http: httpx.Client, seed: object) -> None
         problem(response, 422, "bad-seed", repr(seed))
 
 
-@pytest.mark.parametrize("x", ["nan", "inf", "-inf", "1e9"])
+@pytest.mark.parametrize("x", ["-1e9", "1e9"])
 def test_a_start_off_the_board_is_named(http: httpx.Client, x: str) -> None:
     body = problem(http.get(f"/api/v1/drops/triangle-16/42?x={x}"), 422, "bad-parameter", "x")
     assert body["field"] == "x"
@@ -319,7 +319,7 @@ def test_a_bad_query_is_named(http: httpx.Client, query: str, field: str) -> Non
         (b"", 400, "malformed"),
         (b"{", 400, "malformed"),
         (b"\xff\xfe", 400, "malformed"),
-        (b"[" * 100_000, 422, "invalid-value"),
+        (b"[" * 100_000, 400, "malformed"),
         (b'{"board":' + b"[" * 100_000, 400, "malformed"),
         (b'{"board":' + b'{"a":' * 10_000, 400, "malformed"),
         (b"null", 422, "invalid-value"),

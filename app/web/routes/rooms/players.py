@@ -16,6 +16,7 @@ from app.persistence.statements import store
 from app.persistence.statements.plays import Play
 from app.rooms.stakes import parse_who
 from app.web.routes.common import Server, checked_board, documented, limit_drops, reply
+from app.web.routes.queries import Whole
 from app.web.schemas.players import PlayList, PlayView
 from app.web.services import Services
 
@@ -23,7 +24,7 @@ router = APIRouter(prefix="/api/v1/players", tags=["rooms"])
 
 CSV = "text/csv"
 
-Limit = Annotated[int, Query(ge=1, le=100, description="How many plays, at most.")]
+Limit = Annotated[Whole, Query(ge=1, le=100, description="How many plays, at most.")]
 Before = Annotated[
     str | None, Query(description="The play before which the page begins; without, the last one.")
 ]

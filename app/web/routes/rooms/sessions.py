@@ -9,6 +9,7 @@ from fastapi.security import HTTPBearer
 from app.fairness.export import SessionExport
 from app.live.sessions.fair_session import FairSession
 from app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
+from app.web.routes.queries import Whole
 from app.web.schemas.sessions import (
     LogHead,
     SessionBegun,
@@ -21,7 +22,7 @@ from app.web.services import Services
 
 router = APIRouter(prefix="/api/v1", tags=["sessions"])
 
-Since = Annotated[int, Query(ge=0, description="A size that the log had before.")]
+Since = Annotated[Whole, Query(ge=0, description="A size that the log had before.")]
 
 _EXAMPLE = "9f64a747e1b97f131fabb6b447296c9b6f0201e79fb3c5356e6c77e89b6a806a"
 
