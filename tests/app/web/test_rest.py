@@ -175,7 +175,7 @@ def test_a_drop_replayed_by_its_address_is_the_engines_own(http: httpx.Client) -
     expected = drop(BOARD, 42)
     response = http.get("/api/v1/drops/triangle-16/42")
     assert response.json() == json.loads(json.dumps(expected.record()))
-    assert response.headers["etag"] == f'"{expected.digest}"'
+    assert response.headers["etag"] == f'W/"{expected.digest}"'  # it is compressed
     assert "public" in response.headers["cache-control"]
 
 
@@ -243,11 +243,11 @@ def test_the_whole_range_of_seeds_survives_json(http: httpx.Client, seed: str) -
 
 def test_a_current_copy_is_not_sent_again(http: httpx.Client) -> None:
     path = "/api/v1/drops/triangle-16/42"
-    etag = http.get(path).headers["etag"]
+    etag = http.get(path, headers={"accept-encoding": "identity"}).headers["etag"]
     for tag in (etag, f"W/{etag}", f'"other", {etag}', "*"):
         response = http.get(path, headers={"if-none-match": tag})
         assert (response.status_code, response.content) == (304, b"")
-        assert response.headers["etag"] == etag
+        assert response.headers["etag"].removeprefix("W/") == etag
     assert http.get(path, headers={"if-none-match": '"other"'}).status_code == 200
 
 

@@ -292,7 +292,7 @@ async def _retold(request: Request, server: Services, body: RoomRequest) -> Reto
             )
     rate, most = server.settings.tick_rate, server.rooms.limits.touching
     story = story_of(body.story, tick_rate=rate, max_balls=most)
-    price = prices.story(story.tick / rate * story.substeps * story.most_balls)
+    price = prices.story(story.ball_substeps(rate))
     work = functools.partial(retell, story, tick_rate=rate, max_balls=most)
     return await attended(request, charged(server, address_of(request), work, price))
 
