@@ -102,15 +102,17 @@ async def end_session(session: str, request: Request, server: Server) -> Respons
 @router.get(
     "/sessions/{session}/export",
     summary="Export a session",
-    responses=documented(SessionExport, 404, 503),
+    responses=documented(SessionExport, 401, 403, 404, 503),
+    dependencies=[Token],
 )
-async def export_session(session: str, server: Server) -> Response:
+async def export_session(session: str, request: Request, server: Server) -> Response:
     """All that is needed to check a session with no network: `plinko verify`, or `verify.html`.
 
-    The server's secret is null in it until the session is over.
+    Only for its player, who shows its token. The server's secret is null in it until the session
+    is over.
     """
-    export = await server.fair.export(await server.fair.find(session))
-    return reply(export, headers={"cache-control": "no-cache"})
+    export = await server.fair.export(await own_session(session, request, server))
+    return reply(export, headers={"cache-control": "private, no-cache"})
 
 
 @router.get("/log", summary="How the log stands", responses=documented(LogHead, 422, 503))
