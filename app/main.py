@@ -50,7 +50,13 @@ from app.web import openapi, problems
 from app.web.edge.answers import AnswerHeaders
 from app.web.edge.head import HeadAsGet
 from app.web.edge.hosts import Hosts
-from app.web.edge.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
+from app.web.edge.middleware import (
+    BodyLimit,
+    HostCheck,
+    OriginCheck,
+    SecurityHeaders,
+    WeakWhenCompressed,
+)
 from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.readings import readings
 from app.web.returns import Returns
@@ -162,6 +168,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         thread_minimum_size=_ASIDE,
         exclude_content_types=_PACKED,
     )
+    app.add_middleware(WeakWhenCompressed)
     app.add_middleware(HeadAsGet)
     app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
     app.add_middleware(SecurityHeaders)
