@@ -140,7 +140,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             CORSMiddleware,
             allow_origins=settings.allowed_origins,
             allow_methods=["GET", "POST", "PATCH", "DELETE"],
-            allow_headers=["content-type", "authorization"],
+            allow_headers=["content-type", "authorization", "idempotency-key"],
             expose_headers=["etag", "location", "retry-after"],
         )
     app.add_middleware(OriginCheck, allowed=settings.allowed_origins)

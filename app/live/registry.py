@@ -27,7 +27,6 @@ from app.live.public_tables import MAIN, PublicTables
 from app.live.ticking.landings import Landings
 from app.live.ticking.runner import Runner
 from app.live.ticking.ticker import Watcher
-from app.live.to_the_end import to_the_end
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.recovery.rebuild_queue import RebuildQueue, Turn, rebuilding
 from app.persistence.service import PersistenceService
@@ -115,7 +114,7 @@ class Rooms:
             check_here=self._check_here,
             draw=draw,
         )
-        self.drop, self.change = inputs.drop, inputs.change
+        self.drop, self.change, self.asked_before = inputs.drop, inputs.change, inputs.asked_before
         self._new_id = new_id
         self._loading = asyncio.Lock()
         if not self.persistence.ledger.keeps:
@@ -256,15 +255,16 @@ class Rooms:
 
         Raises RoomLimitError when all rooms are in use, LedgerError when it cannot be kept.
         """
-        return await to_the_end(self._create(ground, mode, creator))
+        return await self.persistence.ledger.decided(self._create(ground, mode, creator))
 
     async def create_retold(self, retold: Retold, creator: str | None = None) -> Room:
         """Open a room of its own where a story ends; raises what `create` raises."""
-        return await to_the_end(self._create(retold.scene, SCENE, creator, retold))
+        work = self._create(retold.scene, SCENE, creator, retold)
+        return await self.persistence.ledger.decided(work)
 
     async def delete(self, room: Room) -> None:
         """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
-        await to_the_end(self._delete(room))
+        await self.persistence.ledger.decided(self._delete(room))
 
     async def reset(self, room: Room, board: Board | None = None) -> Room:
         """Begin a room anew, on another board if one is given; everyone there starts over.
@@ -272,7 +272,7 @@ class Rooms:
         Raises LedgerError, InvalidValueError where no board can be, and ClosedRoomError where it
         was closed meanwhile; nothing is done then.
         """
-        return await to_the_end(self._reset(room, board))
+        return await self.persistence.ledger.decided(self._reset(room, board))
 
     async def _create(
         self, ground: Ground, mode: str, creator: str | None, retold: Retold | None = None

@@ -20,7 +20,7 @@ from app.persistence.sessions import SessionRecord, Sessions
 from app.protocol import messages
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import PendingInput
-from app.rooms.records import Close, LogLeaf, Mark, Parked, RoomRow, Undo, Void, Write
+from app.rooms.records import Close, LogLeaf, Mark, Parked, RoomRow, Void, Write
 from app.rooms.room import Room
 
 AHEAD: Final = 0.5  # s; what a rebuilt room may have to skip
@@ -82,7 +82,7 @@ class PersistenceService:
         record.creator = creator
         rows = self.sessions.rows_with(room, record, taken)
         try:
-            await self.ledger.commit(*rows, undo=(Close(record.number, 0, self.now()),))
+            await self.ledger.commit(*rows)
         except LedgerError:
             self.sessions.forget(room)
             raise
@@ -96,17 +96,13 @@ class PersistenceService:
             number, record.owned, record.opened, now, known=True, creator=record.creator
         )
         self.sessions.report([])
-        await self.ledger.commit(
-            self.sessions.closing(old),
-            *self.sessions.rows(new, following),
-            undo=(Close(number, 0, now), self.sessions.reopening(old)),
-        )
+        await self.ledger.commit(self.sessions.closing(old), *self.sessions.rows(new, following))
         self.sessions.begin(new.id, following)
 
     async def end(self, room: Room) -> None:
         """Close the room's session for good; raises LedgerError."""
         self.sessions.report([])
-        await self.ledger.commit(self.sessions.closing(room), undo=(self.sessions.reopening(room),))
+        await self.ledger.commit(self.sessions.closing(room))
         self.sessions.forget(room)
 
     def abandon(self, room: Room, why: str) -> None:
@@ -160,9 +156,6 @@ class PersistenceService:
         now = self.now()
         tick = record.marked = max(record.marked, pending.tick + self._ahead)
         rows = [] if record.known else self.sessions.rows(room, record)
-        undo: list[Write] = [Undo(record.number, pending.number)]
-        if rows:
-            undo.append(Close(record.number, 0, now))
         self.ledger.submit(
             [
                 *rows,
@@ -171,7 +164,6 @@ class PersistenceService:
                 *([] if leaf is None else [leaf]),
             ],
             functools.partial(self._submitted, room, record.number, tick, bool(rows), done),
-            undo=undo,
             line=record.number,
         )
         record.known = True
@@ -193,9 +185,7 @@ class PersistenceService:
             if error is None:
                 record.horizon = max(record.horizon, tick)
             elif first:
-                # Whether its row was written is not known: the next drop brings another.
-                record.known = False
-                record.number = self.sessions.number(room.id)
+                record.known = False  # the next drop brings its row
         done(error)
         if error is not None and record is not None and not room.awake:
             self.slept(room)  # what was refused may have told the ledger that it is awake

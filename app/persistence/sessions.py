@@ -19,7 +19,7 @@ from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
 from app.persistence.numbers import SharedNumbers
 from app.rooms.pending import PendingInput
-from app.rooms.records import BoardRow, Close, Mark, Reopen, ResultRow, RoomRow, Write
+from app.rooms.records import BoardRow, Close, Mark, ResultRow, RoomRow, Write
 from app.rooms.room import Ground, Room
 from engine import PHYSICS_VERSION
 
@@ -138,11 +138,6 @@ class Sessions:
     def closing(self, room: Room) -> Close:
         """The end of a room's session."""
         return Close(self.of(room).number, room.world.tick, self.now())
-
-    def reopening(self, room: Room) -> Reopen:
-        """What undoes the end of a room's session."""
-        record = self.of(room)
-        return Reopen(record.number, max(record.marked, room.world.tick))
 
     def board_row(self, room: Room) -> BoardRow:
         """What the room was opened over."""

@@ -5,7 +5,7 @@ import functools
 from typing import Annotated
 
 import msgspec
-from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.security import HTTPBearer
 
 from app.computing import prices
@@ -13,7 +13,10 @@ from app.errors import InvalidValueError, TokenError, UnknownRoomError
 from app.live.sessions.fair_sessions import check_stake
 from app.persistence.room_log import LogPart
 from app.protocol.client_messages import parse_aim, parse_x
+from app.protocol.messages import Accepted
 from app.rooms.kinds import SCENE
+from app.rooms.outcome import Outcome
+from app.rooms.pending import again_of
 from app.rooms.room import Ground, Room
 from app.rooms.stakes import parse_stake, parse_who
 from app.rooms.touching.scene import Scene
@@ -58,6 +61,16 @@ After = Annotated[str, Query(description="The id after which the page begins.")]
 Limit = Annotated[int, Query(ge=1, le=1000, description="How many rooms, at most.")]
 First = Annotated[int, Query(ge=0, description="The number of the first drop told.")]
 LogLimit = Annotated[int | None, Query(ge=1, description="How many drops, at most; else all.")]
+
+Key = Annotated[
+    str | None,
+    Header(
+        alias="Idempotency-Key",
+        min_length=1,
+        max_length=255,
+        description="A text of your own for this drop, by which it can be asked for again.",
+    ),
+]
 
 # Only documents the scheme: what is missing or wrong is said by `app.web.tokens`.
 Token = Depends(
@@ -224,30 +237,25 @@ async def drop_into_room(
     request: Request,
     server: Server,
     wait: Annotated[bool, Query(description="Reply only once the ball has landed.")] = False,
+    key: Key = None,
 ) -> Response:
     """Put a ball in; everyone who watches sees it fall.
 
     A stake needs an open `session`, whose token is shown: nobody can choose such a drop's start.
     With a `seed` or `x` a drop is practice.
     With `wait=1` the reply comes with the landing, or as 202 without it should that take too long.
+    Where the answer was `undecided`, or never came, ask again with the same `Idempotency-Key`: the
+    ball is dropped once, and the reply is what came of it.
     """
     limit_drops(request, server)
     body = await read(request, RoomDropRequest, empty=RoomDropRequest())
     found = await server.rooms.seek(room)
-    stake = parse_stake(body.stake)
-    check_stake(stake, body.session)
-    session = None if body.session is None else await own_session(body.session, request, server)
-    accepted = await server.rooms.drop(
-        found,
-        optional_seed(body.seed),
-        parse_x(body.x),
-        aim=parse_aim(body.aim),
-        stake=stake,
-        who=parse_who(body.who),
-        session=session,
-    )
-    landed = None
-    if wait:
+    again = None if key is None else again_of("rest", key)
+    outcome = None if again is None else await server.rooms.asked_before(found, again)
+    if outcome is None:
+        outcome = Outcome(await _drop(found, body, request, server, again), None)
+    accepted, landed = outcome.accepted, outcome.landed if wait else None
+    if wait and landed is None:
         landed = await server.rooms.landings.wait(found, accepted.ball, server.settings.wait_limit)
     drop = RoomDrop(
         found.id,
@@ -260,6 +268,26 @@ async def drop_into_room(
         receipt=accepted.receipt or None,
     )
     return reply(drop, 202 if landed is None else 200)
+
+
+async def _drop(
+    room: Room, body: RoomDropRequest, request: Request, server: Services, again: str | None
+) -> Accepted:
+    """Have a ball dropped; `again` is the mark of its key."""
+    stake = parse_stake(body.stake)
+    check_stake(stake, body.session)
+    session = None if body.session is None else await own_session(body.session, request, server)
+    asked = server.rooms.drop(
+        room,
+        optional_seed(body.seed),
+        parse_x(body.x),
+        aim=parse_aim(body.aim),
+        stake=stake,
+        who=parse_who(body.who),
+        session=session,
+        again=again,
+    )
+    return await server.ledger.decided(asked)
 
 
 async def _ground(request: Request, server: Services, body: RoomRequest) -> tuple[Ground, str]:
