@@ -6,7 +6,7 @@ import logging
 import secrets
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 
 from app.errors import (
     AppError,
@@ -34,6 +34,7 @@ from app.rooms.boards import Boards
 from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room
 from app.rooms.records import Parked
 from app.rooms.room import Ground, Room
+from app.rooms.settling import Settled, settle
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.story import Retold
 from app.settings import Settings
@@ -117,6 +118,7 @@ class Rooms:
         self.drop, self.change, self.asked_before = inputs.drop, inputs.change, inputs.asked_before
         self._new_id = new_id
         self._loading = asyncio.Lock()
+        self._ended: set[str] = set()  # rooms that are being closed or begun anew
         if not self.persistence.ledger.keeps:
             self.find(MAIN)
 
@@ -290,10 +292,12 @@ class Rooms:
         return self.add(room)
 
     async def _delete(self, room: Room) -> None:
-        self._check_here(room)
-        await self.persistence.end(room)
-        if self._open.in_memory.pop(room.id, None) is None:
+        async with self._ending(room) as settled:
+            await self.persistence.end(room, settled)
+        if self._open.in_memory.get(room.id) is not room:
             return
+        self._tell_settled(room, settled)
+        del self._open.in_memory[room.id]
         error = ClosedRoomError(f"room {room.id!r} was closed by its creator")
         self._leave_behind(room, error)
         self.broadcaster.forget(room.id)
@@ -305,16 +309,51 @@ class Rooms:
     async def _reset(self, room: Room, board: Board | None) -> Room:
         self._check_here(room)
         new = await self._new_aside(room.id, room.ground_after_reset(board), room.mode)
-        if self._open.in_memory.get(room.id) is not room:
-            raise ClosedRoomError(f"room {room.id!r} was closed or begun anew meanwhile")
-        await self.persistence.replace(room, new)
+        async with self._ending(room) as settled:
+            await self.persistence.replace(room, new, settled)
         if self._open.in_memory.get(room.id) is not room:
             raise HoldLostError(f"room {room.id!r} went to another server meanwhile", field="room")
+        self._tell_settled(room, settled)
         self._leave_behind(room, ResetError(f"room {room.id!r} was reset by its creator"))
         self._open.in_memory[room.id] = new
         self._begin(new)
         self.broadcaster.greet_all(new)
         return new
+
+    @contextlib.asynccontextmanager
+    async def _ending(self, room: Room) -> AsyncIterator[Settled | None]:
+        """Take nothing more into a room, and find out how what falls in it ends.
+
+        None where no ball has an end of its own. Raises LedgerError while what was taken cannot be
+        written, and then the room goes on; ClosedRoomError where it has ended meanwhile.
+        """
+        self._check_here(room)
+        self._ended.add(room.id)
+        try:
+            settled = None
+            if room.format.has_results:
+                await self.persistence.ledger.commit()  # what was taken before is decided then
+                saved, planned = room.checkpoint(), list(room.planned)
+                settled = await asyncio.to_thread(settle, room, saved, planned)
+            if self._open.in_memory.get(room.id) is not room:
+                raise ClosedRoomError(f"room {room.id!r} was closed or begun anew meanwhile")
+            yield settled
+        finally:
+            self._ended.discard(room.id)
+
+    def _tell_settled(self, room: Room, settled: Settled | None) -> None:
+        """Tell everyone how the balls end that were in flight when the room did."""
+        if settled is None:
+            return
+        for entered in settled.entered:
+            if entered.pending in room.planned:
+                self.runner.tell(room, entered, room.seq + 1)
+                room.seq += len(entered.events)
+        flying = {ball.ball for ball in room.balls} | {each.number for each in room.planned}
+        landed = [event for event in settled.landed if event.ball in flying]
+        room.planned.clear()
+        room.seq += len(landed)
+        self.runner.pass_on(room, list(landed), kept=True)
 
     def _renew(self, room: Room) -> None:
         """A room has begun anew: its events have another life, and everyone there starts over."""
@@ -343,7 +382,11 @@ class Rooms:
         self.persistence.sessions.forget(room)
 
     def _check_here(self, room: Room) -> None:
-        """Raise HoldLostError for a room that is going to another server."""
+        """Raise HoldLostError, ResetError for a room that is about to go or to end."""
+        if room.id in self._ended:
+            raise ResetError(
+                f"room {room.id!r} is being closed or begun anew", field="room", retry_after=1.0
+            )
         if self.holding is not None:
             self.holding.check(room.id)
 

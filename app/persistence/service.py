@@ -22,6 +22,7 @@ from app.rooms.kinds import BallLimits
 from app.rooms.pending import PendingInput
 from app.rooms.records import Close, LogLeaf, Mark, Parked, RoomRow, Void, Write
 from app.rooms.room import Room
+from app.rooms.settling import Settled
 
 AHEAD: Final = 0.5  # s; what a rebuilt room may have to skip
 _RENEW: Final = 0.25  # s; how often the ledger hears of rooms that are awake
@@ -87,8 +88,11 @@ class PersistenceService:
             self.sessions.forget(room)
             raise
 
-    async def replace(self, old: Room, new: Room) -> None:
-        """End a room's session and begin its next, both or neither; raises LedgerError."""
+    async def replace(self, old: Room, new: Room, settled: Settled | None) -> None:
+        """End a room's session and begin its next, both or neither; raises LedgerError.
+
+        With the results of what fell in it, where each ball has one.
+        """
         record = self.sessions.of(old)
         now = self.now()
         number = self.sessions.number(old.id)
@@ -96,13 +100,15 @@ class PersistenceService:
             number, record.owned, record.opened, now, known=True, creator=record.creator
         )
         self.sessions.report([])
-        await self.ledger.commit(self.sessions.closing(old), *self.sessions.rows(new, following))
+        await self.ledger.commit(
+            *self.sessions.closing(old, settled), *self.sessions.rows(new, following)
+        )
         self.sessions.begin(new.id, following)
 
-    async def end(self, room: Room) -> None:
-        """Close the room's session for good; raises LedgerError."""
+    async def end(self, room: Room, settled: Settled | None) -> None:
+        """Close the room's session for good, as `replace` does; raises LedgerError."""
         self.sessions.report([])
-        await self.ledger.commit(self.sessions.closing(room))
+        await self.ledger.commit(*self.sessions.closing(room, settled))
         self.sessions.forget(room)
 
     def abandon(self, room: Room, why: str) -> None:
@@ -110,7 +116,7 @@ class PersistenceService:
         record = self.sessions.of(room)
         if record.known:
             void = Void(record.number, room.world.tick, why)
-            self.sessions.report([void, self.sessions.closing(room)])
+            self.sessions.report([void, *self.sessions.closing(room)])
         self.sessions.forget(room)
 
     def close(self, room: Parked) -> None:

@@ -21,6 +21,7 @@ from app.persistence.numbers import SharedNumbers
 from app.rooms.pending import PendingInput
 from app.rooms.records import BoardRow, Close, Mark, ResultRow, RoomRow, Write
 from app.rooms.room import Ground, Room
+from app.rooms.settling import Settled
 from engine import PHYSICS_VERSION
 
 
@@ -132,12 +133,22 @@ class Sessions:
             record.clean = error is None
 
     def mark(self, room: Room, record: SessionRecord, tick: int, *, awake: bool) -> Mark:
-        """How far a room has come, with a checkpoint to go on from."""
+        """How far a room has come, with a checkpoint to go on from.
+
+        There is none of a room that a drop may still enter at a tick that is past.
+        """
+        if room.late:
+            return Mark(record.number, tick, awake, self.now())
         return Mark(record.number, tick, awake, self.now(), room.checkpoint(), room.taken)
 
-    def closing(self, room: Room) -> Close:
-        """The end of a room's session."""
-        return Close(self.of(room).number, room.world.tick, self.now())
+    def closing(self, room: Room, settled: Settled | None = None) -> list[Write]:
+        """The end of a room's session, with the results of what fell in it."""
+        number = self.of(room).number
+        if settled is None:
+            return [Close(number, room.world.tick, self.now())]
+        results = [room.format.result(number, landed) for landed in settled.landed]
+        kept = [result for result in results if result is not None]
+        return [*kept, Close(number, settled.tick, self.now())]
 
     def board_row(self, room: Room) -> BoardRow:
         """What the room was opened over."""

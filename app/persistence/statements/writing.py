@@ -96,6 +96,7 @@ def _add_results(connection: Connection, rows: list[ResultRow]) -> Ended:
 
 
 def _mark(connection: Connection, rows: list[Mark]) -> None:
+    """Note how far runs have come that go on; one that was closed meanwhile stays as it ended."""
     for far, run in groupby(rows, key=lambda row: row.checkpoint is not None):
         _mark_all(connection, list(run), _CHECKED if far else _MARKED)
 
@@ -109,7 +110,9 @@ def _mark_all(connection: Connection, rows: list[Mark], types: dict[str, str]) -
         connection.execute(_marked_at_once(tuple(types.items())), {"room": numbers, **lists})
         return
     new: dict[str, Any] = {name: bindparam(f"new_{name}") for name in types}
-    marked = update(tables.rooms).where(tables.rooms.c.number == bindparam("room")).values(new)
+    row = tables.rooms
+    going_on = (row.c.number == bindparam("room")) & row.c.closed.is_(None)
+    marked = update(row).where(going_on).values(new)
     values = [{"room": m.room} | {f"new_{n}": getattr(m, n) for n in types} for m in rows]
     connection.execute(marked, values)
 
@@ -121,7 +124,7 @@ def _marked_at_once(types: tuple[tuple[str, str], ...]) -> sa.TextClause:
     new = ", ".join(f"{name} = marked.{name}" for name, _ in types)
     return sa.text(
         f"UPDATE rooms SET {new} FROM unnest({lists}) AS marked (room, {names}) "
-        "WHERE rooms.number = marked.room"
+        "WHERE rooms.number = marked.room AND rooms.closed IS NULL"
     )
 
 
