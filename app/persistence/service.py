@@ -72,15 +72,20 @@ class PersistenceService:
     # Sessions begin and end.
 
     async def create(
-        self, room: Room, creator: str | None = None, taken: Sequence[PendingInput[Any]] = ()
+        self,
+        room: Room,
+        creator: str | None = None,
+        taken: Sequence[PendingInput[Any]] = (),
+        key: str | None = None,
     ) -> None:
         """Enter a room that belongs to its creator, by a mark of that; raises LedgerError.
 
-        taken: the inputs that it begins with, of one that was played elsewhere.
+        taken: the inputs that it begins with, of one that was played elsewhere. key: of the
+        request that made it.
         """
         record = self.sessions.of(room)
         record.owned = record.known = True
-        record.creator = creator
+        record.creator, record.key = creator, key
         rows = self.sessions.rows_with(room, record, taken)
         try:
             await self.ledger.commit(*rows)
@@ -88,7 +93,9 @@ class PersistenceService:
             self.sessions.forget(room)
             raise
 
-    async def replace(self, old: Room, new: Room, settled: Settled | None) -> None:
+    async def replace(
+        self, old: Room, new: Room, settled: Settled | None, key: str | None = None
+    ) -> None:
         """End a room's session and begin its next, both or neither; raises LedgerError.
 
         With the results of what fell in it, where each ball has one.
@@ -97,7 +104,13 @@ class PersistenceService:
         now = self.now()
         number = self.sessions.number(old.id)
         following = SessionRecord(
-            number, record.owned, record.opened, now, known=True, creator=record.creator
+            number,
+            record.owned,
+            record.opened,
+            now,
+            known=True,
+            creator=record.creator,
+            key=key,
         )
         self.sessions.report([])
         await self.ledger.commit(

@@ -41,6 +41,7 @@ class SessionRecord:
     version: int = 0  # counts submissions
     creator: str | None = None  # a mark, see RoomRow
     underway: int = 0  # marks of its progress that the ledger has not answered for
+    key: str | None = None  # of the request that began it, see RoomRow
 
 
 class Sessions:
@@ -171,6 +172,7 @@ class Sessions:
             opened=record.opened,
             used=record.used,
             creator=record.creator,
+            key=record.key,
         )
 
     def rows(self, room: Room, record: SessionRecord) -> list[Write]:

@@ -109,12 +109,6 @@ class CommitQueue:
             return any(not job.keep and job.fate in undecided for job in self._all())
 
     @property
-    def sent(self) -> bool:
-        """Whether a COMMIT is under way."""
-        with self._changed:
-            return any(job.fate is Fate.SENT for job in self._taken)
-
-    @property
     def empty(self) -> bool:
         """Whether the thread has nothing to do."""
         with self._changed:

@@ -199,8 +199,11 @@ class Committer:
 
     def _suffer(self, error: BaseException) -> None:
         """The database has nothing of what was taken: refuse all that waits."""
+        known = self._queue.failure
         failure = LedgerError(f"the ledger cannot be written: {reason(error)}")
-        first = self._queue.failure is None
+        if known is not None and self._queue.silent:  # its line was cut, for a reason
+            failure = LedgerError(str(known))
+        first = known is None
         self._suffered(failure, self._queue.failed(failure), first=first)
         if self._queue.closing and (lost := self._queue.abandon()):
             _log.error("%d writes are left to the next start to compute again", lost)

@@ -237,8 +237,7 @@ class Ledger:
         failure = LedgerError(f"the ledger has not answered for {self.patience:g} seconds")
         _log.error("%s", failure)
         self._refused(self._queue.give_up(failure), failure)
-        if self._queue.sent:
-            self.database.cut()
+        self.database.cut()
 
     # What the committer says, on the event loop.
 

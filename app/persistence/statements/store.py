@@ -70,6 +70,14 @@ def open_room(connection: Connection, room_id: str) -> RoomRow | None:
     return found[0] if found else None
 
 
+def begun_by(connection: Connection, key: str) -> str | None:
+    """The id of the open room whose run was begun by the request with this key."""
+    row = tables.rooms.c
+    chosen = select(row.id).where(row.key == key, row.closed.is_(None))
+    found: str | None = connection.execute(chosen).scalar()
+    return found
+
+
 def closed_room(connection: Connection, room_id: str) -> RoomRow | None:
     """The last session of the room `room_id` that was closed."""
     chosen = select(tables.rooms).where(

@@ -59,6 +59,9 @@ rooms = Table(
     # Who made it, as a mark that says no more; where several servers share the ledger.
     Column("creator", String(64)),
     Column("key", String(64)),  # of the request that began this run, by which it may be asked again
+    Index("rooms_key", "key", unique=True,
+          sqlite_where=text("key IS NOT NULL AND closed IS NULL"),
+          postgresql_where=text("key IS NOT NULL AND closed IS NULL")),
     Index("rooms_open", "id", unique=True, sqlite_where=text("closed IS NULL"),
           postgresql_where=text("closed IS NULL")),
     Index("rooms_awake", "number", sqlite_where=text("awake AND closed IS NULL"),

@@ -68,7 +68,7 @@ Key = Annotated[
         alias="Idempotency-Key",
         min_length=1,
         max_length=255,
-        description="A text of your own for this drop, by which it can be asked for again.",
+        description="A text of your own, by which the same is asked for again and done once.",
     ),
 ]
 
@@ -105,7 +105,7 @@ async def list_rooms(
     ),
     openapi_extra=body_of(RoomRequest, {"board": "triangle-12-high"}),
 )
-async def open_room(request: Request, server: Server) -> Response:
+async def open_room(request: Request, server: Server, key: Key = None) -> Response:
     """Open a room with an id of its own; watch it at `/ws/rooms/{id}`.
 
     Over any board, `mode` says whether its balls touch each other. Instead of a board a `scene`
@@ -117,15 +117,24 @@ async def open_room(request: Request, server: Server) -> Response:
     """
     address = address_of(request)
     creator = server.tokens.mark_of(address)
+    again = None if key is None else again_of("open", creator, key)
+    if again is not None and (found := await server.rooms.begun_by(again)) is not None:
+        return _opened(server, found)
     held = await server.rooms.made_by(creator)
     with server.creators.place(address, server.rooms.free, held) as take:
         body = await read(request, RoomRequest)
         if body.story is None:
-            room = await server.rooms.create(*await _ground(request, server, body), creator)
+            ground, mode = await _ground(request, server, body)
+            room = await server.rooms.create(ground, mode, creator, again)
         else:
             retold = await _retold(request, server, body)
-            room = await server.rooms.create_retold(retold, creator)
+            room = await server.rooms.create_retold(retold, creator, again)
         take(room.id)
+    return _opened(server, room)
+
+
+def _opened(server: Services, room: Room) -> Response:
+    """What the creator of a room is told of it."""
     view = msgspec.structs.asdict(_view(server, room))
     opened = RoomOpened(**view, token=server.tokens.of(room.id))
     headers = {"location": f"/api/v1/rooms/{room.id}", "cache-control": "no-store"}
@@ -145,12 +154,12 @@ async def get_room(room: str, server: Server) -> Response:
     openapi_extra=body_of(RoomChange, {"board": "triangle-8"}),
     dependencies=[Token],
 )
-async def change_room(room: str, request: Request, server: Server) -> Response:
+async def change_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
     """Give a room another board. It begins anew, for everyone in it; for its creator alone."""
     found = await _own_room(room, request, server)
     body = await read(request, RoomChange)
     board = await _board_of_room(request, server, body.board)
-    return reply(_view(server, await server.rooms.reset(found, board)))
+    return reply(_view(server, await server.rooms.reset(found, board, _again(room, key))))
 
 
 @router.post(
@@ -159,10 +168,15 @@ async def change_room(room: str, request: Request, server: Server) -> Response:
     responses=documented(RoomView, 401, 403, 404, 429, 503),
     dependencies=[Token],
 )
-async def reset_room(room: str, request: Request, server: Server) -> Response:
+async def reset_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
     """Take all balls out and count from zero; for its creator alone."""
     found = await _own_room(room, request, server)
-    return reply(_view(server, await server.rooms.reset(found)))
+    return reply(_view(server, await server.rooms.reset(found, key=_again(room, key))))
+
+
+def _again(room: str, key: str | None) -> str | None:
+    """The mark of a key with which a room is begun anew."""
+    return None if key is None else again_of("anew", room, key)
 
 
 @router.delete(

@@ -127,6 +127,14 @@ def upgrade() -> None:
         postgresql_where=sa.text("awake AND closed IS NULL"),
     )
     op.create_index(
+        "rooms_key",
+        "rooms",
+        ["key"],
+        unique=True,
+        sqlite_where=sa.text("key IS NOT NULL AND closed IS NULL"),
+        postgresql_where=sa.text("key IS NOT NULL AND closed IS NULL"),
+    )
+    op.create_index(
         "rooms_open",
         "rooms",
         ["id"],
