@@ -165,7 +165,7 @@ async def change_room(room: str, request: Request, server: Server, key: Key = No
 @router.post(
     "/{room}/reset",
     summary="Begin a room anew",
-    responses=documented(RoomView, 401, 403, 404, 429, 503),
+    responses=documented(RoomView, 401, 403, 404, 422, 429, 503),
     dependencies=[Token],
 )
 async def reset_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
