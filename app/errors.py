@@ -17,6 +17,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   └── ClosedRoomError    it was there, and its creator closed it
 ├── SessionStateError     a player's session that cannot do this now: not open yet, or over
 ├── HaltedError           an operator has halted the room: it takes nothing new
+├── RepeatedError         a key that was used before, where only a log can say for what
 ├── ResetError            a drop that a room's creator took back by resetting the room
 ├── OriginError           a page of another site asked
 ├── HostError             asked under a name that is not this server's
@@ -41,6 +42,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 ├── LedgerError           what must be kept cannot be written or read now
 │   ├── DamagedRoomError   what the ledger has of one room contradicts itself
 │   └── HoldLostError      another server has the room now
+├── UndecidedError        what the ledger was given may be in it; what became of it is told later
 ├── TokenError            only the creator of a room may do this
 │   └── NoTokenError      and no token was shown
 ├── AbuseError            a client that goes on sending what it was told not to
@@ -136,6 +138,10 @@ class HaltedError(AppError):
     """The room takes nothing new until who runs the server lets it go on."""
 
 
+class RepeatedError(AppError):
+    """A request with the key of another one, of which only a log can tell what came."""
+
+
 class ResetError(AppError):
     """The room began anew while the drop was in flight; it has no result."""
 
@@ -224,6 +230,10 @@ class LedgerError(AppError):
     """The ledger cannot be written or read now; nothing of what was asked has been done."""
 
 
+class UndecidedError(AppError):
+    """It is not known yet whether what was asked has been done; it is neither refused nor lost."""
+
+
 class DamagedRoomError(LedgerError):
     """What the ledger has of one room is not whole, or contradicts itself; others are sound."""
 
@@ -276,6 +286,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     MissingBallError: Answer(404, "no-such-ball", "No such ball"),
     ClosedRoomError: Answer(404, "room-closed", "The room was closed", 4004),
     HaltedError: Answer(409, "room-halted", "The room is halted"),
+    RepeatedError: Answer(409, "repeated", "Done before"),
     ResetError: Answer(409, "room-reset", "The room was reset"),
     OriginError: Answer(403, "foreign-origin", "Foreign origin"),
     HostError: Answer(421, "unknown-host", "Not this server's host"),
@@ -299,6 +310,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     GoneError: Answer(499, "client-gone", "The client has left"),
     MissingPartError: Answer(501, "not-installed", "Not installed on this server"),
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),
+    UndecidedError: Answer(503, "undecided", "Not decided yet", 1013),
     DamagedRoomError: Answer(503, "room-damaged", "The room is set aside", 1013),
     HoldLostError: Answer(503, "room-moved", "The room is at another server", 1012),
     TokenError: Answer(403, "not-yours", "Not your room"),

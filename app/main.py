@@ -148,7 +148,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             CORSMiddleware,
             allow_origins=settings.allowed_origins,
             allow_methods=["GET", "POST", "PATCH", "DELETE"],
-            allow_headers=["content-type", "authorization"],
+            allow_headers=["content-type", "authorization", "idempotency-key", "x-request-id"],
             expose_headers=[
                 "etag",
                 "link",

@@ -16,7 +16,10 @@ from engine import json_text
 
 
 class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields=True):
-    """Ask for a ball. `seed`, `x`, `aim` stay as they came: their parsers name what is wrong."""
+    """Ask for a ball. `seed`, `x`, `aim` stay as they came: their parsers name what is wrong.
+
+    `key`, that of an earlier hello, says that the same drop, by its `ref`, was asked for then.
+    """
 
     seed: Any = None
     x: Any = None
@@ -25,6 +28,7 @@ class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields
     stake: Any = None
     who: Any = None
     session: str | None = None
+    key: str | None = None
 
 
 class SessionMessage(msgspec.Struct, frozen=True, tag="session", forbid_unknown_fields=True):

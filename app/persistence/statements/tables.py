@@ -21,7 +21,6 @@ from sqlalchemy import (
     Text,
     TypeDecorator,
     UniqueConstraint,
-    false,
     text,
 )
 from sqlalchemy.dialects import postgresql, sqlite
@@ -77,6 +76,10 @@ rooms = Table(
     Column("checkpoint_drops", BigInteger, nullable=False),
     # Who made it, as a mark that says no more; where several servers share the ledger.
     Column("creator", String(64)),
+    Column("key", String(64)),  # of the request that began this run, by which it may be asked again
+    Index("rooms_key", "key", unique=True,
+          sqlite_where=text("key IS NOT NULL AND closed IS NULL"),
+          postgresql_where=text("key IS NOT NULL AND closed IS NULL")),
     Index("rooms_open", "id", unique=True, sqlite_where=text("closed IS NULL"),
           postgresql_where=text("closed IS NULL")),
     Index("rooms_awake", "number", sqlite_where=text("awake AND closed IS NULL"),
@@ -97,8 +100,11 @@ drops = Table(
     Column("stake", BigInteger, nullable=False),  # minor units
     Column("who", String(64)),
     Column("aim", Double),  # m, where the player chose the middle of what the seed draws
-    Column("practice", Boolean, nullable=False, server_default=false()),  # chosen seed or x
+    Column("practice", Boolean, nullable=False),  # chosen seed or x
+    Column("key", String(64)),  # by which it may be asked for again
     CheckConstraint("stake >= 0", name="drops_stake"),
+    Index("drops_key", "room", "key", unique=True, sqlite_where=text("key IS NOT NULL"),
+          postgresql_where=text("key IS NOT NULL")),
     Index("drops_who", "who", sqlite_where=text("who IS NOT NULL"),
           postgresql_where=text("who IS NOT NULL")),
 )  # fmt: skip
@@ -112,7 +118,10 @@ inputs = Table(
     Column("tick", BigInteger, nullable=False),
     Column("data", Text, nullable=False),  # JSON
     Column("who", String(64)),
-)
+    Column("key", String(64)),  # by which it may be asked for again
+    Index("inputs_key", "room", "key", unique=True, sqlite_where=text("key IS NOT NULL"),
+          postgresql_where=text("key IS NOT NULL")),
+)  # fmt: skip
 
 results = Table(
     "results",
@@ -212,6 +221,16 @@ counters = Table(
     metadata,
     Column("name", String(32), primary_key=True),
     Column("next", BigInteger, nullable=False),
+)
+
+# Who writes to the ledger: the number of its last batch, and how often it has connected anew after
+# a commit that was not answered.
+writers = Table(
+    "writers",
+    metadata,
+    Column("name", String(32), primary_key=True),
+    Column("batch", BigInteger, nullable=False),
+    Column("epoch", BigInteger, nullable=False),
 )
 
 # What servers that share the ledger sign with, in hexadecimal.

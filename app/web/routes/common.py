@@ -43,7 +43,7 @@ _FAILURES = {
     401: "A room's token is missing",
     403: "Not the token of this room, or a room that nobody may change",
     404: "No such thing",
-    409: "The room was reset meanwhile",
+    409: "The room takes nothing now, or did this before",
     413: "The body is too large",
     415: "The body is not JSON, by its Content-Type",
     422: "A bad value; `detail` and `field` name it",

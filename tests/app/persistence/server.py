@@ -165,6 +165,8 @@ class Heard(Told):
                 self.refused.update(filter(None, [event.get("ref")]))
             case "error" if event["code"] == "limit-reached":
                 self.session = None  # it has had its drops: another is begun
+            case "error" if event["code"] == "undecided":
+                pass  # what becomes of it is told later
             case "error":
                 assert event["code"] in ("too-many-balls", "ledger-unavailable"), event
                 self.refused.add(event["ref"])
