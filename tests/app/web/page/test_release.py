@@ -10,7 +10,7 @@ import pytest
 from starlette.applications import Starlette
 
 from app.web.page.languages import languages_of
-from app.web.page.release import parts, script, sheet
+from app.web.page.release import assembled, parts, script, sheet
 from app.web.routes.page import Page
 
 STATIC = Path(__file__).parents[4] / "static"
@@ -77,10 +77,10 @@ def test_every_page_has_one_script_and_one_sheet(page: str) -> None:
 def test_a_script_has_its_languages_texts_and_none_that_it_does_not_name(tmp_path: Path) -> None:
     (tmp_path / "js/texts").mkdir(parents=True)
     for language, said in (("en", "Yes"), ("de", "Ja")):
-        (tmp_path / f"js/texts/{language}.js").write_text(
-            f'export const texts = {{"yes": "{said}", "other": "{said} {said}"}};\n'
+        (tmp_path / f"js/texts/{language}.json").write_text(
+            json.dumps({"yes": said, "other": f"{said} {said}"})
         )
-    main = 'import { texts } from "./texts/en.js";\nconsole.log(JSON.stringify(texts), "yes");\n'
+    main = 'import texts from "./texts/en.json" with { type: "json" };\nconsole.log(JSON.stringify(texts), "yes");\n'
     (tmp_path / "js/main.js").write_text(main)
     page = '<p>{{other}}</p><script type="module" src="js/main.js"></script>'
     pages, made = parts(tmp_path, "index.html", page, languages_of(tmp_path))
@@ -95,16 +95,16 @@ def test_numbers_are_written_as_the_language_of_the_script_writes_them(tmp_path:
     _, made = parts(STATIC, "index.html", page, languages_of(STATIC))
     said = {}
     for language in ("en", "de", "es"):
-        asked = "const { amount, multiplier, percent, signed, tight } = m_js_util_format_js;\n"
-        asked += "console.log([amount(12345.6), multiplier(1.5), percent(0.931), signed(-0.5),"
-        asked += " tight(0.5)].join(' '));\n"
+        asked = "const { amount, multiplier, percent, signed } = m_js_util_format_js;\n"
+        asked += "console.log([amount(12345.6), multiplier(1.5), percent(0.931), signed(-0.5)]"
+        asked += ".join(' '));\n"
         (tmp_path / "all.mjs").write_text(made[f"js/util/all.{language}.js"] + asked)
         told = subprocess.run(["node", tmp_path / "all.mjs"], capture_output=True, check=True)
         said[language] = told.stdout.decode().strip()
     assert said == {
-        "en": "12,345.60 1.5× 93.1 % −0.50 .5",
-        "de": "12.345,60 1,5× 93,1 % −0,50 0,5",
-        "es": "12.345,60 1,5× 93,1 % −0,50 0,5",
+        "en": "12,345.60 1.5x 93.1 % −0.50",
+        "de": "12.345,60 1,5x 93,1 % −0,50",
+        "es": "12.345,60 1,5x 93,1 % −0,50",
     }
 
 
@@ -133,3 +133,17 @@ def test_a_sheet_begins_with_the_colours_of_both_schemes() -> None:
     # By day, by night unless day was chosen, and where night was.
     assert re.findall(r"--page-deep: (#\w+);", told) == [light, dark, dark]
     assert told.index("prefers-color-scheme: dark") < told.index("--touch")
+
+
+def test_what_pages_share_stands_in_each_with_its_own_texts_and_a_mark_at_its_own_link(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts/top.part").write_text("<h1>{{$title}}</h1>\n  {{> nav}}\n")
+    links = '<a href="./">1</a><a href="two.html">2</a>\n'
+    (tmp_path / "parts/nav.part").write_text(links)
+    text = "<body>\n  {{> top title=two.title}}\n</body>\n"
+    marked = '<a href="./">1</a><a href="two.html" aria-current="page">2</a>\n'
+    told = assembled(tmp_path, "two.html", text)
+    assert told == f"<body>\n<h1>{{{{two.title}}}}</h1>\n{marked}</body>\n"
+    assert '<a href="./" aria-current="page">' in assembled(tmp_path, "index.html", text)
