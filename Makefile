@@ -161,7 +161,7 @@ clean:
 	find . -name __pycache__ -not -path './.git/*' -prune -exec rm -rf {} +
 
 $(VENV)/.stamp-play: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e .
+	$(PIP) install -c constraints.txt -e '.[certify]'
 	touch $@
 
 $(VENV)/.stamp-test: $(PINS) | $(VENV)/.stamp-venv

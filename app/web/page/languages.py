@@ -1,7 +1,8 @@
 """The languages of the pages: their texts, which of them a client reads, and HTML filled with them.
 
 Texts are JSON by keys, js/texts/<language>.json, one file for a language. HTML names them in
-braces: `{{word.drop}}`, or `{{keys.aim|<kbd>Shift</kbd>}}` where an element stands at the text's `{}`.
+braces: `{{word.drop}}`, or `{{keys.aim|<kbd>Shift</kbd>}}` where an element stands at the text's
+`{}`.
 """
 
 import html

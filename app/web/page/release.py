@@ -1,7 +1,7 @@
 """A page with its modules as one script and its styles as one sheet: a slow line waits only twice.
 
-What all pages share stands once, in parts/<name>.part: a page says `{{> head title=map.title}}`, and
-the part has `{{$title}}` where the page's own text goes.
+What all pages share stands once, in parts/<name>.part: a page says `{{> head title=map.title}}`,
+and the part has `{{$title}}` where the page's own text goes.
 
 Nothing is translated or renamed: each module becomes a function that gives its exports, in an order
 in which what it imports is there. The texts are those of one language: see languages.py.
