@@ -2,7 +2,7 @@
 
 import { sidesOf, startSpan } from "../model/board.js";
 import { disc } from "../util/canvas.js";
-import { tight } from "../util/format.js";
+import { multiplier } from "../util/format.js";
 import { GROUNDS, SURROUNDINGS } from "./ground.js";
 import { paintPeg } from "./peg.js";
 
@@ -206,7 +206,7 @@ export function binBox({ px, binTop, binHeight }, board, bin) {
  * @param {Box} box
  */
 function paintLabel(ctx, geometry, board, bin, ink, { x, y, width, height }) {
-  const texts = board.bins.multipliers.map(tight);
+  const texts = board.bins.multipliers.map(multiplier);
   const longest = Math.max(...texts.map((text) => text.length));
   const narrowest = Math.min(...texts.map((_, other) => binBox(geometry, board, other).width));
   // Narrow pockets carry their number upright, as on a ruler, rather than too small to read.
