@@ -4,9 +4,10 @@ WORKDIR /src
 COPY pyproject.toml constraints.txt README.md LICENSE ./
 COPY engine engine
 COPY app app
+COPY plinko plinko
 COPY static static
 RUN python -m venv /opt/plinko \
- && /opt/plinko/bin/pip install --no-cache-dir -c constraints.txt '.[postgres,relays]'
+ && /opt/plinko/bin/pip install --no-cache-dir -c constraints.txt '.[server,certify,postgres,relays]'
 
 FROM python:3.11-slim
 RUN useradd --uid 10001 --no-create-home --shell /usr/sbin/nologin plinko

@@ -25,10 +25,12 @@ HOURS ?= 2
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PINS := pyproject.toml constraints.txt
+# What a server has with all its parts: `certify` is python-flint, for proofs.
+ALL := server,certify
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
-.PHONY: help play test test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels
+.PHONY: help play test test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels npm
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
@@ -48,6 +50,7 @@ help:
 	@echo 'make pictures     take and draw the pictures of the documentation anew'
 	@echo 'make kernels      compile the kernels to WebAssembly, when one changed (four minutes)'
 	@echo 'make constraints  pin the newest versions that work together'
+	@echo 'make npm          make the npm package of the page'"'"'s solver in build/npm'
 	@echo 'make clean        remove the environment and all caches'
 
 play: $(VENV)/.stamp-play
@@ -101,6 +104,9 @@ lint: $(VENV)/.stamp-lint node_modules/.stamp
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.dependabot .github/dependabot.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-issue-forms .github/ISSUE_TEMPLATE/bug.yml .github/ISSUE_TEMPLATE/idea.yml
 	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec deploy/compose.yaml
 	$(WITH_NODE) && node_modules/.bin/eslint .
@@ -127,6 +133,7 @@ format: $(VENV)/.stamp-lint
 
 # What the examples of the README and of docs/pictures.md print, and their pictures, anew.
 readme: $(VENV)/.stamp-test
+	$(BIN)/python -m tests.repository.reference
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.readme
 
 # The drawing of the packages, from the import contract.
@@ -149,11 +156,15 @@ constraints:
 	rm -rf .cache/constraints
 	mkdir -p .cache
 	tools/make-venv $(PYTHON) .cache/constraints
-	.cache/constraints/bin/python -m pip --quiet install '.[test,lint,bench,docs]'
+	.cache/constraints/bin/python -m pip --quiet install '.[$(ALL),test,lint,bench,docs]'
 	{ head -n 1 constraints.txt; \
 	  .cache/constraints/bin/python -m pip freeze --exclude plinko-server; } > .cache/constraints.txt
 	mv .cache/constraints.txt constraints.txt
 	rm -rf .cache/constraints
+
+# The page's solver for others' pages and Node.js, ready for `npm publish`.
+npm: node_modules/.stamp
+	$(WITH_NODE) && tools/npm-package build/npm
 
 clean:
 	rm -rf $(VENV) .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
@@ -161,24 +172,24 @@ clean:
 	find . -name __pycache__ -not -path './.git/*' -prune -exec rm -rf {} +
 
 $(VENV)/.stamp-play: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e .
+	$(PIP) install -c constraints.txt -e '.[$(ALL)]'
 	touch $@
 
 $(VENV)/.stamp-test: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[test]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL),test]'
 	touch $@ $(VENV)/.stamp-play
 
 # The types of the tests' own libraries are checked too, hence both extras.
 $(VENV)/.stamp-lint: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[test,lint]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL),test,lint]'
 	touch $@ $(VENV)/.stamp-test $(VENV)/.stamp-play
 
 $(VENV)/.stamp-docs: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[docs]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL),docs]'
 	touch $@ $(VENV)/.stamp-play
 
 $(VENV)/.stamp-bench: $(PINS) | $(VENV)/.stamp-venv
-	$(PIP) install -c constraints.txt -e '.[bench]'
+	$(PIP) install -c constraints.txt -e '.[$(ALL),bench]'
 	touch $@ $(VENV)/.stamp-play
 
 $(VENV)/.stamp-venv: tools/make-venv

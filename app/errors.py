@@ -2,8 +2,9 @@
 
 AppError                  `code` is its stable slug, `field` names the bad value's place
 ├── SettingError          a setting that cannot be used (start-up only)
-├── MalformedError        not JSON, or a message of no known shape
+├── MalformedError        a message of no known shape
 │   ├── UnknownMessageError
+│   ├── MediaTypeError    a body that says it is something else than JSON
 │   └── HeadError         no HTTP request
 ├── InvalidValueError     well-formed, but a value is out of range
 │   └── CostError          it costs more than any one request may
@@ -16,6 +17,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 │   └── ClosedRoomError    it was there, and its creator closed it
 ├── SessionStateError     a player's session that cannot do this now: not open yet, or over
 ├── HaltedError           an operator has halted the room: it takes nothing new
+├── RepeatedError         a key that was used before, where only a log can say for what
 ├── ResetError            a drop that a room's creator took back by resetting the room
 ├── OriginError           a page of another site asked
 ├── HostError             asked under a name that is not this server's
@@ -40,6 +42,7 @@ AppError                  `code` is its stable slug, `field` names the bad value
 ├── LedgerError           what must be kept cannot be written or read now
 │   ├── DamagedRoomError   what the ledger has of one room contradicts itself
 │   └── HoldLostError      another server has the room now
+├── UndecidedError        what the ledger was given may be in it; what became of it is told later
 ├── TokenError            only the creator of a room may do this
 │   └── NoTokenError      and no token was shown
 ├── AbuseError            a client that goes on sending what it was told not to
@@ -54,6 +57,8 @@ from engine.errors import (
     BoardError,
     EffortError,
     EngineError,
+    JsonSyntaxError,
+    JsonValueError,
     ParameterError,
     RecordError,
     SeedError,
@@ -79,6 +84,10 @@ class MalformedError(AppError):
 
 class UnknownMessageError(MalformedError):
     """A message whose `type` is not one of the protocol's."""
+
+
+class MediaTypeError(MalformedError):
+    """A body whose Content-Type is not JSON's."""
 
 
 class HeadError(MalformedError):
@@ -127,6 +136,10 @@ class ClosedRoomError(NotFoundError):
 
 class HaltedError(AppError):
     """The room takes nothing new until who runs the server lets it go on."""
+
+
+class RepeatedError(AppError):
+    """A request with the key of another one, of which only a log can tell what came."""
 
 
 class ResetError(AppError):
@@ -217,6 +230,10 @@ class LedgerError(AppError):
     """The ledger cannot be written or read now; nothing of what was asked has been done."""
 
 
+class UndecidedError(AppError):
+    """It is not known yet whether what was asked has been done; it is neither refused nor lost."""
+
+
 class DamagedRoomError(LedgerError):
     """What the ledger has of one room is not whole, or contradicts itself; others are sound."""
 
@@ -257,6 +274,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     AppError: Answer(500, "server-error", "The server failed", 1011),
     MalformedError: Answer(400, "malformed", "Malformed request", 1007),
     UnknownMessageError: Answer(400, "unknown-message", "Unknown message type"),
+    MediaTypeError: Answer(415, "unsupported-media-type", "Unsupported media type"),
     InvalidValueError: Answer(422, "invalid-value", "Invalid value"),
     CostError: Answer(422, "too-expensive", "Too expensive"),
     DeadlineError: Answer(422, "too-long", "Took too long to compute"),
@@ -268,6 +286,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     MissingBallError: Answer(404, "no-such-ball", "No such ball"),
     ClosedRoomError: Answer(404, "room-closed", "The room was closed", 4004),
     HaltedError: Answer(409, "room-halted", "The room is halted"),
+    RepeatedError: Answer(409, "repeated", "Done before"),
     ResetError: Answer(409, "room-reset", "The room was reset"),
     OriginError: Answer(403, "foreign-origin", "Foreign origin"),
     HostError: Answer(421, "unknown-host", "Not this server's host"),
@@ -291,6 +310,7 @@ ANSWERS: dict[type[Exception], Answer] = {
     GoneError: Answer(499, "client-gone", "The client has left"),
     MissingPartError: Answer(501, "not-installed", "Not installed on this server"),
     LedgerError: Answer(503, "ledger-unavailable", "The ledger cannot be reached", 1013),
+    UndecidedError: Answer(503, "undecided", "Not decided yet", 1013),
     DamagedRoomError: Answer(503, "room-damaged", "The room is set aside", 1013),
     HoldLostError: Answer(503, "room-moved", "The room is at another server", 1012),
     TokenError: Answer(403, "not-yours", "Not your room"),
@@ -303,6 +323,8 @@ ANSWERS: dict[type[Exception], Answer] = {
     SeedError: Answer(422, "bad-seed", "Invalid seed"),
     ParameterError: Answer(422, "bad-parameter", "Invalid parameter"),
     RecordError: Answer(422, "bad-record", "Malformed drop record"),
+    JsonSyntaxError: Answer(400, "malformed", "Malformed request", 1007),
+    JsonValueError: Answer(422, "invalid-value", "Invalid value"),
 }
 
 RETRY_AFTER = 1.0  # seconds; what 429 and 503 suggest when the error knows nothing better

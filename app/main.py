@@ -47,13 +47,20 @@ from app.rooms.pending import DropCommand
 from app.rooms.touching.room import TouchingRoom
 from app.settings import Settings, page_kernels, static_directory
 from app.web import openapi, problems
+from app.web.edge.answers import AnswerHeaders
 from app.web.edge.head import HeadAsGet
 from app.web.edge.hosts import Hosts
-from app.web.edge.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
+from app.web.edge.middleware import (
+    BodyLimit,
+    HostCheck,
+    OriginCheck,
+    SecurityHeaders,
+    WeakWhenCompressed,
+)
 from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.readings import readings
 from app.web.returns import Returns
-from app.web.routes import boards, health, page, payouts
+from app.web.routes import api_docs, boards, health, page, payouts
 from app.web.routes.drops import drops, maps, pictures, simulate
 from app.web.routes.queries import listed_queries
 from app.web.routes.rooms import halts, live, moves, players, rooms, scenes, sessions, ws
@@ -89,8 +96,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         summary="Seeded drops, replayable bit for bit",
         description=openapi.DESCRIPTION,
         openapi_tags=openapi.TAGS,
-        # The interactive pages load their code from another site, which the content security
-        # policy forbids; /openapi.json opens in any such tool.
+        # The framework's own pages load their code from another site, which the content security
+        # policy forbids; `api_docs` serves it from here.
         docs_url=None,
         redoc_url=None,
         openapi_url=None,
@@ -119,6 +126,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     ):
         app.include_router(router, dependencies=listed)
     app.include_router(health.router)
+    app.include_router(api_docs.router)
     app.include_router(ws.router)
 
     app.state.document = None
@@ -140,8 +148,16 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             CORSMiddleware,
             allow_origins=settings.allowed_origins,
             allow_methods=["GET", "POST", "PATCH", "DELETE"],
-            allow_headers=["content-type", "authorization"],
-            expose_headers=["etag", "location", "retry-after"],
+            allow_headers=["content-type", "authorization", "idempotency-key", "x-request-id"],
+            expose_headers=[
+                "etag",
+                "link",
+                "location",
+                "ratelimit",
+                "ratelimit-policy",
+                "retry-after",
+                "x-request-id",
+            ],
         )
     app.add_middleware(OriginCheck, allowed=settings.allowed_origins)
     machine = socket.gethostname()
@@ -152,9 +168,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         thread_minimum_size=_ASIDE,
         exclude_content_types=_PACKED,
     )
+    app.add_middleware(WeakWhenCompressed)
     app.add_middleware(HeadAsGet)
     app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
     app.add_middleware(SecurityHeaders)
+    app.add_middleware(AnswerHeaders)
     app.openapi = functools.partial(openapi.document, app)  # type: ignore[method-assign]
     return app
 

@@ -1,16 +1,20 @@
 """The physics of a Plinko board: exact, seeded, replayable bit for bit."""
 
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
 
+from engine.board.making import polygon
+from engine.board.materials import Material
 from engine.board.model import Board
+from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 from engine.board.presets import preset_names
 from engine.constants import PHYSICS_VERSION
 from engine.drops.batch import DropBatch, drop_many
 from engine.drops.drop import Drop, drop
 from engine.drops.occupancy import Occupancy, occupancy
 from engine.drops.verify import Verification, verify
-from engine.errors import BoardError, EngineError, ParameterError, RecordError, SeedError
+from engine.errors import BoardError, EngineError, Fault, ParameterError, RecordError, SeedError
 
 if TYPE_CHECKING:
     from engine.certified.certify import Certificate, certify
@@ -26,24 +30,32 @@ __all__ = [
     "PHYSICS_VERSION",
     "Arena",
     "ArenaSettings",
+    "BallSpec",
+    "Bins",
     "Board",
     "BoardError",
     "Certificate",
     "Drop",
     "DropBatch",
+    "DropZone",
     "EngineError",
+    "Fault",
+    "Material",
     "Occupancy",
     "ParameterError",
+    "Peg",
     "Place",
     "RecordError",
     "SeedError",
     "Verification",
+    "Wall",
     "World",
     "__version__",
     "certify",
     "drop",
     "drop_many",
     "occupancy",
+    "polygon",
     "preset_names",
     "verify",
 ]
@@ -56,13 +68,23 @@ _WHEN_ASKED_FOR: Final = {
     "World": "engine.world.world",
     "certify": "engine.certified.certify",
 }
-"""Names that a drop has no use for: their kernels take a twentieth of its start to load, and
-`certify` needs python-flint, which may not be installed."""
+"""Names that a drop does not use: their kernels take a twentieth of its start to load."""
+
+_PROOFS: Final = ("Certificate", "certify")
+"""Names that exist only where python-flint is installed."""
+
+if find_spec("flint") is None:
+    for _name in _PROOFS:
+        __all__.remove(_name)
 
 
 if not TYPE_CHECKING:  # else every misspelt name would pass for one
 
     def __getattr__(name: str) -> Any:
+        if name in _PROOFS and name not in __all__:
+            raise AttributeError(
+                f"{__name__}.{name} needs python-flint: pip install 'plinko-server[certify]'"
+            )
         if name not in _WHEN_ASKED_FOR:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         value = getattr(import_module(_WHEN_ASKED_FOR[name]), name)

@@ -6,8 +6,12 @@ EngineError (a ValueError)
 ├── EffortError       it takes more computing than a call may
 ├── ParameterError    a solver's or a drop's parameter out of range; `field` says which
 ├── RecordError       a drop record that is malformed; `field` says where
+├── JsonSyntaxError   text that is not JSON
+├── JsonValueError    JSON with a value that is refused; `field` says where
 └── ClusterError      workers elsewhere that cannot compute what is asked of them
 """
+
+from typing import NamedTuple
 
 
 class EngineError(ValueError):
@@ -18,8 +22,23 @@ class EngineError(ValueError):
         self.field = field
 
 
+class Fault(NamedTuple):
+    """One thing that is wrong with a board: where it is in the JSON form, and what it is."""
+
+    field: str
+    message: str
+
+
 class BoardError(EngineError):
-    """A board that cannot be played. `field` is its path in the JSON form, as `pegs[3].radius`."""
+    """A board that cannot be played. `field` is its path in the JSON form, as `pegs[3].radius`.
+
+    `faults` names everything that is wrong, as far as it can be said at once: where parts overlap
+    or where a ball sticks is known only once every value is right.
+    """
+
+    def __init__(self, message: str, *, field: str = "", faults: tuple[Fault, ...] = ()) -> None:
+        super().__init__(message, field=field)
+        self.faults = faults or (Fault(field, message),)
 
 
 class EffortError(EngineError):
@@ -36,6 +55,14 @@ class ParameterError(EngineError):
 
 class RecordError(EngineError):
     """A drop record that lacks a field or holds one of the wrong type."""
+
+
+class JsonSyntaxError(EngineError):
+    """Text that is not JSON, or is nested too deeply."""
+
+
+class JsonValueError(EngineError):
+    """JSON with a key given twice, or a value that has no one meaning. `field` is its place."""
 
 
 class ClusterError(EngineError):

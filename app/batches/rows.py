@@ -1,10 +1,14 @@
-"""A row for each drop, as Parquet or CSV by pyarrow: block by block, so that memory stays flat."""
+"""A row for each drop, as Parquet or CSV: block by block, so that memory stays flat.
 
+The columns are those of `DropBatch.to_columns`.
+"""
+
+import csv
 from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -16,26 +20,52 @@ from engine.batches.job import Job
 Rows = dict[str, npt.NDArray[np.generic]]
 """Columns by name, each of shape (n,)."""
 
-COLUMNS: Final = {
-    "seed": "seed",
-    "bin": "bin",
-    "score": "score",
-    "duration": "duration",
-    "impacts": "impact_count",
-    "x_end": "x_end",
-}
-"""Of a row, and what `DropBatch.to_columns` calls it: duration in s, x_end in m, and the bin is -1
-where the ball did not land."""
-
 FORMATS: Final = (".parquet", ".csv")
 
 
 def rows_and_block(job: Job, number: int, threads: int) -> tuple[Rows, Block]:
     """A block with a row for each of its drops."""
     batch = batch_of(job, number, threads)
-    columns = batch.to_columns()
-    rows = {name: columns[known] for name, known in COLUMNS.items()}
-    return rows, summed(number, [batch])
+    return batch.to_columns(), summed(number, [batch])
+
+
+class _Format(Protocol):
+    def write(self, rows: Rows) -> None: ...
+
+
+class _Csv:
+    """Numbers are written with as many digits as it takes to read the same number again."""
+
+    def __init__(self, path: Path, stack: ExitStack) -> None:
+        self._writer = csv.writer(stack.enter_context(path.open("w", encoding="utf-8", newline="")))
+        self._has_head = False
+
+    def write(self, rows: Rows) -> None:
+        if not self._has_head:
+            self._writer.writerow(rows)
+            self._has_head = True
+        columns = [
+            np.where(column, "true", "false") if column.dtype == bool else column
+            for column in rows.values()
+        ]
+        self._writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+
+
+class _Parquet:
+    def __init__(self, path: Path, stack: ExitStack) -> None:
+        self._path = path
+        self._stack = stack
+        self._writer: Any = None
+
+    def write(self, rows: Rows) -> None:
+        import pyarrow  # noqa: PLC0415 - half a second, and it may not be installed
+        from pyarrow import parquet  # noqa: PLC0415
+
+        table = pyarrow.table(rows)
+        if self._writer is None:
+            made = parquet.ParquetWriter(str(self._path), table.schema)
+            self._writer = self._stack.enter_context(made)
+        self._writer.write_table(table)
 
 
 class RowWriter:
@@ -44,32 +74,24 @@ class RowWriter:
     def __init__(self, path: Path) -> None:
         if path.suffix not in FORMATS:
             raise InvalidValueError(f"{path.name!r} ends in neither .parquet nor .csv", field="out")
-        if find_spec("pyarrow") is None:
+        if path.suffix == ".parquet" and find_spec("pyarrow") is None:
             raise InvalidValueError(
-                "rows need pyarrow, which is not installed: pip install 'plinko-server[table]'",
+                "Parquet needs pyarrow, which is not installed: pip install "
+                "'plinko-server[table]', or write .csv",
                 field="out",
             )
         self._path = path
         self._unfinished = path.with_name(path.name + ".new")
         self._open = ExitStack()
-        self._writer: Any = None
 
     def __enter__(self) -> "RowWriter":
-        import pyarrow  # noqa: PLC0415 - half a second, and it may not be installed
-        from pyarrow import csv, parquet  # noqa: PLC0415
-
-        kinds = ("u8", "i4", "f8", "f8", "i4", "f8")
-        types = [pyarrow.from_numpy_dtype(np.dtype(kind)) for kind in kinds]
-        self._schema = pyarrow.schema(list(zip(COLUMNS, types, strict=True)))
-        made = csv.CSVWriter if self._path.suffix == ".csv" else parquet.ParquetWriter
-        self._writer = self._open.enter_context(made(str(self._unfinished), self._schema))
+        made = _Csv if self._path.suffix == ".csv" else _Parquet
+        self._format: _Format = made(self._unfinished, self._open)
         return self
 
     def write(self, rows: Rows) -> None:
         """Append the drops of a block."""
-        import pyarrow  # noqa: PLC0415
-
-        self._writer.write_table(pyarrow.table(rows, schema=self._schema))
+        self._format.write(rows)
 
     def __exit__(
         self,
@@ -81,4 +103,4 @@ class RowWriter:
         if kind is None:
             self._unfinished.replace(self._path)
         else:
-            self._unfinished.unlink()
+            self._unfinished.unlink(missing_ok=True)

@@ -13,29 +13,41 @@ from collections.abc import Sequence
 
 import click
 
-COMMANDS = {
-    "serve": "server.serve",
-    "relay": "server.relay",
-    "drop": "drops.drop",
-    "certify": "drops.certify",
-    "simulate": "drops.simulate",
-    "merge": "drops.merge",
-    "render": "drops.render",
-    "map": "drops.map",
-    "payouts": "boards.payouts",
-    "odds": "boards.odds",
-    "verify": "drops.verify",
-    "halt": "server.halt",
-    "rooms": "server.rooms",
-    "integrity": "server.integrity",
-    "conformance": "server.conformance",
-    "boards": "boards.boards",
-    "calibrate": "boards.calibrate",
-    "load": "server.load",
-    "ledger": "server.ledger",
-    "bench": "bench",
+GROUPS = {
+    "One drop": {
+        "drop": "drops.drop",
+        "certify": "drops.certify",
+        "verify": "drops.verify",
+        "render": "drops.render",
+        "map": "drops.map",
+    },
+    "Many drops": {
+        "simulate": "drops.simulate",
+        "merge": "drops.merge",
+    },
+    "Boards": {
+        "boards": "boards.boards",
+        "odds": "boards.odds",
+        "payouts": "boards.payouts",
+        "calibrate": "boards.calibrate",
+    },
+    "Server": {
+        "serve": "server.serve",
+        "relay": "server.relay",
+        "ledger": "server.ledger",
+        "halt": "server.halt",
+        "rooms": "server.rooms",
+        "load": "server.load",
+    },
+    "Evidence": {
+        "integrity": "server.integrity",
+        "conformance": "server.conformance",
+        "bench": "bench",
+    },
 }
-"""Subcommands, in the order of the help, and the module in `app.cli` that has each as `command`."""
+"""Subcommands as the help lists them, and the module in `app.cli` that has each as `command`."""
+
+COMMANDS = {name: module for group in GROUPS.values() for name, module in group.items()}
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
@@ -55,6 +67,19 @@ class _LazyGroup(click.Group):
             return None
         command: click.Command = importlib.import_module(f"app.cli.{COMMANDS[cmd_name]}").command
         return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the subcommands in their groups."""
+        width = max(map(len, COMMANDS))
+        for title, names in GROUPS.items():
+            found = ((name, self.get_command(ctx, name)) for name in names)
+            rows = [
+                (name.ljust(width), command.get_short_help_str(100))
+                for name, command in found
+                if command
+            ]
+            with formatter.section(title):
+                formatter.write_dl(rows)
 
     def invoke(self, ctx: click.Context) -> object:
         """Run the subcommand; a reader that went away (`plinko … | head`) is no error of ours."""

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from datetime import timedelta
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -47,8 +48,18 @@ def board_argument(command: Command) -> Command:
 def start_options(command: Command) -> Command:
     """Add --seed, --x and --aim, which say where a drop starts: a string and two floats."""
     # A string, so that the engine's own parser names what is wrong with a seed.
-    with_seed = click.option("--seed", required=True, help="An integer from 0 to 2^64 - 1.")
+    with_seed = click.option("--seed", help="An integer from 0 to 2^64 - 1.")
     return with_seed(x_option(aim_option(command)))
+
+
+def read_start(seed: str | None, x: float | None) -> int | None:
+    """The seed of a drop, or None where only --x says where it starts.
+
+    Raises UsageError when neither is given, SeedError for a seed that is none.
+    """
+    if seed is None and x is None:
+        raise click.UsageError("a drop needs a start: --seed N or --x X")
+    return None if seed is None else read_seed(seed)
 
 
 def x_option(command: Command) -> Command:
@@ -179,7 +190,7 @@ def load_board(name: str) -> "Board":
         try:
             return Board.from_json(path)
         except BoardError as error:
-            raise BoardError(f"{name}: {error}", field=error.field) from None
+            raise BoardError(f"{name}: {error}", field=error.field, faults=error.faults) from None
     raise click.UsageError(
         f"BOARD {name!r} is neither a preset (`plinko boards` lists them) nor a JSON file"
     )
@@ -191,13 +202,18 @@ def counted(count: int, one: str) -> str:
 
 
 def need_certifier() -> None:
-    """Raise UsageError unless python-flint is there, which the certified solver computes with."""
-    from importlib.util import find_spec
+    """Raise UsageError unless python-flint is installed, which the certified solver uses."""
+    _need("flint", "proofs need python-flint, which is not installed", "certify")
 
-    if find_spec("flint") is None:
-        raise click.UsageError(
-            "proofs need python-flint, which is not installed: pip install 'plinko-server[certify]'"
-        )
+
+def need_server() -> None:
+    """Raise UsageError unless the packages that a server needs are installed."""
+    _need("sqlalchemy", "this command needs the server, which is not installed", "server")
+
+
+def _need(module: str, message: str, extra: str) -> None:
+    if find_spec(module) is None:
+        raise click.UsageError(f"{message}: pip install 'plinko-server[{extra}]'")
 
 
 def read_seed(text: str) -> int:

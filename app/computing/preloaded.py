@@ -25,7 +25,7 @@ def warm_up() -> None:
     """Load the kernels of each kind of work, so that no request waits for them."""
     smooth = Board.from_json(_SMOOTH)
     for board in (Board.preset("triangle-8"), smooth):
-        drop(board, seed=0).record(certainty=True)
+        drop(board, seed=0).to_dict(certainty=True)
         drop(board, seed=0).states([0.1])
         drop_many(board, [0], threads=1)
     drop(smooth, seed=0, solver="stepped")

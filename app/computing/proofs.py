@@ -25,7 +25,7 @@ MAX_SECONDS: Final = 8.0
 
 def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
     """A drop's digest, and its record as JSON with what is proven of it."""
-    found = ask.drop().record(certainty=certainty)
+    found = ask.drop().to_dict(certainty=certainty)
     return found["digest"], msgspec.json.encode(found | {"certificate": certificate(ask)})
 
 
@@ -35,7 +35,7 @@ def certificate(ask: Ask) -> dict[str, Any]:
 
     effort = Effort(most_bits=MOST_BITS, most_comparisons=MOST_COMPARISONS)
     found = certify(ask.board, ask.seed, x=ask.x, aim=ask.aim, effort=effort)
-    return found.to_json() | {"events": found.event_rows()}
+    return found.to_dict() | {"events": found.event_rows()}
 
 
 class _Patience:
@@ -56,7 +56,7 @@ def tile(
 
     patience = _Patience()
     strip = strip_at(board, x, level, pixels, first, count, patience=patience)
-    return msgspec.json.encode(strip.to_json() | {"level": level, "first": first}), patience()
+    return msgspec.json.encode(strip.to_dict() | {"level": level, "first": first}), patience()
 
 
 def picture(board: Board, x: Fraction, levels: int, pixels: int, fmt: str, theme: str) -> bytes:

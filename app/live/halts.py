@@ -10,11 +10,10 @@ from collections.abc import Callable, Iterable
 
 from app.errors import DamagedRoomError, HaltedError, LedgerError
 from app.live.broadcast.broadcaster import Broadcaster
-from app.live.to_the_end import to_the_end
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
 from app.persistence.statements import halt_store
-from app.rooms.records import EVERY_ROOM, Halt, Release, Write
+from app.rooms.records import EVERY_ROOM, Halt, Release
 from app.rooms.room import Room
 
 _log = logging.getLogger("plinko")
@@ -75,11 +74,11 @@ class Halts:
 
     async def halt(self, room_id: str) -> None:
         """Take nothing more in a room; raises LedgerError, and then it goes on."""
-        await to_the_end(self._halt(room_id))
+        await self._ledger.decided(self._halt(room_id))
 
     async def release(self, room_id: str) -> None:
         """Go on in a room; raises LedgerError, and then it stays halted."""
-        await to_the_end(self._release(room_id))
+        await self._ledger.decided(self._release(room_id))
 
     async def _halt(self, room_id: str) -> None:
         async with self._turn:
@@ -87,7 +86,7 @@ class Halts:
                 return
             since = self._since[room_id] = self._now()  # at once: a ledger may take its time
             try:
-                await self._ledger.commit(Halt(room_id, since), undo=(Release(room_id),))
+                await self._ledger.commit(Halt(room_id, since))
             except LedgerError:
                 del self._since[room_id]
                 raise
@@ -97,8 +96,7 @@ class Halts:
         async with self._turn:
             if room_id not in self._since:
                 return
-            undo: Write = Halt(room_id, self._since[room_id])
-            await self._ledger.commit(Release(room_id), undo=(undo,))
+            await self._ledger.commit(Release(room_id))
             del self._since[room_id]
             self._tell("released", room_id)
 

@@ -5,15 +5,18 @@ import functools
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
-from app.errors import LedgerError
+from app.errors import LedgerError, RepeatedError
 from app.live.halts import Halts
 from app.live.sessions.fair_session import FairSession, TakenDrop
 from app.live.ticking.runner import Runner
 from app.live.waiting_requester import WaitingRequester
 from app.persistence.service import PersistenceService
+from app.persistence.statements import store
 from app.protocol import messages
 from app.protocol.touching_messages import Change
+from app.rooms.outcome import Outcome, outcome_of
 from app.rooms.pending import DropCommand, PendingInput
+from app.rooms.records import InputRow
 from app.rooms.room import Room
 
 
@@ -40,6 +43,8 @@ class Inputs:
         self._in_memory = in_memory
         self._check_here = check_here
         self._draw = draw
+        # Drops under way that may be asked for again, by room run and key.
+        self._asked: dict[tuple[int, str], asyncio.Future[messages.Accepted]] = {}
 
     def drop(
         self,
@@ -54,6 +59,7 @@ class Inputs:
         client: int | None = None,
         key: str = "",
         ref: Any = None,
+        again: str | None = None,
     ) -> "asyncio.Future[messages.Accepted]":
         """Take a drop; once it is durable and its tick has come, it enters and the room is told.
 
@@ -71,10 +77,38 @@ class Inputs:
             seed = session.next_seed()
         number = self._draw() if seed is None else seed
         command = DropCommand(number, x, stake, who, aim, practice=practice)
-        request = WaitingRequester.now(client, key, ref)
+        request = WaitingRequester.now(client, key, ref, again)
         pending = room.plan_drop(command, self._persistence.lead, request)
         self._submit(room, pending, session)
-        return cast("asyncio.Future[messages.Accepted]", request.settled)
+        asked = cast("asyncio.Future[messages.Accepted]", request.settled)
+        if again is not None:
+            place = self._place(room, again)
+            self._asked[place] = asked
+            asked.add_done_callback(lambda _: self._asked.pop(place))
+        return asked
+
+    async def asked_before(self, room: Room, again: str) -> Outcome | None:
+        """What came of the drop that bears this key, if there is one; raises what it raised.
+
+        Also LedgerError, and RepeatedError where only the room's log can say.
+        """
+        place = self._place(room, again)
+        if place not in self._asked:
+            read = functools.partial(store.keyed, room=place[0], key=again)
+            found = await self._persistence.ledger.read(read)
+            if isinstance(found, InputRow):
+                raise RepeatedError(
+                    "a drop with this key was taken before: the room's log has it", field="key"
+                )
+            if found is not None:
+                return outcome_of(room.ground, *found)
+        if place not in self._asked:
+            return None
+        accepted = await self._persistence.ledger.decided(self._asked[place])
+        return Outcome(accepted, None)
+
+    def _place(self, room: Room, again: str) -> tuple[int, str]:
+        return self._persistence.sessions.of(room).number, again
 
     def change(
         self,
@@ -91,7 +125,7 @@ class Inputs:
         BallLimitError, HaltedError, LedgerError.
         """
         self._check(room)
-        request = WaitingRequester.now(client, key, ref)
+        request = WaitingRequester.now(client, key, ref, None)
         self._submit(room, room.plan_change(change, self._persistence.lead, request))
         return request.settled
 

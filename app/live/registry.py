@@ -2,11 +2,12 @@
 
 import asyncio
 import contextlib
+import functools
 import logging
 import secrets
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 
 from app.errors import (
     AppError,
@@ -16,6 +17,7 @@ from app.errors import (
     LedgerError,
     RebuildingError,
     ResetError,
+    UndecidedError,
 )
 from app.live.broadcast.broadcaster import Broadcaster
 from app.live.broadcast.hub import Client, Hub
@@ -27,14 +29,15 @@ from app.live.public_tables import MAIN, PublicTables
 from app.live.ticking.landings import Landings
 from app.live.ticking.runner import Runner
 from app.live.ticking.ticker import Watcher
-from app.live.to_the_end import to_the_end
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.recovery.rebuild_queue import RebuildQueue, Turn, rebuilding
 from app.persistence.service import PersistenceService
+from app.persistence.statements import store
 from app.rooms.boards import Boards
 from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room
 from app.rooms.records import Parked
 from app.rooms.room import Ground, Room
+from app.rooms.settling import Settled, settle
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.story import Retold
 from app.settings import Settings
@@ -115,9 +118,11 @@ class Rooms:
             check_here=self._check_here,
             draw=draw,
         )
-        self.drop, self.change = inputs.drop, inputs.change
+        self.drop, self.change, self.asked_before = inputs.drop, inputs.change, inputs.asked_before
         self._new_id = new_id
         self._loading = asyncio.Lock()
+        self._making: set[str | None] = set()  # keys of requests for rooms that are being opened
+        self._ended: set[str] = set()  # rooms that are being closed or begun anew
         if not self.persistence.ledger.keeps:
             self.find(MAIN)
 
@@ -249,33 +254,60 @@ class Rooms:
         """
         return None if self.holding is None else await self.holding.made_by(creator)
 
+    async def begun_by(self, key: str) -> Room | None:
+        """The room that the request with this key has opened, if it is open still.
+
+        Raises LedgerError, and UndecidedError while it is being opened.
+        """
+        if key in self._making:
+            raise UndecidedError("the room is being opened", retry_after=1.0)
+        if not self.persistence.ledger.keeps:
+            return None
+        read = functools.partial(store.begun_by, key=key)
+        room_id = await self.persistence.ledger.read(read)
+        return None if room_id is None else await self.seek(room_id)
+
     async def create(
-        self, ground: Ground, mode: str = INDEPENDENT, creator: str | None = None
+        self,
+        ground: Ground,
+        mode: str = INDEPENDENT,
+        creator: str | None = None,
+        key: str | None = None,
     ) -> Room:
-        """Open a room of its own over a board or a scene, with a mark of who made it.
+        """Open a room of its own over a board or a scene, with a mark of who made it, and a key.
 
         Raises RoomLimitError when all rooms are in use, LedgerError when it cannot be kept.
         """
-        return await to_the_end(self._create(ground, mode, creator))
+        return await self.persistence.ledger.decided(self._create(ground, mode, creator, key))
 
-    async def create_retold(self, retold: Retold, creator: str | None = None) -> Room:
+    async def create_retold(
+        self, retold: Retold, creator: str | None = None, key: str | None = None
+    ) -> Room:
         """Open a room of its own where a story ends; raises what `create` raises."""
-        return await to_the_end(self._create(retold.scene, SCENE, creator, retold))
+        work = self._create(retold.scene, SCENE, creator, key, retold)
+        return await self.persistence.ledger.decided(work)
 
     async def delete(self, room: Room) -> None:
         """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
-        await to_the_end(self._delete(room))
+        await self.persistence.ledger.decided(self._delete(room))
 
-    async def reset(self, room: Room, board: Board | None = None) -> Room:
+    async def reset(self, room: Room, board: Board | None = None, key: str | None = None) -> Room:
         """Begin a room anew, on another board if one is given; everyone there starts over.
 
         Raises LedgerError, InvalidValueError where no board can be, and ClosedRoomError where it
-        was closed meanwhile; nothing is done then.
+        was closed meanwhile; nothing is done then. Nor is it where it was begun with this `key`.
         """
-        return await to_the_end(self._reset(room, board))
+        if key is not None and self.persistence.sessions.of(room).key == key:
+            return room
+        return await self.persistence.ledger.decided(self._reset(room, board, key))
 
     async def _create(
-        self, ground: Ground, mode: str, creator: str | None, retold: Retold | None = None
+        self,
+        ground: Ground,
+        mode: str,
+        creator: str | None,
+        key: str | None,
+        retold: Retold | None = None,
     ) -> Room:
         if self.holding is not None:
             await self.holding.make_place()
@@ -286,14 +318,21 @@ class Rooms:
         if self.holding is not None:
             await self.holding.begin(room.id)
         taken = () if retold is None else retold.inputs
-        await self.persistence.create(room, None if self.holding is None else creator, taken)
+        counted = None if self.holding is None else creator
+        self._making.add(key)
+        try:
+            await self.persistence.create(room, counted, taken, key)
+        finally:
+            self._making.discard(key)
         return self.add(room)
 
     async def _delete(self, room: Room) -> None:
-        self._check_here(room)
-        await self.persistence.end(room)
-        if self._open.in_memory.pop(room.id, None) is None:
+        async with self._ending(room) as settled:
+            await self.persistence.end(room, settled)
+        if self._open.in_memory.get(room.id) is not room:
             return
+        self._tell_settled(room, settled)
+        del self._open.in_memory[room.id]
         error = ClosedRoomError(f"room {room.id!r} was closed by its creator")
         self._leave_behind(room, error)
         self.broadcaster.forget(room.id)
@@ -302,19 +341,57 @@ class Rooms:
             self.holding.let_go(room.id)
         _log.info("room closed", extra={"room": room.id, "why": "its creator"})
 
-    async def _reset(self, room: Room, board: Board | None) -> Room:
-        self._check_here(room)
+    async def _reset(self, room: Room, board: Board | None, key: str | None) -> Room:
         new = await self._new_aside(room.id, room.ground_after_reset(board), room.mode)
-        if self._open.in_memory.get(room.id) is not room:
-            raise ClosedRoomError(f"room {room.id!r} was closed or begun anew meanwhile")
-        await self.persistence.replace(room, new)
+        async with self._ending(room) as settled:
+            await self.persistence.replace(room, new, settled, key)
         if self._open.in_memory.get(room.id) is not room:
             raise HoldLostError(f"room {room.id!r} went to another server meanwhile", field="room")
+        self._tell_settled(room, settled)
         self._leave_behind(room, ResetError(f"room {room.id!r} was reset by its creator"))
         self._open.in_memory[room.id] = new
         self._begin(new)
         self.broadcaster.greet_all(new)
         return new
+
+    @contextlib.asynccontextmanager
+    async def _ending(self, room: Room) -> AsyncIterator[Settled | None]:
+        """Take nothing more into a room, and find out how what falls in it ends.
+
+        None where no ball has an end of its own. Raises LedgerError while what was taken cannot be
+        written, and then the room goes on; ClosedRoomError where it has ended meanwhile.
+        """
+        if room.id in self._ended:
+            raise UndecidedError(
+                f"room {room.id!r} is being closed or begun anew", field="room", retry_after=1.0
+            )
+        self._check_here(room)
+        self._ended.add(room.id)
+        try:
+            settled = None
+            if room.format.has_results:
+                await self.persistence.ledger.commit()  # what was taken before is decided then
+                saved, planned = room.checkpoint(), list(room.planned)
+                settled = await asyncio.to_thread(settle, room, saved, planned)
+            if self._open.in_memory.get(room.id) is not room:
+                raise ClosedRoomError(f"room {room.id!r} was closed or begun anew meanwhile")
+            yield settled
+        finally:
+            self._ended.discard(room.id)
+
+    def _tell_settled(self, room: Room, settled: Settled | None) -> None:
+        """Tell everyone how the balls end that were in flight when the room did."""
+        if settled is None:
+            return
+        for entered in settled.entered:
+            if entered.pending in room.planned:
+                self.runner.tell(room, entered, room.seq + 1)
+                room.seq += len(entered.events)
+        flying = {ball.ball for ball in room.balls} | {each.number for each in room.planned}
+        landed = [event for event in settled.landed if event.ball in flying]
+        room.planned.clear()
+        room.seq += len(landed)
+        self.runner.pass_on(room, list(landed), kept=True)
 
     def _renew(self, room: Room) -> None:
         """A room has begun anew: its events have another life, and everyone there starts over."""
@@ -343,7 +420,11 @@ class Rooms:
         self.persistence.sessions.forget(room)
 
     def _check_here(self, room: Room) -> None:
-        """Raise HoldLostError for a room that is going to another server."""
+        """Raise HoldLostError, ResetError for a room that is about to go or to end."""
+        if room.id in self._ended:
+            raise ResetError(
+                f"room {room.id!r} is being closed or begun anew", field="room", retry_after=1.0
+            )
         if self.holding is not None:
             self.holding.check(room.id)
 

@@ -15,10 +15,10 @@ class WaitingRequester(Requester):
     settled: "asyncio.Future[messages.Event | None]"
 
     @classmethod
-    def now(cls, client: int | None, key: str, ref: Any) -> Self:
+    def now(cls, client: int | None, key: str, ref: Any, again: str | None) -> Self:
         """One that waits on the running event loop."""
         settled = asyncio.get_running_loop().create_future()
-        return cls(client=client, key=key, ref=ref, settled=settled)
+        return cls(client=client, key=key, ref=ref, again=again, settled=settled)
 
     def carried_out(self, event: messages.Event | None) -> None:
         """Hear the first event that came of the input, if any did."""

@@ -20,8 +20,9 @@ from app.persistence.sessions import SessionRecord, Sessions
 from app.protocol import messages
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import PendingInput
-from app.rooms.records import Close, LogLeaf, Mark, Parked, RoomRow, Undo, Void, Write
+from app.rooms.records import Close, LogLeaf, Mark, Parked, RoomRow, Void, Write
 from app.rooms.room import Room
+from app.rooms.settling import Settled
 
 AHEAD: Final = 0.5  # s; what a rebuilt room may have to skip
 _RENEW: Final = 0.25  # s; how often the ledger hears of rooms that are awake
@@ -71,42 +72,56 @@ class PersistenceService:
     # Sessions begin and end.
 
     async def create(
-        self, room: Room, creator: str | None = None, taken: Sequence[PendingInput[Any]] = ()
+        self,
+        room: Room,
+        creator: str | None = None,
+        taken: Sequence[PendingInput[Any]] = (),
+        key: str | None = None,
     ) -> None:
         """Enter a room that belongs to its creator, by a mark of that; raises LedgerError.
 
-        taken: the inputs that it begins with, of one that was played elsewhere.
+        taken: the inputs that it begins with, of one that was played elsewhere. key: of the
+        request that made it.
         """
         record = self.sessions.of(room)
         record.owned = record.known = True
-        record.creator = creator
+        record.creator, record.key = creator, key
         rows = self.sessions.rows_with(room, record, taken)
         try:
-            await self.ledger.commit(*rows, undo=(Close(record.number, 0, self.now()),))
+            await self.ledger.commit(*rows)
         except LedgerError:
             self.sessions.forget(room)
             raise
 
-    async def replace(self, old: Room, new: Room) -> None:
-        """End a room's session and begin its next, both or neither; raises LedgerError."""
+    async def replace(
+        self, old: Room, new: Room, settled: Settled | None, key: str | None = None
+    ) -> None:
+        """End a room's session and begin its next, both or neither; raises LedgerError.
+
+        With the results of what fell in it, where each ball has one.
+        """
         record = self.sessions.of(old)
         now = self.now()
         number = self.sessions.number(old.id)
         following = SessionRecord(
-            number, record.owned, record.opened, now, known=True, creator=record.creator
+            number,
+            record.owned,
+            record.opened,
+            now,
+            known=True,
+            creator=record.creator,
+            key=key,
         )
         self.sessions.report([])
         await self.ledger.commit(
-            self.sessions.closing(old),
-            *self.sessions.rows(new, following),
-            undo=(Close(number, 0, now), self.sessions.reopening(old)),
+            *self.sessions.closing(old, settled), *self.sessions.rows(new, following)
         )
         self.sessions.begin(new.id, following)
 
-    async def end(self, room: Room) -> None:
-        """Close the room's session for good; raises LedgerError."""
+    async def end(self, room: Room, settled: Settled | None) -> None:
+        """Close the room's session for good, as `replace` does; raises LedgerError."""
         self.sessions.report([])
-        await self.ledger.commit(self.sessions.closing(room), undo=(self.sessions.reopening(room),))
+        await self.ledger.commit(*self.sessions.closing(room, settled))
         self.sessions.forget(room)
 
     def abandon(self, room: Room, why: str) -> None:
@@ -114,7 +129,7 @@ class PersistenceService:
         record = self.sessions.of(room)
         if record.known:
             void = Void(record.number, room.world.tick, why)
-            self.sessions.report([void, self.sessions.closing(room)])
+            self.sessions.report([void, *self.sessions.closing(room)])
         self.sessions.forget(room)
 
     def close(self, room: Parked) -> None:
@@ -160,9 +175,6 @@ class PersistenceService:
         now = self.now()
         tick = record.marked = max(record.marked, pending.tick + self._ahead)
         rows = [] if record.known else self.sessions.rows(room, record)
-        undo: list[Write] = [Undo(record.number, pending.number)]
-        if rows:
-            undo.append(Close(record.number, 0, now))
         self.ledger.submit(
             [
                 *rows,
@@ -171,7 +183,6 @@ class PersistenceService:
                 *([] if leaf is None else [leaf]),
             ],
             functools.partial(self._submitted, room, record.number, tick, bool(rows), done),
-            undo=undo,
             line=record.number,
         )
         record.known = True
@@ -193,9 +204,7 @@ class PersistenceService:
             if error is None:
                 record.horizon = max(record.horizon, tick)
             elif first:
-                # Whether its row was written is not known: the next drop brings another.
-                record.known = False
-                record.number = self.sessions.number(room.id)
+                record.known = False  # the next drop brings its row
         done(error)
         if error is not None and record is not None and not room.awake:
             self.slept(room)  # what was refused may have told the ledger that it is awake

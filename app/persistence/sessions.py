@@ -19,8 +19,9 @@ from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
 from app.persistence.numbers import SharedNumbers
 from app.rooms.pending import PendingInput
-from app.rooms.records import BoardRow, Close, Mark, Reopen, ResultRow, RoomRow, Write
+from app.rooms.records import BoardRow, Close, Mark, ResultRow, RoomRow, Write
 from app.rooms.room import Ground, Room
+from app.rooms.settling import Settled
 from engine import PHYSICS_VERSION
 
 
@@ -40,6 +41,7 @@ class SessionRecord:
     version: int = 0  # counts submissions
     creator: str | None = None  # a mark, see RoomRow
     underway: int = 0  # marks of its progress that the ledger has not answered for
+    key: str | None = None  # of the request that began it, see RoomRow
 
 
 class Sessions:
@@ -132,17 +134,22 @@ class Sessions:
             record.clean = error is None
 
     def mark(self, room: Room, record: SessionRecord, tick: int, *, awake: bool) -> Mark:
-        """How far a room has come, with a checkpoint to go on from."""
+        """How far a room has come, with a checkpoint to go on from.
+
+        There is none of a room that a drop may still enter at a tick that is past.
+        """
+        if room.late:
+            return Mark(record.number, tick, awake, self.now())
         return Mark(record.number, tick, awake, self.now(), room.checkpoint(), room.taken)
 
-    def closing(self, room: Room) -> Close:
-        """The end of a room's session."""
-        return Close(self.of(room).number, room.world.tick, self.now())
-
-    def reopening(self, room: Room) -> Reopen:
-        """What undoes the end of a room's session."""
-        record = self.of(room)
-        return Reopen(record.number, max(record.marked, room.world.tick))
+    def closing(self, room: Room, settled: Settled | None = None) -> list[Write]:
+        """The end of a room's session, with the results of what fell in it."""
+        number = self.of(room).number
+        if settled is None:
+            return [Close(number, room.world.tick, self.now())]
+        results = [room.format.result(number, landed) for landed in settled.landed]
+        kept = [result for result in results if result is not None]
+        return [*kept, Close(number, settled.tick, self.now())]
 
     def board_row(self, room: Room) -> BoardRow:
         """What the room was opened over."""
@@ -165,6 +172,7 @@ class Sessions:
             opened=record.opened,
             used=record.used,
             creator=record.creator,
+            key=record.key,
         )
 
     def rows(self, room: Room, record: SessionRecord) -> list[Write]:

@@ -17,6 +17,7 @@ from app.render.theme import Theme, named
 from engine import Board, Occupancy, occupancy
 from engine.batches.density import Grid, occupancy_by
 from engine.batches.workers import Workers
+from engine.drops.batch import Seeds
 
 Floats = npt.NDArray[np.float32]
 Steps = npt.NDArray[np.uint8]
@@ -37,7 +38,7 @@ _LEVELS: Final = (np.arange(STEPS + 1) / STEPS).astype(np.float32)
 
 def density_picture(
     board: Board,
-    seeds: npt.ArrayLike,
+    seeds: Seeds,
     fmt: str = "png",
     width: int = DEFAULT_WIDTH,
     theme: str = "light",

@@ -90,6 +90,15 @@ class IndependentRoom(Room):
         """True, or nothing: that is told of few balls."""
         return ball in self._practice or msgspec.UNSET
 
+    @property
+    def held(self) -> bool:
+        """Whether a drop is to enter before the next tick, or nothing moves until one does.
+
+        What moves need not wait for the ledger: a ball's path depends on nothing else, so that one
+        can enter late, at the place where it would be by then.
+        """
+        return super().held and (self.planned[0].durable or not self.world.awake)
+
     # Inputs.
 
     def plan_drop(
@@ -119,28 +128,29 @@ class IndependentRoom(Room):
         self._carry_out(PendingInput(self.taken, self.world.tick, command))
 
     def _carry_out(self, pending: PendingInput[DropCommand]) -> Entered:
-        self._check_turn(pending)
-        command = pending.command
+        command, ball = pending.command, self.world.next_id
         assert command.start is not None
-        if self.world.next_id != pending.number:
-            raise RuntimeError(f"{pending} would enter as ball {self.world.next_id}")
-        self.world.add_at(command.start, command.seed)
-        ball = self.world.balls[-1]
+        if not pending.number == self.taken == ball or pending.tick > self.world.tick:
+            raise RuntimeError(f"{pending} came as ball {ball} at tick {self.world.tick}")
+        if pending.tick == self.world.tick:
+            self.world.add_at(command.start, command.seed)
+        else:
+            self.world.add_late(command.start, command.seed, pending.tick)
         if command.stake:
-            self._stakes[ball.id] = command.stake
+            self._stakes[ball] = command.stake
         if command.practice:
-            self._practice.add(ball.id)
+            self._practice.add(ball)
         self.drops += 1
         self.seq += 1
-        if self._segments is not None:
-            self._segments.add(ball.id, ball.tick, self.world.tick)
+        if self._segments is not None and self.world.has(ball):
+            self._segments.add(ball, pending.tick, self.world.tick)
         accepted = messages.Accepted(
-            ball=ball.id,
-            seed=str(ball.seed),
-            x=ball.x,
+            ball=ball,
+            seed=str(command.seed),
+            x=command.start,
             explicit_x=command.x is not None,
             aim=msgspec.UNSET if command.aim is None else command.aim,
-            tick=ball.tick,
+            tick=pending.tick,
             stake=command.stake or msgspec.UNSET,
             practice=command.practice or msgspec.UNSET,
             receipt=pending.receipt or msgspec.UNSET,

@@ -1,5 +1,6 @@
 """What a room was asked for and has not carried out yet, and who asked."""
 
+import hashlib
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -32,12 +33,13 @@ class Requester:
     """Who asked for an input, and by what note `ref` they know it; this one waits for nothing.
 
     client: the connection that alone is told the note; key: by which it is known should it come
-    back.
+    back; again: by which the same input may be asked for again, unique in its room run.
     """
 
     client: int | None = None
     key: str = ""
     ref: Any = None  # JSON, as it came
+    again: str | None = None
 
     def carried_out(self, event: messages.Event | None) -> None:
         """Hear the first event that came of the input, if any did."""
@@ -47,6 +49,11 @@ class Requester:
 
 
 NOBODY = Requester()
+
+
+def again_of(kind: str, *parts: str) -> str:
+    """What the ledger has in place of a client's own key: 64 hex digits."""
+    return hashlib.sha256("\0".join((kind, *parts)).encode()).hexdigest()
 
 
 @dataclass(slots=True, eq=False)

@@ -20,7 +20,8 @@ class RoomRow:
 
     `tick` is one that nobody was shown a later one than. `checkpoint` is a world to start a replay
     from, after `checkpoint_drops` drops (or inputs); None means the world at tick 0. Times are
-    Unix times. `creator` is a mark of who made it, where rooms are counted by that.
+    Unix times. `creator` is a mark of who made it, where rooms are counted by that; `key` is that
+    of the request that began it.
     """
 
     number: int
@@ -38,6 +39,7 @@ class RoomRow:
     checkpoint_drops: int = 0
     closed: float | None = None
     creator: str | None = None
+    key: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +74,7 @@ class Listed:
 class DropRow:
     """An accepted drop: ball number `ball` of its room starts at `tick`; `stake` in minor units.
 
-    `x` and `aim` in m, where the player chose one.
+    `x` and `aim` in m, where the player chose one. `key`: by which it may be asked for again.
     """
 
     room: int
@@ -84,6 +86,7 @@ class DropRow:
     who: str | None = None
     aim: float | None = None
     practice: bool = False
+    key: str | None = None
 
     @property
     def number(self) -> int:
@@ -109,6 +112,7 @@ class InputRow:
     tick: int
     data: str
     who: str | None = None
+    key: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,28 +157,12 @@ class Mark:
 
 
 @dataclass(frozen=True, slots=True)
-class Undo:
-    """Forget drops or inputs of `room` from number `first` on: they were or may be refused."""
-
-    room: int
-    first: int
-
-
-@dataclass(frozen=True, slots=True)
 class Close:
     """A session is over, at `tick`."""
 
     room: int
     tick: int
     closed: float
-
-
-@dataclass(frozen=True, slots=True)
-class Reopen:
-    """A session goes on whose end was refused or may be, as if it had not been closed."""
-
-    room: int
-    tick: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,15 +204,12 @@ class FairOpening:
 
 @dataclass(frozen=True, slots=True)
 class FairEnd:
-    """A session is over; None: it goes on, as its end was refused or may be.
-
-    `room` is the id of the session's room.
-    """
+    """A session is over. `room` is the id of the session's room."""
 
     session: str
     room: str
-    end: str | None
-    end_signature: str | None
+    end: str
+    end_signature: str
 
 
 @dataclass(slots=True, eq=False)
@@ -302,14 +287,6 @@ class HoldRow:
     taken: float
 
 
-@dataclass(frozen=True, slots=True)
-class IfHeld:
-    """Writes that are made as long as all of `holds` hold, and else are not."""
-
-    holds: "tuple[Hold, ...]"
-    writes: "tuple[Write, ...]"
-
-
 Write = (
     BoardRow
     | RoomRow
@@ -317,15 +294,12 @@ Write = (
     | InputRow
     | ResultRow
     | Mark
-    | Undo
     | Void
     | Close
-    | Reopen
     | FairSessionRow
     | FairOpening
     | FairEnd
     | LogLeaf
     | Halt
     | Release
-    | IfHeld
 )

@@ -119,6 +119,11 @@ class Room(ABC):
         return False
 
     @property
+    def late(self) -> bool:
+        """Whether the tick of a planned input has passed without it."""
+        return bool(self.planned) and self.planned[0].tick < self.world.tick
+
+    @property
     def held(self) -> bool:
         """Whether the next tick has to wait until it is known what becomes of a planned input."""
         return bool(self.planned) and self.planned[0].tick <= self.world.tick

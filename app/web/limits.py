@@ -4,8 +4,35 @@ import functools
 from collections import Counter, OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import ceil
+from typing import NamedTuple
 
 from app.errors import BudgetError, QuotaError, RateLimitError
+
+
+class Allowance(NamedTuple):
+    """What a client may do and what is left of it, as the headers `RateLimit` tell it.
+
+    `quota` at once, all of it again after `window` seconds; `left` now, all of it in `reset` s.
+    (draft-ietf-httpapi-ratelimit-headers)
+    """
+
+    name: str
+    quota: int
+    window: int
+    left: int
+    reset: int
+
+    @property
+    def policy(self) -> str:
+        """An item of `RateLimit-Policy`."""
+        return f'"{self.name}";q={self.quota};w={self.window}'
+
+    @property
+    def rest(self) -> str:
+        """An item of `RateLimit`."""
+        return f'"{self.name}";r={self.left};t={self.reset}'
+
 
 _ALWAYS = 3  # things that each key may have, however few are left
 
@@ -34,6 +61,17 @@ class TokenBucket:
         self._at = now
         return self._tokens
 
+    def allowance(self, name: str, now: float, unit: float = 1.0) -> Allowance:
+        """What there is at time `now`, counted in parts of a token: 1,000 a token if `unit` is."""
+        left = self.left(now)
+        return Allowance(
+            name=name,
+            quota=int(self.burst * unit),
+            window=ceil(self.burst / self.rate),
+            left=max(0, int(left * unit)),
+            reset=ceil((self.burst - left) / self.rate),
+        )
+
     def charge(self, tokens: float) -> None:
         """Take so many tokens whether there are as many or not; give some back with a negative."""
         self._tokens = min(self.burst, self._tokens - tokens)
@@ -55,6 +93,10 @@ class KeyedBuckets:
     def take(self, key: str, now: float, what: str) -> None:
         """Spend one token of `key`; raises RateLimitError naming `what` and the rate."""
         spend(self.bucket(key, now), now, what)
+
+    def allowance(self, key: str, now: float, name: str) -> Allowance:
+        """What `key` may do, and what is left of it."""
+        return self.bucket(key, now).allowance(name, now)
 
     def bucket(self, key: str, now: float) -> TokenBucket:
         """The bucket of `key`, a full one where there is none yet."""
@@ -88,6 +130,10 @@ class Budgets:
                 retry_after=(min(seconds, bucket.burst) - left) / bucket.rate,
             )
         bucket.charge(seconds)
+
+    def allowance(self, key: str, now: float, name: str) -> Allowance:
+        """What `key` may have computed, in ms of a core, and what is left of it."""
+        return self._buckets.bucket(key, now).allowance(name, now, 1000.0)
 
     def wait(self, key: str, now: float) -> float:
         """How long until the key has something left, in s."""

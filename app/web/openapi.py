@@ -5,6 +5,7 @@ from typing import Any, Final
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
+from app.web.routes.common import documented_failures
 from app.web.schemas.document import components
 
 DESCRIPTION: Final = """\
@@ -27,6 +28,24 @@ TAGS: Final = [
 ]
 
 
+LIMITED: Final = {
+    "Retry-After": "Seconds after which trying again makes sense.",
+    "RateLimit-Policy": "The limit: `q` at once, all of it again after `w` seconds.",
+    "RateLimit": "What is left of it: `r` now, all of it in `t` seconds.",
+}
+"""Headers of an answer that a limit was reached."""
+
+
+def _add_common_answers(responses: dict[str, Any], has_body: bool) -> None:
+    """What any request may get: a limit was reached; and any body: it is not JSON."""
+    text = {"schema": {"type": "string"}}
+    limit = documented_failures(429)[429]
+    limit["headers"] = {name: {"description": what, **text} for name, what in LIMITED.items()}
+    responses["429"] = limit
+    if has_body:
+        responses["415"] = documented_failures(415)[415]
+
+
 def document(app: FastAPI) -> dict[str, Any]:
     """The OpenAPI document, with the schemas that requests are really decoded by."""
     if app.openapi_schema is None:
@@ -41,6 +60,7 @@ def document(app: FastAPI) -> dict[str, Any]:
         made.setdefault("components", {})["schemas"] = components()
         for path in made["paths"].values():
             for operation in path.values():
+                _add_common_answers(operation["responses"], "requestBody" in operation)
                 # The framework's own 422 has another shape than what this server sends.
                 refusal = operation["responses"].get("422")
                 if refusal and "HTTPValidationError" in str(refusal):

@@ -20,8 +20,8 @@ from app.errors import (
     shorten,
     told,
 )
-from app.web.schemas.problem import Problem
-from engine.errors import EngineError
+from app.web.schemas.problem import FaultOf, Problem
+from engine.errors import BoardError, EngineError
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -48,7 +48,14 @@ def problem_of(error: Exception, path: str = "") -> Problem:
         code=assigned.code,
         field=getattr(error, "field", "") or None,
         instance=quote(path, safe=_PATH) or None,
+        faults=_faults(error),
     )
+
+
+def _faults(error: Exception) -> tuple[FaultOf, ...]:
+    """What is wrong with a board, if it is more than `detail` and `field` say."""
+    found = error.faults if isinstance(error, BoardError) else ()
+    return tuple(FaultOf(*fault) for fault in found) if len(found) > 1 else ()
 
 
 def problem_response(error: Exception, path: str = "") -> Response:
@@ -70,14 +77,14 @@ def _answer(request: Request, error: Exception) -> Response:
     return problem_response(error, request.url.path)
 
 
-def _about(request: Request) -> dict[str, str]:
+def _about(request: Request) -> dict[str, Any]:
     """A request as the log shows it: its query may hold what is nobody's business."""
-    return {"method": request.method, "path": request.url.path}
+    request_id = getattr(request.state, "request_id", None)
+    return {"method": request.method, "path": request.url.path, "request_id": request_id}
 
 
 async def _known_error(request: Request, error: Exception) -> Response:
-    known = answer(error)
-    if known.status >= 500 and known.status != 503:
+    if answer(error).status == 500:
         _log.error("request failed", extra=_about(request), exc_info=error)
     return _answer(request, error)
 

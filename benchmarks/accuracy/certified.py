@@ -48,7 +48,7 @@ def _right_bins(section: Section, effort: Effort) -> None:
     started = time.process_time()
     share = certify_many(board, range(drops), everything=True)
     spent = (time.process_time() - started) / drops
-    section.data["right"] = share.to_json() | {"drops": drops, "ms": 1e3 * spent}
+    section.data["right"] = share.to_dict() | {"drops": drops, "ms": 1e3 * spent}
     section.tables.append(
         Table(
             TITLE,

@@ -14,11 +14,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
+from engine import json_text
 from engine.board import values
+from engine.board.faults import Faults
 from engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH, BoardFields
 from engine.board.materials import Material
 from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
-from engine.errors import BoardError
+from engine.errors import BoardError, Fault, JsonSyntaxError, JsonValueError
 
 MAX_TEXT: Final = 16_000_000
 """Characters; three times what the largest board allowed needs."""
@@ -33,6 +35,13 @@ _PEG: Final = ("x", "y", "radius")
 _WALL: Final = ("x1", "y1", "x2", "y2")
 _BINS: Final = ("y", "edges", "multipliers")
 _DROP: Final = ("x", "y", "jitter", "slots", "reach", "aim")
+
+_PARTS: Final[Mapping[str, tuple[type[Any], tuple[str, ...]]]] = {
+    "ball": (BallSpec, _BALL),
+    "peg_material": (Material, _MATERIAL),
+    "wall_material": (Material, _MATERIAL),
+    "drop": (DropZone, _DROP),
+}
 
 Part = TypeVar("Part")
 
@@ -69,51 +78,42 @@ def _parse(text: str) -> Mapping[str, Any]:
             field="board",
         )
     try:
-        value = json.loads(text.removeprefix("\ufeff"), object_pairs_hook=_without_repeats)
-    except BoardError:
-        raise
-    except RecursionError:
-        raise BoardError("the board's JSON is nested too deeply", field="board") from None
-    except ValueError as error:  # JSONDecodeError, or an integer of too many digits
-        raise BoardError(f"the board is not valid JSON: {error}", field="board") from error
+        value = json_text.parse(text.removeprefix("\ufeff"))
+    except JsonValueError as error:
+        raise BoardError(str(error), field=error.field) from None
+    except JsonSyntaxError as error:
+        raise BoardError(f"the board is {error}", field="board") from None
     return _object(value, "board")
 
 
-def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    result = dict(pairs)
-    if len(result) < len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for key in keys if keys.count(key) > 1)
-        raise BoardError(f"the key {values.shown(twice)} is given twice", field=twice)
-    return result
+def fields(form: Mapping[str, Any], faults: Faults) -> dict[str, Any]:
+    """Return the fields of a board for the JSON object `form`, ranges not yet checked.
 
-
-def fields(form: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a board for the JSON object `form`, ranges not yet checked."""
-    _known(form, _TOP, "")
-    result: dict[str, Any] = {
-        key: form[key] for key in ("name", "width", "height", "gravity", "drag") if key in form
-    }
-    result["ball"] = _part(BallSpec, form.get("ball", {}), "ball", _BALL)
-    result["peg_material"] = _part(
-        Material, form.get("peg_material", {}), "peg_material", _MATERIAL
-    )
-    result["wall_material"] = _part(
-        Material, form.get("wall_material", {}), "wall_material", _MATERIAL
-    )
-    result["pegs"] = _parts(Peg, form.get("pegs", ()), "pegs", _PEG, values.MAX_PEGS)
-    result["drop"] = _part(DropZone, form.get("drop", {}), "drop", _DROP)
-    result["bins"] = _bins(form)
+    Where the form is wrong, `faults` gets it and the field is left out.
+    """
+    _known(form, _TOP, "", faults)
+    result: dict[str, Any] = {}
+    for key, (kind, names) in _PARTS.items():
+        result[key] = faults.take(_part, kind, form.get(key, {}), key, names)
+    result["pegs"] = faults.take(_parts, Peg, form.get("pegs", ()), "pegs", _PEG, values.MAX_PEGS)
+    result["bins"] = faults.take(_bins, form)
     if "walls" in form:
-        result["walls"] = _parts(Wall, form["walls"], "walls", _WALL, values.MAX_WALLS)
-    else:
-        result["walls"] = _side_walls(result["bins"], result["drop"], result["ball"])
-    return result
+        walls = (Wall, form["walls"], "walls", _WALL, values.MAX_WALLS)
+        result["walls"] = faults.take(_parts, *walls)
+    elif not faults.found:
+        sides = (result["bins"], result["drop"], result["ball"])
+        result["walls"] = faults.take(_side_walls, *sides)
+    plain = ("name", "width", "height", "gravity", "drag")
+    return {key: form[key] for key in plain if key in form} | {
+        key: value for key, value in result.items() if value is not None
+    }
 
 
 def _bins(form: Mapping[str, Any]) -> Bins:
     given = _object(form.get("bins", {}), "bins")
-    _known(given, _BINS, "bins.")
+    faults = Faults()
+    _known(given, _BINS, "bins.", faults)
+    faults.end()
     width = values.size(form.get("width", DEFAULT_WIDTH), "width")
     height = values.size(form.get("height", DEFAULT_HEIGHT), "height")
     limit = values.MAX_BINS
@@ -141,14 +141,12 @@ def _object(value: Any, path: str) -> Mapping[str, Any]:
     return value
 
 
-def _known(form: Mapping[str, Any], keys: tuple[str, ...], prefix: str) -> None:
+def _known(form: Mapping[str, Any], keys: tuple[str, ...], prefix: str, faults: Faults) -> None:
     for key in form:
-        if key not in keys:
+        if key not in keys and not faults.full:
             path = f"{prefix}{key}"[:100]
-            raise BoardError(
-                f"{path} is unknown: {prefix.rstrip('.') or 'a board'} has {', '.join(keys)}",
-                field=path,
-            )
+            message = f"{path} is unknown: {prefix.rstrip('.') or 'a board'} has {', '.join(keys)}"
+            faults.found.append(Fault(path, message))
 
 
 def _part(
@@ -159,10 +157,11 @@ def _part(
     required: tuple[str, ...] = (),
 ) -> Part:
     form = _object(value, path)
-    _known(form, keys, f"{path}.")
-    for key in required:
-        if key not in form:
-            raise BoardError(f"{path}.{key} is missing", field=f"{path}.{key}")
+    faults = Faults()
+    _known(form, keys, f"{path}.", faults)
+    missing = [f"{path}.{key}" for key in required if key not in form]
+    faults.found += [Fault(key, f"{key} is missing") for key in missing]
+    faults.end()
     return kind(**form)
 
 
@@ -173,10 +172,13 @@ def _parts(
     keys: tuple[str, ...],
     limit: int,
 ) -> tuple[Part, ...]:
-    return tuple(
-        _part(kind, item, f"{path}[{i}]", keys, required=keys)
+    faults = Faults()
+    parts = tuple(
+        faults.take(_part, kind, item, f"{path}[{i}]", keys, keys)
         for i, item in enumerate(values.items(value, path, limit))
     )
+    faults.end()
+    return parts
 
 
 def to_dict(board: BoardFields) -> dict[str, Any]:

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from engine.board import digest as content
-from engine.board import json_form, presets, proven, values
+from engine.board import json_form, making, presets, proven, values
 from engine.board.checks import playable
 from engine.board.drawing import board_svg
+from engine.board.faults import Faults
 from engine.board.fields import BoardFields
 from engine.notebooks import figure, png
 
@@ -18,8 +19,7 @@ from engine.notebooks import figure, png
 class Board(BoardFields):
     """The fields of a board that can be played: each is checked, and the board as a whole.
 
-    Boards are equal if their digests are. Raises BoardError whose message and `field` name the
-    value that is wrong.
+    Boards are equal if their digests are. Raises BoardError whose `faults` name all that is wrong.
     """
 
     digest: str = dataclasses.field(init=False)
@@ -33,22 +33,10 @@ class Board(BoardFields):
         The presets are known to be playable; a test keeps that true. A board that `is_kept` was
         checked when it was new.
         """
-        checked: dict[str, Any] = {
-            "name": values.name(self.name),
-            "width": values.size(self.width, "width"),
-            "height": values.size(self.height, "height"),
-            "gravity": values.gravity(self.gravity),
-            "drag": values.drag(self.drag),
-            "ball": values.ball(self.ball),
-            "pegs": values.pegs(self.pegs),
-            "peg_material": values.material(self.peg_material, "peg_material"),
-            "walls": values.walls(self.walls),
-            "wall_material": values.material(self.wall_material, "wall_material"),
-            "bins": values.bins(self.bins),
-            "drop": values.drop_zone(self.drop),
-        }
-        for key, value in checked.items():
-            object.__setattr__(self, key, value)
+        faults = Faults()
+        for key, check in values.CHECKS.items():
+            object.__setattr__(self, key, faults.take(check, getattr(self, key)))
+        faults.end()
         object.__setattr__(self, "digest", content.digest(self))
         if not is_kept and self.preset_name is None:
             playable.check(self)
@@ -81,6 +69,24 @@ class Board(BoardFields):
         return _preset(name)
 
     @classmethod
+    def triangle(cls, rows: int, *, risk: str = "medium", **changes: Any) -> "Board":
+        """Return the triangular board of `rows` rows, 4 to 20, with `changes` as for `replace`.
+
+        From 8 to 16 rows it is the preset, with the payout table of `risk`: low, medium or high.
+        On others every bin pays the stake back until `bins={"multipliers": …}` says otherwise.
+        """
+        fields = making.triangle_fields(rows, risk)
+        return cls(**making.replaced(fields, changes))
+
+    def replace(self, **changes: Any) -> "Board":
+        """Return this board with some fields changed, checked again.
+
+        A part is replaced as a whole, or in some of its fields by a mapping:
+        `board.replace(gravity=1.62, ball={"radius": 0.1})`. Raises BoardError.
+        """
+        return type(self)(**making.replaced(self, changes))
+
+    @classmethod
     def named(cls, board: object) -> "Board":
         """Return `board`, or the preset of that name: what functions take that take a board.
 
@@ -99,8 +105,17 @@ class Board(BoardFields):
 
     @classmethod
     def from_json(cls, source: str | os.PathLike[str] | Mapping[str, Any]) -> "Board":
-        """Make a board of its JSON form: text (starts with `{`), the path of a file, or a dict."""
-        return cls(**json_form.fields(json_form.load(source)))
+        """Make a board of its JSON form: text (starts with `{`), the path of a file, or a dict.
+
+        Raises BoardError whose `faults` name all that is wrong.
+        """
+        faults = Faults()
+        fields = json_form.fields(json_form.load(source), faults)
+        if faults.found:
+            for key, value in fields.items():
+                faults.take(values.CHECKS[key], value)
+            faults.end()
+        return cls(**fields)
 
     @classmethod
     def kept(cls, form: Mapping[str, Any]) -> "Board":

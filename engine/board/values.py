@@ -4,9 +4,12 @@ How parts stand to each other in space is checked in `engine.board.checks`.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
+from engine.board.faults import Faults
 from engine.board.materials import Material
 from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
 from engine.errors import BoardError
@@ -120,22 +123,26 @@ def _friction(value: Any, field: str) -> float:
 def material(value: Any, field: str) -> Material:
     """Return `value` as a Material of floats."""
     part = instance(value, Material, field)
-    return Material(
-        _restitution(part.restitution, f"{field}.restitution"),
-        _friction(part.friction, f"{field}.friction"),
-    )
+    faults = Faults()
+    restitution = faults.take(_restitution, part.restitution, f"{field}.restitution")
+    friction = faults.take(_friction, part.friction, f"{field}.friction")
+    faults.end()
+    return Material(restitution, friction)
 
 
 def ball(value: Any) -> BallSpec:
     """Return `value` as a BallSpec of floats."""
     part = instance(value, BallSpec, "ball")
     wanted = f"density must be greater than 0, from {MIN_DENSITY:g} to {MAX_DENSITY:g} kg/m^2"
-    return BallSpec(
-        radius(part.radius, "ball.radius"),
-        number(part.density, "ball.density", MIN_DENSITY, MAX_DENSITY, wanted),
-        _restitution(part.restitution, "ball.restitution"),
-        _friction(part.friction, "ball.friction"),
+    faults = Faults()
+    checked = (
+        faults.take(radius, part.radius, "ball.radius"),
+        faults.take(number, part.density, "ball.density", MIN_DENSITY, MAX_DENSITY, wanted),
+        faults.take(_restitution, part.restitution, "ball.restitution"),
+        faults.take(_friction, part.friction, "ball.friction"),
     )
+    faults.end()
+    return BallSpec(*checked)
 
 
 def instance(value: Any, kind: type[T], field: str) -> T:
@@ -159,13 +166,16 @@ def items(value: Any, field: str, limit: int) -> tuple[Any, ...]:
 
 def pegs(value: Any) -> tuple[Peg, ...]:
     """Return `value` as a tuple of Peg of floats."""
-    return tuple(
-        _peg(instance(peg, Peg, f"pegs[{i}]"), f"pegs[{i}]")
-        for i, peg in enumerate(items(value, "pegs", MAX_PEGS))
+    faults = Faults()
+    checked = tuple(
+        faults.take(_peg, peg, f"pegs[{i}]") for i, peg in enumerate(items(value, "pegs", MAX_PEGS))
     )
+    faults.end()
+    return checked
 
 
-def _peg(peg: Peg, field: str) -> Peg:
+def _peg(value: Any, field: str) -> Peg:
+    peg = instance(value, Peg, field)
     return Peg(
         number(peg.x, f"{field}.x"),
         number(peg.y, f"{field}.y"),
@@ -175,13 +185,17 @@ def _peg(peg: Peg, field: str) -> Peg:
 
 def walls(value: Any) -> tuple[Wall, ...]:
     """Return `value` as a tuple of Wall of floats, none without length."""
-    return tuple(
-        _wall(instance(wall, Wall, f"walls[{i}]"), f"walls[{i}]")
+    faults = Faults()
+    checked = tuple(
+        faults.take(_wall, wall, f"walls[{i}]")
         for i, wall in enumerate(items(value, "walls", MAX_WALLS))
     )
+    faults.end()
+    return checked
 
 
-def _wall(wall: Wall, field: str) -> Wall:
+def _wall(value: Any, field: str) -> Wall:
+    wall = instance(value, Wall, field)
     result = Wall(
         number(wall.x1, f"{field}.x1"),
         number(wall.y1, f"{field}.y1"),
@@ -220,14 +234,17 @@ def bins(value: Any) -> Bins:
 def drop_zone(value: Any) -> DropZone:
     """Return `value` as a DropZone of floats."""
     part = instance(value, DropZone, "drop")
-    return DropZone(
-        number(part.x, "drop.x"),
-        number(part.y, "drop.y"),
-        number(part.jitter, "drop.jitter", 0.0),
-        _numbers(part.slots, "drop.slots", MAX_SLOTS),
-        number(part.reach, "drop.reach", 0.0),
-        number(part.aim, "drop.aim", 0.0),
+    faults = Faults()
+    checked = (
+        faults.take(number, part.x, "drop.x"),
+        faults.take(number, part.y, "drop.y"),
+        faults.take(number, part.jitter, "drop.jitter", 0.0),
+        faults.take(_numbers, part.slots, "drop.slots", MAX_SLOTS),
+        faults.take(number, part.reach, "drop.reach", 0.0),
+        faults.take(number, part.aim, "drop.aim", 0.0),
     )
+    faults.end()
+    return DropZone(*checked)
 
 
 def _numbers(
@@ -239,3 +256,22 @@ def _numbers(
 ) -> tuple[float, ...]:
     values: Sequence[Any] = items(value, field, limit)
     return tuple(number(v, f"{field}[{i}]", low, high) for i, v in enumerate(values))
+
+
+CHECKS: Final[Mapping[str, Callable[[Any], Any]]] = MappingProxyType(
+    {
+        "name": name,
+        "width": partial(size, field="width"),
+        "height": partial(size, field="height"),
+        "gravity": gravity,
+        "drag": drag,
+        "ball": ball,
+        "pegs": pegs,
+        "peg_material": partial(material, field="peg_material"),
+        "walls": walls,
+        "wall_material": partial(material, field="wall_material"),
+        "bins": bins,
+        "drop": drop_zone,
+    }
+)
+"""What each field of a board is checked by, in the order in which faults are named."""

@@ -38,7 +38,7 @@ class Share:
         """Of all drops: those that double precision gets right, where it is known or estimated."""
         return 1.0 - (self.wrong + self.undecided) / self.drops
 
-    def to_json(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """As JSON values."""
         return {
             "certain": self.certain,

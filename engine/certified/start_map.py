@@ -45,7 +45,7 @@ class Strip:
     proofs: int
     whole: int
 
-    def to_json(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """As JSON values."""
         return {
             "x": str(self.x),

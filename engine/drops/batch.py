@@ -1,10 +1,10 @@
 """Many drops on all cores: the outcome of each depends on its own start alone."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from operator import index as as_index
-from typing import Final, SupportsIndex, overload
+from typing import Any, Final, SupportsIndex, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +40,12 @@ from engine.seeding import SEED_LIMIT, parse_seed, start_xs
 from engine.stepped.step import trace_stepped_many
 
 Floats = npt.NDArray[np.float64]
+
+Seeds = int | Iterable[int | str] | npt.NDArray[np.integer[Any]]
+"""A number of drops, or their seeds."""
+
+MOST_DROPS: Final = 1 << 32
+"""In one call: more outcomes than fit into memory. Longer batches are jobs, see docs/batches.md."""
 
 CHUNK = 4096
 """Drops a thread takes at a time, at most: 10 to 60 ms of work, between two looks at `progress`."""
@@ -135,7 +141,7 @@ class DropBatch:
             "duration": self.duration,
             "impact_count": self.impact_count,
             "x_end": self.x_end,
-            "landed": self.outcome == LANDED,
+            "landed": _read_only(self.outcome == LANDED),
         }
 
     @property
@@ -147,13 +153,14 @@ class DropBatch:
     def histogram(self) -> npt.NDArray[np.int64]:
         """Number of balls in each bin, shape (bins,)."""
         landed = self.bin[self.bin >= 0]
-        return np.bincount(landed, minlength=self.board.bins.count).astype(np.int64)
+        counts = np.bincount(landed, minlength=self.board.bins.count)
+        return _read_only(counts.astype(np.int64))
 
     @property
     def scores(self) -> npt.NDArray[np.float64]:
         """Multiplier of each drop, 1 (the stake back) where the ball did not land."""
         table = np.array([*self.board.bins.multipliers, 1.0])
-        return table[self.bin]
+        return _read_only(table[self.bin])
 
     @cached_property
     def digest(self) -> str:
@@ -167,9 +174,17 @@ class DropBatch:
         return [drop.digest for drop in self]
 
 
+Array = TypeVar("Array", bound=npt.NDArray[Any])
+
+
+def _read_only(array: Array) -> Array:
+    array.setflags(write=False)
+    return array
+
+
 def drop_many(
     board: Board | str,
-    seeds: npt.ArrayLike,
+    seeds: Seeds,
     *,
     xs: npt.ArrayLike | None = None,
     aim: float | None = None,
@@ -180,8 +195,10 @@ def drop_many(
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> DropBatch:
-    """Drop a ball for each of `seeds`, shape (n,), or from explicit starts `xs`, shape (n,), in m.
+    """Drop a ball for each of `seeds`, or from explicit starts `xs`, shape (n,), in m.
 
+    `seeds` is a number of drops, whose seeds are then 0, 1, 2 …, or the seeds themselves: any
+    iterable of them, such as a range, a list or an array of shape (n,).
     `aim`, in m, is the middle of the starts that all these seeds draw; without it, the board's own.
     `board` may be a preset's name. Runs on `threads` threads (default: as many as this process may
     use cores); the result does not depend on their number. `progress` is called with the number of
@@ -214,19 +231,32 @@ def drop_many(
     return batch
 
 
-def seed_array(seeds: npt.ArrayLike) -> npt.NDArray[np.uint64]:
-    """Return `seeds` as uint64, shape (n,); SeedError names the first that is no seed."""
+def seed_array(seeds: Seeds) -> npt.NDArray[np.uint64]:
+    """Return `seeds` as uint64, shape (n,); SeedError names the first that is no seed.
+
+    A number n stands for the seeds 0 to n - 1.
+    """
+    if isinstance(seeds, int | np.integer) and not isinstance(seeds, bool):
+        if not 0 <= seeds < MOST_DROPS:
+            raise SeedError(
+                f"seeds is {seeds}: a number of drops must be from 0 to {MOST_DROPS - 1}",
+                field="seeds",
+            )
+        seeds = range(int(seeds))
     if isinstance(seeds, range) and seeds and _are_seeds(seeds[0], seeds[-1]):
         offsets = np.arange(len(seeds), dtype=np.uint64) * np.uint64(seeds.step % SEED_LIMIT)
         return np.uint64(seeds.start) + offsets
-    given = np.asarray(seeds)
+    if isinstance(seeds, str) or not isinstance(seeds, Iterable):
+        raise SeedError(
+            f"seeds is {seeds!r}: it must be a number of drops, or seeds in a range, list or array",
+            field="seeds",
+        )
+    listed = seeds if isinstance(seeds, np.ndarray) else list(seeds)
+    given = np.asarray(listed)
     if given.ndim != 1:
         raise SeedError(f"seeds have {given.ndim} dimensions instead of one", field="seeds")
-    if given.dtype.kind == "u":
+    if given.dtype.kind == "u" or (given.dtype.kind == "i" and (given >= 0).all()):
         return given.astype(np.uint64)
-    if given.dtype.kind == "i" and (given >= 0).all():
-        return given.astype(np.uint64)
-    listed = list(seeds) if isinstance(seeds, list | tuple) else given.tolist()
     return np.array([parse_seed(seed) for seed in listed], np.uint64)
 
 

@@ -1,5 +1,6 @@
 """One seeded drop: where the ball goes, which bin it lands in, and a digest of all of it."""
 
+import json
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -8,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.board.model import Board
-from engine.constants import PHYSICS_VERSION
+from engine.constants import KIND_WALL, PHYSICS_VERSION
 from engine.drops.certainty import Certainty, certainty_of
 from engine.drops.digest import drop_digest
 from engine.drops.drawing import MOMENTS, path_svg
@@ -124,6 +125,11 @@ class Drop:
         rows.setflags(write=False)
         return rows
 
+    @property
+    def impact_count(self) -> int:
+        """Number of impacts on pegs and walls, as a batch counts them."""
+        return int(np.count_nonzero(self.impacts["kind"] <= KIND_WALL))
+
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the drop, 64 hex digits; `engine.drops.digest` says of what."""
@@ -148,7 +154,7 @@ class Drop:
         return self.certainty.certain
 
     def states(self, times: npt.ArrayLike) -> npt.NDArray[np.void]:
-        """States at `times` (shape (n,), s since the start), dtype STATE.
+        """States at `times` (shape (n,), s since the start), dtype STATE, in a new array.
 
         Before the start is an error; from the end on the ball stays where it ended.
         """
@@ -162,8 +168,11 @@ class Drop:
             rows[name] = columns[:, column]
         return rows
 
-    def record(self, *, certainty: bool = False) -> dict[str, Any]:
-        """The drop as JSON values: what `verify` reproduces; with `certainty`, how sure it is."""
+    def to_dict(self, *, certainty: bool = False) -> dict[str, Any]:
+        """The drop's record as JSON values, which `verify` reproduces; see docs/records.md.
+
+        With `certainty` it also says how sure the bin is.
+        """
         record: dict[str, Any] = {
             "board": self.board.preset_name or self.board.to_dict(),
             "board_digest": self.board.digest,
@@ -185,6 +194,14 @@ class Drop:
             "digest": self.digest,
             **(self._how_sure() if certainty else {}),
         }
+
+    # For the kernels' own rehearsal, engine/artifact/plays.py, whose bytes are in the stamp of the
+    # compiled kernels. It goes when they are compiled again.
+    record = to_dict
+
+    def to_json(self, *, certainty: bool = False) -> str:
+        """The record as one line of JSON text, as `plinko drop --json` prints it."""
+        return json.dumps(self.to_dict(certainty=certainty), ensure_ascii=False, allow_nan=False)
 
     def _how_sure(self) -> dict[str, Any]:
         return {

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from engine.board.model import Board
 from engine.constants import MAX_TIME
-from engine.drops.batch import seed_array
+from engine.drops.batch import Seeds, seed_array
 from engine.drops.threads import share, thread_count
 from engine.errors import ParameterError
 from engine.exact import event_log
@@ -66,12 +66,14 @@ class Occupancy:
     @property
     def seconds(self) -> npt.NDArray[np.float64]:
         """Time that the centre of an average ball spends in each cell, s."""
-        return np.multiply(self.counts, self.step / max(self.drops, 1), dtype=np.float64)
+        seconds = np.multiply(self.counts, self.step / max(self.drops, 1), dtype=np.float64)
+        seconds.setflags(write=False)
+        return seconds
 
 
 def occupancy(
     board: Board | str,
-    seeds: npt.ArrayLike,
+    seeds: Seeds,
     *,
     left: float,
     top: float,
@@ -83,6 +85,7 @@ def occupancy(
 ) -> Occupancy:
     """Follow the exact solver's ball of each of `seeds` and count where its centre is.
 
+    `seeds` is a number of drops, or their seeds, as `drop_many` takes them.
     `board` may be a preset's name. The grid of `shape` (rows, columns) has its corner at (left,
     top) in m. `step` in s, by default longer the more drops there are. Memory does not grow with
     the drops, and the counts do not depend on `threads`. `progress` is called with the number of

@@ -64,7 +64,7 @@ def verify(record: Mapping[str, Any]) -> Verification:
     if record["physics_version"] != PHYSICS_VERSION:
         return Verification(False, "physics_version", record["physics_version"], PHYSICS_VERSION)
     sure = any(record.get(name) is not None for name in HOW_SURE)
-    actual = replay(record, board).record(certainty=sure)
+    actual = replay(record, board).to_dict(certainty=sure)
     for name in (*FIELDS, *(HOW_SURE if sure else ())):
         if name not in record:
             continue

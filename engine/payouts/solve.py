@@ -34,6 +34,11 @@ MOST: Final = 1_000_000_000
 """Drops from each aim after which the interval is what it is. For a top award of 1,000 times at one
 in 15,000 some 300 million are needed."""
 
+FEWEST_HITS: Final = 100
+"""Balls that must have landed in a bin before its multiplier is reported without a warning: a
+chance is then known to 20 % (95 % interval). A bin that was hit once or never may be ten times
+likelier than it seems, and a multiplier solved from that is a guess."""
+
 Block = tuple[Landings, ...]
 """Of each aim, the board's own start first."""
 
@@ -48,8 +53,8 @@ Progress = Callable[[int, int], None]
 class Payouts:
     """A solved table: the board with it, what was asked for, and the odds from each aim.
 
-    odds: the board's own start first. landings: what they were computed from. chosen_by: drops that
-    the multipliers were solved for, all aims together; none of them is among the landings.
+    odds: the board's own start first. landings: what they were computed from. chosen: the landings
+    that the multipliers were solved for; none of their drops is among `landings`.
     """
 
     board: Board
@@ -57,7 +62,18 @@ class Payouts:
     target: float
     odds: tuple[Odds, ...]
     landings: tuple[Landings, ...]
-    chosen_by: int
+    chosen: tuple[Landings, ...]
+
+    @property
+    def chosen_by(self) -> int:
+        """Drops that the multipliers were solved for, all aims together."""
+        return sum(each.drops for each in self.chosen)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the table cannot be trusted for, a sentence each; empty where all is well."""
+        rare = _rare_bins(self.chosen[0], self.board)
+        return (*rare, *_not_monotone(self.multipliers))
 
     @property
     def multipliers(self) -> tuple[float, ...]:
@@ -86,7 +102,42 @@ class Payouts:
             "chosen_by": self.chosen_by,
             "least": {"aim": self.least.aim, "return": self.least.returned},
             "aims": [each.to_dict() for each in self.odds],
+            "warnings": list(self.warnings),
         }
+
+
+def _rare_bins(chosen: Landings, board: Board) -> tuple[str, ...]:
+    """A warning if some bins were hit too rarely to say what they should pay."""
+    hits = np.array(chosen.histogram)
+    if is_mirrored(board):
+        hits = hits + hits[::-1]
+    rare = np.flatnonzero(hits < FEWEST_HITS)
+    if not len(rare):
+        return ()
+    fewest = int(hits[rare].min())
+    bins = ", ".join(map(str, rare))
+    wanted = ceil(chosen.drops * FEWEST_HITS / max(fewest, 1))
+    more = f"about {wanted:,}" if fewest else f"far more than {wanted:,}"
+    return (
+        f"{chosen.drops:,} drops cannot tell how often bins {bins} are hit (the rarest: "
+        f"{fewest} hits, {FEWEST_HITS} are needed): what these pay is a guess; it takes {more} "
+        "drops",
+    )
+
+
+def _not_monotone(multipliers: Pays) -> tuple[str, ...]:
+    """A warning if multipliers fall anywhere from the middle to the sides."""
+    middle = len(multipliers) // 2
+    right = [(k, k + 1) for k in range(middle, len(multipliers) - 1)]
+    left = [(k, k - 1) for k in range((len(multipliers) - 1) // 2, 0, -1)]
+    for inner, outer in (*left, *right):
+        if multipliers[outer] < multipliers[inner]:
+            return (
+                "the table is not monotone: multipliers fall from the middle to the sides, where "
+                f"bin {outer} pays {multipliers[outer]:g} beside {multipliers[inner]:g} in bin "
+                f"{inner}",
+            )
+    return ()
 
 
 def solve_payouts(
@@ -135,7 +186,7 @@ def solve_payouts(
     judging = count(tuple(map(none_after, choosing)), lambda _: pays, told_again)
     paying = replace(found, bins=replace(found.bins, multipliers=pays))
     odds = tuple(odds_of(each, pays) for each in judging)
-    return Payouts(paying, chosen, target, odds, judging, first)
+    return Payouts(paying, chosen, target, odds, judging, choosing)
 
 
 def risk_of(risk: object) -> Risk:

@@ -48,9 +48,10 @@ class ExactBalls:
 
     def add(self, x: float) -> None:
         """Append a ball at rest at (x, drop.y)."""
-        self._append(x, 0)
+        self.add_at(x, 0)
 
-    def _append(self, x: float, ticks: int) -> None:
+    def add_at(self, x: float, ticks: int) -> None:
+        """Append a ball where it is so many steps after it was at rest at (x, drop.y)."""
         self._paths.append(ExactPath(self._board, x))
         self._ticks = np.append(self._ticks, ticks)
         for name in ("_first", "_last", "_begin"):
@@ -231,4 +232,4 @@ class ExactBalls:
     def load(self, balls: list[dict[str, Any]]) -> None:
         """Append saved balls."""
         for ball in balls:
-            self._append(ball["x"], ball["frames"])
+            self.add_at(ball["x"], ball["frames"])

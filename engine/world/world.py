@@ -143,6 +143,26 @@ class World:
         self._previous = np.vstack([self._previous, self._ball_set.states[-1]])
         return ball.id
 
+    def add_late(self, start: float, seed: int | None, tick: int) -> int:
+        """`add_at` of a ball that began at an earlier tick: it is where it would be by now.
+
+        If it has landed since, `take_events` tells so, with the tick at which it did. For worlds of
+        the exact solver, in which a ball's path depends on nothing else.
+        """
+        alone = World(self.board, dt=self.dt)
+        alone.tick, alone._next_id = tick, self._next_id
+        alone.add_at(start, seed)
+        while alone.tick < self.tick:
+            alone.step(contacts=False)
+        self._next_id += 1
+        self._events += alone.take_events()
+        if alone._balls:
+            self._exact().add_at(start, self.tick - tick)
+            self._balls += alone._balls
+            self._bounced = np.append(self._bounced, np.uint8(0))
+            self._previous = np.vstack([self._previous, self._ball_set.states[-1]])
+        return self._next_id - 1
+
     def trajectory(self, ball: int) -> Trajectory:
         """The whole motion of a live ball, its future included; times count from its start.
 
@@ -199,6 +219,10 @@ class World:
         if not isinstance(self._ball_set, ExactBalls):
             raise ParameterError("a stepped world knows no ball's path", field="solver")
         return self._ball_set
+
+    def has(self, ball: int) -> bool:
+        """Whether this ball is in flight."""
+        return any(live.id == ball for live in self._balls)
 
     def _row(self, ball: int) -> int:
         for row, live in enumerate(self._balls):

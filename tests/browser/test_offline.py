@@ -36,7 +36,7 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     expect(page.locator("#verdict")).to_contain_text("In dieser Seite wiederholt")
 
     checked = page.locator("#check-note")
-    record = drop(Board.preset("triangle-8"), 7).record()
+    record = drop(Board.preset("triangle-8"), 7).to_dict()
     for landed, said in (
         (record["bin"], "jedes Bit von"),
         (99, "nicht wiederholt: bin ist 99"),

@@ -47,7 +47,7 @@ def test_another_site_shows_a_drop_in_a_frame_and_its_end_only_at_the_end(
     frame.get_by_role("button", name="Drop").click()
     expect(result).to_have_text("Falling…")
     record = screen.api("drops/triangle-8/42")
-    expect(result).to_have_text(f"Bin {record['bin']} pays {record['score']:g}×.")
+    expect(result).to_have_text(f"Bin {record['bin']} pays {record['score']:g}x.")
     expect(frame.get_by_role("link")).to_have_attribute("href", f"replay.html?{DROP}")
 
     screen.page.goto(f"{other_site}/replay.html?{DROP}")

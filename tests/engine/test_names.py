@@ -3,6 +3,7 @@
 import pytest
 
 import engine
+import plinko
 from tests.engine.test_determinism import run_python
 
 
@@ -32,3 +33,46 @@ def test_a_drop_and_a_world_load_nothing_of_balls_that_touch(use: str) -> None:
         "print(*sorted(name for name in sys.modules if 'multibody' in name))\n"
     )
     assert run_python(code).split() == []
+
+
+@pytest.mark.parametrize("package", ["engine", "plinko"])
+def test_without_python_flint_all_other_names_are_there_and_the_missing_say_why(
+    package: str,
+) -> None:
+    code = (
+        "import inspect, sys\n"
+        "sys.modules['flint'] = None\n"
+        f"import {package} as package\n"
+        f"from {package} import *\n"
+        "print(drop(Board.preset('triangle-8'), 42).bin)\n"
+        "print(hasattr(package, 'certify'), 'Certificate' in package.__all__)\n"
+        "print(len(inspect.getmembers(package)) > 20)\n"
+        "print(bool(help(package)))\n"
+        "try: package.certify\n"
+        "except AttributeError as error: print(error)\n"
+    )
+    said = run_python(code)
+    assert "\nFalse False\nTrue\n" in said
+    assert said.endswith("certify needs python-flint: pip install 'plinko-server[certify]'\n")
+
+
+def test_plinko_is_the_engine_by_another_name() -> None:
+    assert plinko.__all__ == [*engine.__all__, *plinko.PICTURES]
+    assert all(getattr(plinko, name) is getattr(engine, name) for name in engine.__all__)
+    assert set(plinko.__all__) <= set(dir(plinko))
+    with pytest.raises(AttributeError, match="module 'engine' has no attribute 'Pinball'"):
+        _ = plinko.Pinball  # type: ignore[attr-defined]
+
+
+def test_plinko_loads_no_more_than_the_engine_does() -> None:
+    code = "import sys, {}; print(*sorted(n for n in sys.modules if n.split('.')[0] == 'engine'))"
+    assert run_python(code.format("plinko")) == run_python(code.format("engine"))
+
+
+def test_plinko_draws_pictures_and_loads_what_draws_them_when_it_does() -> None:
+    code = (
+        "import sys, plinko\n"
+        "print('PIL' in sys.modules)\n"
+        "print(plinko.drop_picture(plinko.drop('triangle-8', 1))[1:4])\n"
+    )
+    assert run_python(code).split() == ["False", "b'PNG'"]

@@ -126,7 +126,7 @@ def test_every_golden_digest_is_computed_from_the_record_alone() -> None:
         for solver in ("exact", "stepped"):
             digests = golden()["drops"][name][solver]
             for seed, wanted in list(zip(SEEDS, digests, strict=True))[: tries(1, 5)]:
-                made = drop(board, seed, solver=solver).record()
+                made = drop(board, seed, solver=solver).to_dict()
                 record = json.loads(json.dumps(made))
                 assert record["digest"] == wanted
                 assert checker.record_errors(record, form) == []
@@ -152,7 +152,7 @@ def test_starts_and_batches_are_what_the_page_says(monkeypatch: pytest.MonkeyPat
     form = Board.preset("triangle-9").to_dict()
     for options in ({"solver": "exact"}, {"solver": "stepped", "dt": 0.01, "substeps": 2}):
         many = drop_many("triangle-9", [*range(20), 2**64 - 1], **options)
-        records = [one.record() for one in many]
+        records = [one.to_dict() for one in many]
         assert checker.batch_digest(records, 8) == many.digest
         for record, x in zip(records, many.x_start.tolist(), strict=True):
             zone = form["drop"]
@@ -163,15 +163,15 @@ def test_a_drop_that_did_not_land_has_the_digest_of_one_of_the_ways() -> None:
     made = drop("classic", x=0.0)
     assert made.bin is None
     form = Board.preset("classic").to_dict()
-    assert checker.record_errors(made.record(), form) == []
-    assert checker.drop_digests(made.record(), form).index(made.digest) == 1, "balanced"
+    assert checker.record_errors(made.to_dict(), form) == []
+    assert checker.drop_digests(made.to_dict(), form).index(made.digest) == 1, "balanced"
     assert made.unsettled is not None
     assert made.unsettled.startswith("balanced")
 
 
 def test_a_record_that_was_changed_is_found_out() -> None:
     form = Board.preset("triangle-8").to_dict()
-    record = json.loads(json.dumps(drop("triangle-8", 1).record()))
+    record = json.loads(json.dumps(drop("triangle-8", 1).to_dict()))
     record["impacts"][3][2] += 1e-12
     record["bin"] += 1
     assert {"digest", "landing", "bin"} <= set(checker.record_errors(record, form))

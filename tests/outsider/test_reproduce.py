@@ -40,7 +40,7 @@ def compare(board: Board, seeds: int, x: float | None = None) -> None:
         expected = drop(board, seed, x=x)
         found, events = redo(board, seed, x)
         rows = [(*state, kind, index) for state, kind, index in events]
-        assert rows == [tuple(row) for row in expected.record()["impacts"]], (board.name, seed)
+        assert rows == [tuple(row) for row in expected.to_dict()["impacts"]], (board.name, seed)
         assert found == expected.digest, (board.name, seed)
 
 

@@ -20,7 +20,8 @@ from tests.repository import photographs
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
-PAGES = (README, ROOT / "docs" / "pictures.md")
+QUICKSTART = ROOT / "docs" / "quickstart.md"
+PAGES = (README, QUICKSTART, ROOT / "docs" / "pictures.md")
 IMAGES = Path("docs/images")
 ADDRESS = "http://127.0.0.1:8000"
 

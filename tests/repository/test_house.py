@@ -1,10 +1,8 @@
-"""A visitor finds a room by reading the tree: no folder is a hall, no file of the product long."""
+"""A visitor finds a room by reading the tree: no folder is a hall."""
 
 import subprocess
 from collections import defaultdict
 from pathlib import PurePosixPath
-
-import pytest
 
 from tests.repository.architecture import ROOT
 
@@ -15,8 +13,6 @@ ENTRIES = 16
 
 CHAPTERS = 23
 """In a hall itself, and among the tests of one, most of which are folders of their own."""
-
-LINES = 400
 
 
 def files() -> list[PurePosixPath]:
@@ -43,18 +39,3 @@ def test_no_folder_has_more_than_one_can_look_over() -> None:
         for folder, count in counts.items()
         if count > (CHAPTERS if folder in halls else ENTRIES)
     } == {}
-
-
-@pytest.mark.parametrize("hall", ["engine", "app", "benchmarks", "static/js"])
-def test_no_file_of_the_product_is_long(hall: str) -> None:
-    code = [
-        path for path in files() if path.suffix in {".py", ".js"} and str(path).startswith(hall)
-    ]
-    assert code
-    texts = PurePosixPath("static/js/texts")  # one file a language, as translators ask for it
-    assert [
-        str(path)
-        for path in code
-        if path.parent != texts
-        and len((ROOT / path).read_text(encoding="utf-8").splitlines()) > LINES
-    ] == []

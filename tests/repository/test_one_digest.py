@@ -62,7 +62,7 @@ async def test_a_drop_has_one_digest_wherever_it_is_computed(
     assert in_a_world(board, seed) == one.digest
     record = by_command_line(name, seed)
     assert record["digest"] == one.digest
-    assert record == json.loads(json.dumps(one.record()))
+    assert record == json.loads(json.dumps(one.to_dict()))
     assert verify(record).ok
     async with httpx.AsyncClient(base_url=running.url, timeout=60.0) as http:
         over_rest = (await http.get(f"/api/v1/drops/{name}/{seed}")).json()
@@ -82,5 +82,5 @@ def test_so_it_is_with_the_stepped_solver(name: str, seed: int) -> None:
     while world.awake:
         world.step()
     assert [e.digest for e in world.take_events() if isinstance(e, Landing)] == [one.digest]
-    assert verify(json.loads(json.dumps(one.record()))).ok
+    assert verify(json.loads(json.dumps(one.to_dict()))).ok
     assert one.digest != drop(board, seed).digest

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 CODE = sorted(
     path
-    for folder in ("engine", "app", "benchmarks", "deploy", "tests", "static", "tools")
+    for folder in ("engine", "app", "plinko", "benchmarks", "deploy", "tests", "static", "tools")
     for path in (ROOT / folder).rglob("*")
     if path.is_file() and "__pycache__" not in path.parts and "node_modules" not in path.parts
 )
@@ -67,6 +67,15 @@ def test_every_dependency_is_pinned_by_exact_version_and_no_address() -> None:
     assert "://" not in (ROOT / "constraints.txt").read_text(encoding="utf-8")
 
 
+def test_what_is_started_and_tested_has_the_server_and_its_proofs() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert "ALL := server,certify\n" in makefile
+    installs = re.findall(r"-c constraints\.txt -e (.+)", makefile)
+    assert len(installs) == 5
+    assert all(re.match(r"'\.\[\$\(ALL\)[],]", each) for each in installs)
+    assert "'.[server,certify," in (ROOT / "Dockerfile").read_text(encoding="utf-8")
+
+
 def test_no_file_records_where_packages_are_downloaded() -> None:
     for name in ("poetry.lock", "uv.lock", "pdm.lock", "Pipfile.lock", "package-lock.json"):
         assert not (ROOT / name).exists()
@@ -90,7 +99,7 @@ def test_the_changelog_knows_this_version_or_what_is_to_come() -> None:
 def test_a_wheel_carries_the_page_where_the_server_looks_for_it() -> None:
     wheel = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
     assert wheel["force-include"] == {"static": "app/static"}
-    assert wheel["packages"] == ["engine", "app"], "and not what measures them"
+    assert wheel["packages"] == ["engine", "app", "plinko"], "and not what measures them"
     # What the image copies is what the wheel is made of.
     docker = (ROOT / "Dockerfile").read_text(encoding="utf-8")
     ignored = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
@@ -107,6 +116,7 @@ def test_a_wheel_carries_the_page_where_the_server_looks_for_it() -> None:
         "tools/chromium",
         "tools/haproxy",
         "tools/node",
+        "tools/npm-package",
         "tools/postgresql",
         "tools/redis",
     ],

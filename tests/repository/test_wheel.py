@@ -3,6 +3,7 @@
 import email
 import json
 import os
+import re
 import subprocess
 import sys
 import venv
@@ -15,7 +16,7 @@ import pytest
 import engine
 from app.conformance import inventory
 from tests.golden.check import golden
-from tests.repository.test_repository import ROOT
+from tests.repository.test_repository import PROJECT, ROOT
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,12 @@ def test_the_wheel_has_the_engine_the_server_and_the_page_and_nothing_else(
         names = set(archive.namelist())
         (metadata,) = (name for name in names if name.endswith(".dist-info/METADATA"))
         told = email.message_from_bytes(archive.read(metadata))
-    assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {"engine", "app"}
-    assert {"engine/py.typed", "app/py.typed", "app/static/index.html"} <= names
+    assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {
+        "engine",
+        "app",
+        "plinko",
+    }
+    assert {"engine/py.typed", "plinko/py.typed", "app/py.typed", "app/static/index.html"} <= names
     assert (told["Name"], told["Version"]) == ("plinko-server", engine.__version__)
     assert told["License-Expression"] == "MIT"
 
@@ -85,18 +90,19 @@ def test_an_installed_package_computes_the_golden_drop_and_verifies_it(
     (installed.folder / "record.json").write_text(done.stdout)
     assert installed.run("plinko", "verify", "record.json").returncode == 0
     assert installed.run("plinko", "--version").stdout.strip() == engine.__version__
+    assert installed.run("python", "-m", "plinko", "verify", "record.json").returncode == 0
 
 
 def test_an_installed_package_is_found_where_it_was_installed_and_paints(
     installed: Installed,
 ) -> None:
     code = (
-        "import engine, importlib.metadata as m\n"
+        "import engine, plinko, importlib.metadata as m\n"
         "from app.settings import static_directory\n"
         "print(engine.__file__)\n"
         "print(static_directory())\n"
         "print(engine.__version__ == m.version('plinko-server'))\n"
-        "print(engine.Board.preset('triangle-8')._repr_png_()[1:4])\n"
+        "print(plinko.Board.preset('triangle-8')._repr_png_()[1:4])\n"
     )
     where, page, same, picture = installed.python(code).splitlines()
     assert Path(where).is_relative_to(installed.folder)
@@ -113,6 +119,74 @@ def test_an_installed_package_has_the_sources_files_to_the_last_byte(installed: 
         0,
         f"all {source.count('  ')} files are those of source\n",
     )
+
+
+WITHOUT_SERVER = """
+import sys
+for name in {modules!r}:
+    sys.modules[name] = None
+from app.cli import main
+sys.exit(main({arguments!r}))
+"""
+
+
+def without_server(installed: Installed, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A command where only the package's own dependencies are installed, not those of extras."""
+    extras = PROJECT["project"]["optional-dependencies"]
+    needed = {line for name in ("server", "certify", "table") for line in extras[name]}
+    modules = [re.match(r"[\w-]+", line)[0].replace("-", "_") for line in needed]  # type: ignore[index]
+    modules = ["flint" if name == "python_flint" else name for name in modules]
+    return installed.run(
+        "python", "-c", WITHOUT_SERVER.format(modules=modules, arguments=list(arguments))
+    )
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["boards"],
+        ["drop", "triangle-8", "--seed", "42"],
+        ["simulate", "triangle-8", "--drops", "100"],
+        ["render", "triangle-8", "--seed", "42", "drop.png"],
+        ["payouts", "triangle-8", "--drops", "20000"],
+        ["odds"],
+        ["integrity"],
+        ["conformance", "triangle-8", "--drops", "1000", "--pairs", "1"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_physics_pictures_and_commands_need_nothing_of_the_server(
+    installed: Installed, arguments: list[str]
+) -> None:
+    done = without_server(installed, *arguments)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_session_is_checked_without_the_server(installed: Installed) -> None:
+    """Every step holds but one: the sample names the solver of pages of its own."""
+    (installed.folder / "session.json").write_text(
+        (ROOT / "tests/golden/session.json").read_text("utf-8"), "utf-8"
+    )
+    done = without_server(installed, "verify", "session.json")
+    assert re.fullmatch(r"not proven: kernel: .*\n", done.stdout), done.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["serve"],
+        ["relay", "redis://127.0.0.1", "http://127.0.0.1:1"],
+        ["load", "http://127.0.0.1:1"],
+        ["ledger", "check"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_command_that_needs_the_server_says_what_to_install(
+    installed: Installed, arguments: list[str]
+) -> None:
+    done = without_server(installed, *arguments)
+    assert done.returncode == 2
+    assert "pip install 'plinko-server[server]'" in done.stderr
 
 
 def test_an_installed_package_says_where_the_benchmarks_are(installed: Installed) -> None:

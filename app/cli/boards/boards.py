@@ -1,6 +1,6 @@
 """`plinko boards`: the presets, or one board's JSON."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,10 +12,11 @@ if TYPE_CHECKING:
 
 @click.command(name="boards", short_help="List the preset boards, or print one as JSON.")
 @click.argument("board", required=False)
-def command(board: str | None) -> None:
+@click.option("--json", "as_json", is_flag=True, help="Print the list as JSON.")
+def command(board: str | None, as_json: bool) -> None:
     """List the preset boards; with BOARD, check that board and print it as JSON.
 
-    The JSON is a file that every command takes as BOARD: a start for one's own.
+    The JSON is a file that every command takes as BOARD: a start for your own.
     """
     if board is not None:
         click.echo(common.load_board(board).to_json())
@@ -23,12 +24,29 @@ def command(board: str | None) -> None:
 
     from engine import Board, preset_names
 
-    rows = [_row(Board.preset(name)) for name in preset_names()]
+    boards = [Board.preset(name) for name in preset_names()]
+    if as_json:
+        common.print_json([_summary(each) for each in boards])
+        return
+    rows = [_row(each) for each in boards]
     headings = ("name", "pegs", "bins", "pays", "size", "digest")
     widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
     for row in (headings, *rows):
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
         click.echo("  ".join(cells).rstrip())
+
+
+def _summary(board: "Board") -> dict[str, Any]:
+    """What the list says of a board, as `GET boards` calls it."""
+    return {
+        "name": board.name,
+        "digest": board.digest,
+        "pegs": len(board.pegs),
+        "bins": board.bins.count,
+        "multipliers": list(board.bins.multipliers),
+        "width": board.width,
+        "height": board.height,
+    }
 
 
 def _row(board: "Board") -> tuple[str, ...]:

@@ -33,6 +33,7 @@ _HEADS: Final = ("board", "return", "drops", "top award", "hit rate", "volatilit
 @click.option("--hours", type=click.FloatRange(min=0.0), help="After which the count stops.")
 @common.workers_options
 @click.option("--solve", metavar="PRESET", help="A new table by all drops; begins a new judgement.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     record: Path | None,
     count: bool,
@@ -40,6 +41,7 @@ def command(
     threads: int | None,
     cluster: str | None,
     solve: str | None,
+    as_json: bool,
 ) -> None:
     """What each preset returns, with its interval of 95 %, by drops that did not choose its table.
 
@@ -52,8 +54,11 @@ def command(
 
     if record is None and (count or solve):
         raise click.UsageError("--count and --solve change a record: name it with --record")
+    if as_json and (count or solve):
+        raise click.UsageError("--json shows a record, without --count or --solve")
+    show = _print_json if as_json else _show
     if record is None:
-        _show(records.shipped())
+        show(records.shipped())
         return
     found = records.from_text(record.read_text(encoding="utf-8"))
     if solve:
@@ -62,7 +67,7 @@ def command(
         with common.workers(cluster, threads) as workers:
             _count(record, found, hours, workers)
     else:
-        _show(found)
+        show(found)
 
 
 def _save(path: Path, record: "Record") -> None:
@@ -134,6 +139,23 @@ def _solve(path: Path, record: "Record", name: str) -> None:
     pays = table_for(Board.preset(name), record[board].all(), 0.99, presets.risk_of(name))
     _save(path, {**record, board: record[board].solved_anew(name)})
     common.print_fields({name: ", ".join(f"{each:g}" for each in pays)})
+
+
+def _print_json(record: "Record") -> None:
+    """The odds of each table from each aim, the board's own start first."""
+    from engine.board.model import Board
+    from engine.payouts.odds import odds_of
+
+    common.print_json(
+        {
+            name: [
+                odds_of(each, Board.preset(name).bins.multipliers).to_dict()
+                for each in counted.fresh(name)
+            ]
+            for counted in record.values()
+            for name in counted.chosen
+        }
+    )
 
 
 def _show(record: "Record") -> None:

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,16 +39,20 @@ def command(
 
     Seeded drops are counted until the return from the board's own start is known to 0.1 % at 95 %,
     for rare bins that pay much by very many; the count is shown. Each aim that a player has is
-    counted as well. As many drops of later seeds then say what the table returns.
+    counted as well. As many drops of later seeds then say what the table returns. A warning names
+    bins that too few drops have hit, and a table that is not monotone.
     """
     from engine.payouts.solve import MOST, solve_payouts
 
+    shown = click.progressbar(length=1, label="drops", file=sys.stderr)
     with (
         common.workers(cluster, threads) as workers,
-        click.progressbar(length=1, label="drops", file=sys.stderr) as bar,
+        shown if sys.stderr.isatty() else nullcontext() as bar,
     ):
 
         def progress(done: int, of: int) -> None:
+            if bar is None:
+                return
             bar.length = of
             bar.label = f"{done:,} of {of:,} drops"
             bar.update(done - bar.pos)
@@ -66,6 +71,8 @@ def command(
         common.print_json(found.to_dict())
     else:
         _show(found)
+    for warning in found.warnings:
+        click.echo(f"warning: {warning}", err=True)
 
 
 def _show(found: "Payouts") -> None:

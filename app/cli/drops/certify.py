@@ -32,7 +32,7 @@ def command(board: str, seed: str | None, x: str | None, aim: float | None, as_j
     if as_json:
         head = {"board": found.board.preset_name or found.board.to_dict()}
         start = {"seed": None if found.seed is None else str(found.seed)}
-        common.print_json(head | {"board_digest": found.board.digest} | start | found.to_json())
+        common.print_json(head | {"board_digest": found.board.digest} | start | found.to_dict())
     else:
         common.print_fields(_fields(found))
     if not found.decided:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @common.garbage_waits()
 def command(
     board: str,
-    seed: str,
+    seed: str | None,
     x: float | None,
     aim: float | None,
     solver: str,
@@ -29,16 +29,17 @@ def command(
     certainty: bool,
     as_json: bool,
 ) -> None:
-    """Drop one ball on BOARD and say where it lands.
+    """Drop one ball on BOARD, from where --seed says or from --x, and say where it lands.
 
     The same board and seed give the same drop to the last bit, wherever it is computed; the digest
     proves it. `plinko verify` reads what --json prints.
     """
     how = common.read_solver(solver, dt, substeps, correction)
+    number = common.read_start(seed, x)
     from engine import drop
 
-    d = drop(common.load_board(board), seed, x=x, aim=aim, **how)
-    told = d.record(certainty=certainty) if as_json else _fields(d, certainty)
+    d = drop(common.load_board(board), number, x=x, aim=aim, **how)
+    told = d.to_dict(certainty=certainty) if as_json else _fields(d, certainty)
     print_it = common.print_json if as_json else common.print_fields
     print_it(told)
 
@@ -58,7 +59,7 @@ def _summary(d: "Drop") -> dict[str, str]:
         }
     return {
         "board": d.board.name,
-        "seed": str(d.seed),
+        "seed": "none" if d.seed is None else str(d.seed),
         "solver": common.describe_solver(d.solver),
         "start": f"x = {d.x_start:.6f} m" + ("" if d.aim is None else f", aimed at {d.aim:g} m"),
         **result,

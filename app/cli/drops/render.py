@@ -59,9 +59,9 @@ def command(  # one parameter an option: click hands them over by name
 ) -> None:
     """Draw drops on BOARD into the file OUT; its ending says how.
 
-    One drop, with --seed: its whole path (.png, .jpg), as it falls (.gif, .webp, .apng, .mp4), or
-    one moment (--at; .png, .jpg, .webp). Many, with --sheet, --density or --histogram and a number:
-    .png, .jpg or .webp, of the seeds from --seed on.
+    One drop, with --seed or --x: its whole path (.png, .jpg), as it falls (.gif, .webp, .apng,
+    .mp4), or one moment (--at; .png, .jpg, .webp). Many, with --sheet, --density or --histogram and
+    a number: .png, .jpg or .webp, of the seeds from --seed on.
     """
     how = common.read_solver(solver, dt, substeps, correction)
     asked = {name: count for name, count in many.items() if count is not None}
@@ -81,8 +81,6 @@ def command(  # one parameter an option: click hands them over by name
         else:
             picture = _draw_by(cluster, drawn, seeds, fmt, theme, given)
     else:
-        if seed is None:
-            raise click.UsageError("one drop needs --seed")
         if columns is not None:
             raise click.UsageError(f"--columns {columns} belongs to --sheet")
         d = _dropped(board, seed, x, aim, how)
@@ -92,11 +90,12 @@ def command(  # one parameter an option: click hands them over by name
 
 
 def _dropped(
-    board: str, seed: str, x: float | None, aim: float | None, how: common.Options
+    board: str, seed: str | None, x: float | None, aim: float | None, how: common.Options
 ) -> "Drop":
     from engine import drop
 
-    return drop(common.load_board(board), seed, x=x, aim=aim, **how)
+    number = common.read_start(seed, x)
+    return drop(common.load_board(board), number, x=x, aim=aim, **how)
 
 
 def _draw_one(d: "Drop", fmt: str, at: float | None, width: int, fps: int, theme: str) -> bytes:

@@ -127,7 +127,7 @@ def command(
     if as_json:
         from app.batches.saved import form_of
 
-        certified = {"certified": share.to_json()} if share else {}
+        certified = {"certified": share.to_dict()} if share else {}
         common.print_json(form_of(run.tally, run.seconds) | certified)
     else:
         print_tally(run.tally, run.seconds, share)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from app.cli.common import print_json
+from app.cli.common import need_server, print_json
 from app.errors import SettingError, UnknownRoomError, shorten
 from app.settings import Settings
 
@@ -25,6 +25,7 @@ _DAY = 86400.0  # s
 @click.group(name="ledger", short_help="Take care of a stopped server's ledger.")
 def command() -> None:
     """Take care of the ledger of a server that does not run now."""
+    need_server()
 
 
 def _which(command: Command) -> Command:

@@ -35,6 +35,7 @@ def command(
     of which a client got no snapshot. The stream `seeds` has no frames, but texts alone; bytes are
     those of both.
     """
+    common.need_server()
     from app.load.client import room_url
     from app.load.generator import Load, run
 

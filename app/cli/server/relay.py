@@ -45,6 +45,7 @@ def command(redis: str, rooms: str, **flags: Any) -> None:
     `--relays REDIS`, as many relays as needed, and spread `/ws/rooms/{id}?stream=seeds` over them.
     Who does more than watch gets a line of their own to the server. Ctrl-C stops the relay.
     """
+    common.need_server()
     settings = settings_from(flags)
     with common.garbage_waits():
         from app.relay.run import run

@@ -44,6 +44,7 @@ def settings_from(flags: Mapping[str, Any]) -> Settings:
 )
 def command(**flags: Any) -> None:
     """Run the game server and print its address; Ctrl-C stops it."""
+    common.need_server()
     settings = settings_from(flags)
 
     with common.garbage_waits():

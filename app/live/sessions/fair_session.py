@@ -4,6 +4,7 @@ The numbers of its drops have no gaps: one that the ledger refuses gives its num
 first, as the ledger tells it (app/persistence/ledger/commit_queue.py).
 """
 
+import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
@@ -42,7 +43,7 @@ class FairSession:
     pending: int = 0
     end: dict[str, Any] | None = None
     end_signature: str = ""
-    ending: bool = False
+    ending: "asyncio.Task[None] | None" = None
 
     def check(self, room: Room, *, practice: bool) -> None:
         """Raise unless a drop can be taken into `room` now; `practice`: with a seed or an x.

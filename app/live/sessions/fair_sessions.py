@@ -4,6 +4,7 @@ Nothing is told that is not in the ledger first. So a session outlives the conne
 stay in memory and the server; one that nobody uses ends by itself when somebody asks for it.
 """
 
+import asyncio
 import contextlib
 import functools
 import time
@@ -28,10 +29,10 @@ from app.fairness.statements import Closing, SessionStatement, TreeHead, payouts
 from app.live.sessions.fair_session import FairSession
 from app.persistence.service import PersistenceService
 from app.persistence.statements import fair_store
-from app.protocol.messages import SignedReceipt
 from app.rooms.canonical import canonical
 from app.rooms.independent import INDEPENDENT
-from app.rooms.records import FairEnd, FairOpening, FairSessionRow, ReceiptRow, ResultRow
+from app.rooms.outcome import signed
+from app.rooms.records import FairEnd, FairOpening, FairSessionRow, ResultRow
 from app.rooms.room import Room
 from engine import PHYSICS_VERSION, Board, merkle
 
@@ -88,8 +89,11 @@ class FairSessions:
         """Commit to a secret of the server's, after the player has committed to theirs.
 
         Raises InvalidValueError for what is no commitment, or a room where balls touch each other;
-        LedgerError.
+        LedgerError, UndecidedError.
         """
+        return await self._ledger.decided(self._begin(room, client_commitment))
+
+    async def _begin(self, room: Room, client_commitment: object) -> FairSession:
         if not self._ledger.keeps:
             raise LedgerError("this server keeps no ledger, and so no sessions")
         committed = parse_hex(client_commitment, "commitment")
@@ -138,7 +142,7 @@ class FairSessions:
         """The player opens their secret; drops can be taken from now on.
 
         Raises InvalidValueError for what they have not committed to, SessionStateError after the
-        end, LedgerError. The same again changes nothing.
+        end, LedgerError, UndecidedError. The same again changes nothing.
         """
         seed = parse_hex(client_seed, "seed")
         if commitment(seed).hex() != session.statement["client_commitment"]:
@@ -149,9 +153,12 @@ class FairSessions:
         if session.end is not None or session.ending:
             raise SessionStateError(f"session {session.id!r} is over", field="session")
         if session.client_seed is None:
-            async with self.having(session.room):
-                await self._ledger.commit(FairOpening(session.id, session.room, seed.hex()))
-            session.client_seed = seed
+            await self._ledger.decided(self._open(session, seed))
+
+    async def _open(self, session: FairSession, seed: bytes) -> None:
+        async with self.having(session.room):
+            await self._ledger.commit(FairOpening(session.id, session.room, seed.hex()))
+        session.client_seed = seed
 
     def joined(self, session_id: str) -> FairSession:
         """A session in memory; raises UnknownSessionError for another."""
@@ -192,28 +199,33 @@ class FairSessions:
     async def end(self, session: FairSession) -> None:
         """End a session and reveal its secret; nothing new where it is over.
 
-        Raises SessionStateError while a drop of it waits for the ledger, LedgerError.
+        An end that was begun is tried until it is in the ledger: all who ask get the same one.
+        Raises SessionStateError while a drop of it waits for the ledger, LedgerError,
+        UndecidedError.
         """
         if session.end is not None:
             return
-        if session.pending or session.ending:
-            raise SessionStateError(
-                f"a drop of session {session.id!r} is being written; try again", field="session"
-            )
+        if session.ending is None:
+            if session.pending:
+                raise SessionStateError(
+                    f"a drop of session {session.id!r} is being written; try again",
+                    field="session",
+                )
+            session.ending = asyncio.create_task(self._end(session), name=session.id)
+        await self._ledger.decided(session.ending)
+
+    async def _end(self, session: FairSession) -> None:
         secret = session.server_seed.hex()
         time_ms = int(self._now() * 1000.0)
         end = Closing(session.id, session.drops, secret, time_ms).to_dict()
         signature = self.signer.sign(end).hex()
-        session.ending = True
         try:
             async with self.having(session.room):
-                await self._ledger.commit(
-                    FairEnd(session.id, session.room, canonical(end).decode(), signature),
-                    undo=(FairEnd(session.id, session.room, None, None),),
-                )
+                row = FairEnd(session.id, session.room, canonical(end).decode(), signature)
+                await self._ledger.keep(row)
+            session.end, session.end_signature = end, signature
         finally:
-            session.ending = False
-        session.end, session.end_signature = end, signature
+            session.ending = None
 
     async def export(self, session: FairSession) -> bytes:
         """The session as JSON; its server seed is null until it is over. Raises LedgerError."""
@@ -227,7 +239,7 @@ class FairSessions:
             merkle.root(found.size, _looked_up(found.nodes)).hex(),
             int(self._now() * 1000.0),
         )
-        return msgspec.json.encode(self._exported(found, head))
+        return msgspec.json.encode(self._exported(found, head, over=session.end is not None))
 
     async def head(self, since: int = 0) -> tuple[Signed, list[str]]:
         """How the log stands, signed, and the proof that it only grew since it had that size.
@@ -244,9 +256,10 @@ class FairSessions:
         proof = merkle.consistency(since, count, lookup) if since else []
         return self._signed(head.to_dict()), [node.hex() for node in proof]
 
-    def _exported(self, found: fair_store.Exported, head: TreeHead) -> SessionExport:
+    def _exported(self, found: fair_store.Exported, head: TreeHead, *, over: bool) -> SessionExport:
+        """`over`: this server knows the session's end as durable; before, no secret is told."""
         row = found.session
-        over = row.end is not None
+        end = row.end if over else None
         bare = SessionExport(
             kind=KIND,
             version=VERSION,
@@ -254,12 +267,12 @@ class FairSessions:
             session=Signed(msgspec.json.decode(row.statement), row.signature),
             board=msgspec.json.decode(found.board),
             client_seed=row.client_seed,
-            server_seed=row.server_seed if over else None,
+            server_seed=None if end is None else row.server_seed,
             drops=[],
             head=self._signed(head.to_dict()),
-            end=Signed(msgspec.json.decode(row.end), row.end_signature or "") if row.end else None,
+            end=Signed(msgspec.json.decode(end), row.end_signature or "") if end else None,
         )
-        drops = [(_receipt(each), _result(result)) for each, result in found.drops]
+        drops = [(signed(each), _result(result)) for each, result in found.drops]
         return make_export(bare, drops, _looked_up(found.nodes))
 
     def _signed(self, statement: dict[str, Any]) -> Signed:
@@ -301,11 +314,8 @@ def _looked_up(nodes: fair_store.Nodes) -> merkle.Lookup:
     return lambda level, number: nodes[level, number]
 
 
-def _receipt(row: ReceiptRow) -> SignedReceipt:
-    return SignedReceipt(msgspec.json.decode(row.receipt), row.leaf, row.root, row.signature)
-
-
 def _result(row: ResultRow | None) -> DropResult | None:
     if row is None:
         return None
-    return DropResult(**{name: getattr(row, name) for name in DropResult.__struct_fields__})
+    told = [name for name in DropResult.__struct_fields__ if name != "tick"]
+    return DropResult(**{name: getattr(row, name) for name in told})

@@ -1,7 +1,6 @@
 """The rooms that are awake: ticks them, carries out what is due, and passes on what comes of it."""
 
 import functools
-import itertools
 import logging
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -17,6 +16,7 @@ from app.live.ticking.step_threads import StepThreads
 from app.live.ticking.ticker import Schedule, Ticker, Watcher
 from app.persistence.service import PersistenceService
 from app.protocol import messages
+from app.rooms.pending import Entered
 from app.rooms.room import Room
 from app.settings import Settings
 
@@ -118,23 +118,28 @@ class Runner:
 
     def admit(self, room: Room) -> None:
         """Carry out what is planned for this tick and durable, and tell everyone."""
-        numbers = itertools.count(room.seq + 1)
+        number = room.seq + 1
         for entered in room.enter():
-            requester = entered.pending.requester
-            first = None
-            for event in entered.events:
-                own = self._broadcaster.announce(room, next(numbers), requester, event)
-                self.accepted += isinstance(event, messages.Accepted)
-                first = first or own
-            if entered.begins_anew:
-                self._renewed(room)
-            if entered.failed is None:
-                requester.carried_out(first)
-            else:
-                requester.refused(entered.failed)
+            self.tell(room, entered, number)
+            number += len(entered.events)
             self._awake[room.id] = room
             self.ticker.wake()
         self._begin_step(room)
+
+    def tell(self, room: Room, entered: Entered, number: int) -> None:
+        """Tell everyone what came of an input: events from this `number` of the room's on."""
+        requester = entered.pending.requester
+        first = None
+        for seq, event in enumerate(entered.events, number):
+            own = self._broadcaster.announce(room, seq, requester, event)
+            self.accepted += isinstance(event, messages.Accepted)
+            first = first or own
+        if entered.begins_anew:
+            self._renewed(room)
+        if entered.failed is None:
+            requester.carried_out(first)
+        else:
+            requester.refused(entered.failed)
 
     def admit_now(self, room: Room) -> None:
         """`admit` between two ticks; a room that cannot go on fails as it would in its tick."""
@@ -208,7 +213,7 @@ class Runner:
             if number and room.id != MAIN and self._clock() - began > self.shares.budget:
                 break
             if room.held:
-                self._pass_on(room, events)
+                self.pass_on(room, events)
                 events = []
                 self.admit(room)
             if room.held or not room.awake or not self._persistence.may_step(room):
@@ -221,7 +226,7 @@ class Runner:
         stepped = room.world.tick > before
         if stepped:
             room.tick_time = self._clock()
-        self._pass_on(room, events, with_snapshot=stepped or room.touched)
+        self.pass_on(room, events, with_snapshot=stepped or room.touched)
         self._broadcaster.diagnose(room, before)
         if not room.awake or self._is_left(room, due):
             self.drop_out(room)
@@ -250,13 +255,22 @@ class Runner:
             pass
         return room.ready
 
-    def _pass_on(
-        self, room: Room, events: list[messages.Event], *, with_snapshot: bool = False
+    def pass_on(
+        self,
+        room: Room,
+        events: list[messages.Event],
+        *,
+        with_snapshot: bool = False,
+        kept: bool = False,
     ) -> None:
-        """Send events, and the snapshot of this moment; and settle who has landed."""
+        """Send events, and the snapshot of this moment; and settle who has landed.
+
+        `kept`: the ledger has it already.
+        """
         self._broadcaster.broadcast(room, events, with_snapshot=with_snapshot)
         for event in events:
             if isinstance(event, messages.Landed):
                 self.landed += 1
-                self._persistence.landed(room, event)
+                if not kept:
+                    self._persistence.landed(room, event)
                 self._landings.landed(room, event)

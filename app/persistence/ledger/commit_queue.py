@@ -1,17 +1,17 @@
-"""What waits for a commit and what becomes of it: decided once, at one stroke, in order. No I/O.
+"""The jobs that wait for a commit, and the fate of each: decided once, in order. No I/O.
 
-Two threads share it: the event loop puts jobs in and may lose its patience, the ledger's thread
-takes them out and commits them. Whoever decides a job's fate does so under the one lock, and for
-all that must share it:
+Two threads share the queue: the event loop puts jobs in and may lose its patience, the ledger's
+thread takes them out and commits them. A job's fate is decided under the one lock:
 
-- OPEN becomes DONE when the thread comes back from a commit, for the jobs of that commit;
-- OPEN becomes REFUSED for every job at once when a commit failed or the loop waited too long, and
-  for a job that the database will never take with all later ones of its line.
+- OPEN: the job waits, or its statements are being run. The loop may still refuse it, and a
+  transaction with a refused job is rolled back.
+- SENT: its COMMIT may reach the database. From here on only the database decides.
+- DONE: the database has it. REFUSED: the database never will.
 
-A refusal shuts the gate at the same stroke: nothing is put in any more. It opens when what may
-remain of the refused jobs was taken out of the database, and after their owners were told. So of
+A failure refuses every open job at one stroke and shuts the gate: nothing is put in any more. The
+gate opens after a later commit has succeeded and the owners of the refused jobs were told. So of
 each line's jobs, which bear consecutive numbers, the database always has the first ones, and the
-next that is put in follows the last one that is durable. docs/operations.md has the proof.
+next job that is put in follows the last one that is durable. docs/operations.md has the proof.
 """
 
 import enum
@@ -24,15 +24,16 @@ from typing import Any
 from sqlalchemy import Connection
 
 from app.errors import LedgerError
-from app.rooms.records import Hold, IfHeld, Write
+from app.rooms.records import Hold, Write
 
 Done = Callable[[LedgerError | None], None]
 
 
 class Fate(enum.Enum):
-    """What has become of a job."""
+    """What has become of a job, see above."""
 
     OPEN = enum.auto()
+    SENT = enum.auto()
     DONE = enum.auto()
     REFUSED = enum.auto()
 
@@ -41,18 +42,15 @@ class Fate(enum.Enum):
 class Job:
     """Writes to commit together, or something to read.
 
-    undo: takes the writes out again; it must do nothing where they were never made.
     done: called on the event loop with the fate.
     holds: of the rooms that are written; where one of them is another server's, it is refused.
-    line: the session in which the writes are an input with a number; its jobs share a refusal.
-    keep: never refused for a failure; its writes follow from what is in the database already.
+    line: the room run in which the writes are an input with a number; its jobs share a refusal.
+    keep: never refused for a failure, but tried until the database has it.
     asked: when it was put in, s of a monotonic clock.
-    mends: the failure whose remains this job takes out.
-    number: how many were put in before it; what was never put in by a caller comes before all.
+    number: how many were put in before it.
     """
 
     writes: Sequence[Write] = ()
-    undo: Sequence[Write] = ()
     done: Done | None = None
     holds: tuple[Hold, ...] = ()
     line: int | None = None
@@ -61,7 +59,6 @@ class Job:
     result: Any = None
     asked: float = 0.0
     fate: Fate = Fate.OPEN
-    mends: LedgerError | None = None
     number: int = 0
 
 
@@ -108,24 +105,23 @@ class CommitQueue:
     def awaited(self) -> bool:
         """Whether there is a job that somebody waits for."""
         with self._changed:
-            return any(not job.keep and job.fate is Fate.OPEN for job in self._all())
+            undecided = (Fate.OPEN, Fate.SENT)
+            return any(not job.keep and job.fate in undecided for job in self._all())
 
     @property
     def empty(self) -> bool:
-        """Whether nothing waits."""
+        """Whether the thread has nothing to do."""
         with self._changed:
-            return not (self._waiting or self._reads)
+            return not (self._waiting or self._reads or self._taken or self.failure)
 
     def give_up(self, failure: LedgerError) -> list[Job]:
-        """Refuse all that somebody waits for, as the thread does not come back; returns it."""
+        """Shut the gate and refuse all that is open, as the thread does not come back.
+
+        Returns the refused jobs. What was sent waits for the database's word.
+        """
         with self._changed:
-            refused = _refuse(job for job in self._all() if not job.keep)
-            if not refused:
-                return []
-            self._reads.clear()
             self.silent = True
-            self._shut(failure, refused)
-            return refused
+            return self._shut(failure, self._all())
 
     def open(self, failure: LedgerError | None = None) -> None:
         """Let jobs in, unless another failure than this one came after it."""
@@ -150,12 +146,14 @@ class CommitQueue:
         """The next work: all writes that wait, else one read; None at the end. Blocks.
 
         pause: seconds until a commit may start. Reads never keep writes waiting for more than one,
-        and see all that was put in before them, unless writes fail.
+        and see all that was put in before them, unless writes fail. While the gate is shut there
+        is always something to commit, be it nothing: a probe.
         """
         with self._changed:
             while True:
                 seconds = 0.0 if self.closing else pause()
-                if self._waiting and seconds <= 0.0:
+                wanted = bool(self._waiting) or (self.failure is not None and not self.closing)
+                if wanted and seconds <= 0.0:
                     self._taken = list(self._waiting)
                     self._waiting.clear()
                 elif self._reads and not self._writes_precede(self._reads[0]):
@@ -163,7 +161,7 @@ class CommitQueue:
                 elif self.closing:
                     return None
                 else:
-                    self._changed.wait(seconds if self._waiting else None)
+                    self._changed.wait(seconds if wanted else None)
                     continue
                 return list(self._taken)
 
@@ -173,24 +171,26 @@ class CommitQueue:
             return False
         return self._waiting[0].number < read.number
 
-    def check(self, jobs: Sequence[Job]) -> None:
-        """The last word before a commit; raises RevokedError when it must not be made."""
+    def send(self, jobs: Sequence[Job]) -> None:
+        """The last word before a COMMIT; raises RevokedError when it must not be sent."""
         with self._changed:
             if any(job.fate is Fate.REFUSED for job in jobs):
                 raise RevokedError
+            for job in jobs:
+                job.fate = Fate.SENT
 
-    def done(self, jobs: Sequence[Job]) -> tuple[list[Job], LedgerError | None]:
-        """These are durable, or read; returns whose owners are to hear, and the failure mended.
+    def done(self, jobs: Sequence[Job]) -> LedgerError | None:
+        """These are durable, or read; returns the failure that writes have thereby outlived.
 
-        The others were refused meanwhile: what undoes them stands first in the queue.
+        A read may have been refused meanwhile; a write that was sent was not.
         """
         with self._changed:
             self._back(jobs)
-            told = [job for job in jobs if job.fate is Fate.OPEN]
-            for job in told:
-                job.fate = Fate.DONE
-            mended = any(job.mends is not None and job.mends is self.failure for job in jobs)
-            return told, self.failure if mended else None
+            for job in jobs:
+                if job.fate is not Fate.REFUSED:
+                    job.fate = Fate.DONE
+            wrote = all(job.read is None for job in jobs)
+            return self.failure if wrote else None
 
     def revoked(self) -> None:
         """The commit was not made, as some of its jobs were refused: the others wait again."""
@@ -198,13 +198,22 @@ class CommitQueue:
             self._return(self._back())
 
     def failed(self, failure: LedgerError) -> list[Job]:
-        """Nobody knows what became of the commit: refuse all; returns whose owners are to hear."""
+        """The database does not have what was taken, nor takes the rest: refuse all.
+
+        Returns the refused jobs.
+        """
         with self._changed:
             taken = self._back()
-            refused = _refuse(job for job in (*taken, *self._waiting) if not job.keep)
+            for job in taken:
+                job.fate = Fate.REFUSED if job.fate is Fate.REFUSED else Fate.OPEN
+            refused = self._shut(failure, [*taken, *self._waiting])
             self._return(taken)
-            self._shut(failure, refused)
             return refused
+
+    def doubted(self, failure: LedgerError) -> list[Job]:
+        """Nobody can say yet what became of the commit: refuse what waits; returns it."""
+        with self._changed:
+            return self._shut(failure, self._waiting)
 
     def rejected(self, job: Job, failure: LedgerError) -> list[Job]:
         """The database will never take this job: refuse it and those that number on from it."""
@@ -215,6 +224,7 @@ class CommitQueue:
             self._broken[job.line] = failure
             later = (each for each in (*self._taken, *self._waiting) if each.line == job.line)
             refused = _refuse([job, *later])
+            self._taken = [each for each in self._taken if each.fate is Fate.OPEN]
             self._waiting = deque(each for each in self._waiting if each.fate is Fate.OPEN)
             return refused
 
@@ -260,27 +270,17 @@ class CommitQueue:
         return back
 
     def _return(self, jobs: Sequence[Job]) -> None:
-        """What is open waits again, before what came later and after what undoes."""
-        first = [job for job in self._waiting if job.mends is not None]
-        later = [job for job in self._waiting if job.mends is None]
-        kept = [job for job in jobs if job.fate is Fate.OPEN]
-        self._waiting = deque([*first, *kept, *later])
+        """What is open waits again, before what came later."""
+        self._waiting.extendleft(job for job in reversed(jobs) if job.fate is Fate.OPEN)
 
-    def _shut(self, failure: LedgerError, refused: Sequence[Job]) -> None:
-        """Let nothing in; what was refused is taken out before anything else is written."""
-        undo = [write for job in reversed(refused) for write in _undo_of(job)]
-        undo += [write for job in self._waiting if job.mends is not None for write in job.writes]
-        kept = [job for job in self._waiting if job.mends is None and job.fate is Fate.OPEN]
-        self._waiting = deque([Job(undo, keep=True, mends=failure), *kept])
+    def _shut(self, failure: LedgerError, jobs: Iterable[Job]) -> list[Job]:
+        """Let nothing in, and refuse the open ones of `jobs`; returns those."""
+        refused = _refuse(job for job in jobs if not job.keep)
+        self._waiting = deque(job for job in self._waiting if job.fate is Fate.OPEN)
+        self._reads = deque(job for job in self._reads if job.fate is Fate.OPEN)
         self.failure = failure
         self._changed.notify()
-
-
-def _undo_of(job: Job) -> Sequence[Write]:
-    """What takes a job out again; of a room that is another server's by now that one decides."""
-    if not job.holds or not job.undo:
-        return job.undo
-    return (IfHeld(job.holds, tuple(job.undo)),)
+        return refused
 
 
 def _refuse(jobs: Iterable[Job]) -> list[Job]:

@@ -4,6 +4,7 @@ import contextlib
 import fcntl
 import os
 import secrets
+import socket
 import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,17 +19,21 @@ from sqlalchemy.pool import NullPool, StaticPool
 
 from app.errors import LedgerError, SettingError
 from app.persistence.ledger.fence import Fence
+from app.persistence.statements import writer_store
 
-HEAD = "0008"  # the last step of `migrations`
+HEAD = "0001"  # the last step of `migrations`
 
 _PATIENCE = 5  # s that a database may take to answer
 _LOCK = 0x706C696E6B6F  # 'plinko', the key of PostgreSQL's advisory lock
 _MAKING = _LOCK + 1  # of the lock under which tables are made
 _MAKING_PATIENCE = 60  # s
-_OWN = 0x706C696E  # 'plin', the first key of the locks that each of several servers has for itself
 _IDLE = 1  # s that a server may leave a transaction open which others may wait for
 _LOCK_PATIENCE = 1  # s that the server before may take to let go of it
 _LOCK_NOT_AVAILABLE = "55P03"  # PostgreSQL's error code
+
+
+class InDoubtError(Exception):
+    """A COMMIT may have reached the database, and no answer came."""
 
 
 def address(url: str) -> URL:
@@ -73,8 +78,12 @@ class Database:
                 f"servers cannot share {self.name}: a ledger that several use is on PostgreSQL",
                 field="database_url",
             )
-        self._own_lock = secrets.randbits(31) if shared else None
         self._connection: Connection | None = None
+        self._backend: writer_store.Backend | None = None  # PostgreSQL's process of the last one
+        self._socket: tuple[int, int] | None = None  # descriptor and inode of its line
+        self._writer = secrets.token_hex(16)  # this server's name in the table of writers
+        self._epoch = 0
+        self._batch = 0  # the number of the last one that is known to be there
         self._inode: tuple[int, int] | None = None
         self._lock: int | None = None
         self._fence: Fence | None = None
@@ -117,6 +126,9 @@ class Database:
             if self._fence is not None:
                 self._fence.open(connection)
             migrate(connection)
+            with connection.begin():
+                writer_store.enter(connection, self._writer, alone=not self.shared)
+            self._batch = self._epoch = 0
         except (sa.exc.SQLAlchemyError, OSError, LedgerError) as error:
             self.close()
             raise SettingError(
@@ -147,6 +159,47 @@ class Database:
             raise
         if self._fence is not None:
             self._fence.committed()
+
+    @contextlib.contextmanager
+    def batch(self) -> Iterator[Connection]:
+        """A transaction with a number; after InDoubtError `has_batch` says whether it is there.
+
+        Any other error means that it is not, and never will be: no COMMIT was sent.
+        """
+        whole = False
+        try:
+            with self.transaction() as connection:
+                writer_store.count(connection, self._writer, self._epoch, self._batch + 1)
+                yield connection
+                whole = True
+        except Exception as error:
+            if whole:
+                raise InDoubtError(reason(error)) from error
+            raise
+        self._batch += 1
+
+    def has_batch(self) -> bool:
+        """Whether the batch in doubt is there, which is final: read over a new connection.
+
+        Its transaction has locked the writer's row before all else, so reading that row waits for
+        its end. With the epoch raised, nothing more can come over the former connection.
+        """
+        self.disconnect()
+        with self.transaction() as connection:
+            found, epoch = writer_store.renew(connection, self._writer)
+        there, self._batch, self._epoch = found > self._batch, found, epoch
+        if there and self._fence is not None:
+            self._fence.committed()
+        return there
+
+    def cut(self) -> None:
+        """End the wait for an answer that does not come; for any thread. SQLite's waits all end."""
+        if self._socket is None:
+            return
+        descriptor, inode = self._socket
+        with contextlib.suppress(OSError), socket.socket(fileno=os.dup(descriptor)) as line:
+            if os.fstat(line.fileno()).st_ino == inode:  # else it was closed meanwhile
+                line.shutdown(socket.SHUT_RDWR)
 
     def compact(self) -> None:
         """Give the room of deleted rows back to the file system; PostgreSQL does so by itself."""
@@ -184,7 +237,9 @@ class Database:
         if self._connection is None:
             connection = self._engine.connect()
             if self._engine.dialect.name == "postgresql":
-                _lock_database(connection, self._own_lock)
+                backend = writer_store.succeed(connection, self._backend)
+                _lock_database(connection, shared=self.shared)
+                self._backend, self._socket = backend, _socket_of(connection)
             self._connection = connection
         return self._connection
 
@@ -320,26 +375,31 @@ def _postgres(url: URL, *, shared: bool) -> Engine:
         ) from None
 
 
-def _lock_database(connection: Connection, own: int | None) -> None:
+def _socket_of(connection: Connection) -> tuple[int, int]:
+    """The descriptor of a connection to PostgreSQL, and the inode that it stands for."""
+    driver = connection.connection.driver_connection
+    assert driver is not None
+    descriptor = driver.fileno()
+    return descriptor, os.fstat(descriptor).st_ino
+
+
+def _lock_database(connection: Connection, *, shared: bool) -> None:
     """Take PostgreSQL's lock, which goes with the connection; raises LedgerError when taken.
 
-    Servers that share the database share the lock, and each has an `own` one, so that the last
-    transaction of a lost connection is over before the next one begins. Waits for a moment: the
-    backend of a server that has just ended gives it up when it notices.
+    Servers that share the database share the lock. Waits for a moment: the backend of a server
+    that has just ended gives it up when it notices.
     """
-    kind = "" if own is None else "_shared"
+    kind = "_shared" if shared else ""
     try:
         with connection.begin():
             connection.execute(sa.text(f"SET LOCAL lock_timeout = '{_LOCK_PATIENCE}s'"))
             connection.execute(sa.text(f"SELECT pg_advisory_lock{kind}({_LOCK})"))
-            if own is not None:
-                connection.execute(sa.text(f"SELECT pg_advisory_lock({_OWN}, {own})"))
     except sa.exc.OperationalError as error:
         connection.close()
         if getattr(error.orig, "sqlstate", None) != _LOCK_NOT_AVAILABLE:
             raise
         raise LedgerError(
-            "another server uses it" if own is None else "another server uses it for itself alone"
+            "another server uses it for itself alone" if shared else "another server uses it"
         ) from None
 
 

@@ -1,6 +1,7 @@
 """A ledger that keeps nothing, for rooms that need no database: every write counts as done."""
 
-from collections.abc import Callable, Sequence
+import asyncio
+from collections.abc import Callable, Coroutine, Sequence
 from typing import Any, NoReturn, TypeVar
 
 from sqlalchemy import Connection
@@ -19,14 +20,7 @@ class NullLedger:
     lag = 0.0
     up = True
 
-    def submit(
-        self,
-        writes: Sequence[Write],
-        done: Done,
-        *,
-        undo: Sequence[Write] = (),
-        line: int | None = None,
-    ) -> None:
+    def submit(self, writes: Sequence[Write], done: Done, *, line: int | None = None) -> None:
         """Call `done` at once."""
         done(None)
 
@@ -35,8 +29,15 @@ class NullLedger:
         if done is not None:
             done(None)
 
-    async def commit(self, *writes: Write, undo: Sequence[Write] = ()) -> None:
+    async def commit(self, *writes: Write) -> None:
         """Do nothing."""
+
+    async def keep(self, *writes: Write) -> None:
+        """Do nothing."""
+
+    async def decided(self, work: "Coroutine[Any, Any, T] | asyncio.Future[T]") -> T:
+        """What comes of `work`."""
+        return await asyncio.shield(work)
 
     async def read(self, read: Callable[[Connection], Any]) -> NoReturn:
         """Raise LedgerError: nothing was kept."""

@@ -1,24 +1,23 @@
 """The ledger as the event loop sees it: writes handed to one thread, one commit for all that waits.
 
-What is submitted is either durable or refused when its caller hears of it; `commit_queue` decides
-which, at one stroke for all that hangs together. When a commit fails or does not come back, all
-that waits is refused, later submissions too, and the thread tries by itself until the database
-takes writes again. What a refused submission may have left behind, as nobody knows what became of
-a commit that was cut off, is taken out before anything else is written. Deferred writes (results,
-how far rooms have come) wait for as long as that takes; they follow from what is in the ledger, so
-a crash in between loses nothing.
+What the database has committed stays, and the caller hears which: a job is durable or refused when
+its caller is told. `commit_queue` decides which, at one stroke for all that hangs together. When a
+commit fails or does not come back, what was not sent is refused, later submissions too, and the
+thread tries by itself until the database takes writes again. What was sent waits for the database's
+word; whoever waits for that outside hears UndecidedError meanwhile (`decided`). Kept writes
+(results, how far rooms have come, ends of sessions) are tried until they are there.
 """
 
 import asyncio
 import logging
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from typing import Any, Final, Protocol, TypeVar
 
 from sqlalchemy import Connection
 
-from app.errors import HoldLostError, LedgerError
+from app.errors import HoldLostError, LedgerError, UndecidedError
 from app.persistence.ledger.commit_queue import CommitQueue, Done, Job
 from app.persistence.ledger.committer import Answers, Committer
 from app.persistence.ledger.database import Database
@@ -82,6 +81,7 @@ class Ledger:
         self._seen = 0  # progress at the last look
         self._silence = 0  # looks since then
         self._loop: Loop | None = None
+        self._outages: set[asyncio.Future[None]] = set()  # of those who wait for the next one
         answers = Answers(
             call=self._call,
             committed=self._committed,
@@ -124,28 +124,50 @@ class Ledger:
         """Whether nothing waits for the committer."""
         return self._queue.empty
 
-    def submit(
-        self,
-        writes: Sequence[Write],
-        done: Done,
-        *,
-        undo: Sequence[Write] = (),
-        line: int | None = None,
-    ) -> None:
+    def submit(self, writes: Sequence[Write], done: Done, *, line: int | None = None) -> None:
         """Have `writes` made durable in one transaction, then call `done(None)`, or with why not.
 
-        `undo` takes them out again should it remain open whether they were committed; it must do
-        nothing where they were not. Of what is submitted for the same `line`, a session's number,
-        a refusal takes all that is not durable yet, and the latest hears of it first. Raises
-        LedgerError when the ledger cannot be written now; `done` is then not called.
+        Of what is submitted for the same `line`, a room run's number, a refusal takes all that is
+        not durable yet, and the latest hears of it first. Raises LedgerError when the ledger cannot
+        be written now; `done` is then not called.
         """
-        self._put(Job(writes, undo, done, self._holds(writes), line))
+        self._put(Job(writes, done, self._holds(writes), line))
 
-    async def commit(self, *writes: Write, undo: Sequence[Write] = ()) -> None:
-        """Return once `writes` are durable; raises LedgerError when they will not be."""
+    async def commit(self, *writes: Write) -> None:
+        """Return once `writes` are durable; raises LedgerError when they never will be."""
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        self.submit(writes, _settle(future), undo=undo)
+        self.submit(writes, _settle(future))
         await future
+
+    async def keep(self, *writes: Write) -> None:
+        """Return once `writes` are durable, however long that takes; raises HoldLostError."""
+        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self.defer(writes, _settle(future))
+        await future
+
+    async def decided(self, work: "Coroutine[Any, Any, T] | asyncio.Future[T]") -> T:
+        """What comes of `work`, which goes on whoever waits for it.
+
+        Raises UndecidedError when the ledger fails while it is under way.
+        """
+        doing = asyncio.ensure_future(work)
+        outage = asyncio.get_running_loop().create_future()
+        self._outages.add(outage)
+        try:
+            # Where it has failed already, what can be refused is refused at once.
+            limit = None if self.up else self.patience
+            await asyncio.wait((doing, outage), timeout=limit, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._outages.discard(outage)
+            if not doing.done():
+                doing.add_done_callback(_log_failure)
+        if doing.done():
+            return doing.result()
+        raise UndecidedError(
+            "the ledger does not answer, and it is not known yet whether this was done; it is not "
+            "lost: ask again with the same key",
+            retry_after=self.patience,
+        )
 
     def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
         """Have `writes` made durable some time; they outlast every failure but the process's."""
@@ -213,10 +235,9 @@ class Ledger:
     def _give_up(self) -> None:
         """The thread hangs: refuse what waits, and all else until it is back."""
         failure = LedgerError(f"the ledger has not answered for {self.patience:g} seconds")
-        refused = self._queue.give_up(failure)
-        if refused:
-            _log.error("%s", failure)
-            self._refused(refused, failure)
+        _log.error("%s", failure)
+        self._refused(self._queue.give_up(failure), failure)
+        self.database.cut()
 
     # What the committer says, on the event loop.
 
@@ -241,6 +262,10 @@ class Ledger:
         _tell(jobs[::-1], failure)
         for line in {job.line for job in jobs if job.line is not None}:
             self._queue.mend(line)
+        if not self.up:
+            for outage in self._outages:
+                if not outage.done():
+                    outage.set_result(None)
 
     def _lost(self, holds: Sequence[Hold], jobs: Sequence[Job], failure: HoldLostError) -> None:
         """The rooms go before anybody hears of a refusal: whoever watched them hears of nothing."""
@@ -276,3 +301,8 @@ def _settle(future: "asyncio.Future[None]") -> Done:
             future.set_exception(error)
 
     return done
+
+
+def _log_failure(done: "asyncio.Future[Any]") -> None:
+    if not done.cancelled() and (error := done.exception()) is not None:
+        _log.warning("what nobody waits for any more failed: %s", error)

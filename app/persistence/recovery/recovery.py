@@ -238,6 +238,7 @@ class Recovery:
             checkpoint_tick=room.world.tick,
             clean=not row.awake,
             creator=row.creator,
+            key=row.key,
         )
         self._sessions.begin(row.id, record)
         self.rebuilt += row.awake

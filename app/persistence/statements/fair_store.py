@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 import msgspec
-from sqlalchemy import Connection, delete, func, insert, select, tuple_, update
+from sqlalchemy import Connection, func, insert, select, tuple_, update
 
 from app.persistence.statements import tables
 from app.rooms.canonical import canonical
@@ -20,7 +20,6 @@ from app.rooms.records import (
     LogLeaf,
     ReceiptRow,
     ResultRow,
-    Undo,
 )
 from engine import merkle
 
@@ -55,7 +54,7 @@ def open_sessions(connection: Connection, rows: list[FairOpening]) -> None:
 
 
 def end_sessions(connection: Connection, rows: list[FairEnd]) -> None:
-    """Sessions are over, or go on."""
+    """Sessions are over."""
     for row in rows:
         _change(connection, row.session, end=row.end, end_signature=row.end_signature)
 
@@ -143,29 +142,6 @@ def nodes(connection: Connection, wanted: Iterable[merkle.Node]) -> Nodes:
         for row in connection.execute(chosen):
             found[row.level, row.number] = bytes.fromhex(row.hash)
     return found
-
-
-def can_take_out(connection: Connection, undo: Undo) -> bool:
-    """Whether the receipts of refused drops are the log's last, if there are any."""
-    receipt = tables.receipts.c
-    refused = (receipt.room == undo.room) & (receipt.ball >= undo.first)
-    first, count = connection.execute(
-        select(func.min(receipt.leaf), func.count()).where(refused)
-    ).one()
-    return first is None or bool(first + count == size(connection))
-
-
-def take_out(connection: Connection, undo: Undo) -> None:
-    """Forget the receipts of refused drops, which nobody was told of and are the log's last."""
-    receipt, node = tables.receipts.c, tables.log_nodes.c
-    refused = (receipt.room == undo.room) & (receipt.ball >= undo.first)
-    first = connection.scalar(select(func.min(receipt.leaf)).where(refused))
-    if first is None:
-        return
-    connection.execute(delete(tables.receipts).where(refused))
-    for (level,) in connection.execute(select(node.level).distinct()).all():
-        gone = (node.level == level) & (node.number >= first >> level)
-        connection.execute(delete(tables.log_nodes).where(gone))
 
 
 def asked_by(prove: Callable[[merkle.Lookup], object]) -> set[merkle.Node]:

@@ -14,6 +14,7 @@ from app.rooms.records import (
     OpenDrop,
     Parked,
     Pruned,
+    ReceiptRow,
     ResultRow,
     RoomRow,
     TakenRow,
@@ -67,6 +68,14 @@ def open_room(connection: Connection, room_id: str) -> RoomRow | None:
         select(tables.rooms).where(tables.rooms.c.id == room_id, tables.rooms.c.closed.is_(None)),
     )
     return found[0] if found else None
+
+
+def begun_by(connection: Connection, key: str) -> str | None:
+    """The id of the open room whose run was begun by the request with this key."""
+    row = tables.rooms.c
+    chosen = select(row.id).where(row.key == key, row.closed.is_(None))
+    found: str | None = connection.execute(chosen).scalar()
+    return found
 
 
 def closed_room(connection: Connection, room_id: str) -> RoomRow | None:
@@ -196,6 +205,29 @@ def drops(
     return found
 
 
+def keyed(
+    connection: Connection, room: int, key: str
+) -> tuple[DropRow, ReceiptRow | None, ResultRow | None] | InputRow | None:
+    """The input of a room run that bears this key: a drop with its receipt and its result."""
+    inputs, chosen = tables.inputs, tables.drops
+    found = connection.execute(
+        select(inputs).where(inputs.c.room == room, inputs.c.key == key)
+    ).mappings()
+    for row in found:
+        return InputRow(**row)
+    ball = connection.scalar(
+        select(chosen.c.ball).where(chosen.c.room == room, chosen.c.key == key)
+    )
+    if ball is None:
+        return None
+    ((drop, result),) = drops(connection, room, ball, 1)
+    receipt = tables.receipts.c
+    signed = connection.execute(
+        select(tables.receipts).where(receipt.room == room, receipt.ball == ball)
+    ).mappings()
+    return drop, next((ReceiptRow(**row) for row in signed), None), result
+
+
 def results(connection: Connection, room: int, first: int, after: int) -> list[ResultRow]:
     """Results of a session's drops from ball number `first` on that ended after tick `after`."""
     result = tables.results.c
@@ -280,6 +312,7 @@ def _drop(row: Row[Any]) -> DropRow:
         row.who,
         row.aim,
         row.practice,
+        row.key,
     )
 
 

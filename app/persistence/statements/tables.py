@@ -8,6 +8,7 @@ from sqlalchemy import (
     CheckConstraint,
     Column,
     Connection,
+    Dialect,
     Double,
     ForeignKey,
     ForeignKeyConstraint,
@@ -18,13 +19,29 @@ from sqlalchemy import (
     String,
     Table,
     Text,
+    TypeDecorator,
     UniqueConstraint,
-    false,
     text,
 )
 from sqlalchemy.dialects import postgresql, sqlite
 
 metadata = MetaData()
+
+
+class Id(TypeDecorator[str]):
+    """What clients name rooms and sessions by.
+
+    PostgreSQL's text cannot hold a NUL: it fails as if the database were lost. An id has none, so
+    what is asked for by one is looked up under a character that no id has either.
+    """
+
+    impl = String(64)
+    cache_ok = True
+
+    def process_bind_param(self, value: str | None, dialect: Dialect) -> str | None:
+        """The id as a database can look it up."""
+        return None if value is None else value.replace("\0", "\ufffd")
+
 
 boards = Table(
     "boards",
@@ -41,7 +58,7 @@ rooms = Table(
     metadata,
     # 64 bits in PostgreSQL; SQLite numbers rows by itself only where the type is INTEGER.
     Column("number", BigInteger().with_variant(Integer, "sqlite"), primary_key=True),
-    Column("id", String(64), nullable=False),
+    Column("id", Id, nullable=False),
     Column("board", String(64), ForeignKey("boards.digest"), nullable=False),
     Column("mode", String(16), nullable=False),
     Column("owned", Boolean, nullable=False),
@@ -59,6 +76,10 @@ rooms = Table(
     Column("checkpoint_drops", BigInteger, nullable=False),
     # Who made it, as a mark that says no more; where several servers share the ledger.
     Column("creator", String(64)),
+    Column("key", String(64)),  # of the request that began this run, by which it may be asked again
+    Index("rooms_key", "key", unique=True,
+          sqlite_where=text("key IS NOT NULL AND closed IS NULL"),
+          postgresql_where=text("key IS NOT NULL AND closed IS NULL")),
     Index("rooms_open", "id", unique=True, sqlite_where=text("closed IS NULL"),
           postgresql_where=text("closed IS NULL")),
     Index("rooms_awake", "number", sqlite_where=text("awake AND closed IS NULL"),
@@ -79,8 +100,11 @@ drops = Table(
     Column("stake", BigInteger, nullable=False),  # minor units
     Column("who", String(64)),
     Column("aim", Double),  # m, where the player chose the middle of what the seed draws
-    Column("practice", Boolean, nullable=False, server_default=false()),  # chosen seed or x
+    Column("practice", Boolean, nullable=False),  # chosen seed or x
+    Column("key", String(64)),  # by which it may be asked for again
     CheckConstraint("stake >= 0", name="drops_stake"),
+    Index("drops_key", "room", "key", unique=True, sqlite_where=text("key IS NOT NULL"),
+          postgresql_where=text("key IS NOT NULL")),
     Index("drops_who", "who", sqlite_where=text("who IS NOT NULL"),
           postgresql_where=text("who IS NOT NULL")),
 )  # fmt: skip
@@ -94,7 +118,10 @@ inputs = Table(
     Column("tick", BigInteger, nullable=False),
     Column("data", Text, nullable=False),  # JSON
     Column("who", String(64)),
-)
+    Column("key", String(64)),  # by which it may be asked for again
+    Index("inputs_key", "room", "key", unique=True, sqlite_where=text("key IS NOT NULL"),
+          postgresql_where=text("key IS NOT NULL")),
+)  # fmt: skip
 
 results = Table(
     "results",
@@ -117,8 +144,8 @@ results = Table(
 fair_sessions = Table(
     "fair_sessions",
     metadata,
-    Column("id", String(64), primary_key=True),
-    Column("room", String(64), nullable=False),
+    Column("id", Id, primary_key=True),
+    Column("room", Id, nullable=False),
     Column("board", String(64), ForeignKey("boards.digest"), nullable=False),
     Column("server_seed", String(64), nullable=False),
     Column("client_seed", String(64)),  # NULL until the player opens it
@@ -135,7 +162,7 @@ receipts = Table(
     "receipts",
     metadata,
     Column("leaf", BigInteger, primary_key=True, autoincrement=False),
-    Column("session", String(64), ForeignKey("fair_sessions.id"), nullable=False),
+    Column("session", Id, ForeignKey("fair_sessions.id"), nullable=False),
     Column("number", BigInteger, nullable=False),
     Column("room", BigInteger, nullable=False),
     Column("ball", BigInteger, nullable=False),
@@ -172,7 +199,7 @@ totals = Table(
 halts = Table(
     "halts",
     metadata,
-    Column("room", String(64), primary_key=True),
+    Column("room", Id, primary_key=True),
     Column("since", Double, nullable=False),  # Unix time, s
 )
 
@@ -181,7 +208,7 @@ halts = Table(
 holds = Table(
     "holds",
     metadata,
-    Column("room", String(64), primary_key=True),
+    Column("room", Id, primary_key=True),
     Column("number", BigInteger, nullable=False),
     Column("holder", Text, nullable=False),
     Column("address", Text, nullable=False),  # where the other servers reach it
@@ -194,6 +221,16 @@ counters = Table(
     metadata,
     Column("name", String(32), primary_key=True),
     Column("next", BigInteger, nullable=False),
+)
+
+# Who writes to the ledger: the number of its last batch, and how often it has connected anew after
+# a commit that was not answered.
+writers = Table(
+    "writers",
+    metadata,
+    Column("name", String(32), primary_key=True),
+    Column("batch", BigInteger, nullable=False),
+    Column("epoch", BigInteger, nullable=False),
 )
 
 # What servers that share the ledger sign with, in hexadecimal.

@@ -13,7 +13,7 @@ from typing import Any, Final
 import sqlalchemy as sa
 from sqlalchemy import Connection, Row, bindparam, delete, insert, update
 
-from app.persistence.statements import fair_store, halt_store, hold_store, tables, totals
+from app.persistence.statements import fair_store, halt_store, tables, totals
 from app.persistence.statements.store import unended_drops
 from app.rooms.drop_format import DropFormat
 from app.rooms.records import (
@@ -24,15 +24,12 @@ from app.rooms.records import (
     FairOpening,
     FairSessionRow,
     Halt,
-    IfHeld,
     InputRow,
     LogLeaf,
     Mark,
     Release,
-    Reopen,
     ResultRow,
     RoomRow,
-    Undo,
     Void,
     Write,
 )
@@ -99,6 +96,7 @@ def _add_results(connection: Connection, rows: list[ResultRow]) -> Ended:
 
 
 def _mark(connection: Connection, rows: list[Mark]) -> None:
+    """Note how far runs have come that go on; one that was closed meanwhile stays as it ended."""
     for far, run in groupby(rows, key=lambda row: row.checkpoint is not None):
         _mark_all(connection, list(run), _CHECKED if far else _MARKED)
 
@@ -112,7 +110,9 @@ def _mark_all(connection: Connection, rows: list[Mark], types: dict[str, str]) -
         connection.execute(_marked_at_once(tuple(types.items())), {"room": numbers, **lists})
         return
     new: dict[str, Any] = {name: bindparam(f"new_{name}") for name in types}
-    marked = update(tables.rooms).where(tables.rooms.c.number == bindparam("room")).values(new)
+    row = tables.rooms
+    going_on = (row.c.number == bindparam("room")) & row.c.closed.is_(None)
+    marked = update(row).where(going_on).values(new)
     values = [{"room": m.room} | {f"new_{n}": getattr(m, n) for n in types} for m in rows]
     connection.execute(marked, values)
 
@@ -124,21 +124,8 @@ def _marked_at_once(types: tuple[tuple[str, str], ...]) -> sa.TextClause:
     new = ", ".join(f"{name} = marked.{name}" for name, _ in types)
     return sa.text(
         f"UPDATE rooms SET {new} FROM unnest({lists}) AS marked (room, {names}) "
-        "WHERE rooms.number = marked.room"
+        "WHERE rooms.number = marked.room AND rooms.closed IS NULL"
     )
-
-
-def _undo(connection: Connection, rows: list[Undo]) -> None:
-    for row in rows:
-        fair_store.take_out(connection, row)
-        for table in (tables.results, tables.drops):
-            connection.execute(
-                delete(table).where(table.c.room == row.room, table.c.ball >= row.first)
-            )
-        number = tables.inputs.c.number
-        connection.execute(
-            delete(tables.inputs).where(tables.inputs.c.room == row.room, number >= row.first)
-        )
 
 
 def _void(connection: Connection, rows: list[Void]) -> Ended:
@@ -160,32 +147,6 @@ def _close(connection: Connection, rows: list[Close]) -> None:
         )
 
 
-def _reopen(connection: Connection, rows: list[Reopen]) -> None:
-    # As awake: whoever rebuilds it finds out whether something moves.
-    for row in rows:
-        connection.execute(
-            update(tables.rooms)
-            .where(tables.rooms.c.number == row.room)
-            .values(closed=None, awake=True, tick=row.tick)
-        )
-
-
-def _if_held(connection: Connection, rows: list[IfHeld]) -> Ended:
-    ended: list[Row[Any]] = []
-    for row in rows:
-        if hold_store.lost(connection, row.holds):
-            continue
-        undone = [write for write in row.writes if isinstance(write, Undo)]
-        if all(fair_store.can_take_out(connection, undo) for undo in undone):
-            ended += _write(connection, row.writes)
-            continue
-        # Another server's receipts come after. What was refused came true all the same, as if this
-        # server had ended then: nobody has its rooms from now on, and who takes them finds it so.
-        for hold in row.holds:
-            hold_store.release(connection, hold)
-    return ended
-
-
 _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     BoardRow: _add_boards,
     RoomRow: _add_rooms,
@@ -193,15 +154,12 @@ _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     InputRow: _add_inputs,
     ResultRow: _add_results,
     Mark: _mark,
-    Undo: _undo,
     Void: _void,
     Close: _close,
-    Reopen: _reopen,
     FairSessionRow: fair_store.add_sessions,
     FairOpening: fair_store.open_sessions,
     FairEnd: fair_store.end_sessions,
     LogLeaf: fair_store.add_leaves,
     Halt: halt_store.halt,
     Release: halt_store.release,
-    IfHeld: _if_held,
 }

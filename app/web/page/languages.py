@@ -1,7 +1,8 @@
 """The languages of the pages: their texts, which of them a client reads, and HTML filled with them.
 
-Texts are kept by keys in js/texts/<language>.js, one file for a language. HTML names them in
-braces: `{{word.drop}}`, or `{{play.balance|<b>0</b>}}` where an element stands at the text's `{}`.
+Texts are JSON by keys, js/texts/<language>.json, one file for a language. HTML names them in
+braces: `{{word.drop}}`, or `{{keys.aim|<kbd>Shift</kbd>}}` where an element stands at the text's
+`{}`.
 """
 
 import html
@@ -12,9 +13,6 @@ from pathlib import Path
 
 ENGLISH = "en"  # what everything is written in first, and who reads none of the others gets
 
-_TEXTS = re.compile(r"^export const texts = (\{.*\});$", re.M | re.S)
-_COMMENT = re.compile(r"^ *//.*\n", re.M)
-_LAST_COMMA = re.compile(r",(?=\n *\})")
 _QUOTED = re.compile(r'"([\w.-]+)"')
 _PLACE = re.compile(r"\{\{([\w.-]+)\}\}")
 _AROUND = re.compile(r"\{\{([\w.-]+)\|(.*?)\}\}", re.S)  # an element within a text
@@ -26,28 +24,14 @@ Texts = Mapping[
 
 def path_of(language: str) -> str:
     """Where a language's texts lie below static/."""
-    return f"js/texts/{language}.js"
+    return f"js/texts/{language}.json"
 
 
 def languages_of(static: Path) -> dict[str, Texts]:
     """The texts of all languages that are there, English first."""
-    names = sorted(path.stem for path in static.glob("js/texts/??.js"))
+    names = sorted(path.stem for path in static.glob("js/texts/??.json"))
     names.sort(key=lambda name: name != ENGLISH)
-    return {name: texts_of((static / path_of(name)).read_text("utf-8")) for name in names}
-
-
-def texts_of(module: str) -> Texts:
-    """What a module of texts exports: JSON, but for comments and commas at the end.
-
-    Raises ValueError for any other module.
-    """
-    found = _TEXTS.search(module)
-    if not found:
-        raise ValueError(
-            f"{module[:80]!r} is no module of texts: it needs `export const texts = {{…}};`"
-        )
-    texts: Texts = json.loads(_LAST_COMMA.sub("", _COMMENT.sub("", found[1])))
-    return texts
+    return {name: json.loads((static / path_of(name)).read_text("utf-8")) for name in names}
 
 
 def used_in(code: str) -> set[str]:

@@ -1,4 +1,7 @@
-"""A page's modules as one script and its styles as one sheet, so that a slow line waits twice only.
+"""A page with its modules as one script and its styles as one sheet: a slow line waits only twice.
+
+What all pages share stands once, in parts/<name>.part: a page says `{{> head title=map.title}}`,
+and the part has `{{$title}}` where the page's own text goes.
 
 Nothing is translated or renamed: each module becomes a function that gives its exports, in an order
 in which what it imports is there. The texts are those of one language: see languages.py.
@@ -18,6 +21,7 @@ _IMPORT = re.compile(
 )
 _REEXPORT = re.compile(r'^export\s+\{(?P<names>[^}]*)\}\s+from\s+"(?P<path>[^"]+)";$', re.M)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function\*?|class|const) (\w+))", re.M)
+_DATA = re.compile(r'^import (?P<name>\w+) from "(?P<path>[^"]+)" with \{ type: "json" \};$', re.M)
 _LEFT = re.compile(r"^(?:import|export)\b.*$", re.M)
 _BESIDE = re.compile(r'new URL\("([^"]+)", import\.meta\.url\)')
 # Only comments that stand alone: nothing else of the text is touched.
@@ -25,6 +29,7 @@ _COMMENT = re.compile(r"^[ \t]*(?:/\*\*(?:[^*]|\*(?!/))*\*/[ \t]*|//[^\n]*)\n", 
 _SHEET = re.compile(r'    <link rel="stylesheet" href="(css/[^"]+)">\n')
 # The colours are here: nothing waits for the script that sets them, as css/base.css has it.
 _SHOWN = 'html:not([style*="--page"]) body {\n  visibility: visible;\n}\n'
+_PART = re.compile(r"^ *\{\{> (\w+)((?: \w+=[\w.-]+)*)\}\}\n", re.M)
 _SCRIPT = re.compile(r'<script type="module" src="(js/[^"]+)">')
 
 
@@ -63,6 +68,12 @@ def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
         exports.extend(name.strip() for name in found["names"].split(",") if name.strip())
         return imported(found)
 
+    def data(found: "re.Match[str]") -> str:
+        source = beside(found["path"])
+        modules.setdefault(source, _constant(source, (static / source).read_text("utf-8").strip()))
+        return f"const {found['name']} = {_name(source)};"
+
+    text = _DATA.sub(data, text)
     text = _IMPORT.sub(imported, text)
     text = _REEXPORT.sub(passed_on, text)
     text = _EXPORT.sub("", text)
@@ -76,6 +87,10 @@ def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
     modules.pop(path)
     gives = f"return {{ {', '.join(exports)} }};"
     modules[path] = f"// {path}\nconst {_name(path)} = (() => {{\n{text}{gives}\n}})();\n"
+
+
+def _constant(path: str, value: str) -> str:
+    return f"const {_name(path)} = {value};\n"
 
 
 def _name(path: str) -> str:
@@ -101,6 +116,20 @@ def _kebab(name: str) -> str:
     return re.sub("[A-Z]", lambda big: f"-{big[0].lower()}", name)
 
 
+def assembled(static: Path, page: str, text: str) -> str:
+    """The HTML of `page` with all shared parts in their places; links to itself are marked."""
+
+    def part(found: "re.Match[str]") -> str:
+        given = dict(each.split("=") for each in found[2].split())
+        shared = (static / f"parts/{found[1]}.part").read_text("utf-8")
+        for name, key in given.items():
+            shared = shared.replace(f"{{{{${name}}}}}", f"{{{{{key}}}}}")
+        link = f'<a href="{"./" if page == "index.html" else page}"'
+        return assembled(static, page, shared.replace(link, f'{link} aria-current="page"'))
+
+    return _PART.sub(part, text)
+
+
 def parts(
     static: Path, page: str, text: str, languages: Mapping[str, Texts]
 ) -> tuple[dict[str, str], dict[str, str]]:
@@ -109,6 +138,7 @@ def parts(
     Sheet and scripts come by their paths below `static`.
     """
     name = page.removesuffix(".html")
+    text = assembled(static, page, text)
     made: dict[str, str] = {}
     styles = _SHEET.findall(text)
     if styles:
@@ -133,6 +163,5 @@ def _with_texts(modules: dict[str, str], texts: Texts) -> str:
     """A page's modules as one, with these texts in the place of all English ones."""
     english = path_of(ENGLISH)
     if english in modules:
-        own = f"const {_name(english)} = {{ texts: {json.dumps(texts, ensure_ascii=False)} }};\n"
-        modules = modules | {english: own}
+        modules = modules | {english: _constant(english, json.dumps(texts, ensure_ascii=False))}
     return "".join(modules.values())

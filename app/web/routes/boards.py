@@ -11,6 +11,7 @@ from app.web.routes.common import (
     cache_headers,
     documented,
     is_current,
+    json_body,
     not_modified,
     reply,
 )
@@ -65,7 +66,7 @@ async def register_board(request: Request, server: Server) -> Response:
     The same content has the same digest, so registering again changes nothing. The server keeps a
     bounded number of boards; the longest unused is forgotten and can be registered again.
     """
-    board, view = await board_task(request, await request.body(), tasks.board_and_view)
+    board, view = await board_task(request, await json_body(request), tasks.board_and_view)
     new = server.boards.register(board)
     headers = {"location": f"/api/v1/boards/{board.digest}"}
     return reply(view, 201 if new else 200, headers)
@@ -79,7 +80,7 @@ async def register_board(request: Request, server: Server) -> Response:
 )
 async def check_board(request: Request) -> Response:
     """Check a board without keeping it; the reply has its digest and every default filled in."""
-    return reply(await board_task(request, await request.body(), tasks.board_view))
+    return reply(await board_task(request, await json_body(request), tasks.board_view))
 
 
 @router.get("/{board}/odds", summary="Get a board's odds", responses=documented(BoardOdds, 404))

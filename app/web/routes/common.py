@@ -3,6 +3,7 @@
 import asyncio
 import functools
 import time
+import urllib.parse
 from collections.abc import Callable, Coroutine, Mapping
 from typing import Annotated, Any, TypeVar
 
@@ -13,9 +14,17 @@ from starlette.requests import HTTPConnection
 from app.computing import prices, tasks
 from app.computing.pool import DEADLINE
 from app.computing.prices import Price
-from app.errors import DeadlineError, GoneError, InvalidValueError, TooLargeError, shorten
+from app.errors import (
+    DeadlineError,
+    GoneError,
+    InvalidValueError,
+    MediaTypeError,
+    TooLargeError,
+    shorten,
+)
 from app.web.edge.addresses import one_client
-from app.web.schemas.body import decode
+from app.web.edge.answers import note
+from app.web.schemas.body import decode, shaped
 from app.web.schemas.problem import Problem
 from app.web.services import Services
 from engine import Board
@@ -34,8 +43,9 @@ _FAILURES = {
     401: "A room's token is missing",
     403: "Not the token of this room, or a room that nobody may change",
     404: "No such thing",
-    409: "The room was reset meanwhile",
+    409: "The room takes nothing now, or did this before",
     413: "The body is too large",
+    415: "The body is not JSON, by its Content-Type",
     422: "A bad value; `detail` and `field` name it",
     429: "A limit was reached; `Retry-After` says when to come back",
     501: "This server was installed without what it takes",
@@ -60,14 +70,39 @@ Server = Annotated[Services, Depends(_asked_for)]
 async def read(request: Request, kind: type[T], empty: T | None = None) -> T:
     """The request's JSON body as `kind`; `empty` stands for no body at all.
 
-    Raises MalformedError and InvalidValueError. A large body is decoded in a thread.
+    Raises MediaTypeError and what `decode` raises. A large body is checked by a worker, and so what
+    `compute` raises.
     """
-    body = await request.body()
+    body = await json_body(request)
     if not body and empty is not None:
         return empty
     if len(body) <= _INLINE_BODY:
         return decode(body, kind)
-    return await asyncio.to_thread(decode, body, kind)
+    check = functools.partial(tasks.check_json, body)
+    await compute(request, check, prices.json(len(body)), quick=True)
+    return await asyncio.to_thread(shaped, body, kind)
+
+
+async def json_body(request: Request) -> bytes:
+    """The request's body, not yet read as JSON; raises MediaTypeError if it says it is not."""
+    body = await request.body()
+    if body:
+        _check_media_type(request.headers.get("content-type"))
+    return body
+
+
+def _check_media_type(given: str | None) -> None:
+    """Raise MediaTypeError for a body that says it is something else than JSON."""
+    if given is None:
+        return
+    kind = given.partition(";")[0].strip().lower()
+    if kind != "application/json" and not (
+        kind.startswith("application/") and kind.endswith("+json")
+    ):
+        raise MediaTypeError(
+            f"the body's Content-Type is {shorten(kind)}: send application/json",
+            field="content-type",
+        )
 
 
 async def compute(
@@ -82,8 +117,11 @@ async def compute(
     `quick`: before what takes longer. Raises CostError for a price over its limit, BudgetError,
     BusyError, GoneError when the client leaves meanwhile, which ends the work, and what it raises.
     """
-    making = charged(services(request), address_of(request), work, price, quick=quick)
-    return await attended(request, making)
+    server, address = services(request), address_of(request)
+    try:
+        return await attended(request, charged(server, address, work, price, quick=quick))
+    finally:
+        note(request.scope, server.budgets.allowance(address, time.monotonic(), "computing-ms"))
 
 
 async def charged(
@@ -149,7 +187,18 @@ def optional_seed(value: object) -> int | None:
 
 def limit_drops(request: Request, server: Services) -> None:
     """Raise RateLimitError when this address drops into rooms too often."""
-    server.room_drops.take(address_of(request), time.monotonic(), "drops")
+    address, now = address_of(request), time.monotonic()
+    try:
+        server.room_drops.take(address, now, "drops")
+    finally:
+        note(request.scope, server.room_drops.allowance(address, now, "drops"))
+
+
+def next_page(request: Request, **place: object) -> dict[str, str]:
+    """The header `Link` of a page that others follow: its own address from another place on."""
+    query = urllib.parse.urlencode({**request.query_params, **place})
+    path = urllib.parse.quote(request.scope["path"])
+    return {"link": f'<{path}?{query}>; rel="next"'}
 
 
 def address_of(connection: HTTPConnection) -> str:
@@ -166,7 +215,7 @@ async def resolve_board(request: Request, board: msgspec.Raw) -> Board:
     text = bytes(board)
     if text.startswith(b"{"):
         return await checked_board(request, text)
-    named = decode(text, Any)
+    named = msgspec.json.decode(text)
     if isinstance(named, str):
         return services(request).boards.find(named)
     raise BoardError(
@@ -216,11 +265,11 @@ async def board_task(request: Request, text: bytes, task: Callable[[bytes], T]) 
     """What a worker makes of a board's JSON, which it reads and checks.
 
     Raises TooLargeError when it has more pegs and walls than the server takes, BoardError when it
-    cannot be played, MalformedError and InvalidValueError for what is no JSON object, and what
-    `compute` raises.
+    cannot be played, JsonSyntaxError, JsonValueError and InvalidValueError for what is no JSON
+    object, and what `compute` raises.
     """
     server = services(request)
-    surfaces = decode(text, _Form).surfaces
+    surfaces = _surfaces(text)
     if surfaces > server.settings.max_surfaces:
         raise TooLargeError(
             f"a board of {surfaces} pegs and walls is over the limit of "
@@ -228,12 +277,7 @@ async def board_task(request: Request, text: bytes, task: Callable[[bytes], T]) 
             field="board",
         )
     work = functools.partial(task, text)
-    try:
-        return await compute(request, work, prices.check(surfaces), quick=True)
-    except (msgspec.MsgspecError, UnicodeDecodeError):
-        # What is skipped here is read there: a number out of range, bytes that are no text.
-        await asyncio.to_thread(decode, text, dict[str, Any])
-        raise
+    return await compute(request, work, prices.check(surfaces), quick=True)
 
 
 class _Form(msgspec.Struct):
@@ -242,10 +286,15 @@ class _Form(msgspec.Struct):
     pegs: msgspec.Raw = msgspec.Raw(b"[]")
     walls: msgspec.Raw = msgspec.Raw(b"[]")
 
-    @property
-    def surfaces(self) -> int:
-        lists = (part for part in (self.pegs, self.walls) if bytes(part).startswith(b"["))
+
+def _surfaces(text: bytes) -> int:
+    """How many pegs and walls a board has; 0 for what is no board, which the worker refuses."""
+    try:
+        form = msgspec.json.decode(text, type=_Form)
+        lists = (part for part in (form.pegs, form.walls) if bytes(part).startswith(b"["))
         return sum(len(msgspec.json.decode(part, type=list[msgspec.Raw])) for part in lists)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+        return 0
 
 
 def cache_headers(etag: str) -> dict[str, str]:

@@ -5,6 +5,7 @@ import hashlib
 import os
 import re
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock
 
@@ -21,6 +22,7 @@ from app.web.page.languages import chosen, languages_of
 from app.web.page.release import parts
 from app.web.page.unfurl import card
 
+PROOFS = find_spec("flint") is not None  # whether drops can be proven in this process
 _READING = frozenset({"GET", "HEAD"})
 _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 
@@ -32,6 +34,8 @@ _LANGUAGE = "language"  # the cookie in which a page keeps the one that was chos
 _SCHEME = "scheme"  # and that of light or dark, so that the first picture is in these colours
 _SCHEMES = frozenset({"light", "dark"})
 _KINDS = {".js": "text/javascript", ".css": "text/css"}
+_LOST = "404.html"
+_OWN_LINKS = re.compile(r'(href|src)="(?:\./)?(?![a-z]+:|[/#])')
 _OWN_PARTS = re.compile('(href|src)="((?:css|js)/)')
 
 
@@ -63,8 +67,10 @@ class Page(StaticFiles):
     asks for them once. Its modules come as one script and its styles as one sheet: see release.py.
     """
 
-    def __init__(self, directory: Path) -> None:
+    def __init__(self, directory: Path, *, proofs: bool = PROOFS) -> None:
+        """`proofs`: whether this server can prove drops; links to proofs are hidden otherwise."""
         super().__init__(directory=directory, html=True)
+        self._proofs = proofs
         self._files = directory
         self._release: Release | None = None
         self._making = Lock()
@@ -86,16 +92,23 @@ class Page(StaticFiles):
         """The file; a page with its parts as those of this release."""
         if not str(full_path).endswith(".html"):
             return super().file_response(full_path, stat_result, scope, status_code)
+        return self._page(Path(full_path).name, scope, status_code)
+
+    def _page(self, name: str, scope: Scope, status_code: int) -> Response:
         release = self.prepare()
         request = Request(scope)
-        said = release.pages[Path(full_path).name]
+        said = release.pages[name]
         accepted = request.headers.get("accept-language", "")
         text = said[chosen(request.cookies.get(_LANGUAGE), accepted, said)]
         scheme = request.cookies.get(_SCHEME)
         if scheme in _SCHEMES:  # else the system's, as the sheet has it
             text = text.replace("<html ", f'<html data-scheme="{scheme}" ', 1)
+        if not self._proofs:
+            text = text.replace("<html ", '<html data-proofs="none" ', 1)
         text = _OWN_PARTS.sub(rf'\1="v-{release.digest}/\2', text)
-        if Path(full_path).name == "replay.html":
+        if name == _LOST:  # shown at an address of any depth: its links start at the root
+            text = _OWN_LINKS.sub(rf'\1="{scope.get("root_path", "")}/', text)
+        if name == "replay.html":
             about = card(request.query_params, str(request.base_url))
             text = text.replace("  </head>", f"{about}  </head>")
         response = self._told(text, scope, "text/html", status_code)
@@ -135,8 +148,14 @@ class Page(StaticFiles):
                 response = self._told(release.made[path], scope, _KINDS[Path(path).suffix])
             else:
                 response = await super().get_response(path, scope)
+                if response.status_code == 404:
+                    raise HTTPException(404)
         except HTTPException as error:
             allowed = _methods_of_others(scope) if error.status_code == 404 else set()
+            if error.status_code == 404 and not allowed and _reads_pages(path, scope):
+                lost = self._page(_LOST, scope, 404)
+                lost.headers["cache-control"] = "no-cache"
+                return lost
             if not allowed:
                 raise
             raise HTTPException(405, headers={"allow": ", ".join(sorted(allowed))}) from error
@@ -146,6 +165,11 @@ class Page(StaticFiles):
         if embedded:
             response.headers.update(EMBEDDED)
         return response
+
+
+def _reads_pages(path: str, scope: Scope) -> bool:
+    """Whether a person asks in a browser; a program gets a problem document instead of a page."""
+    return not path.startswith("api/") and "text/html" in Headers(scope=scope).get("accept", "")
 
 
 def _digest_of(directory: Path) -> str:

@@ -39,3 +39,7 @@ class Payouts(msgspec.Struct, frozen=True):
     chosen_by: Annotated[int, Meta(description="Others, that its multipliers were solved for.")]
     least: LeastReturn
     aims: Annotated[list[Odds], Meta(description="The board's own start first.")]
+    warnings: Annotated[
+        list[str],
+        Meta(description="What the table cannot be trusted for: bins hit too rarely, a fall."),
+    ]

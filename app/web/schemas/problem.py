@@ -6,6 +6,13 @@ import msgspec
 from msgspec import Meta
 
 
+class FaultOf(msgspec.Struct, frozen=True):
+    """One of several things that are wrong with a board."""
+
+    field: Annotated[str, Meta(description="Where it is in the board's JSON.")]
+    detail: str
+
+
 class Problem(msgspec.Struct, frozen=True, omit_defaults=True):
     """An error, as RFC 9457 problem details; `detail` names the bad value."""
 
@@ -18,3 +25,6 @@ class Problem(msgspec.Struct, frozen=True, omit_defaults=True):
         None
     )
     instance: str | None = None
+    faults: Annotated[
+        tuple[FaultOf, ...], Meta(description="Of a board with several faults: all of them.")
+    ] = ()

@@ -5,8 +5,9 @@ from typing import Final
 import numpy as np
 
 from engine.board.checks.obstacles import Floats, Ints, Obstacles, distance
+from engine.board.faults import MOST, Faults
 from engine.board.fields import BoardFields
-from engine.errors import BoardError
+from engine.errors import BoardError, Fault
 
 TOUCH: Final = 1e-9
 """Relative gap below which a start counts as touching. Above rounding, which a drop's first instant
@@ -27,21 +28,21 @@ def check_start_above_bins(board: BoardFields) -> None:
 
 
 def check_overlaps(board: BoardFields, pairs: tuple[Ints, Ints, Floats]) -> None:
-    """Raise BoardError naming the first two pegs of `pairs` that overlap."""
+    """Raise BoardError naming the pegs of `pairs` that overlap."""
     i, j, apart = pairs
     pegs = j < len(board.pegs)  # j > i, and pegs come first
     i, j, apart = i[pegs], j[pegs], apart[pegs]
     radii = np.array([peg.radius for peg in board.pegs], dtype=np.float64)
     bad = np.flatnonzero(apart < (radii[i] + radii[j]) * (1.0 - OVERLAP))
-    if len(bad) == 0:
-        return
-    first = bad[np.lexsort((j[bad], i[bad]))[0]]
-    a, b = int(i[first]), int(j[first])
-    raise BoardError(
-        f"pegs[{b}] at {_at(board, b)} overlaps pegs[{a}] at {_at(board, a)}: centres must be at "
-        f"least {radii[a] + radii[b]:g} m apart, and are {apart[first]:g} m",
-        field=f"pegs[{b}]",
-    )
+    faults = Faults()
+    for k in bad[np.lexsort((j[bad], i[bad]))][:MOST]:
+        a, b = int(i[k]), int(j[k])
+        message = (
+            f"pegs[{b}] at {_at(board, b)} overlaps pegs[{a}] at {_at(board, a)}: centres must be "
+            f"at least {radii[a] + radii[b]:g} m apart, and are {apart[k]:g} m"
+        )
+        faults.found.append(Fault(f"pegs[{b}]", message))
+    faults.end()
 
 
 def _at(board: BoardFields, i: int) -> str:
@@ -53,10 +54,13 @@ def check_starts(board: BoardFields, obs: Obstacles) -> None:
     zone = board.drop
     name = "reach" if zone.reach > zone.jitter else "jitter"
     what = f"drop.x = {zone.x!r} with drop.{name} = {zone.span!r}"
-    _check_start(obs, zone.x - zone.span, zone.x + zone.span, zone.y, what, "drop")
+    faults = Faults()
+    ends = (zone.x - zone.span, zone.x + zone.span)
+    faults.take(_check_start, obs, *ends, zone.y, what, "drop")
     for i, x in enumerate(zone.slots):
         path = f"drop.slots[{i}]"
-        _check_start(obs, x, x, zone.y, f"{path} = {x!r}", path)
+        faults.take(_check_start, obs, x, x, zone.y, f"{path} = {x!r}", path)
+    faults.end()
 
 
 def _check_start(obs: Obstacles, left: float, right: float, y: float, what: str, path: str) -> None:

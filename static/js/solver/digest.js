@@ -7,7 +7,7 @@ import { sha256 } from "./encoding/sha256.js";
 /** @import { WholeBoard } from "./input/values.js" */
 /** @import { Traced } from "./kernels.js" */
 
-export const PHYSICS_VERSION = 4;
+export const PHYSICS_VERSION = 5;
 const EXACT = 0;
 
 /** @param {WholeBoard} board @returns {string} 64 hexadecimal digits */

@@ -9,11 +9,14 @@
 
 import { arraysOf } from "./input/arrays.js";
 import { readBoard } from "./input/values.js";
+import { bytesOf } from "./encoding/beside.js";
 import { boardDigest } from "./digest.js";
 import { Drop } from "./drop.js";
 import { Kernels } from "./kernels.js";
 import { seedOf } from "./seed.js";
 import { startOf, startsOf } from "./start.js";
+
+const KERNELS = new URL("kernels.wasm", import.meta.url);
 
 /** @import { WholeBoard } from "./input/values.js" */
 
@@ -23,18 +26,11 @@ import { startOf, startsOf } from "./start.js";
  */
 
 /**
- * @param {BufferSource} [bytes] of kernels.wasm; without them it is fetched from beside this module
+ * @param {BufferSource} [bytes] of kernels.wasm; without them it is read from beside this module
  * @returns {Promise<Solver>}
  */
 export async function openSolver(bytes) {
-  return new Solver(await Kernels.open(bytes ?? (await fetchedKernels())));
-}
-
-async function fetchedKernels() {
-  const url = new URL("kernels.wasm", import.meta.url);
-  const response = await fetch(url);
-  if (!response.ok) throw new Error(`${url.href} is not there: ${response.status}`);
-  return response.arrayBuffer();
+  return new Solver(await Kernels.open(bytes ?? (await bytesOf(KERNELS))));
 }
 
 /** Drops balls. `openSolver` makes it. */

@@ -1,7 +1,7 @@
-// What the page says, in its language. The server puts another language's file in en.js's place: see
-// app/web/page/languages.py.
+// What the page says, in its language. The server puts another language's texts in the place of the
+// English ones: see app/web/page/release.py.
 
-import { texts } from "./en.js";
+import texts from "./en.json" with { type: "json" };
 
 /** @typedef {keyof typeof texts} Key */
 

@@ -2,14 +2,9 @@
 
 import { number } from "../texts/text.js";
 
-/** @param {number} value a multiplier, e.g. 1.5 @returns {string} "1.5×" */
+/** @param {number} value a multiplier, e.g. 1.5 @returns {string} "1.5x" */
 export function multiplier(value) {
-  return `${plain(value)}×`;
-}
-
-/** @param {number} value @returns {string} shortest: "110", "1.5", ".5"; a language with commas keeps the 0 */
-export function tight(value) {
-  return plain(value).replace(/^0(?=\.)/, "");
+  return `${plain(value)}x`;
 }
 
 /** @param {number} value @returns {string} two decimals: "12.50" */

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.batches.rows import COLUMNS, FORMATS, RowWriter, rows_and_block
+from app.batches import rows as rows_module
+from app.batches.rows import FORMATS, RowWriter, rows_and_block
 from app.batches.running import Run
 from app.errors import InvalidValueError
 from engine import drop_many
@@ -35,10 +36,10 @@ def test_rows_are_the_drops_to_the_last_bit(tmp_path: Path, ending: str) -> None
     kinds = {"seed": polars.UInt64}
     csv = ending == ".csv"
     read = polars.read_csv(path, schema_overrides=kinds) if csv else polars.read_parquet(path)
-    assert read.columns == list(COLUMNS)
     known = expected.to_columns()
-    for name, column in COLUMNS.items():
-        assert np.array_equal(read[name].to_numpy(), known[column]), name
+    assert read.columns == list(known)
+    for name, column in known.items():
+        assert np.array_equal(read[name].to_numpy(), column), name
     if not csv:
         assert pandas.read_parquet(path)["x_end"].to_numpy().tobytes() == expected.x_end.tobytes()
     assert [each.name for each in tmp_path.iterdir()] == [path.name]
@@ -75,3 +76,14 @@ def test_a_block_is_written_at_once_so_that_memory_is_flat(tmp_path: Path) -> No
 def test_another_ending_is_named(tmp_path: Path, name: str) -> None:
     with pytest.raises(InvalidValueError, match=name):
         RowWriter(tmp_path / name)
+
+
+def test_csv_needs_no_pyarrow_and_parquet_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rows_module, "find_spec", lambda name: None)
+    with RowWriter(tmp_path / "drops.csv") as rows:
+        rows.write(rows_and_block(JOB, 2, 1)[0])
+    assert len((tmp_path / "drops.csv").read_text("utf-8").splitlines()) == 1 + 100
+    with pytest.raises(InvalidValueError, match=r"plinko-server\[table\]', or write .csv"):
+        RowWriter(tmp_path / "drops.parquet")

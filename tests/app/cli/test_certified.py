@@ -2,14 +2,13 @@
 
 import json
 from collections.abc import Callable
-from importlib import util
 from pathlib import Path
 from typing import Any
 
 import pytest
 from PIL import Image
 
-from app.cli import main
+from app.cli import common, main
 from engine import Board, certify
 
 Run = Callable[..., str]
@@ -35,7 +34,7 @@ def test_a_bin_is_printed_as_proven(run: Run) -> None:
     assert expected.x_end.text in printed
     assert f"{expected.comparisons} comparisons decided with {expected.bits} bits" in printed
     value: dict[str, Any] = json.loads(run("certify", "triangle-8", "--seed", "42", "--json"))
-    assert value.items() >= expected.to_json().items()
+    assert value.items() >= expected.to_dict().items()
     assert (value["board"], value["seed"]) == ("triangle-8", "42")
 
 
@@ -67,6 +66,6 @@ def test_the_map_is_drawn_into_a_file(run: Run, tmp_path: Path) -> None:
 def test_without_the_library_it_is_said_what_to_install(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(util, "find_spec", lambda name: None)
+    monkeypatch.setattr(common, "find_spec", lambda name: None)
     said = run("certify", "triangle-8", "--seed", "42", status=2)
     assert "pip install 'plinko-server[certify]'" in said

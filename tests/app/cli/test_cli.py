@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from app.cli import main
+from app.cli import GROUPS, main
 from app.cli.common import garbage_waits
 from engine import Board, drop, drop_many, preset_names
 from engine.board.presets import TUNING, Tuning
@@ -84,7 +84,7 @@ def test_drop_prints_the_engines_drop(plinko: Terminal, seed: int) -> None:
 def test_the_json_of_a_drop_keeps_every_bit(plinko: Terminal) -> None:
     d = drop(Board.preset("triangle-8"), 42)
     record = plinko.json("drop", "triangle-8", "--seed", 42)
-    assert record == d.record()
+    assert record == d.to_dict()
     assert [tuple(row) for row in record["impacts"]] == d.impacts.tolist()
     assert record["seed"] == "42"
 
@@ -94,7 +94,7 @@ def test_a_drop_says_how_sure_it_is_when_asked(plinko: Terminal) -> None:
     shown = plinko.run("drop", "triangle-8", "--seed", 42, "--certainty")
     assert f"{d.amplification:.1e} m per metre" in shown
     record = plinko.json("drop", "triangle-8", "--seed", 42, "--certainty")
-    assert record == d.record(certainty=True)
+    assert record == d.to_dict(certainty=True)
     assert record["certain"] is True
 
 
@@ -121,6 +121,14 @@ def test_a_board_may_be_a_file(plinko: Terminal, board_file: Path) -> None:
     record = plinko.json("drop", board_file, "--seed", 5)
     assert record["board"]["name"] == "my board"
     assert record["digest"] == drop(Board.from_json(BOARD), 5).digest
+
+
+def test_a_drop_may_start_at_x_without_a_seed(plinko: Terminal, tmp_path: Path) -> None:
+    d = drop(Board.preset("triangle-8"), x=0.1)
+    assert plinko.json("drop", "triangle-8", "--x", 0.1) == d.to_dict()
+    assert plinko.run("drop", "triangle-8", "--x", 0.1, "--json") == d.to_json() + "\n"
+    assert "seed     none\n" in plinko.run("drop", "triangle-8", "--x", 0.1)
+    plinko.run("render", "triangle-8", tmp_path / "drop.png", "--x", 0.1)
 
 
 # simulate
@@ -209,6 +217,21 @@ def test_boards_lists_every_preset(plinko: Terminal) -> None:
     rows = [line.split() for line in plinko.run("boards").splitlines()[1:]]
     assert [row[0] for row in rows] == list(preset_names())
     assert all(Board.preset(row[0]).digest.startswith(row[-1]) for row in rows)
+
+
+def test_boards_are_listed_as_json(plinko: Terminal) -> None:
+    listed = json.loads(plinko.run("boards", "--json"))
+    assert [each["name"] for each in listed] == list(preset_names())
+    assert [each["digest"] for each in listed] == [Board.preset(n).digest for n in preset_names()]
+
+
+def test_the_help_lists_every_command_once_in_its_group(plinko: Terminal) -> None:
+    shown = plinko.run("--help")
+    for title, names in GROUPS.items():
+        section = shown.split(f"\n{title}:\n")[1].split("\n\n")[0]
+        lines = [line.split() for line in section.splitlines()]
+        assert [line[0] for line in lines] == list(names)
+        assert all(len(line) > 2 for line in lines)
 
 
 def test_a_printed_board_is_the_board(plinko: Terminal, tmp_path: Path) -> None:
@@ -306,7 +329,7 @@ BAD = [
     (("drop", "triangle-8", "--seed", "abc"), "'abc'"),
     (("drop", "triangle-8", "--seed", "1.5"), "'1.5'"),
     (("drop", "triangle-8", "--seed", ""), "''"),
-    (("drop", "triangle-8"), "--seed"),
+    (("drop", "triangle-8"), "--seed N or --x X"),
     (("drop", "triangle-8", "--seed", "1", "--x", "nan"), "nan"),
     (("drop", "triangle-8", "--seed", "1", "--x", "inf"), "inf"),
     (("drop", "triangle-8", "--seed", "1", "--x", "-99"), "-99"),

@@ -1,12 +1,13 @@
 """`plinko odds`: a record of drops is counted on where it was, and says what it says."""
 
+import json
 from pathlib import Path
 
 import pytest
 
 from app.cli import main
 from app.cli.boards import odds
-from engine import drop_many
+from engine import Board, drop_many
 from engine.board import payouts
 from engine.payouts.landings import Landings
 from engine.payouts.odds import odds_of
@@ -60,3 +61,16 @@ def test_the_record_that_ships_is_shown_with_every_table_and_is_not_changed(
     assert " 0 of them unsettled" in lines[-1]
     assert main(["odds", "--count"]) == 2
     assert "name it with --record" in capsys.readouterr().err
+
+
+def test_the_record_as_json_has_the_odds_of_each_table(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["odds", "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    tables = {name: counted for counted in shipped().values() for name in counted.chosen}
+    assert set(shown) == set(tables)
+    for name, counted in tables.items():
+        pays = Board.preset(name).bins.multipliers
+        assert shown[name] == [
+            json.loads(json.dumps(odds_of(each, pays).to_dict())) for each in counted.fresh(name)
+        ]
+    assert main(["odds", "--json", "--solve", NAME, "--record", "x"]) == 2

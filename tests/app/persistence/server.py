@@ -115,7 +115,7 @@ def prove(server: Addressed, told: "Heard") -> int:
             opening = {"seed": CLIENT_SEED.hex()}
             client.post(f"{address}/opening", json=opening, headers=shown)
             client.post(f"{address}/end", headers=shown).raise_for_status()
-            export = client.get(f"{address}/export").raise_for_status().json()
+            export = client.get(f"{address}/export", headers=shown).raise_for_status().json()
             export["heard"] = told.receipts.get(session, [])
             kernel = kernel_digest_of(page_kernels().read_bytes())
             verdict = check_session(read_export(export), kernel_digest=kernel)
@@ -165,6 +165,8 @@ class Heard(Told):
                 self.refused.update(filter(None, [event.get("ref")]))
             case "error" if event["code"] == "limit-reached":
                 self.session = None  # it has had its drops: another is begun
+            case "error" if event["code"] == "undecided":
+                pass  # what becomes of it is told later
             case "error":
                 assert event["code"] in ("too-many-balls", "ledger-unavailable"), event
                 self.refused.add(event["ref"])

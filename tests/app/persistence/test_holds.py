@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from app.errors import HoldLostError, LedgerError, SettingError
+from app.errors import HoldLostError, SettingError
 from app.persistence.holds import Holds
 from app.persistence.ledger.common_secrets import TOKENS, common_secret
 from app.persistence.ledger.database import Database
@@ -27,17 +27,15 @@ from app.rooms.records import (
     InputRow,
     LogLeaf,
     Mark,
-    Reopen,
     ResultRow,
     RoomRow,
-    Undo,
     Void,
     Write,
 )
 from tests.app.persistence import postgres
 from tests.app.persistence.ledger.stepped import Steps, Table, failure
 from tests.app.persistence.oracle import Told
-from tests.waiting import eventually
+from tests.waiting import LIMIT
 
 BOARD = BoardRow("b" * 64, "board", "{}")
 ROOM = RoomRow(1, "r", BOARD.digest, "independent", True, 60, 1, 1.0, 1.0)
@@ -78,12 +76,12 @@ class Server:
         return hold
 
     async def all_rows(self) -> dict[str, list[Any]]:
-        """Everything that the ledger has but the holds themselves."""
+        """Everything that the ledger has but the holds, and how often who has written."""
         return await self.ledger.read(everything)
 
 
 def everything(connection: sa.Connection) -> dict[str, list[Any]]:
-    kept = [table for table in tables.metadata.sorted_tables if table is not tables.holds]
+    kept = [t for t in tables.metadata.sorted_tables if t not in (tables.holds, tables.writers)]
     return {
         table.name: sorted(map(tuple, connection.execute(sa.select(table))), key=repr)
         for table in kept
@@ -97,10 +95,8 @@ WRITES: dict[str, Sequence[Write]] = {
     "a result": [RESULT],
     "a mark": [Mark(1, 99, True, 9.0)],
     "a checkpoint": [Mark(1, 99, True, 9.0, b"world", 1)],
-    "an undo": [Undo(1, 0)],
     "stakes back": [Void(1, 99, "why")],
     "an end": [Close(1, 99, 9.0)],
-    "going on": [Reopen(1, 99)],
     "a player's session": [replace(SESSION, id="t")],
     "an opening": [FairOpening("s", "r", "11")],
     "a session's end": [FairEnd("s", "r", "{}", "00")],
@@ -386,52 +382,41 @@ def drop_of(number: int, ball: int) -> list[Write]:
     return [DropRow(number, ball, 5, 7), leaf]
 
 
-async def refused_though_it_came_true(server: Server, number: int) -> threading.Event:
-    """A drop is committed and its line cut; the event lets the server take it out again."""
+def answers_nothing(server: Server) -> threading.Event:
+    """The next commit is made and its line cut; no other is begun until the event is set."""
     go_on = threading.Event()
-    cut_was_made: list[bool] = []
+    cuts: list[str] = []
 
     def at(step: str) -> None:
-        if step == "committed" and not cut_was_made:
-            cut_was_made.append(True)
+        if step == "committed" and not cuts:
+            cuts.append(step)
             raise failure()
-        if step == "connect" and cut_was_made:
-            go_on.wait()
+        if step == "connect" and cuts:
+            assert go_on.wait(LIMIT)
 
     server.database.at = at
-    with pytest.raises(LedgerError, match="cannot be written"):
-        await server.ledger.commit(*drop_of(number, 0), undo=(Undo(number, 0),))
     return go_on
 
 
-async def test_what_was_refused_and_came_true_is_taken_out_of_the_log(address: str) -> None:
-    async with Server(address, "a") as a, Server(address, "b") as b:
-        await begin(a, 1)
-        go_on = await refused_though_it_came_true(a, 1)
-        assert [row[3:5] for row in (await b.all_rows())["receipts"]] == [(1, 0)]
-        go_on.set()
-        await eventually(lambda: a.ledger.up)
-        rows = await b.all_rows()
-        assert (rows["drops"], rows["receipts"], rows["log_nodes"]) == ([], [], [])
-        await a.ledger.commit(*drop_of(1, 0))
-
-
-async def test_what_another_server_s_receipts_follow_stays_and_its_room_is_given_up(
+async def test_a_commit_without_an_answer_is_told_once_the_ledger_has_said_that_it_is_there(
     address: str,
 ) -> None:
     async with Server(address, "a") as a, Server(address, "b") as b:
         await begin(a, 1)
         await begin(b, 2)
-        go_on = await refused_though_it_came_true(a, 1)
+        go_on = answers_nothing(a)
+        drop, leaf = drop_of(1, 0)
+        waiting = asyncio.create_task(a.ledger.commit(drop, leaf))
+        while not (await b.all_rows())["receipts"]:
+            await asyncio.sleep(0)
+        assert not waiting.done()
         await b.ledger.commit(*drop_of(2, 0))
         before = await b.all_rows()
         go_on.set()
-        await eventually(lambda: a.ledger.up)
-        assert await b.all_rows() == before
-        assert [row[0] for row in before["receipts"]] == [0, 1]
-        # The drop is in the ledger: whoever has the room from now on finds it there.
-        with pytest.raises(HoldLostError):
-            await a.ledger.commit(*drop_of(1, 0))
-        assert a.lost == ["r1"]
-        await a.takes("r1", 1)
+        await waiting
+        assert isinstance(leaf, LogLeaf)
+        assert (leaf.index, a.lost) == (0, [])
         await a.ledger.commit(*drop_of(1, 1))
+        after = await b.all_rows()
+        assert after["receipts"][:2] == before["receipts"], "what the log has stays as it is"
+        assert [row[3:5] for row in after["receipts"]] == [(1, 0), (2, 0), (1, 1)]

@@ -1,9 +1,12 @@
 """Rooms of one's own over a real server: tokens, resets, logs, and what a restart finds again."""
 
+import asyncio
+import hashlib
 import json
 import os
 import re
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +16,8 @@ from websockets.exceptions import ConnectionClosed
 
 from app.cli import main
 from app.errors import SettingError
+from app.rooms.log import verify_log
+from app.rooms.stakes import payout_of
 from app.web.tokens import secret_of
 from engine import Board, drop
 from tests.app.conftest import TINY, Player, Running, playing, serving
@@ -155,20 +160,80 @@ async def test_a_reset_room_begins_anew_for_everyone_in_it(
     assert [each["seed"] for each in http.get(f"/rooms/{room}/log").json()["drops"]] == ["4"]
 
 
-async def test_who_waits_for_a_ball_that_a_reset_took_out_is_told(
-    server: Running, http: httpx.Client
+@pytest.mark.parametrize("how", ["POST /reset", "PATCH", "DELETE"])
+async def test_a_ball_in_flight_lands_and_is_paid_whatever_the_owner_of_its_room_does(
+    server: Running, http: httpx.Client, how: str
 ) -> None:
     room, own = opened(http, "triangle-8")
-    async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as waiting:
-        import asyncio
+    path = f"/rooms/{room}{how.partition(' ')[2]}"
+    body = {"board": "triangle-10"} if how == "PATCH" else None
+    async with (
+        httpx.AsyncClient(base_url=server.url, timeout=60.0) as waiting,
+        playing(server.socket(room)) as player,
+    ):
+        session, shown = begun(http, room)
+        drop_it = {"session": session, "stake": 300}
+        address = f"/api/v1/rooms/{room}/drops?wait=1"
+        wait = asyncio.create_task(waiting.post(address, json=drop_it, headers=shown))
+        accepted = await player.until("accepted")
+        http.request(how.partition(" ")[0], path, json=body, headers=own).raise_for_status()
+        landed = await player.until("landed", ball=0)
+        reply = (await wait).json()
+    alone = drop(Board.preset("triangle-8"), int(accepted["seed"]))
+    assert (landed["digest"], landed["bin"]) == (alone.digest, alone.bin)
+    assert landed["payout"] == payout_of(300, alone.score)
+    assert reply["landed"]["digest"] == alone.digest
+    http.post(f"/sessions/{session}/end", headers=shown).raise_for_status()
+    export = http.get(f"/sessions/{session}/export").json()
+    assert export["drops"][0]["result"]["payout"] == landed["payout"]
+    if how == "DELETE":
+        log = http.get(f"/rooms/{room}/log").json()
+        assert log["drops"][0]["result"]["digest"] == alone.digest
+        assert verify_log(log).ok
 
-        wait = asyncio.create_task(
-            waiting.post(f"/api/v1/rooms/{room}/drops?wait=1", json={"seed": 1})
-        )
-        await eventually(lambda: server.services.rooms.find(room).drops == 1)
-        http.post(f"/rooms/{room}/reset", headers=own)
-        reply = await wait
-    assert (reply.status_code, reply.json()["code"]) == (409, "room-reset")
+
+def begun(http: httpx.Client, room: str) -> tuple[str, dict[str, str]]:
+    """A session that is open, and what shows its token."""
+    seed = b"\x11" * 32
+    commitment = hashlib.sha256(seed).hexdigest()
+    form = {"room": room, "commitment": commitment}
+    found = http.post("/sessions", json=form).raise_for_status().json()
+    shown = {"authorization": f"Bearer {found['token']}"}
+    address = f"/sessions/{found['session']}/opening"
+    http.post(address, json={"seed": seed.hex()}, headers=shown).raise_for_status()
+    return found["session"], shown
+
+
+def test_the_same_drop_asked_for_again_is_dropped_once(server: Running, http: httpx.Client) -> None:
+    room, _ = opened(http, "triangle-8")
+    key = {"idempotency-key": "mine"}
+    path = f"/rooms/{room}/drops"
+    with ThreadPoolExecutor(8) as clients:
+        asked = [clients.submit(http.post, path, headers=key) for _ in range(8)]
+        replies = [each.result() for each in asked]
+    assert {reply.status_code for reply in replies} == {202}
+    first, *others = [reply.json() for reply in replies]
+    assert others == [first] * 7
+    landed = http.post(f"{path}?wait=1", headers=key).json()
+    assert landed["landed"]["digest"] == drop(Board.preset("triangle-8"), int(first["seed"])).digest
+    assert http.post(f"{path}?wait=1", headers=key).json() == landed, "from the ledger"
+    assert http.post(path, headers={"idempotency-key": "another"}).json()["ball"] == 1
+
+
+async def test_a_drop_whose_line_broke_is_asked_for_again_over_another(
+    server: Running, http: httpx.Client
+) -> None:
+    room, _ = opened(http, "triangle-8")
+    async with playing(server.socket(room)) as player:
+        key = player.hello["key"]
+        await player.send(type="drop", ref=7)
+        first = await player.until("accepted")
+    async with playing(server.socket(room)) as player:
+        await player.send(type="drop", ref=7, key=key)
+        again = await player.until("accepted")
+        await player.send(type="drop", ref=8, key=key)  # never arrived before
+        second = await player.until("accepted")
+    assert (again, second["ball"]) == (first, 1)
 
 
 def test_a_room_can_be_given_another_board(http: httpx.Client) -> None:

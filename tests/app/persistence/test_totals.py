@@ -3,7 +3,6 @@
 from math import sqrt
 
 import pytest
-import sqlalchemy as sa
 
 from app.ops.returns import DEVIATIONS, return_of
 from app.persistence.ledger.database import Database
@@ -52,22 +51,6 @@ def test_staked_plays_are_counted_once_however_often_they_are_written(url: str) 
         assert totals.read(connection) == SUMS
         writing.apply(connection, played(6, 100, 0))
         assert totals.read(connection)[1] == Total("b" * 64, 100, False, 3, 1199, 1018001.0, 250)
-    database.close()
-
-
-def test_a_ledger_of_before_is_counted_when_it_is_opened(url: str) -> None:
-    database = Database(url)
-    database.open()
-    with database.transaction() as connection:
-        writing.apply(connection, STORY)
-        for table in ("totals", "holds", "counters", "secrets"):
-            connection.execute(sa.text(f"DROP TABLE {table}"))
-        connection.execute(sa.text("ALTER TABLE rooms DROP COLUMN creator"))
-        connection.execute(sa.text("UPDATE alembic_version SET version_num = '0006'"))
-    database.close()
-    database.open()
-    with database.transaction() as connection:
-        assert totals.read(connection) == SUMS
     database.close()
 
 

@@ -185,7 +185,7 @@ def records() -> dict[str, Drop]:
 
 @pytest.mark.parametrize("kind", records())
 def test_every_field_of_a_record_is_covered_or_refused(kind: str) -> None:
-    record = records()[kind].record(certainty=kind != "stepped")
+    record = records()[kind].to_dict(certainty=kind != "stepped")
     assert verify(record).ok
     unseen = []
     for path in paths(record):
@@ -203,7 +203,7 @@ def test_every_field_of_a_record_is_covered_or_refused(kind: str) -> None:
 
 
 def test_a_time_step_beside_the_exact_solver_is_refused() -> None:
-    record = drop("triangle-8", 1).record()
+    record = drop("triangle-8", 1).to_dict()
     assert verify(record | {"dt": None}).ok, "a client that writes every field writes null"
     with pytest.raises(RecordError, match="dt belongs to the stepped solver"):
         verify(record | {"dt": 0.01})

@@ -206,10 +206,10 @@ def test_arrays_are_described_as_openapi_3_1_wants_them() -> None:
 def test_a_record_has_exactly_the_fields_that_are_documented() -> None:
     board = Board.preset("triangle-8")
     fields = set(DropRecord.__struct_fields__)
-    exact = drop(board, 42).record()
-    sure = drop(board, 42).record(certainty=True)
-    stepped = drop(board, 42, x=0.0, solver="stepped").record()
-    aimed = drop(board, 42, aim=0.0).record()
+    exact = drop(board, 42).to_dict()
+    sure = drop(board, 42).to_dict(certainty=True)
+    stepped = drop(board, 42, x=0.0, solver="stepped").to_dict()
+    aimed = drop(board, 42, aim=0.0).to_dict()
     assert set(sure) | set(stepped) | set(aimed) | {"certificate"} == fields
     required = set(components()["DropRecord"]["required"])
     assert required == set(exact)

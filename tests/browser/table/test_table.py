@@ -27,7 +27,7 @@ def test_several_balls_of_one_push_have_one_seed_after_the_other(
         "0",
         "1",
     ]
-    expect(screen.result).to_contain_text(re.compile(r"^5 practice balls: [\d.]+× on average\.$"))
+    expect(screen.result).to_contain_text(re.compile(r"^5 practice balls: [\d.]+x on average\.$"))
 
 
 def test_auto_drop_gives_so_many_and_ends_by_itself(opened: Open, quick: Quick) -> None:

@@ -35,7 +35,7 @@ def test_a_batch_holds_what_its_drops_give_one_by_one(solver: str, name: str) ->
         assert (many.duration[i], many.x_end[i]) == (one.duration, one.x_end)
         assert many.x_start[i] == one.x_start
         assert many.scores[i] == one.score
-        assert many.impact_count[i] == np.count_nonzero(one.impacts["kind"] <= 1)
+        assert many.impact_count[i] == one.impact_count
         assert digests[i] == one.digest
 
 
@@ -84,6 +84,11 @@ def test_a_batch_in_another_order_holds_the_same_drops() -> None:
 def test_seeds_may_come_in_any_form() -> None:
     expected = outcomes(TRIANGLE, range(10))
     for seeds in (
+        10,
+        np.int64(10),
+        iter(range(10)),
+        (seed for seed in range(10)),
+        dict.fromkeys(range(10)),
         list(range(10)),
         [str(seed) for seed in range(10)],
         np.arange(10),
@@ -186,3 +191,23 @@ def test_a_bad_number_of_threads_is_refused_with_its_value(threads: object) -> N
         drop_many(TRIANGLE, [1], threads=threads)  # type: ignore[arg-type]
     assert repr(threads) in str(caught.value)
     assert caught.value.field == "threads"
+
+
+@pytest.mark.parametrize("seeds", [-1, 2**32, True, "12", None, 1.5, [1.5], [[1, 2]], [-1], {"a"}])
+def test_seeds_that_are_none_are_named(seeds: object) -> None:
+    with pytest.raises(SeedError, match="seed"):
+        drop_many(TRIANGLE, seeds)  # type: ignore[arg-type]
+
+
+def test_no_array_of_an_outcome_can_be_written_to() -> None:
+    one, many = drop(TRIANGLE, 1), drop_many(TRIANGLE, 5)
+    arrays = [
+        one.impacts,
+        many.histogram,
+        many.scores,
+        *many.to_columns().values(),
+        *many[1:3].to_columns().values(),
+    ]
+    for array in arrays:
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = array[1]

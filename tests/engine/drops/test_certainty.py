@@ -121,7 +121,7 @@ def test_tangents_change_nothing_of_the_drop() -> None:
     with_tangent, without = drop(board, 42), drop(board, 42)
     assert with_tangent.amplification is not None
     assert with_tangent.digest == without.digest
-    assert with_tangent.record(certainty=True).items() > without.record().items()
+    assert with_tangent.to_dict(certainty=True).items() > without.to_dict().items()
 
 
 def test_the_stepped_solver_does_not_claim_to_know() -> None:

@@ -111,7 +111,7 @@ def test_a_time_before_the_start_is_refused(bad: float) -> None:
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_a_record_is_json_and_holds_the_drop(solver: str) -> None:
     found = drop(TRIANGLE, 42, solver=solver)
-    record = json.loads(json.dumps(found.record(), allow_nan=False))
+    record = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     expected = ["board", "board_digest", "seed", "solver", "physics_version"]
     expected += ["bin", "score", "duration", "x_end", "impacts", "digest"]
     if solver == "stepped":
@@ -127,14 +127,14 @@ def test_a_record_is_json_and_holds_the_drop(solver: str) -> None:
 
 def test_a_record_of_a_board_of_ones_own_carries_the_board() -> None:
     board = scene("zigzag").board
-    record = json.loads(json.dumps(drop(board, x=-1.5).record()))
+    record = json.loads(json.dumps(drop(board, x=-1.5).to_dict()))
     assert Board.from_json(record["board"]).digest == board.digest == record["board_digest"]
     assert record["seed"] is None
     assert record["x"] == -1.5
 
 
 def test_a_drop_that_did_not_land_has_its_stake_back_in_the_record() -> None:
-    record = drop(scene("shelf").board, x=0.0).record()
+    record = drop(scene("shelf").board, x=0.0).to_dict()
     assert (record["bin"], record["score"]) == (None, 1.0)
 
 

@@ -27,19 +27,19 @@ def test_many_drops_one_drop_and_a_world_s_ball_take_the_same_aim_to_the_same_st
     many = drop_many(BOARD, range(5), aim=AIM)
     world = World(BOARD)
     for seed in range(5):
-        assert many[seed].record() == drop(BOARD, seed, aim=AIM).record()
+        assert many[seed].to_dict() == drop(BOARD, seed, aim=AIM).to_dict()
         world.add(seed, aim=AIM)
     assert [ball.x for ball in world.balls] == many.x_start.tolist()
     assert many[1:3].aim == AIM
 
 
 def test_a_record_names_its_aim_and_another_aim_does_not_verify() -> None:
-    record = json.loads(json.dumps(drop(BOARD, 7, aim=AIM).record()))
+    record = json.loads(json.dumps(drop(BOARD, 7, aim=AIM).to_dict()))
     assert record["aim"] == AIM
     assert "x" not in record
     assert verify(record).ok
     assert not verify(record | {"aim": -AIM}).ok
-    assert "aim" not in drop(BOARD, 7).record()
+    assert "aim" not in drop(BOARD, 7).to_dict()
 
 
 def test_starts_of_the_outermost_aims_stay_in_the_drop_zone() -> None:

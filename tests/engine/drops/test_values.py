@@ -158,7 +158,7 @@ TAKES: dict[str, Takes] = {
     "drop": lambda board: drop(board, 1).digest,
     "drop_many": lambda board: drop_many(board, range(9)).digest,
     "occupancy": lambda board: occupancy(board, range(2), **GRID).counts.tolist(),
-    "certify": lambda board: certify(board, 1).to_json(),
+    "certify": lambda board: certify(board, 1).to_dict(),
     "World": lambda board: World(board).digest(),
     "Place.of_board": lambda board: Place.of_board(board).digest,
     "on_board": lambda board: on_board(board).digest(),
@@ -186,7 +186,7 @@ def test_zero_is_one_place_to_start_from(solver: str) -> None:
     plus, minus = drop(BOARD, x=0.0, solver=solver), drop(BOARD, x=-0.0, solver=solver)
     assert minus == plus
     assert str(minus.x_start) == "0.0"
-    assert minus.record() == plus.record()
+    assert minus.to_dict() == plus.to_dict()
     many = drop_many(BOARD, [1, 2], xs=[-0.0, 0.0], solver=solver)
     assert many.digests() == [plus.digest] * 2
     assert str(many.x_start.tolist()) == "[0.0, 0.0]"
@@ -203,7 +203,7 @@ def test_zero_is_one_place_in_a_world_too() -> None:
 def test_a_record_from_when_zero_had_a_sign_is_still_reproduced() -> None:
     then = (13.0, 3.0, 1.3, 0.7, 0.4, 0.7, 1.3, 3.0, 13.0)  # the board's payouts, in its digest
     board = replace(BOARD, bins=replace(BOARD.bins, multipliers=then))
-    record = drop(board, x=0.0).record()
+    record = drop(board, x=0.0).to_dict()
     # The digest that releases before this gave the start at -0.0.
     old = record | {"x": -0.0, "digest": OLD_DIGEST}
     assert verify(old).ok

@@ -16,7 +16,7 @@ TRIANGLE = Board.preset("triangle-16")
 
 def record(**options: Any) -> dict[str, Any]:
     """A record as it comes back from JSON."""
-    found: dict[str, Any] = json.loads(json.dumps(drop(TRIANGLE, 42, **options).record()))
+    found: dict[str, Any] = json.loads(json.dumps(drop(TRIANGLE, 42, **options).to_dict()))
     return found
 
 
@@ -25,7 +25,7 @@ def test_every_record_verifies_after_a_round_trip_through_json(solver: str) -> N
     boards = [Board.preset("triangle-8-low"), Board.preset("classic"), Board.preset("galton")]
     boards += [scene(name).board for name in scene_names() if name != "shelf"]
     for board in boards:
-        text = json.dumps(drop(board, 7, solver=solver).record())
+        text = json.dumps(drop(board, 7, solver=solver).to_dict())
         result = verify(json.loads(text))
         assert result.ok
         assert (result.field, result.expected, result.actual) == (None, None, None)
@@ -44,7 +44,7 @@ def test_what_was_asked_for_is_in_the_record(options: dict[str, Any]) -> None:
 
 
 def test_a_record_without_a_seed_verifies_by_its_start() -> None:
-    given = drop(scene("ramp").board, x=-0.8).record()
+    given = drop(scene("ramp").board, x=-0.8).to_dict()
     assert verify(json.loads(json.dumps(given))).ok
 
 

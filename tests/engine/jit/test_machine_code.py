@@ -115,7 +115,7 @@ def test_a_board_that_stays_in_memory_stays_as_it_is_and_is_no_other() -> None:
     """Drops on one board again and again, by more than one kernel, and on another one between."""
     names = ("triangle-8", "triangle-8", "classic", "triangle-8")
     first, again, other, last = [
-        drop(Board.preset(name), 5).record(certainty=True) for name in names
+        drop(Board.preset(name), 5).to_dict(certainty=True) for name in names
     ]
     assert first == again == last
     assert other["digest"] != first["digest"]

@@ -1,5 +1,7 @@
 """Presets return what they state, from each aim they offer; a table is solved for any chances."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -151,3 +153,24 @@ def test_a_changed_board_has_no_odds_of_record() -> None:
     form = Board.preset("triangle-8").to_dict()
     assert len(odds_of_record(Board.from_json(form))) == 1
     assert odds_of_record(Board.from_json(form | {"drag": 2.0})) == ()
+
+
+def test_a_table_that_too_few_drops_chose_names_the_bins_that_it_guesses() -> None:
+    few = solve_payouts("triangle-16", drops=3_000)
+    rare, *_ = few.warnings
+    assert "3,000 drops cannot tell how often bins 0, 1, 2, 3, 13, 14, 15, 16 are hit" in rare
+    assert few.to_dict()["warnings"] == list(few.warnings)
+    enough = solve_payouts("triangle-8", drops=20_000)
+    assert enough.warnings == ()
+
+
+def test_a_table_that_falls_towards_a_side_says_so() -> None:
+    found = solve_payouts("triangle-8", drops=20_000)
+    for pays, said in (
+        ((9.0, 3.0, 2.0, 1.0, 0.1, 1.0, 2.0, 3.0, 9.0), ""),
+        ((2.0, 3.0, 2.0, 1.0, 0.1, 1.0, 2.0, 3.0, 9.0), "bin 0 pays 2 beside 3 in bin 1"),
+        ((9.0, 3.0, 2.0, 1.0, 0.1, 1.0, 0.9, 3.0, 9.0), "bin 6 pays 0.9 beside 1 in bin 5"),
+    ):
+        board = replace(found.board, bins=replace(found.board.bins, multipliers=pays))
+        assert said in "".join(replace(found, board=board).warnings)
+        assert bool(said) == bool(replace(found, board=board).warnings)

@@ -45,7 +45,7 @@ def given(done: Drop, fps: float, times: list[float]) -> dict[str, Any]:
             before[i] = (*(last[name] for name in ["t", "x", "y"]), before[i][3], *list(last)[3:6])
     return {
         "board": done.board.to_dict(),
-        "record": done.record(),
+        "record": done.to_dict(),
         "sampled": {
             "fields": list(frames.dtype.names or ()),
             "frames": frames.tolist(),
@@ -102,7 +102,7 @@ def test_drops_are_sampled_only_where_the_page_cannot_compute(
     run: Run, solver: str, fps: float
 ) -> None:
     drops = (drop(Board.preset("triangle-8"), seed, solver=solver) for seed in range(100))
-    record = next(d for d in drops if KIND_CONTACT_BEGIN not in d.impacts["kind"]).record()
+    record = next(d for d in drops if KIND_CONTACT_BEGIN not in d.impacts["kind"]).to_dict()
     needed = run(
         "model/motion/drop.js", "({ samplesNeeded }, record) => samplesNeeded(record)", record
     )

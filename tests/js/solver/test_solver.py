@@ -123,7 +123,7 @@ def test_states_at_any_time_and_the_record_are_the_engine_s(run: Run) -> None:
         asked,
     )
     for each, request, mine in zip(drops, asked, found, strict=True):
-        record = each.record()
+        record = each.to_dict()
         assert mine["record"] | {"board": board.name} == record
         for true, got in zip(each.states(request["times"]), mine["states"], strict=True):
             assert got == {name: float(true[name]) for name in got}, got["t"]

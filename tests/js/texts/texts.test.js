@@ -8,18 +8,18 @@ import { t } from "../../../static/js/texts/text.js";
 
 const STATIC = new URL("../../../static/", import.meta.url);
 const FOLDER = new URL("js/texts/", STATIC);
-const names = readdirSync(FOLDER).filter((name) => /^[a-z]{2}\.js$/.test(name));
-const languages = new Map(await Promise.all(names.map(async (name) =>
-  [name.slice(0, 2), (await import(new URL(name, FOLDER).href)).texts])));
+const names = readdirSync(FOLDER).filter((name) => /^[a-z]{2}\.json$/.test(name));
+const languages = new Map(names.map((name) =>
+  [name.slice(0, 2), JSON.parse(readFileSync(new URL(name, FOLDER), "utf8"))]));
 const english = languages.get("en");
 
 /** Places in braces, each once, in alphabetical order. @param {string} text */
 const placesOf = (text) => [...new Set(text.match(/\{\w*\}/g) ?? [])].sort();
 const formsOf = (text) => (typeof text === "string" ? [text] : Object.values(text));
 
-/** @param {string} ending @returns {string[]} all files of the pages but the texts themselves */
+/** @param {RegExp} ending @returns {string[]} all files of the pages with that ending */
 const sources = (ending) => readdirSync(STATIC, { recursive: true })
-  .filter((path) => path.endsWith(ending) && !/js\/texts\/[a-z]{2}\.js$/.test(path))
+  .filter((path) => ending.test(path))
   .map((path) => readFileSync(new URL(path, STATIC), "utf8"));
 
 test("every language has the same texts, in the same order", () => {
@@ -58,18 +58,18 @@ test("a text with forms has them in every language, those of its plural categori
 });
 
 test("every text is used, and every key that is used has one", () => {
-  const code = sources(".js").join("\n");
-  const pages = sources(".html").join("\n");
-  const used = new Set([...pages.matchAll(/\{\{([\w.-]+)/g)].map(([, key]) => key));
+  const code = sources(/\.js$/).join("\n");
+  const pages = sources(/\.(?:html|part)$/).join("\n");
+  const used = new Set([...pages.matchAll(/(?:\{\{|\w=)([a-z]+\.[\w-]+|language)(?=[|} ])/g)].map(([, key]) => key));
   for (const key of used) assert.ok(key in english, `a page asks for ${key}`);
   const unused = Object.keys(english).filter((key) => !used.has(key) && !code.includes(`"${key}"`));
   assert.deepEqual(unused, []);
 });
 
 test("a page has no words of its own between its tags or in its attributes", () => {
-  const same = /^(?:Plink|o|[A-Z]|Esc|English|Deutsch|Español|Plinko|[\d.]+ (?:[pnµm]m|cm|s)|\d+×|api\/\S+|–)$/;
+  const same = /^(?:Plink|o|[A-Z]|Esc|English|Deutsch|Español|Plinko|[\d.]+ (?:[pnµm]m|cm|s)|\d+x|api\/\S+|–)$/;
   const parts = /<!--.*?-->|<script.*?<\/script>|<(?:[^>"]|"[^"]*")*>|\{\{[^|{}]*\}\}/gs;
-  for (const page of sources(".html")) {
+  for (const page of sources(/\.(?:html|part)$/)) {
     const whole = page.replace(/\{\{[\w.-]+\|(.*?)\}\}/g, "$1");
     const words = whole.replace(parts, "\n").split("\n");
     const said = /(?:aria-label|aria-roledescription|title|placeholder|alt|label)="([^"]*)"/g;
@@ -83,6 +83,6 @@ test("places are filled, numbers by the language's rules", () => {
   assert.equal(t("play.row", { row: 3, rows: 16 }), "Row 3 of 16…");
   assert.equal(t("count.drop", { n: 1 }), "1 drop");
   assert.equal(t("count.drop", { n: 12345 }), "12,345 drops");
-  assert.equal(t("play.practice-bin", { bin: 4, pays: "1.5×", seed: "12345678901234567890" }),
-    "Practice: bin 4, 1.5× for seed 12345678901234567890.");
+  assert.equal(t("play.practice-bin", { bin: 4, pays: "1.5x", seed: "12345678901234567890" }),
+    "Practice: bin 4, 1.5x for seed 12345678901234567890.");
 });

@@ -3,7 +3,7 @@
 import functools
 import math
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
@@ -25,6 +25,7 @@ from app.web.routes.common import (
 )
 from app.web.routes.drops.asked import Asked
 from app.web.routes.drops.drops import facts_of
+from app.web.routes.queries import Number, Whole
 from app.web.services import Services
 from engine import PHYSICS_VERSION, Board
 from engine.parameters import Exact
@@ -32,13 +33,17 @@ from engine.seeding import parse_seed
 
 router = APIRouter(prefix="/api/v1", tags=["pictures"])
 
-Width = Annotated[int, Query(description="Width of the picture in pixels, 240 to 2048.")]
-ThemeName = Annotated[str, Query(description="`light` or `dark`, the page's themes.")]
+MOST_FPS = 60
+
+Width = Annotated[
+    Whole, Query(ge=LEAST_WIDTH, le=MOST_WIDTH, description="Width of the picture in pixels.")
+]
+ThemeName = Annotated[Literal["light", "dark"], Query(description="One of the page's themes.")]
 Moment = Annotated[
-    float | None,
+    Number | None,
     Query(description="Seconds from the start: the picture of that moment, not of the whole drop."),
 ]
-Fps = Annotated[int, Query(description="Frames a second, 1 to 60.")]
+Fps = Annotated[Whole, Query(ge=1, le=MOST_FPS, description="Frames a second.")]
 
 STILLS = {"png": "image/png", "jpg": "image/jpeg"}
 """Format and media type of still pictures. A drop's `.webp` is an animation."""
@@ -48,7 +53,6 @@ MANY = {**STILLS, "webp": "image/webp"}
 
 DEFAULT_DROPS = 10_000
 LONGEST = 60.0  # s of a fall that an animation shows
-MOST_FPS = 60
 _MOST_SHEET = 1 << 23  # pixels of a sheet of many drops, about
 
 ANIMATIONS = {"gif": "image/gif", "webp": "image/webp", "apng": "image/apng"}
@@ -77,8 +81,8 @@ async def picture_reply(
 
 
 def pixels_of(board: Board, width: int) -> int:
-    """Pixels of a board's picture; a width that is none counts as the nearest that is one."""
-    view = lay_out(board, min(max(width, LEAST_WIDTH), MOST_WIDTH))
+    """Pixels of a board's picture."""
+    view = lay_out(board, width)
     return view.width * view.height
 
 
@@ -145,8 +149,7 @@ def _animation(fmt: str) -> Callable[..., object]:
         found = await facts_of(request, ask)
         name = f"{found.digest}.{fmt}.{width}.{theme}.{fps}"
         draw = functools.partial(tasks.animation, ask, fmt, width, fps, theme)
-        # A rate that is none is the drawing's to refuse, as is a width.
-        frames = math.ceil(min(found.duration, LONGEST) * min(max(fps, 1), MOST_FPS)) + 1
+        frames = math.ceil(min(found.duration, LONGEST) * fps) + 1
         price = prices.animation(pixels_of(ask.board, width), frames)
         media_type = {**ANIMATIONS, **VIDEOS}[fmt]
         return await picture_reply(request, server, name, draw, price, media_type)
@@ -162,7 +165,9 @@ def _name_of(many: Many) -> str:
 async def _many(
     board: str,
     server: Server,
-    drops: Annotated[int | None, Query(description="How many; at most `--max-simulation`.")] = None,
+    drops: Annotated[
+        Whole | None, Query(description="How many; at most `--max-simulation`.")
+    ] = None,
     seed: Annotated[str, Query(description="Of the first drop; then one more each.")] = "0",
 ) -> Many:
     """The drops of a request; raises the errors of what cannot be."""
@@ -210,12 +215,12 @@ def _sheet(fmt: str) -> Callable[..., object]:
         board: str,
         request: Request,
         server: Server,
-        drops: Annotated[int, Query(ge=1, le=256, description="How many.")] = 25,
+        drops: Annotated[Whole, Query(ge=1, le=256, description="How many.")] = 25,
         seed: Annotated[str, Query(description="Of the first drop; then one more each.")] = "0",
         columns: Annotated[
-            int | None, Query(description="By default as many as rows, if they fit.")
+            Whole | None, Query(description="By default as many as rows, if they fit.")
         ] = None,
-        width: Annotated[int, Query(description="Width in pixels, at most 2048.")] = 1140,
+        width: Annotated[Whole, Query(ge=1, le=MOST_WIDTH, description="Width in pixels.")] = 1140,
         theme: ThemeName = "light",
     ) -> Response:
         """The whole paths of many drops side by side, each with its seed and what it paid."""

@@ -5,7 +5,7 @@ import functools
 from typing import Annotated
 
 import msgspec
-from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.security import HTTPBearer
 
 from app.computing import prices
@@ -13,7 +13,10 @@ from app.errors import InvalidValueError, TokenError, UnknownRoomError
 from app.live.sessions.fair_sessions import check_stake
 from app.persistence.room_log import LogPart
 from app.protocol.client_messages import parse_aim, parse_x
+from app.protocol.messages import Accepted
 from app.rooms.kinds import SCENE
+from app.rooms.outcome import Outcome
+from app.rooms.pending import again_of
 from app.rooms.room import Ground, Room
 from app.rooms.stakes import parse_stake, parse_who
 from app.rooms.touching.scene import Scene
@@ -29,11 +32,13 @@ from app.web.routes.common import (
     documented_failures,
     is_current,
     limit_drops,
+    next_page,
     optional_seed,
     read,
     reply,
     resolve_board,
 )
+from app.web.routes.queries import Whole
 from app.web.routes.rooms.sessions import Token as SessionToken
 from app.web.routes.rooms.sessions import own_session
 from app.web.schemas.rooms import (
@@ -55,9 +60,19 @@ from engine import Board
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 
 After = Annotated[str, Query(description="The id after which the page begins.")]
-Limit = Annotated[int, Query(ge=1, le=1000, description="How many rooms, at most.")]
-First = Annotated[int, Query(ge=0, description="The number of the first drop told.")]
-LogLimit = Annotated[int | None, Query(ge=1, description="How many drops, at most; else all.")]
+Limit = Annotated[Whole, Query(ge=1, le=1000, description="How many rooms, at most.")]
+First = Annotated[Whole, Query(ge=0, description="The number of the first drop told.")]
+LogLimit = Annotated[Whole | None, Query(ge=1, description="How many drops, at most; else all.")]
+
+Key = Annotated[
+    str | None,
+    Header(
+        alias="Idempotency-Key",
+        min_length=1,
+        max_length=255,
+        description="A text of your own, by which the same is asked for again and done once.",
+    ),
+]
 
 # Only documents the scheme: what is missing or wrong is said by `app.web.tokens`.
 Token = Depends(
@@ -80,7 +95,9 @@ async def list_rooms(
     begin = bisect.bisect_right(order, (after not in public, after)) if after else 0
     names = [name for _, name in order[begin : begin + limit]]
     page = [found[name] for name in names]
-    return reply(RoomList(page, names[-1] if begin + limit < len(order) else None))
+    following = names[-1] if begin + limit < len(order) else None
+    headers = {} if following is None else next_page(request, after=following)
+    return reply(RoomList(page, following), headers=headers)
 
 
 @router.post(
@@ -92,7 +109,7 @@ async def list_rooms(
     ),
     openapi_extra=body_of(RoomRequest, {"board": "triangle-12-high"}),
 )
-async def open_room(request: Request, server: Server) -> Response:
+async def open_room(request: Request, server: Server, key: Key = None) -> Response:
     """Open a room with an id of its own; watch it at `/ws/rooms/{id}`.
 
     Over any board, `mode` says whether its balls touch each other. Instead of a board a `scene`
@@ -104,15 +121,24 @@ async def open_room(request: Request, server: Server) -> Response:
     """
     address = address_of(request)
     creator = server.tokens.mark_of(address)
+    again = None if key is None else again_of("open", creator, key)
+    if again is not None and (found := await server.rooms.begun_by(again)) is not None:
+        return _opened(server, found)
     held = await server.rooms.made_by(creator)
     with server.creators.place(address, server.rooms.free, held) as take:
         body = await read(request, RoomRequest)
         if body.story is None:
-            room = await server.rooms.create(*await _ground(request, server, body), creator)
+            ground, mode = await _ground(request, server, body)
+            room = await server.rooms.create(ground, mode, creator, again)
         else:
             retold = await _retold(request, server, body)
-            room = await server.rooms.create_retold(retold, creator)
+            room = await server.rooms.create_retold(retold, creator, again)
         take(room.id)
+    return _opened(server, room)
+
+
+def _opened(server: Services, room: Room) -> Response:
+    """What the creator of a room is told of it."""
     view = msgspec.structs.asdict(_view(server, room))
     opened = RoomOpened(**view, token=server.tokens.of(room.id))
     headers = {"location": f"/api/v1/rooms/{room.id}", "cache-control": "no-store"}
@@ -132,24 +158,29 @@ async def get_room(room: str, server: Server) -> Response:
     openapi_extra=body_of(RoomChange, {"board": "triangle-8"}),
     dependencies=[Token],
 )
-async def change_room(room: str, request: Request, server: Server) -> Response:
+async def change_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
     """Give a room another board. It begins anew, for everyone in it; for its creator alone."""
     found = await _own_room(room, request, server)
     body = await read(request, RoomChange)
     board = await _board_of_room(request, server, body.board)
-    return reply(_view(server, await server.rooms.reset(found, board)))
+    return reply(_view(server, await server.rooms.reset(found, board, _again(room, key))))
 
 
 @router.post(
     "/{room}/reset",
     summary="Begin a room anew",
-    responses=documented(RoomView, 401, 403, 404, 429, 503),
+    responses=documented(RoomView, 401, 403, 404, 422, 429, 503),
     dependencies=[Token],
 )
-async def reset_room(room: str, request: Request, server: Server) -> Response:
+async def reset_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
     """Take all balls out and count from zero; for its creator alone."""
     found = await _own_room(room, request, server)
-    return reply(_view(server, await server.rooms.reset(found)))
+    return reply(_view(server, await server.rooms.reset(found, key=_again(room, key))))
+
+
+def _again(room: str, key: str | None) -> str | None:
+    """The mark of a key with which a room is begun anew."""
+    return None if key is None else again_of("anew", room, key)
 
 
 @router.delete(
@@ -192,6 +223,8 @@ async def get_room_log(
     number = int(session.partition("-")[0])
     reading = server.logs.read(found, address_of(request), marks=marks, part=part, session=number)
     body = await attended(request, reading)
+    if limit is not None and first + limit < found.taken:
+        headers |= next_page(request, first=first + limit)
     return StreamedAnswer(body, media_type="application/json", headers=headers)
 
 
@@ -224,30 +257,25 @@ async def drop_into_room(
     request: Request,
     server: Server,
     wait: Annotated[bool, Query(description="Reply only once the ball has landed.")] = False,
+    key: Key = None,
 ) -> Response:
     """Put a ball in; everyone who watches sees it fall.
 
     A stake needs an open `session`, whose token is shown: nobody can choose such a drop's start.
     With a `seed` or `x` a drop is practice.
     With `wait=1` the reply comes with the landing, or as 202 without it should that take too long.
+    Where the answer was `undecided`, or never came, ask again with the same `Idempotency-Key`: the
+    ball is dropped once, and the reply is what came of it.
     """
     limit_drops(request, server)
     body = await read(request, RoomDropRequest, empty=RoomDropRequest())
     found = await server.rooms.seek(room)
-    stake = parse_stake(body.stake)
-    check_stake(stake, body.session)
-    session = None if body.session is None else await own_session(body.session, request, server)
-    accepted = await server.rooms.drop(
-        found,
-        optional_seed(body.seed),
-        parse_x(body.x),
-        aim=parse_aim(body.aim),
-        stake=stake,
-        who=parse_who(body.who),
-        session=session,
-    )
-    landed = None
-    if wait:
+    again = None if key is None else again_of("rest", key)
+    outcome = None if again is None else await server.rooms.asked_before(found, again)
+    if outcome is None:
+        outcome = Outcome(await _drop(found, body, request, server, again), None)
+    accepted, landed = outcome.accepted, outcome.landed if wait else None
+    if wait and landed is None:
         landed = await server.rooms.landings.wait(found, accepted.ball, server.settings.wait_limit)
     drop = RoomDrop(
         found.id,
@@ -260,6 +288,26 @@ async def drop_into_room(
         receipt=accepted.receipt or None,
     )
     return reply(drop, 202 if landed is None else 200)
+
+
+async def _drop(
+    room: Room, body: RoomDropRequest, request: Request, server: Services, again: str | None
+) -> Accepted:
+    """Have a ball dropped; `again` is the mark of its key."""
+    stake = parse_stake(body.stake)
+    check_stake(stake, body.session)
+    session = None if body.session is None else await own_session(body.session, request, server)
+    asked = server.rooms.drop(
+        room,
+        optional_seed(body.seed),
+        parse_x(body.x),
+        aim=parse_aim(body.aim),
+        stake=stake,
+        who=parse_who(body.who),
+        session=session,
+        again=again,
+    )
+    return await server.ledger.decided(asked)
 
 
 async def _ground(request: Request, server: Services, body: RoomRequest) -> tuple[Ground, str]:
@@ -291,7 +339,7 @@ async def _retold(request: Request, server: Services, body: RoomRequest) -> Reto
             )
     rate, most = server.settings.tick_rate, server.rooms.limits.touching
     story = story_of(body.story, tick_rate=rate, max_balls=most)
-    price = prices.story(story.tick / rate * story.substeps * story.most_balls)
+    price = prices.story(story.ball_substeps(rate))
     work = functools.partial(retell, story, tick_rate=rate, max_balls=most)
     return await attended(request, charged(server, address_of(request), work, price))
 

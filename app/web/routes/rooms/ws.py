@@ -2,13 +2,13 @@
 
 import asyncio
 import contextlib
-import functools
 import logging
 import secrets
 import time
 from collections.abc import Callable
 from typing import Any
 
+import msgspec
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from app.errors import (
@@ -16,12 +16,14 @@ from app.errors import (
     AppError,
     HaltedError,
     HoldLostError,
+    InvalidValueError,
     LedgerError,
     LimitError,
     MalformedError,
     MessageFloodError,
     MissingBallError,
     SlowClientError,
+    UndecidedError,
     answer,
     shorten,
     told,
@@ -33,6 +35,7 @@ from app.protocol import asyncapi, client_messages, messages
 from app.protocol.touching_messages import ClaimMessage, WatchMessage
 from app.protocol.visitors import AppearMessage, parse_colour, parse_name
 from app.protocol.wire import WireMessage
+from app.rooms.pending import again_of
 from app.rooms.room import Room
 from app.rooms.stakes import parse_stake, parse_who
 from app.web.limits import TokenBucket, spend
@@ -96,6 +99,11 @@ def _event(error: BaseException, ref: object = None) -> messages.Error:
     return messages.Error(code=answer(error).code, detail=told(error), ref=ref)
 
 
+def _again(key: str, ref: object) -> str:
+    """By what a drop of a connection with this key may be asked for again."""
+    return again_of("socket", key, msgspec.json.encode(ref, order="sorted").decode())
+
+
 class RoomClient:
     """One client in one room."""
 
@@ -119,7 +127,7 @@ class RoomClient:
         self._appearances = TokenBucket(_APPEARANCES, _APPEARANCES_AT_ONCE, now)
         self._changes = Changes(server, room.id, self.client.id)
         self._sessions = JoinedSessions(server)
-        self._asked: set[asyncio.Task[messages.Event]] = set()  # held, or they would be collected
+        self._asked: set[asyncio.Task[None]] = set()  # held, or they would be collected
         self._strikes = TokenBucket(_STRIKES_FORGIVEN, _STRIKES, now)
 
     @property
@@ -157,7 +165,7 @@ class RoomClient:
                 self._limit_messages()
                 self._take(data)
             except (AppError, EngineError) as error:
-                self._answer(error, client_messages.peek(data, "ref") if data else None)
+                self._answer(error, client_messages.ref_of(data) if data else None)
 
     def _keyframe(self, stream: str) -> Callable[[], WireMessage] | None:
         """Pieces of paths add up: one message makes good those that could not be sent."""
@@ -201,12 +209,33 @@ class RoomClient:
 
     def _drop(self, message: client_messages.DropMessage) -> None:
         spend(self._drops, time.monotonic(), "drops")
+        if message.key is None:
+            self._follow(message.ref, self._ask_drop(message))
+        else:
+            self._follow(message.ref, asyncio.ensure_future(self._drop_once(message, message.key)))
+
+    async def _drop_once(self, message: client_messages.DropMessage, key: str) -> messages.Event:
+        """What came of a drop that may have been asked for before, over another connection."""
+        if message.ref is None:
+            raise InvalidValueError("a drop is asked for again by its `ref`", field="ref")
+        before = await self.server.rooms.asked_before(self.room, _again(key, message.ref))
+        if before is None:
+            return await self._ask_drop(message)
+        self._notify(msgspec.structs.replace(before.accepted, ref=message.ref))
+        if before.landed is not None:
+            self._notify(before.landed)
+        return before.accepted
+
+    def _ask_drop(
+        self, message: client_messages.DropMessage
+    ) -> "asyncio.Future[messages.Accepted]":
         seed = None if message.seed is None else parse_seed(message.seed)
         x = client_messages.parse_x(message.x)
         stake = parse_stake(message.stake)
         check_stake(stake, message.session)
         session = None if message.session is None else self._sessions.of(message.session)
-        asked = self.server.rooms.drop(
+        known = message.key or self.client.key
+        return self.server.rooms.drop(
             self.room,
             seed,
             x,
@@ -217,8 +246,8 @@ class RoomClient:
             client=self.client.id,
             key=self.client.key,
             ref=message.ref,
+            again=None if message.ref is None else _again(known, message.ref),
         )
-        self._follow(message.ref, asked)
 
     def _appear(self, message: AppearMessage) -> None:
         spend(self._appearances, time.monotonic(), "changes of name")
@@ -229,36 +258,41 @@ class RoomClient:
     def _ask(self, message: client_messages.SessionRequest) -> None:
         """Answer what is said of a session, once the ledger has it."""
         spend(self._drops, time.monotonic(), "drops")
-        task = asyncio.create_task(self._sessions.take(self.room, message))
-        self._asked.add(task)
-        task.add_done_callback(functools.partial(self._answered, message.ref))
+        asked = asyncio.ensure_future(self._sessions.take(self.room, message))
+        self._follow(message.ref, asked, answered=True)
 
-    def _answered(self, ref: object, task: "asyncio.Task[messages.Event]") -> None:
-        self._asked.discard(task)
-        error = None if task.cancelled() else task.exception()
-        if isinstance(error, HoldLostError):
-            self.client.fail(error)
-        elif error is not None:
-            self._tell(_event(error, ref))
-        elif not task.cancelled():
-            self._tell(task.result())
-
-    def _follow(self, ref: object, asked: "asyncio.Future[Any]") -> None:
+    def _follow(self, ref: object, asked: "asyncio.Future[Any]", *, answered: bool = False) -> None:
         # Not waited for: a player's next message need not wait for a disk.
-        asked.add_done_callback(functools.partial(self._kept, ref))
+        task = asyncio.create_task(self._tell_outcome(ref, asked, answered=answered))
+        self._asked.add(task)
+        task.add_done_callback(self._asked.discard)
 
-    def _kept(self, ref: object, asked: "asyncio.Future[Any]") -> None:
-        """Tell the player what could not be kept, or that it is done if no event says so."""
-        error = None if asked.cancelled() else asked.exception()
-        if isinstance(error, HoldLostError):
-            self.client.fail(error)
-        elif error is not None:
-            event = messages.encode_event(_event(error, ref))
-            self.server.hub.notify(self.room_id, self.client.id, event)
-        elif ref is not None and not asked.cancelled() and not messages.has_ref(asked.result()):
-            done = messages.Done(tick=self.room.world.tick, ref=ref)
-            event = messages.encode_event(done)
-            self.server.hub.notify(self.room_id, self.client.id, event)
+    async def _tell_outcome(
+        self, ref: object, asked: "asyncio.Future[Any]", *, answered: bool
+    ) -> None:
+        """Tell the player what could not be kept, or that it is done if no event says so.
+
+        `answered`: what came of it is an answer to this client alone.
+        """
+        try:
+            try:
+                event = await self.server.ledger.decided(asked)
+            except UndecidedError as undecided:
+                self._notify(_event(undecided, ref))
+                event = await asked
+        except HoldLostError as lost:
+            self.client.fail(lost)
+        except Exception as error:  # noqa: BLE001 - what a stranger is, the player is told, too
+            self._notify(_event(error, ref))
+        else:
+            if answered:
+                self._tell(event)
+            elif ref is not None and not messages.has_ref(event):
+                self._notify(messages.Done(tick=self.room.world.tick, ref=ref))
+
+    def _notify(self, event: messages.Event) -> None:
+        """Tell the player after all that the room has told until now."""
+        self.server.hub.notify(self.room_id, self.client.id, messages.encode_event(event))
 
     def _pong(self, ping: client_messages.PingMessage) -> messages.Pong:
         tick, at = self.room.world.tick, self.room.tick_time

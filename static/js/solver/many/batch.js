@@ -1,5 +1,7 @@
 // Many drops in a worker, so that the page goes on meanwhile: with progress, and an end at any time.
 
+import { startThread } from "./threads.js";
+
 /**
  * @typedef {{board: unknown, first: string, drops: number}} Asked board: its JSON, parsed; first: the
  *   first of the seeds, which count up
@@ -10,39 +12,36 @@
 
 /** One batch under way. */
 export class Batch {
-  #worker;
-
   /**
    * @param {Asked} asked
    * @param {(tally: Tally) => void} onProgress
    */
   constructor(asked, onProgress) {
-    this.#worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
     const { promise, resolve, reject } = deferred();
     /** The tally of all, or of those done when it was cancelled; null if none was. */
     this.done = promise;
     /** @type {Tally | null} */
     let last = null;
+    /** @param {string | undefined} reason */
+    const fail = (reason) => {
+      thread.end();
+      reject(new Error(reason || "the worker could not be started"));
+    };
     this.cancel = () => {
-      this.#worker.terminate();
+      thread.end();
       resolve(last);
     };
-    this.#worker.addEventListener("message", ({ data }) => {
+    const thread = startThread(new URL("worker.js", import.meta.url), (data) => {
       const { tally, error } = /** @type {Told} */ (data);
       if (!tally) {
-        this.#worker.terminate();
-        reject(new Error(error));
+        fail(error);
         return;
       }
       last = tally;
       onProgress(tally);
       if (tally.drops >= asked.drops) this.cancel();
-    });
-    this.#worker.addEventListener("error", (event) => {
-      this.#worker.terminate();
-      reject(new Error(event.message || "the worker could not be started"));
-    });
-    this.#worker.postMessage(asked);
+    }, fail);
+    thread.send(asked);
   }
 }
 

@@ -1,13 +1,11 @@
 // A worker that computes many drops of one board and tells how far it is; batch.js starts it.
 
 import { openSolver } from "../solver.js";
+import { hearOwner } from "./threads.js";
 
 /** @import { Asked, Told } from "./batch.js" */
 
 const AT_ONCE = 500; // drops between two words of progress: some hundredths of a second
-
-/** @param {Told} told */
-const tell = (told) => postMessage(told);
 
 /** @param {Asked} asked */
 async function run({ board, first, drops }) {
@@ -29,6 +27,7 @@ async function run({ board, first, drops }) {
   }
 }
 
-addEventListener("message", ({ data }) => {
-  run(/** @type {Asked} */ (data)).catch((error) => tell({ error: error.message }));
+/** @type {(told: Told) => void} */
+const tell = hearOwner((asked) => {
+  run(/** @type {Asked} */ (asked)).catch((error) => tell({ error: error.message }));
 });

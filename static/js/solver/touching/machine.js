@@ -4,6 +4,8 @@
 // for each number that the code takes; of an array two addresses that are not used here, its counts
 // of values and of bytes in each, its own address, shape and strides. The results are behind it.
 
+import { bytesOf } from "../encoding/beside.js";
+
 /**
  * An array without gaps. bytes: of a value, where it is of 64 bits that are given as two of 32.
  * @template {Float64Array | Int32Array} [T=Float64Array | Int32Array]
@@ -24,11 +26,14 @@ const ARRAY = 5; // numbers of an array ahead of its shape and strides
 const OWN_ADDRESS = 24; // bytes, in an array that is returned
 const SHAPE = 32;
 
-/** @returns {Promise<Machine>} with the code that lies beside this file */
-export async function loadMachine() {
-  const response = await fetch(new URL("touching.wasm", import.meta.url));
-  if (!response.ok) throw new Error(`touching.wasm is not there: ${response.status}`);
-  return Machine.open(await response.arrayBuffer());
+const KERNELS = new URL("touching.wasm", import.meta.url);
+
+/**
+ * @param {BufferSource} [bytes] of touching.wasm; without them it is read from beside this module
+ * @returns {Promise<Machine>}
+ */
+export async function loadMachine(bytes) {
+  return Machine.open(bytes ?? (await bytesOf(KERNELS)));
 }
 
 /** Memory, and the code that works on it. */

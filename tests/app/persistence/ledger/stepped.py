@@ -57,7 +57,7 @@ class Steps(Database):
         def _statement(
             connection: Any, cursor: Any, statement: str, values: Any, context: Any, many: bool
         ) -> None:
-            self.at(statement.split("(", maxsplit=1)[0].strip())
+            self.at(statement.splitlines()[0].split("(", maxsplit=1)[0].strip())
 
     @contextlib.contextmanager
     def transaction(self) -> Iterator[Connection]:

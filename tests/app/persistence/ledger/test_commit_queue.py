@@ -8,10 +8,11 @@ from typing import Any
 
 import pytest
 
-from app.errors import LedgerError
+from app.errors import LedgerError, UnknownRoomError
 from app.persistence.ledger.commit_queue import CommitQueue, Fate, Job, RevokedError
 from app.persistence.ledger.writer import Ledger
 from app.persistence.statements.store import last_number
+from app.rooms.log import verify_log
 from app.rooms.records import DropRow
 from engine import Board
 from tests.app.conftest import TINY
@@ -50,8 +51,8 @@ async def table_over(empty: Path, folder: Path) -> Table:
 # The queue alone.
 
 
-def test_nothing_is_put_in_before_the_remains_of_a_refusal_are_taken_out() -> None:
-    first, second = Job([row(0)], [row(7)]), Job([row(1)], [row(8)])
+def test_what_is_refused_before_its_commit_was_sent_is_never_sent() -> None:
+    first, second = Job([row(0)]), Job([row(1)])
     queue = queue_of(first, second)
     taken = queue.take(at_once)
     assert taken == [first, second]
@@ -59,55 +60,65 @@ def test_nothing_is_put_in_before_the_remains_of_a_refusal_are_taken_out() -> No
     with pytest.raises(LedgerError, match="gone"):
         queue.put(Job())
     with pytest.raises(RevokedError):
-        queue.check(taken)
+        queue.send(taken)
     queue.revoked()
-    (undo,) = queue.take(at_once) or []
-    assert undo.writes == [row(8), row(7)], "the latest first"
-    told, mended = queue.done([undo])
-    assert (told, mended) == ([undo], GONE)
+    assert queue.take(at_once) == [], "a probe, and nothing of what was refused"
+    assert queue.done([]) is GONE
     with pytest.raises(LedgerError):
         queue.put(Job())
     queue.open(GONE)
     queue.put(Job())
 
 
-def test_a_commit_that_came_through_after_it_was_given_up_is_told_to_nobody_and_undone() -> None:
-    job, kept = Job([row(0)], [row(7)]), Job([row(1)], keep=True)
-    queue = queue_of(job, kept)
+def test_what_was_sent_is_not_refused_by_a_loss_of_patience() -> None:
+    sent, kept, waiting = Job([row(0)]), Job([row(1)], keep=True), Job([row(2)])
+    queue = queue_of(sent, kept)
     taken = queue.take(at_once)
     assert taken is not None
-    queue.give_up(GONE)
-    assert queue.done(taken) == ([kept], None)
-    assert job.fate is Fate.REFUSED
-    (undo,) = queue.take(at_once) or []
-    assert undo.writes == [row(7)]
+    queue.send(taken)
+    queue.put(waiting)
+    assert queue.give_up(GONE) == [waiting]
+    assert queue.done(taken) is GONE
+    assert (sent.fate, kept.fate, waiting.fate) == (Fate.DONE, Fate.DONE, Fate.REFUSED)
 
 
-def test_a_failure_that_comes_while_one_is_mended_opens_nothing_too_early() -> None:
-    queue = queue_of(Job([row(0)], [row(7)]))
+def test_a_failure_that_comes_after_a_commit_came_back_is_not_over_with_it() -> None:
+    queue = queue_of(Job([row(0)]))
     queue.take(at_once)
     queue.failed(GONE)
-    mending = queue.take(at_once)
-    assert mending is not None
+    probe = queue.take(at_once)
+    assert probe == []
+    outlived = queue.done(probe)
     queue.put(Job(read=last_number))
     again = LedgerError("again")
     queue.give_up(again)  # whoever reads has lost patience
-    assert queue.done(mending) == (mending, None)
-    queue.open(GONE)
+    assert outlived is GONE
+    queue.open(outlived)
     assert queue.failure is again
-    (undo,) = queue.take(at_once) or []
-    assert queue.done([undo])[1] is again
+    assert queue.done(queue.take(at_once) or []) is again
 
 
 def test_what_is_kept_outlasts_every_failure_in_its_order() -> None:
     kept = [Job([row(number)], keep=True) for number in range(3)]
-    queue = queue_of(kept[0], Job([row(9)], [row(7)]), kept[1])
+    queue = queue_of(kept[0], Job([row(9)]), kept[1])
     for _ in range(3):
-        queue.take(at_once)
+        taken = queue.take(at_once) or []
+        queue.send(taken)
         queue.failed(GONE)
     queue.put(kept[2])
-    undo, *rest = queue.take(at_once) or []
-    assert (undo.writes, rest) == ([row(7)], kept), "and what was refused is undone once"
+    assert queue.take(at_once) == kept
+
+
+def test_what_waits_is_refused_while_nobody_can_say_what_became_of_a_commit() -> None:
+    sent, waiting, read = Job([row(0)]), Job([row(1)]), Job(read=last_number)
+    queue = queue_of(sent)
+    taken = queue.take(at_once) or []
+    queue.send(taken)
+    queue.put(waiting)
+    queue.put(read)
+    assert queue.doubted(GONE) == [waiting]
+    assert (sent.fate, read.fate) == (Fate.SENT, Fate.OPEN)
+    assert queue.failed(GONE) == [sent], "once it is known that it is not there"
 
 
 def test_writes_never_wait_for_more_than_one_read() -> None:
@@ -152,7 +163,7 @@ async def test_an_input_that_the_database_will_never_take_takes_the_later_ones_o
     main = table.persistence.sessions.of(table.rooms.find("main")).number
     with table.database.transaction() as connection:
         connection.exec_driver_sql(
-            f"INSERT INTO drops VALUES ({main}, 4, 0, '99', NULL, 0, NULL, NULL, 0)"
+            f"INSERT INTO drops VALUES ({main}, 4, 0, '99', NULL, 0, NULL, NULL, 0, NULL)"
         )
     asked = {seed: table.asks("main", seed) for seed in range(3, 6)}
     others = [table.asks("triangle-8", seed) for seed in range(13, 16)]
@@ -171,7 +182,7 @@ async def test_an_input_that_the_database_will_never_take_takes_the_later_ones_o
 
 
 @pytest.mark.parametrize("change", ["reset", "delete"])
-async def test_a_rooms_end_that_came_through_after_it_was_given_up_is_taken_back(
+async def test_a_room_s_end_that_was_sent_stays_however_long_its_answer_takes(
     change: str, empty: Path, tmp_path: Path
 ) -> None:
     table = await table_over(empty, tmp_path)
@@ -179,29 +190,30 @@ async def test_a_rooms_end_that_came_through_after_it_was_given_up_is_taken_back
     table.told[room.id] = Told(room.id)
     table.asks(room.id, 1, 100)
     await table.until_still()
-    changed = asyncio.ensure_future(getattr(table.rooms, change)(room))
-    while table.ledger.idle:  # the room that takes its place is made on another thread
-        await turns()
+    closing: list[str] = []
 
     def stall(step: str) -> None:
-        if step == "committed":
+        closing.extend([step] * step.startswith("UPDATE rooms SET closed"))
+        if step == "committed" and closing:
+            closing.clear()
             table.loop.pass_time(2.0 * PATIENCE)
 
     table.database.at = stall
-    table.turn()
+    await table.until(getattr(table.rooms, change)(room))
     table.database.at = lambda step: None
     table.work()
-    with pytest.raises(LedgerError, match="not answered"):
-        await changed
+    await turns()
     assert table.ledger.up
-    assert table.rooms.find(room.id) is room
-    table.asks(room.id, 2, 100)
-    await table.until_still()
+    if change == "delete":
+        with pytest.raises(UnknownRoomError):
+            table.rooms.find(room.id)
+    else:
+        assert table.rooms.find(room.id).drops == 0
     table.end()
     again = await table_over(empty, tmp_path)
     again.told[room.id] = table.told[room.id]
-    found = await again.until(again.rooms.seek(room.id))
-    assert found.drops == 2
+    if change == "reset":
+        assert (await again.until(again.rooms.seek(room.id))).drops == 0
     again.end()
 
 
@@ -250,3 +262,32 @@ async def test_a_database_that_hangs_keeps_no_server_from_ending(
 
 def _wait(on: threading.Event) -> None:
     assert on.wait(LIMIT)
+
+
+async def test_while_nobody_knows_what_became_of_a_drop_balls_fall_on_and_it_enters_late(
+    empty: Path, tmp_path: Path
+) -> None:
+    table = await table_over(empty, tmp_path)
+    table.asks("main", 1)
+    table.work()
+    room = table.rooms.find("main")
+    table.tick(10)
+    asked = table.asks("main", 2)
+    assert asked is not None
+    planned = room.planned[0].tick
+
+    def stall(step: str) -> None:
+        if step == "committed":
+            table.loop.pass_time(2.0 * PATIENCE)
+            table.tick(30)
+
+    table.database.at = stall
+    table.turn()
+    table.database.at = lambda step: None
+    assert room.world.tick == 40, "the room did not wait"
+    assert not asked.done()
+    table.work()
+    assert (await asked).tick == planned < 40
+    await table.until_still()
+    assert verify_log(await table.log("main")).ok
+    table.end()

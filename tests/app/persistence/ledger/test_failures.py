@@ -164,39 +164,43 @@ async def test_a_database_that_does_not_answer(url: str, tmp_path: Path) -> None
         await suffers_and_heals(server, locked, "has not answered for 0.3 seconds")
 
 
-def test_a_commit_that_came_through_after_it_was_given_up_is_undone(url: str) -> None:
-    """The client was told no; so no it is, whatever the database made of it."""
+def test_a_commit_that_comes_through_late_is_undecided_until_then_and_true_from_then_on(
+    url: str,
+) -> None:
     with (
         serving(database_url=url) as server,
         httpx.Client(base_url=f"{server.url}/api/v1", timeout=60.0) as http,
     ):
         ledger = server.services.ledger
         transaction, patience = ledger.database.transaction, ledger.patience
-        refusal = threading.Event()
+        told = threading.Event()
 
         @contextlib.contextmanager
         def slow() -> Iterator[Any]:
             with transaction() as connection:
                 yield connection
-            assert refusal.wait(LIMIT)
+            assert told.wait(LIMIT)
 
         ledger.database.transaction = slow  # type: ignore[method-assign]
         ledger.patience = 0.1
-        refused = http.post(f"/rooms/{ROOM}/drops", json={"seed": 1})
+        undecided = http.post(f"/rooms/{ROOM}/drops", json={"seed": 1})
+        assert (undecided.status_code, undecided.json()["code"]) == (503, "undecided")
+        assert int(undecided.headers["retry-after"]) >= 1
+        refused = http.post(f"/rooms/{ROOM}/drops", json={"seed": 7})
         assert (refused.status_code, refused.json()["code"]) == (503, "ledger-unavailable")
         ledger.database.transaction = transaction  # type: ignore[method-assign]
         ledger.patience = patience
-        refusal.set()
+        told.set()
         again = f"/rooms/{ROOM}/drops?wait=1"
         until(lambda: http.post(again, json={"seed": 2}).status_code == 200)
         log = http.get(f"/rooms/{ROOM}/log").json()
-    assert [each["seed"] for each in log["drops"]] == ["2"]
+    assert [each["seed"] for each in log["drops"]] == ["1", "2"]
     with (
         serving(database_url=url) as server,
         httpx.Client(base_url=server.url, timeout=60.0) as http,
     ):
         stats = http.get(f"/api/v1/rooms/{ROOM}").json()["stats"]
-    assert (stats["drops"], sum(stats["histogram"])) == (1, 1)
+    assert (stats["drops"], sum(stats["histogram"])) == (2, 2)
 
 
 def test_a_file_put_in_the_ledgers_place_is_refused(tmp_path: Path) -> None:

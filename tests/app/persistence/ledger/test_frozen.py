@@ -79,6 +79,6 @@ async def test_a_server_frozen_at_any_step_of_a_commit_harms_nothing(
         if not name:
             break
         met.append((name, refused))
-        step += tries(5, 1)
-    assert {"SELECT", "INSERT INTO drops"} & {name for name, _ in met}, met
+        step += tries(3, 1)
+    assert any(name.startswith(("SELECT", "INSERT INTO drops")) for name, _ in met), met
     assert any(refused for _, refused in met), "it was nowhere frozen before its commit"

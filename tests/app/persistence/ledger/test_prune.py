@@ -75,7 +75,7 @@ def test_the_file_gets_smaller(tmp_path: Path) -> None:
     database = Database(url)
     database.open()
     with database.transaction() as connection:
-        writing.apply(connection, [DropRow(1, ball, 0, ball) for ball in range(1, 5000)])
+        writing.apply(connection, [DropRow(1, ball, 0, ball) for ball in range(1, 8000)])
     database.close()
     before = file.stat().st_size
     assert main(["ledger", "prune", "--keep-days", "30", "--database-url", url]) == 0

@@ -6,7 +6,8 @@ import httpx
 import pytest
 from starlette.applications import Starlette
 
-from app.web.page.languages import chosen, filled, languages_of, texts_of
+from app.web.page.languages import chosen, filled, languages_of
+from app.web.page.release import assembled
 from app.web.routes.page import Page
 
 STATIC = Path(__file__).parents[4] / "static"
@@ -45,20 +46,13 @@ def test_a_text_that_is_not_there_is_named() -> None:
         filled("<p>{{no.such}}</p>", {"such": "", "no.such": {"other": ""}})
 
 
-def test_a_module_of_texts_may_have_comments_and_commas_at_ends() -> None:
-    lines = ["// First.", "", "export const texts = {", "  // Here", '  "a": "x, }",', '  "b": {']
-    module = "\n".join([*lines, '    "other": "y",', "  },", "};", ""])
-    assert texts_of(module) == {"a": "x, }", "b": {"other": "y"}}
-    with pytest.raises(ValueError, match="needs `export const texts"):
-        texts_of("export const other = {};")
-
-
 def test_every_page_has_every_text_in_every_language() -> None:
     languages = languages_of(STATIC)
     assert tuple(languages) == THERE
     for page in STATIC.glob("*.html"):
         for texts in languages.values():
-            assert "{{" not in filled(page.read_text("utf-8"), texts)
+            whole = assembled(STATIC, page.name, page.read_text("utf-8"))
+            assert "{{" not in filled(whole, texts)
 
 
 async def test_caches_are_told_what_a_page_goes_by() -> None:

@@ -10,7 +10,7 @@ import pytest
 from starlette.applications import Starlette
 
 from app.web.page.languages import languages_of
-from app.web.page.release import parts, script, sheet
+from app.web.page.release import assembled, parts, script, sheet
 from app.web.routes.page import Page
 
 STATIC = Path(__file__).parents[4] / "static"
@@ -68,19 +68,19 @@ def test_every_page_has_one_script_and_one_sheet(page: str) -> None:
     every = set()
     for text in pages.values():
         named = re.findall(r'<(?:script|link rel="stylesheet")[^>]* (?:src|href)="([^"]+)"', text)
-        assert len(named) == 2
+        assert len(named) == (1 if page == "404.html" else 2)  # it has nothing to run
         every |= set(named)
     assert every == set(made)
-    assert len(made) == 1 + len(languages)
 
 
 def test_a_script_has_its_languages_texts_and_none_that_it_does_not_name(tmp_path: Path) -> None:
     (tmp_path / "js/texts").mkdir(parents=True)
     for language, said in (("en", "Yes"), ("de", "Ja")):
-        (tmp_path / f"js/texts/{language}.js").write_text(
-            f'export const texts = {{"yes": "{said}", "other": "{said} {said}"}};\n'
+        (tmp_path / f"js/texts/{language}.json").write_text(
+            json.dumps({"yes": said, "other": f"{said} {said}"})
         )
-    main = 'import { texts } from "./texts/en.js";\nconsole.log(JSON.stringify(texts), "yes");\n'
+    main = 'import texts from "./texts/en.json" with { type: "json" };\n'
+    main += 'console.log(JSON.stringify(texts), "yes");\n'
     (tmp_path / "js/main.js").write_text(main)
     page = '<p>{{other}}</p><script type="module" src="js/main.js"></script>'
     pages, made = parts(tmp_path, "index.html", page, languages_of(tmp_path))
@@ -95,16 +95,16 @@ def test_numbers_are_written_as_the_language_of_the_script_writes_them(tmp_path:
     _, made = parts(STATIC, "index.html", page, languages_of(STATIC))
     said = {}
     for language in ("en", "de", "es"):
-        asked = "const { amount, multiplier, percent, signed, tight } = m_js_util_format_js;\n"
-        asked += "console.log([amount(12345.6), multiplier(1.5), percent(0.931), signed(-0.5),"
-        asked += " tight(0.5)].join(' '));\n"
+        asked = "const { amount, multiplier, percent, signed } = m_js_util_format_js;\n"
+        asked += "console.log([amount(12345.6), multiplier(1.5), percent(0.931), signed(-0.5)]"
+        asked += ".join(' '));\n"
         (tmp_path / "all.mjs").write_text(made[f"js/util/all.{language}.js"] + asked)
         told = subprocess.run(["node", tmp_path / "all.mjs"], capture_output=True, check=True)
         said[language] = told.stdout.decode().strip()
     assert said == {
-        "en": "12,345.60 1.5× 93.1 % −0.50 .5",
-        "de": "12.345,60 1,5× 93,1 % −0,50 0,5",
-        "es": "12.345,60 1,5× 93,1 % −0,50 0,5",
+        "en": "12,345.60 1.5x 93.1 % −0.50",
+        "de": "12.345,60 1,5x 93,1 % −0,50",
+        "es": "12.345,60 1,5x 93,1 % −0,50",
     }
 
 
@@ -126,6 +126,37 @@ async def test_a_page_begins_in_the_colours_that_its_visitor_chose() -> None:
         assert len(marks) == 3
 
 
+async def test_a_browser_is_shown_a_page_where_there_is_none_and_a_program_is_not() -> None:
+    app = Starlette()
+    app.mount("/", Page(STATIC))
+    async with httpx.AsyncClient(
+        transport=httpx.ASGITransport(app=app), base_url="http://site"
+    ) as site:
+        browser = {"accept": "text/html,*/*;q=0.8", "accept-language": "de"}
+        answer = await site.get("/no/such/page", headers=browser)
+        assert answer.status_code == 404
+        assert "Diese Kugel ging am Brett vorbei." in answer.text
+        for path, accept in (("/no/such/page", "*/*"), ("/api/v1/none", browser["accept"])):
+            program = await site.get(path, headers={"accept": accept})
+            assert program.status_code == 404
+            assert "<html" not in program.text
+
+
+async def test_links_to_proofs_are_hidden_where_the_server_has_none() -> None:
+    hides = ':root[data-proofs="none"] .proofs {\n  display: none !important;'
+    assert hides in (STATIC / "css/base.css").read_text()
+    for proofs in (True, False):
+        app = Starlette()
+        app.mount("/", Page(STATIC, proofs=proofs))
+        async with httpx.AsyncClient(
+            transport=httpx.ASGITransport(app=app), base_url="http://site"
+        ) as site:
+            for page, links in (("compare.html", 3), ("replay.html", 1)):
+                text = (await site.get(f"/{page}")).text
+                assert ('data-proofs="none"' in text) is not proofs
+                assert len(re.findall(r'class="[^"]*\bproofs\b', text)) == links
+
+
 def test_a_sheet_begins_with_the_colours_of_both_schemes() -> None:
     theme = json.loads((STATIC / "theme.json").read_text())
     told = sheet(STATIC, ["css/base.css"])
@@ -133,3 +164,17 @@ def test_a_sheet_begins_with_the_colours_of_both_schemes() -> None:
     # By day, by night unless day was chosen, and where night was.
     assert re.findall(r"--page-deep: (#\w+);", told) == [light, dark, dark]
     assert told.index("prefers-color-scheme: dark") < told.index("--touch")
+
+
+def test_what_pages_share_stands_in_each_with_its_own_texts_and_a_mark_at_its_own_link(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts/top.part").write_text("<h1>{{$title}}</h1>\n  {{> nav}}\n")
+    links = '<a href="./">1</a><a href="two.html">2</a>\n'
+    (tmp_path / "parts/nav.part").write_text(links)
+    text = "<body>\n  {{> top title=two.title}}\n</body>\n"
+    marked = '<a href="./">1</a><a href="two.html" aria-current="page">2</a>\n'
+    told = assembled(tmp_path, "two.html", text)
+    assert told == f"<body>\n<h1>{{{{two.title}}}}</h1>\n{marked}</body>\n"
+    assert '<a href="./" aria-current="page">' in assembled(tmp_path, "index.html", text)

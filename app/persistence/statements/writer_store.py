@@ -1,0 +1,63 @@
+"""Statements by which a writer finds out whether a commit is there that was not answered.
+
+Each server that writes has a row with the number of its last batch and an epoch. A batch changes
+the row before anything else, and its COMMIT is sent after all statements were answered. So the row
+is locked for as long as the batch may still come true, and shows afterwards whether it has.
+"""
+
+from dataclasses import dataclass
+from datetime import datetime
+
+import sqlalchemy as sa
+from sqlalchemy import Connection, delete, insert, select, update
+
+from app.errors import LedgerError
+from app.persistence.statements import tables
+
+
+@dataclass(frozen=True, slots=True)
+class Backend:
+    """PostgreSQL's process for one connection."""
+
+    pid: int
+    started: datetime
+
+
+def enter(connection: Connection, name: str, *, alone: bool) -> None:
+    """Add a writer; one that is `alone` has no others beside it."""
+    if alone:
+        connection.execute(delete(tables.writers))
+    connection.execute(insert(tables.writers).values(name=name, batch=0, epoch=0))
+
+
+def count(connection: Connection, name: str, epoch: int, batch: int) -> None:
+    """Begin this batch; raises LedgerError over a connection of an earlier epoch."""
+    row = tables.writers
+    mine = (row.c.name == name) & (row.c.epoch == epoch)
+    if connection.execute(update(row).where(mine).values(batch=batch)).rowcount != 1:
+        raise LedgerError("this connection was given up: the ledger's writer has another one")
+
+
+def renew(connection: Connection, name: str) -> tuple[int, int]:
+    """The number of the last batch that is there, and the epoch from now on.
+
+    Waits for the end of a transaction of the former connection. SQLite's ended with its connection,
+    so that nothing has to be written: its disk may be full.
+    """
+    row = tables.writers
+    found = connection.execute(select(row).where(row.c.name == name).with_for_update()).one()
+    if connection.dialect.name == "sqlite":
+        return found.batch, found.epoch
+    connection.execute(update(row).where(row.c.name == name).values(epoch=found.epoch + 1))
+    return found.batch, found.epoch + 1
+
+
+def succeed(connection: Connection, former: Backend | None) -> Backend:
+    """End the process of the former connection, should it still be there; returns this one's."""
+    activity = "FROM pg_stat_activity WHERE pid ="
+    with connection.begin():
+        if former is not None:
+            ending = f"SELECT pg_terminate_backend(pid) {activity} :pid AND backend_start = :start"
+            connection.execute(sa.text(ending), {"pid": former.pid, "start": former.started})
+        own = sa.text(f"SELECT pid, backend_start {activity} pg_backend_pid()")
+        return Backend(*connection.execute(own).one())

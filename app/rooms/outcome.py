@@ -1,0 +1,59 @@
+"""What came of a drop that the ledger has, as it was told when it happened."""
+
+from dataclasses import dataclass
+
+import msgspec
+
+from app.protocol import messages
+from app.rooms.records import DropRow, ReceiptRow, ResultRow
+from app.rooms.room import Ground
+from engine import Board
+from engine.drops.start import start_of
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """A drop that was taken, and how it ended; None while it falls."""
+
+    accepted: messages.Accepted
+    landed: messages.Landed | None
+
+
+def signed(row: ReceiptRow) -> messages.SignedReceipt:
+    """A receipt with its place in the log."""
+    receipt = msgspec.json.decode(row.receipt)
+    return messages.SignedReceipt(receipt, row.leaf, row.root, row.signature)
+
+
+def outcome_of(
+    ground: Ground, row: DropRow, receipt: ReceiptRow | None, result: ResultRow | None
+) -> Outcome:
+    """The outcome of a drop on this ground, from the ledger's rows."""
+    assert isinstance(ground, Board)
+    accepted = messages.Accepted(
+        ball=row.ball,
+        seed=str(row.seed),
+        x=start_of(ground, row.seed, row.x, row.aim),
+        explicit_x=row.x is not None,
+        aim=msgspec.UNSET if row.aim is None else row.aim,
+        tick=row.tick,
+        stake=row.stake or msgspec.UNSET,
+        practice=row.practice or msgspec.UNSET,
+        receipt=msgspec.UNSET if receipt is None else signed(receipt),
+    )
+    if result is None:
+        return Outcome(accepted, None)
+    landed = messages.Landed(
+        ball=row.ball,
+        seed=str(row.seed),
+        bin=result.bin,
+        score=result.score,
+        tick=result.tick,
+        t=result.t,
+        x_end=result.x_end,
+        digest=result.digest or None,
+        unsettled=result.unsettled,
+        payout=result.payout if row.stake else msgspec.UNSET,
+        practice=row.practice or msgspec.UNSET,
+    )
+    return Outcome(accepted, landed)

@@ -1,0 +1,36 @@
+"""For your CI: the drops that your product depends on have the bits that they had.
+
+    pip install plinko-server pytest
+    pytest test_determinism.py
+
+Copy it, replace the board, and keep what `python test_determinism.py` prints. A release that
+changes results has another `PHYSICS_VERSION`, and this test then fails on purpose.
+"""
+
+import plinko
+
+BOARD = "triangle-16"  # or plinko.Board.from_json("my-board.json")
+
+PHYSICS_VERSION = 4
+BATCH = "fe7e7d23dbab73d18db8dffdada6f635e9f5d237bdaadb7f515d6a4ee4021afc"
+DROP = "eb08ec9d78eec828c8f6783c584f3c0975baba52402591a2532a88b03d23a4a7"
+
+
+def test_the_physics_is_the_one_that_these_digests_are_of():
+    assert plinko.PHYSICS_VERSION == PHYSICS_VERSION
+
+
+def test_a_thousand_drops_have_the_bits_that_they_had():
+    assert plinko.drop_many(BOARD, 1000).digest == BATCH
+
+
+def test_one_drop_has_the_bits_that_it_had_on_any_number_of_threads():
+    assert plinko.drop(BOARD, seed=42).digest == DROP
+    for threads in (1, 2):
+        assert plinko.drop_many(BOARD, [42], threads=threads)[0].digest == DROP
+
+
+if __name__ == "__main__":
+    print(f"PHYSICS_VERSION = {plinko.PHYSICS_VERSION}")
+    print(f'BATCH = "{plinko.drop_many(BOARD, 1000).digest}"')
+    print(f'DROP = "{plinko.drop(BOARD, seed=42).digest}"')

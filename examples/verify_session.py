@@ -1,0 +1,191 @@
+"""Check a fair session from its export, with no network and nothing of the project's own code.
+
+    python verify_session.py session.json [KEY]
+
+Written from docs/fair-sessions.md alone. It needs the package `cryptography` for Ed25519, and to
+compute the paths of the drops again it needs `plinko` (pip install plinko-server), or a solver of
+your own, which docs/reproduce.md writes out. Exit code 1 if anything does not hold.
+"""
+
+import hashlib
+import hmac
+import json
+import sys
+from decimal import Decimal
+
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+
+
+def canonical(value):
+    """RFC 8785 for what a session holds: sorted keys, no spaces, numbers as JavaScript has them."""
+    if isinstance(value, dict):
+        parts = (f"{json.dumps(key)}:{canonical(value[key])}" for key in sorted(value))
+        return "{" + ",".join(parts) + "}"
+    if isinstance(value, list):
+        return "[" + ",".join(map(canonical, value)) + "]"
+    if isinstance(value, float):
+        if value.is_integer():
+            return str(int(value))
+        text = repr(value)
+        if abs(value) >= 1e-6:
+            return f"{Decimal(text):f}"
+        digits, _, exponent = text.partition("e")
+        return f"{digits}e{int(exponent)}"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def is_signed(signed, key):
+    """Whether the statement has the server's Ed25519 signature."""
+    message = canonical(signed["statement"]).encode()
+    try:
+        Ed25519PublicKey.from_public_bytes(bytes.fromhex(key)).verify(
+            bytes.fromhex(signed["signature"]), message
+        )
+    except InvalidSignature:
+        return False
+    return True
+
+
+def drop_seed(server_seed, client_seed, number, board_digest):
+    """The seed of a drop: the first 8 bytes of an HMAC, big-endian."""
+    message = b"plinko drop 1\n" + client_seed + number.to_bytes(8, "big") + board_digest
+    return int.from_bytes(hmac.digest(server_seed, message, "sha256")[:8], "big")
+
+
+def leaf_hash(leaf):
+    return hashlib.sha256(b"\x00" + leaf).digest()
+
+
+def node_hash(left, right):
+    return hashlib.sha256(b"\x01" + left + right).digest()
+
+
+def root_by_inclusion(leaf, index, size, proof):
+    """The root to which the proof leads from this leaf (RFC 9162, 2.1.3.2)."""
+    place, last, digest = index, size - 1, leaf_hash(leaf)
+    for sibling in proof:
+        if place & 1 or place == last:
+            digest = node_hash(sibling, digest)
+            while not place & 1 and place:
+                place, last = place >> 1, last >> 1
+        else:
+            digest = node_hash(digest, sibling)
+        place, last = place >> 1, last >> 1
+    return digest if last == 0 else None
+
+
+def roots_by_consistency(first, second, first_root, proof):
+    """The old and the new root to which the proof leads (RFC 9162, 2.1.4.2)."""
+    if first == second:
+        return first_root, first_root
+    path = [first_root, *proof] if first & (first - 1) == 0 else list(proof)
+    place, last = first - 1, second - 1
+    while place & 1:
+        place, last = place >> 1, last >> 1
+    old = new = path[0]
+    for sibling in path[1:]:
+        if place & 1 or place == last:
+            old, new = node_hash(sibling, old), node_hash(sibling, new)
+            while not place & 1 and place:
+                place, last = place >> 1, last >> 1
+        else:
+            new = node_hash(new, sibling)
+        place, last = place >> 1, last >> 1
+    return (old, new) if last == 0 else (None, None)
+
+
+def failures(export, key=None):
+    """What does not hold in a session, a line each; nothing if all of it does."""
+    session, head, end = (export[name]["statement"] for name in ("session", "head", "end"))
+    server_seed, client_seed = (
+        bytes.fromhex(export[name]) for name in ("server_seed", "client_seed")
+    )
+    drops = export["drops"]
+    holds = {
+        "the key is the one that you know": key in (None, export["key"]),
+        "the statement is signed": is_signed(export["session"], export["key"]),
+        "the head of the log is signed": is_signed(export["head"], export["key"]),
+        "the end is signed": is_signed(export["end"], export["key"]),
+        "the statement is the one that you were given": export["heard_session"]
+        in (None, export["session"]),
+        "the server's seed is the one it committed to": hashlib.sha256(server_seed).hexdigest()
+        == session["server_commitment"],
+        "your seed is the one you committed to": hashlib.sha256(client_seed).hexdigest()
+        == session["client_commitment"],
+        "the end is this session's": (end["session"], end["server_seed"])
+        == (session["session"], export["server_seed"]),
+        "no drop is left out": [d["receipt"]["drop"] for d in drops] == list(range(end["drops"])),
+        "the multipliers are those committed to": hashlib.sha256(
+            canonical(export["board"]["bins"]["multipliers"]).encode()
+        ).hexdigest()
+        == session["payouts_digest"],
+    }
+    size, root = head["size"], bytes.fromhex(head["root"])
+    for number, drop in enumerate(drops):
+        receipt, index = drop["receipt"], drop["index"]
+        entry = {
+            "kind": "plinko log entry", "version": 1,
+            "receipt": receipt, "index": index, "root": drop["root"],
+        }  # fmt: skip
+        signed = {"statement": entry, "signature": drop["signature"]}
+        seed = drop_seed(server_seed, client_seed, number, bytes.fromhex(session["board_digest"]))
+        leaf, old = canonical(receipt).encode(), bytes.fromhex(drop["root"])
+        inclusion, consistency = (
+            [bytes.fromhex(node) for node in drop[name]] for name in ("inclusion", "consistency")
+        )
+        same = (receipt["session"], receipt["board_digest"])
+        holds |= {
+            f"drop {number}: the receipt is signed": is_signed(signed, export["key"]),
+            f"drop {number}: it is of this session and board": same
+            == (session["session"], session["board_digest"]),
+            f"drop {number}: both seeds draw its start": receipt["seed"] == str(seed),
+            f"drop {number}: the log has it": root_by_inclusion(leaf, index, size, inclusion)
+            == root,
+            f"drop {number}: the log only grew": roots_by_consistency(
+                index + 1, size, old, consistency
+            )
+            == (old, root),
+        }
+        paid = int(Decimal(repr(float(drop["result"]["score"]))) * receipt["stake"])
+        holds[f"drop {number}: its payout"] = drop["result"]["payout"] == paid
+    return [claim for claim, is_so in holds.items() if not is_so]
+
+
+def path_failures(export):
+    """What does not hold of the board and of the paths of the drops, computed again."""
+    import plinko
+
+    board = plinko.Board.from_json(export["board"])
+    session = export["session"]["statement"]
+    said = (session["board_digest"], session["physics_version"])
+    if said != (board.digest, plinko.PHYSICS_VERSION):
+        return ["the board and the version of the physics"]
+    failed = []
+    for drop in export["drops"]:
+        receipt, result = drop["receipt"], drop["result"]
+        again = plinko.drop(board, receipt["seed"], aim=receipt["aim"])
+        if (again.digest, again.bin, again.score) != tuple(
+            result[name] for name in ("digest", "bin", "score")
+        ):
+            failed.append(f"drop {receipt['drop']}: every bit of its path")
+    return failed
+
+
+def main(name, key=None):
+    with open(name, encoding="utf-8") as file:
+        export = json.load(file)
+    if export["end"] is None:
+        sys.exit("the session is not over: its server's seed is still secret")
+    failed = failures(export, key) + path_failures(export)
+    for claim in failed:
+        print(f"does not hold: {claim}")
+    if not failed:
+        print(f"all of it holds: {len(export['drops'])} drops, key {export['key']}")
+    if export["heard_session"] is None:
+        print("not shown: that the server committed before it knew your seed; keep the first reply")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

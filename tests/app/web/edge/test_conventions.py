@@ -1,0 +1,130 @@
+"""What REST clients rely on in any API: ids, limits in headers, links between pages, 415, docs."""
+
+import re
+from pathlib import Path
+
+import httpx
+import pytest
+
+from app.errors import ANSWERS
+from app.web.limits import TokenBucket
+from tests.app.conftest import TINY, serving
+
+ROOT = Path(__file__).parents[4]
+
+
+def test_every_answer_has_an_id_which_the_client_may_choose(http: httpx.Client) -> None:
+    made = [http.get(path).headers["x-request-id"] for path in ("/", "/healthz", "/nowhere")]
+    assert len(set(made)) == 3
+    assert all(re.fullmatch(r"[0-9a-f]{32}", each) for each in made)
+    chosen = http.get("/healthz", headers={"x-request-id": "trace-7.a"})
+    assert chosen.headers["x-request-id"] == "trace-7.a"
+    for bad in (b"", b"a b", b"x" * 65, "ü".encode()):
+        answer = http.get("/healthz", headers={b"x-request-id": bad})
+        assert re.fullmatch(r"[0-9a-f]{32}", answer.headers["x-request-id"])
+
+
+def test_a_bucket_tells_what_is_left_of_it_and_when_all_of_it_is_there_again() -> None:
+    bucket = TokenBucket(rate=2.0, burst=10.0, now=0.0)
+    for _ in range(4):
+        assert bucket.take(0.0)
+    assert bucket.allowance("drops", 0.5).policy == '"drops";q=10;w=5'
+    assert bucket.allowance("drops", 0.5).rest == '"drops";r=7;t=2'
+    bucket.charge(20.0)
+    assert bucket.allowance("drops", 0.5).rest == '"drops";r=0;t=12'
+
+
+def test_an_answer_tells_what_is_left_of_the_limits_that_it_counted_against() -> None:
+    with serving(drop_rate=0.5, compute_burst=30.0) as running:
+        at = f"{running.url}/api/v1/rooms/main/drops"
+        answers = [httpx.post(at)]
+        while answers[-1].status_code == 202:  # a slow machine may send few in two seconds
+            answers.append(httpx.post(at))
+        assert answers[-1].status_code == 429
+        assert {answer.headers["ratelimit-policy"] for answer in answers} == {'"drops";q=1;w=2'}
+        assert {answer.headers["ratelimit"] for answer in answers} <= {
+            '"drops";r=0;t=2',
+            '"drops";r=0;t=1',
+        }
+        computed = httpx.get(f"{running.url}/api/v1/drops/triangle-8/1")
+        assert computed.headers["ratelimit-policy"] == '"computing-ms";q=30000;w=60'
+        left = re.fullmatch(r'"computing-ms";r=(\d+);t=\d+', computed.headers["ratelimit"])
+        assert left is not None
+        assert 29_000 < int(left[1]) <= 30_000
+        assert "ratelimit" not in httpx.get(f"{running.url}/healthz").headers
+
+
+@pytest.mark.parametrize(
+    "kind", ["text/plain", "application/x-www-form-urlencoded", "application/jsonish", "json", ""]
+)
+def test_a_body_that_says_it_is_no_json_is_refused(http: httpx.Client, kind: str) -> None:
+    for path in ("drops", "boards", "rooms", "verify", "simulate", "payouts", "sessions"):
+        refused = http.post(f"/api/v1/{path}", content="{}", headers={"content-type": kind})
+        problem = refused.json()
+        assert (refused.status_code, problem["code"]) == (415, "unsupported-media-type"), path
+        assert problem["field"] == "content-type"
+        assert repr(kind) in problem["detail"]
+
+
+@pytest.mark.parametrize(
+    "kind", ["application/json", "Application/JSON; charset=utf-8", "application/x.plinko+json"]
+)
+def test_json_by_any_of_its_names_is_read(http: httpx.Client, kind: str) -> None:
+    body = '{"board":"triangle-8","seed":"1"}'
+    for headers in ({"content-type": kind}, {}):
+        found = http.post("/api/v1/drops", content=body, headers=headers)
+        assert found.status_code == 200
+
+
+def test_rooms_and_plays_and_logs_link_to_their_next_pages(http: httpx.Client) -> None:
+    room = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
+    for seed in range(3):
+        drop = {"seed": str(seed), "who": "conventions-0123456789"}
+        landed = http.post(f"/api/v1/rooms/{room}/drops?wait=1", json=drop)
+        assert landed.status_code == 200
+    for first in (
+        "/api/v1/rooms?limit=1",
+        f"/api/v1/rooms/{room}/log?limit=1",
+        "/api/v1/players/conventions-0123456789/plays?limit=1",
+    ):
+        pages = [http.get(first)]
+        while "next" in pages[-1].links:
+            assert pages[-1].json()["next"] is not None
+            pages.append(http.get(pages[-1].links["next"]["url"]))
+        assert pages[-1].json()["next"] is None
+        assert len(pages) >= (2 if "rooms?" in first else 3)
+
+
+def test_the_document_says_where_a_limit_or_a_media_type_may_be_the_answer(
+    http: httpx.Client,
+) -> None:
+    for path, operations in http.get("/openapi.json").json()["paths"].items():
+        for method, operation in operations.items():
+            limit = operation["responses"]["429"]
+            assert {"Retry-After", "RateLimit", "RateLimit-Policy"} <= set(limit["headers"]), path
+            assert ("415" in operation["responses"]) == ("requestBody" in operation), (path, method)
+
+
+def test_the_table_of_errors_has_every_code_at_its_status() -> None:
+    page = (ROOT / "docs" / "api.md").read_text("utf-8")
+    table = dict(re.findall(r"^\| (\d{3}) \| (.+) \|$", page, re.MULTILINE))
+    socket_only = {"unknown-message", "no-such-ball", "too-many-messages", "room-full", "abuse"}
+    socket_only |= {"too-slow", "client-gone"}
+    missing = {
+        answer.code: answer.status
+        for answer in ANSWERS.values()
+        if answer.code not in socket_only and f"`{answer.code}`" not in table[str(answer.status)]
+    }
+    assert missing == {}
+
+
+def test_the_docs_are_served_from_the_package(http: httpx.Client) -> None:
+    page = http.get("/docs")
+    assert page.headers["content-type"].startswith("text/html")
+    assert "default-src 'none'" in page.headers["content-security-policy"]
+    assert "<script>" not in page.text
+    parts = re.findall(r'(?:src|href)="(/[^"]+)"', page.text)
+    assert len(parts) == 3
+    for part in parts:
+        assert http.get(part).status_code == 200
+    assert http.get("/docs/__init__.py").status_code == 404

@@ -1,0 +1,40 @@
+"""A ball that enters late is where it would be, and lands when it would have."""
+
+import pytest
+
+from engine import Board, World
+from engine.drops.start import start_of
+
+BOARD = Board.preset("triangle-8")
+SEEDS = (3, 4)
+
+
+def world_after(ticks: int, *, late_at: int) -> tuple[World, list[object]]:
+    """A world of two balls, of which the second began at tick 7 and was added at `late_at`."""
+    world, events = World(BOARD), list[object]()
+    world.add(seed=SEEDS[0])
+    for tick in range(ticks):
+        if tick == late_at:
+            start = start_of(BOARD, SEEDS[1], None)
+            assert world.add_late(start, SEEDS[1], 7) == 1
+        world.step(contacts=False)
+        events += world.take_events()
+    return world, events
+
+
+@pytest.mark.parametrize("late_at", [8, 20, 100, 1000])
+def test_a_ball_that_enters_late_goes_on_as_if_it_had_not(late_at: int) -> None:
+    expected, on_time = world_after(1100, late_at=7)
+    found, events = world_after(1100, late_at=late_at)
+    assert sorted(events, key=repr) == sorted(on_time, key=repr)
+    assert found.digest() == expected.digest()
+    assert len(events) == 2
+
+
+@pytest.mark.parametrize("late_at", [8, 20, 100])
+def test_a_ball_that_entered_late_is_where_it_would_be_at_any_tick(late_at: int) -> None:
+    for ticks in (late_at + 1, late_at + 30):
+        expected, _ = world_after(ticks, late_at=7)
+        found, _ = world_after(ticks, late_at=late_at)
+        assert found.digest() == expected.digest()
+        assert found.bodies["x"].tolist() == expected.bodies["x"].tolist()

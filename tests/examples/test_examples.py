@@ -1,0 +1,162 @@
+"""Every file in examples/ is run as its first lines say, and does what it says."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from app.fairness.signing import Signer
+from tests.app.conftest import TINY, Running, serving
+from tests.app.fairness.sessions import SIGNER
+from tests.repository.test_repository import ROOT
+
+EXAMPLES = ROOT / "examples"
+GOLDEN = ROOT / "tests" / "golden" / "session.json"
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """A server on whose table `main` balls land within a second."""
+    board = tmp_path_factory.mktemp("board") / "tiny.json"
+    board.write_text(json.dumps(TINY))
+    with serving(board=str(board)) as running:
+        yield running
+
+
+def run(*command: object, code: int = 0, given: str = "") -> str:
+    done = subprocess.run(
+        [str(part) for part in command],
+        cwd=EXAMPLES,
+        input=given,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert done.returncode == code, done.stderr
+    return done.stdout
+
+
+def node(*command: object) -> str:
+    folder = subprocess.run([ROOT / "tools" / "node"], capture_output=True, text=True, check=True)
+    program = Path(folder.stdout.strip()) / "node"
+    return run(program, "--experimental-websocket", *command)
+
+
+def test_every_example_has_a_test_and_says_how_it_is_run() -> None:
+    text = Path(__file__).read_text("utf-8")
+    names = [path.name for path in EXAMPLES.iterdir() if path.suffix in {".py", ".mjs"}]
+    assert len(names) >= 8
+    for name in names:
+        assert f'"{name}"' in text
+        assert name in (EXAMPLES / name).read_text("utf-8").split("import", 1)[0]
+
+
+@pytest.mark.parametrize(
+    ("program", "name"),
+    [(lambda *c: run(sys.executable, *c), "rest_client.py"), (node, "rest-client.mjs")],
+)
+def test_a_rest_client_replays_verifies_and_plays(
+    server: Running, program: Callable[..., str], name: str
+) -> None:
+    said = program(name, server.url)
+    assert "seed 42 lands in bin 3 and pays 5" in said
+    assert "reproduced: " in said
+    assert "seed 7 landed in bin " in said
+
+
+@pytest.mark.parametrize(
+    ("program", "name"),
+    [(lambda *c: run(sys.executable, *c), "websocket_client.py"), (node, "websocket-client.mjs")],
+)
+def test_a_websocket_client_follows_its_ball_in_all_three_streams(
+    server: Running, program: Callable[..., str], name: str
+) -> None:
+    lines = program(name, server.url.replace("http", "ws", 1)).splitlines()
+    assert [line.split(":")[0] for line in lines] == ["snapshots", "segments", "seeds"]
+    assert lines[0] != lines[2]
+
+
+def test_the_digests_of_the_determinism_test_are_those_of_this_release() -> None:
+    said = run(
+        sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_determinism.py"
+    )
+    assert "3 passed" in said
+    text = (EXAMPLES / "test_determinism.py").read_text("utf-8")
+    assert all(line in text for line in run(sys.executable, "test_determinism.py").splitlines())
+
+
+def test_a_worksheet_has_its_pictures_its_table_and_its_questions(tmp_path: Path) -> None:
+    said = run(sys.executable, "worksheet.py", tmp_path)
+    assert "bin  6" in said
+    with Image.open(tmp_path / "histogram.png") as picture:
+        assert picture.format == "PNG"
+    with Image.open(tmp_path / "fall.gif") as film:
+        assert getattr(film, "n_frames", 1) > 10
+    with open(tmp_path / "drops.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2000
+    assert {"seed", "bin", "impact_count"} <= set(rows[0])
+
+
+def test_a_bot_drops_a_ball_for_each_viewer_and_says_where_it_is(server: Running) -> None:
+    chat = "ann: hello\nann: !drop\nbob: !drop\n"
+    said = run(sys.executable, "stream_bot.py", server.url, "main", given=chat)
+    assert sorted(line.split()[0] for line in said.splitlines()) == ["@ann", "@bob"]
+    assert all("x (seed " in line for line in said.splitlines())
+
+
+def verified(session: dict[str, Any], folder: Path, code: int = 0, key: str = "") -> str:
+    path = folder / "session.json"
+    path.write_text(json.dumps(session))
+    return run(sys.executable, "verify_session.py", path, *([key] if key else []), code=code)
+
+
+def test_an_honest_session_is_verified(tmp_path: Path) -> None:
+    session = json.loads(GOLDEN.read_text("utf-8"))
+    assert verified(session, tmp_path) == f"all of it holds: 4 drops, key {session['key']}\n"
+    assert "the key is the one that you know" in verified(session, tmp_path, 1, "0" * 64)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "claim"),
+    [
+        (("server_seed",), "11" * 32, "the server's seed is the one it committed to"),
+        (("client_seed",), "11" * 32, "your seed is the one you committed to"),
+        (("drops", 1, "receipt", "seed"), "5", "drop 1: both seeds draw its start"),
+        (("drops", 1, "receipt", "stake"), 7, "drop 1: the receipt is signed"),
+        (("drops", 2, "index"), 0, "drop 2: the log has it"),
+        (("drops", 3, "result", "payout"), 10**6, "drop 3: its payout"),
+        (("drops", 3, "result", "digest"), "0" * 64, "drop 3: every bit of its path"),
+        (("head", "statement", "size"), 14, "the head of the log is signed"),
+        (("end", "statement", "drops"), 3, "no drop is left out"),
+        (("session", "statement", "time"), 1, "the statement is signed"),
+        (("board", "bins", "multipliers", 0), 99.0, "the multipliers are those committed to"),
+    ],
+)
+def test_whatever_is_forged_is_named(
+    tmp_path: Path, place: tuple[Any, ...], value: object, claim: str
+) -> None:
+    session = json.loads(GOLDEN.read_text("utf-8"))
+    part = session
+    for step in place[:-1]:
+        part = part[step]
+    part[place[-1]] = value
+    assert f"does not hold: {claim}\n" in verified(session, tmp_path, code=1)
+
+
+def test_a_drop_left_out_and_another_key_are_found(tmp_path: Path) -> None:
+    session = json.loads(GOLDEN.read_text("utf-8"))
+    del session["drops"][2]
+    assert "no drop is left out" in verified(session, tmp_path, code=1)
+    other = Signer(bytes(32)).public.hex()
+    assert other != SIGNER.public.hex()
+    session = json.loads(GOLDEN.read_text("utf-8")) | {"key": other}
+    assert "the statement is signed" in verified(session, tmp_path, code=1)

@@ -1,0 +1,147 @@
+"""The npm package of the page's solver: made, packed and used as whoever installs it uses it."""
+
+import json
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import engine
+from engine import Board, drop, drop_many
+from tests.repository.test_repository import ROOT
+
+BOARD = Board.preset("triangle-8")
+
+
+def node_folder() -> str:
+    done = subprocess.run([ROOT / "tools" / "node"], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Somebody's project, into which the package was installed from what `npm pack` makes."""
+    folder = tmp_path_factory.mktemp("npm")
+    in_it = folder / "node_modules" / "plinko-solver"
+    run(ROOT / "tools" / "npm-package", in_it, cwd=ROOT)
+    (folder / "board.json").write_text(BOARD.to_json())
+    return folder
+
+
+def run(*command: object, cwd: Path) -> str:
+    path = f"{node_folder()}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        [str(part) for part in command],
+        cwd=cwd,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def script(project: Path, code: str) -> list[str]:
+    (project / "try.mjs").write_text(code)
+    return run("node", "try.mjs", cwd=project).splitlines()
+
+
+def test_what_is_packed_is_the_solver_its_kernels_and_its_types(project: Path) -> None:
+    package = project / "node_modules" / "plinko-solver"
+    (packed,) = json.loads(run("npm", "pack", "--dry-run", "--json", "--offline", cwd=package))
+    names = {each["path"] for each in packed["files"]}
+    modules = {name for name in names if name.endswith(".js")}
+    assert {"LICENSE", "README.md", "package.json", "solver/kernels.wasm"} <= names
+    assert {name.removesuffix(".js") + ".d.ts" for name in modules} <= names
+    assert (packed["name"], packed["version"]) == ("plinko-solver", engine.__version__)
+
+
+def test_every_export_is_there(project: Path) -> None:
+    package = project / "node_modules" / "plinko-solver"
+    exports = json.loads((package / "package.json").read_text("utf-8"))["exports"]
+    assert len(exports) >= 8
+    for target in exports.values():
+        for file in target.values() if isinstance(target, dict) else [target]:
+            assert (package / file).is_file(), file
+
+
+def test_a_drop_in_node_has_the_engine_s_digest(project: Path) -> None:
+    said = script(
+        project,
+        """
+        import { readFileSync } from "node:fs";
+        import { openSolver } from "plinko-solver";
+        import { compareRecords } from "plinko-solver/records";
+        const board = JSON.parse(readFileSync("board.json", "utf8"));
+        const bytes = readFileSync("node_modules/plinko-solver/solver/kernels.wasm");
+        for (const solver of [await openSolver(), await openSolver(bytes)]) {
+          const drop = solver.drop(board, { seed: "42" });
+          console.log(drop.digest, compareRecords(drop.record(), drop.record()).difference);
+        }
+        """,
+    )
+    assert said == [f"{drop(BOARD, 42).digest} null"] * 2
+
+
+def test_a_batch_is_computed_on_a_thread_and_may_be_cancelled(project: Path) -> None:
+    said = script(
+        project,
+        """
+        import { readFileSync } from "node:fs";
+        import { Batch } from "plinko-solver/batch";
+        const board = JSON.parse(readFileSync("board.json", "utf8"));
+        const words = [];
+        const note = ({ drops }) => words.push(drops);
+        const whole = new Batch({ board, first: "0", drops: 1200 }, note);
+        console.log(JSON.stringify((await whole.done).histogram), words.join());
+        const part = new Batch({ board, first: "0", drops: 1e9 }, () => part.cancel());
+        console.log((await part.done).drops < 1e9);
+        const bad = new Batch({ board: { gravity: -1 }, first: "0", drops: 1 }, () => {});
+        await bad.done.catch((error) => console.log(error.message.slice(0, 13)));
+        """,
+    )
+    histogram = json.dumps(drop_many(BOARD, 1200).histogram.tolist(), separators=(",", ":"))
+    assert said == [f"{histogram} 500,1000,1200", "true", "gravity is -1"]
+
+
+def test_balls_that_touch_move_in_node(project: Path) -> None:
+    said = script(
+        project,
+        """
+        import { readFileSync } from "node:fs";
+        import { World } from "plinko-solver/touching";
+        import { loadMachine } from "plinko-solver/touching/machine";
+        import { SCENES } from "plinko-solver/touching/scenes";
+        const bytes = readFileSync("node_modules/plinko-solver/solver/touching/touching.wasm");
+        const worlds = [];
+        for (const machine of [await loadMachine(), await loadMachine(bytes)]) {
+          const world = new World(machine, SCENES.sandbox, null);
+          for (let i = 0; i < 10; i += 1) world.step();
+          worlds.push(world.arena.table.pos.join());
+        }
+        console.log(worlds[0].length > 0, worlds[0] === worlds[1]);
+        """,
+    )
+    assert said == ["true true"]
+
+
+def test_the_types_and_the_readme_s_first_example_are_right(project: Path) -> None:
+    readme = (project / "node_modules" / "plinko-solver" / "README.md").read_text("utf-8")
+    examples = re.findall(r"```js\n(.*?)```", readme, re.DOTALL)
+    (project / "readme.mts").write_text("\n".join(examples))
+    options = [
+        "--ignoreConfig",
+        "--strict",
+        "--noEmit",
+        "--target",
+        "es2023",
+        "--module",
+        "nodenext",
+    ]
+    run(ROOT / "node_modules" / ".bin" / "tsc", *options, "readme.mts", cwd=project)
+    said = script(project, "\n".join(examples))
+    assert said[0].startswith(("0 ", "1 ", "2 "))
+    assert "histogram" not in said[-1]
