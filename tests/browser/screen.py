@@ -151,7 +151,7 @@ class Screen:
         self.url = url
         self.root = page.locator("html")
         self.result = page.locator("#result")
-        self.drop = page.get_by_role("button", name="Drop", exact=True)
+        self.drop = page.locator("#drop")
         self.rows = page.locator("#drops > li")
         self.sent: list[str | bytes] = []  # what the page sent over its sockets
         self._artifacts = artifacts

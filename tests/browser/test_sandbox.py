@@ -238,7 +238,7 @@ def test_another_scene_is_begun_from_the_form(box: Any) -> None:
 
 def test_another_table_has_balls_that_knock_each_other(opened: Open) -> None:
     table = opened("/?room=triangle-8").ready()
-    table.drawer("Table").get_by_role("radio", name="Colliding balls").check(force=True)
+    table.drawer("Table").get_by_role("radio", name="Balls collide (practice)").check(force=True)
     expect(table.page).to_have_url(re.compile("room=interacting-triangle-8"))
     table.ready()
 

@@ -14,6 +14,7 @@ def test_two_visitors_meet_and_the_demo_ends_with_the_first_ball(
     expect(one.page.locator("#company-here")).to_have_text("Nobody else is here.")
     two = opened(quick.page, viewport={"width": 390, "height": 844}).ready()
     expect(one.page.locator("#people")).to_have_text("Guest 2")
+    two.drawer("Game")
     two.page.get_by_text("Your name and colour").click()
     two.page.get_by_label("Name").fill("Ada")
     two.page.get_by_label("Colour 5").check()
