@@ -235,7 +235,7 @@ class Screen:
 
     def last_dropped(self) -> Any:
         """What REST says of the drop in the uppermost row of the list, by its own seed."""
-        link = self.rows.first.get_by_role("link").get_attribute("href") or ""
+        link = self.rows.first.locator("a").get_attribute("href") or ""
         asked = dict(parse_qsl(urlsplit(link).query))
         return self.api(f"drops/{asked['board']}/{asked['seed']}")
 

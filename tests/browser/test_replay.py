@@ -64,6 +64,7 @@ def test_a_replay_link_shows_the_same_bin_and_digest_as_live(opened: Open, quick
     screen.drop.click()
     record = screen.api(f"drops/{quick.board}/18446744073709551615")
     screen.landed(record["bin"])
+    screen.drawer("Game")
     screen.rows.first.get_by_role("link").click()
 
     screen.state("replay")

@@ -45,16 +45,12 @@ def test_no_folder_has_more_than_one_can_look_over() -> None:
     } == {}
 
 
-@pytest.mark.parametrize("hall", ["engine", "app", "benchmarks", "static/js"])
+@pytest.mark.parametrize("hall", ["engine", "app", "benchmarks"])
 def test_no_file_of_the_product_is_long(hall: str) -> None:
-    code = [
-        path for path in files() if path.suffix in {".py", ".js"} and str(path).startswith(hall)
-    ]
+    code = [path for path in files() if path.suffix == ".py" and str(path).startswith(hall)]
     assert code
-    texts = PurePosixPath("static/js/texts")  # one file a language, as translators ask for it
     assert [
         str(path)
         for path in code
-        if path.parent != texts
-        and len((ROOT / path).read_text(encoding="utf-8").splitlines()) > LINES
+        if len((ROOT / path).read_text(encoding="utf-8").splitlines()) > LINES
     ] == []

@@ -181,7 +181,7 @@ function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, sha
  * @param {Board} board
  * @param {(score: number) => PayoutColour} payout
  */
-function paintBins(ctx, geometry, board, payout) {
+export function paintBins(ctx, geometry, board, payout) {
   const { multipliers } = board.bins;
   const boxes = multipliers.map((_, bin) => binBox(geometry, board, bin));
   if (boxes.some(({ width }) => width <= 0)) return; // a canvas that is not laid out yet, or a sliver of one

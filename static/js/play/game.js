@@ -266,7 +266,10 @@ export class Game extends Store {
       if (words) this.say(words.text, { score: words.score, urgent: run.limits !== null });
     }
     this.tell("run", null);
-    if (this.moving && this.room.own.unseen === 0) void this.move(this.moving);
+    const { moving } = this;
+    if (!moving || this.room.own.unseen > 0) return;
+    this.moving = null;
+    void this.move(moving);
   }
 
   refill() {

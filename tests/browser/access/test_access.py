@@ -42,7 +42,7 @@ def test_a_whole_game_by_keyboard_alone(opened: Open, server: ServerProcess) -> 
     screen.page.evaluate("document.activeElement.blur()")
     keyboard.press("Space")
     expect(screen.rows).to_have_count(3)
-    link = screen.rows.first.get_by_role("link")
+    link = screen.rows.first.locator("a")
     assert "aim=-" in (link.get_attribute("href") or "")
 
 
@@ -81,9 +81,7 @@ def test_the_result_is_told_to_those_who_do_not_see_the_board(opened: Open, quic
     screen.seed.fill("42")
     screen.drop.click()
     record = screen.api(f"drops/{quick.board}/42")
-    expect(screen.page.get_by_role("status").filter(visible=True)).to_contain_text(
-        "(practice)"
-    )
+    expect(screen.page.get_by_role("status").filter(visible=True)).to_contain_text("(practice)")
     histogram = screen.page.get_by_role("img", name=re.compile("Histogram of"))
     expect(histogram).to_have_accessible_name(re.compile(rf"bin {record['bin']}: \d"))
 

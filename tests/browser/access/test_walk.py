@@ -1,4 +1,4 @@
-"""The desk at every size: each control is in view, is not covered, can be hit, and says all of its text."""
+"""The desk at every size: each control is in view, uncovered, can be hit and says all its text."""
 
 import re
 
@@ -23,30 +23,36 @@ _FAULTS = """
   const ink = document.createElement("canvas").getContext("2d");
   const parts = ".marquee, .corner, .told, .play, .worlds";
   const controls = [...document.querySelectorAll("button, input, select, a")]
-    .filter((control) => control.closest(parts) && control.checkVisibility({ visibilityProperty: true }))
-    .filter((control) => !control.disabled);
+    .filter((control) => control.closest(parts) && !control.disabled)
+    .filter((control) => control.checkVisibility({ visibilityProperty: true }));
   for (const control of controls) {
     const name = control.id || `${control.name}=${control.value}` || control.textContent;
-    const box = control.getBoundingClientRect();
-    if (box.left < -0.5 || box.top < -0.5 || box.right > innerWidth + 0.5 || box.bottom > innerHeight + 0.5) {
-      faults.push(`${name} is not in view: ${[box.left, box.top, box.right, box.bottom].map(Math.round)}`);
+    const { left, top, right, bottom } = control.getBoundingClientRect();
+    if (left < -0.5 || top < -0.5 || right > innerWidth + 0.5 || bottom > innerHeight + 0.5) {
+      faults.push(`${name} is not in view: ${[left, top, right, bottom].map(Math.round)}`);
       continue;
     }
-    if (box.width < 24 || box.height < 24) faults.push(`${name} is ${box.width} x ${box.height}`);
-    const hit = document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2);
-    const label = control.closest("label");
-    if (!control.contains(hit) && !label?.contains(hit)) faults.push(`${name} is covered by ${hit?.id || hit?.className}`);
+    if (right - left < 24 || bottom - top < 24) faults.push(`${name} is too small`);
+    const hit = document.elementFromPoint((left + right) / 2, (top + bottom) / 2);
+    if (!control.contains(hit) && !control.closest("label")?.contains(hit)) {
+      faults.push(`${name} is covered by ${hit?.id || hit?.className}`);
+    }
     if (control instanceof HTMLSelectElement) {
       const style = getComputedStyle(control);
       ink.font = style.font;
-      const room = control.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight);
+      const padding = parseFloat(style.paddingLeft) + parseFloat(style.paddingRight);
       const text = control.selectedOptions[0]?.text ?? "";
-      if (ink.measureText(text).width > room + 1) faults.push(`${name}: ${text} is cut`);
+      if (ink.measureText(text).width > control.clientWidth - padding + 1) {
+        faults.push(`${name}: ${text} is cut`);
+      }
     }
   }
-  for (const words of document.querySelectorAll(`:is(${parts}) :is(button, label, legend, .chip span, .place span)`)) {
-    if (!words.checkVisibility() || words.closest(".visually-hidden") || words.clientWidth < 2) continue;
-    if (words.scrollWidth > words.clientWidth + 1) faults.push(`${words.textContent.trim()} is cut`);
+  const written = ":is(button, label, legend, .chip span, .place span)";
+  for (const words of document.querySelectorAll(`:is(${parts}) ${written}`)) {
+    if (!words.checkVisibility() || words.closest(".visually-hidden")) continue;
+    if (words.clientWidth < 2) continue;
+    if (words.scrollWidth <= words.clientWidth + 1) continue;
+    faults.push(`${words.textContent.trim()} is cut`);
   }
   if (document.documentElement.scrollWidth > innerWidth) faults.push("the page scrolls sideways");
   return faults;

@@ -28,6 +28,7 @@ def test_two_visitors_meet_and_the_demo_ends_with_the_first_ball(
     expect(one.page.locator("#tray-count")).to_have_text("Nothing has landed here yet")
     two.drop.click()
     expect(mark).to_be_hidden()
+    one.drawer("Game")
     landing = one.page.locator("#landings > li")
     expect(landing).to_have_text(re.compile(r"^Ada[\d.]+xReplay$"))
     expect(landing.get_by_role("link")).to_have_attribute("href", re.compile(quick.board))

@@ -37,9 +37,7 @@ def test_a_halted_table_says_so_and_takes_no_drop(
     screen.drop.click()
     screen.state("live")
     assert main(["halt", server.url, "--room", quick.room]) == 0
-    expect(screen.result).to_have_text(
-        "This table is paused. Balls in flight land and are paid."
-    )
+    expect(screen.result).to_have_text("This table is paused. Balls in flight land and are paid.")
     expect(screen.rows).to_have_count(1)  # the ball in flight has landed
     screen.drop.click()
     expect(screen.result).to_contain_text("This table is paused.")

@@ -5,12 +5,12 @@ import math
 import re
 from typing import Any
 
-import pytest
 from playwright.sync_api import expect
 
 from engine import drop
 from tests.browser.conftest import Open, Quick, ServerProcess, quick_table
 from tests.browser.screen import COUNT_FRAMES, HEAR
+
 
 def distance_to_path(place: list[float], path: list[list[float]]) -> float:
     """Least distance of a place from a polyline."""
@@ -86,7 +86,7 @@ def test_without_a_seed_the_table_draws_one_that_replays(opened: Open, quick: Qu
     screen = opened(quick.page).ready()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
-    link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
+    link = screen.rows.first.locator("a").get_attribute("href") or ""
     found = re.search(r"seed=(\d+)", link)
     assert found
     screen.landed(screen.api(f"drops/{quick.board}/{found[1]}")["bin"])
@@ -103,7 +103,7 @@ def test_a_click_above_the_pegs_aims_there_where_an_aim_makes_a_difference(
     at = screen.pixels(board, [[slots[2] + 0.1, board["drop"]["y"]]])["points"][0]
     canvas.click(position={"x": at[0], "y": at[1]})
     expect(screen.rows).to_have_count(1)
-    link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
+    link = screen.rows.first.locator("a").get_attribute("href") or ""
     assert f"aim={slots[2]!r}" in link, "the nearest slot"
 
 
@@ -114,7 +114,7 @@ def test_a_click_above_the_pegs_just_drops_where_an_aim_makes_none(
     canvas = screen.page.get_by_role("img", name=re.compile("Plinko board"))
     canvas.click(position={"x": 200, "y": 20})
     expect(screen.rows).to_have_count(1)
-    assert "aim=" not in (screen.rows.first.get_by_role("link").get_attribute("href") or "")
+    assert "aim=" not in (screen.rows.first.locator("a").get_attribute("href") or "")
     screen.drawer("Table")
     expect(screen.page.locator("#start")).to_be_hidden()
     screen.page.keyboard.press("?")
@@ -150,7 +150,7 @@ def test_the_ball_starts_in_the_chosen_slot(opened: Open, server: ServerProcess)
     bin_there = drop(quick.whole, 7, aim=slots[2]).bin
     assert bin_there is not None
     screen.landed(bin_there)
-    link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
+    link = screen.rows.first.locator("a").get_attribute("href") or ""
     assert f"aim={slots[2]!r}" in link
 
 
@@ -209,6 +209,30 @@ def test_nothing_is_drawn_while_nothing_moves(opened: Open, quick: Quick) -> Non
     assert screen.frames_asked() - before > 60, "the count is of what is drawn"
     # The bin's light fades for a while yet; then half a second's frames go by unasked for.
     screen.ready().at_rest(30)
+
+
+# To be run before the page: the table answers each drop as one that came too fast.
+_REFUSE = """
+window.WebSocket = class extends WebSocket {
+  send(data) {
+    const { type, ref } = JSON.parse(data);
+    if (type !== "drop") return super.send(data);
+    const refusal = { type: "error", code: "rate-limited", detail: "more than 20 drops", ref };
+    const told = JSON.stringify(refusal);
+    setTimeout(() => this.onmessage(new MessageEvent("message", { data: told })));
+  }
+};
+"""
+
+
+def test_a_refused_drop_is_told_in_the_page_s_words_and_its_stake_is_back(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(quick.page, before=_REFUSE, locale="es-ES").ready()
+    screen.drop.click()
+    expect(screen.result).to_contain_text("Demasiado rápido")
+    expect(screen.page.locator("#balance")).to_have_text("1000,00")
+    expect(screen.page.locator("#staked")).to_have_text("0")
 
 
 def test_a_room_that_is_not_there_is_told_in_the_page_s_language_and_leads_on(

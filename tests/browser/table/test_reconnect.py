@@ -10,7 +10,10 @@ from engine import drop
 from tests.browser.conftest import Complaints, Open, ServerProcess, quick_table
 
 # What a browser writes of requests that were under way, or made, while the server was gone.
-GONE = r"WebSocket connection .* failed|net::ERR_(CONNECTION_\w+|EMPTY_RESPONSE)"
+GONE = (
+    r"WebSocket connection .* failed"
+    r"|net::ERR_(CONNECTION_\w+|EMPTY_RESPONSE|CONTENT_LENGTH_MISMATCH)"
+)
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +37,7 @@ def test_play_goes_on_after_the_server_was_killed_and_started_again(
     screen.drop.click()
     expect(screen.result).to_contain_text("(practice)")
     expect(screen.page.locator("#staked")).to_have_text("0")
+    screen.drawer("Game")
     screen.rows.get_by_role("button", name="Verify").click()
     expect(screen.rows).to_contain_text("Verified in this page")
 

@@ -49,6 +49,10 @@ export class Desk {
     });
     stake.addEventListener("change", () => this.#readStake());
     stake.addEventListener("focus", () => stake.select());
+    stake.addEventListener("keydown", (event) => {
+      if (event.key === "Enter" && !this.#readStake()) event.preventDefault();
+      if (event.key === " ") event.preventDefault(); // it would empty the field, which is selected
+    });
     /** @type {[string, () => number][]} */
     const keys = [
       ["stake-half", () => game.choice.stake / 2],
@@ -82,7 +86,7 @@ export class Desk {
       this.seed.focus();
       return;
     }
-    if (this.stake !== document.activeElement || this.#readStake()) this.#drop();
+    this.#drop();
   }
 
   #drop() {
@@ -186,7 +190,6 @@ export class Desk {
    */
   #key(event) {
     if (event.key !== " " || event.ctrlKey || event.altKey || event.metaKey) return;
-    if (event.target === this.stake) event.preventDefault(); // it would empty the field, which is selected
     if (isWithin(event, OWN_SPACE)) return;
     event.preventDefault();
     if (!event.repeat) this.push();
