@@ -190,7 +190,8 @@ export class Picture {
     view.draw(scene);
     this.ghost.paint(now);
     const tray = this.tray.show(now, still);
-    const measuring = instruments.show(room, this.tray.histogram.counts, game.account.scores, now);
+    const { counts } = this.tray.histogram;
+    const measuring = instruments.open && instruments.show(room, counts, game.account.scores, now);
     return (table?.busy ?? false) || this.ghost.pending || tray || measuring || encore || streaking || celebrating
       || this.#won !== null || demo !== null;
   }
