@@ -5,6 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from engine import drop
 from engine.board.materials import GRAVITY
 from tests.browser.conftest import Open, Quick, Run, ServerProcess, quick_table
 from tests.browser.looks import painted
@@ -265,6 +266,44 @@ def test_another_language_finds_the_drawer_open(opened: Open) -> None:
     screen.drawer("Settings").get_by_label("Language").select_option("Deutsch")
     expect(screen.page.locator("html[lang=de]")).to_be_attached()
     expect(screen.page.locator("#settings")).to_be_visible()
+
+
+def test_a_win_of_five_times_the_stake_has_a_moment_and_less_has_none(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(quick.page).ready()
+    watch = """() => {
+      window.moment = null;
+      const banner = document.getElementById("banner");
+      const see = () => { window.moment = banner.textContent; };
+      new MutationObserver(see).observe(banner, { attributeFilter: ["hidden"] });
+    }"""
+    scores = {seed: drop(quick.whole, seed).score for seed in range(100)}
+    less = next(seed for seed, score in scores.items() if score < 5)
+    more = next(seed for seed, score in scores.items() if score >= 5)
+    screen.page.evaluate(watch)
+    for seed, words in ((less, None), (more, f"{scores[more]:g}x")):
+        screen.seed.fill(str(seed))
+        screen.drop.click()
+        expect(screen.result).to_have_text(f"{scores[seed]:g}x (practice)")
+        screen.until(lambda words=words: screen.page.evaluate("moment") == words)
+
+
+def test_the_moon_is_offered_after_ten_balls_at_home_and_never_again(opened: Open) -> None:
+    screen = opened("/?room=triangle-8").ready()
+    offer = screen.page.get_by_role("button", name="Try the Moon")
+    screen.page.get_by_role("radio", name="Instant").check()
+    screen.page.get_by_role("radio", name="20 balls").check()
+    expect(offer).to_be_hidden()
+    screen.drop.click()
+    expect(screen.result).to_contain_text("20 balls: staked 20")
+    offer.click()
+    board = screen.page.locator("#board-moving")
+    expect(board).to_have_attribute("aria-label", re.compile("triangle-8 · Moon"))
+    expect(screen.page.locator("#odds-note")).to_contain_text("Average return")
+    screen.page.locator("#worlds").get_by_role("radio", name="Earth").check()
+    expect(board).not_to_have_attribute("aria-label", re.compile("Moon"))
+    expect(offer).to_be_hidden()
 
 
 def test_a_fortune_moves_nothing(opened: Open, quick: Quick) -> None:
