@@ -286,7 +286,10 @@ def test_a_win_of_five_times_the_stake_has_a_moment_and_less_has_none(
         screen.seed.fill(str(seed))
         screen.drop.click()
         expect(screen.result).to_have_text(f"{scores[seed]:g}x (practice)")
-        screen.until(lambda words=words: screen.page.evaluate("moment") == words)
+        screen.frames(6)
+        expected = "moment !== null" if words else "moment === null"
+        screen.page.wait_for_function(f"() => {expected}")
+        assert screen.page.evaluate("moment") == words
 
 
 def test_the_moon_is_offered_after_ten_balls_at_home_and_never_again(opened: Open) -> None:
