@@ -1,8 +1,8 @@
-// Keeps the pages that need no server for when there is none. Its address has the release in it, so
+// Keeps the pages for when there is no server: all work without one, the table as practice. Its address has the release in it, so
 // that each release has a worker and a cache of its own; js/util/offline.js registers it.
 
 const CACHE = `plinko${new URL(self.location.href).search}`;
-const PAGES = ["sandbox.html", "replay.html", "compare.html", "editor.html", "map.html", "verify.html"];
+const PAGES = ["", "sandbox.html", "replay.html", "compare.html", "editor.html", "map.html", "verify.html"];
 const BOARDS = "api/v1/boards";
 
 // What a page, a style sheet or a module names: its parts.
@@ -21,7 +21,8 @@ async function keepPages() {
   for (const url of seen) {
     const response = await fetch(url);
     if (!response.ok) throw new Error(`${url} is not there: ${response.status}`);
-    const kind = /\.(?:html|js)$/.exec(new URL(url).pathname)?.[0].slice(1);
+    const { pathname } = new URL(url);
+    const kind = pathname.endsWith("/") ? "html" : /\.(?:html|js)$/.exec(pathname)?.[0].slice(1);
     if (kind) {
       const text = await response.clone().text();
       for (const [, part, beside] of text.matchAll(PARTS[kind])) {

@@ -19,7 +19,7 @@ from engine.certified.reach import first_reaches
 def exact() -> None:
     """Single drops of the exact solver."""
     done = drop(Board.preset("triangle-8"), seed=0)
-    done.record(certainty=True)
+    done.to_dict(certainty=True)
     done.states([0.1])
 
 

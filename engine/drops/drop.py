@@ -195,10 +195,6 @@ class Drop:
             **(self._how_sure() if certainty else {}),
         }
 
-    # For the kernels' own rehearsal, engine/artifact/plays.py, whose bytes are in the stamp of the
-    # compiled kernels. It goes when they are compiled again.
-    record = to_dict
-
     def to_json(self, *, certainty: bool = False) -> str:
         """The record as one line of JSON text, as `plinko drop --json` prints it."""
         return json.dumps(self.to_dict(certainty=certainty), ensure_ascii=False, allow_nan=False)

@@ -151,7 +151,7 @@ class Screen:
         self.url = url
         self.root = page.locator("html")
         self.result = page.locator("#result")
-        self.drop = page.get_by_role("button", name="Drop", exact=True)
+        self.drop = page.locator("#drop")
         self.rows = page.locator("#drops > li")
         self.sent: list[str | bytes] = []  # what the page sent over its sockets
         self._artifacts = artifacts
@@ -235,7 +235,7 @@ class Screen:
 
     def last_dropped(self) -> Any:
         """What REST says of the drop in the uppermost row of the list, by its own seed."""
-        link = self.rows.first.get_by_role("link").get_attribute("href") or ""
+        link = self.rows.first.locator("a").get_attribute("href") or ""
         asked = dict(parse_qsl(urlsplit(link).query))
         return self.api(f"drops/{asked['board']}/{asked['seed']}")
 

@@ -37,9 +37,9 @@ def check_verdict(screen: Screen, one: Drop, two: Drop) -> None:
     if when is None:
         expect(screen.result).to_contain_text("stay within a ball's radius")
         return
-    expect(screen.result).to_contain_text("are parted by more than a ball's radius")
+    expect(screen.result).to_contain_text("They separate after impact")
     text = screen.result.text_content() or ""
-    found = re.search(r"after impact (\d+), at ([\d.]+) s", text)
+    found = re.search(r"after impact (\d+) \(([\d.]+) s\)", text)
     assert found
     assert float(found[2]) == pytest.approx(when, abs=0.01)
     hits = [impact["t"] for impact in one.impacts if impact["kind"] in (0, 1)]
@@ -116,6 +116,13 @@ def test_a_seed_that_parts_is_found(opened: Open) -> None:
     two = drop(board, query["seed"][0], x=one.x_start + 1e-3)
     assert parted(one, two) is not None
     check_verdict(screen, one, two)
+
+
+def test_it_opens_on_two_balls_a_nanometre_apart_of_which_one_wins_all(opened: Open) -> None:
+    screen = opened("/compare.html").state("replay")
+    both = screen.page.locator("#both")
+    expect(both).to_contain_text("110x")
+    expect(both).to_contain_text("0.5x")
 
 
 def test_a_start_at_the_edge_is_shifted_inwards(opened: Open) -> None:

@@ -195,7 +195,7 @@ def test_a_whole_board_is_edited_by_keyboard_alone(bench: Bench) -> None:
     bench.press("Control+z", "Control+z", "Control+z", "Control+z")
     bench.becomes("pegs", pegs)
     bench.press("Control+z")
-    expect(bench.screen.result).to_contain_text("nothing to undo")
+    expect(bench.screen.result).to_contain_text("Nothing to undo")
 
 
 def test_several_parts_are_moved_copied_and_deleted_together(

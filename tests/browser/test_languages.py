@@ -1,5 +1,7 @@
 """A visitor chooses German on a phone: every page says so from then on, and nothing overflows."""
 
+import re
+
 import pytest
 from playwright.sync_api import ViewportSize, expect
 
@@ -41,12 +43,11 @@ def test_german_once_chosen_is_spoken_everywhere_and_fits_a_phone(
     screen.ready()
     drop = page.get_by_role("button", name="Los!")
     expect(drop).to_be_visible()
-    page.get_by_role("button", name="Mehr").click()
     for drawer in ("Tisch", "Fairness", "Labor"):
         page.get_by_role("button", name=drawer, exact=True).click()
         assert page.evaluate(OVERFLOWING) == []
     drop.click()
-    expect(screen.result).to_contain_text("zahlt")
+    expect(screen.result).to_have_text(re.compile(r"^[\d,]+x  [+−]?[\d,]+$"))
     for path in PAGES:
         page.goto(f"{screen.url}/{path}")
         expect(german).to_be_attached()

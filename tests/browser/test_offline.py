@@ -64,6 +64,13 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     page.goto(f"{base}/map.html?board=triangle-8")
     expect(page.get_by_role("textbox", name="x")).to_have_value("0")
 
+    page.goto(f"{base}/")
+    expect(page.locator("html")).to_have_attribute("data-practice", "offline")
+    page.locator("#drop").click()
+    expect(page.locator("#drops > li")).to_have_count(1)
+    expect(page.locator("#result")).to_contain_text("(Übung)")
+    expect(page.locator("#staked")).to_have_text("0")
+
     # Its solver is another than the page's, which is named: so all of it was checked here.
     page.goto(f"{base}/verify.html")
     page.locator("#file").set_input_files(session.FILE)

@@ -64,6 +64,7 @@ def test_a_replay_link_shows_the_same_bin_and_digest_as_live(opened: Open, quick
     screen.drop.click()
     record = screen.api(f"drops/{quick.board}/18446744073709551615")
     screen.landed(record["bin"])
+    screen.drawer("Game")
     screen.rows.first.get_by_role("link").click()
 
     screen.state("replay")
@@ -391,7 +392,6 @@ def test_a_ball_that_never_settles_is_replayed_and_lies_where_it_stopped(
 
 def test_the_pages_lead_to_each_other(opened: Open) -> None:
     screen = opened().ready()
-    screen.drawer("Table")
     for name, state in (
         ("Editor", "asleep"),
         ("Compare", "replay"),
@@ -401,8 +401,6 @@ def test_the_pages_lead_to_each_other(opened: Open) -> None:
     ):
         nav = screen.page.get_by_role("navigation", name="Pages")
         nav.get_by_role("link", name=name, exact=True).click()
-        if name == "Play":
-            screen.drawer("Table")
         here = nav.get_by_role("link", name=name, exact=True)
         expect(here).to_have_attribute("aria-current", "page")
         screen.state(state)

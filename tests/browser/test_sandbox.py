@@ -238,7 +238,7 @@ def test_another_scene_is_begun_from_the_form(box: Any) -> None:
 
 def test_another_table_has_balls_that_knock_each_other(opened: Open) -> None:
     table = opened("/?room=triangle-8").ready()
-    table.drawer("Table").get_by_role("radio", name="Colliding balls").check(force=True)
+    table.drawer("Table").get_by_role("radio", name="Balls collide (practice)").check(force=True)
     expect(table.page).to_have_url(re.compile("room=interacting-triangle-8"))
     table.ready()
 
@@ -250,7 +250,7 @@ def test_a_board_whose_balls_knock_each_other_is_played_and_halted_on_both_pages
     table = opened(quick.page).ready()
     table.drop.click()
     expect(table.rows).to_have_count(1)
-    expect(table.rows.first).to_contain_text("knocked")
+    expect(table.rows.first).to_contain_text("hit by another ball")
     screen = opened(f"/sandbox.html?room={quick.room}", before=holding(quick.room, quick.token))
     expect(screen.page.locator("#title")).to_contain_text("quick")
     screen.page.get_by_role("button", name="Drop one").click()

@@ -55,6 +55,24 @@ def test_another_site_shows_a_drop_in_a_frame_and_its_end_only_at_the_end(
     complaints.allow("frame-ancestors")
 
 
+def test_a_frame_of_any_shape_shows_the_whole_board_and_its_key(opened: Open) -> None:
+    for width, height in ((1280, 800), (520, 580), (360, 400)):
+        screen = opened(f"/embed/replay?{DROP}", viewport={"width": width, "height": height})
+        screen.state("replay")
+        for part in ("#drop", "#board"):
+            box = screen.page.locator(part).bounding_box()
+            assert box is not None
+            assert box["y"] + box["height"] <= height
+
+
+def test_the_chart_is_there_at_200_percent(opened: Open) -> None:
+    screen = opened(f"/replay.html?{DROP}", viewport={"width": 640, "height": 400})
+    box = screen.state("replay").page.locator("#energy").bounding_box()
+    assert box is not None
+    assert box["height"] >= 40
+    assert box["y"] + box["height"] <= 400
+
+
 def test_a_shared_link_keeps_the_end_until_the_ball_has_landed(opened: Open) -> None:
     screen = opened(f"/replay.html?{DROP}&guess", reduced_motion="reduce").state("replay")
     page = screen.page
@@ -62,7 +80,16 @@ def test_a_shared_link_keeps_the_end_until_the_ball_has_landed(opened: Open) -> 
     expect(screen.result).to_have_text("Where will it land?")
     for part in tells.all():
         expect(part).to_be_hidden()
-    page.get_by_role("radio", name="Bin 0,").check()
+    board = screen.api("boards/triangle-8")["board"]
+    ((x, y),) = screen.pixels(board, [[board["bins"]["edges"][0] + 0.1, board["bins"]["y"]]])[
+        "points"
+    ]
+    page.locator("#board-moving").click(position={"x": x, "y": y + 12})
+    expect(page.get_by_role("radio", name="Bin 0,")).to_be_checked()
+    widths = page.evaluate(
+        "[...document.querySelectorAll('#guess-bins label')].map((one) => one.offsetWidth)"
+    )
+    assert max(widths) - min(widths) <= 1, "the last answer is as wide as the others"
     page.get_by_role("button", name="Let it fall").click()
     landed = screen.api("drops/triangle-8/42")["bin"]
     screen.landed(landed)

@@ -42,7 +42,7 @@ def table(page: "Page", address: str) -> None:
     page.goto(address)
     page.wait_for_selector("html[data-state=asleep]")
     for _ in range(30):
-        page.get_by_role("button", name="Drop", exact=True).click()
+        page.locator("#drop").click()
         show(page, 21)
 
 

@@ -26,6 +26,8 @@ _LEFT = re.compile(r"^(?:import|export)\b.*$", re.M)
 _BESIDE = re.compile(r'new URL\("([^"]+)", import\.meta\.url\)')
 # Only comments that stand alone: nothing else of the text is touched.
 _COMMENT = re.compile(r"^[ \t]*(?:/\*\*(?:[^*]|\*(?!/))*\*/[ \t]*|//[^\n]*)\n", re.M)
+_INDENT = re.compile(r"^[ \t]+|\n(?=\n)", re.M)
+_NOTE = re.compile(r"/\*.*?\*/", re.S)  # of a sheet
 _SHEET = re.compile(r'    <link rel="stylesheet" href="(css/[^"]+)">\n')
 # The colours are here: nothing waits for the script that sets them, as css/base.css has it.
 _SHOWN = 'html:not([style*="--page"]) body {\n  visibility: visible;\n}\n'
@@ -50,6 +52,10 @@ def _modules(static: Path, entry: str) -> dict[str, str]:
 
 def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
     text = _COMMENT.sub("", (static / path).read_text(encoding="utf-8"))
+    for line in text.splitlines():
+        if line.count("`") % 2:  # its indentation would be a part of it
+            raise ValueError(f"{path} has a template over several lines: {line.strip()!r}")
+    text = _INDENT.sub("", text)
     modules[path] = ""  # its place, should it be met again on the way
     exports = _EXPORT.findall(text)
 
@@ -104,7 +110,8 @@ def sheet(static: Path, styles: list[str]) -> str:
     dark = f"@media (prefers-color-scheme: dark) {{\n{unless_light}}}\n"
     dark += _colours(theme["dark"], ':root[data-scheme="dark"]')  # as page.py says of who chose it
     texts = [(static / style).read_text(encoding="utf-8") for style in styles]
-    return "".join([_colours(theme["light"], ":root"), dark, *texts, _SHOWN])
+    whole = "".join([_colours(theme["light"], ":root"), dark, *texts, _SHOWN])
+    return _INDENT.sub("", _NOTE.sub("", whole))
 
 
 def _colours(palette: dict[str, str], selector: str) -> str:

@@ -1,7 +1,7 @@
 // What the pages that look at drops share: start-up, failures told, links, the form's board list.
 
 import { MAIN_ROOM, readBoardName } from "../model/presets.js";
-import { Session } from "../model/player/session.js";
+import { Visited } from "../model/player/visited.js";
 import { ApiError, getJson, messageOf } from "../net/api.js";
 import { LinkError } from "../net/board-link.js";
 import { Theme } from "../paint/theme.js";
@@ -41,7 +41,7 @@ export function showState(state, text) {
  * @returns {string} link back to where the visitor played, or else to this board's own table
  */
 export function tableLink(board) {
-  const room = new Session(window.localStorage).room || (readBoardName(board) ? board : MAIN_ROOM);
+  const room = new Visited(window.localStorage).room || (readBoardName(board) ? board : MAIN_ROOM);
   return room === MAIN_ROOM ? "./" : `./?${new URLSearchParams({ room })}`;
 }
 

@@ -40,6 +40,11 @@ export class BoardView {
     this.#followDensity();
   }
 
+  /** @returns {Board | null} */
+  get board() {
+    return this.#shown?.board ?? null;
+  }
+
   /** @param {Board} board @param {number[]} slots */
   setBoard(board, slots) {
     this.theme.enter(placeOf(board.name));

@@ -34,8 +34,7 @@ import { readShift, secondDrop } from "./second-start.js";
 
 const PATH_RATE = 120;
 const BITS = 12; // shown of a start's 64
-// The preset with the most rows: on it a single bit has the most impacts to grow in.
-const DEFAULT_BOARD = "galton";
+const DEFAULT_BOARD = "triangle-16"; // as on the table
 const DEFAULT_SEED = "42";
 const TRIES = 40; // seeds looked at for one that parts
 

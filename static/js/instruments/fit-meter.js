@@ -60,7 +60,7 @@ export class FitMeter {
    * @param {boolean} seen whether anyone looks at the panel
    */
   setRecord(odds, seen) {
-    const label = t("lab.label-counted", { n: odds?.drops ?? 0 });
+    const label = t(odds?.measured ? "lab.label-measured" : "lab.label-counted", { n: odds?.drops ?? 0 });
     this.#record = odds && { label, chances: odds.chances };
     const [record, measured] = this.choices;
     record.disabled = odds === null;

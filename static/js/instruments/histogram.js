@@ -130,8 +130,15 @@ export class Histogram {
     const [geometry, board, height] = [this.#geometry, this.#board, this.#height];
     if (!geometry || !board) return;
     const ctx = fitted(this.canvas, { width: geometry.width, height });
-    if (this.#pile) this.#pile.paint(ctx, board, geometry, height);
-    else this.#paintCounts(ctx, geometry, board.bins, height);
+    const pile = this.#pile;
+    if (!pile) {
+      this.#paintCounts(ctx, geometry, board.bins, height);
+      return;
+    }
+    pile.paint(ctx, board, geometry, height);
+    const expected = this.#expected?.chances.map((chance) => chance * this.total);
+    const columns = this.#counts.map((_, bin) => columnOf(board.bins.edges, bin, geometry));
+    if (expected) this.#paintExpected(ctx, columns, height, expected.map((count, bin) => pile.heightOf(bin, count, geometry)));
   }
 
   /**
@@ -145,7 +152,7 @@ export class Histogram {
     const unit = (height - TOP) / Math.max(most, total ? 4 : 0.5);
     const columns = this.#counts.map((_, bin) => columnOf(bins.edges, bin, geometry));
     this.#paintBars(ctx, columns, bins.multipliers, height, unit);
-    if (expected) this.#paintExpected(ctx, columns, height, unit, expected);
+    if (expected) this.#paintExpected(ctx, columns, height, expected.map((count) => count * unit));
   }
 
   /** @param {number} nowMs */
@@ -188,17 +195,16 @@ export class Histogram {
    * @param {CanvasRenderingContext2D} ctx
    * @param {Column[]} columns
    * @param {number} height
-   * @param {number} unit
-   * @param {number[]} expected
+   * @param {number[]} heights of what is expected, CSS pixels
    */
-  #paintExpected(ctx, columns, height, unit, expected) {
+  #paintExpected(ctx, columns, height, heights) {
     ctx.strokeStyle = this.theme.palette.trayMark;
     ctx.lineWidth = 2;
     ctx.lineCap = "round";
     ctx.beginPath();
-    expected.forEach((count, bin) => {
+    heights.forEach((high, bin) => {
       const { x, width } = columns[bin];
-      const y = Math.min(height - 1, height - count * unit);
+      const y = Math.max(1, Math.min(height - 1, height - high));
       ctx.moveTo(x + 1, y);
       ctx.lineTo(x + width - 1, y);
     });

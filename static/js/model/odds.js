@@ -1,12 +1,13 @@
 // What a drop gives back on average, and how often the top award comes, from the aim chosen. Pure.
 
 import { t } from "../texts/text.js";
-import { percent, plain } from "../util/format.js";
+import { multiplier, percent } from "../util/format.js";
+import { Mean } from "./statistics.js";
 
 /**
  * @typedef {{multiplier: number, chance: number}} Award
- * @typedef {{aim: number | null, drops: number, return: number, doubt: number, hit_rate: number,
- *   volatility: number, unsettled: number, chances: number[], awards: Award[]}} Odds from one aim
+ * @typedef {{aim: number | null, drops: number, return: number, doubt: number, chances: number[], awards: Award[],
+ *   measured?: boolean}} Odds from one aim; measured: by this page, and not for the record
  */
 
 /**
@@ -25,8 +26,26 @@ export function oddsAt(counted, aim, middle) {
 }
 
 /** @param {Odds} odds @returns {string} a sentence for those who are about to drop */
-export function oddsWords({ return: returned, doubt, awards }) {
-  const [{ multiplier, chance }] = awards;
-  const told = { returned: percent(returned, 2), doubt: percent(doubt, 2), top: plain(multiplier) };
+export function oddsWords({ return: returned, awards, measured = false }) {
+  const [{ multiplier: top, chance }] = awards;
+  const told = { returned: percent(returned, measured ? 0 : 2), top: multiplier(top) };
   return chance > 0 ? t("play.odds", { ...told, drops: Math.round(1 / chance) }) : t("play.odds-never", told);
+}
+
+/**
+ * The odds that a page counted.
+ * @param {{drops: number, histogram: number[], unsettled: number}} tally
+ * @param {number[]} multipliers
+ * @returns {Odds}
+ */
+export function measuredOdds({ drops, histogram, unsettled }, multipliers) {
+  const scores = new Mean();
+  histogram.forEach((count, bin) => scores.add(multipliers[bin], count));
+  scores.add(1, unsettled); // a void drop gives its stake back
+  const top = Math.max(...multipliers);
+  const hits = histogram.reduce((sum, count, bin) => sum + (multipliers[bin] === top ? count : 0), 0);
+  return {
+    aim: null, drops, measured: true, return: scores.mean, doubt: scores.doubt(0.95),
+    chances: histogram.map((count) => count / drops), awards: [{ multiplier: top, chance: hits / drops }],
+  };
 }

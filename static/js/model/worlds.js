@@ -58,11 +58,6 @@ export const TABLES = [
   { name: "Rubber", gravity: OWN, material: "Rubber on concrete" },
 ];
 
-/** @param {World} world @returns {string | null} the table that is just so, if one is */
-export function tableOf({ gravity, material }) {
-  return TABLES.find((table) => table.gravity === gravity && table.material === material)?.name ?? null;
-}
-
 /**
  * @param {string} boardName
  * @returns {string | null} whose look and sound its board has: its gravity's place, or else its material's; null at home
@@ -105,7 +100,7 @@ export function transported(board, { gravity, material }) {
 }
 
 /** @param {string} preset @param {World} world @returns {string} "triangle-16 · Moon · Clay (putty)" */
-function worldName(preset, { gravity, material }) {
+export function worldName(preset, { gravity, material }) {
   return [preset, gravity, material].filter((part) => part !== OWN).join(BETWEEN);
 }
 

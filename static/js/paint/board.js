@@ -12,6 +12,7 @@ import { paintPeg } from "./peg.js";
 
 export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow", "Arial Narrow", sans-serif';
 const FILLED = 0.9; // of a pocket by the widest number
+const LEGIBLE = 8.5; // CSS pixels, the least size of a number
 
 /**
  * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels
@@ -25,9 +26,7 @@ export function paintBoard(ctx, geometry, board, slots, look) {
   paintPlate(ctx, geometry, board, look);
   paintHopper(ctx, geometry, board, slots, colours);
   paintPegs(ctx, geometry, board, colours, shapes.peg);
-  board.bins.multipliers.forEach((score, bin) => {
-    paintBin(ctx, geometry, board, bin, look.payout(score));
-  });
+  paintBins(ctx, geometry, board, (score) => look.payout(score));
   paintRails(ctx, geometry, board, colours, shapes.rail);
 }
 
@@ -174,19 +173,26 @@ function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, sha
 }
 
 /**
- * One pocket with its multiplier.
+ * The pockets, with what each pays.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
  * @param {Board} board
- * @param {number} bin
- * @param {PayoutColour} colour
+ * @param {(score: number) => PayoutColour} payout
  */
-function paintBin(ctx, geometry, board, bin, colour) {
-  const { x, y, width, height } = binBox(geometry, board, bin);
-  if (width <= 0) return; // a canvas that is not laid out yet, or a sliver of one
-  ctx.fillStyle = colour.fill;
-  roundedBox(ctx, x, y, width, height, Math.min(8, 0.22 * width));
-  paintLabel(ctx, geometry, board, bin, colour.ink, { x, y, width, height });
+export function paintBins(ctx, geometry, board, payout) {
+  const { multipliers } = board.bins;
+  const boxes = multipliers.map((_, bin) => binBox(geometry, board, bin));
+  if (boxes.some(({ width }) => width <= 0)) return; // a canvas that is not laid out yet, or a sliver of one
+  const { size, lines, every } = labelsFor(ctx, geometry, board);
+  boxes.forEach((box, bin) => {
+    ctx.fillStyle = payout(multipliers[bin]).fill;
+    roundedBox(ctx, box.x, box.y, box.width, box.height, Math.min(8, 0.22 * box.width));
+  });
+  const first = ((multipliers.length - 1) / 2) % every;
+  boxes.forEach((box, bin) => {
+    const { ink } = payout(multipliers[bin]);
+    if ((bin - first) % every === 0) paintLabel(ctx, { text: multiplier(multipliers[bin]), ink, size, lines }, box);
+  });
 }
 
 /** @param {Geometry} geometry @param {Board} board @param {number} bin @returns {Box} CSS pixels */
@@ -198,38 +204,45 @@ export function binBox({ px, binTop, binHeight }, board, bin) {
 }
 
 /**
+ * How the multipliers stand in their pockets: in one line, in two where these are narrow, and where they are narrower
+ * still only in some of those that pay the same.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
  * @param {Board} board
- * @param {number} bin
- * @param {string} ink
+ * @returns {{size: number, lines: 1 | 2, every: number}} size: CSS pixels
+ */
+function labelsFor(ctx, geometry, board) {
+  const { multipliers } = board.bins;
+  const boxes = multipliers.map((_, bin) => binBox(geometry, board, bin));
+  ctx.font = `700 100px ${LABEL_FONT}`;
+  const fitting = (/** @type {string[]} */ texts) => Math.min(...texts.map((text, bin) => (
+    (FILLED * 100 * boxes[bin].width) / ctx.measureText(text).width)));
+  const texts = multipliers.map(multiplier);
+  const [{ height }] = boxes;
+  const one = Math.min(fitting(texts), 0.52 * height, 26);
+  if (one >= LEGIBLE) return { size: one, lines: 1, every: 1 };
+  const two = Math.min(fitting(texts.map((text) => text.slice(0, -1))), 0.36 * height);
+  if (two >= LEGIBLE - 1 || new Set(multipliers).size > 1) return { size: two, lines: 2, every: 1 };
+  const wide = (LEGIBLE + 1) * (ctx.measureText(texts[0]).width / 100) + 6;
+  return { size: LEGIBLE + 1, lines: 1, every: Math.ceil(wide / boxes[0].width) };
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {{text: string, ink: string, size: number, lines: 1 | 2}} label
  * @param {Box} box
  */
-function paintLabel(ctx, geometry, board, bin, ink, { x, y, width, height }) {
-  const texts = board.bins.multipliers.map(multiplier);
-  const longest = Math.max(...texts.map((text) => text.length));
-  const narrowest = Math.min(...texts.map((_, other) => binBox(geometry, board, other).width));
-  // Narrow pockets carry their number upright, as on a ruler, rather than too small to read.
-  const upright = narrowest / longest < 7.5;
-  const most = upright
-    ? Math.min(0.8 * narrowest, (1.6 * height) / longest)
-    : Math.min((1.75 * width) / longest, (2.1 * narrowest) / longest, 0.52 * height);
-  ctx.font = `700 ${most.toFixed(1)}px ${LABEL_FONT}`;
-  // Not every system has a narrow font: what its own leaves too little room for is smaller, and all the others with it.
-  const fits = texts.map((text, other) => {
-    const room = upright ? height : binBox(geometry, board, other).width;
-    return (FILLED * room) / ctx.measureText(text).width;
-  });
-  const size = most * Math.min(1, ...fits);
-  ctx.save();
-  ctx.translate(x + width / 2, y + height / 2);
-  if (upright) ctx.rotate(-Math.PI / 2);
+function paintLabel(ctx, { text, ink, size, lines }, { x, y, width, height }) {
   ctx.font = `700 ${size.toFixed(1)}px ${LABEL_FONT}`;
   ctx.textAlign = "center";
   ctx.textBaseline = "middle";
   ctx.fillStyle = ink;
-  ctx.fillText(texts[bin], 0, 0.06 * size);
-  ctx.restore();
+  const [middle, centre] = [x + width / 2, y + height / 2 + 0.06 * size];
+  if (lines === 1) ctx.fillText(text, middle, centre);
+  else {
+    ctx.fillText(text.slice(0, -1), middle, centre - 0.5 * size);
+    ctx.fillText(text.slice(-1), middle, centre + 0.5 * size);
+  }
 }
 
 /**

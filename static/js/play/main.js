@@ -1,21 +1,29 @@
-// Wires the live page, and sends old replay links on to the replay page.
+// The live page: the game, and the panels that show it. Old replay links are sent on to the replay page.
 
-import { BoardView } from "../board/view.js";
-import { Histogram } from "../instruments/histogram.js";
-import { Session } from "../model/player/session.js";
 import { messageOf } from "../net/api.js";
+import { streamsFor } from "../net/streams.js";
 import { Theme } from "../paint/theme.js";
 import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
 import { keepOffline } from "../util/offline.js";
-import { Wallet } from "./account/wallet.js";
-import { showRecall } from "./account/recall.js";
-import { keepFields } from "./input/kept-fields.js";
-import { chooseLanguage } from "./input/language.js";
-import { Ghost } from "./show/ghost.js";
-import { TablePage } from "./page.js";
-import { leadBack } from "./rooms.js";
+import { Visited } from "../model/player/visited.js";
+import { Aim } from "./desk/aim.js";
+import { Desk } from "./desk/desk.js";
+import { Drawers } from "./desk/drawers.js";
+import { TableForm } from "./desk/table-form.js";
+import { Game } from "./game.js";
+import { CompanyPanel } from "./panels/company.js";
+import { FairPanel } from "./panels/fairness.js";
+import { HandOn } from "./panels/hand-on.js";
+import { History } from "./panels/history.js";
+import { OddsNote } from "./panels/odds.js";
+import { Purse } from "./panels/purse.js";
+import { offerSettings } from "./panels/settings.js";
+import { Statistics } from "./panels/statistics.js";
+import { TryMoon, Worlds } from "./panels/worlds.js";
+import { leadBack, roomOfAddress } from "./rooms.js";
+import { Picture } from "./show/picture.js";
 
 async function start() {
   const asked = new URLSearchParams(window.location.search);
@@ -24,27 +32,22 @@ async function start() {
     return;
   }
   keepOffline();
+  const storage = window.localStorage;
   // Without WebAssembly the table sends paths, and nothing is computed here.
-  const solving = openSolver().catch(() => null);
+  const opening = openSolver().catch(() => null);
   const theme = await Theme.load();
-  const histogram = new Histogram(byId("histogram", HTMLCanvasElement), theme);
-  const canvases = {
-    still: byId("board-still", HTMLCanvasElement),
-    moving: byId("board-moving", HTMLCanvasElement),
-  };
-  const ghost = new Ghost(byId("board-ghost", HTMLCanvasElement), theme);
-  const view = new BoardView(canvases, theme, (geometry) => {
-    histogram.layOut(geometry);
-    ghost.layOut(geometry);
-  });
-  chooseLanguage();
-  keepFields(window.localStorage);
-  const session = new Session(window.localStorage);
-  const wallet = new Wallet(window.localStorage);
-  showRecall(wallet.mark);
-  await leadBack(session);
-  const parts = { theme, view, histogram, ghost, session, wallet, solver: await solving };
-  new TablePage(parts, asked);
+  await leadBack(new Visited(storage));
+  const solver = await opening;
+  const streams = streamsFor(asked.get("stream"), solver !== null);
+  const game = new Game({ storage, solver, streams, room: roomOfAddress() });
+  window.addEventListener("popstate", () => game.enter(roomOfAddress()));
+  const { view, ghost } = new Picture(game, theme);
+  for (const Panel of [
+    Desk, Aim, TableForm, Drawers, History, Statistics, FairPanel, CompanyPanel, HandOn, OddsNote, TryMoon,
+  ]) new Panel(game, theme);
+  for (const box of ["worlds", "places"]) new Worlds(game, theme, box);
+  new Purse(game, theme, view);
+  offerSettings(game, theme, ghost);
 }
 
 start().catch((error) => {

@@ -1,36 +1,30 @@
-// This visitor's drops at a table: asked for, in flight, settled, and found again after a disconnect.
+// This visitor's drops at a table: asked for, in flight, landed, and found again after a disconnect.
 
-import { boardAddress, getJson, messageOf } from "../net/api.js";
+import { payoutOf } from "../fairness/payout.js";
+import { MINOR_UNITS } from "../model/player/account.js";
+import { boardAddress, getJson } from "../net/api.js";
 import { dropPath } from "../net/drop-address.js";
 import { t } from "../texts/text.js";
 
 /** @import { Accepted, BriefAccepted, Hello, Landed, Missed } from "../model/messages.js" */
 /** @import { DropRecord } from "../model/motion/drop.js" */
-/** @import { OpenDrop } from "../model/player/account.js" */
-/** @import { FairPlace, Played } from "../model/player/session.js" */
+/** @import { FairPlace, OpenDrop, Played } from "../model/player/account.js" */
 /** @import { Ball, Table } from "../model/table/table.js" */
+/** @import { Store } from "./store.js" */
 
 /**
  * @typedef {{id: number, seed: string, x: number, explicit: boolean, aim?: number}} Accepting
  *   what a drop needs to know of its ball
  * @typedef {{ref: string, stake: number, practice: boolean, ball: Accepting | null, fair?: FairPlace,
- *   seen?: boolean}} OwnDrop ball: null until accepted; fair: of a staked one, from then on
+ *   shown?: Played}} OwnDrop ball: null until accepted; fair: of a staked one, from then on
  *
  * @typedef {{bin: number | null, score: number, digest: string | null}} End
- *
- * @typedef {object} OwnDropsListener
- * @property {(played: Played) => void} onSeen a drop of ours is seen to land
- * @property {(played: Played) => void} onPlayed the table has told its landing, too
- * @property {(message: string) => void} onError
  */
 
-export const MINOR_UNITS = 100; // the server counts stakes in hundredths
-
-/** Drops of ours that have not settled yet, by the ref under which they were asked for. */
+/** Drops of ours that the table has not settled yet, by the ref under which they were asked for. */
 export class OwnDrops {
   /** @type {Map<string, OwnDrop>} */
   #open = new Map();
-  #count = 0;
   /** @type {OwnDrop[]} those under way when the line broke, until the server tells their fate */
   #pending = [];
   /** @type {Pick<Hello, "mode" | "board_name" | "board_digest" | "balls">} */
@@ -40,9 +34,9 @@ export class OwnDrops {
   /** What REST calls the board. */
   address = "";
 
-  /** @param {OwnDropsListener} listener */
-  constructor(listener) {
-    this.listener = listener;
+  /** @param {Pick<Store, "tell" | "say">} news */
+  constructor(news) {
+    this.news = news;
   }
 
   /** How many have not settled yet. */
@@ -52,33 +46,25 @@ export class OwnDrops {
 
   /** How many are still to be seen to land. */
   get unseen() {
-    let count = 0;
-    for (const { seen } of this.#open.values()) if (!seen) count += 1;
-    return count;
+    return [...this.#open.values()].filter(({ shown }) => !shown).length;
+  }
+
+  get #unansweredDrops() {
+    return [...this.#open.values()].filter(({ ball }) => ball === null);
   }
 
   /** How many the table has not answered yet. */
   get unanswered() {
-    let count = 0;
-    for (const { ball } of this.#open.values()) if (ball === null) count += 1;
-    return count;
+    return this.#unansweredDrops.length;
   }
 
   /** @returns {number} stakes of drops that the table has not answered yet */
   get held() {
-    let stakes = 0;
-    for (const { ball, stake } of this.#open.values()) if (ball === null) stakes += stake;
-    return stakes;
+    return this.#unansweredDrops.reduce((sum, { stake }) => sum + stake, 0);
   }
 
-  /** @returns {string} a ref that no drop has had */
-  nextRef() {
-    this.#count += 1;
-    return `d${this.#count - 1}`;
-  }
-
-  /** @param {string} ref @param {number} stake asked for just now @param {boolean} [practice] */
-  add(ref, stake, practice = false) {
+  /** @param {string} ref @param {number} stake asked for just now @param {boolean} practice */
+  add(ref, stake, practice) {
     this.#open.set(ref, { ref, ball: null, stake, practice });
   }
 
@@ -99,7 +85,7 @@ export class OwnDrops {
 
   /** @param {string | null | undefined} ref @returns {boolean} whether it is a drop of ours */
   has(ref) {
-    return typeof ref === "string" && this.#open.has(ref);
+    return this.#open.has(ref ?? "");
   }
 
   /**
@@ -109,10 +95,12 @@ export class OwnDrops {
    */
   accepted(ref, ball, fair) {
     const drop = this.#open.get(ref ?? "");
-    if (drop) Object.assign(drop, { ball, fair });
+    if (!drop) return;
+    ball.stake = drop.practice ? undefined : drop.stake;
+    Object.assign(drop, { ball, fair });
   }
 
-  /** @param {string | null | undefined} ref @returns {boolean} whether we wait to hear of it */
+  /** @param {string | null | undefined} ref @returns {boolean} whether the table has not answered it */
   awaits(ref) {
     return this.#open.get(ref ?? "")?.ball === null;
   }
@@ -133,27 +121,27 @@ export class OwnDrops {
     }
     const ball = id === undefined ? undefined : this.#table?.balls.get(id);
     if (!ball || ball.landed || ball.seed !== seed) return false;
-    ball.mine = true;
     const ref = `${session}-${number}`;
     const fair = { session, drop: number };
+    Object.assign(ball, { mine: true, stake: stake / MINOR_UNITS });
     this.#open.set(ref, { ref, ball, stake: stake / MINOR_UNITS, practice: false, fair });
     return true;
   }
 
-  /** @param {string | null | undefined} ref the table would not take it */
+  /** @param {string | null | undefined} ref the table did not take it */
   refused(ref) {
-    this.#open.delete(ref ?? "");
+    if (this.#open.delete(ref ?? "")) this.news.tell("refused", { ref: ref ?? "" });
   }
 
-  /** @param {Ball} ball whosever @param {Landed} outcome it is seen to land so */
+  /** @param {Ball} ball anybody's @param {Landed} outcome it is seen to land so */
   seen(ball, outcome) {
     for (const drop of this.#open.values()) {
       // After a lost line a ball that was shown at once is seen to fall once more.
-      if (drop.ball === ball && !drop.seen) this.#see(drop, ball, outcome);
+      if (drop.ball === ball && !drop.shown) this.#see(drop, ball, outcome);
     }
   }
 
-  /** @param {Ball} ball whosever @param {Landed} landed */
+  /** @param {Ball} ball anybody's @param {Landed} landed */
   settled(ball, landed) {
     for (const drop of this.#open.values()) {
       if (drop.ball === ball) this.#close(drop, ball, landed);
@@ -173,8 +161,8 @@ export class OwnDrops {
       drop.fair ??= fairPlaceOf(heard);
       if (drop.ball) this.#find(drop, drop.ball, landed);
       else {
-        this.#open.delete(drop.ref);
-        this.listener.onError(t("play.line-broke-drop"));
+        this.refused(drop.ref);
+        this.news.say(t("play.line-broke-drop"));
       }
     }
   }
@@ -185,62 +173,57 @@ export class OwnDrops {
     const there = this.#hello.balls.find((start) => start.seed === seed && start.x === x);
     const flying = there && this.#table?.balls.get(there.ball);
     const end = landed.find((event) => event.ball === ball.id);
-    if (flying) drop.ball = Object.assign(flying, { mine: true, explicit, aim });
-    else if (end) this.#close(drop, ball, end);
+    if (flying) {
+      drop.ball = Object.assign(flying, { mine: true, explicit, aim, stake: drop.practice ? undefined : drop.stake });
+    } else if (end) this.#close(drop, ball, end);
     else this.#recover(drop, ball);
   }
 
   /** @param {OwnDrop} drop @param {Accepting} ball that landed while nobody told us */
   async #recover(drop, ball) {
-    this.#open.delete(drop.ref);
-    if (this.#hello.mode === "interacting") {
-      this.listener.onError(t("play.unknown-knocked", { seed: ball.seed }));
-      return;
-    }
     try {
+      if (this.#hello.mode === "interacting") throw new Error(t("play.knocked"));
       const { seed, x, explicit, aim } = ball;
       const address = { board: this.address, seed, x: explicit ? x : null, aim };
-      const record = /** @type {DropRecord} */ (await getJson(dropPath(address)));
-      this.#close(drop, ball, record);
-    } catch (error) {
-      this.listener.onError(t("play.unknown", { seed: ball.seed, why: messageOf(error) }));
+      this.#close(drop, ball, /** @type {DropRecord} */ (await getJson(dropPath(address))));
+    } catch {
+      this.refused(drop.ref);
+      this.news.say(t("play.unknown"));
     }
   }
 
-  /**
-   * @param {OwnDrop} drop
-   * @param {Accepting} ball
-   * @param {End} end
-   */
+  /** @param {OwnDrop} drop @param {Accepting} ball @param {End} end as the table has it */
   #close(drop, ball, end) {
-    if (!drop.seen) this.#see(drop, ball, end);
     this.#open.delete(drop.ref);
-    this.listener.onPlayed(this.#played(drop, ball, end));
+    if (!drop.shown) this.#see(drop, ball, end);
+    else if (drop.shown.score !== end.score && drop.fair) {
+      const payout = payoutOf(Math.round(drop.stake * MINOR_UNITS), end.score);
+      this.news.tell("corrected", { ...drop.fair, payout });
+    }
+    this.news.tell("room", null);
   }
 
   /** @param {OwnDrop} drop @param {Accepting} ball @param {End} end */
   #see(drop, ball, end) {
-    drop.seen = true;
-    this.listener.onSeen(this.#played(drop, ball, end));
+    drop.shown = this.#played(drop, ball, end);
+    this.news.tell("seen", drop.shown);
   }
 
   /** @param {OwnDrop} drop @param {Accepting} ball @param {End} end @returns {Played} */
-  #played({ stake, practice, fair }, { seed, x, explicit, aim }, { bin, score, digest }) {
+  #played({ ref, stake, practice, fair }, { seed, x, explicit, aim }, { bin, score, digest }) {
     const { mode, board_name: name, board_digest: boardDigest } = this.#hello;
+    const paid = payoutOf(Math.round(stake * MINOR_UNITS), score) / MINOR_UNITS;
     return {
-      board: this.address, boardDigest, name, seed, x: explicit ? x : null, aim: aim ?? null,
-      knocked: mode === "interacting", stake, practice, bin, score, digest, ...(fair && { fair }),
+      board: this.address, boardDigest, name, seed, x: explicit ? x : null, aim: aim ?? null, ref,
+      knocked: mode === "interacting", stake, paid, practice, bin, score, digest, ...(fair && { fair }),
     };
   }
 
   /** @param {Hello} hello */
   async #learnAddress(hello) {
+    // Until the list of boards is there, and without it, links name the board by its digest.
     this.address = hello.board_digest;
-    try {
-      this.address = await boardAddress(hello);
-    } catch (error) {
-      this.listener.onError(t("play.links-fail", { why: messageOf(error) }));
-    }
+    this.address = await boardAddress(hello).catch(() => hello.board_digest);
   }
 }
 

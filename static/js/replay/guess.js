@@ -33,6 +33,13 @@ export class Guess {
     byId("result").textContent = t("replay.where");
   }
 
+  /** A bin of the board is as good as its name in the list. @param {Board} board @param {{x: number, y: number}} place m */
+  point({ bins: { y, edges } }, place) {
+    const bin = edges.findIndex((edge, i) => place.y > y && place.x >= edge && place.x < edges[i + 1]);
+    const radio = radiosOf("guess")[bin];
+    if (radio) radio.checked = true;
+  }
+
   /** The ball is down: nothing is kept back any more. @returns {number | null} what was guessed */
   tell() {
     this.open = false;

@@ -209,7 +209,11 @@ class ReplayPage {
   #pick(event) {
     const place = this.stage.placeOf(event);
     const scale = this.stage.geometry?.scale ?? 0;
-    if (!this.#replay || !place || this.guess.open) return;
+    if (!this.#replay || !place) return;
+    if (this.guess.open) {
+      this.guess.point(this.#replay.board, place);
+      return;
+    }
     let [best, reach] = [-1, PICK_REACH];
     this.#replay.motion.events.forEach(({ after }, i) => {
       const distance = scale * Math.hypot(after.x - place.x, after.y - place.y);

@@ -11,10 +11,9 @@ from tests.browser.looks import SCREENS, context_for, each_screen
 @pytest.mark.long
 @pytest.mark.parametrize("device", SCREENS)
 def test_axe_has_nothing_to_say(opened: Open, server: ServerProcess, device: str) -> None:
-    quick = quick_table(server, "triangle-9")  # where one may aim
+    quick = quick_table(server, "classic")  # where one may aim
     screen = opened(quick.page, **context_for(device)).ready()
     screen.drawer("Lab").locator("#measure summary").click()
-    screen.page.get_by_role("radio", name="Aim").check()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
     for name in each_screen(screen, device, asks_axe):

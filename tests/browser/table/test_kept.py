@@ -13,8 +13,8 @@ GRANT = 1000
 
 @pytest.fixture
 def other(server: ServerProcess) -> Quick:
-    """Another table to go to."""
-    return quick_table(server, "triangle-9")
+    """Another table to go to, where one may aim."""
+    return quick_table(server, "classic")
 
 
 def settled(page: Page, drops: int) -> None:
@@ -27,7 +27,7 @@ def settled(page: Page, drops: int) -> None:
 
 def staked(screen: Screen, balls: int) -> None:
     """So many are taken by the table: their stakes are off the balance, and they fall."""
-    screen.page.get_by_label(f"{balls} balls").check(force=True)
+    screen.page.get_by_role("radio", name=f"{balls} balls").check(force=True)
     screen.drop.click()
     screen.page.wait_for_function(
         "(balls) => JSON.parse(localStorage['plinko.account.1'] ?? 'null') !== null"
@@ -41,14 +41,14 @@ def test_balls_and_score_are_found_again_after_a_reload_in_mid_flight_and_in_a_n
     opened: Open, quick: Quick
 ) -> None:
     screen = opened(quick.page).ready()
-    screen.page.get_by_label("Stake").fill("1")
+    screen.page.get_by_label("Stake", exact=True).fill("1")
     staked(screen, 5)
     screen.page.reload()
     settled(screen.page, 5)
     tab = screen.page.context.new_page()
     tab.goto(f"{screen.url}{quick.page}")
     settled(tab, 5)
-    expect(tab.get_by_label("5 balls")).to_be_checked()
+    expect(tab.get_by_role("radio", name="5 balls")).to_be_checked()
     tab.close()
 
 
@@ -61,48 +61,43 @@ def test_balls_are_paid_though_their_player_went_to_another_table(
     settled(screen.page, 5)
 
 
-def test_no_more_is_staked_than_there_is_and_a_refill_gives_more(
+def test_no_more_is_staked_than_there_is_and_a_top_up_gives_more(
     opened: Open, quick: Quick
 ) -> None:
     screen = opened(quick.page).ready()
-    screen.page.get_by_label("Stake").fill("1000.01")
+    screen.page.get_by_label("Stake", exact=True).fill("1000.01")
     screen.drop.click()
-    expect(screen.result).to_contain_text("more than the 1,000.00 credits that are free")
+    expect(screen.result).to_have_text("Not enough credits. Lower your stake or top up.")
     assert not screen.drops_sent
-    expect(screen.page.locator("#refill")).to_be_hidden()
-    account = {"grants": 1, "sessions": {}, "before": {"staked": 99_950, "paid": 0}, "away": []}
-    void = {
-        "staked": 1, "returned": 1, "rooms": {}, "room": "", "scores": {},
-        "last": [{"board": "classic", "name": "classic", "seed": "1", "x": None, "bin": None,
-                  "score": 1, "stake": 1}],
-    }  # fmt: skip
+    void = {"board": "classic", "name": "classic", "seed": "1", "x": None, "bin": None, "score": 1,
+            "stake": 1, "paid": 1}  # fmt: skip
+    account = {"grants": 1, "sessions": {}, "before": {"staked": 99_950, "paid": 0}, "away": [],
+               "last": [void]}  # fmt: skip
     screen.page.evaluate(
-        "([account, session]) => { localStorage['plinko.account.1'] = account;"
-        " localStorage['plinko.session.3'] = session; }",
-        [json.dumps(account), json.dumps(void)],
+        "(account) => { localStorage['plinko.account.1'] = account; }", json.dumps(account)
     )
     screen.page.reload()
     expect(screen.page.locator("#balance")).to_have_text("0.50")
     expect(screen.rows).to_have_count(1)
-    expect(screen.rows).to_contain_text("void")
-    screen.page.get_by_role("button", name="Refill credits").click()
-    expect(screen.page.locator("#balance")).to_have_text("1,000.50")
+    expect(screen.rows).to_contain_text("returned")
+    screen.page.get_by_role("button", name="Top up").click()
+    expect(screen.page.locator("#balance")).to_have_text("1,000.00")
+    expect(screen.result).to_have_text("Topped up to 1,000 credits.")
 
 
 def test_table_and_aim_are_found_again_and_drops_by_a_mark_of_the_players_own(
     opened: Open, other: Quick
 ) -> None:
     screen = opened(other.page).ready()
-    screen.page.get_by_label("Aim", exact=True).check(force=True)
-    screen.page.locator("#start-x").press("End")
+    screen.drawer("Table").get_by_role("radio", name="Slot 7").check()
     screen.drop.click()
     settled(screen.page, 1)
     (sent,) = screen.drops_sent
     tab = screen.page.context.new_page()
     tab.goto(screen.url)
     settled(tab, 1)
-    expect(tab.get_by_label("Aim", exact=True)).to_be_checked()
-    assert float(tab.locator("#start-x").input_value()) == sent["aim"] > 0.0
+    expect(tab.get_by_label("Slot 7")).to_be_checked()
+    assert sent["aim"] == other.whole.drop.slots[6]
     plays = tab.locator("#plays-json").get_attribute("href")
     (play,) = json.loads(tab.evaluate("(url) => fetch(url).then((reply) => reply.text())", plays))[
         "plays"

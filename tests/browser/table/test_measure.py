@@ -38,7 +38,7 @@ def test_the_p_value_is_that_of_the_tables_counts(opened: Open, quick: Quick, ru
     screen = measuring(opened(quick.page).ready())
     expect(screen.page.locator("#fit-note")).to_contain_text("too few to judge")
     expect(screen.page.get_by_role("radio", name="Counted")).to_be_disabled()
-    expect(screen.page.locator("#tray-key")).to_contain_text("measured, 10,000 drops")
+    expect(screen.page.locator("#tray-key")).to_have_text("expected share")
     screen.page.get_by_role("radio", name="20 balls").check()
     screen.seed.fill("1000")
     screen.drop.click()
@@ -56,14 +56,14 @@ def test_a_triangle_is_compared_with_what_was_counted_or_with_what_was_measured(
     opened: Open,
 ) -> None:
     screen = measuring(opened("/?room=triangle-9").ready())
-    key = screen.page.locator("#tray-key")
+    note = screen.page.locator("#returns-note")
     own, *_ = odds_of_record(Board.preset("triangle-9"))
-    expect(key).to_contain_text(f"counted, {own.drops:,} drops")
+    expect(note).to_contain_text(f"counted, {own.drops:,} drops")
     screen.page.get_by_role("radio", name="Measured").check()
-    expect(key).to_contain_text("measured, 10,000 drops")
-    expect(screen.page.locator("#returns-note")).to_contain_text(re.compile(r"Expected.*\d %"))
+    expect(note).to_contain_text("measured, 10,000 drops")
+    expect(note).to_contain_text(re.compile(r"Expected.*\d %"))
     screen.page.get_by_role("radio", name="Counted").check()
-    expect(key).to_contain_text("counted")
+    expect(note).to_contain_text("counted")
 
 
 def test_returns_are_the_mean_of_the_scores_with_its_doubt(opened: Open, quick: Quick) -> None:

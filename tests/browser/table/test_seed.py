@@ -47,11 +47,11 @@ def test_a_seed_of_the_list_can_be_used_again(opened: Open, quick: Quick) -> Non
     screen = opened(quick.page).ready()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
-    screen.rows.first.get_by_role("button", name="Use seed").click()
+    screen.rows.first.get_by_role("button", name="Practice with seed").click()
     expect(screen.seed).not_to_have_value("")
     screen.drop.click()
     expect(screen.rows).to_have_count(2)
-    links = [screen.rows.nth(row).get_by_role("link").get_attribute("href") for row in (0, 1)]
+    links = [screen.rows.nth(row).locator("a").get_attribute("href") for row in (0, 1)]
     assert links[0] == links[1]
     screen.page.get_by_role("button", name="Clear").click()
     expect(screen.seed).to_have_value("")

@@ -5,10 +5,11 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from engine import drop
 from engine.board.materials import GRAVITY
 from tests.browser.conftest import Open, Quick, Run, ServerProcess, quick_table
 from tests.browser.looks import painted
-from tests.browser.screen import COUNT_FRAMES
+from tests.browser.screen import COUNT_FRAMES, Screen
 
 
 def test_several_balls_of_one_push_have_one_seed_after_the_other(
@@ -27,18 +28,25 @@ def test_several_balls_of_one_push_have_one_seed_after_the_other(
         "0",
         "1",
     ]
-    expect(screen.result).to_contain_text(re.compile(r"^5 practice balls: [\d.]+x on average\.$"))
+    expect(screen.result).to_contain_text(re.compile(r"^5 practice balls: [\d.]+x on average$"))
 
 
-def test_auto_drop_gives_so_many_and_ends_by_itself(opened: Open, quick: Quick) -> None:
+def auto(screen: Screen, **fields: str) -> None:
+    """Choose auto-drop, with its fields by their names."""
+    screen.page.get_by_role("radio", name="Auto").check()
+    for name, value in fields.items():
+        field = screen.page.locator(f"#auto-{name}")
+        field.select_option(value) if name == "rate" else field.fill(value)
+
+
+def test_auto_drop_gives_so_many_and_says_what_they_came_to(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
-    screen.page.get_by_text("Auto-drop").click()
-    screen.page.get_by_label("How many").fill("6")
-    screen.page.get_by_label("Drops a second").select_option("8")
-    button = screen.page.locator("#auto")
-    button.click()
-    expect(button).to_contain_text("Stop")
-    expect(button).to_have_text("Start")
+    auto(screen, count="6", rate="8")
+    expect(screen.drop).to_contain_text("Start auto")
+    screen.drop.click()
+    expect(screen.drop).to_contain_text("Stop")
+    expect(screen.drop).to_contain_text("Start auto")
+    expect(screen.result).to_have_text(re.compile(r"^Auto finished: 6 balls, [+−]?[\d.]+$"))
     expect(screen.page.locator("#staked")).to_have_text("6")
     assert len(screen.drops_sent) == 6
     screen.shot("auto-drop")
@@ -46,26 +54,61 @@ def test_auto_drop_gives_so_many_and_ends_by_itself(opened: Open, quick: Quick) 
 
 def test_auto_drop_without_an_end_goes_on_until_it_is_stopped(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
-    screen.page.get_by_text("Auto-drop").click()
-    screen.page.get_by_label("How many").fill("")
-    button = screen.page.locator("#auto")
-    button.click()
-    expect(screen.rows.nth(3)).to_be_visible()
-    button.click()
-    expect(button).to_have_text("Start")
+    auto(screen, count="")
+    screen.drop.click()
+    expect(screen.rows.nth(3)).to_be_attached()
+    screen.drop.click()
+    expect(screen.drop).to_contain_text("Start auto")
     sent = len(screen.drops_sent)
     screen.frames(60)
     assert len(screen.drops_sent) == sent >= 4
 
 
+def number(text: str) -> float:
+    return float(text.replace("−", "-").replace("+", "").replace(",", ""))
+
+
+def test_a_stopped_auto_drop_has_one_truth_in_panel_statistics_balance_and_history(
+    opened: Open,
+) -> None:
+    screen = opened("/?room=triangle-8-high").ready()
+    screen.page.get_by_role("radio", name="Instant").check()
+    auto(screen, count="", rate="16", loss="5")
+    screen.drop.click()
+    expect(screen.result).to_contain_text("Stopped at your loss limit")
+    text = re.match(r"^.*: (\d+) balls?, (.*)$", screen.result.inner_text())
+    assert text
+    balls, profit = int(text[1]), number(text[2])
+    assert profit <= -5
+    page = screen.page
+    expect(page.locator("#balls")).to_have_text(str(balls))
+    expect(page.locator("#staked")).to_have_text(str(balls))
+    shown = {name: number(page.locator(name).inner_text()) for name in ("#net", "#balance")}
+    assert shown == {"#net": profit, "#balance": pytest.approx(1000 + profit)}
+    returned = number(page.locator("#returned").inner_text())
+    assert returned == pytest.approx(balls + profit)
+    assert screen.rows.count() == min(balls, 30)
+    assert len(screen.drops_sent) == balls, "every ball is told, those in flight at the limit too"
+
+
 def test_a_stake_is_counted_and_paid_back_by_the_bin(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
-    screen.page.get_by_label("Stake").fill("2.5")
+    screen.page.get_by_label("Stake", exact=True).fill("2,5")
     screen.drop.click()
     expect(screen.page.locator("#staked")).to_have_text("2.5")
+    expect(screen.rows).to_have_count(1)
     score = screen.last_dropped()["score"]
     expect(screen.page.locator("#returned")).to_have_text(f"{2.5 * score:.2f}")
-    expect(screen.result).to_contain_text(f"{2.5 * score:.2f} for 2.5")
+    won = f"{2.5 * score - 2.5:+.2f}".replace("-", "−").replace("+0.00", "0.00")
+    expect(screen.result).to_have_text(f"{score:g}x  {won}")
+
+
+def test_half_double_and_all_of_a_stake(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    stake = screen.page.get_by_label("Stake", exact=True)
+    for name, value in (("Double", "2"), ("Double", "4"), ("Halve", "2"), ("Stake all", "1000")):
+        screen.page.get_by_role("button", name=name).click()
+        expect(stake).to_have_value(value)
 
 
 def test_a_ball_that_landed_is_handed_on_from_where_it_is_told(opened: Open, quick: Quick) -> None:
@@ -93,52 +136,62 @@ def test_a_ball_that_landed_is_handed_on_from_where_it_is_told(opened: Open, qui
     expect(key).to_be_hidden()
 
 
-def test_an_instant_drop_is_told_at_once_and_counts_when_the_table_s_ball_is_down(
-    opened: Open,
-) -> None:
+def test_an_instant_drop_is_final_at_once_and_counts_once(opened: Open) -> None:
     screen = opened("/?room=triangle-8").ready()
-    screen.page.get_by_text("Auto-drop and speed").click()
     screen.page.get_by_role("radio", name="Instant").check()
     screen.drop.click()
-    expect(screen.result).to_contain_text(re.compile(r"^Bin \d pays"))
-    expect(screen.page.locator("#staked")).to_have_text("0")
+    expect(screen.result).to_contain_text(re.compile(r"^[\d.]+x  "))
+    expect(screen.page.locator("#staked")).to_have_text("1")
+    expect(screen.rows).to_have_count(1)
+    paid = screen.page.locator("#returned").inner_text()
     screen.state("live")
     screen.page.reload()  # in mid-flight
+    screen.ready()
     expect(screen.rows).to_have_count(1)
-    expect(screen.page.locator("#staked")).to_have_text("1")
-    expect(screen.page.locator("#paces input:checked")).to_have_value("instant")
+    expect(screen.page.locator("#returned")).to_have_text(paid)
+    expect(screen.page.locator("#balls")).to_have_text("1")
+    expect(screen.page.get_by_role("radio", name="Instant")).to_be_checked()
 
 
-def test_what_is_no_stake_drops_nothing(opened: Open, quick: Quick) -> None:
+def test_a_bad_stake_keeps_the_last_good_one_and_says_what_a_stake_may_be(
+    opened: Open, quick: Quick
+) -> None:
     screen = opened(quick.page).ready()
-    field = screen.page.get_by_label("Stake")
-    for stake in ("0", "-1", ""):
+    field = screen.page.get_by_label("Stake", exact=True)
+    field.fill("3")
+    field.blur()
+    for stake in ("0", "-1", "", "abc"):
         field.fill(stake)
-        screen.drop.click()
-        expect(field).to_be_focused()
-        field.blur()
+        field.press("Enter")
+        expect(screen.result).to_have_text("Stakes go from 0.01 to 1,000,000.")
+        expect(field).to_have_value("3")
+    assert screen.drops_sent == []
+    field.focus()
+    field.press("Space")
+    expect(field).to_have_value("3")
     assert screen.drops_sent == []
 
 
-def test_arrow_keys_aim_and_say_where(opened: Open, server: ServerProcess) -> None:
-    quick = quick_table(server, "triangle-9")
+def test_space_presses_a_button_that_has_the_focus_and_drops_nothing(
+    opened: Open, quick: Quick
+) -> None:
     screen = opened(quick.page).ready()
-    words = screen.page.locator("#start-words")
-    for _ in range(3):
-        screen.page.keyboard.press("ArrowRight")
-    expect(words).to_have_text(re.compile(r"0\.\d+ m right of the middle"))
-    screen.page.keyboard.press("Shift+ArrowLeft")
+    more = screen.page.locator("#more")
+    more.focus()
     screen.page.keyboard.press("Space")
-    expect(screen.rows).to_have_count(1)
-    link = screen.rows.first.get_by_role("link").get_attribute("href") or ""
-    found = re.search(r"aim=([\d.]+)", link)
-    assert found
-    reach = screen.api(f"boards/{quick.board}")["board"]["drop"]["aim"]
-    assert float(found[1]) == pytest.approx(2 * reach * (3 / 24 - 1 / 240), abs=2e-4)
+    expect(more).to_have_attribute("aria-expanded", "true")
+    screen.page.keyboard.press("Space")
+    expect(more).to_have_attribute("aria-expanded", "false")
+    assert screen.drops_sent == []
+    screen.page.get_by_role("radio", name="5 balls").check()
+    screen.page.keyboard.press("Space")  # chosen already: there is nothing to press
+    expect(screen.rows).to_have_count(5)
 
 
 def test_arrow_keys_go_from_slot_to_slot(opened: Open) -> None:
     screen = opened("/?room=classic").ready()
+    screen.drawer("Table")
+    screen.page.locator("#result").click()
     screen.page.keyboard.press("ArrowRight")
     expect(screen.page.get_by_role("radio", name="Slot 5")).to_be_checked()
     screen.page.keyboard.press("ArrowLeft")
@@ -147,15 +200,146 @@ def test_arrow_keys_go_from_slot_to_slot(opened: Open) -> None:
     expect(screen.page.locator("#start-words")).to_have_text("Slot 3.")
 
 
+def test_a_change_of_table_waits_for_balls_in_flight(opened: Open) -> None:
+    screen = opened("/?room=triangle-16").ready()
+    screen.page.get_by_role("radio", name="5 balls").check()
+    screen.drop.click()
+    screen.state("live")
+    expect(screen.page.locator("#staked")).to_have_text("5")
+    screen.page.get_by_label("Rows", exact=True).select_option("8")
+    expect(screen.result).to_have_text("The table changes when your balls are down.")
+    expect(screen.page.locator("#board-moving")).to_have_attribute(
+        "aria-label", re.compile("triangle-8")
+    )
+    expect(screen.rows).to_have_count(5)
+    assert screen.page.url.endswith("?room=triangle-8")
+
+
+def test_balls_left_behind_are_told_by_the_name_of_their_board(opened: Open) -> None:
+    screen = opened("/?room=triangle-8").ready()
+    screen.page.evaluate("history.pushState(null, '', '?room=triangle-9')")
+    screen.page.evaluate("history.back()")
+    screen.page.get_by_role("radio", name="5 balls").check()
+    screen.drop.click()
+    expect(screen.page.locator("#staked")).to_have_text("5")
+    screen.page.evaluate("history.forward()")
+    expect(screen.page.locator("#board-moving")).to_have_attribute(
+        "aria-label", re.compile("triangle-9")
+    )
+    said = re.compile(r"^On triangle-8: 5 balls, staked 5, won [\d.]+ \([+−]?[\d.]+\)$")
+    expect(screen.result).to_have_text(said)
+    expect(screen.rows).to_have_count(5)
+
+
+def test_where_balls_collide_the_whole_desk_is_practice(
+    opened: Open, server: ServerProcess
+) -> None:
+    quick = quick_table(server, "triangle-8", "interacting")
+    screen = opened(quick.page).ready()
+    expect(screen.drop).to_contain_text("Practice")
+    expect(screen.page.locator("#practice-note")).to_contain_text("balls collide here")
+    for hidden in ("#stake", "#padlock"):
+        expect(screen.page.locator(hidden)).to_be_hidden()
+    screen.drop.click()
+    expect(screen.result).to_contain_text("(practice)")
+    expect(screen.page.locator("#staked")).to_have_text("0")
+
+
+def test_a_seed_of_one_s_own_is_practice_until_it_is_ended(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    screen.seed.fill("42")
+    expect(screen.drop).to_contain_text("Practice")
+    expect(screen.page.locator("#stake")).to_be_hidden()
+    screen.page.get_by_role("button", name="Play for credits").click()
+    expect(screen.drop).to_contain_text("Drop")
+    expect(screen.page.locator("#stake")).to_be_visible()
+
+
+def test_an_invitation_names_the_main_table_too(opened: Open) -> None:
+    screen = opened().ready()
+    screen.page.get_by_role("button", name="Invite").click()
+    expect(screen.page.locator("#invite-link")).to_have_value(f"{screen.url}/?room=main")
+
+
+def test_another_language_finds_the_drawer_open(opened: Open) -> None:
+    screen = opened("/?room=triangle-8").ready()
+    screen.drawer("Settings").get_by_label("Language").select_option("Deutsch")
+    expect(screen.page.locator("html[lang=de]")).to_be_attached()
+    expect(screen.page.locator("#settings")).to_be_visible()
+
+
+def test_a_win_of_five_times_the_stake_has_a_moment_and_less_has_none(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(quick.page).ready()
+    watch = """() => {
+      window.moment = null;
+      const banner = document.getElementById("banner");
+      const see = () => { window.moment = banner.textContent; };
+      new MutationObserver(see).observe(banner, { attributeFilter: ["hidden"] });
+    }"""
+    scores = {seed: drop(quick.whole, seed).score for seed in range(100)}
+    less = next(seed for seed, score in scores.items() if score < 5)
+    more = next(seed for seed, score in scores.items() if score >= 5)
+    screen.page.evaluate(watch)
+    for seed, words in ((less, None), (more, f"{scores[more]:g}x")):
+        screen.seed.fill(str(seed))
+        screen.drop.click()
+        expect(screen.result).to_have_text(f"{scores[seed]:g}x (practice)")
+        screen.frames(6)
+        expected = "moment !== null" if words else "moment === null"
+        screen.page.wait_for_function(f"() => {expected}")
+        assert screen.page.evaluate("moment") == words
+
+
+def test_the_moon_is_offered_after_ten_balls_at_home_and_never_again(opened: Open) -> None:
+    screen = opened("/?room=triangle-8").ready()
+    offer = screen.page.get_by_role("button", name="Try the Moon")
+    screen.page.get_by_role("radio", name="Instant").check()
+    screen.page.get_by_role("radio", name="20 balls").check()
+    expect(offer).to_be_hidden()
+    screen.drop.click()
+    expect(screen.result).to_contain_text("20 balls: staked 20")
+    offer.click()
+    board = screen.page.locator("#board-moving")
+    expect(board).to_have_attribute("aria-label", re.compile("triangle-8 · Moon"))
+    expect(screen.page.locator("#odds-note")).to_contain_text("Average return")
+    screen.page.locator("#worlds").get_by_role("radio", name="Earth").check()
+    expect(board).not_to_have_attribute("aria-label", re.compile("Moon"))
+    expect(offer).to_be_hidden()
+
+
+def test_a_fortune_moves_nothing(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page, viewport={"width": 1280, "height": 800}).ready()
+    places = """() => ["drop", "stake", "worlds", "net"].map((id) => {
+      const { x, y, height } = document.getElementById(id).getBoundingClientRect();
+      return [id, x, y, height];
+    })"""
+    before = screen.page.evaluate(places)
+    screen.page.evaluate("""() => {
+      for (const id of ["balance", "staked", "returned", "net"]) {
+        const field = document.getElementById(id);
+        field.textContent = "1,000,000,000.00";
+        field.style.setProperty("--letters", "16");
+      }
+      document.getElementById("result").textContent = "20 balls: staked 20, won 23.20 (+3.20)";
+    }""")
+    assert screen.page.evaluate(places) == before
+    balance = screen.page.locator("#balance").bounding_box()
+    assert balance is not None
+    assert balance["x"] + balance["width"] <= 1280
+
+
 def test_another_gravity_and_material_make_a_table_of_their_own(opened: Open) -> None:
     screen = opened("/?room=triangle-8").ready()
-    screen.drawer("Table").get_by_role("radio", name="Jupiter").check()
+    screen.page.locator("#worlds").get_by_role("radio", name="Jupiter").check()
     expect(screen.root).to_have_attribute("data-state", "asleep")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
         "aria-label", re.compile("triangle-8 · Jupiter")
     )
     expect(screen.root).to_have_attribute("data-ground", "bands")
-    screen.page.get_by_text("by the numbers").click()
+    screen.drawer("Table")
+    screen.page.get_by_text("Custom gravity and material").click()
     screen.page.get_by_label("Material").select_option("Rubber on concrete")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
         "aria-label", re.compile("triangle-8 · Jupiter · Rubber on concrete")
@@ -221,7 +405,7 @@ def test_sound_is_offered_once_off_until_asked_for_limited_and_remembered(
 
     button = screen.page.get_by_role("button", name="Sound")
     expect(button).to_have_attribute("aria-pressed", "false")
-    screen.page.get_by_label("How loud").fill("35")
+    screen.page.get_by_label("Volume").first.fill("35")
     screen.page.get_by_role("button", name="Yes").click()
     expect(screen.page.locator("#offer")).to_be_hidden()
     expect(button).to_have_attribute("aria-pressed", "true")
@@ -326,5 +510,7 @@ def test_a_shower_of_results_is_told_in_one_sentence(opened: Open, quick: Quick)
     screen = opened(quick.page).ready()
     screen.page.get_by_role("radio", name="20 balls").check()
     screen.drop.click()
-    expect(screen.result).to_contain_text(re.compile(r"^20 balls: [\d.]+ back for 20\.$"))
+    expect(screen.result).to_contain_text(
+        re.compile(r"^20 balls: staked 20, won [\d.]+ \([+−]?[\d.]+\)$")
+    )
     expect(screen.page.locator("#staked")).to_have_text("20")

@@ -14,13 +14,14 @@ const HELLO = { board_digest: "b1", mode: "independent" };
 function visit(kept = storage()) {
   const sent = [];
   const told = { faults: [], refused: [], ended: [] };
-  const fair = new FairPlay("main", kept, {
-    send: (message) => { sent.push(message); return true; },
-    onChange: () => {},
-    onEnded: (ended, heard) => told.ended.push(heard),
-    onRefused: (ref) => told.refused.push(ref),
-    onFault: (message) => told.faults.push(message),
-  });
+  const news = {
+    tell: (kind, value) => {
+      if (kind === "ended") told.ended.push(value.heard);
+      if (kind === "unsealed") told.refused.push(value);
+    },
+    say: (message) => told.faults.push(message),
+  };
+  const fair = new FairPlay("main", kept, news, (message) => { sent.push(message); return true; });
   return { fair, sent, told };
 }
 
@@ -71,7 +72,7 @@ for (const [name, statement] of [
     at.fair.told(state(await asked(at), { statement }));
     assert.deepEqual(at.sent.map(({ type }) => type), ["session"]);
     assert.deepEqual(at.told.refused, ["d0"]);
-    assert.match(at.told.faults[0], /not about this page's secret/);
+    assert.match(at.told.faults[0], /does not match this page/);
     assert.equal(at.fair.committed, "");
     assert.equal(at.fair.drop("d1", { stake: 100 }), false);
   });
@@ -97,7 +98,7 @@ test("who checks is handed what the page was given", async () => {
   at.fair.accepted({ receipt });
   at.fair.accepted({ receipt: { ...receipt, receipt: { session: "another", drop: 7 } } });
   const { statement } = state(at.commitment);
-  at.fair.ended({ session: "s1" });
+  at.fair.ended({ session: "s1", statement: { drops: 1 } });
   assert.deepEqual(at.told.ended,
     [{ heard: [receipt], heard_session: { statement, signature: "51" } }]);
 });

@@ -1,4 +1,4 @@
-// A drop of ours is told once, whether it was shown before the table told its landing or not, and counts once.
+// A drop of ours is told once, whether it was shown before the table told its landing or not.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -12,28 +12,36 @@ const LANDED = { type: "landed", ball: 4, bin: 2, score: 3, t: 1, x_end: 0, dige
 function inFlight() {
   const told = [];
   const own = new OwnDrops({
-    onSeen: ({ score }) => told.push(["seen", score, own.unseen]),
-    onPlayed: ({ score }) => told.push(["played", score, own.count]),
-    onError: (message) => told.push([message]),
+    tell: (kind, value) => { if (kind !== "room") told.push([kind, value.score ?? value.payout, value.paid]); },
+    say: (message) => told.push([message]),
   });
-  own.add("d0", 2);
+  own.add("d0", 2, false);
   own.accepted("d0", BALL, { session: "s", drop: 0 });
   return { own, told };
 }
 
-test("shown before it landed, it is told at once, counts later, and is told no second time", () => {
+test("shown before it landed, it is told at once and no second time, and is ours until it has landed", () => {
   const { own, told } = inFlight();
+  assert.deepEqual([own.unseen, own.count, own.held], [1, 1, 0]);
   own.seen(BALL, LANDED);
   own.seen(BALL, LANDED);
-  assert.deepEqual(told, [["seen", 3, 0]]);
-  assert.equal(own.count, 1);
+  assert.deepEqual(told, [["seen", 3, 6]]);
+  assert.deepEqual([own.unseen, own.count], [0, 1]);
   own.settled(BALL, LANDED);
   own.settled(BALL, LANDED);
-  assert.deepEqual(told, [["seen", 3, 0], ["played", 3, 0]]);
+  assert.deepEqual(told, [["seen", 3, 6]]);
+  assert.equal(own.count, 0);
 });
 
-test("heard of only when it had landed, it is told and counts at once", () => {
+test("heard of only when it had landed, it is told at once", () => {
   const { own, told } = inFlight();
   own.settled(BALL, LANDED);
-  assert.deepEqual(told, [["seen", 3, 0], ["played", 3, 0]]);
+  assert.deepEqual(told, [["seen", 3, 6]]);
+});
+
+test("where the table pays another sum than this page computed, the account is corrected", () => {
+  const { own, told } = inFlight();
+  own.seen(BALL, LANDED);
+  own.settled(BALL, { ...LANDED, score: 0.5 });
+  assert.deepEqual(told, [["seen", 3, 6], ["corrected", 100, undefined]]);
 });

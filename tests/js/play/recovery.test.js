@@ -4,7 +4,6 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { GRANT } from "../../../static/js/model/player/account.js";
-import { Session } from "../../../static/js/model/player/session.js";
 import { ApiError } from "../../../static/js/net/api.js";
 import { keepToken } from "../../../static/js/net/session-token.js";
 import { Recovery } from "../../../static/js/play/account/recovery.js";
@@ -26,14 +25,13 @@ function exported(results, end = null) {
 /** A tab whose questions are answered one after the other. */
 function tab(storage, replies) {
   const wallet = new Wallet(storage);
-  const session = new Session(storage);
-  const told = { paths: [], shown: [], gone: [] };
+  const told = { paths: [], shown: [], gone: [], found: [] };
   const quiet = {};
   quiet.promise = new Promise((resolve) => { quiet.resolve = resolve; });
   const recovery = new Recovery(wallet, {
-    onFound: (played) => session.settle(played),
+    onFound: (played) => told.found.push(played.map(({ name, paid }) => [name, paid])),
     onChange: () => { if (wallet.open.length === 0) quiet.resolve(); },
-    onGone: (text) => told.gone.push(text),
+    onGone: (drops) => told.gone.push(drops),
   }, async (path, options) => {
     told.paths.push(path);
     told.shown.push(options?.headers?.authorization);
@@ -41,7 +39,7 @@ function tab(storage, replies) {
     if (reply instanceof Error) throw reply;
     return reply;
   });
-  return { wallet, session, recovery, told, done: quiet.promise };
+  return { wallet, recovery, told, done: quiet.promise };
 }
 
 const stakedOne = (wallet, drop = 0) => (
@@ -51,14 +49,16 @@ const stakedOne = (wallet, drop = 0) => (
 test("after a change of table or a reload, what landed meanwhile is asked for, and paid", async () => {
   const storage = browser();
   stakedOne(new Wallet(storage)); // the page of before
-  const { wallet, session, recovery, told, done } = tab(storage, [exported([landed(250)])]);
+  const { wallet, recovery, told, done } = tab(storage, [exported([landed(250)])]);
   assert.equal(wallet.balance, GRANT - 100);
   recovery.seekAllBut("new");
   await done;
   assert.deepEqual(told.paths, ["sessions/s1/export"]);
   assert.equal(wallet.balance, GRANT + 150);
-  assert.equal(session.net, 1.5);
-  assert.deepEqual(session.last[0].fair, { session: "s1", drop: 0 });
+  assert.equal(wallet.view(0).profit, 1.5);
+  assert.deepEqual(wallet.view(0).last[0].fair, { session: "s1", drop: 0 });
+  await new Promise(setImmediate);
+  assert.deepEqual(told.found, [[["triangle-8", 2.5]]], "what it came to is told by the name of its board");
 });
 
 test("a session is asked for by the token that this browser was given", async () => {
@@ -100,11 +100,11 @@ test("a drop that the server took while the page crashed is found with its stake
 
 test("a void drop that is found has its stake back", async () => {
   const storage = browser();
-  const { wallet, session, recovery, done } = tab(storage, [exported([landed(100, null)])]);
+  const { wallet, recovery, done } = tab(storage, [exported([landed(100, null)])]);
   recovery.seek(["s1"]);
   await done;
   assert.equal(wallet.balance, GRANT);
-  assert.equal(session.last[0].bin, null);
+  assert.equal(wallet.view(0).last[0].bin, null);
 });
 
 test("a ball that still falls is asked for again, and so is a server that does not answer", async (t) => {
@@ -133,10 +133,10 @@ test("two tabs that find the same landing count it once, in balance, score and h
   two.recovery.seek(["s1"]);
   await one.done;
   await new Promise(setImmediate);
-  for (const { wallet, session } of [one, two]) {
-    session.refresh();
+  for (const { wallet } of [one, two]) {
     assert.equal(wallet.balance, GRANT + 150);
-    assert.deepEqual([session.staked, session.returned, session.last.length], [1, 2.5, 1]);
+    const { staked, returned, last } = wallet.view(0);
+    assert.deepEqual([staked, returned, last.length], [1, 2.5, 1]);
   }
 });
 
@@ -147,11 +147,16 @@ test("where the server's ledger knows nothing of a session its stakes come back"
   recovery.seek(["s1"]);
   await done;
   assert.equal(wallet.balance, GRANT);
-  assert.deepEqual(told.gone, ["The server knows nothing of 1 drop: stakes are back."]);
+  assert.deepEqual(told.gone, [1]);
 });
 
-test("a void drop counts as its stake, and stands in the history without a bin", () => {
-  const session = new Session(browser());
-  session.settle({ board: "b1", name: "b", seed: "1", x: null, bin: null, score: 1, stake: 2 });
-  assert.deepEqual([session.net, session.last[0].bin], [0, null]);
+test("a player's mark is the same in all tabs until another is made, and nobody else has it", () => {
+  const shared = browser();
+  const first = new Wallet(shared).mark;
+  assert.match(first, /^[0-9a-f]{32}$/);
+  assert.equal(new Wallet(shared).mark, first);
+  const second = new Wallet(shared).renewMark();
+  assert.notEqual(second, first);
+  assert.equal(new Wallet(shared).mark, second);
+  assert.equal(new Set(Array.from({ length: 100 }, () => new Wallet(browser()).mark)).size, 100);
 });

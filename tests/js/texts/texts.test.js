@@ -83,6 +83,6 @@ test("places are filled, numbers by the language's rules", () => {
   assert.equal(t("play.row", { row: 3, rows: 16 }), "Row 3 of 16…");
   assert.equal(t("count.drop", { n: 1 }), "1 drop");
   assert.equal(t("count.drop", { n: 12345 }), "12,345 drops");
-  assert.equal(t("play.practice-bin", { bin: 4, pays: "1.5x", seed: "12345678901234567890" }),
-    "Practice: bin 4, 1.5x for seed 12345678901234567890.");
+  assert.equal(t("play.replay-seed", { board: "b", seed: "12345678901234567890" }),
+    "Replay seed 12345678901234567890 on b");
 });

@@ -12,6 +12,7 @@ import { discsOf, planOf, shareFor, usualEntry } from "./columns.js";
 
 const MOST_STEPS = 4; // for one picture: on a slow machine discs fall slowly, and the board does not wait
 const AHEAD_STEPS = 8; // for one picture that shows none of them
+const DENSE = 0.8; // of a column's area that discs take which lie well
 const FIELDS = 4; // of a disc that is shown: its column, x, y and angle
 
 /** @param {Theme} theme @returns {Promise<Pile>} fetches what moves it; throws where that cannot be */
@@ -169,6 +170,16 @@ export class Pile {
       const colour = this.theme.payout(multipliers[bin]).fill;
       paintBall(ctx, stamps.of({ mine: false, colour }).body, px(x), y * scale, angle);
     }
+  }
+
+  /**
+   * @param {number} bin @param {number} balls @param {Pick<Geometry, "scale">} geometry
+   * @returns {number} about how high they lie there, CSS pixels
+   */
+  heightOf(bin, balls, { scale }) {
+    if (!this.#plan) return 0;
+    const { edges, radius } = this.#plan;
+    return ((balls / this.share) * Math.PI * radius ** 2 * scale) / (DENSE * (edges[bin + 1] - edges[bin]));
   }
 
   /**

@@ -1,4 +1,7 @@
-// Demo credits: what a player has, as a function of which events are known. No event counts twice.
+// The one account of a player: balance, statistics and history, as a function of which events are known.
+// No event counts twice, and every panel is a view of it: see `viewOf`.
+
+import { Mean } from "../statistics.js";
 
 /**
  * Amounts are whole minor units. A staked drop is known by its session and its number there: both are
@@ -15,16 +18,51 @@
  * @property {Record<string, Staked>} drops by number
  * @property {number} [total] of its drops, once it is over
  *
+ * @typedef {object} Tally since the player last reset it
+ * @property {number} staked
+ * @property {number} settled of these, on drops that have landed
+ * @property {number} paid
+ * @property {number} wins drops that paid more than their stake
+ * @property {number} losses drops that paid less
+ * @property {number} best the highest multiplier
+ * @property {number[]} curve profit, after each of `every` drops
+ * @property {number} every
+ * @property {{count: number, mean: number, square: number}} scores each drop counting alike, see Mean
+ *
+ * @typedef {{session: string, drop: number}} FairPlace a session, and a drop's number there
+ *
+ * @typedef {object} Played a drop of ours that has landed
+ * @property {string} board a preset's name or a digest, as REST takes it
+ * @property {string} name what the board calls itself
+ * @property {string} seed decimal
+ * @property {number | null} x explicit start in metres, null when the seed drew it
+ * @property {number | null} [aim] middle of what the seed drew, metres, where the player chose it
+ * @property {number | null} bin null when it never settled
+ * @property {number} score what a stake of one came back as
+ * @property {boolean} [knocked] other balls may have touched this one: its seed alone says nothing
+ * @property {number} stake credits, 0 in practice
+ * @property {number} paid credits
+ * @property {string | null} [digest] the drop's, or its first digits, as the table sent it
+ * @property {string} [boardDigest]
+ * @property {FairPlace} [fair] of a staked drop
+ * @property {boolean} [practice] it counts for nothing
+ * @property {string} [ref] under which this page asked for it
+ *
  * @typedef {object} Account
  * @property {number} grants times that credits were given
+ * @property {number} [granted] all of them together
+ * @property {Tally} tally
+ * @property {Played[]} last drops, the newest first
  * @property {Record<string, Stay>} sessions by id, in the order in which they were heard of
  * @property {{staked: number, paid: number}} before of sessions that are put away
  * @property {string[]} away ids of those, the latest last
  *
- * @typedef {{type: "granted", number: number}
+ * @typedef {{type: "granted", number: number, amount: number}
+ *   | {type: "practised", played: Played} | {type: "reset"}
  *   | {type: "staked", session: string, drop: number, stake: number, room: string, ball?: number,
  *      seed?: string}
- *   | {type: "settled", session: string, drop: number, payout: number}
+ *   | {type: "settled", session: string, drop: number, payout: number, played?: Played}
+ *   | {type: "corrected", session: string, drop: number, payout: number}
  *   | {type: "over", session: string, total: number}} AccountEvent
  */
 
@@ -33,14 +71,23 @@
  *   seed?: string}} OpenDrop
  */
 
-export const GRANT = 100_000; // minor units of demo credits, given at first and by each refill
-const REFILL_BELOW = GRANT / 10;
+export const MINOR_UNITS = 100; // of a credit: the server counts stakes in hundredths
+export const GRANT = 1000 * MINOR_UNITS; // given at first
+const LAST = 30; // drops of the history
+const CURVE = 240; // points of the profit's curve
 const KEPT = 20; // sessions that are over whose drops are held one by one
 const AWAY = 500; // ids of sessions of which no event counts any more
 
 /** @returns {Account} a new player's */
 export function newAccount() {
-  return { grants: 1, sessions: {}, before: { staked: 0, paid: 0 }, away: [] };
+  return { grants: 1, sessions: {}, before: { staked: 0, paid: 0 }, away: [], tally: newTally(), last: [] };
+}
+
+/** @returns {Tally} */
+function newTally() {
+  return {
+    staked: 0, settled: 0, paid: 0, wins: 0, losses: 0, best: 0, curve: [], every: 1, scores: { ...new Mean() },
+  };
 }
 
 /**
@@ -50,8 +97,11 @@ export function newAccount() {
  */
 export function applied(account, event) {
   if (event.type === "granted") {
-    return event.number === account.grants + 1 ? { ...account, grants: event.number } : account;
+    if (event.number !== account.grants + 1) return account;
+    return { ...account, grants: event.number, granted: grantedOf(account) + event.amount };
   }
+  if (event.type === "reset") return { ...account, tally: newTally(), last: [] };
+  if (event.type === "practised") return { ...account, last: [event.played, ...account.last].slice(0, LAST) };
   if (account.away.includes(event.session)) return account;
   const stay = account.sessions[event.session];
   if (event.type === "over") {
@@ -63,10 +113,34 @@ export function applied(account, event) {
     if (known) return account;
     const { stake, ball, seed } = event;
     const drop = { stake, payout: null, ball, seed };
-    return withDrop(account, event, stay ?? { room: event.room, drops: {} }, drop);
+    const { tally } = account;
+    const taken = { ...account, tally: { ...tally, staked: tally.staked + stake } };
+    return withDrop(taken, event, stay ?? { room: event.room, drops: {} }, drop);
   }
-  if (!known || known.payout !== null) return account;
-  return withDrop(account, event, stay, { stake: known.stake, payout: event.payout });
+  if (!known || (known.payout === null) !== (event.type === "settled")) return account;
+  const { payout } = event;
+  const landed = { stake: known.stake, payout };
+  if (event.type === "corrected") {
+    const tally = { ...account.tally, paid: account.tally.paid + payout - (known.payout ?? 0) };
+    return withDrop({ ...account, tally }, event, stay, landed);
+  }
+  const last = event.played ? [event.played, ...account.last].slice(0, LAST) : account.last;
+  return withDrop({ ...account, tally: counted(account.tally, landed), last }, event, stay, landed);
+}
+
+/** @param {Tally} tally @param {{stake: number, payout: number}} landed @returns {Tally} */
+function counted(tally, { stake, payout }) {
+  const scores = new Mean(tally.scores);
+  scores.add(payout / stake);
+  const [settled, paid] = [tally.settled + stake, tally.paid + payout];
+  let { curve, every } = tally;
+  if (scores.count % every === 0) curve = [...curve, paid - settled];
+  if (curve.length > CURVE) [curve, every] = [curve.filter((_, i) => i % 2), 2 * every];
+  return {
+    ...tally, settled, paid, curve, every, scores: { ...scores },
+    wins: tally.wins + Number(payout > stake), losses: tally.losses + Number(payout < stake),
+    best: Math.max(tally.best, payout / stake),
+  };
 }
 
 /**
@@ -124,13 +198,35 @@ function sums(stays) {
 /** @param {Account} account @returns {number} credits that are on no drop, minor units */
 export function balanceOf(account) {
   const { staked, paid } = sums(Object.values(account.sessions));
-  return account.grants * GRANT + account.before.paid + paid - account.before.staked - staked;
+  return grantedOf(account) + account.before.paid + paid - account.before.staked - staked;
 }
 
-/** @param {Account} account @returns {AccountEvent | null} null where there is enough to play with */
+/** @param {Account} account */
+const grantedOf = ({ grants, granted }) => granted ?? grants * GRANT;
+
+/** @param {Account} account @returns {AccountEvent} what is missing to a grant; a whole one to those who have it */
 export function refillOf(account) {
-  if (balanceOf(account) >= REFILL_BELOW) return null;
-  return { type: "granted", number: account.grants + 1 };
+  const missing = GRANT - balanceOf(account);
+  return { type: "granted", number: account.grants + 1, amount: missing > 0 ? missing : GRANT };
+}
+
+/**
+ * What panels show, in credits.
+ * @param {Account} account
+ * @param {number} held staked on drops that the server has not acknowledged yet
+ */
+export function viewOf(account, held) {
+  const { staked, settled, paid, curve, wins, losses, best, scores } = account.tally;
+  const credits = (/** @type {number} */ minor) => minor / MINOR_UNITS;
+  return {
+    balance: credits(balanceOf(account)) - held,
+    staked: credits(staked) + held,
+    returned: credits(paid),
+    profit: credits(paid - staked) - held,
+    balls: scores.count, wins, losses, best, scores: new Mean(scores),
+    curve: [0, ...curve, paid - settled].map(credits),
+    last: account.last,
+  };
 }
 
 /**

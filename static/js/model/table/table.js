@@ -35,6 +35,7 @@ const MOST_KEYFRAMES = 600; // of one ball, should nobody draw for a while
  * @property {number} [aim] middle of what the seed drew, m, where it was chosen
  * @property {number} start table time, s
  * @property {boolean} mine
+ * @property {number} [stake] credits, of a staked one of ours
  * @property {number} [visitor] whose it is, where that is known
  * @property {Path} path
  * @property {SegmentFeed | null} feed makes the path, where segments of it come
@@ -215,7 +216,8 @@ export class Table {
 
   /** @param {Ball} ball @param {Landed} outcome @param {number | null} wall */
   #see(ball, outcome, wall) {
-    if (wall !== null) this.#light(outcome, ball.mine, wall);
+    // What a staked ball is paid flies to the balance; above its bin it is written of no other.
+    if (wall !== null) this.#light(outcome, ball.mine && ball.stake === undefined, wall);
     if (!ball.mine || !ball.trace) return;
     ball.solved?.until(ball.end);
     this.#pass(ball, Number.POSITIVE_INFINITY);
@@ -324,19 +326,19 @@ export class Table {
   /**
    * One light a bin, the newest: a shower of balls must not pile up pictures.
    * @param {Landed} landed
-   * @param {boolean} mine
+   * @param {boolean} ticket
    * @param {number} wall
    */
-  #light({ bin, score }, mine, wall) {
+  #light({ bin, score }, ticket, wall) {
     if (bin === null) return;
     let hit = this.#hits.find((one) => one.bin === bin);
     if (!hit) {
-      hit = { bin, score, since: wall, age: 0, ticket: mine };
+      hit = { bin, score, since: wall, age: 0, ticket };
       this.#hits.push(hit);
     }
     hit.score = score;
     hit.since = wall;
-    hit.ticket = mine;
+    hit.ticket = ticket;
   }
 
   /** @param {Ball} ball @param {number} t */

@@ -2,12 +2,10 @@
 
 import { ApiError, getJson } from "../../net/api.js";
 import { showingToken } from "../../net/session-token.js";
-import { t } from "../../texts/text.js";
-import { MINOR_UNITS } from "../own-drops.js";
+import { MINOR_UNITS } from "../../model/player/account.js";
 
 /** @import { SessionExport } from "../../fairness/export.js" */
-/** @import { AccountEvent } from "../../model/player/account.js" */
-/** @import { Played } from "../../model/player/session.js" */
+/** @import { AccountEvent, Played } from "../../model/player/account.js" */
 /** @import { Wallet } from "./wallet.js" */
 
 const FIRST_WAIT = 1000; // ms until a session is asked for again in which a ball falls
@@ -16,14 +14,17 @@ const GONE = [401, 404]; // no token here that opens it, or no such session
 
 /**
  * What an export tells an account: drops in order, how each has ended, and whether more can come.
- * @param {SessionExport} session
+ * @param {SessionExport} exported
  * @returns {AccountEvent[]}
  */
-export function eventsOf({ session: { statement }, drops, end }) {
+export function eventsOf(exported) {
+  const { session: { statement }, drops, end } = exported;
   const session = String(statement.session);
   const told = drops.flatMap(({ receipt: { drop, stake, room, ball, seed }, result }) => [
     /** @type {AccountEvent} */ ({ type: "staked", session, drop, stake, room, ball, seed }),
-    ...(result ? [/** @type {AccountEvent} */ ({ type: "settled", session, drop, payout: result.payout })] : []),
+    ...(result ? [/** @type {AccountEvent} */ ({
+      type: "settled", session, drop, payout: result.payout, played: playedOf(exported, drop),
+    })] : []),
   ]);
   return end ? [...told, { type: "over", session, total: drops.length }] : told;
 }
@@ -33,12 +34,12 @@ export function eventsOf({ session: { statement }, drops, end }) {
  * @param {number} number of a drop that has ended
  * @returns {Played} as the history has it
  */
-export function playedOf({ session: { statement }, board, drops }, number) {
+function playedOf({ session: { statement }, board, drops }, number) {
   const { receipt, result } = drops[number];
   const { board_digest: digest, seed, aim, stake } = receipt;
   return {
     board: digest, boardDigest: digest, name: String(board.name), seed, x: null, aim,
-    stake: stake / MINOR_UNITS, practice: false, bin: result?.bin ?? null, score: result?.score ?? 1,
+    stake: stake / MINOR_UNITS, paid: (result?.payout ?? 0) / MINOR_UNITS, practice: false, bin: result?.bin ?? null, score: result?.score ?? 1,
     digest: result?.digest ?? null, fair: { session: String(statement.session), drop: number },
   };
 }
@@ -47,11 +48,13 @@ export function playedOf({ session: { statement }, board, drops }, number) {
 export class Recovery {
   /** @type {Map<string, ReturnType<typeof setTimeout> | null>} sessions that are being asked for */
   #asked = new Map();
+  /** @type {Map<string, Played[]>} what they have told until now */
+  #found = new Map();
 
   /**
    * @param {Wallet} wallet
-   * @param {{onFound: (played: Played) => void, onChange: () => void, onGone: (text: string) => void}} listener
-   *   onGone: stakes are back, as nobody knows of their drops
+   * @param {{onChange: () => void, onFound: (played: Played[]) => void, onGone: (drops: number) => void}} listener
+   *   onFound: of a session, once all of it is known; onGone: stakes are back, as nobody knows of their drops
    * @param {(path: string, options: RequestInit) => Promise<unknown>} [ask]
    */
   constructor(wallet, listener, ask = getJson) {
@@ -69,7 +72,7 @@ export class Recovery {
     }
   }
 
-  /** Every session with a drop whose end was not heard of, but for those of a room that is watched. @param {string} room */
+  /** Every session with a drop whose end is unknown, but for those of a room that is watched. @param {string} room */
   seekAllBut(room) {
     this.seek(new Set(this.wallet.open.filter((drop) => drop.room !== room).map(({ session }) => session)));
   }
@@ -79,7 +82,7 @@ export class Recovery {
     try {
       const path = `sessions/${encodeURIComponent(session)}/export`;
       const found = await this.ask(path, showingToken(this.wallet.storage, session));
-      this.#take(/** @type {SessionExport} */ (found));
+      this.#take(session, /** @type {SessionExport} */ (found));
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       if (GONE.includes(error.status)) this.#refund(session);
@@ -87,18 +90,20 @@ export class Recovery {
     if (this.wallet.open.some((drop) => drop.session === session)) {
       const again = () => this.#look(session, Math.min(2 * wait, LONGEST_WAIT));
       this.#asked.set(session, setTimeout(again, wait));
-    } else this.#asked.delete(session);
+      return;
+    }
+    this.#asked.delete(session);
+    const found = this.#found.get(session) ?? [];
+    this.#found.delete(session);
+    if (found.length) this.listener.onFound(found);
   }
 
-  /** @param {SessionExport} session */
-  #take(session) {
-    let changed = false;
-    for (const event of eventsOf(session)) {
-      if (!this.wallet.apply(event)) continue;
-      changed = true;
-      if (event.type === "settled") this.listener.onFound(playedOf(session, event.drop));
-    }
-    if (changed) this.listener.onChange();
+  /** @param {string} session @param {SessionExport} exported */
+  #take(session, exported) {
+    const news = eventsOf(exported).filter((event) => this.wallet.apply(event));
+    const played = news.flatMap((event) => (event.type === "settled" && event.played ? [event.played] : []));
+    this.#found.set(session, [...(this.#found.get(session) ?? []), ...played]);
+    if (news.length) this.listener.onChange();
   }
 
   /** Nobody can say any more what became of these. @param {string} session */
@@ -108,7 +113,7 @@ export class Recovery {
       this.wallet.apply({ type: "settled", session, drop, payout: stake });
     }
     if (lost.length === 0) return;
-    this.listener.onGone(t("play.stakes-back", { n: lost.length }));
+    this.listener.onGone(lost.length);
     this.listener.onChange();
   }
 }

@@ -1,12 +1,14 @@
-// The account as this browser keeps it, for all its tabs: read anew before each change.
+// The account as this browser keeps it, for all its tabs: read again before each change.
 
-import { applied, balanceOf, knownDrops, newAccount, openDrops, refillOf } from "../../model/player/account.js";
-import { Mark } from "./mark.js";
+import {
+  applied, balanceOf, knownDrops, newAccount, openDrops, refillOf, viewOf,
+} from "../../model/player/account.js";
 
 /** @import { Account, AccountEvent, OpenDrop } from "../../model/player/account.js" */
-/** @import { FairPlayListener } from "../fairness/fair-play.js" */
 
 const KEY = "plinko.account.1";
+const MARK_KEY = "plinko.mark.1";
+const MARK_BYTES = 16; // nobody guesses them
 
 /** One player's credits. */
 export class Wallet {
@@ -16,7 +18,6 @@ export class Wallet {
   /** @param {Pick<Storage, "getItem" | "setItem">} storage */
   constructor(storage) {
     this.storage = storage;
-    this.mark = new Mark(storage);
   }
 
   /** @returns {Account} as the last of all tabs left it */
@@ -24,7 +25,7 @@ export class Wallet {
     const text = this.storage.getItem(KEY) ?? "";
     if (text !== this.#text) {
       this.#text = text;
-      this.#account = text ? JSON.parse(text) : newAccount();
+      this.#account = { ...newAccount(), ...(text && JSON.parse(text)) };
     }
     return this.#account;
   }
@@ -48,6 +49,11 @@ export class Wallet {
     return balanceOf(this.account);
   }
 
+  /** @param {number} held credits staked on drops that the server has not acknowledged yet */
+  view(held) {
+    return viewOf(this.account, held);
+  }
+
   /** @returns {OpenDrop[]} drops whose end has not been heard of */
   get open() {
     return openDrops(this.account);
@@ -58,30 +64,25 @@ export class Wallet {
     return this.open.filter((drop) => drop.room === room);
   }
 
-  /**
-   * What a room's sessions tell the account.
-   * @param {string} room
-   * @param {(session: string) => void} onBehind the server has taken drops that nobody here heard of
-   * @returns {Required<Pick<FairPlayListener, "onStaked" | "onOver" | "onRejoined">>}
-   */
-  hearing(room, onBehind) {
-    return {
-      onStaked: ({ session, drop, stake, ball, seed }) => {
-        this.apply({ type: "staked", session, drop, stake, room, ball, seed });
-      },
-      onOver: (session, total) => this.apply({ type: "over", session, total }),
-      onRejoined: ({ session, drops }) => {
-        if (drops > knownDrops(this.account, session)) onBehind(session);
-      },
-    };
-  }
-
-  get canRefill() {
-    return refillOf(this.account) !== null;
+  /** @param {string} session @returns {number} how many drops of it are known */
+  known(session) {
+    return knownDrops(this.account, session);
   }
 
   refill() {
-    const refill = refillOf(this.account);
-    if (refill) this.apply(refill);
+    this.apply(refillOf(this.account));
+  }
+
+  /** @returns {string} hexadecimal: the anonymous ID by which the server finds this player's drops */
+  get mark() {
+    return this.storage.getItem(MARK_KEY) ?? this.renewMark();
+  }
+
+  /** Makes another; drops under the one before are found only by that one. @returns {string} */
+  renewMark() {
+    const bytes = crypto.getRandomValues(new Uint8Array(MARK_BYTES));
+    const value = Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+    this.storage.setItem(MARK_KEY, value);
+    return value;
   }
 }

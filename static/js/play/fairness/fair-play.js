@@ -7,6 +7,7 @@ import { keepToken } from "../../net/session-token.js";
 import { t } from "../../texts/text.js";
 
 /** @import { Receipt, Signed } from "../../fairness/export.js" */
+/** @import { Store } from "../store.js" */
 /** @import { Accepted, BriefAccepted, Hello, Refusal, SessionEnded, SessionState, SignedReceipt } from "../../model/messages.js" */
 
 const REF = "session"; // under which all of it is asked
@@ -16,7 +17,6 @@ const HEARD = 20; // the last receipts: numbers have no gaps, so those before th
 const KEY = "plinko.fair.2";
 const MOST_DROPS = 1000; // of one session, as the server has it
 
-
 /**
  * What outlives the page, of one room's session.
  * @typedef {{room: string, board: string, session: string, token: string, secret: string,
@@ -24,16 +24,6 @@ const MOST_DROPS = 1000; // of one session, as the server has it
  *
  * What we were given, as an export has it: the server could change it there.
  * @typedef {{heard: SignedReceipt[], heard_session?: Signed}} Heard
- *
- * @typedef {object} FairPlayListener
- * @property {(message: object) => boolean} send
- * @property {() => void} onChange there is another state to show
- * @property {(ended: SessionEnded, heard: Heard) => void} onEnded
- * @property {(ref: string) => void} onRefused a drop that waited for a session goes nowhere
- * @property {(message: string) => void} onFault why there is no session
- * @property {(receipt: Receipt) => void} [onStaked] the server took a drop into the session
- * @property {(session: string, total: number) => void} [onOver] it has had so many drops, and no more
- * @property {(state: SessionState) => void} [onRejoined] it goes on after an absence
  */
 
 /** One player's sessions in one room, one after the other. */
@@ -48,14 +38,19 @@ export class FairPlay {
   #commitment = "";
   #beginning = false;
   #board = "";
-  #failed = false;
+  /** Whether there will be no session: drops are practice. */
+  failed = false;
   #rejoining = false;
 
-  /** @param {string} room @param {Storage} storage @param {FairPlayListener} listener */
-  constructor(room, storage, listener) {
+  /**
+   * @param {string} room @param {Pick<Storage, "getItem" | "setItem">} storage
+   * @param {Pick<Store, "tell" | "say">} news @param {(message: object) => boolean} send
+   */
+  constructor(room, storage, news, send) {
     this.room = room;
     this.storage = storage;
-    this.listener = listener;
+    this.news = news;
+    this.send = send;
   }
 
   get open() {
@@ -78,8 +73,8 @@ export class FairPlay {
     this.#waiting = [];
     this.#beginning = false;
     this.#board = board;
-    this.#failed = mode !== "independent";
-    if (this.#failed) return;
+    this.failed = mode !== "independent";
+    if (this.failed) return;
     const kept = this.#saved().find((each) => each.room === this.room && each.board === board);
     if (!kept) {
       this.#begin();
@@ -88,7 +83,7 @@ export class FairPlay {
     this.#kept = kept;
     this.#secret = kept.secret;
     this.#rejoining = true;
-    this.listener.send({ type: "session", session: kept.session, token: kept.token, ref: REF });
+    this.send({ type: "session", session: kept.session, token: kept.token, ref: REF });
   }
 
   /**
@@ -98,16 +93,16 @@ export class FairPlay {
    * @returns {boolean} false where there will be no session
    */
   drop(ref, drop) {
-    if (this.#failed) return false;
+    if (this.failed) return false;
     const message = { type: "drop", ref, ...drop };
-    if (this.open) return this.listener.send({ ...message, session: this.state?.session });
+    if (this.open) return this.send({ ...message, session: this.state?.session });
     this.#waiting.push({ ref, message });
     return true;
   }
 
   /** Ends the session, so that it can be checked; another begins by itself. */
   end() {
-    if (this.state) this.listener.send({ type: "end", session: this.state.session, ref: REF });
+    if (this.state) this.send({ type: "end", session: this.state.session, ref: REF });
   }
 
   /** @param {SessionState} state */
@@ -115,7 +110,7 @@ export class FairPlay {
     this.#beginning = false;
     if (!this.#isOurs(state)) {
       this.#give();
-      this.listener.onFault(t("fair.not-ours"));
+      this.news.say(t("fair.not-ours"), { urgent: true });
       return;
     }
     this.state = state;
@@ -125,36 +120,36 @@ export class FairPlay {
       this.#keep({ room: this.room, board: this.#board, session, token, secret: this.#secret,
         given: { statement, signature }, heard: [] });
     }
-    if (!state.token && this.#rejoining) this.listener.onRejoined?.(state);
+    if (!state.token && this.#rejoining) this.news.tell("rejoined", state);
     this.#rejoining = false;
-    if (state.ended) this.listener.onOver?.(state.session, state.drops);
+    if (state.ended) this.news.tell("over", { session: state.session, total: state.drops });
     if (state.ended) this.#begin();
     else if (!state.open) {
-      this.listener.send({ type: "open", session: state.session, seed: this.#secret, ref: REF });
+      this.send({ type: "open", session: state.session, seed: this.#secret, ref: REF });
     } else this.#flush();
-    this.listener.onChange();
+    this.news.tell("room", null);
   }
 
   /** @param {SessionEnded} ended */
   ended(ended) {
     const { heard } = this;
-    this.listener.onOver?.(ended.session, Number(ended.statement.drops));
+    this.news.tell("over", { session: ended.session, total: Number(ended.statement.drops) });
     this.#begin();
-    this.listener.onEnded(ended, heard);
-    this.listener.onChange();
+    this.news.tell("ended", { ended, heard });
+    this.news.tell("room", null);
   }
 
   /** @param {Accepted | BriefAccepted} event whosever */
   accepted({ receipt }) {
     if (!receipt || !this.#kept || receipt.receipt.session !== this.#kept.session) return;
     this.#keep({ ...this.#kept, heard: [...this.#kept.heard, receipt].slice(-HEARD) });
-    this.listener.onStaked?.(/** @type {Receipt} */ (receipt.receipt));
+    this.news.tell("staked", /** @type {Receipt} */ (receipt.receipt));
     if (this.state) this.state.drops = receipt.receipt.drop + 1;
     if (this.state && this.state.drops >= MOST_DROPS) this.end();
-    this.listener.onChange();
+    this.news.tell("room", null);
   }
 
-  /** @param {Refusal} refusal @returns {boolean} whether it was about the session */
+  /** @param {Pick<Refusal, "ref" | "code">} refusal @returns {boolean} whether it was about the session */
   refused({ ref, code }) {
     const lost = code === "session-state" || code === "unknown-session" || code === "not-yours";
     // Several drops may have gone into a session that was over.
@@ -166,7 +161,7 @@ export class FairPlay {
   async #begin() {
     if (!hasCrypto()) {
       this.#give();
-      this.listener.onFault(t("fair.no-crypto"));
+      this.news.say(t("fair.no-crypto"), { urgent: true });
       return;
     }
     this.#beginning = true;
@@ -175,7 +170,7 @@ export class FairPlay {
     this.#save(this.#saved().filter((each) => each.room !== this.room));
     this.#secret = hexOf(crypto.getRandomValues(new Uint8Array(SECRET_BYTES)));
     this.#commitment = hexOf(await commitment(bytesOfHex(this.#secret, "secret")));
-    this.listener.send({ type: "session", commitment: this.#commitment, ref: REF });
+    this.send({ type: "session", commitment: this.#commitment, ref: REF });
   }
 
   /**
@@ -192,18 +187,18 @@ export class FairPlay {
     const waiting = this.#waiting;
     this.#waiting = [];
     for (const { message } of waiting) {
-      this.listener.send({ ...message, session: this.state?.session });
+      this.send({ ...message, session: this.state?.session });
     }
   }
 
   /** No session can be had: what waited for one goes nowhere. */
   #give() {
-    this.#failed = true;
+    this.failed = true;
     this.state = null;
     const waiting = this.#waiting;
     this.#waiting = [];
-    for (const { ref } of waiting) this.listener.onRefused(ref);
-    this.listener.onChange();
+    for (const { ref } of waiting) this.news.tell("unsealed", ref);
+    this.news.tell("room", null);
   }
 
   /** @param {Kept} kept */

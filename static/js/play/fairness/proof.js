@@ -5,7 +5,7 @@ import { t } from "../../texts/text.js";
 import { make } from "../../util/dom.js";
 
 /** @import { Board } from "../../model/board.js" */
-/** @import { Played } from "../../model/player/session.js" */
+/** @import { Played } from "../../model/player/account.js" */
 /** @import { BoardReply } from "../../net/replies.js" */
 /** @import { Solver } from "../../solver/solver.js" */
 

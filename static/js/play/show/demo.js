@@ -2,6 +2,7 @@
 
 import { Table } from "../../model/table/table.js";
 import { byId } from "../../util/dom.js";
+import { randomSeed } from "../room.js";
 
 /** @import { Hello } from "../../model/messages.js" */
 /** @import { Scene } from "../../model/scene.js" */
@@ -85,8 +86,7 @@ export class Demo {
   /** @param {Hello} hello @param {Solve} solve */
   #begin(hello, solve) {
     if (!this.wanted.checked || document.visibilityState === "hidden") return;
-    const draw = () => String(crypto.getRandomValues(new BigUint64Array(1))[0]);
-    this.#balls = new DemoBalls(hello, solve, draw);
+    this.#balls = new DemoBalls(hello, solve, randomSeed);
     byId("demo-mark").hidden = false;
     this.onBegin();
   }

@@ -3,14 +3,13 @@
 import { startSpan } from "../../model/board.js";
 import { PEG } from "../../model/motion/drop.js";
 import { findFork } from "./fork.js";
+import { JACKPOT, WIN } from "./moment.js";
 
 /** @import { Board, Peg, Point } from "../../model/board.js" */
 /** @import { Flash, Scene } from "../../model/scene.js" */
 /** @import { Solved } from "../../model/table/solved-feed.js" */
 /** @import { Fork } from "./fork.js" */
 
-const WIN = 10; // times the stake: from here on light runs through the pegs
-const JACKPOT = 100; // and from here on what decided it is seen once more, slowly
 const RUN_S = 1.1; // that the light takes from the first peg to the last
 const FADE_S = 0.7;
 const SLOW_S = 2; // that the slow look takes
@@ -61,14 +60,16 @@ export class Encore {
    * @param {Scene} scene
    * @param {number} wall local time, s
    * @param {boolean} still nothing is to move
+   * @param {boolean} lab whether the Lab is open: how a ball that started a little aside would have fallen is shown
    * @returns {boolean} whether it goes on moving
    */
-  show(scene, wall, still) {
+  show(scene, wall, still, lab) {
+    scene.fork = null;
     if (!this.#shown) return false;
     const { drop, pegs, fork, score, slow } = this.#shown;
     this.#since ??= wall;
     const age = wall - this.#since;
-    scene.fork = fork;
+    if (lab) scene.fork = fork;
     if (still || score < WIN) return false;
     const before = slow ? NEAR_S + SLOW_S : 0;
     this.near = slow && age < before && fork ? fork.at : null;

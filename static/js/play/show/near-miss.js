@@ -1,7 +1,7 @@
 // How near a ball came to a bin that pays far more: told only where its exact path shows it. Pure.
 
 import { t } from "../../texts/text.js";
-import { fixed, multiplier } from "../../util/format.js";
+import { multiplier } from "../../util/format.js";
 
 /** @import { Board } from "../../model/board.js" */
 
@@ -23,6 +23,5 @@ export function nearMiss({ ball, bins: { edges, multipliers } }, bin, x) {
   const near = sides.filter(({ other, away }) => away >= 0 && away < NEAR * ball.radius
     && multipliers[other] >= Math.max(LEAST, MORE * multipliers[bin]));
   if (near.length === 0) return "";
-  const [{ other, away }] = near;
-  return ` ${t("play.near", { mm: fixed(1000 * away, 1), pays: multiplier(multipliers[other]) })}`;
+  return t("play.near", { pays: multiplier(multipliers[near[0].other]) });
 }

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import {
-  applied, balanceOf, GRANT, knownDrops, newAccount, openDrops, refillOf,
+  applied, balanceOf, GRANT, knownDrops, newAccount, openDrops, refillOf, viewOf,
 } from "../../../../static/js/model/player/account.js";
 
 const after = (events, account = newAccount()) => events.reduce(applied, account);
@@ -53,12 +53,46 @@ test("drops of several sessions are told apart, and each order of what two tabs 
   }
 });
 
-test("credits are refilled when they run out, once for two tabs that ask at a time", () => {
-  assert.equal(refillOf(newAccount()), null);
+test("credits are topped up to a grant at any time, once for two tabs that ask at a time", () => {
   const poor = after([staked(0, GRANT - 100)]);
   const refill = refillOf(poor);
-  assert.deepEqual(refill, { type: "granted", number: 2 });
-  assert.equal(balanceOf(after([refill, refill], poor)), GRANT + 100);
+  assert.deepEqual(refill, { type: "granted", number: 2, amount: GRANT - 100 });
+  assert.equal(balanceOf(after([refill, refill], poor)), GRANT);
+  assert.deepEqual(refillOf(newAccount()), { type: "granted", number: 2, amount: GRANT });
+  const old = { ...newAccount(), grants: 3 };
+  assert.equal(balanceOf(old), 3 * GRANT, "an account of before sums were kept");
+  assert.equal(balanceOf(applied(old, { type: "granted", number: 4, amount: 500 })), 3 * GRANT + 500);
+});
+
+test("statistics and history are the account's, at every moment", () => {
+  let account = after([staked(0, 100), staked(1, 200), staked(2, 100)]);
+  let view = viewOf(account, 0.5);
+  assert.deepEqual([view.staked, view.returned, view.profit, view.balance], [4.5, 0, -4.5, 995.5]);
+  const played = (seed) => ({ seed, bin: 1, score: 1 });
+  account = after([
+    { ...settled(0, 250), played: played("a") }, { ...settled(1, 100), played: played("b") }, settled(2, 100),
+  ], account);
+  view = viewOf(account, 0);
+  assert.deepEqual([view.balls, view.wins, view.losses, view.best], [3, 1, 1, 2.5]);
+  assert.deepEqual([view.staked, view.returned, view.profit, view.balance], [4, 4.5, 0.5, 1000.5]);
+  assert.deepEqual(view.curve, [0, 1.5, 0.5, 0.5, 0.5]);
+  assert.deepEqual(view.last.map(({ seed }) => seed), ["b", "a"]);
+  account = applied(account, { type: "practised", played: played("c") });
+  assert.deepEqual([viewOf(account, 0).balls, account.last[0].seed], [3, "c"]);
+  account = applied(account, { type: "corrected", session: "s1", drop: 0, payout: 150 });
+  assert.equal(viewOf(account, 0).profit, -0.5);
+  account = applied(account, { type: "reset" });
+  view = viewOf(account, 0);
+  assert.deepEqual([view.balls, view.profit, view.last.length, view.balance], [0, 0, 0, 999.5]);
+});
+
+test("the curve of very many drops stays small, and ends where the profit is", () => {
+  let account = newAccount();
+  for (let n = 0; n < 3000; n += 1) account = after([staked(n, 10), settled(n, n % 3 ? 0 : 40)], account);
+  const { curve, profit, balls } = viewOf(account, 0);
+  assert.equal(balls, 3000);
+  assert.ok(curve.length <= 243);
+  assert.equal(curve.at(-1), profit);
 });
 
 test("sessions that are over become a sum, of which no event counts again; others stay", () => {

@@ -1,4 +1,4 @@
-// What a landing leaves: from 10 times the stake light through its pegs, from 100 a look from near before.
+// What a landing leaves: from 5 times the stake light through its pegs, from 100 a look from near before.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -22,7 +22,7 @@ function seen(pays, times, still = false) {
   encore.begin(solver.drop(whole, { seed: "42" }), board, (x) => solver.drop(whole, { x }), still);
   return times.map((wall) => {
     const scene = emptyScene();
-    const goesOn = encore.show(scene, wall, still);
+    const goesOn = encore.show(scene, wall, still, false);
     return { near: encore.near !== null, looking: encore.looking, lights: scene.flashes.length > 0, goesOn };
   });
 }
@@ -35,7 +35,7 @@ test("a jackpot is looked at from near for two seconds, then light runs through 
 });
 
 test("a win has light at once; less has none; and where nothing is to move, nothing does", () => {
-  assert.deepEqual(seen(10, [5, 5.3])[1], { near: false, looking: false, lights: true, goesOn: true });
-  assert.deepEqual(seen(9, [5, 5.3])[1], { near: false, looking: false, lights: false, goesOn: false });
+  assert.deepEqual(seen(5, [5, 5.3])[1], { near: false, looking: false, lights: true, goesOn: true });
+  assert.deepEqual(seen(4, [5, 5.3])[1], { near: false, looking: false, lights: false, goesOn: false });
   assert.deepEqual(seen(100, [5, 5.3], true)[1], { near: false, looking: false, lights: false, goesOn: false });
 });

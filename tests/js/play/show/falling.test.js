@@ -19,9 +19,9 @@ test("a ball is told of four times on its way, whatever the rate of pictures", (
   const told = [];
   for (let y = -1; y < 9; y += 0.01) told.push(falling.words([ball(y)]));
   assert.deepEqual(told.filter((words) => words !== null), [
-    "It falls…", "Row 3 of 8, above 20x…", "Row 5 of 8, above 20x…", "Row 7 of 8, above 20x…",
+    "Falling…", "Row 3 of 8, above 20x…", "Row 5 of 8, above 20x…", "Row 7 of 8, above 20x…",
   ]);
-  assert.equal(falling.words([ball(-1, 2)]), "It falls…", "the next one is told of anew");
+  assert.equal(falling.words([ball(-1, 2)]), "Falling…", "the next one is told of anew");
 });
 
 test("others' balls, and several of ours, are not told of", () => {
@@ -33,7 +33,7 @@ test("others' balls, and several of ours, are not told of", () => {
 });
 
 test("a near miss is told where the path shows it, and to no bin that pays little more", () => {
-  assert.equal(nearMiss(board, 0, -0.0123), " 12.3 mm from 20x.");
+  assert.equal(nearMiss(board, 0, -0.0123), "Just missed 20x");
   assert.equal(nearMiss(board, 0, -0.06), "", "more than half a radius away");
   assert.equal(nearMiss(board, 1, 0.001), "", "what was missed pays less");
 });

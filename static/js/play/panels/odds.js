@@ -1,0 +1,102 @@
+// What the table gives back on average and how often its top award comes: of record, or counted in this page.
+
+import { measuredOdds, oddsAt, oddsWords } from "../../model/odds.js";
+import { readBoardName } from "../../model/presets.js";
+import { getJson } from "../../net/api.js";
+import { PHYSICS_VERSION } from "../../solver/digest.js";
+import { Batch } from "../../solver/many/batch.js";
+import { byId } from "../../util/dom.js";
+import { choiceOf } from "../rooms.js";
+
+/** @import { Hello } from "../../model/messages.js" */
+/** @import { Odds } from "../../model/odds.js" */
+/** @import { OddsReply } from "../../net/replies.js" */
+/** @import { Game } from "../game.js" */
+
+const DROPS = 20_000; // counted in a worker, in about a second
+const KEY = `plinko.odds.${PHYSICS_VERSION}`;
+
+/** What this browser has learnt, by the names of boards: what was measured is not measured again. */
+class Known {
+  /** @type {Record<string, {share: number, measured?: Odds}> | null} */
+  #all = null;
+
+  get #read() {
+    this.#all ??= JSON.parse(window.localStorage.getItem(KEY) ?? "{}");
+    return /** @type {Record<string, {share: number, measured?: Odds}>} */ (this.#all);
+  }
+
+  /** @param {string} name */
+  of(name) {
+    return this.#read[name];
+  }
+
+  /** @param {string} name @param {Odds} odds */
+  keep(name, odds) {
+    this.#read[name] = { share: odds.return, ...(odds.measured && { measured: odds }) };
+    window.localStorage.setItem(KEY, JSON.stringify(this.#read));
+  }
+}
+
+const known = new Known();
+
+/** @param {string} name of a board @returns {number | null} its average return, where this browser knows it */
+export function returnsOf(name) {
+  return known.of(name)?.share ?? null;
+}
+
+/** Of one table at a time. */
+export class OddsNote {
+  /** @type {Odds[]} by aim */
+  #odds = [];
+  #digest = "";
+
+  /** @param {Game} game */
+  constructor(game) {
+    this.game = game;
+    game.on("table", ({ hello }) => this.#learn(hello));
+    game.on("choice", () => this.#show());
+  }
+
+  /** @param {Hello} hello */
+  async #learn(hello) {
+    const { board_digest: digest, board_name: name } = hello;
+    if (digest === this.#digest) return; // a line that came back
+    this.#digest = digest;
+    this.#odds = [];
+    this.game.odds = null;
+    // Where balls knock each other no odds of one ball hold; boards that cannot be chosen were never counted.
+    const choice = choiceOf(hello);
+    const odds = choice && !choice.knock ? await this.#find(hello).catch(() => []) : [];
+    if (digest !== this.#digest) return;
+    this.#odds = odds;
+    if (odds.length) known.keep(name, odds[0]);
+    else this.#tell(null);
+    this.#show();
+  }
+
+  /** @param {Hello} hello @returns {Promise<Odds[]>} */
+  async #find({ board, board_name: name, board_digest: digest }) {
+    if (readBoardName(name)) {
+      const found = /** @type {OddsReply} */ (await getJson(`boards/${name}/odds`));
+      return found.board_digest === digest ? found.aims : [];
+    }
+    const kept = known.of(name)?.measured;
+    if (kept) return [kept];
+    const tally = await new Batch({ board, first: "0", drops: DROPS }, () => {}).done;
+    return tally ? [measuredOdds(tally, board.bins.multipliers)] : [];
+  }
+
+  #show() {
+    const { hello } = this.game.room;
+    const odds = hello && oddsAt(this.#odds, this.game.choice.aim, hello.board.drop.x);
+    byId("odds-note").textContent = odds ? oddsWords(odds) : "";
+    if (odds !== this.game.odds) this.#tell(odds);
+  }
+
+  /** @param {Odds | null} odds */
+  #tell(odds) {
+    this.game.odds = odds;
+    this.game.tell("odds", odds);
+  }
+}

@@ -1,0 +1,455 @@
+// One room through all its connections: line, clock, balls, our drops, the fair session and the players.
+
+import { Company } from "../model/table/company.js";
+import { MAIN_ROOM, readBoardName } from "../model/presets.js";
+import { MINOR_UNITS } from "../model/player/account.js";
+import { Table } from "../model/table/table.js";
+import { getJson, socketUrl } from "../net/api.js";
+import { Connection, ROOM_MOVED } from "../net/connection.js";
+import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
+import { decodeSegments } from "../net/segments.js";
+import { SEEDS } from "../net/streams.js";
+import { TickClock } from "../net/tick-clock.js";
+import { PHYSICS_VERSION } from "../solver/digest.js";
+import { BoardError } from "../solver/errors.js";
+import { t } from "../texts/text.js";
+import { FairPlay } from "./fairness/fair-play.js";
+import { fairPlaceOf, OwnDrops } from "./own-drops.js";
+
+/** @import { Point } from "../model/board.js" */
+/** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Missed, Snapshot, TableMessage } from "../model/messages.js" */
+/** @import { Ball, Solve } from "../model/table/table.js" */
+/** @import { BoardReply } from "../net/replies.js" */
+/** @import { SegmentScale } from "../net/segments.js" */
+/** @import { Solver } from "../solver/solver.js" */
+/** @import { Self } from "./account/self.js" */
+/** @import { Wallet } from "./account/wallet.js" */
+/** @import { Store } from "./store.js" */
+
+/** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "closed"} LineState */
+/** @typedef {"seed" | "colliding" | "offline" | "unsealed"} Reason why a drop here is practice */
+
+/**
+ * What holds from one hello to the next.
+ * @typedef {{hello: Hello, table: Table, clock: TickClock, scale: SegmentScale}} Visit
+ */
+
+const SEGMENTS = "segments"; // a segment of a path a bounce, from which the page draws the rest
+const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
+const MAIN_BOARD = "triangle-16"; // as a server has it unless it was set up otherwise
+
+/** What panels know of a room. `news` tells them when something of it is other than before. */
+export class Room {
+  /** The room's newest tick. @type {number | null} */
+  tick = null;
+  /** @type {LineState} */
+  state = "connecting";
+  /** Seconds until a lost line is tried again. */
+  wait = 0;
+  /** @type {Visit | null} */
+  #visit = null;
+  /** Room events heard of until now, and how the server knows us again. */
+  #seq = 0;
+  /** @type {{run: string, key: string} | null} */
+  #last = null;
+  /** @type {Snapshot | undefined} whose columns are used again */
+  #snapshot;
+  #drops = 0;
+  #practised = 0;
+  #closed = false;
+  #offline = false; // the table was made here, as no server has greeted
+
+  /**
+   * @param {string} id
+   * @param {{news: Store, streams: string[], solver: Solver | null, wallet: Wallet, self: Self, storage: Storage}} means
+   *   streams: those that will do, the best first
+   */
+  constructor(id, { news, streams, solver, wallet, self, storage }) {
+    this.id = id;
+    this.news = news;
+    this.solver = solver;
+    this.wallet = wallet;
+    this.self = self;
+    this.streams = streams;
+    this.own = new OwnDrops(news);
+    this.company = new Company(() => news.tell("company", null));
+    this.fair = new FairPlay(id, storage, news, (message) => this.connection.send(message));
+    this.connection = this.#connect();
+  }
+
+  #connect() {
+    return new Connection(socketUrl(this.id, this.streams[0]), {
+      onText: (text) => this.#read(() => {
+        for (const event of /** @type {TableMessage[]} */ (decodeEvents(text))) this.#take(event);
+      }),
+      onBytes: (bytes) => this.#read(() => this.#takeBytes(bytes)),
+      onLost: (waitMs) => this.#lost(waitMs),
+      onRefused: () => this.#setState("closed"),
+      // A ball that flies for long sends no segments meanwhile.
+      onQuiet: () => this.ping(),
+    });
+  }
+
+  /**
+   * The next best stream, where the one that was asked for will not do.
+   * @returns {boolean} false when there is none
+   */
+  #retreat() {
+    if (this.streams.length < 2) return false;
+    this.connection.close();
+    this.streams = this.streams.slice(1);
+    this.connection = this.#connect();
+    return true;
+  }
+
+  /** @returns {Table | null} null before there is a board */
+  get table() {
+    return this.#visit?.table ?? null;
+  }
+
+  /** @returns {Hello | null} */
+  get hello() {
+    return this.#visit?.hello ?? null;
+  }
+
+  /** @returns {Reason | null} why drops here are practice, whatever seed they have */
+  get practice() {
+    if (!this.#visit) return null;
+    if (this.hello?.mode === "interacting") return "colliding";
+    if (this.#offline || this.state === "reconnecting" || this.state === "closed") return "offline";
+    return this.fair.failed ? "unsealed" : null;
+  }
+
+  /** Whether the table takes one more ball. */
+  get hasRoom() {
+    const most = this.hello?.limits.balls ?? Number.POSITIVE_INFINITY;
+    return (this.table?.balls.size ?? 0) + this.own.unanswered < most;
+  }
+
+  /**
+   * A drop is staked in the session; with an own seed, or where nothing can be staked, it is practice.
+   * @param {{seed: string | null, aim: number | null, stake: number}} ask
+   * @returns {string | null} its ref; null where it could not be asked for
+   */
+  drop({ seed, aim, stake }) {
+    if (!this.#visit) return null;
+    const ref = `d${this.#drops}`;
+    this.#drops += 1;
+    const ours = { who: this.wallet.mark, ...(aim !== null && { aim }) };
+    const staked = seed === null && !this.practice
+      && this.fair.drop(ref, { stake: Math.round(stake * MINOR_UNITS), ...ours });
+    const plain = { type: "drop", ref, ...(seed !== null && { seed }), ...ours };
+    if (!staked && (this.#offline || !this.connection.send(plain))) return this.#practise(ref, { seed, aim });
+    this.own.add(ref, staked ? stake : 0, !staked);
+    this.connection.expectNews(true);
+    this.news.tell("room", null);
+    return ref;
+  }
+
+  /**
+   * A ball that falls only in this page.
+   * @param {string} ref @param {{seed: string | null, aim: number | null}} ask
+   */
+  #practise(ref, { seed, aim }) {
+    const { table, clock, hello } = /** @type {Visit} */ (this.#visit);
+    if (!table.solve) return null;
+    const now = performance.now();
+    if (!table.flying) clock.observe(this.tick ?? hello.tick, now);
+    this.#practised += 1;
+    const drawn = seed ?? randomSeed();
+    const start = { ball: -this.#practised, seed: drawn, tick: clock.renderTick(now), ...(aim !== null && { aim }) };
+    const ball = table.accept({ type: "accepted", ref, ...start }, true);
+    this.own.add(ref, 0, true);
+    this.own.accepted(ref, ball);
+    table.applyLanded({ type: "landed", ball: ball.id, digest: ball.solved?.solved.digest ?? "" });
+    this.news.tell("picture", null);
+    return ref;
+  }
+
+  /** @param {number} nowMs @returns {number} table time to draw, s */
+  time(nowMs) {
+    const clock = this.#visit?.clock;
+    return clock ? clock.renderTick(nowMs) / clock.rate : 0;
+  }
+
+  /**
+   * Tells what is due: landings that are seen, and those that the table has sent.
+   * @param {number} due table time up to which landings count, s
+   * @param {number | null} nowMs local time; null lights nothing up
+   */
+  settle(due, nowMs) {
+    const { table } = this;
+    if (!table) return;
+    const { seen, settled } = table.settle(due, nowMs === null ? null : nowMs / 1000);
+    for (const ball of seen) this.#seen(ball);
+    for (const ball of settled) if (ball.landed) this.own.settled(ball, ball.landed);
+    this.#rest(table);
+  }
+
+  /** @returns {Point[][]} the way our last ball took, as lines */
+  ownPaths() {
+    return this.table?.lastTrace ? [this.table.lastTrace.points()] : [];
+  }
+
+  /** Asks how long a message takes to the server and back; `pong` tells. */
+  ping() {
+    return this.connection.send({ type: "ping", t: performance.now() });
+  }
+
+  /** Says who we are, to those at the table who said so, too. */
+  appear() {
+    this.connection.send(this.self.message);
+  }
+
+  /** Leaves: nothing of it is told any more. */
+  close() {
+    this.#closed = true;
+    this.connection.close();
+  }
+
+  /**
+   * A server that speaks another protocol will go on doing so: no use in coming back.
+   * @param {() => void} message
+   */
+  #read(message) {
+    if (this.#closed) return;
+    try {
+      message();
+    } catch (error) {
+      if (!(error instanceof ProtocolError)) throw error;
+      this.connection.close();
+      this.#setState("closed");
+      this.news.say(t("play.foreign"), { urgent: true });
+    }
+  }
+
+  /** @param {TableMessage} event */
+  #take(event) {
+    if (COUNTED.has(event.type)) this.#seq += 1;
+    // A newer server may send more kinds; what this page does not know it can do without.
+    if (event.type === "hello") this.#greeted(event);
+    else if (event.type === "missed") this.#missed(event.events ?? []);
+    else if (event.type === "accepted") this.#accepted(event);
+    else if (event.type === "contact") this.table?.applyContact(event);
+    else if (event.type === "landed") this.#landed(event);
+    else if (event.type === "clock") this.#hearClock(event);
+    else if (event.type === "error") this.#refused(event);
+    else if (event.type === "session") this.fair.told(event);
+    else if (event.type === "ended") this.fair.ended(event);
+    else if (event.type === "halted") this.news.tell("halted", event.halted);
+    else if (event.type === "presence") this.company.hear(event, this.table?.balls.values());
+    else if (event.type === "pong") this.news.tell("pong", performance.now() - event.t);
+    this.news.tell("picture", null);
+  }
+
+  /** @param {Hello} hello */
+  #greeted(hello) {
+    this.connection.settled();
+    const solve = this.#solveFor(hello);
+    if (hello.stream === SEEDS && !solve && this.#retreat()) return;
+    this.#offline = false;
+    const { table, clock } = this.#enter(hello, solve);
+    if (solve && table.awake) clock.observe(hello.tick, performance.now());
+    const pending = this.own.enter(hello, table);
+    for (const session of this.own.adopt(this.wallet.openIn(this.id))) this.news.tell("behind", session);
+    this.fair.greeted(hello);
+    this.company.begin();
+    this.appear();
+    this.news.tell("table", { hello, table });
+    this.#resume(hello, pending);
+    this.#setState(table.flying ? "live" : "asleep");
+    this.connection.expectNews(table.flying);
+  }
+
+  /** @param {Hello} hello @param {Solve | null} solve @returns {Visit} */
+  #enter(hello, solve) {
+    const table = new Table(hello, solve);
+    const scale = {
+      extent: hello.extent, velocityScale: hello.velocity_scale, spinScale: hello.spin_scale, rate: hello.tick_rate,
+    };
+    this.#visit = { hello, table, clock: new TickClock({ rate: hello.tick_rate }), scale };
+    this.tick = hello.tick;
+    return this.#visit;
+  }
+
+  /** @param {Hello} hello @returns {Solve | null} null where the room is shown otherwise, or this page cannot compute it */
+  #solveFor({ stream, board, physics_version: version }) {
+    const { solver } = this;
+    if (stream !== SEEDS || !solver || version !== PHYSICS_VERSION) return null;
+    try {
+      const whole = solver.read(board);
+      return (start) => solver.drop(whole, start);
+    } catch (error) {
+      if (!(error instanceof BoardError)) throw error;
+      return null;
+    }
+  }
+
+  /** @param {number} waitMs */
+  #lost(waitMs) {
+    this.wait = Math.max(1, Math.round(waitMs / 1000));
+    this.#setState("reconnecting");
+    if (!this.#visit && this.solver) this.#openOffline();
+  }
+
+  /** Without a server there is practice at the table's board, where the browser has kept it. */
+  async #openOffline() {
+    const name = this.id === MAIN_ROOM || !readBoardName(this.id) ? MAIN_BOARD : this.id;
+    const reply = await getJson(`boards/${name}`).catch(() => null);
+    if (!reply || this.#visit || this.#closed) return;
+    const { board, digest } = /** @type {BoardReply} */ (reply);
+    const hello = /** @type {Hello} */ ({
+      type: "hello", room: this.id, board, board_name: name, board_digest: digest, slots: board.drop.slots ?? [],
+      mode: "independent", tick_rate: 60, tick: 0, seq: 0, stream: SEEDS, physics_version: PHYSICS_VERSION,
+      limits: { balls: 200 }, balls: /** @type {Hello["balls"]} */ ([]),
+      stats: { histogram: board.bins.multipliers.map(() => 0) },
+    });
+    this.#offline = true;
+    const { table } = this.#enter(hello, this.#solveFor(hello));
+    this.own.enter(hello, table);
+    this.news.tell("table", { hello, table });
+    this.news.tell("room", null);
+  }
+
+  /** @param {ClockMessage} event */
+  #hearClock({ tick, seq }) {
+    this.#seq = seq; // contacts are among them, which this stream does not send
+    this.tick = tick;
+    this.#visit?.clock.observe(tick, performance.now());
+  }
+
+  /**
+   * After a lost line: asks what we have missed of what became of our drops.
+   * @param {Hello} hello
+   * @param {boolean} pending
+   */
+  #resume({ run, key, seq }, pending) {
+    const last = this.#last;
+    const since = this.#seq;
+    this.#last = { run, key };
+    this.#seq = seq;
+    if (!pending) return;
+    if (last?.run) this.connection.send({ type: "resume", since, ...last });
+    else this.own.reclaim([]);
+  }
+
+  /** @param {NonNullable<Missed["events"]>} events */
+  #missed(events) {
+    for (const event of events) {
+      if (event.type === "accepted" && this.own.awaits(event.ref)) this.fair.accepted(event);
+    }
+    this.own.reclaim(events);
+  }
+
+  /** @param {Accepted | BriefAccepted} event */
+  #accepted(event) {
+    if (!this.#visit) return;
+    this.tick = event.tick;
+    const { table, clock } = this.#visit;
+    if (!table.awake) clock.restart();
+    clock.observe(event.tick, performance.now());
+    const ball = table.accept(event, this.own.has(event.ref));
+    this.company.dye(ball);
+    this.own.accepted(event.ref, ball, fairPlaceOf(event));
+    this.fair.accepted(event);
+    this.#setState("live");
+    this.connection.expectNews(true);
+  }
+
+  /** @param {Landed | BriefLanded} event */
+  #landed(event) {
+    if (this.table && !this.table.applyLanded(event)) {
+      this.#seq -= 1; // what became of it is asked for again
+      this.news.say(t("play.other-path"), { urgent: true });
+      this.#retreat();
+      return;
+    }
+    // Nobody looks at a hidden tab, and it gets no pictures: what landed there counts at once.
+    if (document.visibilityState === "hidden") {
+      const now = performance.now();
+      this.settle(Number.POSITIVE_INFINITY, null);
+      this.table?.forget(this.time(now), now / 1000);
+    }
+  }
+
+  /** @param {Ball} ball */
+  #seen(ball) {
+    const { outcome } = ball;
+    if (!outcome) return;
+    // A ball with a number below 0 fell only in this page: the table has not counted it.
+    if (ball.id >= 0) {
+      if (outcome.bin !== null) {
+        this.news.tell("hit", { bin: outcome.bin, entry: { x: outcome.x_end, speed: ball.sink?.vy ?? 0 } });
+      }
+      this.company.landed(ball, outcome);
+    }
+    this.own.seen(ball, outcome);
+  }
+
+  /** @param {Refusal} event */
+  #refused({ ref, code }) {
+    // Before it has greeted, a server refuses what it is asked for: one that knows no such stream.
+    if (!this.#visit && code === "invalid-value" && this.#retreat()) return;
+    this.own.refused(ref);
+    if (this.fair.refused({ ref, code })) return;
+    if (code !== ROOM_MOVED && this.#visit) this.news.say(refusalWords(code), { urgent: true });
+    if (this.table) this.#rest(this.table);
+  }
+
+  /** @param {ArrayBuffer} bytes */
+  #takeBytes(bytes) {
+    if (!this.#visit) return;
+    const { hello, clock } = this.#visit;
+    this.tick = hello.stream === SEGMENTS
+      ? this.#takeSegments(this.#visit, bytes)
+      : this.#takeSnapshot(this.#visit, bytes);
+    clock.observe(this.tick, performance.now());
+    this.news.tell("picture", null);
+  }
+
+  /** @param {Visit} visit @param {ArrayBuffer} bytes @returns {number} its tick */
+  #takeSegments({ table, scale }, bytes) {
+    const message = decodeSegments(bytes, scale);
+    this.#seq = message.seq; // contacts are among them, which this stream does not send
+    table.applySegments(message);
+    return message.tick;
+  }
+
+  /** @param {Visit} visit @param {ArrayBuffer} bytes @returns {number} its tick */
+  #takeSnapshot({ table, scale }, bytes) {
+    this.#snapshot = decodeSnapshot(bytes, scale, this.#snapshot);
+    table.applySnapshot(this.#snapshot);
+    this.news.tell("snapshot", null);
+    return this.#snapshot.tick;
+  }
+
+  /**
+   * Nothing in flight and nothing asked for: the line may be silent as long as it likes.
+   * @param {Table} table
+   */
+  #rest(table) {
+    if (table.awake || this.own.unanswered > 0 || this.state === "reconnecting" || this.state === "closed") return;
+    this.connection.expectNews(false);
+    if (table.shown) this.#setState("asleep");
+  }
+
+  /** @param {LineState} state */
+  #setState(state) {
+    if (state === this.state && state !== "reconnecting") return;
+    this.state = state;
+    this.news.tell("room", null);
+  }
+}
+
+/** @returns {string} a seed by chance */
+export function randomSeed() {
+  return String(crypto.getRandomValues(new BigUint64Array(1))[0]);
+}
+
+/** @param {string} code of a refusal @returns {string} what it means to a player */
+function refusalWords(code) {
+  if (code === "rate-limited" || code === "too-many-messages") return t("refused.rate");
+  if (code === "too-many-balls") return t("refused.full");
+  if (code === "room-halted") return t("play.halted");
+  return t("refused.other");
+}

@@ -1,0 +1,186 @@
+// The moment of a win: from five times the stake on confetti from its bin, from a hundred times on a whole scene.
+
+import { binBox } from "../../paint/board.js";
+import { replayLink } from "../../net/drop-address.js";
+import { t } from "../../texts/text.js";
+import { fitted } from "../../util/canvas.js";
+import { byId } from "../../util/dom.js";
+import { amount, multiplier, plain } from "../../util/format.js";
+
+/** @import { BoardView } from "../../board/view.js" */
+/** @import { Played } from "../../model/player/account.js" */
+/** @import { Theme } from "../../paint/theme.js" */
+
+export const WIN = 5; // times the stake: from here on a win is a moment
+export const JACKPOT = 100; // and from here on a scene
+const COUNT_MS = 1800;
+const BANNER_MS = 1600;
+const GRAVITY = 900; // px/s²
+const DRAG = 1.1; // 1/s
+const LIFE_S = 2.2;
+const MOST = 420; // pieces at a time
+const SHELLS = 6; // of a scene, one after the other
+const SHELL_S = 0.55;
+
+/** @typedef {{x: number, y: number, vx: number, vy: number, spin: number, born: number, colour: string, size: number}} Piece */
+
+/** Confetti, a banner for a win, a card for a scene. */
+export class Moment {
+  /** @type {{played: Played, since: number | null} | null} the card that counts up */
+  #card = null;
+  /** @type {Piece[]} */
+  #pieces = [];
+  /** @type {{at: number, x: number, y: number, count: number}[]} bursts to come */
+  #shells = [];
+  #last = 0;
+  #painted = false;
+
+  /** @param {Theme} theme @param {BoardView} view */
+  constructor(theme, view) {
+    this.theme = theme;
+    this.view = view;
+    this.canvas = byId("board-party", HTMLCanvasElement);
+    this.box = byId("card");
+    this.score = byId("card-score");
+    this.banner = byId("banner");
+    byId("card-close").addEventListener("click", () => this.hide());
+  }
+
+  /** Whether a card still counts up. */
+  get counting() {
+    return this.#card !== null;
+  }
+
+  hide() {
+    this.#card = null;
+    this.box.hidden = true;
+    delete this.box.dataset.scene;
+  }
+
+  /** @param {Played} played a win of WIN times the stake and more @param {boolean} still nothing is to move */
+  celebrate(played, still) {
+    const { geometry, board } = this.view;
+    if (played.score >= JACKPOT) this.#showCard(played, still);
+    else this.#showBanner(played, still);
+    if (still || !geometry || !board || played.bin === null) return;
+    const box = binBox(geometry, board, played.bin);
+    const [x, y] = [box.x + box.width / 2, box.y];
+    const now = performance.now() / 1000;
+    this.#shells.push({ at: now, x, y, count: Math.min(180, 30 + 8 * played.score) });
+    if (played.score < JACKPOT) return;
+    for (let i = 1; i <= SHELLS; i += 1) {
+      const across = geometry.width * (0.15 + 0.7 * Math.random());
+      this.#shells.push({ at: now + i * SHELL_S, x: across, y: geometry.height * (0.15 + 0.35 * Math.random()), count: 70 });
+    }
+  }
+
+  /** @param {Played} played @param {boolean} still */
+  #showBanner({ score, paid, practice }, still) {
+    this.banner.textContent = practice ? multiplier(score) : `${multiplier(score)}  +${amount(paid)}`;
+    this.banner.hidden = false;
+    const { fill, ink } = this.theme.payout(score);
+    Object.assign(this.banner.style, { background: fill, color: ink });
+    const gone = () => { this.banner.hidden = true; };
+    if (still) {
+      window.setTimeout(gone, BANNER_MS);
+      return;
+    }
+    for (const old of this.banner.getAnimations()) old.cancel();
+    const [small, large] = ["translate(-50%, 40%) scale(0.3)", "translate(-50%, 0) scale(1)"];
+    this.banner.animate(
+      [
+        { transform: small, opacity: 0 }, { transform: "translate(-50%, 0) scale(1.15)", opacity: 1, offset: 0.14 },
+        { transform: large, opacity: 1, offset: 0.22 }, { transform: large, opacity: 1, offset: 0.8 },
+        { transform: "translate(-50%, -30%) scale(0.96)", opacity: 0 },
+      ],
+      { duration: BANNER_MS, easing: "ease-out" },
+    ).onfinish = gone;
+  }
+
+  /** @param {Played} played @param {boolean} still */
+  #showCard(played, still) {
+    const { score, stake, paid, practice } = played;
+    byId("card-words").textContent = practice
+      ? t("play.win-practice")
+      : t("play.win-paid", { paid: amount(paid), stake: plain(stake) });
+    byId("card-share", HTMLAnchorElement).href = replayLink(played);
+    this.box.hidden = false;
+    this.box.dataset.scene = String(!still);
+    this.score.textContent = multiplier(still ? score : 0);
+    this.#card = still ? null : { played, since: null };
+  }
+
+  /** @param {number} nowMs @returns {boolean} whether it goes on */
+  show(nowMs) {
+    const counts = this.#count(nowMs);
+    const flies = this.#fly(nowMs / 1000);
+    return counts || flies;
+  }
+
+  /** @param {number} nowMs */
+  #count(nowMs) {
+    const card = this.#card;
+    if (!card) return false;
+    card.since ??= nowMs;
+    const part = Math.min(1, (nowMs - card.since) / COUNT_MS);
+    const { score } = card.played;
+    this.score.textContent = multiplier(part === 1 ? score : Math.floor(score * (1 - (1 - part) ** 3)));
+    if (part === 1) this.#card = null;
+    return part < 1;
+  }
+
+  /** @param {number} now s */
+  #fly(now) {
+    const due = this.#shells.filter(({ at }) => at <= now);
+    this.#shells = this.#shells.filter(({ at }) => at > now);
+    for (const shell of due) this.#burst(shell, now);
+    const step = Math.min(0.05, now - this.#last);
+    this.#last = now;
+    this.#pieces = this.#pieces.filter(({ born }) => now - born < LIFE_S);
+    if (this.#pieces.length === 0) {
+      if (this.#painted) this.canvas.hidden = true;
+      this.#painted = false;
+      return this.#shells.length > 0;
+    }
+    this.#paint(now, step);
+    return true;
+  }
+
+  /** @param {{x: number, y: number, count: number}} shell @param {number} now */
+  #burst({ x, y, count }, now) {
+    const { palette } = this.theme;
+    const colours = [palette.ball, palette.flash, palette.trayBar, palette.rail, ...[2, 5, 10, 40].map((score) =>
+      this.theme.payout(score).fill)];
+    for (let i = 0; i < count && this.#pieces.length < MOST; i += 1) {
+      const angle = -Math.PI / 2 + (Math.random() - 0.5) * 2.2;
+      const speed = 180 + 520 * Math.random();
+      this.#pieces.push({
+        x, y, vx: speed * Math.cos(angle), vy: speed * Math.sin(angle), spin: 14 * (Math.random() - 0.5), born: now,
+        colour: colours[i % colours.length], size: 3 + 5 * Math.random(),
+      });
+    }
+  }
+
+  /** @param {number} now s @param {number} step s */
+  #paint(now, step) {
+    const { geometry } = this.view;
+    if (!geometry) return;
+    this.canvas.hidden = false;
+    this.#painted = true;
+    const ctx = fitted(this.canvas, geometry);
+    for (const piece of this.#pieces) {
+      const slower = Math.exp(-DRAG * step);
+      piece.vx *= slower;
+      piece.vy = piece.vy * slower + GRAVITY * step;
+      piece.x += piece.vx * step;
+      piece.y += piece.vy * step;
+      const age = (now - piece.born) / LIFE_S;
+      ctx.globalAlpha = Math.min(1, 3 * (1 - age));
+      ctx.fillStyle = piece.colour;
+      // A turning strip of paper, seen from the side.
+      const wide = piece.size * Math.abs(Math.cos(piece.spin * (now - piece.born)));
+      ctx.fillRect(piece.x - wide / 2, piece.y - piece.size, wide, 2 * piece.size);
+    }
+    ctx.globalAlpha = 1;
+  }
+}

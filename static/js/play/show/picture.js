@@ -1,0 +1,207 @@
+// The picture: board, balls, trails, what a landing leaves, the tray; drawn while something moves.
+
+import { BoardView } from "../../board/view.js";
+import { describeBoard } from "../../board/alternative-text.js";
+import { announceShape } from "../../board/shape.js";
+import { InstrumentPanel } from "../../instruments/panel.js";
+import { emptyScene } from "../../model/scene.js";
+import { ratioOf } from "../../paint/geometry.js";
+import { byId } from "../../util/dom.js";
+import { FrameLoop } from "../../util/frame-loop.js";
+import { aimAt } from "../desk/aim.js";
+import { BoardPointer } from "../desk/pointer.js";
+import { Notices } from "../panels/notices.js";
+import { Tray } from "../panels/tray.js";
+import { Sound } from "../sound/sound.js";
+import { SoundChoice } from "../sound/choice.js";
+import { Demo } from "./demo.js";
+import { Encore } from "./encore.js";
+import { Ghost } from "./ghost.js";
+import { Moment, WIN } from "./moment.js";
+import { nearMiss } from "./near-miss.js";
+import { Streaks } from "./streaks.js";
+
+/** @import { Point } from "../../model/board.js" */
+/** @import { Hello } from "../../model/messages.js" */
+/** @import { Played } from "../../model/player/account.js" */
+/** @import { Solved } from "../../model/table/solved-feed.js" */
+/** @import { Table } from "../../model/table/table.js" */
+/** @import { Theme } from "../../paint/theme.js" */
+/** @import { Game } from "../game.js" */
+
+/** All that is drawn and heard of a room. */
+export class Picture {
+  #digest = "";
+  #still = window.matchMedia("(prefers-reduced-motion: reduce)");
+  /** A win whose moment comes after the look from near. @type {Played | null} */
+  #won = null;
+  #encore = new Encore();
+  #streaks = new Streaks();
+
+  /** @param {Game} game @param {Theme} theme */
+  constructor(game, theme) {
+    this.game = game;
+    this.loop = new FrameLoop((now) => this.#draw(now));
+    const wake = () => this.loop.wake();
+    this.tray = new Tray(game, theme);
+    this.ghost = new Ghost(byId("board-ghost", HTMLCanvasElement), theme);
+    const canvases = {
+      still: byId("board-still", HTMLCanvasElement), moving: byId("board-moving", HTMLCanvasElement),
+    };
+    this.view = new BoardView(canvases, theme, (geometry) => {
+      this.tray.histogram.layOut(geometry);
+      this.ghost.layOut(geometry);
+      wake();
+    });
+    this.notices = new Notices(game, theme);
+    this.moment = new Moment(theme, this.view);
+    this.demo = new Demo(game.storage, wake);
+    this.sound = new Sound();
+    this.soundChoice = new SoundChoice(this.sound, game.storage);
+    this.instruments = new InstrumentPanel(theme, {
+      onExpected: (expected) => this.tray.expect(expected), onChange: wake, say: (text) => game.say(text),
+    });
+    this.pointer = new BoardPointer(this.view, {
+      aimAt: (x) => (game.room.hello ? aimAt(game.room.hello.board, game.room.hello.slots, x) : null),
+      onDrop: (x) => game.drop(x ?? undefined),
+      onPick: (x, y) => { if (game.room.table) this.instruments.pick(x, y); },
+      onHover: wake,
+    });
+    this.#subscribe(wake);
+    theme.onChange(() => {
+      this.view.repaint();
+      this.ghost.recolour();
+      wake();
+    });
+    document.addEventListener("visibilitychange", wake);
+  }
+
+  /** @param {() => void} wake */
+  #subscribe(wake) {
+    const { game, instruments } = this;
+    for (const kind of /** @type {const} */ (["picture", "room", "choice"])) game.on(kind, wake);
+    game.on("table", ({ hello, table }) => this.#setTable(hello, table));
+    game.on("seen", (played) => this.#seen(played));
+    game.on("odds", (odds) => instruments.fit.setRecord(odds, instruments.open));
+    game.on("pong", (ms) => instruments.line.pong(ms));
+    game.on("snapshot", () => instruments.ball.measure());
+    let falling = 0;
+    game.on("run", () => {
+      if (game.falling > falling) this.#dropped();
+      falling = game.falling;
+    });
+    game.on("room", () => {
+      if (game.room.state === "live") instruments.line.wake();
+      else instruments.line.rest(game.room);
+    });
+  }
+
+  /** @param {Hello} hello @param {Table} table */
+  #setTable(hello, table) {
+    const { board, board_digest: digest, slots } = hello;
+    // A line that came back finds the same board.
+    if (this.#digest !== digest) {
+      this.#digest = digest;
+      announceShape(ratioOf(board));
+      this.ghost.setBoard(board);
+      this.sound.setBoard(board);
+      this.view.setBoard(board, slots);
+      this.view.moving.setAttribute("aria-label", describeBoard(board));
+    }
+    this.#streaks.clear();
+    this.#encore.clear();
+    this.moment.hide();
+    this.#won = null;
+    table.onPassed = this.ghost.follow;
+    table.tracing = this.#still.matches;
+    this.demo.setTable(hello, table);
+    this.instruments.setTable(hello, table);
+    this.tray.histogram.setBoard(board, hello.stats.histogram, this.instruments.fit.expected);
+    this.loop.wake();
+  }
+
+  /** A ball of ours falls: what was shown of the one before is over, but for a win's moment. */
+  #dropped() {
+    this.soundChoice.offer();
+    if (this.#encore.looking || this.moment.counting) return;
+    this.#encore.clear();
+    this.moment.hide();
+  }
+
+  /** @param {Played} played it is shown to land */
+  #seen(played) {
+    const { bin, score } = played;
+    const { game } = this;
+    document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
+    if (bin !== null) this.sound.chime(score, (bin + 0.5) / this.tray.histogram.counts.length);
+    const still = this.#still.matches;
+    const looked = document.visibilityState !== "hidden";
+    const last = looked && game.room.own.unseen === 0 && !game.auto;
+    const drop = this.#solve(played);
+    const { board, solve } = game.room.table ?? {};
+    if (drop && game.choice.pace === "instant" && !still) this.#streaks.add(drop);
+    const won = looked && bin !== null && score >= WIN;
+    if (drop && board && solve && bin !== null && (last || won) && !this.#encore.looking) {
+      this.#encore.begin(drop, board, (x) => solve({ seed: "0", x }), still);
+    }
+    if (won && (!this.#won || score > this.#won.score)) this.#won = played;
+    if (last && drop && board && bin !== null && !won) this.#near(nearMiss(board, bin, drop.xEnd));
+    this.loop.wake();
+  }
+
+  /** How near the ball came to more stands beside what it paid. @param {string} words */
+  #near(words) {
+    byId("near").textContent = words;
+    byId("near").hidden = words === "";
+  }
+
+  /** @param {Played} played @returns {Solved | null} where this page computes what became of it */
+  #solve({ seed, x, aim, knocked }) {
+    const { table } = this.game.room;
+    if (knocked || !table?.solve) return null;
+    return table.solve(x === null ? { seed, aim: aim ?? undefined } : { seed, x });
+  }
+
+  /** @param {number} now ms */
+  #draw(now) {
+    const { game, view, instruments } = this;
+    const { room } = game;
+    const { table } = room;
+    const t = room.time(now);
+    const still = this.#still.matches;
+    room.settle(still ? Number.POSITIVE_INFINITY : t, now);
+    const demo = this.demo.sceneAt(now, table, still);
+    const scene = demo ?? table?.sceneAt(t, now / 1000) ?? emptyScene();
+    if (table?.growsWhenDrawn) instruments.ball.measure();
+    if (table) this.sound.hear(table.heard, t);
+    this.notices.watch(scene);
+    const lab = document.documentElement.dataset.drawer === "lab";
+    const streaking = this.#streaks.show(scene, now / 1000);
+    const encore = this.#encore.show(scene, now / 1000, still, lab);
+    this.#look(this.#encore.near);
+    if (this.#won && !this.#encore.looking) {
+      this.moment.celebrate(this.#won, still);
+      this.#won = null;
+    }
+    const celebrating = this.moment.show(now);
+    if (still) Object.assign(scene, { balls: [], flashes: [], paths: room.ownPaths() });
+    scene.aim = this.pointer.hover ?? game.choice.aim;
+    scene.chosen = instruments.open ? instruments.ball.chosen : null;
+    view.draw(scene);
+    this.ghost.paint(now);
+    const tray = this.tray.show(now, still);
+    const { counts } = this.tray.histogram;
+    const measuring = instruments.open && instruments.show(room, counts, game.account.scores, now);
+    return (table?.busy ?? false) || this.ghost.pending || tray || measuring || encore || streaking || celebrating
+      || this.#won !== null || demo !== null;
+  }
+
+  /** Brings the board near to a place, or back. @param {Point | null} place m */
+  #look(place) {
+    const { geometry, box } = this.view;
+    box.classList.toggle("near", place !== null);
+    if (!place || !geometry) return;
+    box.style.setProperty("--near-x", `${geometry.px(place.x)}px`);
+    box.style.setProperty("--near-y", `${geometry.py(place.y)}px`);
+  }
+}

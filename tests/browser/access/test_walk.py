@@ -1,0 +1,93 @@
+"""The desk at every size: each control is in view, uncovered, can be hit and says all its text."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Open
+from tests.browser.screen import Screen
+from tests.long import tries
+
+SIZES = [
+    *((1280, 800), (1366, 768), (1920, 1080), (2560, 1440), (1024, 768)),
+    *((768, 1024), (810, 1080), (834, 1112), (820, 1180), (700, 900), (600, 1000)),
+    *((390, 844), (360, 640), (320, 568), (844, 390)),
+    (640, 400),  # 1280x800 at 200 %
+]
+
+# What is wrong with any control of the head, the board and the desk.
+_FAULTS = """
+() => {
+  const faults = [];
+  const ink = document.createElement("canvas").getContext("2d");
+  const parts = ".marquee, .corner, .told, .play, .worlds";
+  const controls = [...document.querySelectorAll("button, input, select, a")]
+    .filter((control) => control.closest(parts) && !control.disabled)
+    .filter((control) => control.checkVisibility({ visibilityProperty: true }));
+  for (const control of controls) {
+    const name = control.id || `${control.name}=${control.value}` || control.textContent;
+    const { left, top, right, bottom } = control.getBoundingClientRect();
+    if (left < -0.5 || top < -0.5 || right > innerWidth + 0.5 || bottom > innerHeight + 0.5) {
+      faults.push(`${name} is not in view: ${[left, top, right, bottom].map(Math.round)}`);
+      continue;
+    }
+    if (right - left < 24 || bottom - top < 24) faults.push(`${name} is too small`);
+    const hit = document.elementFromPoint((left + right) / 2, (top + bottom) / 2);
+    if (!control.contains(hit) && !control.closest("label")?.contains(hit)) {
+      faults.push(`${name} is covered by ${hit?.id || hit?.className}`);
+    }
+    if (control instanceof HTMLSelectElement) {
+      const style = getComputedStyle(control);
+      ink.font = style.font;
+      const padding = parseFloat(style.paddingLeft) + parseFloat(style.paddingRight);
+      const text = control.selectedOptions[0]?.text ?? "";
+      if (ink.measureText(text).width > control.clientWidth - padding + 1) {
+        faults.push(`${name}: ${text} is cut`);
+      }
+    }
+  }
+  const written = ":is(button, label, legend, .chip span, .place span)";
+  for (const words of document.querySelectorAll(`:is(${parts}) ${written}`)) {
+    if (!words.checkVisibility() || words.closest(".visually-hidden")) continue;
+    if (words.clientWidth < 2) continue;
+    if (words.scrollWidth <= words.clientWidth + 1) continue;
+    faults.push(`${words.textContent.trim()} is cut`);
+  }
+  if (document.documentElement.scrollWidth > innerWidth) faults.push("the page scrolls sideways");
+  return faults;
+}
+"""
+
+
+def faults_at(screen: Screen, width: int, height: int) -> list[str]:
+    screen.page.set_viewport_size({"width": width, "height": height})
+    screen.frames(2)  # laid out anew in the next one, and drawn by the one after
+    return [f"{width}x{height}: {fault}" for fault in screen.page.evaluate(_FAULTS)]
+
+
+@pytest.mark.parametrize("touch", [False, *tries([], [True])])
+@pytest.mark.parametrize("language", ["en", "de", "es"])
+def test_every_control_is_in_view_uncovered_large_enough_and_whole(
+    opened: Open, language: str, touch: bool
+) -> None:
+    screen = opened("/?room=triangle-8", locale=language, has_touch=touch, is_mobile=touch).ready()
+    faults = [fault for width, height in SIZES for fault in faults_at(screen, width, height)]
+    # In practice, and with the fields of auto-drop.
+    screen.page.locator("input[value=auto]").check(force=True)
+    faults += [fault for size in SIZES for fault in faults_at(screen, *size)]
+    screen.page.set_viewport_size({"width": 1280, "height": 800})
+    screen.page.goto(f"{screen.url}/?room=interacting-triangle-8")
+    screen.ready()
+    expect(screen.root).to_have_attribute("data-practice", "colliding")
+    faults += [fault for size in SIZES for fault in faults_at(screen, *size)]
+    assert not faults, "\n".join(faults)
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_the_board_keeps_its_size_beside_the_desk(opened: Open, width: int, height: int) -> None:
+    screen = opened("/?room=triangle-16", viewport={"width": width, "height": height}).ready()
+    box = screen.page.locator("#board").bounding_box()
+    assert box is not None
+    assert box["width"] >= min(0.55 * width, 0.6 * height)
+    expect(screen.page.locator("#balance")).to_have_text(re.compile(r"[\d.,]+"))

@@ -1,0 +1,36 @@
+// What a bin pays stands upright in it, with its x, however narrow it is.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { paintBins } from "../../../static/js/paint/board.js";
+import { layOut } from "../../../static/js/paint/geometry.js";
+import { triangle } from "../support.js";
+
+/** What is written on a canvas that can only write, fill and measure. */
+function written(board, width) {
+  const texts = [];
+  const ctx = {
+    font: "", beginPath() {}, roundRect() {}, fill() {},
+    measureText: (text) => ({ width: 0.6 * parseFloat(ctx.font.split(" ")[1]) * text.length }),
+    fillText: (text) => texts.push([text, parseFloat(ctx.font.split(" ")[1])]),
+  };
+  paintBins(ctx, layOut(board, width), board, () => ({ fill: "", ink: "" }));
+  return texts;
+}
+
+test("in one line where there is room, in two where there is less", () => {
+  const board = triangle();
+  assert.deepEqual(written(board, 900).map(([text]) => text).slice(0, 3), ["10x", "3x", "1.5x"]);
+  const narrow = written(board, 180);
+  assert.deepEqual(narrow.map(([text]) => text).slice(0, 6), ["10", "x", "3", "x", "1.5", "x"]);
+});
+
+test("where all bins pay alike and are narrower still, some are labelled, and legibly", () => {
+  const board = triangle();
+  const edges = Array.from({ length: 34 }, (_, i) => (i - 16.5) / 6);
+  board.bins = { ...board.bins, edges, multipliers: edges.slice(1).map(() => 0.99) };
+  const texts = written(board, 360);
+  assert.ok(texts.length > 2 && texts.length < 20);
+  for (const [text, size] of texts) assert.deepEqual([text, size >= 8.5], ["0.99x", true]);
+});

@@ -1,0 +1,21 @@
+// Stakes as players type them.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { allowedStake, readStake, typed } from "../../../static/js/play/desk/amounts.js";
+
+test("a comma is as good as a point, and hundredths are all there is", () => {
+  for (const [text, stake] of [["1", 1], ["0.5", 0.5], ["0,5", 0.5], [".25", 0.25], ["2.", 2], [" 10.50 ", 10.5], ["1,000", 1000], ["12,345.6", 12345.6], ["1.239", 1.24]]) {
+    assert.equal(readStake(text), stake, text);
+  }
+});
+
+test("what is no stake is none", () => {
+  for (const text of ["", " ", "0", "-1", "abc", "1e3", "1.2.3", "NaN", "1000001", "０.5"]) assert.equal(readStake(text), null, text);
+});
+
+test("half, double and all stay within what the server takes", () => {
+  assert.deepEqual([0.01 / 2, 2 * 1e6, 999.999, 0.3].map(allowedStake), [0.01, 1e6, 999.99, 0.3]);
+  assert.equal(typed(1234.5), "1234.5");
+});
