@@ -341,7 +341,7 @@ async def _logged(server: Services, room_id: str) -> tuple[str, Room]:
         if closed is None:
             raise
         return f"{closed[0]}-closed", closed[1]
-    record = persistence.sessions.of(room)
+    record = persistence.runs.of(room)
     return f"{record.number}-{record.opened:.6f}", room
 
 
