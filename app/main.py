@@ -27,7 +27,7 @@ from app.fairness.signing import Signer
 from app.listening import listen, server_over
 from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
-from app.live.sessions.fair_sessions import FairSessions
+from app.live.sessions.fair_sessions import FairSessions, here
 from app.ops import cores, logs, memory
 from app.ops.metrics import Metrics
 from app.persistence.checks.integrity import Integrity
@@ -190,6 +190,7 @@ def _services(settings: Settings) -> Services:
         database,
         period=1.0 / settings.tick_rate,
         patience=settings.ledger_patience,
+        on_commit=metrics.ledger_commit.observe,
     )
     limits = BallLimits(settings.max_balls, settings.max_touching)
     holds = Holds(ledger, _holder(settings)) if settings.cluster else None
@@ -202,6 +203,7 @@ def _services(settings: Settings) -> Services:
         hub,
         _main_board(settings.board),
         watchers=(metrics, cameras, memory.Collector()),
+        filmed=cameras.films,
         persistence=persistence,
     )
     secret_file = _secret_file(settings, database)
@@ -230,12 +232,10 @@ def _services(settings: Settings) -> Services:
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
         creators=Quota(settings.creator_rooms, "rooms of this address", held.is_open),
         budgets=budgets,
-        logs=RoomLogs(persistence.sessions, None if database.in_memory else readers.run),
+        logs=RoomLogs(persistence.runs, None if database.in_memory else readers.run),
         metrics=metrics,
     )
-    server.rooms.filmed = cameras.films
     metrics.read_from(functools.partial(readings, server))
-    ledger.on_commit = metrics.ledger_commit.observe
     return server
 
 
@@ -270,9 +270,9 @@ def _fair_sessions(
         rest=settings.session_rest,
         draw=secrets.token_bytes,
         new_id=lambda: secrets.token_hex(16),
+        having=here if held.holding is None else held.holding.having,
     )
     if held.holding is not None:
-        fair.having = held.holding.having
         held.holding.gone.append(fair.forget_room)
     return fair
 

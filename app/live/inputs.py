@@ -108,7 +108,7 @@ class Inputs:
         return Outcome(accepted, None)
 
     def _place(self, room: Room, again: str) -> tuple[int, str]:
-        return self._persistence.sessions.of(room).number, again
+        return self._persistence.runs.of(room).number, again
 
     def change(
         self,
@@ -139,7 +139,7 @@ class Inputs:
     ) -> None:
         taken = None
         if session is not None:
-            number = self._persistence.sessions.of(room).number
+            number = self._persistence.runs.of(room).number
             taken = session.take(pending, number, self._persistence.now())
         done = functools.partial(self._kept, room, pending, taken)
         try:

@@ -108,11 +108,11 @@ class OpenRooms:
             self._retire(room, "unused")
 
     def _idle(self, before: float, room: Room) -> bool:
-        record = self._persistence.sessions.of(room)
+        record = self._persistence.runs.of(room)
         return record.owned and record.used < before
 
     def _owned(self, room: Room) -> bool:
-        return self._persistence.sessions.of(room).owned
+        return self._persistence.runs.of(room).owned
 
     def _unneeded(self, also: Callable[[Room], bool]) -> Room | None:
         """The longest unused room that can be had again without loss, of those that fit."""

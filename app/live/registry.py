@@ -56,7 +56,8 @@ class Rooms:
     """The rooms by id. All of it runs on the event loop's thread; nothing in it waits for a client.
 
     What must not be lost goes through `persistence`; without one nothing is kept. `draw` gives the
-    seed of a drop that names none, `new_id` the id of a room that is made.
+    seed of a drop that names none, `new_id` the id of a room that is made; `filmed` says whether a
+    room is watched by others than the hub's clients.
     """
 
     def __init__(
@@ -70,11 +71,12 @@ class Rooms:
         draw: Callable[[], int] = lambda: secrets.randbits(64),
         new_id: Callable[[], str] = lambda: secrets.token_hex(8),
         watchers: Sequence[Watcher] = (),
+        filmed: Callable[[str], bool] = lambda _: False,
         persistence: PersistenceService | None = None,
     ) -> None:
         self.settings = settings
         self.hub = hub
-        self.filmed: Callable[[str], bool] = lambda _: False  # watched by others than the hub's
+        self._filmed = filmed
         self.limits = BallLimits(settings.max_balls, settings.max_touching)
         self.persistence = persistence or PersistenceService(
             NullLedger(), tick_rate=settings.tick_rate, limits=self.limits
@@ -209,13 +211,13 @@ class Rooms:
 
     def owned(self, room: Room) -> bool:
         """Whether the room has a creator, who alone may change it."""
-        return self.persistence.sessions.of(room).owned
+        return self.persistence.runs.of(room).owned
 
     def _needed(self, room: Room) -> bool:
         return room.id == MAIN or self._is_watched(room.id)
 
     def _is_watched(self, room_id: str) -> bool:
-        return self.hub.count(room_id) > 0 or self.filmed(room_id)
+        return self.hub.count(room_id) > 0 or self._filmed(room_id)
 
     # Opening and closing.
 
@@ -297,7 +299,7 @@ class Rooms:
         Raises LedgerError, InvalidValueError where no board can be, and ClosedRoomError where it
         was closed meanwhile; nothing is done then. Nor is it where it was begun with this `key`.
         """
-        if key is not None and self.persistence.sessions.of(room).key == key:
+        if key is not None and self.persistence.runs.of(room).key == key:
             return room
         return await self.persistence.ledger.decided(self._reset(room, board, key))
 
@@ -417,7 +419,7 @@ class Rooms:
         self.landings.leave(room.id)
         self._leave_behind(room, error)
         self.broadcaster.forget(room.id)
-        self.persistence.sessions.forget(room)
+        self.persistence.runs.forget(room)
 
     def _check_here(self, room: Room) -> None:
         """Raise HoldLostError, ResetError for a room that is about to go or to end."""

@@ -1,7 +1,7 @@
 """The ledger: what must outlive the server. Every accepted drop is here before anyone is told.
 
 service     what is told of the rooms in memory, and when
-sessions    what the ledger has heard of each room's session
+room_runs   what the ledger has heard of each run of a room
 holds       which rooms this server has, where several share the ledger; numbers those of sessions
 room_log    a room's log as it is sent; log_page a page of it, as another process reads it
 ledger      the database, and the thread that commits

@@ -18,7 +18,7 @@ import msgspec
 from app.errors import BusyError, ReadersError
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.log_page import NONE, Entries, LogPage
-from app.persistence.sessions import Sessions
+from app.persistence.room_runs import RoomRuns
 from app.rooms import log
 from app.rooms.room import Room
 
@@ -59,13 +59,13 @@ class RoomLogs:
 
     def __init__(
         self,
-        sessions: Sessions,
+        runs: RoomRuns,
         compute: Compute | None = None,
         *,
         clock: Callable[[], float] = time.monotonic,
         sleep: "Callable[[float], Any]" = asyncio.sleep,
     ) -> None:
-        self._sessions = sessions
+        self._runs = runs
         self._compute = compute
         self._clock = clock
         self._sleep = sleep
@@ -101,11 +101,11 @@ class RoomLogs:
             raise ReadersError(f"{MOST_OF_ONE} logs of rooms are being read by this address")
         self._readers[reader] += 1
         place = _Place(functools.partial(self._left, reader))
-        number = self._sessions.of(room).number if session is None else session
+        number = self._runs.of(room).number if session is None else session
         pages = _Pages(number, room, self._page, marks=marks, part=part)
-        self._sessions.report([])
+        self._runs.report([])
         if self._compute is not None:
-            await self._sessions.ledger.read(_nothing)  # what was taken until now is in it then
+            await self._runs.ledger.read(_nothing)  # what was taken until now is in it then
         return pages.pieces(await pages.read(part.first), place)
 
     def _left(self, reader: str) -> None:
@@ -126,7 +126,7 @@ class RoomLogs:
                 self._free = ended + min(_REST * (ended - began), _LONGEST_REST)
 
     async def _read(self, page: LogPage) -> Entries:
-        ledger = self._sessions.ledger
+        ledger = self._runs.ledger
         if self._compute is None or isinstance(ledger, NullLedger):
             return await ledger.read(page.entries)
         # Who goes away meanwhile does not end the process that reads: the next has it at once.

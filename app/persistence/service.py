@@ -16,7 +16,7 @@ from app.persistence.ledger.commit_queue import Done
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
 from app.persistence.recovery.recovery import Recovery
-from app.persistence.sessions import SessionRecord, Sessions
+from app.persistence.room_runs import RoomRun, RoomRuns
 from app.protocol import messages
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import PendingInput
@@ -50,8 +50,8 @@ class PersistenceService:
     ) -> None:
         self.ledger = ledger
         self.holds = holds
-        self.sessions = Sessions(ledger, now, holds)
-        self.recovery = Recovery(self.sessions, tick_rate=tick_rate, limits=limits)
+        self.runs = RoomRuns(ledger, now, holds)
+        self.recovery = Recovery(self.runs, tick_rate=tick_rate, limits=limits)
         self._tick_rate = tick_rate
         self._since_renewal = 0  # ticks
 
@@ -67,9 +67,9 @@ class PersistenceService:
 
     def now(self) -> float:
         """Unix time in seconds."""
-        return self.sessions.now()
+        return self.runs.now()
 
-    # Sessions begin and end.
+    # Runs begin and end.
 
     async def create(
         self,
@@ -83,14 +83,14 @@ class PersistenceService:
         taken: the inputs that it begins with, of one that was played elsewhere. key: of the
         request that made it.
         """
-        record = self.sessions.of(room)
+        record = self.runs.of(room)
         record.owned = record.known = True
         record.creator, record.key = creator, key
-        rows = self.sessions.rows_with(room, record, taken)
+        rows = self.runs.rows_with(room, record, taken)
         try:
             await self.ledger.commit(*rows)
         except LedgerError:
-            self.sessions.forget(room)
+            self.runs.forget(room)
             raise
 
     async def replace(
@@ -100,10 +100,10 @@ class PersistenceService:
 
         With the results of what fell in it, where each ball has one.
         """
-        record = self.sessions.of(old)
+        record = self.runs.of(old)
         now = self.now()
-        number = self.sessions.number(old.id)
-        following = SessionRecord(
+        number = self.runs.number(old.id)
+        following = RoomRun(
             number,
             record.owned,
             record.opened,
@@ -112,55 +112,53 @@ class PersistenceService:
             creator=record.creator,
             key=key,
         )
-        self.sessions.report([])
-        await self.ledger.commit(
-            *self.sessions.closing(old, settled), *self.sessions.rows(new, following)
-        )
-        self.sessions.begin(new.id, following)
+        self.runs.report([])
+        await self.ledger.commit(*self.runs.closing(old, settled), *self.runs.rows(new, following))
+        self.runs.begin(new.id, following)
 
     async def end(self, room: Room, settled: Settled | None) -> None:
         """Close the room's session for good, as `replace` does; raises LedgerError."""
-        self.sessions.report([])
-        await self.ledger.commit(*self.sessions.closing(room, settled))
-        self.sessions.forget(room)
+        self.runs.report([])
+        await self.ledger.commit(*self.runs.closing(room, settled))
+        self.runs.forget(room)
 
     def abandon(self, room: Room, why: str) -> None:
         """The room failed: its session is over, and what has no result gets its stake back."""
-        record = self.sessions.of(room)
+        record = self.runs.of(room)
         if record.known:
             void = Void(record.number, room.world.tick, why)
-            self.sessions.report([void, *self.sessions.closing(room)])
-        self.sessions.forget(room)
+            self.runs.report([void, *self.runs.closing(room)])
+        self.runs.forget(room)
 
     def close(self, room: Parked) -> None:
         """A parked room's session is over."""
-        self.sessions.note(room.number, room.id)
-        self.sessions.report([Close(room.number, room.tick, self.now())])
+        self.runs.note(room.number, room.id)
+        self.runs.report([Close(room.number, room.tick, self.now())])
 
     # Rooms leave the memory.
 
     def parkable(self, room: Room) -> bool:
         """Whether the ledger knows all of a sleeping room, so that memory may forget it."""
-        return self.sessions.of(room).clean
+        return self.runs.of(room).clean
 
     def park(self, room: Room) -> RoomRow | None:
         """Forget a sleeping room; the row from which it is restored, if it has one."""
-        record = self.sessions.of(room)
-        self.sessions.forget(room)
-        return self.sessions.restorable_row(room, record) if record.known else None
+        record = self.runs.of(room)
+        self.runs.forget(room)
+        return self.runs.restorable_row(room, record) if record.known else None
 
     def touch(self, room: Room) -> None:
         """Someone needs the room."""
-        self.sessions.of(room).used = self.now()
+        self.runs.of(room).used = self.now()
 
     def leave(self, awake: Iterable[Room]) -> None:
         """The server stops: write down where the rooms stand that are awake, to go on there."""
         marks: list[Write] = []
         for room in awake:
-            record = self.sessions.of(room)
+            record = self.runs.of(room)
             if record.known:
-                marks.append(self.sessions.mark(room, record, room.world.tick, awake=True))
-        self.sessions.report(marks)
+                marks.append(self.runs.mark(room, record, room.world.tick, awake=True))
+        self.runs.report(marks)
 
     # What happens in rooms.
 
@@ -171,10 +169,10 @@ class PersistenceService:
 
         `leaf`: the receipt that goes into the log with it.
         """
-        record = self.sessions.of(room)
+        record = self.runs.of(room)
         now = self.now()
         tick = record.marked = max(record.marked, pending.tick + self._ahead)
-        rows = [] if record.known else self.sessions.rows(room, record)
+        rows = [] if record.known else self.runs.rows(room, record)
         self.ledger.submit(
             [
                 *rows,
@@ -199,7 +197,7 @@ class PersistenceService:
         done: Done,
         error: LedgerError | None,
     ) -> None:
-        record = self.sessions.find(room, number)
+        record = self.runs.find(room, number)
         if record is not None:
             if error is None:
                 record.horizon = max(record.horizon, tick)
@@ -215,20 +213,20 @@ class PersistenceService:
         Unless servers share it: another one may take the room over from where it last heard. Nor
         is it asked of a room that it does not know: what moves there has moved since it began.
         """
-        record = self.sessions.of(room)
+        record = self.runs.of(room)
         if not record.known or room.world.tick < record.horizon:
             return True
         return not self.ledger.up and self.holds is None
 
     def landed(self, room: Room, landed: messages.Landed) -> None:
         """A ball has landed; the ledger hears of it with the next news."""
-        result = room.format.result(self.sessions.of(room).number, landed)
+        result = room.format.result(self.runs.of(room).number, landed)
         if result is not None:
-            self.sessions.add_results([result])
+            self.runs.add_results([result])
 
     def slept(self, room: Room) -> None:
         """Nothing moves in the room any more."""
-        self.sessions.slept(room)
+        self.runs.slept(room)
 
     def ticked(self, ticks: int, awake: Iterable[Room]) -> None:
         """So many ticks have passed; now and then the ledger hears how far the rooms have come."""
@@ -239,24 +237,24 @@ class PersistenceService:
         if not self.ledger.up:
             return  # what has landed is kept; that more has not can wait
         for room in awake:
-            record = self.sessions.of(room)
+            record = self.runs.of(room)
             if record.known and record.underway < _UNDERWAY:
                 record.underway += 1
                 tick = record.marked = max(record.marked, room.world.tick + self._ahead)
                 done = functools.partial(self._renewed, room, record.number, record.version, tick)
-                self.sessions.report([self._mark(room, record, tick)], done)
+                self.runs.report([self._mark(room, record, tick)], done)
 
-    def _mark(self, room: Room, record: SessionRecord, tick: int) -> Mark:
+    def _mark(self, room: Room, record: RoomRun, tick: int) -> Mark:
         """How far the room may tick; now and then with a checkpoint."""
         if room.world.tick - record.checkpoint_tick < _CHECKPOINT * self._tick_rate:
             return Mark(record.number, tick, True, self.now())
         record.checkpoint_tick = room.world.tick
-        return self.sessions.mark(room, record, tick, awake=True)
+        return self.runs.mark(room, record, tick, awake=True)
 
     def _renewed(
         self, room: Room, number: int, version: int, tick: int, error: LedgerError | None
     ) -> None:
-        record = self.sessions.find(room, number)
+        record = self.runs.find(room, number)
         if record is None:
             return
         record.underway -= 1

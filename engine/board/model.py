@@ -124,7 +124,10 @@ class Board(BoardFields):
         The values are checked. The board as a whole is not: a ledger keeps what was once played,
         even if newer checks would refuse it. The caller compares the digest.
         """
-        return cls(**json_form.fields(form), is_kept=True)
+        faults = Faults()
+        fields = json_form.fields(form, faults)
+        faults.end()
+        return cls(**fields, is_kept=True)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON form as a new dict."""

@@ -22,7 +22,7 @@ def own_room(server: ServerProcess, **scene: Any) -> tuple[str, str]:
     """A fresh box, and what lets a page play in it."""
     request = urllib.request.Request(
         f"{server.url}/api/v1/rooms",
-        json.dumps({"scene": "sandbox", **scene}).encode(),
+        json.dumps({"scene": {"scene": "sandbox", **scene}}).encode(),
         {"content-type": "application/json"},
     )
     with urllib.request.urlopen(request) as reply:

@@ -50,7 +50,7 @@ def check_stake(stake: int, session: object | None) -> None:
 
 
 @contextlib.asynccontextmanager
-async def _here(room_id: str) -> AsyncIterator[None]:
+async def here(room_id: str) -> AsyncIterator[None]:
     """Every room is here."""
     yield
 
@@ -58,7 +58,9 @@ async def _here(room_id: str) -> AsyncIterator[None]:
 class FairSessions:
     """For the event loop's thread. `rest`: seconds without a drop after which a session may end.
 
-    `draw` gives a server's seed, `new_id` the id of a session; `now` is Unix time in seconds.
+    `draw` gives a server's seed, `new_id` the id of a session; `now` is Unix time in seconds. A
+    session is where its room is: where servers share the ledger, `having` has a room here for a
+    while, even one that is closed.
     """
 
     def __init__(
@@ -71,6 +73,7 @@ class FairSessions:
         draw: Callable[[int], bytes],
         new_id: Callable[[], str],
         now: Callable[[], float] = time.time,
+        having: Callable[[str], AbstractAsyncContextManager[None]] = here,
     ) -> None:
         self.signer = signer
         self.kernel_digest = kernel_digest
@@ -81,9 +84,7 @@ class FairSessions:
         self._new_id = new_id
         self._now = now
         self._held: OrderedDict[str, FairSession] = OrderedDict()
-        # A session is where its room is: where servers share the ledger, this has a room here for
-        # a while, even one that is closed.
-        self.having: Callable[[str], AbstractAsyncContextManager[None]] = _here
+        self._having = having
 
     async def begin(self, room: Room, client_commitment: object) -> FairSession:
         """Commit to a secret of the server's, after the player has committed to theirs.
@@ -135,7 +136,7 @@ class FairSessions:
             signature=session.signature,
             opened=now,
         )
-        await self._ledger.commit(self._persistence.sessions.board_row_of(board), row)
+        await self._ledger.commit(self._persistence.runs.board_row_of(board), row)
         return self._hold(session)
 
     async def open(self, session: FairSession, client_seed: object) -> None:
@@ -156,7 +157,7 @@ class FairSessions:
             await self._ledger.decided(self._open(session, seed))
 
     async def _open(self, session: FairSession, seed: bytes) -> None:
-        async with self.having(session.room):
+        async with self._having(session.room):
             await self._ledger.commit(FairOpening(session.id, session.room, seed.hex()))
         session.client_seed = seed
 
@@ -176,7 +177,7 @@ class FairSessions:
         session = self._held.get(session_id)
         if session is None:
             row, _, _ = await self._read(session_id)
-            async with self.having(row.room):
+            async with self._having(row.room):
                 # Again, now that no other server adds to it.
                 found = await self._read(session_id)
                 session = self._held.get(session_id) or self._hold(self._restored(*found))
@@ -220,7 +221,7 @@ class FairSessions:
         end = Closing(session.id, session.drops, secret, time_ms).to_dict()
         signature = self.signer.sign(end).hex()
         try:
-            async with self.having(session.room):
+            async with self._having(session.room):
                 row = FairEnd(session.id, session.room, canonical(end).decode(), signature)
                 await self._ledger.keep(row)
             session.end, session.end_signature = end, signature
@@ -229,7 +230,7 @@ class FairSessions:
 
     async def export(self, session: FairSession) -> bytes:
         """The session as JSON; its server seed is null until it is over. Raises LedgerError."""
-        self._persistence.sessions.report([])
+        self._persistence.runs.report([])
         read = functools.partial(fair_store.exported, session_id=session.id)
         found = await self._ledger.read(read)
         if found is None:

@@ -53,6 +53,7 @@ class Ledger:
 
     At most one commit starts in each `period` seconds of `clock`, so drops of one tick share one.
     When the thread comes back with nothing for `patience` seconds, all that waits is refused.
+    `on_commit` hears how long each commit took, in s.
     """
 
     keeps = True
@@ -64,13 +65,14 @@ class Ledger:
         period: float,
         patience: float,
         clock: Callable[[], float] = time.monotonic,
+        on_commit: Callable[[float], None] = lambda seconds: None,
     ) -> None:
         self.database = database
         self.patience = patience
         self.commits = 0
         self.failures = 0
         self.lag = 0.0  # s from submission to durability, the longest of late
-        self.on_commit: Callable[[float], None] = lambda seconds: None
+        self._on_commit = on_commit
         # Where several servers share the database: which holds writes are made under, and who
         # hears that some are lost, before those whose writes are refused for it.
         self.stamp: Callable[[Sequence[Write]], list[Part]] | None = None
@@ -250,7 +252,7 @@ class Ledger:
     def _committed(self, jobs: Sequence[Job], seconds: float) -> None:
         now = self._clock()
         self.commits += 1
-        self.on_commit(seconds)
+        self._on_commit(seconds)
         for job in jobs:
             if not job.keep:
                 self.lag = max(now - job.asked, _FORGET * self.lag)

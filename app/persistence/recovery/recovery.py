@@ -21,7 +21,7 @@ from app.persistence.recovery.ending import voided
 from app.persistence.recovery.rebuild import Replay, rebuild
 from app.persistence.recovery.rebuild_queue import Turn
 from app.persistence.recovery.salvage import read_sound, salvage
-from app.persistence.sessions import SessionRecord, Sessions
+from app.persistence.room_runs import RoomRun, RoomRuns
 from app.persistence.statements import store
 from app.rooms.kinds import BallLimits, format_of, ground_of, make_room
 from app.rooms.records import Close, Mark, Parked, ResultRow, RoomRow, TakenRow, Write
@@ -58,12 +58,12 @@ class Recovery:
     set_aside: what is wrong with each room that cannot be had, by id.
     """
 
-    def __init__(self, sessions: Sessions, *, tick_rate: int, limits: BallLimits) -> None:
+    def __init__(self, runs: RoomRuns, *, tick_rate: int, limits: BallLimits) -> None:
         self.rebuilt = 0  # rooms in which something moved
         self.set_aside: dict[str, str] = {}
         self._readable: set[str] | None = None  # rooms of a damaged list; None: all of them
-        self._sessions = sessions
-        self._ledger = sessions.ledger
+        self._runs = runs
+        self._ledger = runs.ledger
         self._tick_rate = tick_rate
         self._limits = limits
 
@@ -75,11 +75,11 @@ class Recovery:
         the ledger cannot be read. Where only the list of rooms is damaged, the rows that can be
         read are gone on with.
         """
-        if self._sessions.numbers is not None:
-            await self._sessions.numbers.fill()
+        if self._runs.numbers is not None:
+            await self._runs.numbers.fill()
             return Left([], {}, [])  # each room is taken when it is needed
         try:
-            self._sessions.next_number = await self._read(store.last_number) + 1
+            self._runs.next_number = await self._read(store.last_number) + 1
             moving = await self._read(store.awake_rooms)
             public = {row.id: row for row in await self._read(store.public_rooms)}
             owned = await self._read(store.parked_rooms)
@@ -95,7 +95,7 @@ class Recovery:
         """What can be read of a damaged list of rooms: moving, public and owned ones."""
         found = await salvage(self._ledger)
         rows = found.rows
-        self._sessions.next_number = found.next_number
+        self._runs.next_number = found.next_number
         self._readable = {row.id for row in rows} if found.lost else None
         _log.error(
             "the ledger's list of rooms is damaged: %d open ones can be read, and %d sessions not; "
@@ -134,7 +134,7 @@ class Recovery:
             row, board = await self._read(_session, find=store.open_room, room_id=room_id)
             if row is None:
                 return None
-            self._sessions.note(row.number, room_id)
+            self._runs.note(row.number, room_id)
             why = self._outdated(row, ground_now)
             if why is not None:
                 return await self._succeed(row, board, why, turn)
@@ -155,8 +155,8 @@ class Recovery:
 
         A row of before beside inputs of after looks like damage, and is none.
         """
-        if self._sessions.holds is not None:
-            await self._sessions.holds.confirm(room_id)
+        if self._runs.holds is not None:
+            await self._runs.holds.confirm(room_id)
 
     async def closed(self, room_id: str) -> tuple[int, Room] | None:
         """The last session of a room that was closed, by number, and the room as it ended.
@@ -220,14 +220,14 @@ class Recovery:
     def _keep(self, row: RoomRow, replay: Replay) -> None:
         """Have the ledger know what is reached, so that it need not be replayed again."""
         room = replay.room
-        self._sessions.add_results(replay.take_results())
+        self._runs.add_results(replay.take_results())
         checkpoint = room.checkpoint()
-        self._sessions.report([Mark(row.number, row.tick, True, row.used, checkpoint, room.taken)])
+        self._runs.report([Mark(row.number, row.tick, True, row.used, checkpoint, room.taken)])
 
     def _enter(self, row: RoomRow, replay: Replay) -> Room:
         room = replay.room
-        self._sessions.add_results(replay.take_results())
-        record = SessionRecord(
+        self._runs.add_results(replay.take_results())
+        record = RoomRun(
             number=row.number,
             owned=row.owned,
             opened=row.opened,
@@ -240,14 +240,14 @@ class Recovery:
             creator=row.creator,
             key=row.key,
         )
-        self._sessions.begin(row.id, record)
+        self._runs.begin(row.id, record)
         self.rebuilt += row.awake
         if row.awake and not room.awake:
-            self._sessions.slept(room)
+            self._runs.slept(room)
         elif room.world.tick > replay.first_tick:
             # A life may be shorter than the time between two checkpoints.
             tick = max(row.tick, room.world.tick)
-            self._sessions.report([self._sessions.mark(room, record, tick, awake=True)])
+            self._runs.report([self._runs.mark(room, record, tick, awake=True)])
         return room
 
     # Rooms that cannot go on.
@@ -267,15 +267,15 @@ class Recovery:
         writes = await self._end(row, board, why, turn)
         _log.warning("room starts anew: %s", why, extra={"room": row.id})
         if not row.owned:
-            self._sessions.report(writes)
+            self._runs.report(writes)
             return None
         ground = await self._ground(row, board)
         room = make_room(row.id, ground, row.mode, tick_rate=self._tick_rate, limits=self._limits)
-        record = self._sessions.of(room)
+        record = self._runs.of(room)
         record.owned, record.opened, record.known = True, row.opened, True
         record.creator = row.creator
         # In one transaction, so that the room is never without a session.
-        self._sessions.report([*writes, *self._sessions.rows(room, record)])
+        self._runs.report([*writes, *self._runs.rows(room, record)])
         return room
 
     async def _end(self, row: RoomRow, board: str | None, why: str, turn: Turn) -> list[Write]:
@@ -288,11 +288,11 @@ class Recovery:
                 if await asyncio.to_thread(_slice, replay.finish):
                     break
                 await turn()
-            self._sessions.add_results(replay.take_results())
-            self._sessions.report([])
+            self._runs.add_results(replay.take_results())
+            self._runs.report([])
             tick = replay.room.world.tick
         unended = await self._read(voided, row=row, tick=tick, why=why)
-        return [*unended, Close(row.number, tick, self._sessions.now())]
+        return [*unended, Close(row.number, tick, self._runs.now())]
 
     async def _ground(self, row: RoomRow, text: str | None) -> Ground:
         if text is None:

@@ -22,10 +22,6 @@ from app.web.schemas.fields import (
     StartIn,
 )
 
-SceneValue = Annotated[
-    Any, Meta(description="A parameter of the scene, as `GET scenes` lists them.")
-]
-
 
 class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A room to open, over a board or as a scene."""
@@ -40,8 +36,7 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Meta(
             description="Instead of a board: `sandbox` or `galton`, or an object with that name as "
             "`scene` and the parameters that `GET scenes` lists. The message `reset`, a room's "
-            "view, its hello and its log have the same object. The fields below are the same "
-            "parameters as they were written before there was one spelling.",
+            "view, its hello and its log have the same object.",
             examples=[{"scene": "sandbox", "balls": 40}],
             extra_json_schema={"anyOf": [{"type": "string"}, {"type": "object"}, {"type": "null"}]},
         ),
@@ -53,33 +48,11 @@ class RoomRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             "to it. The room goes on from there, to the last bit."
         ),
     ] = None
-    balls: SceneValue = None
-    seed: SceneValue = None
-    width: SceneValue = None
-    height: SceneValue = None
-    radii: SceneValue = None
-    speed: SceneValue = None
-    gravity: SceneValue = None
-    drag: SceneValue = None
-    restitution: SceneValue = None
-    friction: SceneValue = None
-    density: SceneValue = None
-    damping: SceneValue = None
-    correction: SceneValue = None
-    dt: SceneValue = None
-    substeps: SceneValue = None
 
     def has(self, name: str) -> bool:
         """Whether this field was given, and not as null."""
         value = getattr(self, name)
         return bytes(value) != b"null" if isinstance(value, msgspec.Raw) else value is not None
-
-
-SCENE_PARAMETERS = tuple(
-    name
-    for name in RoomRequest.__struct_fields__
-    if name not in ("board", "mode", "scene", "story")
-)
 
 
 class SceneView(msgspec.Struct, frozen=True):

@@ -50,7 +50,14 @@ def test_scenes_are_listed_with_rooms_ranges_and_presets(http: httpx.Client) -> 
 
 async def test_a_sandbox_of_ones_own_over_rest_and_played(server: Running) -> None:
     room = await opened(
-        server, scene="sandbox", balls=20, seed="7", gravity="Mars", radii=[0.05, 0.1]
+        server,
+        scene={
+            "scene": "sandbox",
+            "balls": 20,
+            "seed": "7",
+            "gravity": "Mars",
+            "radii": [0.05, 0.1],
+        },
     )
     assert (room["mode"], room["solver"], room["owned"]) == ("scene", "stepped", True)
     assert room["scene"]["gravity"] == 3.72
@@ -76,7 +83,7 @@ async def test_a_sandbox_of_ones_own_over_rest_and_played(server: Running) -> No
 
 
 async def test_only_the_creator_changes_a_room_and_everybody_a_public_one(server: Running) -> None:
-    room = await opened(server, scene="sandbox", balls=1)
+    room = await opened(server, scene={"scene": "sandbox", "balls": 1})
     async with playing(server.socket(room["id"])) as guest:
         assert guest.hello["arena"]["owned"] is True
         await guest.send(type="kick", ball=0, vx=1.0, ref=1)
@@ -128,7 +135,7 @@ async def test_an_interacting_table_has_the_events_of_any_table(server: Running)
 async def test_diagnostics_come_a_few_times_a_second_to_those_who_asked(
     server: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    room = await opened(server, scene="sandbox", balls=10, restitution=0.9)
+    room = await opened(server, scene={"scene": "sandbox", "balls": 10, "restitution": 0.9})
     computed: list[int] = []
     monkeypatch.setattr(TouchingRoom, "diagnostics", _counted(TouchingRoom.diagnostics, computed))
     async with playing(server.socket(room["id"])) as one, playing(server.socket(room["id"])) as two:
@@ -172,7 +179,7 @@ def _counted(method: Any, calls: list[int]) -> Any:
 async def test_a_stopped_clock_shows_what_is_changed_and_sends_nothing_else(
     server: Running,
 ) -> None:
-    room = await opened(server, scene="sandbox", balls=4)
+    room = await opened(server, scene={"scene": "sandbox", "balls": 4})
     async with playing(server.socket(room["id"])) as player:
         await mine(player, room)
         await player.send(type="pause", paused=True)
@@ -196,7 +203,7 @@ async def test_a_stopped_clock_shows_what_is_changed_and_sends_nothing_else(
 
 
 async def test_a_hand_that_goes_away_lets_go(server: Running) -> None:
-    room = await opened(server, scene="sandbox", balls=1, seed="3")
+    room = await opened(server, scene={"scene": "sandbox", "balls": 1, "seed": "3"})
     live: Any = server.services.rooms.find(room["id"])
     async with playing(server.socket(room["id"])) as player:
         await mine(player, room)
@@ -206,7 +213,7 @@ async def test_a_hand_that_goes_away_lets_go(server: Running) -> None:
 
 
 async def test_the_log_of_a_played_room_verifies(server: Running) -> None:
-    room = await opened(server, scene="sandbox", balls=12, dt=1 / 120)
+    room = await opened(server, scene={"scene": "sandbox", "balls": 12, "dt": 1 / 120})
     async with playing(server.socket(room["id"])) as player:
         await mine(player, room)
         await player.send(type="add", x=0.0, y=0.5, vx=3.0, ref=1)
@@ -251,7 +258,6 @@ async def test_changes_too_fast_and_balls_too_many_are_refused() -> None:
 async def test_a_scene_is_spelt_alike_wherever_it_is_written_and_read(server: Running) -> None:
     wanted = {"scene": "sandbox", "balls": 3, "gravity": "Mars", "seed": 5}
     room = await opened(server, scene=wanted)
-    assert room["scene"] == (await opened(server, **wanted))["scene"], "as it was once written"
     async with playing(server.socket(room["id"])) as player:
         assert player.hello["arena"]["scene"] == room["scene"]
         await mine(player, room)
@@ -270,13 +276,11 @@ async def test_a_scene_is_spelt_alike_wherever_it_is_written_and_read(server: Ru
     ("body", "field", "says"),
     [
         ({"scene": "moon"}, "scene", "'moon' is not one of: sandbox, galton"),
-        ({"scene": "sandbox", "balls": 100_000}, "balls", "not from 0 to 1000"),
-        ({"scene": "sandbox", "gravity": "Pluto"}, "gravity", "'Pluto'"),
-        ({"scene": "sandbox", "seed": -1}, "seed", "-1"),
+        ({"scene": {"scene": "sandbox", "balls": 100_000}}, "balls", "not from 0 to 1000"),
+        ({"scene": {"scene": "sandbox", "gravity": "Pluto"}}, "gravity", "'Pluto'"),
+        ({"scene": {"scene": "sandbox", "seed": -1}}, "seed", "-1"),
         ({"scene": "sandbox", "board": "classic"}, "board", "either a board or a scene"),
-        ({"board": "classic", "gravity": 3}, "gravity", "parameter of a scene"),
-        ({"scene": "galton", "radii": [0.1, 0.2]}, "radii", "'galton' has no 'radii'"),
-        ({"scene": {"scene": "sandbox"}, "balls": 3}, "balls", "into the object `scene`"),
+        ({"scene": {"scene": "galton", "radii": [0.1, 0.2]}}, "radii", "'galton' has no 'radii'"),
         ({"scene": {"balls": 3}}, "scene", "not one of: sandbox, galton"),
         ({"scene": 7}, "scene", "not an object"),
         ({}, "board", "None is not a name, a digest or a board object"),
@@ -294,12 +298,12 @@ def test_a_ground_that_cannot_be_is_refused(
 
 
 def test_no_board_beside_a_scene_may_be_said(http: httpx.Client) -> None:
-    said = {"scene": "sandbox", "balls": 2, "board": None}
+    said = {"scene": {"scene": "sandbox", "balls": 2}, "board": None}
     assert http.post("/api/v1/rooms", json=said).status_code == 201
 
 
 def test_another_board_for_a_scene_is_refused_in_words(http: httpx.Client) -> None:
-    room = http.post("/api/v1/rooms", json={"scene": "sandbox", "balls": 2}).json()
+    room = http.post("/api/v1/rooms", json={"scene": {"scene": "sandbox", "balls": 2}}).json()
     head = {"authorization": f"Bearer {room['token']}"}
     reply = http.patch(f"/api/v1/rooms/{room['id']}", json={"board": "classic"}, headers=head)
     assert reply.status_code == 422
@@ -310,7 +314,7 @@ def test_another_board_for_a_scene_is_refused_in_words(http: httpx.Client) -> No
 async def test_changes_with_a_note_are_answered_and_those_without_are_not(
     server: Running, http: httpx.Client
 ) -> None:
-    room = http.post("/api/v1/rooms", json={"scene": "sandbox", "balls": 0}).json()
+    room = http.post("/api/v1/rooms", json={"scene": {"scene": "sandbox", "balls": 0}}).json()
     async with playing(server.socket(room["id"])) as player:
         usual = player.hello["arena"]["ranges"]["ball"]["radius"]["default"]
         await player.send(type="claim", token=room["token"])
@@ -341,7 +345,7 @@ async def test_changes_with_a_note_are_answered_and_those_without_are_not(
 async def test_a_scene_that_is_reset_has_another_run_whichever_way(
     server: Running, http: httpx.Client
 ) -> None:
-    room = http.post("/api/v1/rooms", json={"scene": "sandbox", "balls": 1}).json()
+    room = http.post("/api/v1/rooms", json={"scene": {"scene": "sandbox", "balls": 1}}).json()
     token = {"authorization": f"Bearer {room['token']}"}
     async with playing(server.socket(room["id"])) as player:
         runs = [player.hello["run"]]

@@ -152,7 +152,7 @@ async def test_a_slow_ledger_is_not_given_more_marks_than_it_needs() -> None:
             unanswered.append(done)
 
     answered, table.ledger.defer = table.ledger.defer, defer  # type: ignore[method-assign]
-    record = table.rooms.persistence.sessions.of(table.room)
+    record = table.rooms.persistence.runs.of(table.room)
     record.horizon = 1 << 30  # so that it ticks whatever the ledger has heard of
     for _ in range(100):
         table.rooms.persistence.ticked(60, [table.room])

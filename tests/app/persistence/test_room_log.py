@@ -13,7 +13,7 @@ import pytest
 from app.errors import BusyError, LedgerError, ReadersError
 from app.persistence.log_page import Entries, LogPage
 from app.persistence.room_log import MOST_OF_ONE, MOST_READERS, RoomLogs
-from app.persistence.sessions import Sessions
+from app.persistence.room_runs import RoomRuns
 from app.rooms.independent import IndependentRoom
 from app.rooms.log import lines
 from app.web.streamed import StreamedAnswer
@@ -57,7 +57,7 @@ class Disk:
 
 def opened(drops: int) -> tuple[RoomLogs, IndependentRoom, Disk]:
     disk = Disk()
-    logs = RoomLogs(Sessions(disk), clock=lambda: disk.time, sleep=disk.sleep)  # type: ignore[arg-type]
+    logs = RoomLogs(RoomRuns(disk), clock=lambda: disk.time, sleep=disk.sleep)  # type: ignore[arg-type]
     room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)
     room.drops = drops
     return logs, room, disk

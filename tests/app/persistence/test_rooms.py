@@ -266,7 +266,7 @@ def test_a_room_that_nobody_uses_is_closed(url: str) -> None:
         room, _ = opened(http)
         assert http.get(f"/rooms/{room}").status_code == 200
         later = server.services.rooms.persistence.now() + 2.0
-        server.services.rooms.persistence.sessions.now = lambda: later
+        server.services.rooms.persistence.runs.now = lambda: later
         assert http.get(f"/rooms/{room}").status_code == 404
         assert http.get("/rooms/main").status_code == 200
 

@@ -327,7 +327,7 @@ async def test_a_room_that_nobody_uses_is_closed_wherever_it_was(address: str) -
         room = await a.rooms.create(BOARD)
         await a.holding.hand_over(room.id)
         used = (await b.row(room.id)).used
-        b.rooms.persistence.sessions.now = lambda: used + 2.0
+        b.rooms.persistence.runs.now = lambda: used + 2.0
         await b.holding.look_after()
         await b.heard()
         assert await b.ledger.read(lambda c: store.open_room(c, room.id)) is None
@@ -353,8 +353,8 @@ def fair(life: Life) -> FairSessions:
         rest=1e6,
         draw=lambda count: b"\x01" * count,
         new_id=iter(f"{number}" for number in range(99)).__next__,
+        having=life.holding.having,
     )
-    sessions.having = life.holding.having
     life.holding.gone.append(sessions.forget_room)
     return sessions
 

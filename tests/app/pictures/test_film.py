@@ -441,9 +441,8 @@ def test_too_many_streams_are_told_when_to_come_back(server: Running, http: http
 def test_a_room_that_is_filmed_stays_open(server: Running, http: httpx.Client) -> None:
     rooms = server.services.rooms
     room = rooms.find("triangle-9-low")
-    assert rooms.filmed is not None
-    before, rooms.filmed = rooms.filmed, lambda room_id: room_id == room.id
-    try:
+    assert rooms._open._unneeded(lambda other: other is room) is room
+    with http.stream("GET", "/api/v1/rooms/triangle-9-low/stream.mjpg") as viewed:
+        pieces = viewed.iter_raw()
+        assert next(pieces)
         assert rooms._open._unneeded(lambda other: other is room) is None
-    finally:
-        rooms.filmed = before

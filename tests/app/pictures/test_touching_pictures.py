@@ -176,7 +176,7 @@ def test_scenes_and_tables_of_touching_balls_have_frames(http: httpx.Client, suf
         reply = http.get(f"/api/v1/rooms/{name}/frame.{suffix}?width=300&theme=dark")
         assert reply.status_code == 200, reply.text
         assert decode(reply.content).shape[1] == 300
-    room = http.post("/api/v1/rooms", json={"scene": "sandbox", "balls": 0}).json()
+    room = http.post("/api/v1/rooms", json={"scene": {"scene": "sandbox", "balls": 0}}).json()
     path = f"/api/v1/rooms/{room['id']}"
     first = http.get(f"{path}/frame.{suffix}")
     tag = {"if-none-match": first.headers["etag"]}

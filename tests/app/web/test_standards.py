@@ -249,7 +249,7 @@ def test_a_closed_rooms_log_stays_readable_and_verifies(http: httpx.Client) -> N
     assert shown["drops"][2]["who"] == "ann"
 
 
-@pytest.mark.parametrize("kind", [{"board": TINY}, {"scene": "sandbox", "balls": 3}])
+@pytest.mark.parametrize("kind", [{"board": TINY}, {"scene": {"scene": "sandbox", "balls": 3}}])
 def test_verify_takes_a_rooms_log(http: httpx.Client, kind: dict[str, Any]) -> None:
     room, token = opened(http, **kind)
     if "board" in kind:

@@ -61,7 +61,7 @@ async def list_plays(
     """
     limit_drops(request, server)
     who, place = str(parse_who(key)), None if before is None else _place(before)
-    server.rooms.persistence.sessions.report([])  # what has landed just now is among them
+    server.rooms.persistence.runs.report([])  # what has landed just now is among them
     found = await server.ledger.read(
         functools.partial(ledger.plays, who=who, before=place, limit=limit + 1)
     )

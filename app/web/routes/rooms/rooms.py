@@ -42,7 +42,6 @@ from app.web.routes.queries import Whole
 from app.web.routes.rooms.sessions import Token as SessionToken
 from app.web.routes.rooms.sessions import own_session
 from app.web.schemas.rooms import (
-    SCENE_PARAMETERS,
     RoomChange,
     RoomDrop,
     RoomDropRequest,
@@ -312,27 +311,18 @@ async def _drop(
 
 async def _ground(request: Request, server: Services, body: RoomRequest) -> tuple[Ground, str]:
     """What a room is asked for over, and its mode."""
-    beside = {name: getattr(body, name) for name in SCENE_PARAMETERS}
-    beside = {name: value for name, value in beside.items() if value is not None}
     if body.scene is None:
-        for name in beside:
-            raise InvalidValueError(f"{name} is a parameter of a scene, not of a board", field=name)
         return await _board_of_room(request, server, body.board), body.mode
     if body.has("board"):
         raise InvalidValueError("a room has either a board or a scene", field="board")
-    if isinstance(body.scene, str):
-        return server.rooms.scene({"scene": body.scene, **beside}), SCENE
-    for name in beside:
-        raise InvalidValueError(
-            f"{name} belongs into the object `scene`, beside its name", field=name
-        )
-    return server.rooms.scene(body.scene), SCENE
+    named = {"scene": body.scene} if isinstance(body.scene, str) else body.scene
+    return server.rooms.scene(named), SCENE
 
 
 async def _retold(request: Request, server: Services, body: RoomRequest) -> Retold:
     """What a story ends in, computed and charged as a worker's work."""
     assert body.story is not None
-    for name in ("board", "scene", *SCENE_PARAMETERS):
+    for name in ("board", "scene"):
         if body.has(name):
             raise InvalidValueError(
                 f"a story has its scene in itself, not beside: {name}", field=name
@@ -357,7 +347,7 @@ async def _logged(server: Services, room_id: str) -> tuple[str, Room]:
         if closed is None:
             raise
         return f"{closed[0]}-closed", closed[1]
-    record = persistence.sessions.of(room)
+    record = persistence.runs.of(room)
     return f"{record.number}-{record.opened:.6f}", room
 
 

@@ -6,7 +6,7 @@ import logging
 import secrets
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TypeVar
 
 import msgspec
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
@@ -22,6 +22,8 @@ from app.errors import (
     MalformedError,
     MessageFloodError,
     MissingBallError,
+    ResetError,
+    SessionStateError,
     SlowClientError,
     UndecidedError,
     answer,
@@ -56,6 +58,13 @@ _STRIKES_FORGIVEN = 1.0  # a second
 # Names are for people: who changes theirs more often shouts.
 _APPEARANCES = 0.5  # a second, and
 _APPEARANCES_AT_ONCE = 5
+
+# A full room, a finger too fast, a session that is over or a ledger that is lost is no offence.
+_INNOCENT = (
+    HaltedError, LimitError, LedgerError, MissingBallError, SessionStateError, ResetError,
+)  # fmt: skip
+
+T = TypeVar("T")
 
 _log = logging.getLogger("plinko")
 
@@ -127,7 +136,7 @@ class RoomClient:
         self._appearances = TokenBucket(_APPEARANCES, _APPEARANCES_AT_ONCE, now)
         self._changes = Changes(server, room.id, self.client.id)
         self._sessions = JoinedSessions(server)
-        self._asked: set[asyncio.Task[None]] = set()  # held, or they would be collected
+        self._served: set[asyncio.Task[None]] = set()  # held, or they would be collected
         self._strikes = TokenBucket(_STRIKES_FORGIVEN, _STRIKES, now)
 
     @property
@@ -155,17 +164,34 @@ class RoomClient:
         return None
 
     async def _read(self) -> None:
-        """Take messages until the client disconnects; raises AbuseError."""
+        """Serve each message in a task of its own until the client disconnects.
+
+        They begin in order, so what they ask for is taken in order; none waits for another's disk.
+        """
         while True:
             message = await self.socket.receive()
             if message["type"] == "websocket.disconnect":
                 return
-            data = message.get("text")
-            try:
-                self._limit_messages()
-                self._take(data)
-            except (AppError, EngineError) as error:
-                self._answer(error, client_messages.ref_of(data) if data else None)
+            task = asyncio.create_task(self._serve(message.get("text")))
+            self._served.add(task)
+            task.add_done_callback(self._served.discard)
+
+    async def _serve(self, data: str | None) -> None:
+        """Carry out one message, and tell its sender why where that cannot be done."""
+        try:
+            await self._carry_out(data)
+        except HoldLostError as lost:
+            self.client.fail(lost)  # whoever is sent to another server need not hear why first
+        except Exception as error:  # noqa: BLE001 - a fault of the server's own is told as one
+            if not isinstance(error, AppError | EngineError):
+                _log.exception("a message failed")
+            innocent = isinstance(error, _INNOCENT) and not isinstance(error, MessageFloodError)
+            if not innocent and not self._strikes.take(time.monotonic()):
+                self.client.fail(AbuseError(f"too many bad messages; the last: {error}"))
+                return
+            self.server.metrics.errors.labels(answer(error).code).inc()
+            ref = client_messages.ref_of(data) if isinstance(data, str) else None
+            self._tell(_event(error, ref))
 
     def _keyframe(self, stream: str) -> Callable[[], WireMessage] | None:
         """Pieces of paths add up: one message makes good those that could not be sent."""
@@ -173,14 +199,10 @@ class RoomClient:
             return None
         return lambda: WireMessage.of_bytes(self.room.keyframe())
 
-    def _limit_messages(self) -> None:
-        """Raise MessageFloodError when messages come too fast."""
-        now = time.monotonic()
-        if not self._messages.take(now):
+    async def _carry_out(self, data: str | None) -> None:
+        """Do what a message asks for and tell its sender; raises what stands in the way."""
+        if not self._messages.take(time.monotonic()):
             raise MessageFloodError(f"more than {self._messages.rate:g} messages a second")
-
-    def _take(self, data: str | None) -> None:
-        """Carry out one message; raises what is wrong with it."""
         if not isinstance(data, str):
             raise MalformedError("a binary frame is no message; send JSON in a text frame")
         message = client_messages.decode_message(data)
@@ -191,13 +213,16 @@ class RoomClient:
                 broadcaster = self.server.rooms.broadcaster
                 self._tell(broadcaster.missed(self.room, self.client, run, since, key))
             case client_messages.DropMessage():
-                self._drop(message)
+                spend(self._drops, time.monotonic(), "drops")
+                await self._drop(message)
             case (
                 client_messages.SessionMessage()
                 | client_messages.OpenMessage()
                 | client_messages.EndMessage()
             ):
-                self._ask(message)
+                spend(self._drops, time.monotonic(), "drops")
+                work = asyncio.ensure_future(self._sessions.take(self.room, message))
+                self._tell(await self._decided(work, message.ref))
             case AppearMessage():
                 self._appear(message)
             case ClaimMessage():
@@ -205,49 +230,55 @@ class RoomClient:
             case WatchMessage():
                 self._changes.watch(self.room, message)
             case _:
-                self._follow(message.ref, self._changes.take(self.room, message))
+                asked = self._changes.take(self.room, message)
+                event = await self._decided(asked, message.ref)
+                if message.ref is not None and not messages.has_ref(event):
+                    self._tell(messages.Done(tick=self.room.world.tick, ref=message.ref))
 
-    def _drop(self, message: client_messages.DropMessage) -> None:
-        spend(self._drops, time.monotonic(), "drops")
-        if message.key is None:
-            self._follow(message.ref, self._ask_drop(message))
-        else:
-            self._follow(message.ref, asyncio.ensure_future(self._drop_once(message, message.key)))
+    async def _decided(self, asked: "asyncio.Future[T]", ref: object) -> T:
+        """What comes of something that the ledger keeps, however long it takes.
 
-    async def _drop_once(self, message: client_messages.DropMessage, key: str) -> messages.Event:
-        """What came of a drop that may have been asked for before, over another connection."""
-        if message.ref is None:
-            raise InvalidValueError("a drop is asked for again by its `ref`", field="ref")
-        before = await self.server.rooms.asked_before(self.room, _again(key, message.ref))
-        if before is None:
-            return await self._ask_drop(message)
-        self._notify(msgspec.structs.replace(before.accepted, ref=message.ref))
-        if before.landed is not None:
-            self._notify(before.landed)
-        return before.accepted
+        Where that is not known for a while, the client is told so meanwhile.
+        """
+        try:
+            return await self.server.ledger.decided(asked)
+        except UndecidedError as undecided:
+            self._tell(_event(undecided, ref))
+            return await asked
 
-    def _ask_drop(
-        self, message: client_messages.DropMessage
-    ) -> "asyncio.Future[messages.Accepted]":
+    async def _drop(self, message: client_messages.DropMessage) -> None:
+        """Drop a ball, unless it was asked for before, over another connection."""
         seed = None if message.seed is None else parse_seed(message.seed)
         x = client_messages.parse_x(message.x)
-        stake = parse_stake(message.stake)
+        aim = client_messages.parse_aim(message.aim)
+        stake, who = parse_stake(message.stake), parse_who(message.who)
         check_stake(stake, message.session)
         session = None if message.session is None else self._sessions.of(message.session)
         known = message.key or self.client.key
-        return self.server.rooms.drop(
+        again = None if message.ref is None else _again(known, message.ref)
+        if message.key is not None:
+            if again is None:
+                raise InvalidValueError("a drop is asked for again by its `ref`", field="ref")
+            before = await self.server.rooms.asked_before(self.room, again)
+            if before is not None:
+                self._tell(msgspec.structs.replace(before.accepted, ref=message.ref))
+                if before.landed is not None:
+                    self._tell(before.landed)
+                return
+        asked = self.server.rooms.drop(
             self.room,
             seed,
             x,
-            aim=client_messages.parse_aim(message.aim),
+            aim=aim,
             stake=stake,
-            who=parse_who(message.who),
+            who=who,
             session=session,
             client=self.client.id,
             key=self.client.key,
             ref=message.ref,
-            again=None if message.ref is None else _again(known, message.ref),
+            again=again,
         )
+        await self._decided(asked, message.ref)
 
     def _appear(self, message: AppearMessage) -> None:
         spend(self._appearances, time.monotonic(), "changes of name")
@@ -255,60 +286,9 @@ class RoomClient:
         presence = self.server.rooms.broadcaster.presence
         self._tell(presence.appear(self.room_id, self.client, name, colour))
 
-    def _ask(self, message: client_messages.SessionRequest) -> None:
-        """Answer what is said of a session, once the ledger has it."""
-        spend(self._drops, time.monotonic(), "drops")
-        asked = asyncio.ensure_future(self._sessions.take(self.room, message))
-        self._follow(message.ref, asked, answered=True)
-
-    def _follow(self, ref: object, asked: "asyncio.Future[Any]", *, answered: bool = False) -> None:
-        # Not waited for: a player's next message need not wait for a disk.
-        task = asyncio.create_task(self._tell_outcome(ref, asked, answered=answered))
-        self._asked.add(task)
-        task.add_done_callback(self._asked.discard)
-
-    async def _tell_outcome(
-        self, ref: object, asked: "asyncio.Future[Any]", *, answered: bool
-    ) -> None:
-        """Tell the player what could not be kept, or that it is done if no event says so.
-
-        `answered`: what came of it is an answer to this client alone.
-        """
-        try:
-            try:
-                event = await self.server.ledger.decided(asked)
-            except UndecidedError as undecided:
-                self._notify(_event(undecided, ref))
-                event = await asked
-        except HoldLostError as lost:
-            self.client.fail(lost)
-        except Exception as error:  # noqa: BLE001 - what a stranger is, the player is told, too
-            self._notify(_event(error, ref))
-        else:
-            if answered:
-                self._tell(event)
-            elif ref is not None and not messages.has_ref(event):
-                self._notify(messages.Done(tick=self.room.world.tick, ref=ref))
-
-    def _notify(self, event: messages.Event) -> None:
-        """Tell the player after all that the room has told until now."""
-        self.server.hub.notify(self.room_id, self.client.id, messages.encode_event(event))
-
     def _pong(self, ping: client_messages.PingMessage) -> messages.Pong:
         tick, at = self.room.world.tick, self.room.tick_time
         return messages.Pong(t=ping.t, tick=tick, tick_time=at, server_time=time.monotonic())
-
-    def _answer(self, error: AppError | EngineError, ref: object) -> None:
-        if isinstance(error, HoldLostError):
-            self.client.fail(error)  # whoever is sent to another server need not hear why first
-            return
-        # A full room, a finger too fast, or a ledger that is lost, is no offence.
-        innocent = isinstance(error, HaltedError | LimitError | LedgerError | MissingBallError)
-        innocent = innocent and not isinstance(error, MessageFloodError)
-        if not innocent and not self._strikes.take(time.monotonic()):
-            raise AbuseError(f"too many bad messages; the last: {error}")
-        self.server.metrics.errors.labels(answer(error).code).inc()
-        self._tell(_event(error, ref))
 
     def _tell(self, event: messages.Event) -> None:
         self.client.post(WireMessage.of_text(messages.encode_event(event)))

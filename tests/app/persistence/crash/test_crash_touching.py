@@ -85,7 +85,7 @@ def log_of(server: Served, room: str) -> dict[str, Any]:
 async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> None:
     chance, told = random.Random(3), Told()
     with Served(url) as server:
-        body = {"scene": "sandbox", "balls": 15, "restitution": 0.9}
+        body = {"scene": {"scene": "sandbox", "balls": 15, "restitution": 0.9}}
         async with httpx.AsyncClient(base_url=server.address, timeout=60.0) as http:
             room = (await http.post("/api/v1/rooms", json=body)).json()
         address = f"ws{server.address.removeprefix('http')}/ws/rooms/{room['id']}"

@@ -210,7 +210,7 @@ class Table:
 
         async def read() -> bytes:
             room = await self.rooms.seek(room_id)
-            pieces = await RoomLogs(self.persistence.sessions).read(room, "", marks=True)
+            pieces = await RoomLogs(self.persistence.runs).read(room, "", marks=True)
             return b"".join([piece async for piece in pieces])
 
         log: dict[str, Any] = msgspec.json.decode(await self.until(read()))

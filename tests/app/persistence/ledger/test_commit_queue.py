@@ -160,7 +160,7 @@ async def test_an_input_that_the_database_will_never_take_takes_the_later_ones_o
         table.asks("main", seed)
         table.asks("triangle-8", 10 + seed)
         table.work()
-    main = table.persistence.sessions.of(table.rooms.find("main")).number
+    main = table.persistence.runs.of(table.rooms.find("main")).number
     with table.database.transaction() as connection:
         connection.exec_driver_sql(
             f"INSERT INTO drops VALUES ({main}, 4, 0, '99', NULL, 0, NULL, NULL, 0, NULL)"

@@ -122,13 +122,8 @@ class Attack:
 
     def still(self, room: str) -> dict[str, Any]:
         """The room once nothing moves in it and the ledger has heard so."""
-        services = self.server.services
-
-        def clean() -> bool:
-            found = services.rooms.find(room)
-            return not found.awake and services.rooms.persistence.parkable(found)
-
-        until(clean)
+        until(lambda: not self.http.get(f"/rooms/{room}").json()["awake"])
+        self.http.get(f"/rooms/{room}/log").raise_for_status()  # after all that was written before
         found: dict[str, Any] = self.http.get(f"/rooms/{room}").json()
         return found
 

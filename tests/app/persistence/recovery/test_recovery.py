@@ -14,7 +14,7 @@ import sqlalchemy as sa
 from websockets.exceptions import ConnectionClosed
 
 from app.errors import DamagedRoomError, RebuildingError
-from app.persistence import sessions
+from app.persistence import room_runs
 from app.persistence.room_log import RoomLogs
 from app.persistence.statements import store
 from app.rooms.kinds import INDEPENDENT, INTERACTING
@@ -75,12 +75,12 @@ async def test_a_touching_room_without_a_ball_comes_back_and_takes_the_next(
 async def test_drops_that_another_physics_cannot_land_get_their_stake_back(
     url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sessions, "PHYSICS_VERSION", PHYSICS_VERSION - 1)
+    monkeypatch.setattr(room_runs, "PHYSICS_VERSION", PHYSICS_VERSION - 1)
     async with living(url) as life:
         own = await life.rooms.create(BOARD, INDEPENDENT)
         await busy(life, own, range(4))
         numbers = {
-            room.id: life.rooms.persistence.sessions.of(room).number
+            room.id: life.rooms.persistence.runs.of(room).number
             for room in (own, life.rooms.find("main"))
         }
         await busy(life, life.rooms.find("main"), range(3))
@@ -107,7 +107,7 @@ async def test_drops_of_another_tick_rate_land_and_their_room_begins_anew(url: s
     async with living(url) as life:
         own = await life.rooms.create(BOARD, INDEPENDENT)
         await busy(life, own, range(4))
-        number = life.rooms.persistence.sessions.of(own).number
+        number = life.rooms.persistence.runs.of(own).number
     async with living(url, tick_rate=50) as life:
         again = await life.rooms.seek(own.id)
         assert life.rooms.owned(again)
@@ -124,7 +124,7 @@ async def test_main_with_another_board_lets_its_balls_land_and_begins_anew(url: 
     async with living(url) as life:
         main = life.rooms.find("main")
         await busy(life, main, range(3))
-        number = life.rooms.persistence.sessions.of(main).number
+        number = life.rooms.persistence.runs.of(main).number
     async with living(url, board=OTHER) as life:
         main = await life.rooms.seek("main")
         assert (main.origin.digest, main.taken) == (OTHER.digest, 0)
@@ -141,7 +141,7 @@ async def test_a_ball_in_flight_for_long_gets_its_stake_back_however_many_came_a
         main = life.rooms.find("main")
         await busy(life, main, range(6), 600)
         await busy(life, main, range(6, 9))
-        number = life.rooms.persistence.sessions.of(main).number
+        number = life.rooms.persistence.runs.of(main).number
         await life.leave()
     change(
         url,
@@ -202,7 +202,7 @@ async def test_a_rebuild_that_is_cut_short_is_not_begun_again(
         again = await life.rooms.seek("main")
         await life.rest()
         assert (again.taken, again.stats().drops) == (16, 16)
-        number = life.rooms.persistence.sessions.of(again).number
+        number = life.rooms.persistence.runs.of(again).number
     for row, result in kept(url, number):
         assert result is not None
         assert result.digest == drop(BOARD, row.seed).digest
@@ -383,7 +383,7 @@ async def test_drops_of_a_room_that_failed_get_their_stake_back(
         await life.rest()
         for seed in (2, 3):
             await life.drop(room, seed, stake=seed)
-        number = life.rooms.persistence.sessions.of(room).number
+        number = life.rooms.persistence.runs.of(room).number
 
         def fail(world: Any) -> None:
             raise ZeroDivisionError("a bug")
@@ -400,7 +400,7 @@ async def test_drops_of_a_room_that_failed_get_their_stake_back(
         assert result is not None
         assert (result.bin, result.payout, result.unsettled) == (None, row.stake, "its room failed")
     async with living(url) as life:
-        logs = RoomLogs(life.rooms.persistence.sessions)
+        logs = RoomLogs(life.rooms.persistence.runs)
         found = await life.rooms.persistence.recovery.closed(room.id)
         assert found is not None
         pieces = await logs.read(found[1], "", marks=True, session=found[0])

@@ -26,7 +26,7 @@ from engine import PHYSICS_VERSION
 
 
 @dataclass(slots=True)
-class SessionRecord:
+class RoomRun:
     """What is known of a room's session in the ledger. Times are Unix times."""
 
     number: int
@@ -44,7 +44,7 @@ class SessionRecord:
     key: str | None = None  # of the request that began it, see RoomRow
 
 
-class Sessions:
+class RoomRuns:
     """The records by room; for the event loop's thread. `now` gives Unix time in seconds.
 
     `holds` are this server's where several share the ledger.
@@ -61,24 +61,24 @@ class Sessions:
         self.holds = holds
         self.numbers = None if holds is None else SharedNumbers(ledger)
         self.next_number = 1
-        self._records: dict[str, SessionRecord] = {}
+        self._records: dict[str, RoomRun] = {}
         self._results: list[Write] = []
 
-    def of(self, room: Room) -> SessionRecord:
+    def of(self, room: Room) -> RoomRun:
         """The record of a room's session, a new one where there is none."""
         found = self._records.get(room.id)
         if found is None:
             now = self.now()
             number = self.number(room.id)
-            found = self._records[room.id] = SessionRecord(number, False, now, now)
+            found = self._records[room.id] = RoomRun(number, False, now, now)
         return found
 
-    def find(self, room: Room, number: int) -> SessionRecord | None:
+    def find(self, room: Room, number: int) -> RoomRun | None:
         """The record of this room if its session is still the one of this number."""
         found = self._records.get(room.id)
         return found if found is not None and found.number == number else None
 
-    def begin(self, room_id: str, record: SessionRecord) -> None:
+    def begin(self, room_id: str, record: RoomRun) -> None:
         """The room goes on in this session."""
         self._records[room_id] = record
         self.note(record.number, room_id)
@@ -133,7 +133,7 @@ class Sessions:
         if record is not None and record.version == version:
             record.clean = error is None
 
-    def mark(self, room: Room, record: SessionRecord, tick: int, *, awake: bool) -> Mark:
+    def mark(self, room: Room, record: RoomRun, tick: int, *, awake: bool) -> Mark:
         """How far a room has come, with a checkpoint to go on from.
 
         There is none of a room that a drop may still enter at a tick that is past.
@@ -159,7 +159,7 @@ class Sessions:
         """A board, or a scene, by its content."""
         return BoardRow(origin.digest, origin.name, msgspec.json.encode(origin.to_dict()).decode())
 
-    def room_row(self, room: Room, record: SessionRecord) -> RoomRow:
+    def room_row(self, room: Room, record: RoomRun) -> RoomRow:
         """A session at its beginning."""
         return RoomRow(
             number=record.number,
@@ -175,12 +175,12 @@ class Sessions:
             key=record.key,
         )
 
-    def rows(self, room: Room, record: SessionRecord) -> list[Write]:
+    def rows(self, room: Room, record: RoomRun) -> list[Write]:
         """All that the ledger needs to know of a session before its first input."""
         return [self.board_row(room), self.room_row(room, record)]
 
     def rows_with(
-        self, room: Room, record: SessionRecord, taken: Sequence[PendingInput[Any]]
+        self, room: Room, record: RoomRun, taken: Sequence[PendingInput[Any]]
     ) -> list[Write]:
         """`rows` of a session that begins later than at tick 0, with inputs its room has taken."""
         if not room.world.tick and not taken:
@@ -189,7 +189,7 @@ class Sessions:
         inputs = [room.format.row(record.number, pending) for pending in taken]
         return [self.board_row(room), self.restorable_row(room, record), *inputs]
 
-    def restorable_row(self, room: Room, record: SessionRecord) -> RoomRow:
+    def restorable_row(self, room: Room, record: RoomRun) -> RoomRow:
         """The row from which a room is restored as it is now."""
         return replace(
             self.room_row(room, record),
