@@ -7,7 +7,7 @@ copying around it.
 import asyncio
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Final
 
 from app.ops import cores
@@ -26,7 +26,7 @@ class StepThreads:
         """`threads`: by default one for each core but the event loop's, and few."""
         count = min(_MOST, max(1, (os.cpu_count() or 1) - 1)) if threads is None else threads
         self._threads = ThreadPoolExecutor(count, "step", cores.leave_one)
-        self._asked: dict[str, asyncio.Future[None]] = {}
+        self._asked: dict[str, Future[None]] = {}
         self._closed = False
 
     def submit(self, room_id: str, compute: Callable[[], None], done: Callable[[], None]) -> None:
@@ -38,9 +38,14 @@ class StepThreads:
         if self._closed:  # what is still written down at the end may admit a ball to a room
             return
         self.forget(room_id)
-        asked = asyncio.get_running_loop().run_in_executor(self._threads, compute)
-        asked.add_done_callback(lambda future: None if future.cancelled() else done())
-        self._asked[room_id] = asked
+        loop = asyncio.get_running_loop()
+
+        def computed(asked: Future[None]) -> None:
+            if not asked.cancelled():
+                loop.call_soon_threadsafe(done)
+
+        self._asked[room_id] = self._threads.submit(compute)
+        self._asked[room_id].add_done_callback(computed)
 
     def forget(self, room_id: str) -> None:
         """A room needs nothing any more that it asked for."""
