@@ -19,7 +19,7 @@ from benchmarks.harness.report import Section, Table
 from benchmarks.serving.process import Served, serving
 
 ROOMS: Final = 7  # `main` and six of players, of which every second one has touching balls
-DROPS: Final = 8  # a second in each room
+DROPS: Final = 4  # a second in each room
 PAUSES: Final = (0.02, 0.05, 1.0)  # s
 TIMES: Final = 20
 """Pauses of each length. A pause is to hit a room's turn, and turns take some 15 % of the time."""
@@ -200,8 +200,12 @@ async def _beside_busy(watch: Watch, seconds: float) -> None:
 
 @contextlib.contextmanager
 def _busy(count: int) -> Iterator[None]:
-    """Processes that compute without end."""
-    processes = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
+    """Processes that compute without end, as other programs do: each in a session of its own.
+
+    Linux shares the cores among sessions first (`sched_autogroup_enabled`).
+    """
+    command = [sys.executable, "-c", "while True: pass"]
+    processes = [subprocess.Popen(command, start_new_session=True) for _ in range(count)]
     try:
         yield
     finally:

@@ -7,9 +7,9 @@ machine.
 
 import copy
 import hashlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from math import isfinite
-from typing import Any, Final
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -60,15 +60,9 @@ class Arena:
             self.record.append({"op": op, "tick": self.tick, **arguments})
 
     def apply(self, entry: Mapping[str, Any]) -> Any:
-        """Do one recorded input: `op` is its name, the rest are its arguments (`tick` is not read).
-
-        ParameterError if there is no such input, or its arguments are wrong.
-        """
-        op = entry.get("op")
-        if not isinstance(op, str) or op not in _INPUTS:
-            raise ParameterError(f"op {op!r:.40} is none of {', '.join(_INPUTS)}", field="op")
-        act, kind = _INPUTS[op]
-        return act(self, **inputs.arguments(kind, entry))
+        """Do a recorded input: `op` names it, `tick` is not read. ParameterError for a wrong one."""
+        act, arguments = inputs.read(entry, _INPUTS)
+        return act(self, **arguments)
 
     def add(self, x: float, y: float, **values: float) -> int:
         """Add a ball at (x, y) in m and return its id; values as in DEFAULTS."""
@@ -194,11 +188,7 @@ class Arena:
 
     def configure(self, **values: Any) -> None:
         """Change settings while it runs, those of ArenaSettings; all balls wake."""
-        known = self.settings.to_dict()
-        for name in values:
-            if name not in known:
-                raise ParameterError(f"there is no setting {name!r:.40}", field=name)
-        changed = ArenaSettings(**(known | values))
+        changed = self.settings.changed(values)
         self.settings, self._solver_settings = changed, changed.for_solver()
         self._table.wake_all()
         self._record_input("configure", **values)
@@ -383,7 +373,7 @@ class Arena:
         return hashlib.sha256(self.snapshot()).hexdigest()
 
 
-_INPUTS: Final[Mapping[str, tuple[Callable[..., Any], type]]] = {
+_INPUTS: inputs.Operations = {
     "add": (Arena.add, inputs.Added),
     "add_many": (Arena.add_many, inputs.ManyAdded),
     "remove": (Arena.remove, inputs.Ball),
@@ -396,7 +386,6 @@ _INPUTS: Final[Mapping[str, tuple[Callable[..., Any], type]]] = {
     "wake_all": (Arena.wake_all, inputs.Nothing),
     "configure": (Arena.configure, inputs.Configure),
 }
-"""What changes an arena, besides `step`, and what it takes."""
 
 
 def _decoded(snapshot: bytes) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 Types alone: what range a value may have is checked where the input is carried out.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NotRequired, TypedDict, get_type_hints
 
 import msgspec
@@ -13,6 +13,8 @@ from engine.errors import ParameterError
 _HEAD = frozenset({"op", "tick"})
 
 Numbers = list[float] | float
+Operations = Mapping[str, tuple[Callable[..., Any], type]]
+"""By name, what carries an input out, and the type of its arguments."""
 
 
 class Nothing(TypedDict):
@@ -106,12 +108,19 @@ class Configure(TypedDict, total=False):
     sleeping: bool
 
 
-def arguments(kind: type, entry: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of a recorded input, of one of these kinds.
+def read(
+    entry: Mapping[str, Any], operations: Operations
+) -> tuple[Callable[..., Any], dict[str, Any]]:
+    """What carries out a recorded input, and its arguments.
 
-    Raises ParameterError that names one that is missing, unknown or of another type.
+    Raises ParameterError for an unknown operation, and for an argument that is missing, unknown or
+    of another type.
     """
-    op, types = entry["op"], get_type_hints(kind)
+    op = entry.get("op")
+    if not isinstance(op, str) or op not in operations:
+        raise ParameterError(f"op {op!r:.40} is none of {', '.join(operations)}", field="op")
+    act, kind = operations[op]
+    types = get_type_hints(kind)
     values = {name: value for name, value in entry.items() if name not in _HEAD}
     for name in sorted(kind.__required_keys__ - values.keys()):  # type: ignore[attr-defined]
         raise ParameterError(f"{op} lacks its argument {name!r}", field=name)
@@ -122,4 +131,4 @@ def arguments(kind: type, entry: Mapping[str, Any]) -> dict[str, Any]:
             msgspec.convert(value, types[name])
         except msgspec.ValidationError as error:
             raise ParameterError(f"{name} of {op}: {error}", field=name) from error
-    return values
+    return act, values

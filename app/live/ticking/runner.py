@@ -24,8 +24,10 @@ from app.settings import Settings
 _ALONE: Final = 10.0  # s; who reloads the page finds the scene going on
 
 _SHARE: Final = 0.5
-"""Of the time between two ticks, for all rooms together and the requests that are heard between
-them; other requests have the rest. A turn that has begun by then may end later."""
+"""Of the time that the due ticks stand for, for all rooms together and the requests that are heard
+between them; other requests have the rest. A turn that has begun by then may end later. A late pass
+has more ticks due and so more time: where the machine gives the server little of a core, a pass
+takes long, and half a tick's time of it would be over after `main`."""
 
 _SILENT: Final = 1.0
 """s without a tick after which those that a room still misses count as late. A player takes a
@@ -163,7 +165,7 @@ class Runner:
         frames leave and requests are heard: those of `main` never wait for other rooms.
         """
         self._events_kept = None
-        rooms = Pass(self._awake, MAIN, self._clock(), self._budget)
+        rooms = Pass(self._awake, MAIN, self._clock(), due * self._budget)
         since = 0.0  # s of rooms' turns since the event loop had one
         while (turn := rooms.next(self._clock())) is not None:
             room = self._awake.get(turn.room_id)
