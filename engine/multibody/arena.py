@@ -60,7 +60,7 @@ class Arena:
             self.record.append({"op": op, "tick": self.tick, **arguments})
 
     def apply(self, entry: Mapping[str, Any]) -> Any:
-        """Do a recorded input: `op` names it, `tick` is not read. ParameterError for a wrong one."""
+        """Do a recorded input, whose `op` names it; ParameterError says what is wrong with it."""
         act, arguments = inputs.read(entry, _INPUTS)
         return act(self, **arguments)
 
