@@ -188,7 +188,7 @@ async def _undisturbed(watch: Watch, seconds: float) -> None:
 
 async def _pauses(watch: Watch, pause: float, times: int) -> None:
     for number in range(times):
-        await asyncio.sleep(BETWEEN + 0.37 * pause * number)  # at another moment between two ticks
+        await asyncio.sleep(BETWEEN + 0.0037 * number)  # at another moment between two ticks
         watch.pause(pause)
     await asyncio.sleep(BETWEEN)
 
