@@ -2,7 +2,7 @@
 
 AppError                  `code` is its stable slug, `field` names the bad value's place
 ├── SettingError          a setting that cannot be used (start-up only)
-├── MalformedError        not JSON, or a message of no known shape
+├── MalformedError        a message of no known shape
 │   ├── UnknownMessageError
 │   └── HeadError         no HTTP request
 ├── InvalidValueError     well-formed, but a value is out of range
@@ -54,6 +54,8 @@ from engine.errors import (
     BoardError,
     EffortError,
     EngineError,
+    JsonSyntaxError,
+    JsonValueError,
     ParameterError,
     RecordError,
     SeedError,
@@ -303,6 +305,8 @@ ANSWERS: dict[type[Exception], Answer] = {
     SeedError: Answer(422, "bad-seed", "Invalid seed"),
     ParameterError: Answer(422, "bad-parameter", "Invalid parameter"),
     RecordError: Answer(422, "bad-record", "Malformed drop record"),
+    JsonSyntaxError: Answer(400, "malformed", "Malformed request", 1007),
+    JsonValueError: Answer(422, "invalid-value", "Invalid value"),
 }
 
 RETRY_AFTER = 1.0  # seconds; what 429 and 503 suggest when the error knows nothing better

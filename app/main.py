@@ -49,7 +49,13 @@ from app.settings import Settings, page_kernels, static_directory
 from app.web import openapi, problems
 from app.web.edge.head import HeadAsGet
 from app.web.edge.hosts import Hosts
-from app.web.edge.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
+from app.web.edge.middleware import (
+    BodyLimit,
+    HostCheck,
+    OriginCheck,
+    SecurityHeaders,
+    WeakWhenCompressed,
+)
 from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.readings import readings
 from app.web.returns import Returns
@@ -152,6 +158,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         thread_minimum_size=_ASIDE,
         exclude_content_types=_PACKED,
     )
+    app.add_middleware(WeakWhenCompressed)
     app.add_middleware(HeadAsGet)
     app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
     app.add_middleware(SecurityHeaders)

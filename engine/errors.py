@@ -6,6 +6,8 @@ EngineError (a ValueError)
 ├── EffortError       it takes more computing than a call may
 ├── ParameterError    a solver's or a drop's parameter out of range; `field` says which
 ├── RecordError       a drop record that is malformed; `field` says where
+├── JsonSyntaxError   text that is not JSON
+├── JsonValueError    JSON with a value that is refused; `field` says where
 └── ClusterError      workers elsewhere that cannot compute what is asked of them
 """
 
@@ -36,6 +38,14 @@ class ParameterError(EngineError):
 
 class RecordError(EngineError):
     """A drop record that lacks a field or holds one of the wrong type."""
+
+
+class JsonSyntaxError(EngineError):
+    """Text that is not JSON, or is nested too deeply."""
+
+
+class JsonValueError(EngineError):
+    """JSON with a key given twice, or a value that has no one meaning. `field` is its place."""
 
 
 class ClusterError(EngineError):

@@ -48,6 +48,7 @@ _PIXEL: Final = 6e-8
 _PIXEL_FRAME: Final = 2.7e-8
 _SURFACE: Final = 2e-4
 _PROOF: Final = 0.04
+_BYTE: Final = 6e-8  # of JSON
 _ONCE: Final = 1e-3  # what any request takes
 
 
@@ -134,6 +135,11 @@ def animation(pixels: int, frames: int) -> Price:
 def check(surfaces: int) -> Price:
     """A board that is looked at whether it can be played."""
     return Price("pegs and walls", float(surfaces), math.inf, _ONCE + _SURFACE * surfaces, "board")
+
+
+def json(size: int) -> Price:
+    """A body of so many bytes that is read strictly."""
+    return Price("bytes", float(size), math.inf, _ONCE + _BYTE * size, "body")
 
 
 def story(ball_substeps: float) -> Price:

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from app.computing import prices
-from app.errors import InvalidValueError
+from app.errors import InvalidValueError, shorten
 from app.rooms.log import verify_log
-from engine import PHYSICS_VERSION, Board, Drop, DropBatch, drop_many, verify
+from engine import PHYSICS_VERSION, Board, Drop, DropBatch, drop_many, json_text, verify
 from engine.batches.block import Block, summed
 from engine.batches.job import Job
 from engine.batches.tally import Tally
@@ -110,13 +110,22 @@ def log_verdict(log: dict[str, Any]) -> bytes:
     return msgspec.json.encode({name: getattr(found, name) for name in names})
 
 
-def board_of(text: bytes) -> Board:
-    """A board from its JSON; raises BoardError when it cannot be played, and what msgspec raises.
+def check_json(text: bytes) -> None:
+    """Raise JsonSyntaxError or JsonValueError for a body that is not strict JSON."""
+    json_text.parse(text)
 
-    It is read here: the event loop would wait for five thousand pegs that a thread beside it reads,
-    and for their pickling.
+
+def board_of(text: bytes) -> Board:
+    """A board from its JSON.
+
+    Raises BoardError when it cannot be played, JsonSyntaxError, JsonValueError, and
+    InvalidValueError for what is no JSON object. It is read here: the event loop would wait for
+    five thousand pegs that a thread of its own process reads, and for their pickling.
     """
-    return Board.from_json(msgspec.json.decode(text, type=dict[str, Any]))
+    form = json_text.parse(text)
+    if not isinstance(form, dict):
+        raise InvalidValueError(f"a board is a JSON object, not {shorten(form)}", field="body")
+    return Board.from_json(form)
 
 
 def board_view(text: bytes) -> bytes:

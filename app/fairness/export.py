@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import msgspec
 
+from app.fairness.statements import Count
 from app.protocol.messages import SignedReceipt
 from engine import merkle
 from engine.errors import RecordError
@@ -25,16 +26,20 @@ class Signed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class DropResult(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How a drop ended; `payout` in minor units, `t` in s, `x_end` in m."""
+    """How a drop ended; `payout` in minor units, `t` in s, `x_end` in m.
 
-    tick: int
-    bin: int | None
+    All of it follows from the receipt, and the checker computes it. Earlier exports also have the
+    room's `tick`, which follows from nothing that is signed: it is read over.
+    """
+
+    bin: Count | None
     score: float
     t: float
     x_end: float
     digest: str
     unsettled: str | None
-    payout: int
+    payout: Count
+    tick: int | msgspec.UnsetType = msgspec.UNSET
 
 
 class ExportedDrop(SignedReceipt, frozen=True, forbid_unknown_fields=True):

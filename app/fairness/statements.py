@@ -6,12 +6,17 @@ Digests, seeds and keys are hexadecimal, times whole milliseconds of Unix time, 
 
 import hashlib
 from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final
+
+from msgspec import Meta
 
 from app.rooms.canonical import canonical
 from engine import Board
 
 VERSION: Final = 1
+
+Count = Annotated[int, Meta(ge=0, le=(1 << 63) - 1)]
+"""A number, an amount or a time, as a ledger can hold it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +40,11 @@ class SessionStatement(_Statement):
     room: str
     board_digest: str
     payouts_digest: str
-    physics_version: int
+    physics_version: Count
     kernel_digest: str
     server_commitment: str
     client_commitment: str
-    time: int
+    time: Count
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,14 +54,14 @@ class Receipt(_Statement):
     KIND: ClassVar[str] = "plinko receipt"
 
     session: str
-    drop: int
-    stake: int
+    drop: Count
+    stake: Count
     aim: float | None
     seed: str
     board_digest: str
     room: str
-    ball: int
-    time: int
+    ball: Count
+    time: Count
 
     def leaf(self) -> bytes:
         """Its bytes in the log."""
@@ -70,7 +75,7 @@ class LogEntry(_Statement):
     KIND: ClassVar[str] = "plinko log entry"
 
     receipt: dict[str, Any]
-    index: int
+    index: Count
     root: str
 
 
@@ -80,9 +85,9 @@ class TreeHead(_Statement):
 
     KIND: ClassVar[str] = "plinko tree head"
 
-    size: int
+    size: Count
     root: str
-    time: int
+    time: Count
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,9 +97,9 @@ class Closing(_Statement):
     KIND: ClassVar[str] = "plinko session end"
 
     session: str
-    drops: int
+    drops: Count
     server_seed: str
-    time: int
+    time: Count
 
 
 def payouts_digest(board: Board) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out, lay_out_place
+from app.render.parts.view import lay_out, lay_out_place
 from app.render.theme import named
 from app.rooms.room import Room
 from app.rooms.touching.world import Box
@@ -76,8 +76,8 @@ def moment_of(room: Room) -> str:
 
 
 def pixels_of(room: Room, width: int) -> int:
-    """Pixels of a frame; a width that is none counts as the nearest that is one."""
-    width, box = min(max(width, LEAST_WIDTH), MOST_WIDTH), room.box
+    """Pixels of a frame."""
+    box = room.box
     if box is not None:
         view = lay_out_place(box.place, width, named("light"))
     else:

@@ -4,7 +4,6 @@ What is said only where balls touch each other is in touching_messages.py.
 """
 
 import math
-import re
 from typing import Any
 
 import msgspec
@@ -13,6 +12,7 @@ from app.errors import InvalidValueError, MalformedError, UnknownMessageError, s
 from app.protocol.messages import SNAPSHOTS, STREAMS
 from app.protocol.touching_messages import Change, ClaimMessage, WatchMessage
 from app.protocol.visitors import AppearMessage
+from engine import json_text
 
 
 class DropMessage(msgspec.Struct, frozen=True, tag="drop", forbid_unknown_fields=True):
@@ -79,12 +79,6 @@ Message = (
     | WatchMessage
     | ClaimMessage
 )
-_DEEPEST = 64  # brackets within brackets
-_TOO_DEEP = f"JSON nested too deeply: more than {_DEEPEST} levels"
-_BRACKETS = re.compile(r"[\[\]{}]")
-_STRINGS = re.compile(r'"(?:[^"\\]|\\.)*"', re.DOTALL)
-
-_messages: msgspec.json.Decoder[Message] = msgspec.json.Decoder(Message)
 _types = (
     "drop", "ping", "resume", "session", "open", "end", "appear", "add", "kick", "drag",
     "release", "remove", "clear", "edit", "settings", "pause", "step", "reset", "watch", "claim",
@@ -94,51 +88,32 @@ _types = (
 def decode_message(data: str | bytes) -> Message:
     """A client's text message as a value.
 
-    Raises MalformedError for what is not a JSON object of a message's shape, UnknownMessageError
-    for a `type` that is none of the protocol's.
+    Raises JsonSyntaxError, JsonValueError, MalformedError for what is not an object of a message's
+    shape, UnknownMessageError for a `type` that the protocol does not have.
     """
-    if too_deep(data):
-        raise MalformedError(_TOO_DEEP)
+    value = json_text.parse(data)
     try:
-        return _messages.decode(data)
+        message: Message = msgspec.convert(value, Message)
     except msgspec.ValidationError as error:
-        kind = peek(data, "type")
+        kind = value.get("type") if isinstance(value, dict) else None
         if isinstance(kind, str) and kind not in _types:
             known = ", ".join(_types)
             raise UnknownMessageError(
                 f"type {shorten(kind)} is not one of: {known}", field="type"
             ) from None
         raise MalformedError(str(error)) from None
-    except (msgspec.DecodeError, UnicodeError) as error:
-        raise MalformedError(f"not JSON: {error}") from None
+    return message
 
 
-def peek(data: str | bytes, key: str) -> Any:
-    """Field `key` of a JSON object that may be no valid message; None when there is none."""
-    if too_deep(data):
+def ref_of(data: str) -> Any:
+    """The `ref` of a message that may be no valid one, for the error; None where it has none."""
+    if json_text.too_deep(data):
         return None
     try:
         value = msgspec.json.decode(data)
     except ValueError:
         return None
-    return value.get(key) if isinstance(value, dict) else None
-
-
-def too_deep(data: str | bytes) -> bool:
-    """Whether JSON is nested deeper than anyone needs.
-
-    What can just be decoded here could not be encoded again elsewhere, where Python's own stack is
-    deeper: a `ref` would come back as a failure of the room.
-    """
-    text = data if isinstance(data, str) else data.decode(errors="replace")
-    if text.count("[") + text.count("{") <= _DEEPEST:
-        return False
-    depth = 0
-    for bracket in _BRACKETS.findall(_STRINGS.sub("", text)):
-        depth += 1 if bracket in "[{" else -1
-        if depth > _DEEPEST:
-            return True
-    return False
+    return value.get("ref") if isinstance(value, dict) else None
 
 
 def parse_x(value: object) -> float | None:

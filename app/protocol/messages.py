@@ -4,9 +4,10 @@ docs/protocol.md describes every field; tests/golden/ holds examples that other 
 too. What clients say is in client_messages.py, the binary messages in snapshots.py and segments.py.
 """
 
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
+from msgspec import Meta
 
 from app.protocol.visitors import Visitor
 
@@ -56,7 +57,7 @@ class SignedReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     receipt: dict[str, Any]
-    index: int
+    index: Annotated[int, Meta(ge=0, le=(1 << 63) - 1)]
     root: str
     signature: str
 

@@ -14,8 +14,15 @@ from engine.drops.verify import Verification
 from engine.errors import RecordError
 from engine.seeding import parse_seed
 
-_ENTRY: Final = ("ball", "tick", "seed", "x", "aim", "stake", "who", "practice", "result")
+ENTRY: Final = ("ball", "tick", "seed", "result")
+"""What each drop of a log has."""
+
+ENTRY_OPTIONAL: Final = ("x", "aim", "stake", "who", "practice")
+"""What it may have besides."""
+
 _RESULT: Final = ("tick", "bin", "score", "t", "x_end", "digest", "unsettled")
+RESULT: Final = (*_RESULT, "payout")
+"""What the result of a drop that has ended has."""
 
 
 class DropFormat(InputFormat[DropCommand, DropRow]):
@@ -64,10 +71,10 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
         """Raise RecordError unless the entry has all that a drop needs."""
         if not isinstance(entry, Mapping):
             raise RecordError(f"{where} is not an object", field=where)
-        for name in ("ball", "tick", "seed", "result"):
+        for name in ENTRY:
             if name not in entry:
                 raise RecordError(f"{where} lacks {name!r}", field=f"{where}.{name}")
-        check_known(entry, _ENTRY, where)
+        check_known(entry, (*ENTRY, *ENTRY_OPTIONAL), where)
         if entry["ball"] != number:
             raise RecordError(
                 f"{where}.ball is {entry['ball']!r}: balls are numbered from 0, none left out",
@@ -75,13 +82,13 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             )
         result = entry["result"]
         if result is not None and not (
-            isinstance(result, Mapping) and all(name in result for name in (*_RESULT, "payout"))
+            isinstance(result, Mapping) and all(name in result for name in RESULT)
         ):
             raise RecordError(
-                f"{where}.result is neither null nor an object with {', '.join(_RESULT)}",
+                f"{where}.result is neither null nor an object with {', '.join(RESULT)}",
                 field=f"{where}.result",
             )
-        check_known(result or {}, (*_RESULT, "payout"), f"{where}.result")
+        check_known(result or {}, RESULT, f"{where}.result")
 
     def first_line(self, entry: Mapping[str, Any]) -> bytes:
         """The digest of the drop's result."""

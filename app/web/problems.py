@@ -76,8 +76,7 @@ def _about(request: Request) -> dict[str, str]:
 
 
 async def _known_error(request: Request, error: Exception) -> Response:
-    known = answer(error)
-    if known.status >= 500 and known.status != 503:
+    if answer(error).status == 500:
         _log.error("request failed", extra=_about(request), exc_info=error)
     return _answer(request, error)
 

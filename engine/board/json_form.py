@@ -14,11 +14,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
+from engine import json_text
 from engine.board import values
 from engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH, BoardFields
 from engine.board.materials import Material
 from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
-from engine.errors import BoardError
+from engine.errors import BoardError, JsonSyntaxError, JsonValueError
 
 MAX_TEXT: Final = 16_000_000
 """Characters; three times what the largest board allowed needs."""
@@ -69,23 +70,12 @@ def _parse(text: str) -> Mapping[str, Any]:
             field="board",
         )
     try:
-        value = json.loads(text.removeprefix("\ufeff"), object_pairs_hook=_without_repeats)
-    except BoardError:
-        raise
-    except RecursionError:
-        raise BoardError("the board's JSON is nested too deeply", field="board") from None
-    except ValueError as error:  # JSONDecodeError, or an integer of too many digits
-        raise BoardError(f"the board is not valid JSON: {error}", field="board") from error
+        value = json_text.parse(text.removeprefix("\ufeff"))
+    except JsonValueError as error:
+        raise BoardError(str(error), field=error.field) from None
+    except JsonSyntaxError as error:
+        raise BoardError(f"the board is {error}", field="board") from None
     return _object(value, "board")
-
-
-def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    result = dict(pairs)
-    if len(result) < len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for key in keys if keys.count(key) > 1)
-        raise BoardError(f"the key {values.shown(twice)} is given twice", field=twice)
-    return result
 
 
 def fields(form: Mapping[str, Any]) -> dict[str, Any]:

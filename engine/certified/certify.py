@@ -1,5 +1,6 @@
 """The bin of a drop as a theorem: precision is doubled until every comparison is decided."""
 
+import re
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -31,6 +32,9 @@ rolls almost for ever takes so many."""
 
 MOST_DIGITS = 400
 """Of a start given as text: enough for a map of 1e-300 m."""
+
+_DECIMAL = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
+_EXACT = re.compile(f"{_DECIMAL}(/{_DECIMAL})?", re.ASCII)  # Decimal alone reads `1_0` and ` 10`
 
 DIGITS = 25
 """Digits shown of a number that is enclosed more sharply than that."""
@@ -185,7 +189,7 @@ def exact_start(x: Start) -> Fraction:
 
 def _exact(text: str) -> Fraction:
     """A decimal, or a fraction of two; ValueError for what would fill the memory with digits."""
-    if len(text) > MOST_DIGITS:
+    if len(text) > MOST_DIGITS or _EXACT.fullmatch(text) is None:
         raise ValueError(text)
     parts = [Decimal(part) for part in text.split("/", 1)]
     if not all(part.is_finite() and abs(part.adjusted()) <= MOST_DIGITS for part in parts):

@@ -95,15 +95,15 @@ def _session(fields: dict[str, Any], key: str | None) -> int:
 
 def _read(name: str) -> dict[str, Any]:
     """The JSON object in the file `name`, or on standard input for `-`."""
-    from engine.errors import RecordError
+    from engine import json_text
+    from engine.errors import JsonSyntaxError, JsonValueError, RecordError
 
     raw = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
     try:
-        fields = json.loads(raw)
-    except RecursionError:
-        raise RecordError(f"{name}: nested too deeply to be a record") from None
-    except ValueError as error:  # not JSON, or not UTF-8
-        raise RecordError(f"{name}: not JSON: {error}") from None
+        # Windows' shells write what they redirect as UTF-16.
+        fields = json_text.parse(raw.decode(json.detect_encoding(raw)))
+    except (JsonSyntaxError, JsonValueError, UnicodeDecodeError) as error:
+        raise RecordError(f"{name}: {error}") from None
     if not isinstance(fields, dict):
         raise RecordError(f"{name}: a record is one JSON object, not {_short(fields)}")
     return fields

@@ -308,4 +308,5 @@ def _receipt(row: ReceiptRow) -> SignedReceipt:
 def _result(row: ResultRow | None) -> DropResult | None:
     if row is None:
         return None
-    return DropResult(**{name: getattr(row, name) for name in DropResult.__struct_fields__})
+    told = [name for name in DropResult.__struct_fields__ if name != "tick"]
+    return DropResult(**{name: getattr(row, name) for name in told})

@@ -8,6 +8,7 @@ from sqlalchemy import (
     CheckConstraint,
     Column,
     Connection,
+    Dialect,
     Double,
     ForeignKey,
     ForeignKeyConstraint,
@@ -18,6 +19,7 @@ from sqlalchemy import (
     String,
     Table,
     Text,
+    TypeDecorator,
     UniqueConstraint,
     false,
     text,
@@ -25,6 +27,22 @@ from sqlalchemy import (
 from sqlalchemy.dialects import postgresql, sqlite
 
 metadata = MetaData()
+
+
+class Id(TypeDecorator[str]):
+    """What clients name rooms and sessions by.
+
+    PostgreSQL's text cannot hold a NUL: it fails as if the database were lost. An id has none, so
+    what is asked for by one is looked up under a character that no id has either.
+    """
+
+    impl = String(64)
+    cache_ok = True
+
+    def process_bind_param(self, value: str | None, dialect: Dialect) -> str | None:
+        """The id as a database can look it up."""
+        return None if value is None else value.replace("\0", "\ufffd")
+
 
 boards = Table(
     "boards",
@@ -41,7 +59,7 @@ rooms = Table(
     metadata,
     # 64 bits in PostgreSQL; SQLite numbers rows by itself only where the type is INTEGER.
     Column("number", BigInteger().with_variant(Integer, "sqlite"), primary_key=True),
-    Column("id", String(64), nullable=False),
+    Column("id", Id, nullable=False),
     Column("board", String(64), ForeignKey("boards.digest"), nullable=False),
     Column("mode", String(16), nullable=False),
     Column("owned", Boolean, nullable=False),
@@ -117,8 +135,8 @@ results = Table(
 fair_sessions = Table(
     "fair_sessions",
     metadata,
-    Column("id", String(64), primary_key=True),
-    Column("room", String(64), nullable=False),
+    Column("id", Id, primary_key=True),
+    Column("room", Id, nullable=False),
     Column("board", String(64), ForeignKey("boards.digest"), nullable=False),
     Column("server_seed", String(64), nullable=False),
     Column("client_seed", String(64)),  # NULL until the player opens it
@@ -135,7 +153,7 @@ receipts = Table(
     "receipts",
     metadata,
     Column("leaf", BigInteger, primary_key=True, autoincrement=False),
-    Column("session", String(64), ForeignKey("fair_sessions.id"), nullable=False),
+    Column("session", Id, ForeignKey("fair_sessions.id"), nullable=False),
     Column("number", BigInteger, nullable=False),
     Column("room", BigInteger, nullable=False),
     Column("ball", BigInteger, nullable=False),
@@ -172,7 +190,7 @@ totals = Table(
 halts = Table(
     "halts",
     metadata,
-    Column("room", String(64), primary_key=True),
+    Column("room", Id, primary_key=True),
     Column("since", Double, nullable=False),  # Unix time, s
 )
 
@@ -181,7 +199,7 @@ halts = Table(
 holds = Table(
     "holds",
     metadata,
-    Column("room", String(64), primary_key=True),
+    Column("room", Id, primary_key=True),
     Column("number", BigInteger, nullable=False),
     Column("holder", Text, nullable=False),
     Column("address", Text, nullable=False),  # where the other servers reach it

@@ -9,10 +9,12 @@ import numpy.typing as npt
 
 from app.render.parts import ground
 from app.render.parts.pegs import paint_pegs
+from app.render.parts.sides import sides_of
 from app.render.parts.view import View
 from app.render.raster.canvas import Canvas, polygon_coverage, text_width
 from app.render.theme import Theme, named
 from engine import Board
+from engine.board.parts import Wall
 
 Point = tuple[float, float]
 
@@ -136,10 +138,10 @@ def _field(board: Board, view: View) -> list[Point]:
 
 
 def _side(board: Board, view: View, side: int) -> list[Point]:
-    """Pixels from top to bottom along the walls on one side (-1 left, 1 right) of the start."""
+    """Pixels from top to bottom along the walls at one side, -1 left or 1 right."""
     points: list[Point] = []
-    for wall in board.walls:
-        if side * (wall.x1 + wall.x2 - 2.0 * board.drop.x) > 0.0:
+    for wall, at in zip(board.walls, sides_of(board), strict=True):
+        if at == side:
             points += _near_picture(
                 (view.px(wall.x1), view.py(wall.y1)), (view.px(wall.x2), view.py(wall.y2)), view
             )
@@ -188,11 +190,14 @@ def _hopper(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
 
 
 def _rails(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
-    """Walls have no thickness: a rail lies outside of its wall, so that balls touch its edge."""
+    """Walls have no thickness: at a side the rail lies outside, so that balls touch its edge."""
     shape = theme.shapes["rail"]
     width = max(shape["least"] * view.unit, shape["metres"] * view.scale)
     shade = [length * view.unit for length in shape["shade"]]
-    lines = [_rail(board, view, number, width) for number in range(len(board.walls))]
+    lines = [
+        _rail(view, wall, 0.5 * width * side)
+        for wall, side in zip(board.walls, sides_of(board), strict=True)
+    ]
     for x1, y1, x2, y2 in lines:
         ends = (x1 + shade[0], y1 + shade[1], x2 + shade[0], y2 + shade[1])
         canvas.line(ends, width, theme["railShade"])
@@ -200,9 +205,6 @@ def _rails(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
         canvas.line(ends, width, theme["rail"])
 
 
-def _rail(board: Board, view: View, number: int, width: float) -> tuple[float, float, float, float]:
-    wall = board.walls[number]
-    middle = wall.x1 + wall.x2 - 2.0 * board.drop.x
-    away = 0.5 * width * ((middle > 0.0) - (middle < 0.0))
+def _rail(view: View, wall: Wall, away: float) -> tuple[float, float, float, float]:
     # A wall may be drawn far longer than the picture: clipping keeps the painted box small.
     return view.px(wall.x1) + away, view.py(wall.y1), view.px(wall.x2) + away, view.py(wall.y2)

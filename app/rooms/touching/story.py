@@ -21,6 +21,9 @@ from engine.constants import PHYSICS_VERSION
 
 MOST_INPUTS: Final = 10_000
 
+LEAST_BALLS: Final = 30
+"""Some 80 us a tick in 4 substeps, as one ball takes."""
+
 
 class StoryEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What was done, in the form of a room's log, and at which tick."""
@@ -64,6 +67,10 @@ class Story:
         """That can have been in it at a time."""
         added = sum(isinstance(change, wire.AddMessage) for _, change in self.changes)
         return int(self.scene.values["balls"]) + added
+
+    def ball_substeps(self, tick_rate: int) -> float:
+        """What telling it takes: a tick of however few balls costs as much as of `LEAST_BALLS`."""
+        return self.tick / tick_rate * self.substeps * max(self.most_balls, LEAST_BALLS)
 
     @property
     def substeps(self) -> float:

@@ -132,6 +132,37 @@ class SecurityHeaders:
         await self.app(scope, receive, send_with_headers)
 
 
+class WeakWhenCompressed:
+    """Gives a compressed answer a weak ETag: its bytes are not those of the plain one.
+
+    A strong one would name both (RFC 9110, 8.8.1), and a cache could join parts of the two. An
+    answer that nothing has changed has the tag as the client has it.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on and weaken the tag of its answer."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        known = Headers(scope=scope).get("if-none-match", "")
+
+        async def send_weakened(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                weak = f"W/{headers.get('etag')}"
+                shown = message["status"] == 304 and weak in known
+                if headers.get("etag", "").startswith('"') and (
+                    shown or "content-encoding" in headers
+                ):
+                    headers["etag"] = weak
+            await send(message)
+
+        await self.app(scope, receive, send_weakened)
+
+
 class _BodyOverflowError(Exception):
     """Carries the overflow from `receive` up through the application."""
 

@@ -15,7 +15,7 @@ from app.computing.pool import DEADLINE
 from app.computing.prices import Price
 from app.errors import DeadlineError, GoneError, InvalidValueError, TooLargeError, shorten
 from app.web.edge.addresses import one_client
-from app.web.schemas.body import decode
+from app.web.schemas.body import decode, shaped
 from app.web.schemas.problem import Problem
 from app.web.services import Services
 from engine import Board
@@ -60,14 +60,16 @@ Server = Annotated[Services, Depends(_asked_for)]
 async def read(request: Request, kind: type[T], empty: T | None = None) -> T:
     """The request's JSON body as `kind`; `empty` stands for no body at all.
 
-    Raises MalformedError and InvalidValueError. A large body is decoded in a thread.
+    Raises what `decode` raises. A large body is checked by a worker, and so what `compute` raises.
     """
     body = await request.body()
     if not body and empty is not None:
         return empty
     if len(body) <= _INLINE_BODY:
         return decode(body, kind)
-    return await asyncio.to_thread(decode, body, kind)
+    check = functools.partial(tasks.check_json, body)
+    await compute(request, check, prices.json(len(body)), quick=True)
+    return await asyncio.to_thread(shaped, body, kind)
 
 
 async def compute(
@@ -166,7 +168,7 @@ async def resolve_board(request: Request, board: msgspec.Raw) -> Board:
     text = bytes(board)
     if text.startswith(b"{"):
         return await checked_board(request, text)
-    named = decode(text, Any)
+    named = msgspec.json.decode(text)
     if isinstance(named, str):
         return services(request).boards.find(named)
     raise BoardError(
@@ -216,11 +218,11 @@ async def board_task(request: Request, text: bytes, task: Callable[[bytes], T]) 
     """What a worker makes of a board's JSON, which it reads and checks.
 
     Raises TooLargeError when it has more pegs and walls than the server takes, BoardError when it
-    cannot be played, MalformedError and InvalidValueError for what is no JSON object, and what
-    `compute` raises.
+    cannot be played, JsonSyntaxError, JsonValueError and InvalidValueError for what is no JSON
+    object, and what `compute` raises.
     """
     server = services(request)
-    surfaces = decode(text, _Form).surfaces
+    surfaces = _surfaces(text)
     if surfaces > server.settings.max_surfaces:
         raise TooLargeError(
             f"a board of {surfaces} pegs and walls is over the limit of "
@@ -228,12 +230,7 @@ async def board_task(request: Request, text: bytes, task: Callable[[bytes], T]) 
             field="board",
         )
     work = functools.partial(task, text)
-    try:
-        return await compute(request, work, prices.check(surfaces), quick=True)
-    except (msgspec.MsgspecError, UnicodeDecodeError):
-        # What is skipped here is read there: a number out of range, bytes that are no text.
-        await asyncio.to_thread(decode, text, dict[str, Any])
-        raise
+    return await compute(request, work, prices.check(surfaces), quick=True)
 
 
 class _Form(msgspec.Struct):
@@ -242,10 +239,15 @@ class _Form(msgspec.Struct):
     pegs: msgspec.Raw = msgspec.Raw(b"[]")
     walls: msgspec.Raw = msgspec.Raw(b"[]")
 
-    @property
-    def surfaces(self) -> int:
-        lists = (part for part in (self.pegs, self.walls) if bytes(part).startswith(b"["))
+
+def _surfaces(text: bytes) -> int:
+    """How many pegs and walls a board has; 0 for what is no board, which the worker refuses."""
+    try:
+        form = msgspec.json.decode(text, type=_Form)
+        lists = (part for part in (form.pegs, form.walls) if bytes(part).startswith(b"["))
         return sum(len(msgspec.json.decode(part, type=list[msgspec.Raw])) for part in lists)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+        return 0
 
 
 def cache_headers(etag: str) -> dict[str, str]:

@@ -1,13 +1,49 @@
-"""Query parameters that no route lists, or that come twice, are refused like unlisted fields."""
+"""What all query parameters have in common: they are listed, come once, and numbers are plain.
 
-from collections.abc import Collection
+A parameter that the route does not list, or that comes twice, is refused like an unlisted field.
+"""
+
+import re
+from collections.abc import Callable, Collection
+from typing import Annotated, Any
 
 from fastapi import Request
 from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
+from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 from starlette.datastructures import QueryParams
 
 from app.errors import InvalidValueError, shorten
+
+
+def _spelt(pattern: str, wanted: str) -> Callable[[Any], Any]:
+    """A check of how a number is written: Python alone would also read `1_0` and ` 10`."""
+    form = re.compile(pattern, re.ASCII)
+
+    def check(text: Any) -> Any:
+        if isinstance(text, str) and form.fullmatch(text) is None:
+            raise PydanticCustomError("number", "it must be {wanted}", {"wanted": wanted})
+        return text
+
+    return check
+
+
+Number = Annotated[
+    float,
+    Field(allow_inf_nan=False),
+    BeforeValidator(
+        _spelt(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", "a decimal number, as 0.5 or 1e-3")
+    ),
+]
+"""A query parameter that is a number."""
+
+Whole = Annotated[
+    int,
+    Field(lt=1 << 63),  # what a ledger can hold
+    BeforeValidator(_spelt(r"[+-]?\d+", "a whole number in digits")),
+]
+"""A query parameter that is a whole number."""
 
 
 async def listed_queries(request: Request) -> None:

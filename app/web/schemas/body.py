@@ -1,13 +1,12 @@
 """A request's bytes as a body, or the error that says best what is wrong with them."""
 
-import contextlib
-import json
 import re
-from typing import NoReturn, TypeVar
+from typing import TypeVar
 
 import msgspec
 
 from app.errors import InvalidValueError, MalformedError
+from engine import json_text
 
 T = TypeVar("T")
 
@@ -15,17 +14,23 @@ T = TypeVar("T")
 def decode(body: bytes, kind: type[T]) -> T:
     """A JSON body as `kind`.
 
-    Raises MalformedError for what is not JSON, InvalidValueError for a wrong shape or for NaN and
-    its kin, which JSON does not have.
+    Raises JsonSyntaxError, JsonValueError and what `shaped` raises.
+    """
+    json_text.parse(body)
+    return shaped(body, kind)
+
+
+def shaped(body: bytes, kind: type[T]) -> T:
+    """JSON that `json_text.parse` has read, or will read, as `kind`.
+
+    Raises InvalidValueError for a wrong shape, MalformedError for what is not JSON.
     """
     try:
         return msgspec.json.decode(body, type=kind)
     except msgspec.ValidationError as error:
         raise InvalidValueError(f"body: {error}", field=_field(str(error))) from None
-    except RecursionError:
-        raise MalformedError("the body's JSON is nested too deeply", field="body") from None
-    except (msgspec.DecodeError, ValueError) as error:
-        _explain(body, error)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise MalformedError(f"the body is not JSON: {error}", field="body") from None
 
 
 _PLACE = re.compile(r" - at `(?:key in )?\$\.?(?P<path>[^`]*)`")
@@ -37,15 +42,3 @@ def _field(message: str) -> str:
     place, name = _PLACE.search(message), _NAME.search(message)
     parts = [place["path"] if place else "", name["name"] if name else ""]
     return ".".join(filter(None, parts)) or "body"
-
-
-def _explain(body: bytes, error: Exception) -> NoReturn:
-    """Raise the error that says best why `body` is not JSON."""
-
-    def no_constant(name: str) -> NoReturn:
-        raise InvalidValueError(f"body: {name} is not a JSON number", field="body")
-
-    # What is not JSON in any dialect keeps the first reader's message.
-    with contextlib.suppress(ValueError, RecursionError):
-        json.loads(body, parse_constant=no_constant)
-    raise MalformedError(f"the body is not JSON: {error}", field="body") from None

@@ -19,7 +19,6 @@
  * @typedef {{receipt: Receipt, index: number, root: string, signature: string}} SignedReceipt
  *
  * @typedef {object} DropResult
- * @property {number} tick
  * @property {number | null} bin
  * @property {number} score
  * @property {number} t s
@@ -51,7 +50,8 @@ const VERSION = 1;
 const SIGNED = ["statement", "signature"];
 const RECEIPT = ["receipt", "index", "root", "signature"];
 const DROP = [...RECEIPT, "inclusion", "consistency", "result"];
-const RESULT = ["tick", "bin", "score", "t", "x_end", "digest", "unsettled", "payout"];
+const RESULT = ["bin", "score", "t", "x_end", "digest", "unsettled", "payout"];
+const EARLIER = ["tick"]; // in exports of before: it follows from nothing that is signed
 const EXPORT = ["kind", "version", "key", "session", "board", "client_seed", "server_seed", "drops",
   "head", "end"];
 const HEARD = ["heard", "heard_session"]; // which the player may add
@@ -104,7 +104,7 @@ function checkDrop(drop, where) {
   const { inclusion, consistency, result } = checkReceipt(drop, where, DROP);
   list(inclusion, `${where}.inclusion`);
   list(consistency, `${where}.consistency`);
-  if (result !== null) fields(object(result, `${where}.result`), `${where}.result`, RESULT);
+  if (result !== null) fields(object(result, `${where}.result`), `${where}.result`, RESULT, EARLIER);
 }
 
 /** @param {unknown} value @param {string} where @param {string[]} names */

@@ -53,3 +53,65 @@ export function allowedAim(board, slots, x) {
   const offset = Math.max(-span, Math.min(span, x - middle));
   return middle + Math.trunc(offset * 1e4) / 1e4;
 }
+
+/**
+ * Which walls are the board's sides, whose rails lie outside of them; app/render/parts/sides.py has
+ * the same. A side leads down to an outer end of the bins, or past it, through walls that share
+ * their ends.
+ * @param {Pick<Board, "walls" | "bins" | "ball" | "drop">} board
+ * @returns {number[]} for each wall -1 at the left side, 1 at the right one, 0 inside
+ */
+export function sidesOf(board) {
+  const { walls, drop } = board;
+  /** @type {number[]} */
+  const found = walls.map(() => 0);
+  for (const chain of chainsOf(walls)) {
+    const ends = new Set(chain.map((number) => endReached(board, walls[number])).filter(Boolean));
+    const [only] = ends;
+    for (const number of chain) {
+      const { x1, x2 } = walls[number];
+      if (ends.size > 0) found[number] = ends.size === 1 ? only : Math.sign(x1 + x2 - 2 * drop.x);
+    }
+  }
+  return found;
+}
+
+/**
+ * The outer end of the bins, -1 or 1, that a wall leads down to, within a ball's radius; else 0.
+ * @param {Pick<Board, "bins" | "ball">} board
+ * @param {Wall} wall
+ */
+function endReached({ bins: { y, edges }, ball: { radius } }, { x1, y1, x2, y2 }) {
+  const [top, bottom] = y1 < y2 || (y1 === y2 && x1 <= x2)
+    ? [{ x: x1, y: y1 }, { x: x2, y: y2 }] : [{ x: x2, y: y2 }, { x: x1, y: y1 }];
+  if (y < top.y || y > bottom.y + radius) return 0;
+  const part = bottom.y > top.y ? Math.min((y - top.y) / (bottom.y - top.y), 1) : 1;
+  const x = top.x + part * (bottom.x - top.x);
+  return Number(x >= edges[edges.length - 1] - radius) - Number(x <= edges[0] + radius);
+}
+
+/** @param {Wall[]} walls @returns {number[][]} by their numbers, those that hang together */
+function chainsOf(walls) {
+  /** @type {Map<string, number[]>} */
+  const meeting = new Map();
+  const endsOf = (/** @type {number} */ number) => {
+    const { x1, y1, x2, y2 } = walls[number];
+    return [`${x1},${y1}`, `${x2},${y2}`];
+  };
+  walls.forEach((_, number) => {
+    for (const end of endsOf(number)) meeting.set(end, [...(meeting.get(end) ?? []), number]);
+  });
+  const left = new Set(walls.keys());
+  const chains = [];
+  for (const first of left) {
+    left.delete(first);
+    const chain = [first];
+    for (const number of chain) { // which grows
+      for (const other of endsOf(number).flatMap((end) => meeting.get(end) ?? [])) {
+        if (left.delete(other)) chain.push(other);
+      }
+    }
+    chains.push(chain);
+  }
+  return chains;
+}

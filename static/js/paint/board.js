@@ -1,6 +1,6 @@
 // Paints what never moves: plate, rails, pegs, bins. Called on resize and theme change only.
 
-import { startSpan } from "../model/board.js";
+import { sidesOf, startSpan } from "../model/board.js";
 import { disc } from "../util/canvas.js";
 import { tight } from "../util/format.js";
 import { GROUNDS, SURROUNDINGS } from "./ground.js";
@@ -73,15 +73,15 @@ function fadeSides(ctx, { width, height }, colour) {
 /** @typedef {{x: number, y: number, width: number, height: number}} Box */
 
 /**
- * The part between the chains of walls on the left and on the right; all of it without walls.
+ * The part between the walls at the left side and those at the right; all of it without them.
  * @param {CanvasRenderingContext2D} ctx
  * @param {Geometry} geometry
  * @param {Board} board
  */
 function clipToField(ctx, { px, py, width, height }, board) {
-  const middle = 2 * board.drop.x;
-  const left = chain(board.walls.filter((wall) => wall.x1 + wall.x2 < middle));
-  const right = chain(board.walls.filter((wall) => wall.x1 + wall.x2 > middle));
+  const sides = sidesOf(board);
+  const left = chain(board.walls.filter((_, number) => sides[number] < 0));
+  const right = chain(board.walls.filter((_, number) => sides[number] > 0));
   ctx.beginPath();
   if (left.length && right.length) {
     const outline = [...left, ...right.reverse()].map(({ x, y }) => ({ x: px(x), y: py(y) }));
@@ -162,17 +162,15 @@ function paintPegs(ctx, { px, py, scale }, board, colours, shape) {
 function paintRails(ctx, { px, py, scale }, board, colours, { metres, least, shade }) {
   const width = Math.max(least, metres * scale);
   ctx.lineCap = "round";
-  for (const wall of board.walls) {
-    // The wall has no thickness; its rail lies outside of it, so that balls touch its inner edge.
-    const away = Math.sign(wall.x1 + wall.x2 - 2 * board.drop.x) * (width / 2);
-    const from = [px(wall.x1) + away, py(wall.y1)];
-    const to = [px(wall.x2) + away, py(wall.y2)];
-    const [right, down] = shade;
-    stroke(
-      ctx, from[0] + right, from[1] + down, to[0] + right, to[1] + down, width, colours.railShade,
-    );
-    stroke(ctx, from[0], from[1], to[0], to[1], width, colours.rail);
-  }
+  const sides = sidesOf(board);
+  /** @param {string} colour @param {number} right @param {number} down CSS pixels */
+  const rails = (colour, right, down) => board.walls.forEach((wall, number) => {
+    // A wall has no thickness; at a side its rail lies outside, so that balls touch its inner edge.
+    const across = sides[number] * (width / 2) + right;
+    stroke(ctx, px(wall.x1) + across, py(wall.y1) + down, px(wall.x2) + across, py(wall.y2) + down, width, colour);
+  });
+  rails(colours.railShade, shade[0], shade[1]); // all of them first: none lies on another's rail
+  rails(colours.rail, 0, 0);
 }
 
 /**

@@ -6,7 +6,10 @@ import { ExportError, readExport } from "../fairness/export.js";
 import { t } from "../texts/text.js";
 import { byId, inputOf } from "../util/dom.js";
 import { messageOf } from "../net/api.js";
+import { showingToken } from "../net/session-token.js";
 import { Theme } from "../paint/theme.js";
+
+const EXPORT = /\/api\/v1\/sessions\/([^/]+)\/export$/;
 
 const verdict = byId("verdict");
 const list = byId("steps");
@@ -36,12 +39,23 @@ function refuse(error) {
 /** @param {string} link */
 async function checkLink(link) {
   try {
-    const response = await fetch(link);
+    const response = await fetch(link, tokenFor(new URL(link, document.baseURI)));
     if (!response.ok) throw new Error(t("check.missing", { address: link, status: String(response.status) }));
     await check(await response.text(), key());
   } catch (error) {
     refuse(error);
   }
+}
+
+/**
+ * What opens an export of this site's to its player.
+ * @param {URL} url
+ * @returns {RequestInit}
+ */
+function tokenFor({ origin, pathname }) {
+  const session = EXPORT.exec(pathname)?.[1];
+  if (session === undefined || origin !== window.location.origin) return {};
+  return showingToken(window.localStorage, decodeURIComponent(session));
 }
 
 Theme.load().catch(refuse);

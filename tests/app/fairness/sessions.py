@@ -101,7 +101,6 @@ def honest(
 def ended(seed: int, aim: float | None) -> DropResult:
     found = drop(BOARD, seed, aim=aim)
     return DropResult(
-        tick=60,
         bin=found.bin,
         score=found.score,
         t=found.duration,

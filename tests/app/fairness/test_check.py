@@ -162,6 +162,13 @@ def test_each_forgery_is_named(forge: Forge, names: set[str]) -> None:
     assert names <= found <= names | {"payout", "outcome"}
 
 
+def test_an_earlier_export_with_the_rooms_tick_is_read_and_proven() -> None:
+    """Nothing signed says at which tick a drop ended, so nothing is made of it."""
+    session = copy.deepcopy(HONEST)
+    session["drops"][0]["result"]["tick"] = 60
+    assert checked(session).ok
+
+
 def test_another_kernel_and_another_server_are_named() -> None:
     assert [step.name for step in checked(HONEST, kernel_digest="0" * 64).failed] == ["kernel"]
     assert [step.name for step in checked(HONEST, key="0" * 64).failed] == ["key"]
@@ -187,6 +194,43 @@ def test_a_field_that_is_signed_but_unknown_is_refused() -> None:
     session["drops"][0]["receipt"]["bonus"] = 1
     with pytest.raises(RecordError, match="plinko receipt"):
         checked(session)
+
+
+NUMBERS: list[tuple[str | int, ...]] = [
+    ("drops", 0, "receipt", "drop"),
+    ("drops", 0, "receipt", "stake"),
+    ("drops", 0, "receipt", "ball"),
+    ("drops", 0, "receipt", "time"),
+    ("drops", 0, "index"),
+    ("drops", 0, "result", "payout"),
+    ("drops", 0, "result", "bin"),
+    ("head", "statement", "size"),
+    ("end", "statement", "drops"),
+    ("heard", 0, "receipt", "drop"),
+    ("heard", 0, "index"),
+]
+
+
+@pytest.mark.parametrize("number", [-1, 2**63, 2**70], ids=["negative", "large", "huge"])
+@pytest.mark.parametrize("path", NUMBERS, ids=lambda path: ".".join(map(str, path)))
+def test_a_number_that_cannot_be_is_named_by_the_command_line(
+    path: tuple[str | int, ...],
+    number: int,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    session = copy.deepcopy(HONEST)
+    last = session["drops"][-1]
+    session["heard"] = [{name: last[name] for name in ("receipt", "index", "root", "signature")}]
+    session = copy.deepcopy(session)
+    place: Any = session
+    for step in path[:-1]:
+        place = place[step]
+    place[path[-1]] = number
+    file = tmp_path / "session.json"
+    file.write_text(json.dumps(session))
+    assert main(["verify", str(file)]) == 2
+    assert str(path[-1]) in capsys.readouterr().err
 
 
 def test_the_command_line_proves_and_names(

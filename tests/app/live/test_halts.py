@@ -128,8 +128,8 @@ def test_a_halt_and_what_was_in_flight_outlive_the_server(tmp_path: Path) -> Non
         assert refused.json()["code"] == "room-halted"
         assert http.get("/api/v1/halts").json()["rooms"][0]["room"] == "main"
         exported = f"/api/v1/sessions/{session['session']}/export"
-        until(lambda: http.get(exported).json()["drops"][0]["result"])
-        (drop,) = http.get(exported).json()["drops"]
+        until(lambda: http.get(exported, headers=shown).json()["drops"][0]["result"])
+        (drop,) = http.get(exported, headers=shown).json()["drops"]
         assert drop["result"]["payout"] is not None
         assert change(server, room="main", halted=False).json() == {"all_since": None, "rooms": []}
         again = http.post("/api/v1/rooms/main/drops", json=body, headers=shown)

@@ -115,7 +115,7 @@ def prove(server: Addressed, told: "Heard") -> int:
             opening = {"seed": CLIENT_SEED.hex()}
             client.post(f"{address}/opening", json=opening, headers=shown)
             client.post(f"{address}/end", headers=shown).raise_for_status()
-            export = client.get(f"{address}/export").raise_for_status().json()
+            export = client.get(f"{address}/export", headers=shown).raise_for_status().json()
             export["heard"] = told.receipts.get(session, [])
             kernel = kernel_digest_of(page_kernels().read_bytes())
             verdict = check_session(read_export(export), kernel_digest=kernel)

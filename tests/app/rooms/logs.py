@@ -31,13 +31,16 @@ SCENE = {"scene": "sandbox", "balls": 3, "width": 3.0, "height": 2.0, "radii": [
 
 
 def of_drops() -> Log:
-    """Drops of independent balls: landed and in flight, by seed, aim and x, staked and not."""
+    """Drops of independent balls, with every field that a log has.
+
+    Landed and in flight, by seed, aim and x, staked, practice and neither.
+    """
     room = IndependentRoom("own-room", Board.from_json(OWN), tick_rate=TICKS, max_balls=9)
     rows: list[Any] = []
     results = {}
     for command in (
         DropCommand(2**63, stake=100, who="ann"),
-        DropCommand(7, x=0.25, who="ben"),
+        DropCommand(7, x=0.25, who="ben", practice=True),
         DropCommand(8),
         DropCommand(9, aim=0.125, stake=7, who="ann"),
     ):

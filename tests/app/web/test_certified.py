@@ -1,6 +1,7 @@
 """Proofs over HTTP: what they say, what may not be asked, and what they may cost."""
 
 import io
+import logging
 
 import httpx
 import pytest
@@ -85,3 +86,19 @@ def test_the_map_is_drawn(http: httpx.Client) -> None:
         colours = {picture.convert("RGB").getpixel((LABELS, y)) for y in (HEAD + 4, HEAD + 22)}
     bins = range(Board.preset("triangle-8").bins.count)
     assert colours <= {colour_of(number, len(bins), (0, 0, 0)) for number in bins}
+
+
+@pytest.mark.parametrize(
+    "path", ["boards/triangle-8/map", "boards/triangle-8/map.png", "drops/triangle-8/1?certified=1"]
+)
+def test_a_missing_part_is_no_error_in_the_log(
+    http: httpx.Client,
+    path: str,
+    caplog: pytest.LogCaptureFixture,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(certificates, "_is_installed", lambda: False)
+    with caplog.at_level(logging.INFO):
+        answer = http.get(f"/api/v1/{path}")
+    assert (answer.status_code, answer.json()["code"]) == (501, "not-installed")
+    assert [each.getMessage() for each in caplog.records if each.levelno >= logging.WARNING] == []

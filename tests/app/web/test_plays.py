@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import time
+import urllib.parse
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +107,38 @@ def test_plays_as_csv_say_the_same(http: httpx.Client, rooms: tuple[str, str]) -
     rest = http.get(following, params={"format": "csv"} | dict(httpx.URL(following).params))
     assert len(list(csv.DictReader(io.StringIO(rest.text)))) == 2
     assert http.get(PLAYS, params={"format": "json"}, headers={"accept": "text/csv"}).json()
+
+
+@pytest.mark.parametrize("mark", ["Zoë 日本", "a>b; rel=x", "100% &?#", "ü"])
+def test_plays_as_csv_are_those_of_any_mark_and_link_to_the_rest(
+    http: httpx.Client, rooms: tuple[str, str], mark: str
+) -> None:
+    for seed in range(3):
+        played(http, rooms[0], seed=seed, who=mark)
+    address = f"/api/v1/players/{urllib.parse.quote(mark, safe='')}/plays"
+    answer = http.get(address, params={"limit": 2, "format": "csv"})
+    assert answer.status_code == 200, answer.text
+    following = answer.links["next"]["url"]
+    assert following.isascii()
+    rest = http.get(following)
+    assert rest.headers["content-type"].startswith("text/csv")
+    seeds = [row["seed"] for page in (answer, rest) for row in table_of(page)]
+    assert seeds == ["2", "1", "0"]
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)", "\u2212 plain"])
+def test_a_cell_of_csv_is_text_and_no_formula(http: httpx.Client, name: str) -> None:
+    board = {**BOARD, "name": name}
+    room = http.post("/api/v1/rooms", json={"board": board}).json()["id"]
+    played(http, room, seed=1, x=-0.125, who=f"calculator {name}")
+    key = urllib.parse.quote(f"calculator {name}", safe="")
+    (row,) = table_of(http.get(f"/api/v1/players/{key}/plays", params={"format": "csv"}))
+    assert row["board"] == (f"'{name}" if name[0] in "=+-@" else name)
+    assert row["x"] == "-0.125", "a number stays one"
+
+
+def table_of(answer: httpx.Response) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(answer.text)))
 
 
 def test_a_mark_that_nobody_used_has_no_plays_and_what_is_none_is_named(

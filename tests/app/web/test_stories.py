@@ -111,6 +111,22 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         "inputs",
     ),
     "hours": ({"tick": 10**7}, "story"),
+    "hours of an empty box": (
+        {"scene": {"scene": "sandbox", "balls": 0}, "inputs": [], "tick": 10**7},
+        "story",
+    ),
+    "ages of an empty box": (
+        {"scene": {"scene": "sandbox", "balls": 0}, "inputs": [], "tick": 10**18},
+        "story",
+    ),
+    "endless substeps": (
+        {"inputs": [{"tick": 5, "input": {"type": "settings", "substeps": 10**400}}]},
+        "story.inputs[0].input.substeps",
+    ),
+    "more substeps than a number can be divided by": (
+        {"inputs": [{"tick": 5, "input": {"type": "settings", "substeps": 10**300}}]},
+        "story",
+    ),
 }
 
 
@@ -121,6 +137,15 @@ def test_a_story_that_cannot_be_is_refused_by_what_is_wrong(http: httpx.Client, 
     reply = http.post("/api/v1/rooms", json={"story": story(**changed)})
     assert (reply.status_code, reply.json().get("field")) == (422, field), reply.text
     assert len(http.get("/api/v1/rooms").json()["rooms"]) == before
+
+
+def test_a_note_in_a_story_nested_too_deeply_is_refused(http: httpx.Client) -> None:
+    deep: Any = 1
+    for _ in range(900):
+        deep = [deep]
+    told = story(inputs=[{"tick": 5, "input": {"type": "clear", "ref": deep}}])
+    reply = http.post("/api/v1/rooms", json={"story": told})
+    assert (reply.status_code, reply.json()["code"]) == (400, "malformed"), reply.text
 
 
 def test_a_story_has_its_scene_in_itself(http: httpx.Client) -> None:

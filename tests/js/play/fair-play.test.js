@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { test } from "node:test";
 
+import { showingToken } from "../../../static/js/net/session-token.js";
 import { FairPlay } from "../../../static/js/play/fairness/fair-play.js";
 import { storage } from "../support.js";
 
@@ -119,4 +120,13 @@ test("a page that can draw no secret says so, and its drops are practice", async
   assert.equal(at.fair.drop("d0", { stake: 100 }), false);
   assert.deepEqual(at.sent, []);
   assert.match(at.told.faults[0], /https/);
+});
+
+test("the session's token is kept beyond its end, for the export", async () => {
+  const kept = storage();
+  const at = await begun(visit(kept));
+  at.fair.ended({ session: "s1", statement: { drops: 0 } });
+  await asked(at);
+  assert.deepEqual(showingToken(kept, "s1").headers.authorization, "Bearer t1");
+  assert.deepEqual(showingToken(kept, "s2"), {});
 });

@@ -6,6 +6,7 @@ import { test } from "node:test";
 import { GRANT } from "../../../static/js/model/player/account.js";
 import { Session } from "../../../static/js/model/player/session.js";
 import { ApiError } from "../../../static/js/net/api.js";
+import { keepToken } from "../../../static/js/net/session-token.js";
 import { Recovery } from "../../../static/js/play/account/recovery.js";
 import { Wallet } from "../../../static/js/play/account/wallet.js";
 import { storage as browser } from "../support.js";
@@ -26,15 +27,16 @@ function exported(results, end = null) {
 function tab(storage, replies) {
   const wallet = new Wallet(storage);
   const session = new Session(storage);
-  const told = { paths: [], gone: [] };
+  const told = { paths: [], shown: [], gone: [] };
   const quiet = {};
   quiet.promise = new Promise((resolve) => { quiet.resolve = resolve; });
   const recovery = new Recovery(wallet, {
     onFound: (played) => session.settle(played),
     onChange: () => { if (wallet.open.length === 0) quiet.resolve(); },
     onGone: (text) => told.gone.push(text),
-  }, async (path) => {
+  }, async (path, options) => {
     told.paths.push(path);
+    told.shown.push(options?.headers?.authorization);
     const reply = replies.shift();
     if (reply instanceof Error) throw reply;
     return reply;
@@ -57,6 +59,27 @@ test("after a change of table or a reload, what landed meanwhile is asked for, a
   assert.equal(wallet.balance, GRANT + 150);
   assert.equal(session.net, 1.5);
   assert.deepEqual(session.last[0].fair, { session: "s1", drop: 0 });
+});
+
+test("a session is asked for by the token that this browser was given", async () => {
+  const storage = browser();
+  keepToken(storage, "other", "t0");
+  keepToken(storage, "s1", "t1");
+  stakedOne(new Wallet(storage));
+  const { recovery, told, done } = tab(storage, [exported([landed(250)])]);
+  recovery.seekAllBut("new");
+  await done;
+  assert.deepEqual(told.shown, ["Bearer t1"]);
+});
+
+test("a stake in a session whose token is lost is back, as the server tells nobody else of it", async () => {
+  const storage = browser();
+  stakedOne(new Wallet(storage));
+  const { wallet, recovery, told, done } = tab(storage, [new ApiError("whose?", 401)]);
+  recovery.seekAllBut("new");
+  await done;
+  assert.equal(wallet.balance, GRANT);
+  assert.equal(told.gone.length, 1);
 });
 
 test("the room that is watched tells its drops itself", () => {

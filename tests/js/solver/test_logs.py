@@ -6,12 +6,14 @@ from typing import Any
 
 import pytest
 
+from app.rooms.drop_format import ENTRY, ENTRY_OPTIONAL, RESULT, DropFormat
 from app.rooms.log import verify_log
 from app.rooms.stakes import payout_of
 from engine import drop, verify
 from tests.app.rooms.logs import LOGS
 from tests.app.rooms.test_log import of_first_version
 from tests.js.conftest import MODULES, Run
+from tests.js.solver import log_fields
 from tests.js.solver.test_solver import opened
 
 
@@ -94,6 +96,17 @@ def test_a_page_computes_a_room_s_log_again_to_the_last_bit(run: Run) -> None:
     wrong[f"drops[{late}].result.payout"] = altered(log, "drops", late, "result", to=kept)
     found = compared(run, log, of_first_version(log), *wrong.values())
     assert found == [None, None, *(field.strip() for field in wrong)]
+
+
+def test_the_log_that_pages_are_tried_on_has_every_field() -> None:
+    log = LOGS["drops"]()
+    assert log.keys() == {*DropFormat.needed, *DropFormat.optional}
+    assert set().union(*log["drops"]) == {*ENTRY, *ENTRY_OPTIONAL}
+    assert {name for drop in log["drops"] for name in drop["result"] or ()} == {*RESULT}
+
+
+def test_pages_know_the_fields_that_the_server_knows() -> None:
+    assert log_fields.FILE.read_text() == log_fields.text(), "python -m tests.js.solver.log_fields"
 
 
 def test_a_page_pays_what_a_room_pays(run: Run) -> None:

@@ -6,19 +6,20 @@ from fastapi import Depends, Query
 
 from app.computing.tasks import Ask
 from app.web.routes.common import Server, chosen_solver
+from app.web.routes.queries import Number, Whole
 from engine.drops.start import start_of
 from engine.seeding import parse_seed
 
-X = Annotated[float | None, Query(description="Explicit start in metres; else the seed decides.")]
+X = Annotated[Number | None, Query(description="Explicit start in metres; else the seed decides.")]
 Aim = Annotated[
-    float | None, Query(description="Middle of what the seed draws, m; else x of the board.")
+    Number | None, Query(description="Middle of what the seed draws, m; else x of the board.")
 ]
 SolverName = Annotated[str, Query(description="`exact` or `stepped`.")]
 Dt = Annotated[
-    float | None, Query(description="Step in seconds, of the stepped solver alone; 1/60.")
+    Number | None, Query(description="Step in seconds, of the stepped solver alone; 1/60.")
 ]
 Substeps = Annotated[
-    int | None, Query(description="Substeps a step, of the stepped solver alone; 4.")
+    Whole | None, Query(description="Substeps a step, of the stepped solver alone; 4.")
 ]
 
 

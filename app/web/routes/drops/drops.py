@@ -28,6 +28,7 @@ from app.web.routes.common import (
 )
 from app.web.routes.drops.asked import Asked
 from app.web.routes.drops.certificates import check_certified
+from app.web.routes.queries import Number
 from app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
 from app.web.schemas.rooms import RoomLog
 from engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
@@ -36,7 +37,7 @@ router = APIRouter(prefix="/api/v1", tags=["drops"])
 
 Certainty = Annotated[bool, Query(description="Say also how sure the bin is (exact solver).")]
 Certified = Annotated[bool, Query(description="Prove the bin as well (exact solver).")]
-Fps = Annotated[float, Query(gt=0, le=1000, description="Frames a second.")]
+Fps = Annotated[Number, Query(gt=0, le=1000, description="Frames a second.")]
 
 
 @router.post(

@@ -25,6 +25,7 @@ from app.web.routes.drops.pictures import (
     drawn_by_worker,
     picture_reply,
 )
+from app.web.routes.queries import Whole
 from app.web.schemas.drops import MapTile
 from engine import PHYSICS_VERSION
 
@@ -37,7 +38,7 @@ MOST_PIXELS = 32
 """Of a tile: a second of one thread, or less."""
 
 X = Annotated[str, Query(max_length=400, description="Zoom in on this start in metres, exact.")]
-Level = Annotated[int, Query(ge=0, le=40, description="Zooms by ten.")]
+Level = Annotated[Whole, Query(ge=0, le=40, description="Zooms by ten.")]
 
 
 @router.get(
@@ -51,8 +52,8 @@ async def get_map_tile(
     server: Server,
     x: X = "0",
     level: Level = 0,
-    first: Annotated[int, Query(ge=0, lt=STRIP_PIXELS, description="Pixel of the strip.")] = 0,
-    count: Annotated[int, Query(ge=1, le=MOST_PIXELS, description="How many.")] = MOST_PIXELS,
+    first: Annotated[Whole, Query(ge=0, lt=STRIP_PIXELS, description="Pixel of the strip.")] = 0,
+    count: Annotated[Whole, Query(ge=1, le=MOST_PIXELS, description="How many.")] = MOST_PIXELS,
 ) -> Response:
     """Which bin the starts about x lead to: pixels of a strip of 160, zoomed 10^level times.
 
@@ -81,8 +82,8 @@ def _map(fmt: str) -> Callable[..., object]:
         request: Request,
         server: Server,
         x: X = "0",
-        levels: Annotated[int, Query(ge=1, le=41, description="Strips.")] = 8,
-        pixels: Annotated[int, Query(ge=1, le=512, description="Of a strip.")] = 64,
+        levels: Annotated[Whole, Query(ge=1, le=41, description="Strips.")] = 8,
+        pixels: Annotated[Whole, Query(ge=1, le=512, description="Of a strip.")] = 64,
         theme: ThemeName = "light",
     ) -> Response:
         """The bin as a function of the start, strip below strip, each a tenth of the one above."""

@@ -3,7 +3,7 @@
 import functools
 import math
 from collections.abc import Callable, Coroutine
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
@@ -24,6 +24,7 @@ from app.web.routes.common import (
     not_modified,
 )
 from app.web.routes.drops.asked import Asked
+from app.web.routes.queries import Number, Whole
 from app.web.services import Services
 from engine import PHYSICS_VERSION, Board
 from engine.parameters import Exact
@@ -31,13 +32,17 @@ from engine.seeding import parse_seed
 
 router = APIRouter(prefix="/api/v1", tags=["pictures"])
 
-Width = Annotated[int, Query(description="Width of the picture in pixels, 240 to 2048.")]
-ThemeName = Annotated[str, Query(description="`light` or `dark`, the page's themes.")]
+MOST_FPS = 60
+
+Width = Annotated[
+    Whole, Query(ge=LEAST_WIDTH, le=MOST_WIDTH, description="Width of the picture in pixels.")
+]
+ThemeName = Annotated[Literal["light", "dark"], Query(description="One of the page's themes.")]
 Moment = Annotated[
-    float | None,
+    Number | None,
     Query(description="Seconds from the start: the picture of that moment, not of the whole drop."),
 ]
-Fps = Annotated[int, Query(description="Frames a second, 1 to 60.")]
+Fps = Annotated[Whole, Query(ge=1, le=MOST_FPS, description="Frames a second.")]
 
 STILLS = {"png": "image/png", "jpg": "image/jpeg"}
 """Format and media type of still pictures. A drop's `.webp` is an animation."""
@@ -47,7 +52,6 @@ MANY = {**STILLS, "webp": "image/webp"}
 
 DEFAULT_DROPS = 10_000
 LONGEST = 60.0  # s of a fall that an animation shows
-MOST_FPS = 60
 _MOST_SHEET = 1 << 23  # pixels of a sheet of many drops, about
 
 ANIMATIONS = {"gif": "image/gif", "webp": "image/webp", "apng": "image/apng"}
@@ -81,8 +85,8 @@ def drawn_by_worker(
 
 
 def pixels_of(board: Board, width: int) -> int:
-    """Pixels of a board's picture; a width that is none counts as the nearest that is one."""
-    view = lay_out(board, min(max(width, LEAST_WIDTH), MOST_WIDTH))
+    """Pixels of a board's picture."""
+    view = lay_out(board, width)
     return view.width * view.height
 
 
@@ -152,8 +156,7 @@ def _animation(fmt: str) -> Callable[..., object]:
             price = prices.one_drop(ask.board, ask.solver)
             address = address_of(request)
             seconds = await charged(server, address, lasting, price, quick=True)
-            # A rate that is none is the drawing's to refuse, as is a width.
-            frames = math.ceil(min(seconds, LONGEST) * min(max(fps, 1), MOST_FPS)) + 1
+            frames = math.ceil(min(seconds, LONGEST) * fps) + 1
             price = prices.animation(pixels_of(ask.board, width), frames)
             draw = functools.partial(tasks.animation, ask, fmt, width, fps, theme)
             return await charged(server, address, draw, price)
@@ -172,7 +175,9 @@ def _name_of(many: Many) -> str:
 async def _many(
     board: str,
     server: Server,
-    drops: Annotated[int | None, Query(description="How many; at most `--max-simulation`.")] = None,
+    drops: Annotated[
+        Whole | None, Query(description="How many; at most `--max-simulation`.")
+    ] = None,
     seed: Annotated[str, Query(description="Of the first drop; then one more each.")] = "0",
 ) -> Many:
     """The drops of a request; raises the errors of what cannot be."""
@@ -221,12 +226,12 @@ def _sheet(fmt: str) -> Callable[..., object]:
         board: str,
         request: Request,
         server: Server,
-        drops: Annotated[int, Query(ge=1, le=256, description="How many.")] = 25,
+        drops: Annotated[Whole, Query(ge=1, le=256, description="How many.")] = 25,
         seed: Annotated[str, Query(description="Of the first drop; then one more each.")] = "0",
         columns: Annotated[
-            int | None, Query(description="By default as many as rows, if they fit.")
+            Whole | None, Query(description="By default as many as rows, if they fit.")
         ] = None,
-        width: Annotated[int, Query(description="Width in pixels, at most 2048.")] = 1140,
+        width: Annotated[Whole, Query(ge=1, le=MOST_WIDTH, description="Width in pixels.")] = 1140,
         theme: ThemeName = "light",
     ) -> Response:
         """The whole paths of many drops side by side, each with its seed and what it paid."""

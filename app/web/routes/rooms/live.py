@@ -14,12 +14,13 @@ from app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot
 from app.pictures.frame import draw, moment_of, pixels_of, still_of
 from app.web.routes.common import Server, address_of, attended, charged, documented, is_current
 from app.web.routes.drops.pictures import STILLS, ThemeName, Width, add_routes
+from app.web.routes.queries import Whole
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 
 STREAM = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
 
-Fps = Annotated[int, Query(ge=1, le=60, description="Frames a second, at most.")]
+Fps = Annotated[Whole, Query(ge=1, le=60, description="Frames a second, at most.")]
 
 
 def _frame(fmt: str) -> Callable[..., object]:

@@ -5,7 +5,7 @@ import functools
 import io
 import re
 import urllib.parse
-from typing import Annotated, Literal
+from typing import Annotated, Any, Final, Literal
 
 import msgspec
 from fastapi import APIRouter, Query, Request, Response
@@ -16,6 +16,7 @@ from app.persistence.statements import store
 from app.persistence.statements.plays import Play
 from app.rooms.stakes import parse_who
 from app.web.routes.common import Server, checked_board, documented, limit_drops, reply
+from app.web.routes.queries import Whole
 from app.web.schemas.players import PlayList, PlayView
 from app.web.services import Services
 
@@ -23,7 +24,7 @@ router = APIRouter(prefix="/api/v1/players", tags=["rooms"])
 
 CSV = "text/csv"
 
-Limit = Annotated[int, Query(ge=1, le=100, description="How many plays, at most.")]
+Limit = Annotated[Whole, Query(ge=1, le=100, description="How many plays, at most.")]
 Before = Annotated[
     str | None, Query(description="The play before which the page begins; without, the last one.")
 ]
@@ -31,6 +32,7 @@ Format = Annotated[
     Literal["json", "csv"] | None, Query(description="Else what the Accept header prefers.")
 ]
 
+_FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")
 _PLACE = re.compile(r"(\d{1,15})\.(\d{1,15})", re.ASCII)
 
 
@@ -70,8 +72,9 @@ async def list_plays(
     if not _wants_csv(format, request):
         return reply(page, headers=headers)
     if page.next is not None:
-        following = request.url.include_query_params(before=page.next)
-        headers["link"] = f'<{following.path}?{following.query}>; rel="next"'
+        following = urllib.parse.urlencode({**request.query_params, "before": page.next})
+        path = urllib.parse.quote(request.scope["path"])
+        headers["link"] = f'<{path}?{following}>; rel="next"'
     return Response(_table(views), headers=headers, media_type=f"{CSV}; charset=utf-8")
 
 
@@ -108,9 +111,18 @@ def _wants_csv(chosen: str | None, request: Request) -> bool:
 
 
 def _table(views: list[PlayView]) -> str:
-    """One line a play, below the fields' names (RFC 4180)."""
+    """One line a play, below the fields' names (RFC 4180).
+
+    A text that a spreadsheet would take for a formula has an apostrophe before it, which makes it
+    text there.
+    """
     text = io.StringIO()
     writer = csv.DictWriter(text, PlayView.__struct_fields__)
     writer.writeheader()
-    writer.writerows(msgspec.to_builtins(view) for view in views)
+    for view in views:
+        writer.writerow({k: _as_text(v) for k, v in msgspec.to_builtins(view).items()})
     return text.getvalue()
+
+
+def _as_text(value: Any) -> Any:
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value

@@ -34,6 +34,7 @@ from app.web.routes.common import (
     reply,
     resolve_board,
 )
+from app.web.routes.queries import Whole
 from app.web.routes.rooms.sessions import Token as SessionToken
 from app.web.routes.rooms.sessions import own_session
 from app.web.schemas.rooms import (
@@ -59,9 +60,9 @@ Mode = Annotated[
     Literal["independent", "interacting", "scene"] | None, Query(description="Rooms of one kind.")
 ]
 After = Annotated[str, Query(description="The id after which the page begins.")]
-Limit = Annotated[int, Query(ge=1, le=1000, description="How many rooms, at most.")]
-First = Annotated[int, Query(ge=0, description="The number of the first drop told.")]
-LogLimit = Annotated[int | None, Query(ge=1, description="How many drops, at most; else all.")]
+Limit = Annotated[Whole, Query(ge=1, le=1000, description="How many rooms, at most.")]
+First = Annotated[Whole, Query(ge=0, description="The number of the first drop told.")]
+LogLimit = Annotated[Whole | None, Query(ge=1, description="How many drops, at most; else all.")]
 
 # Only documents the scheme: what is missing or wrong is said by `app.web.tokens`.
 Token = Depends(
@@ -303,7 +304,7 @@ async def _retold(request: Request, server: Services, body: RoomRequest) -> Reto
             )
     rate, most = server.settings.tick_rate, server.rooms.limits.touching
     story = story_of(body.story, tick_rate=rate, max_balls=most)
-    price = prices.story(story.tick / rate * story.substeps * story.most_balls)
+    price = prices.story(story.ball_substeps(rate))
     work = functools.partial(retell, story, tick_rate=rate, max_balls=most)
     return await attended(request, charged(server, address_of(request), work, price))
 

@@ -9,6 +9,7 @@ from fastapi.security import HTTPBearer
 from app.fairness.export import SessionExport
 from app.live.sessions.fair_session import FairSession
 from app.web.routes.common import Server, body_of, documented, limit_drops, read, reply
+from app.web.routes.queries import Whole
 from app.web.schemas.sessions import (
     LogHead,
     SessionBegun,
@@ -21,7 +22,7 @@ from app.web.services import Services
 
 router = APIRouter(prefix="/api/v1", tags=["sessions"])
 
-Since = Annotated[int, Query(ge=0, description="A size that the log had before.")]
+Since = Annotated[Whole, Query(ge=0, description="A size that the log had before.")]
 
 _EXAMPLE = "9f64a747e1b97f131fabb6b447296c9b6f0201e79fb3c5356e6c77e89b6a806a"
 
@@ -101,15 +102,17 @@ async def end_session(session: str, request: Request, server: Server) -> Respons
 @router.get(
     "/sessions/{session}/export",
     summary="Export a session",
-    responses=documented(SessionExport, 404, 503),
+    responses=documented(SessionExport, 401, 403, 404, 503),
+    dependencies=[Token],
 )
-async def export_session(session: str, server: Server) -> Response:
+async def export_session(session: str, request: Request, server: Server) -> Response:
     """All that is needed to check a session with no network: `plinko verify`, or `verify.html`.
 
-    The server's secret is null in it until the session is over.
+    Only for its player, who shows its token. The server's secret is null in it until the session
+    is over.
     """
-    export = await server.fair.export(await server.fair.find(session))
-    return reply(export, headers={"cache-control": "no-cache"})
+    export = await server.fair.export(await own_session(session, request, server))
+    return reply(export, headers={"cache-control": "private, no-cache"})
 
 
 @router.get("/log", summary="How the log stands", responses=documented(LogHead, 422, 503))

@@ -1,6 +1,7 @@
 // Drops that ended while nobody here watched: what became of them, from the server's ledger.
 
 import { ApiError, getJson } from "../../net/api.js";
+import { showingToken } from "../../net/session-token.js";
 import { t } from "../../texts/text.js";
 import { MINOR_UNITS } from "../own-drops.js";
 
@@ -11,7 +12,7 @@ import { MINOR_UNITS } from "../own-drops.js";
 
 const FIRST_WAIT = 1000; // ms until a session is asked for again in which a ball falls
 const LONGEST_WAIT = 30_000;
-const GONE = 404;
+const GONE = [401, 404]; // no token here that opens it, or no such session
 
 /**
  * What an export tells an account: drops in order, how each has ended, and whether more can come.
@@ -51,7 +52,7 @@ export class Recovery {
    * @param {Wallet} wallet
    * @param {{onFound: (played: Played) => void, onChange: () => void, onGone: (text: string) => void}} listener
    *   onGone: stakes are back, as nobody knows of their drops
-   * @param {(path: string) => Promise<unknown>} [ask]
+   * @param {(path: string, options: RequestInit) => Promise<unknown>} [ask]
    */
   constructor(wallet, listener, ask = getJson) {
     this.wallet = wallet;
@@ -77,10 +78,11 @@ export class Recovery {
   async #look(session, wait) {
     try {
       const path = `sessions/${encodeURIComponent(session)}/export`;
-      this.#take(/** @type {SessionExport} */ (await this.ask(path)));
+      const found = await this.ask(path, showingToken(this.wallet.storage, session));
+      this.#take(/** @type {SessionExport} */ (found));
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      if (error.status === GONE) this.#refund(session);
+      if (GONE.includes(error.status)) this.#refund(session);
     }
     if (this.wallet.open.some((drop) => drop.session === session)) {
       const again = () => this.#look(session, Math.min(2 * wait, LONGEST_WAIT));
@@ -99,7 +101,7 @@ export class Recovery {
     if (changed) this.listener.onChange();
   }
 
-  /** The server has another ledger than when these were dropped. @param {string} session */
+  /** Nobody can say any more what became of these. @param {string} session */
   #refund(session) {
     const lost = this.wallet.open.filter((drop) => drop.session === session);
     for (const { drop, stake } of lost) {

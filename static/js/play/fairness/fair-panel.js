@@ -4,6 +4,7 @@ import { readExport } from "../../fairness/export.js";
 import { report, say, value } from "../../fairness/report.js";
 import { openTools } from "../../fairness/tools.js";
 import { messageOf, request } from "../../net/api.js";
+import { showingToken } from "../../net/session-token.js";
 import { t } from "../../texts/text.js";
 import { byId } from "../../util/dom.js";
 import { saveFile } from "../../util/file.js";
@@ -66,7 +67,8 @@ export class FairPanel {
     this.verdict.hidden = false;
     say(this.verdict, "", t("page.computing"));
     try {
-      const reply = await request(`sessions/${encodeURIComponent(session)}/export`);
+      const path = `sessions/${encodeURIComponent(session)}/export`;
+      const reply = await request(path, showingToken(window.localStorage, session));
       const text = JSON.stringify({ ...(await reply.json()), ...heard });
       this.#saved = { name: `plinko-session-${session.slice(0, SHORT)}.json`, text };
       this.#tools ??= openTools();

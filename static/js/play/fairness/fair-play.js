@@ -3,6 +3,7 @@
 import { canonical } from "../../fairness/canonical.js";
 import { bytesOfHex, hasCrypto, hexOf } from "../../fairness/crypto.js";
 import { commitment } from "../../fairness/seeds.js";
+import { keepToken } from "../../net/session-token.js";
 import { t } from "../../texts/text.js";
 
 /** @import { Receipt, Signed } from "../../fairness/export.js" */
@@ -120,6 +121,7 @@ export class FairPlay {
     this.state = state;
     if (state.token) {
       const { session, token, statement, signature } = state;
+      keepToken(this.storage, session, token);
       this.#keep({ room: this.room, board: this.#board, session, token, secret: this.#secret,
         given: { statement, signature }, heard: [] });
     }

@@ -5,6 +5,7 @@ import { boardDigest, PHYSICS_VERSION } from "../digest.js";
 import { RecordError } from "../errors.js";
 import { sha256 } from "../encoding/sha256.js";
 import { canonical } from "./canonical.js";
+import { ENTRY, ENTRY_OPTIONAL, NEEDED, OPTIONAL, RESULT } from "./fields.js";
 import { worldDigest } from "./world.js";
 
 /** @import { Difference } from "./difference.js" */
@@ -21,11 +22,6 @@ import { worldDigest } from "./world.js";
  */
 
 const KIND = "plinko-room";
-const NEEDED = ["version", "board", "board_digest", "mode", "solver", "tick_rate", "physics_version",
-  "tick", "drops", "world_digest", "digest"];
-const OPTIONAL = ["kind", "room"];
-const ENTRY = ["ball", "tick", "seed", "x", "aim", "stake", "who", "result"];
-const RESULT = ["tick", "bin", "score", "t", "x_end", "digest", "unsettled", "payout"];
 const FIRST_VERSION = 1; // whose digest covers less
 const VERSION = 2;
 const AT_ONCE = 50; // drops between two pauses
@@ -90,7 +86,7 @@ function logOf(value) {
 function checkEntry(entry, number, log) {
   const where = `drops[${number}]`;
   if (!isFields(entry)) throw new RecordError(`${where} is not an object`, where);
-  checkNames(entry, ["ball", "tick", "seed", "result"], ENTRY, where);
+  checkNames(entry, ENTRY, [...ENTRY, ...ENTRY_OPTIONAL], where);
   if (entry.ball !== number) {
     throw new RecordError(`${where}.ball is ${String(entry.ball)}: balls are numbered from 0, `
       + "none left out", `${where}.ball`);

@@ -1,5 +1,6 @@
 """Sessions as players have them: over REST and WebSocket, several balls, many players."""
 
+import copy
 import hashlib
 from typing import Any
 
@@ -34,14 +35,21 @@ def begun(http: httpx.Client, room: str = "main") -> tuple[dict[str, Any], dict[
     return session, shown
 
 
-def checked(http: httpx.Client, session: str, **more: Any) -> Verdict:
-    export = http.get(f"/api/v1/sessions/{session}/export").json()
+def exported(http: httpx.Client, session: str, shown: dict[str, str]) -> dict[str, Any]:
+    answer = http.get(f"/api/v1/sessions/{session}/export", headers=shown)
+    assert answer.status_code == 200, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def checked(http: httpx.Client, session: str, shown: dict[str, str], **more: Any) -> Verdict:
+    export = exported(http, session, shown)
     key = http.get("/api/v1/log").json()["key"]
     return check_session(read_export({**export, **more}), kernel_digest=KERNEL, key=key)
 
 
-def drops_of(http: httpx.Client, session: str) -> list[dict[str, Any]]:
-    drops: list[dict[str, Any]] = http.get(f"/api/v1/sessions/{session}/export").json()["drops"]
+def drops_of(http: httpx.Client, session: str, shown: dict[str, str]) -> list[dict[str, Any]]:
+    drops: list[dict[str, Any]] = exported(http, session, shown)["drops"]
     return drops
 
 
@@ -61,7 +69,7 @@ def test_a_session_over_rest_is_proven_from_its_export(http: httpx.Client, tiny:
         assert (answer["receipt"]["receipt"]["drop"], "practice" in answer) == (number, False)
         assert answer["landed"]["payout"] in (100, 200)
         heard.append(answer["receipt"])
-    before = checked(http, session["session"])
+    before = checked(http, session["session"], shown)
     assert {step.name for step in before.failed} == {"server-seed-open", "end"}
     end = f"/api/v1/sessions/{session['session']}/end"
     ended = http.post(end, headers=shown).json()
@@ -70,7 +78,7 @@ def test_a_session_over_rest_is_proven_from_its_export(http: httpx.Client, tiny:
         == session["statement"]["server_commitment"]
     )
     assert http.post(end, headers=shown).json() == ended
-    verdict = checked(http, session["session"], heard=heard)
+    verdict = checked(http, session["session"], shown, heard=heard)
     assert (verdict.failed, verdict.drops) == ([], 3)
     over = http.post(drops, json={"session": session["session"]}, headers=shown)
     assert (over.status_code, over.json()["code"]) == (409, "session-state")
@@ -140,20 +148,21 @@ def test_a_session_of_another_table_drops_nothing(http: httpx.Client, tiny: str)
     body = {"session": session["session"], "stake": 1}
     answer = http.post("/api/v1/rooms/triangle-8/drops", json=body, headers=shown)
     assert (answer.status_code, answer.json()["code"]) == (409, "session-state")
-    assert checked(http, session["session"]).drops == 0
+    assert checked(http, session["session"], shown).drops == 0
 
 
 async def test_many_players_and_many_balls_in_one_room(
     server: Running, http: httpx.Client, tiny: str
 ) -> None:
     async with playing(server.socket(tiny)) as ada, playing(server.socket(tiny)) as ben:
-        ids = []
+        ids, tokens = [], []
         for player in (ada, ben):
             await player.send(type="session", commitment=COMMITMENT, ref=1)
             state = await player.until("session", ref=1)
             await player.send(type="open", session=state["session"], seed=SEED.hex(), ref=2)
             assert (await player.until("session", ref=2))["open"]
             ids.append(state["session"])
+            tokens.append(state["token"])
         for number in range(4):
             for player, session in ((ada, ids[0]), (ben, ids[1])):
                 await player.send(type="drop", session=session, stake=100, ref=number)
@@ -171,10 +180,10 @@ async def test_many_players_and_many_balls_in_one_room(
                     if not any(each.get("ball") == ball and each["type"] == "landed"
                                for each in player.events):  # fmt: skip
                         await player.until("landed", ball=ball)
-        for player, session in ((ada, ids[0]), (ben, ids[1])):
+        for player, session, token in zip((ada, ben), ids, tokens, strict=True):
             await player.send(type="end", session=session, ref="over")
             await player.until("ended", ref="over")
-            verdict = checked(http, session, heard=heard[session])
+            verdict = checked(http, session, bearer(token), heard=heard[session])
             assert (verdict.failed, verdict.drops) == ([], 4)
 
 
@@ -202,9 +211,37 @@ async def test_a_session_that_broke_off_goes_on_where_it_was(
         await player.until("landed", ball=ball)
         await player.send(type="end", session=session, ref=8)
         await player.until("ended", ref=8)
-    until(lambda: all(drop["result"] for drop in drops_of(http, session)))
-    verdict = checked(http, session)
+    until(lambda: all(drop["result"] for drop in drops_of(http, session, bearer(token))))
+    verdict = checked(http, session, bearer(token))
     assert (verdict.failed, verdict.drops) == ([], 2)
+
+
+def test_a_session_is_exported_to_its_player_alone(http: httpx.Client, tiny: str) -> None:
+    """Everybody in the room hears its id with each receipt."""
+    session, shown = begun(http, tiny)
+    path = f"/api/v1/sessions/{session['session']}/export"
+    nobody = http.get(path)
+    assert (nobody.status_code, nobody.json()["code"]) == (401, "token-missing")
+    _, other = begun(http, tiny)
+    another = http.get(path, headers=other)
+    assert (another.status_code, another.json()["code"]) == (403, "not-yours")
+    assert exported(http, session["session"], shown)["session"]["statement"] == session["statement"]
+
+
+def test_an_export_says_nothing_of_a_drop_that_is_not_checked(
+    http: httpx.Client, tiny: str
+) -> None:
+    session, shown = begun(http, tiny)
+    body = {"stake": 1, "session": session["session"]}
+    http.post(f"/api/v1/rooms/{tiny}/drops?wait=1", json=body, headers=shown)
+    http.post(f"/api/v1/sessions/{session['session']}/end", headers=shown)
+    until(lambda: drops_of(http, session["session"], shown)[0]["result"])
+    told = exported(http, session["session"], shown)
+    for name, value in told["drops"][0]["result"].items():
+        other = copy.deepcopy(told)
+        other["drops"][0]["result"][name] = "else" if isinstance(value, str | None) else value + 1
+        verdict = check_session(read_export(other), kernel_digest=KERNEL)
+        assert not verdict.ok, name
 
 
 def test_the_log_says_that_it_only_grew(http: httpx.Client, tiny: str) -> None:

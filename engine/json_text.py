@@ -1,0 +1,124 @@
+"""JSON text as values, read strictly: what could be read in two ways is refused, with its place.
+
+A key given twice means one thing to one reader and another to the next. NaN and Infinity are not
+JSON. A number beyond float64 would become infinite, a lone surrogate cannot be written as UTF-8,
+and what is nested deeper than `DEEPEST` could be read here and not be written again elsewhere,
+where Python's own stack is deeper.
+"""
+
+import json
+import math
+import re
+from collections.abc import Iterator
+from typing import Any, Final
+
+from engine.errors import JsonSyntaxError, JsonValueError
+
+DEEPEST: Final = 64
+"""Brackets within brackets."""
+
+_STRINGS: Final = re.compile(r'"(?:[^"\\]|\\.)*"', re.DOTALL)
+_BRACKETS: Final = re.compile(r"[\[\]{}]")
+_HALF_PAIR: Final = re.compile(r"\\u[dD][89a-fA-F]")
+_LONGEST_PLACE: Final = 100  # characters of it that an error shows
+
+
+class _Fault:
+    """Stands in place of a value that is refused, until its place is known."""
+
+    def __init__(self, why: str) -> None:
+        self.why = why
+
+
+def parse(text: str | bytes) -> Any:
+    """The value of JSON text; bytes are UTF-8.
+
+    Raises JsonSyntaxError for what is not JSON or nested too deeply, JsonValueError for a value
+    that is refused: its `field` is the place, as `pegs[0].radius`.
+    """
+    if isinstance(text, bytes):
+        try:
+            text = text.decode()
+        except UnicodeDecodeError as error:
+            raise JsonSyntaxError(f"not JSON: not UTF-8: {error.reason}") from None
+    if too_deep(text):
+        raise JsonSyntaxError(f"JSON nested too deeply: more than {DEEPEST} levels")
+    faults: list[_Fault] = []
+
+    def fault(why: str) -> _Fault:
+        faults.append(_Fault(why))
+        return faults[-1]
+
+    def constant(name: str) -> Any:
+        return fault(f"{name} is not a JSON number")
+
+    def real(digits: str) -> Any:
+        value = float(digits)
+        return value if math.isfinite(value) else fault(f"{_short(digits)} is out of range")
+
+    def whole(digits: str) -> Any:
+        if math.isfinite(float(digits)):
+            return int(digits)
+        return fault(f"a number of {len(digits.lstrip('-'))} digits is out of range")
+
+    def members(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            keys = [key for key, _ in pairs]
+            twice = next(key for key in found if keys.count(key) > 1)
+            found[twice] = fault("the key is given twice")
+        return found
+
+    try:
+        value = json.loads(
+            text,
+            parse_constant=constant,
+            parse_float=real,
+            parse_int=whole,
+            object_pairs_hook=members,
+        )
+    except json.JSONDecodeError as error:
+        raise JsonSyntaxError(f"not JSON: {error}") from None
+    if faults or _HALF_PAIR.search(text):
+        for place, why in _faults(value, ""):
+            raise JsonValueError(f"{place or 'the value'}: {why}", field=place)
+    return value
+
+
+def too_deep(text: str) -> bool:
+    """Whether brackets are nested deeper than `DEEPEST`."""
+    if text.count("[") + text.count("{") <= DEEPEST:
+        return False
+    depth = 0
+    for bracket in _BRACKETS.findall(_STRINGS.sub("", text)):
+        depth += 1 if bracket in "[{" else -1
+        if depth > DEEPEST:
+            return True
+    return False
+
+
+def _faults(value: Any, place: str) -> Iterator[tuple[str, str]]:
+    """Every refused value with its place, in the order of the text."""
+    match value:
+        case _Fault():
+            yield place, value.why
+        case str() if _has_surrogate(value):
+            yield place, f"{ascii(value)[:40]} has a lone surrogate, which is no character"
+        case list():
+            for number, item in enumerate(value):
+                yield from _faults(item, f"{place}[{number}]")
+        case dict():
+            for key, item in value.items():
+                name = key.encode("utf-8", "backslashreplace").decode()
+                inner = f"{place}.{name}"[:_LONGEST_PLACE] if place else name[:_LONGEST_PLACE]
+                if _has_surrogate(key):
+                    yield inner, "the key has a lone surrogate, which is no character"
+                yield from _faults(item, inner)
+
+
+def _has_surrogate(text: str) -> bool:
+    return any("\ud800" <= character <= "\udfff" for character in text)
+
+
+def _short(digits: str) -> str:
+    return digits if len(digits) <= 40 else f"{digits[:37]}..."

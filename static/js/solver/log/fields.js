@@ -1,0 +1,7 @@
+// The fields of a room's log, as app/rooms/drop_format.py lists them; not written by hand, but by
+// python -m tests.js.solver.log_fields
+export const NEEDED = ["version", "board", "board_digest", "mode", "solver", "tick_rate", "physics_version", "tick", "drops", "world_digest", "digest"];
+export const OPTIONAL = ["kind", "room"];
+export const ENTRY = ["ball", "tick", "seed", "result"];
+export const ENTRY_OPTIONAL = ["x", "aim", "stake", "who", "practice"];
+export const RESULT = ["tick", "bin", "score", "t", "x_end", "digest", "unsettled", "payout"];

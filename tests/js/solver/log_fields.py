@@ -1,0 +1,30 @@
+"""Makes static/js/solver/log/fields.js anew: the server's list of a log's fields, for pages."""
+
+import json
+from pathlib import Path
+
+from app.rooms.drop_format import ENTRY, ENTRY_OPTIONAL, RESULT, DropFormat
+
+FILE = Path(__file__).parents[3] / "static/js/solver/log/fields.js"
+
+_HEAD = """\
+// The fields of a room's log, as app/rooms/drop_format.py lists them; not written by hand, but by
+// python -m tests.js.solver.log_fields
+"""
+
+
+def text() -> str:
+    """The file as it must be."""
+    lists = {
+        "NEEDED": DropFormat.needed,
+        "OPTIONAL": DropFormat.optional,
+        "ENTRY": ENTRY,
+        "ENTRY_OPTIONAL": ENTRY_OPTIONAL,
+        "RESULT": RESULT,
+    }
+    lines = [f"export const {name} = {json.dumps(names)};\n" for name, names in lists.items()]
+    return _HEAD + "".join(lines)
+
+
+if __name__ == "__main__":
+    FILE.write_text(text(), encoding="utf-8")

@@ -1,0 +1,28 @@
+"""What pages know of a board is what pictures know of it."""
+
+import pytest
+
+from app.render.parts.sides import sides_of
+from engine import Board, preset_names
+from tests.app.render.test_walls import HEXAGON, hexagon, walled
+from tests.js.conftest import Run
+
+RAMP = {"x1": -1.5, "y1": 0.5, "x2": -0.75, "y2": 0.875}
+LID = {"x1": -1.5, "y1": -1.0, "x2": 1.5, "y2": -1.0}
+
+
+@pytest.mark.parametrize(
+    "boards",
+    [
+        [Board.preset(name) for name in preset_names()],
+        [HEXAGON, walled(*hexagon(0.5)), walled(RAMP), walled(LID), walled()],
+    ],
+    ids=["presets", "own"],
+)
+def test_the_same_walls_are_at_the_sides(run: Run, boards: list[Board]) -> None:
+    found = run(
+        "model/board.js",
+        "({ sidesOf }, boards) => boards.map(sidesOf)",
+        [board.to_dict() for board in boards],
+    )
+    assert found == [list(sides_of(board)) for board in boards]
