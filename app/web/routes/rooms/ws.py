@@ -157,7 +157,7 @@ class RoomClient:
                 self._limit_messages()
                 self._take(data)
             except (AppError, EngineError) as error:
-                self._answer(error, client_messages.ref_of(data) if data else None)
+                self._answer(error, client_messages.peek(data, "ref") if data else None)
 
     def _keyframe(self, stream: str) -> Callable[[], WireMessage] | None:
         """Pieces of paths add up: one message makes good those that could not be sent."""
