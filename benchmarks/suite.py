@@ -23,6 +23,7 @@ MODULES = {
     "literature": "literature.literature",
     "scale": "scale.units",
     "attack": "serving.attack.attack",
+    "silence": "serving.silence",
 }
 """Where in this package each benchmark is, in the order in which all of them run."""
 

@@ -20,6 +20,9 @@ DEEPEST: Final = 64
 _STRINGS: Final = re.compile(r'"(?:[^"\\]|\\.)*"', re.DOTALL)
 _BRACKETS: Final = re.compile(r"[\[\]{}]")
 _HALF_PAIR: Final = re.compile(r"\\u[dD][89a-fA-F]")
+# What only a number out of range has: the others are read by the parser's own, faster functions.
+_LONG: Final = re.compile(r"\d{300}")
+_EXPONENT_OR_LONG: Final = re.compile(r"\d[eE]|\d{300}")
 _LONGEST_PLACE: Final = 100  # characters of it that an error shows
 
 
@@ -73,8 +76,8 @@ def parse(text: str | bytes) -> Any:
         value = json.loads(
             text,
             parse_constant=constant,
-            parse_float=real,
-            parse_int=whole,
+            parse_float=real if _EXPONENT_OR_LONG.search(text) else None,
+            parse_int=whole if _LONG.search(text) else None,
             object_pairs_hook=members,
         )
     except json.JSONDecodeError as error:

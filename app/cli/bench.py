@@ -31,6 +31,7 @@ WHAT = (
     "literature",
     "scale",
     "attack",
+    "silence",
 )
 
 

@@ -8,14 +8,14 @@ import time
 from collections.abc import Awaitable, Callable
 from typing import Any, Final
 
-from app.cluster.bell import Bell
 from app.cluster.leases import FAILURES, Leases
 from app.cluster.line import Line
 from app.cluster.membership import BEAT, LEASE, Member, Orphans, View, order
 from app.cluster.passed import Passed
+from app.concurrency.signal import Signal
+from app.concurrency.single_flight import SingleFlight
 from app.errors import AppError, HoldLostError, InvalidValueError, LedgerError, shorten
 from app.live.holding import Holding
-from app.live.looks import Looks
 from app.live.public_tables import MAIN
 from app.persistence.ledger.writer import Ledger
 from app.persistence.statements import fair_store, hold_store, store
@@ -81,11 +81,11 @@ class Node:
         self._missing = False  # somebody has gone since the last sweep
         self._beaten = clock()
         self._doubtful = False  # it was silent for so long that others may have taken its rooms
-        self._looked = Bell()  # at who is alive, with whatever came of it
-        self._missed = Bell()  # somebody is gone
+        self._looked = Signal()  # at who is alive, with whatever came of it
+        self._missed = Signal()  # somebody is gone
         self._knocking: set[str] = set()  # servers of which it is being seen whether they listen
         self._sent: dict[str, tuple[Member, float]] = {}
-        self._looks = Looks[HoldRow | None]()  # at who has a room
+        self._looks = SingleFlight[HoldRow | None]()  # at who has a room
         self._tasks: set[asyncio.Task[Any]] = set()
         holding.claim = self._claim
 
@@ -129,8 +129,10 @@ class Node:
             tasks.create_task(self._again(self.beat))
             tasks.create_task(self._again(self._look, self._missed))
 
-    async def _again(self, work: Callable[[], Awaitable[None]], bell: Bell | None = None) -> None:
-        """Do this for ever, whatever becomes of it: at each beat, and when the bell is rung."""
+    async def _again(
+        self, work: Callable[[], Awaitable[None]], early: Signal | None = None
+    ) -> None:
+        """Do this for ever, whatever becomes of it: at each beat, and when the signal is sent."""
         while True:
             began = self._clock()
             try:
@@ -138,11 +140,11 @@ class Node:
             except Exception:  # noqa: BLE001 - who is silent for a moment has no rooms
                 _log.exception("the cluster cannot be looked after")
             rest = max(0.0, BEAT - (self._clock() - began))
-            if bell is None:
+            if early is None:
                 await asyncio.sleep(rest)
             else:
                 with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(bell.wait(), rest)
+                    await asyncio.wait_for(early.wait(), rest)
 
     async def beat(self) -> None:
         """Say that this server is alive, and see who else is."""
@@ -152,7 +154,7 @@ class Node:
             if self.view.up:
                 _log.warning("the lease store is lost: rooms stay where they are: %s", error)
             self.view.failed()
-            self._looked.ring()
+            self._looked.send()
             return
         now = self._clock()
         self._doubtful = self._doubtful or now - self._beaten > LEASE
@@ -177,10 +179,10 @@ class Node:
     def _notice(self) -> None:
         """Wake those who wait for what was seen now."""
         before, self._seen = self._seen, set(self.view.members)
-        self._looked.ring()
+        self._looked.send()
         if before - self._seen:
             self._missing = True
-            self._missed.ring()
+            self._missed.send()
 
     async def until_looked(self) -> None:
         """Return once it was seen anew who is alive, or that it cannot be seen."""
@@ -246,7 +248,7 @@ class Node:
         while not self.has(room_id):
             await self._holding.until_left(room_id)
             look = functools.partial(self._holds.holder_of, room_id)
-            row = await self._looks.look(room_id, look)
+            row = await self._looks.do(room_id, look)
             other = self._other(room_id, row)
             if other is not None and not only_here:
                 return other

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from app.computing import prices
 from app.errors import InvalidValueError, shorten
 from app.rooms.log import verify_log
-from engine import Board, Drop, DropBatch, drop_many, json_text, verify
+from engine import PHYSICS_VERSION, Board, Drop, DropBatch, drop_many, json_text, verify
 from engine.batches.block import Block, summed
 from engine.batches.job import Job
 from engine.batches.tally import Tally
@@ -44,6 +44,12 @@ class Ask:
     solver: Solver
     aim: float | None = None
 
+    @property
+    def name(self) -> str:
+        """What the drop is called before it is computed: no two drops have the same name."""
+        how = self.solver.encoded().hex()
+        return f"{PHYSICS_VERSION}.{self.board.digest}.{self.seed}.{self.x!r}.{self.aim!r}.{how}"
+
     def drop(self) -> Drop:
         """Compute it; raises ParameterError for a bad start, CostError for too long a path."""
         if isinstance(self.solver, Stepped):
@@ -53,14 +59,6 @@ class Ask:
             found = drop_many(self.board, [self.seed], xs=starts, aim=self.aim, **how)
             prices.stepped_drop(float(found.duration[0]) / self.solver.h).check()
         return make_drop(self.board, self.seed, unsigned_zero(self.x), self.solver, self.aim)
-
-
-@dataclass(frozen=True, slots=True)
-class Facts:
-    """What is asked of a drop before it is drawn or sampled; the duration in s."""
-
-    digest: str
-    duration: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,10 +75,9 @@ class Many:
         return range(self.first, self.first + self.drops)
 
 
-def facts(ask: Ask) -> Facts:
-    """Digest and duration of a drop."""
-    done = ask.drop()
-    return Facts(done.digest, done.duration)
+def duration(ask: Ask) -> float:
+    """How long a drop lasts, s."""
+    return ask.drop().duration
 
 
 def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:

@@ -13,8 +13,8 @@ import math
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from typing import Any, Final, Protocol
 
+from app.concurrency.single_flight import SingleFlight
 from app.errors import AppError, HoldLostError, LedgerError, UnknownRoomError
-from app.live.looks import Looks
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import PublicTables
 from app.live.to_the_end import to_the_end
@@ -90,8 +90,8 @@ class Holding:
         self._make = make
         self._coming: dict[str, asyncio.Task[Room | None]] = {}
         self._leaving: dict[str, asyncio.Future[None]] = {}
-        self._looks = Looks[tuple[bool, int | None]]()  # for rooms that are not here
-        self._confirming = Looks[None]()  # that rooms are here still
+        self._looks = SingleFlight[tuple[bool, int | None]]()  # for rooms that are not here
+        self._confirming = SingleFlight[None]()  # that rooms are here still
         self._next_look = 0.0
         self._confirmed: dict[str, float] = {}  # when each room was known to be here, s
         self._listed: list[Listed] = []
@@ -117,7 +117,7 @@ class Holding:
         exists, after = True, None
         if room_id not in self._coming:
             look = functools.partial(self._look_for, room_id)
-            exists, after = await self._looks.look(room_id, look)
+            exists, after = await self._looks.do(room_id, look)
         if exists:
             await self.take_over(room_id, after)
 
@@ -139,7 +139,7 @@ class Holding:
             return
         hold = self.holds.of(room_id)
         try:
-            await self._confirming.look(room_id, functools.partial(self.holds.confirm, room_id))
+            await self._confirming.do(room_id, functools.partial(self.holds.confirm, room_id))
         except HoldLostError:
             if self.holds.of(room_id) == hold:  # else it left meanwhile, and may be back
                 self.put_away(room_id)

@@ -1,7 +1,7 @@
 """A room's log as it is sent: in pieces, of which a long one's later pages are read on the way.
 
-There is one page at a time for all who read, each is short, and there is a rest after it: a
-thousand readers slow down each other and no drop.
+One page is read at a time, readers in turn. Each is short, and there is a rest after it: a thousand
+readers slow down each other and no drop.
 """
 
 import asyncio
@@ -15,6 +15,7 @@ from typing import Any, Final
 
 import msgspec
 
+from app.concurrency.fair_queue import FairLock
 from app.errors import BusyError, ReadersError
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.log_page import NONE, Entries, LogPage
@@ -69,7 +70,7 @@ class RoomLogs:
         self._compute = compute
         self._clock = clock
         self._sleep = sleep
-        self._turn = asyncio.Lock()
+        self._turns = FairLock()
         self._free = 0.0  # when the next page may be read
         self._readers: Counter[str] = Counter()
 
@@ -102,7 +103,8 @@ class RoomLogs:
         self._readers[reader] += 1
         place = _Place(functools.partial(self._left, reader))
         number = self._runs.of(room).number if session is None else session
-        pages = _Pages(number, room, self._page, marks=marks, part=part)
+        read = functools.partial(self._page, reader)
+        pages = _Pages(number, room, read, marks=marks, part=part)
         self._runs.report([])
         if self._compute is not None:
             await self._runs.ledger.read(_nothing)  # what was taken until now is in it then
@@ -113,9 +115,9 @@ class RoomLogs:
         if not self._readers[reader]:
             del self._readers[reader]
 
-    async def _page(self, page: LogPage) -> Entries:
-        """A page in its turn, after the rest that the one before has earned to others."""
-        async with self._turn:
+    async def _page(self, reader: str, page: LogPage) -> Entries:
+        """A page in the reader's turn, after the rest that the one before has earned to others."""
+        async with self._turns.turn(reader):
             if (rest := self._free - self._clock()) > 0.0:
                 await self._sleep(rest)
             began = self._clock()

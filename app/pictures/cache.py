@@ -1,23 +1,14 @@
 """Pictures that were asked for: drawn once, shared by all who ask, kept a while."""
 
-import asyncio
 import functools
 import hashlib
 from collections import OrderedDict
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from app.concurrency.single_flight import SingleFlight
 from app.settings import static_directory
-
-
-@dataclass(slots=True)
-class _Job:
-    """A picture in the making, and how many wait for it."""
-
-    making: "asyncio.Task[bytes]"
-    waiting: int = 0
 
 
 class Pictures:
@@ -31,7 +22,7 @@ class Pictures:
         self.size = 0  # bytes kept
         self.drawn = 0
         self._kept: OrderedDict[str, bytes] = OrderedDict()
-        self._jobs: dict[str, _Job] = {}
+        self._drawing = SingleFlight[bytes](abandons=True)
 
     async def get(self, name: str, make: Callable[[], Coroutine[Any, Any, bytes]]) -> bytes:
         """The picture of this name, which says all that decides it; `make()` has it drawn.
@@ -41,29 +32,10 @@ class Pictures:
         if name in self._kept:
             self._kept.move_to_end(name)
             return self._kept[name]
-        job = self._jobs.get(name)
-        if job is None:
-            job = _Job(asyncio.create_task(self._draw(name, make)))
-            job.making.add_done_callback(_seen)
-            self._jobs[name] = job
-        job.waiting += 1
-        try:
-            # One who goes away must not take the picture from the others who wait for it.
-            return await asyncio.shield(job.making)
-        finally:
-            job.waiting -= 1
-            if not job.waiting and not job.making.done():
-                job.making.cancel()
-                if self._jobs.get(name) is job:
-                    del self._jobs[name]  # who asks from now on begins anew
+        return await self._drawing.do(name, functools.partial(self._draw, name, make))
 
     async def _draw(self, name: str, make: Callable[[], Coroutine[Any, Any, bytes]]) -> bytes:
-        try:
-            picture = await make()
-        finally:
-            job = self._jobs.get(name)
-            if job is not None and job.making is asyncio.current_task():
-                del self._jobs[name]
+        picture = await make()
         self.drawn += 1
         self._keep(name, picture)
         return picture
@@ -75,12 +47,6 @@ class Pictures:
         self.size += len(picture)
         while self.size > self.max_bytes:
             self.size -= len(self._kept.popitem(last=False)[1])
-
-
-def _seen(job: "asyncio.Task[bytes]") -> None:
-    """Look at a failure, so that one whose askers are all gone leaves no warning behind."""
-    if not job.cancelled():
-        job.exception()
 
 
 @functools.cache

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.computing.pool import Workers
+from app.concurrency.signal import Signal
 from app.errors import BusyError, RoomFullError
 from app.pictures.frame import Still, draw, moment_of, still_of
 from app.render.parts.view import check_size
@@ -82,7 +83,7 @@ class Camera:
         self._moved = asyncio.Event()
         self._moved.set()
         self._wanted = asyncio.Event()
-        self._drawn = asyncio.Event()
+        self._drawn = Signal()
         self._moment = moment_of(room)
         self._past: deque[tuple[float, npt.NDArray[np.void]]] = deque()
         self._histogram = room.stats().histogram
@@ -113,7 +114,7 @@ class Camera:
     def stop(self) -> None:
         """Let the viewers go."""
         self._stopped = True
-        self._drawn.set()
+        self._drawn.send()
 
     async def run(self) -> None:
         """Film until cancelled; a failure ends it and goes to the viewers."""
@@ -121,7 +122,7 @@ class Camera:
             await self._run()
         except Exception as error:  # noqa: BLE001 - whoever waits for a frame gets it
             self._failure = error
-            self._drawn.set()
+            self._drawn.send()
 
     async def _run(self) -> None:
         due = self._clock()
@@ -159,8 +160,7 @@ class Camera:
             raise done.error
         self.part = _part(done.value)
         self.frames += 1
-        self._drawn.set()
-        self._drawn = asyncio.Event()
+        self._drawn.send()
 
     def _charge(self, seconds: float) -> None:
         """Have those who watch pay for a frame, each the same."""

@@ -109,15 +109,16 @@ def decode_message(data: str | bytes) -> Message:
     return message
 
 
-def ref_of(data: str) -> Any:
-    """The `ref` of a message that may be no valid one, for the error; None where it has none."""
-    if json_text.too_deep(data):
+def peek(data: str | bytes, key: str) -> Any:
+    """Field `key` of a JSON object that may be no valid message; None when there is none."""
+    text = data if isinstance(data, str) else data.decode(errors="replace")
+    if json_text.too_deep(text):
         return None
     try:
         value = msgspec.json.decode(data)
     except ValueError:
         return None
-    return value.get("ref") if isinstance(value, dict) else None
+    return value.get(key) if isinstance(value, dict) else None
 
 
 def parse_x(value: object) -> float | None:

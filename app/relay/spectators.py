@@ -20,6 +20,7 @@ from app.relay.letter import WISHES, channel_of, wish
 from app.relay.replica import Replica
 from app.settings import Settings
 from app.web.limits import TokenBucket
+from engine.errors import EngineError
 
 
 class Spectators:
@@ -183,7 +184,7 @@ def _only_watches(socket: WebSocket) -> bool:
 
 def _ping_of(said: str) -> client_messages.PingMessage | None:
     """The ping that a message is, if it is one."""
-    with contextlib.suppress(AppError):
+    with contextlib.suppress(AppError, EngineError):
         asked = client_messages.decode_message(said)
         return asked if isinstance(asked, client_messages.PingMessage) else None
     return None

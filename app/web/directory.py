@@ -1,6 +1,7 @@
 """All open rooms, for who looks for one: those here, at other servers, and in the ledger alone."""
 
 import contextlib
+from urllib.parse import quote
 
 import msgspec
 
@@ -12,24 +13,37 @@ from app.web.services import Services
 from app.web.shared import Others
 
 
-async def listed(server: Services, *, here: bool) -> dict[str, RoomSummary]:
-    """The open rooms by id; with `here` those that this server has, which others ask it for."""
-    found = {room.id: _parked(room) for room in server.rooms.parked()}
-    found |= {room.id: _parked(room, awake=True) for room in server.rooms.rebuilding.waiting}
+async def listed(
+    server: Services, *, here: bool, only: str | None = None
+) -> dict[str, RoomSummary]:
+    """The open rooms by id, or the `only` one.
+
+    With `here` those that this server has, which others ask it for.
+    """
+
+    def wanted(room: Parked | Room) -> bool:
+        return only is None or room.id == only
+
+    rooms = server.rooms
+    found = {room.id: _parked(room) for room in filter(wanted, rooms.parked())}
+    for room in filter(wanted, rooms.rebuilding.waiting):
+        found[room.id] = _parked(room, awake=True)
     if server.others is not None and not here:
-        found |= await _elsewhere(server, server.others)
-    return found | {room.id: _in_memory(server, room) for room in server.rooms.all()}
+        found |= await _elsewhere(server, server.others, only)
+    return found | {room.id: _in_memory(server, room) for room in filter(wanted, rooms.all())}
 
 
-async def _elsewhere(server: Services, others: Others) -> dict[str, RoomSummary]:
+async def _elsewhere(server: Services, others: Others, only: str | None) -> dict[str, RoomSummary]:
     """Rooms that this server does not have; what cannot be asked for just now is missing."""
     assert server.rooms.holding is not None
     found: dict[str, RoomSummary] = {}
     with contextlib.suppress(LedgerError):
         for each in await server.rooms.holding.directory():
-            found[each.room.id] = _parked(each.room, awake=each.awake)
-    for rooms in await others.ask_all("/api/v1/rooms", "rooms"):
-        told = msgspec.convert(rooms, list[RoomSummary])
+            if only in (None, each.room.id):
+                found[each.room.id] = _parked(each.room, awake=each.awake)
+    query = "" if only is None else f"?id={quote(only, safe='')}"
+    for listing in await others.ask_all(f"/api/v1/rooms{query}", "rooms"):
+        told = msgspec.convert(listing, list[RoomSummary])
         found |= {room.id: room for room in told}
     return found
 

@@ -52,6 +52,11 @@ def _clock(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "ticks_total", "Ticks run.", ticker.ticks
     yield "tick_overruns_total", "Times that more than one tick was due.", ticker.schedule.overruns
     yield "ticks_skipped_total", "Ticks given up after a pause.", ticker.schedule.skipped
+    runner = server.rooms.runner
+    text = "Ticks of rooms given up because a pass had no time for them."
+    yield "room_ticks_skipped_total", text, runner.skipped
+    text = "Ticks that rooms missed which had not ticked for a second before."
+    yield "room_late_ticks_total", text, runner.lateness.late
 
 
 def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from engine.constants import PHYSICS_VERSION
 from engine.errors import ParameterError, RecordError
+from engine.multibody import inputs
 from engine.multibody.bodies import DEFAULTS, RANGES, BallTable, check_names, checked
 from engine.multibody.diagnostics import Diagnostics, diagnose
 from engine.multibody.events import ArenaEvent, EventQueue, Landed, Left, new_log
@@ -25,12 +26,6 @@ from engine.multibody.solver.layout import body, step_log
 from engine.multibody.solver.step import step_balls
 from engine.multibody.static_geometry import StaticGeometry, static_shapes
 from engine.parameters import number
-
-INPUTS = (
-    "add", "add_many", "remove", "remove_many", "clear",
-    "kick", "impulse", "edit", "edit_all", "wake_all", "configure",
-)  # fmt: skip
-"""The methods that change an arena, besides `step`."""
 
 
 class Arena:
@@ -65,18 +60,9 @@ class Arena:
             self.record.append({"op": op, "tick": self.tick, **arguments})
 
     def apply(self, entry: Mapping[str, Any]) -> Any:
-        """Do one recorded input: `op` is its name, the rest are its arguments (`tick` is not read).
-
-        ParameterError if there is no such input, or its arguments are wrong.
-        """
-        op = entry.get("op")
-        if op not in INPUTS:
-            raise ParameterError(f"op {op!r:.40} is none of {', '.join(INPUTS)}", field="op")
-        arguments = {key: value for key, value in entry.items() if key not in {"op", "tick"}}
-        try:
-            return getattr(self, str(op))(**arguments)
-        except TypeError as error:
-            raise ParameterError(f"arguments of {op}: {error}", field="op") from error
+        """Do a recorded input, whose `op` names it; ParameterError says what is wrong with it."""
+        act, arguments = inputs.read(entry, _INPUTS)
+        return act(self, **arguments)
 
     def add(self, x: float, y: float, **values: float) -> int:
         """Add a ball at (x, y) in m and return its id; values as in DEFAULTS."""
@@ -202,10 +188,7 @@ class Arena:
 
     def configure(self, **values: Any) -> None:
         """Change settings while it runs, those of ArenaSettings; all balls wake."""
-        try:
-            changed = ArenaSettings(**(self.settings.to_dict() | values))
-        except TypeError as error:
-            raise ParameterError(f"settings: {error}", field="settings") from error
+        changed = self.settings.changed(values)
         self.settings, self._solver_settings = changed, changed.for_solver()
         self._table.wake_all()
         self._record_input("configure", **values)
@@ -388,6 +371,21 @@ class Arena:
     def digest(self) -> str:
         """SHA-256 of the snapshot, 64 hex digits: equal arenas have equal digests."""
         return hashlib.sha256(self.snapshot()).hexdigest()
+
+
+_INPUTS: inputs.Operations = {
+    "add": (Arena.add, inputs.Added),
+    "add_many": (Arena.add_many, inputs.ManyAdded),
+    "remove": (Arena.remove, inputs.Ball),
+    "remove_many": (Arena.remove_many, inputs.Balls),
+    "clear": (Arena.clear, inputs.Nothing),
+    "kick": (Arena.kick, inputs.Kick),
+    "impulse": (Arena.impulse, inputs.Impulse),
+    "edit": (Arena.edit, inputs.Edit),
+    "edit_all": (Arena.edit_all, inputs.EditAll),
+    "wake_all": (Arena.wake_all, inputs.Nothing),
+    "configure": (Arena.configure, inputs.Configure),
+}
 
 
 def _decoded(snapshot: bytes) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """What an arena is computed with: frozen, checked once, each value with its unit and range."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
@@ -39,6 +40,13 @@ class ArenaSettings:
             number(self.max_speed, "max_speed", 1e-9, 1e9)
         if not isinstance(self.sleeping, bool):
             raise ParameterError(f"sleeping {self.sleeping!r} is not a bool", field="sleeping")
+
+    def changed(self, values: Mapping[str, Any]) -> "ArenaSettings":
+        """The same with other values for some; ParameterError for one that there is not."""
+        for name in values:
+            if name not in self.__slots__:
+                raise ParameterError(f"there is no setting {name!r:.40}", field=name)
+        return replace(self, **values)
 
     def for_solver(self) -> SolverSettings:
         """As the kernels take them."""

@@ -3,6 +3,7 @@
 import functools
 import logging
 import math
+from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
@@ -11,7 +12,7 @@ from app.live.broadcast.broadcaster import Broadcaster
 from app.live.broadcast.hub import Hub
 from app.live.public_tables import MAIN
 from app.live.ticking.landings import Landings
-from app.live.ticking.shares import Shares
+from app.live.ticking.passes import Lateness, Pass
 from app.live.ticking.step_threads import StepThreads
 from app.live.ticking.ticker import Schedule, Ticker, Watcher
 from app.persistence.service import PersistenceService
@@ -23,14 +24,20 @@ from app.settings import Settings
 _ALONE: Final = 10.0  # s; who reloads the page finds the scene going on
 
 _SHARE: Final = 0.5
-"""Of the time between two ticks, for all rooms together and the requests that are heard between
-them; other requests have the rest. Whose turn has come by then may end it late."""
+"""Of the time that the due ticks stand for, for all rooms together and the requests that are heard
+between them; other requests have the rest. A turn that has begun by then may end later. A late pass
+has more ticks due and so more time: where the machine gives the server little of a core, a pass
+takes long, and half a tick's time of it would be over after `main`."""
+
+_SILENT: Final = 1.0
+"""s without a tick after which those that a room still misses count as late. A player takes a
+shorter pause for a slow connection; nothing that is in order takes longer."""
 
 MOST_EVENTS: Final = 1_000_000
 """Events that all rooms together keep of their balls in flight and still take drops: 56 MB, and as
 much again or twice of segments. 16,000 balls on presets have as many."""
 
-_LOOK: Final = 0.002  # s that a room may follow paths in its turn; those of most drops take 0.1 ms
+_LOOK: Final = 0.002  # s that a room may follow paths in a turn; those of most drops take 0.1 ms
 
 _TURN: Final = 0.002  # s after which rooms let the event loop have a turn, before the others' tick
 
@@ -60,9 +67,10 @@ class Runner:
     ) -> None:
         self.accepted = 0  # drops, in all rooms there ever were
         self.landed = 0
+        self.skipped = 0  # ticks of rooms that were given up because there was no time for them
         schedule = Schedule(1.0 / settings.tick_rate, settings.max_catch_up)
         self.ticker = Ticker(schedule, self.tick, clock=clock, watchers=watchers)
-        self._awake: dict[str, Room] = {}
+        self._awake: OrderedDict[str, Room] = OrderedDict()  # the longest without a turn first
         self._events_kept: int | None = None  # as of the last tick, once somebody asked
         self._hub = hub
         self._broadcaster = broadcaster
@@ -74,7 +82,8 @@ class Runner:
         self._watched = watched
         self._patience = math.ceil(_ALONE * settings.tick_rate)
         self._alone: dict[str, int] = {}  # ticks for which nobody watched a scene
-        self.shares = Shares(_SHARE / settings.tick_rate)
+        self._budget = _SHARE / settings.tick_rate
+        self.lateness = Lateness(math.ceil(_SILENT * settings.tick_rate))
         self._threads = StepThreads()
         self._catch_up = settings.max_catch_up
         self._behind: dict[str, int] = {}  # ticks by which rooms wait for another thread
@@ -114,6 +123,7 @@ class Runner:
         """Run a room no more."""
         self._awake.pop(room.id, None)
         self._behind.pop(room.id, None)
+        self.lateness.ran(room.id)
         self._threads.forget(room.id)
 
     def admit(self, room: Room) -> None:
@@ -157,36 +167,35 @@ class Runner:
         """Run `due` ticks of every room that is awake; yields whether one still is.
 
         It yields once at the end, and before that where the event loop should have a turn, so that
-        frames leave and requests are heard: those of `main` never wait for other rooms. When there
-        is not time enough for all, those wait that have had most of it.
+        frames leave and requests are heard: those of `main` never wait for other rooms.
         """
         self._events_kept = None
-        began = self._clock()
-        turn = 0.0  # s since the event loop had its turn
-        before = ""
-        for room_id in self.shares.order(self._awake, MAIN):
-            if before == MAIN or turn > _TURN:
-                yield True
-                turn = 0.0
-            before = room_id
-            room = self._awake.get(room_id)
-            spent = self._clock() - began  # by requests in between, too: the next tick is as near
-            if room is None or not (room_id == MAIN or self.shares.may_run(room_id, spent)):
+        rooms = Pass(self._awake, MAIN, self._clock(), due * self._budget)
+        since = 0.0  # s of rooms' turns since the event loop had one
+        while (turn := rooms.next(self._clock())) is not None:
+            room = self._awake.get(turn.room_id)
+            if room is None:  # it was closed since the pass began
                 continue
-            turn += self._take_turn(room, due)
+            self._awake.move_to_end(room.id)
+            since += self._take_turn(room, due, turn.until)
+            if rooms.coming and (room.id == MAIN or since > _TURN):
+                yield True
+                since = 0.0
+        for room_id in rooms.coming:
+            if room_id in self._awake:
+                self.skipped += due
+                self.lateness.missed(room_id, due)
         self._persistence.ticked(due, self._awake.values())
         yield bool(self._awake)
 
-    def _take_turn(self, room: Room, due: int) -> float:
-        """Run what is due of a room; how many s that took."""
+    def _take_turn(self, room: Room, due: int, until: float) -> float:
+        """Run what is due of a room; returns how many s that took."""
         began = self._clock()
         try:
-            self._advance(room, due)
+            self._advance(room, due, until)
         except Exception as error:  # noqa: BLE001 - one room's fault must not stop the others' clock
             self._fail(room, error)
-        took = self._clock() - began
-        self.shares.ran(room.id, took)
-        return took
+        return self._clock() - began
 
     def _begin_step(self, room: Room) -> None:
         """Have the next tick of a room computed, if that is for another thread."""
@@ -197,20 +206,20 @@ class Runner:
     def _computed(self, room: Room) -> None:
         """The next tick of a room is there: run it, if it has been due."""
         if room.id in self._behind and self.runs(room):
-            self._take_turn(room, 0)
+            self._take_turn(room, 0, math.inf)
 
-    def _advance(self, room: Room, due: int) -> None:
+    def _advance(self, room: Room, due: int, until: float) -> None:
         # Only this stream tells of contacts, and flags bounces.
         watched = self._hub.count(room.id, messages.SNAPSHOTS) > 0
         events: list[messages.Event] = []
         before = room.world.tick
-        began = self._clock()
-        until = began + _LOOK
+        look_until = min(until, self._clock() + _LOOK)
         behind = self._behind.pop(room.id, 0)
         wanted = min(due + behind, self._catch_up)
+        self.skipped += due + behind - wanted
         for number in range(wanted):
-            # A tick of balls that touch may take 1 ms: no more of them than all may have.
-            if number and room.id != MAIN and self._clock() - began > self.shares.budget:
+            if number and self._clock() > until:
+                self.skipped += wanted - number
                 break
             if room.held:
                 self.pass_on(room, events)
@@ -218,14 +227,19 @@ class Runner:
                 self.admit(room)
             if room.held or not room.awake or not self._persistence.may_step(room):
                 break
-            if not self._prepared(room, until):
+            if not self._prepared(room, look_until):
                 if room.steps_aside:
                     self._behind[room.id] = wanted - number
+                else:
+                    self.skipped += wanted - number
                 break
             events += room.step(watched=watched)
         stepped = room.world.tick > before
         if stepped:
             room.tick_time = self._clock()
+            self.lateness.ran(room.id)
+        else:
+            self.lateness.missed(room.id, due)
         self.pass_on(room, events, with_snapshot=stepped or room.touched)
         self._broadcaster.diagnose(room, before)
         if not room.awake or self._is_left(room, due):
@@ -250,8 +264,8 @@ class Runner:
         return self._alone[room.id] > self._patience
 
     def _prepared(self, room: Room, until: float) -> bool:
-        """Compute ahead what a room needs, until a time of the clock; whether it can step."""
-        while self._clock() < until and room.look_ahead():
+        """Compute ahead what a room needs, a piece at least; returns whether it can step."""
+        while room.look_ahead() and self._clock() < until:
             pass
         return room.ready
 

@@ -5,6 +5,8 @@ from collections import Counter, OrderedDict
 from collections.abc import Awaitable, Callable, Iterable
 from typing import Final
 
+from app.concurrency.signal import Signal
+from app.concurrency.single_flight import SingleFlight
 from app.errors import DamagedRoomError, LedgerError, RebuildingError
 from app.rooms.records import Parked
 
@@ -35,9 +37,9 @@ class RebuildQueue:
         self._patience = patience
         self._sleep = sleep
         self._waiting: OrderedDict[str, Parked] = OrderedDict()
-        self._tasks: dict[str, asyncio.Task[LedgerError | None]] = {}
+        self._flights = SingleFlight[None]()
         self._asked: Counter[str] = Counter()
-        self._asking = asyncio.Event()  # set, and made anew, when `_asked` changes
+        self._asking = Signal()  # `_asked` has changed
 
     @property
     def waiting(self) -> list[Parked]:
@@ -56,14 +58,14 @@ class RebuildQueue:
         """Bring all of them back, one after another; ends all that it began when cancelled."""
         try:
             while self._waiting:
-                error = await asyncio.shield(self._task(next(iter(self._waiting))))
-                if error is not None and not isinstance(error, DamagedRoomError):
+                try:
+                    await self._bring(next(iter(self._waiting)))
+                except DamagedRoomError:
+                    continue  # it is set aside; a caller that needs it is told why
+                except LedgerError:
                     await self._sleep(_RETRY)
         finally:
-            begun = list(self._tasks.values())
-            for task in begun:
-                task.cancel()
-            await asyncio.gather(*begun, return_exceptions=True)
+            await self._flights.cancel()
 
     async def need(self, room_id: str) -> None:
         """Return once the room is back, or never was to come.
@@ -75,41 +77,31 @@ class RebuildQueue:
         self._ask(room_id, 1)
         try:
             async with asyncio.timeout(self._patience):
-                error = await asyncio.shield(self._task(room_id))
+                await self._bring(room_id)
         except TimeoutError:
             raise rebuilding(room_id) from None
         finally:
             self._ask(room_id, -1)
-        if error is not None:
-            raise error
 
     def _ask(self, room_id: str, change: int) -> None:
         """So many more wait for this room."""
         self._asked[room_id] += change
         if not self._asked[room_id]:
             del self._asked[room_id]
-        self._asking.set()
-        self._asking = asyncio.Event()
+        self._asking.send()
 
-    def _task(self, room_id: str) -> "asyncio.Task[LedgerError | None]":
-        """What brings a room back; it gives what went wrong, if anything did."""
-        if room_id not in self._tasks:
-            self._tasks[room_id] = asyncio.create_task(self._bring(room_id), name=room_id)
-        return self._tasks[room_id]
+    async def _bring(self, room_id: str) -> None:
+        """Rebuild a room, once for all callers; raises what `rebuild` raises."""
 
-    async def _bring(self, room_id: str) -> LedgerError | None:
-        try:
-            await self._rebuild(room_id, lambda: self._turn(room_id))
-        except DamagedRoomError as error:
+        async def rebuild() -> None:
+            try:
+                await self._rebuild(room_id, lambda: self._turn(room_id))
+            except DamagedRoomError:
+                del self._waiting[room_id]
+                raise
             del self._waiting[room_id]
-            return error
-        except LedgerError as error:
-            return error
-        else:
-            del self._waiting[room_id]
-            return None
-        finally:
-            del self._tasks[room_id]
+
+        await self._flights.do(room_id, rebuild)
 
     async def _turn(self, room_id: str) -> None:
         if room_id in self._asked:

@@ -2,16 +2,13 @@
 
 import asyncio
 import math
-from collections import deque
 from collections.abc import Callable
-from typing import Final, Generic, TypeVar
+from typing import Final
 
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from app.concurrency.fair_queue import FairQueue
 from app.web.edge.addresses import one_client
-
-Waiting = TypeVar("Waiting")
-
 
 _AHEAD: Final = 0.005
 """s before a tick in which none of many requests begins: what the last ones still have to do, and
@@ -20,34 +17,6 @@ their answers, has these to come to its end."""
 _TRIES: Final = 4
 """Times that the next one waits for a tick: until it is due, and the turns of the loop in which it
 begins. A ticker that leaves no time at all does not keep requests out."""
-
-
-class Queue(Generic[Waiting]):
-    """Who waits: the first of each client, clients in turn. Pure."""
-
-    def __init__(self) -> None:
-        self._clients: deque[str] = deque()
-        self._waiting: dict[str, deque[Waiting]] = {}
-
-    def put(self, client: str, waiting: Waiting) -> None:
-        """Let one more of this client wait."""
-        if client not in self._waiting:
-            self._waiting[client] = deque()
-            self._clients.append(client)
-        self._waiting[client].append(waiting)
-
-    def take(self) -> Waiting | None:
-        """Whose turn it is; the next one of the same client comes when all others had theirs."""
-        if not self._clients:
-            return None
-        client = self._clients.popleft()
-        waiting = self._waiting[client]
-        taken = waiting.popleft()
-        if waiting:
-            self._clients.append(client)
-        else:
-            del self._waiting[client]
-        return taken
 
 
 class Turns:
@@ -64,7 +33,7 @@ class Turns:
         """`due_in` says in how many s the event loop is wanted elsewhere, on time."""
         self._app = app
         self._due_in = due_in
-        self._queue: Queue[asyncio.Future[None]] = Queue()
+        self._queue: FairQueue[asyncio.Future[None]] = FairQueue()
         self._begun = False  # in this turn of the event loop
         self._waited = 0  # times for a tick
 

@@ -1,7 +1,9 @@
 """Boards: list, look up, register."""
 
+from typing import Annotated
+
 import msgspec
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Query, Request, Response
 
 from app.computing import tasks
 from app.web.routes.common import (
@@ -22,6 +24,8 @@ from engine.payouts.record import odds_of_record
 
 router = APIRouter(prefix="/api/v1/boards", tags=["boards"])
 
+Digest = Annotated[str | None, Query(description="The board of this digest alone.")]
+
 _EXAMPLE = {
     "name": "three bins",
     "ball": {"radius": 0.08, "restitution": 0.6},
@@ -36,9 +40,14 @@ _EXAMPLE = {
 
 
 @router.get("", summary="List the boards", responses=documented(BoardList))
-async def list_boards(server: Server) -> Response:
-    """Every preset with its payout table, then the registered boards."""
+async def list_boards(server: Server, digest: Digest = None) -> Response:
+    """Every preset with its payout table, then the registered boards.
+
+    With `digest` the list has that board, or none if the server does not know it.
+    """
     boards = [*server.boards.presets(), *server.boards.registered()]
+    if digest is not None:
+        boards = [board for board in boards if board.digest == digest]
     return reply(BoardList([_summary(board) for board in boards]))
 
 

@@ -34,7 +34,7 @@ from engine.seeding import parse_seed
 
 T = TypeVar("T")
 
-_INLINE_BODY = 1 << 14  # bytes; a body up to this is decoded in less time than a thread costs
+_INLINE_BODY = 1 << 12  # bytes; a body up to this is read in less than a millisecond
 _CACHE_SECONDS = 86_400
 
 _FAILURES = {

@@ -78,8 +78,7 @@ async function refusal(response) {
  * @returns {Promise<string>}
  */
 export async function boardAddress({ board, board_digest: digest }) {
-  const { boards } = /** @type {BoardList} */ (await getJson("boards"));
-  const known = boards.find((one) => one.digest === digest);
+  const { boards: [known] } = /** @type {BoardList} */ (await getJson(`boards?digest=${digest}`));
   if (known) return known.preset ? known.name : digest;
   await postJson("boards", board);
   return digest;

@@ -67,6 +67,7 @@ export async function leadBack({ room }) {
 
 /** The list is asked, not the room itself: one that is gone is no error. @param {string} id */
 async function isOpen(id) {
-  const { rooms } = /** @type {RoomList} */ (await getJson("rooms"));
-  return rooms.some((room) => room.id === id);
+  const query = new URLSearchParams({ id });
+  const { rooms } = /** @type {RoomList} */ (await getJson(`rooms?${query}`));
+  return rooms.length > 0;
 }

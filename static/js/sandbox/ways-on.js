@@ -21,8 +21,8 @@ export async function showWaysOn() {
 /** @returns {Promise<RoomList["rooms"]>} none, if the server does not tell: the ways above stay */
 async function openRooms() {
   try {
-    const { rooms } = /** @type {RoomList} */ (await getJson("rooms?limit=100"));
-    return rooms.filter(({ id, mode }) => mode === "interacting" && id !== "sandbox").slice(0, MOST);
+    const { rooms } = /** @type {RoomList} */ (await getJson(`rooms?mode=interacting&limit=${MOST}`));
+    return rooms;
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     return [];

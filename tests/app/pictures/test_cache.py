@@ -77,6 +77,46 @@ def test_a_picture_is_cacheable_under_a_tag_for_each_query(http: httpx.Client) -
     assert len(tags) == 6
 
 
+@pytest.fixture
+def no_worker(server: Running, monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """Once it is called, whatever would be computed by a worker fails."""
+
+    async def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("a worker was asked")
+
+    return lambda: monkeypatch.setattr(server.services.workers, "measured", refuse)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".gif?fps=2", ".mp4?fps=2", "/frames?fps=10"])
+def test_a_caller_s_copy_is_known_to_be_current_without_a_worker(
+    http: httpx.Client, no_worker: Callable[[], None], suffix: str
+) -> None:
+    tag = {"if-none-match": http.get(f"{DROP}{suffix}").headers["etag"]}
+    no_worker()
+    assert http.get(f"{DROP}{suffix}", headers=tag).status_code == 304
+
+
+@pytest.mark.parametrize("query", ["apng?fps=3&width=250", "png?width=250"])
+def test_a_picture_that_is_kept_costs_no_worker(
+    http: httpx.Client, no_worker: Callable[[], None], query: str
+) -> None:
+    first = http.get(f"{DROP}.{query}").content
+    no_worker()
+    assert http.get(f"{DROP}.{query}").content == first
+
+
+def test_drops_that_differ_in_anything_have_pictures_of_their_own(http: httpx.Client) -> None:
+    stepped = "12/42?solver=stepped"
+    drops = "12/42", "12/43", "11/42", "12/42?x=0", "16/42", "16/42?aim=0.01"
+    tags = set()
+    for path in (*drops, stepped, f"{stepped}&dt=0.01", f"{stepped}&substeps=5"):
+        board, _, query = path.partition("?")
+        answer = http.get(f"/api/v1/drops/triangle-{board}.png?width=240&{query}")
+        assert answer.status_code == 200, path
+        tags.add(answer.headers["etag"])
+    assert len(tags) == len(drops) + 3
+
+
 @pytest.mark.parametrize(
     ("query", "field", "named"),
     [
@@ -90,6 +130,9 @@ def test_a_picture_is_cacheable_under_a_tag_for_each_query(http: httpx.Client) -
         ("gif?fps=0", "fps", "0"),
         ("gif?fps=61", "fps", "61"),
         ("apng?width=10", "width", "10"),
+        ("png?x=99", "x", "99"),
+        ("gif?aim=99", "aim", "99"),
+        ("png?x=0&aim=0", "aim", "0.0"),
     ],
 )
 def test_what_cannot_be_drawn_is_named(

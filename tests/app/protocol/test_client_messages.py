@@ -85,7 +85,7 @@ def test_a_note_nested_so_deeply_that_it_could_not_come_back_is_refused(depth: i
     """It may be read where Python's stack is shallow, and fail to be written where it is not."""
     with pytest.raises(JsonSyntaxError, match="nested too deeply: more than 64 levels"):
         client_messages.decode_message(nested(depth))
-    assert client_messages.ref_of(nested(depth)) is None
+    assert client_messages.peek(nested(depth), "ref") is None
 
 
 def test_brackets_within_a_note_are_no_nesting() -> None:
@@ -97,7 +97,7 @@ def test_brackets_within_a_note_are_no_nesting() -> None:
         message = client_messages.decode_message(data)
         assert isinstance(message, client_messages.DropMessage)
         assert message.ref == note
-        assert client_messages.ref_of(data.decode()) == note
+        assert client_messages.peek(data, "ref") == note
 
 
 def test_a_client_says_that_it_only_watches_or_nothing() -> None:

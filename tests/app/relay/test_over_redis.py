@@ -108,6 +108,18 @@ async def test_what_a_relay_cannot_show_the_room_s_process_answers(
 
 
 @needs_redis
+@pytest.mark.parametrize("said", ["{", '{"type":"ping","t":1,"t":2}', '{"type":"ping","t":NaN}'])
+async def test_what_is_no_message_the_room_s_process_refuses(
+    both: tuple[Running, Relayed], said: str
+) -> None:
+    _, relay = both
+    async with playing(relay.socket()) as player:
+        await player.socket.send(said)
+        error = await player.until("error")
+        assert error["code"] in ("malformed", "invalid-value")
+
+
+@needs_redis
 async def test_a_load_is_spread_over_all_that_it_is_given(both: tuple[Running, Relayed]) -> None:
     server, relay = both
     seen = []

@@ -76,8 +76,8 @@ def test_head_of_a_stream_without_end_ends(http: httpx.Client, server: Running) 
         (f"{DROP}?solver=exact&substeps=4", "substeps", "belongs to the solver 'stepped'"),
         (f"{DROP}.png?widht=300", "widht", "width, theme"),
         (f"{DROP}/frames?fps=60&FPS=1", "FPS", "fps"),
-        ("/api/v1/boards?limit=3", "limit", "there is: none"),
-        ("/api/v1/rooms?page=2", "page", "after, limit"),
+        ("/api/v1/boards?limit=3", "limit", "there is: digest"),
+        ("/api/v1/rooms?page=2", "page", "id, mode, after, limit"),
         ("/api/v1/rooms/main/log?from=3", "from", "first, limit"),
         ("/api/v1/scenes?scene=sandbox", "scene", "none"),
     ],
@@ -211,6 +211,43 @@ def test_rooms_come_in_pages_that_miss_none(http: httpx.Client) -> None:
     assert len(found) == len(set(found))
     assert "main" in found
     assert found == [room["id"] for room in http.get("/api/v1/rooms").json()["rooms"]]
+
+
+def test_one_room_is_found_whatever_page_it_would_be_on(http: httpx.Client) -> None:
+    mine = opened(http)[0].rpartition("/")[2]
+    for room in (mine, "main"):
+        page = http.get("/api/v1/rooms", params={"id": room, "limit": 1}).json()
+        assert [each["id"] for each in page["rooms"]] == [room]
+        assert page["next"] is None
+    assert http.get("/api/v1/rooms?id=gone").json() == {"rooms": [], "next": None}
+
+
+def test_rooms_of_one_mode_come_in_pages_of_their_own(http: httpx.Client) -> None:
+    for body in ({"board": TINY}, {"board": TINY, "mode": "interacting"}, {"scene": "sandbox"}):
+        opened(http, **body)
+    every = http.get("/api/v1/rooms").json()["rooms"]
+    for mode in ("independent", "interacting", "scene"):
+        first = http.get("/api/v1/rooms", params={"mode": mode, "limit": 1}).json()["rooms"]
+        rest = {"mode": mode, "after": first[0]["id"]}
+        found = [*first, *http.get("/api/v1/rooms", params=rest).json()["rooms"]]
+        assert [each["id"] for each in found] == [
+            each["id"] for each in every if each["mode"] == mode
+        ]
+    refused = http.get("/api/v1/rooms?mode=quiet")
+    assert (refused.status_code, refused.json()["field"]) == (422, "mode")
+
+
+def test_one_board_is_found_by_its_digest(http: httpx.Client) -> None:
+    own = http.post("/api/v1/boards", json={**TINY, "name": "one of many"}).json()["digest"]
+    preset = Board.preset("triangle-12")
+    for digest, name, is_preset in (
+        (own, "one of many", False),
+        (preset.digest, preset.name, True),
+    ):
+        (found,) = http.get("/api/v1/boards", params={"digest": digest}).json()["boards"]
+        assert (found["digest"], found["name"], found["preset"]) == (digest, name, is_preset)
+    for unknown in ("0" * 64, "triangle-12"):
+        assert http.get("/api/v1/boards", params={"digest": unknown}).json() == {"boards": []}
 
 
 def test_a_log_comes_in_parts(http: httpx.Client) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from tests.app.conftest import TINY, Running, playing
 
-BIG = 1 << 14  # bytes; a body over this is checked by a worker
+BIG = 1 << 12  # bytes; a body over this is checked by a worker
 
 ENTRANCES: dict[str, dict[str, Any]] = {
     "boards": TINY,

@@ -13,6 +13,7 @@ from engine.board.model import Board
 from engine.board.parts import Peg, Wall
 from engine.errors import ParameterError, RecordError
 from engine.multibody.arena import Arena
+from engine.multibody.bodies import BallTable
 from engine.multibody.events import Landed, Touch
 from engine.multibody.scenes import GRAVITY_PRESETS, RESTITUTION_PRESETS, galton, on_board, sandbox
 from engine.multibody.settings import ArenaSettings
@@ -466,21 +467,40 @@ def test_bad_inputs_are_named_and_change_nothing() -> None:
         ({"op": "remove", "ball": 7}, "id"),
         ({"op": "kick", "ball": 0, "dvx": math.inf, "dvy": 0.0}, "vx"),
         ({"op": "edit", "ball": 0, "restitution": 1.5}, "restitution"),
-        ({"op": "edit", "ball": True}, "id"),
+        ({"op": "edit", "ball": True}, "ball"),
+        ({"op": "add_many", "x": [0.0, "left"], "y": [0.0, 0.0]}, "x"),
         ({"op": "configure", "gravity": -1}, "gravity"),
-        ({"op": "configure", "levity": 1}, "settings"),
+        ({"op": "configure", "levity": 1}, "levity"),
         ({"op": "step"}, "op"),
-        ({"op": "kick", "ball": 0}, "op"),
+        ({"op": ["kick"]}, "op"),
+        ({"op": "kick", "ball": 0, "dvx": 1.0}, "dvy"),
+        ({"op": "clear", "ball": 0}, "ball"),
     ]
     for entry, field in bad:
         with pytest.raises(ParameterError) as caught:
             arena.apply(entry)
         assert caught.value.field == field, entry
     assert arena.digest() == before
+    with pytest.raises(ParameterError, match="there is no setting 'levity'"):
+        arena.configure(levity=1)
     with pytest.raises(RecordError):
         arena.restore(b"\x81\xa5arena\x02")
     with pytest.raises(RecordError):
         arena.restore(b"no snapshot")
+
+
+def test_a_bug_in_an_operation_is_not_blamed_on_its_arguments(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def broken(self: object) -> None:
+        raise TypeError("a bug of the engine's own")
+
+    arena = free()
+    monkeypatch.setattr(BallTable, "wake_all", broken)
+    monkeypatch.setattr(ArenaSettings, "for_solver", broken)
+    for entry in ({"op": "clear"}, {"op": "wake_all"}, {"op": "configure", "gravity": 1.0}):
+        with pytest.raises(TypeError, match="a bug of the engine's own"):
+            arena.apply(entry)
 
 
 def test_find_and_interpolation_and_memory() -> None:

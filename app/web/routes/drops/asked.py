@@ -7,6 +7,7 @@ from fastapi import Depends, Query
 from app.computing.tasks import Ask
 from app.web.routes.common import Server, chosen_solver
 from app.web.routes.queries import Number, Whole
+from engine.drops.start import start_of
 from engine.seeding import parse_seed
 
 X = Annotated[Number | None, Query(description="Explicit start in metres; else the seed decides.")]
@@ -34,7 +35,9 @@ async def asked(
 ) -> Ask:
     """The drop of a request; raises the errors of what cannot be found or computed."""
     how = chosen_solver(server, solver, dt, substeps)
-    return Ask(server.boards.find(board), parse_seed(seed), x, how, aim)
+    found, number = server.boards.find(board), parse_seed(seed)
+    start_of(found, number, x, aim)  # what cannot start has no name either
+    return Ask(found, number, x, how, aim)
 
 
 Asked = Annotated[Ask, Depends(asked)]

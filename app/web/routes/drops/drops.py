@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 
 from app.computing import prices, proofs, tasks
-from app.computing.tasks import Ask, Facts
+from app.computing.tasks import Ask
 from app.protocol.client_messages import parse_aim, parse_x
 from app.rooms.log import is_log
 from app.web.routes.common import (
@@ -75,8 +75,7 @@ async def sample_drop(request: Request, ask: Asked, fps: Fps = 60.0) -> Response
 
     The record has the state right after each impact: the two differ by what the impact gave.
     """
-    found = await facts_of(request, ask)
-    etag = f"{found.digest}.frames.{fps!r}"
+    etag = f"{ask.name}.frames.{fps!r}"
     if is_current(request, etag):
         return not_modified(etag)
     price = prices.one_drop(ask.board, ask.solver)
@@ -127,12 +126,6 @@ async def verify_record(request: Request, server: Server) -> Response:
     )
     price = prices.verification()
     return reply(await compute(request, functools.partial(tasks.verdict, record), price))
-
-
-async def facts_of(request: Request, ask: Ask) -> Facts:
-    """Digest and duration of a drop; raises what `compute` raises."""
-    price = prices.one_drop(ask.board, ask.solver)
-    return await compute(request, functools.partial(tasks.facts, ask), price, quick=True)
 
 
 async def _record(

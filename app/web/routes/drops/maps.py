@@ -18,7 +18,13 @@ from app.web.routes.common import (
     reply,
 )
 from app.web.routes.drops.certificates import require_certifier
-from app.web.routes.drops.pictures import STILLS, ThemeName, add_routes, picture_reply
+from app.web.routes.drops.pictures import (
+    STILLS,
+    ThemeName,
+    add_routes,
+    drawn_by_worker,
+    picture_reply,
+)
 from app.web.routes.queries import Whole
 from app.web.schemas.drops import MapTile
 from engine import PHYSICS_VERSION
@@ -86,7 +92,8 @@ def _map(fmt: str) -> Callable[..., object]:
         found, middle = server.boards.find(board), _start(x)
         name = f"{found.digest}.{PHYSICS_VERSION}.map.{fmt}.{middle}.{levels}.{pixels}.{theme}"
         draw = functools.partial(proofs.picture, found, middle, levels, pixels, fmt, theme)
-        return await picture_reply(request, server, name, draw, price, STILLS[fmt])
+        make = drawn_by_worker(request, server, draw, price)
+        return await picture_reply(request, server, name, make, STILLS[fmt])
 
     return get_map
 

@@ -2,8 +2,8 @@
 
 import functools
 import math
-from collections.abc import Callable
-from typing import Annotated, Literal
+from collections.abc import Callable, Coroutine
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
@@ -24,7 +24,6 @@ from app.web.routes.common import (
     not_modified,
 )
 from app.web.routes.drops.asked import Asked
-from app.web.routes.drops.drops import facts_of
 from app.web.routes.queries import Number, Whole
 from app.web.services import Services
 from engine import PHYSICS_VERSION, Board
@@ -64,20 +63,25 @@ async def picture_reply(
     request: Request,
     server: Services,
     name: str,
-    draw: Callable[[], bytes],
-    price: Price,
+    make: Callable[[], Coroutine[Any, Any, bytes]],
     media_type: str,
 ) -> Response:
-    """The picture called `name`, or 304; drawn by a worker if nobody asked for it lately.
+    """The picture called `name`, or 304; `make` has it drawn if nobody asked for it lately.
 
-    Who asks first is charged. Raises what `compute` raises.
+    `name` says all that decides the picture but how it is drawn. Raises what `make` raises.
     """
     etag = f"{name}.{look()}"
     if is_current(request, etag):
         return not_modified(etag)
-    make = functools.partial(charged, server, address_of(request), draw, price)
     picture = await attended(request, server.pictures.get(etag, make))
     return Response(picture, headers=cache_headers(etag), media_type=media_type)
+
+
+def drawn_by_worker(
+    request: Request, server: Services, draw: Callable[[], bytes], price: Price
+) -> Callable[[], Coroutine[Any, Any, bytes]]:
+    """What has a worker draw a picture, charged to the client that asks first."""
+    return functools.partial(charged, server, address_of(request), draw, price)
 
 
 def pixels_of(board: Board, width: int) -> int:
@@ -127,11 +131,10 @@ def _still(fmt: str) -> Callable[..., object]:
         t: Moment = None,
     ) -> Response:
         """The whole path of the ball over the board with its contacts and its end; or a moment."""
-        found = await facts_of(request, ask)
-        name = f"{found.digest}.{fmt}.{width}.{theme}.{t!r}"
+        name = f"{ask.name}.{fmt}.{width}.{theme}.{t!r}"
         draw = functools.partial(tasks.still, ask, fmt, width, theme, t)
-        price = prices.still(pixels_of(ask.board, width))
-        return await picture_reply(request, server, name, draw, price, STILLS[fmt])
+        make = drawn_by_worker(request, server, draw, prices.still(pixels_of(ask.board, width)))
+        return await picture_reply(request, server, name, make, STILLS[fmt])
 
     return get_still
 
@@ -146,13 +149,20 @@ def _animation(fmt: str) -> Callable[..., object]:
         fps: Fps = 30,
     ) -> Response:
         """The ball as it falls, at real speed, then the whole drop for two seconds."""
-        found = await facts_of(request, ask)
-        name = f"{found.digest}.{fmt}.{width}.{theme}.{fps}"
-        draw = functools.partial(tasks.animation, ask, fmt, width, fps, theme)
-        frames = math.ceil(min(found.duration, LONGEST) * fps) + 1
-        price = prices.animation(pixels_of(ask.board, width), frames)
-        media_type = {**ANIMATIONS, **VIDEOS}[fmt]
-        return await picture_reply(request, server, name, draw, price, media_type)
+
+        async def make() -> bytes:
+            """The drop's duration is part of the price."""
+            lasting = functools.partial(tasks.duration, ask)
+            price = prices.one_drop(ask.board, ask.solver)
+            address = address_of(request)
+            seconds = await charged(server, address, lasting, price, quick=True)
+            frames = math.ceil(min(seconds, LONGEST) * fps) + 1
+            price = prices.animation(pixels_of(ask.board, width), frames)
+            draw = functools.partial(tasks.animation, ask, fmt, width, fps, theme)
+            return await charged(server, address, draw, price)
+
+        name = f"{ask.name}.{fmt}.{width}.{theme}.{fps}"
+        return await picture_reply(request, server, name, make, {**ANIMATIONS, **VIDEOS}[fmt])
 
     return get_animation
 
@@ -202,7 +212,8 @@ def _of_many(
             work = functools.partial(draw, many, fmt, width, theme)
             prices.many_drops(many.board, many.drops, Exact()).check()
             price = prices.still(pixels_of(many.board, width), many.drops)
-            return await picture_reply(request, server, name, work, price, MANY[fmt])
+            make = drawn_by_worker(request, server, work, price)
+            return await picture_reply(request, server, name, make, MANY[fmt])
 
         get_picture.__doc__ = about
         return get_picture
@@ -229,8 +240,8 @@ def _sheet(fmt: str) -> Callable[..., object]:
         many = Many(server.boards.find(board), drops, first)
         name = f"{_name_of(many)}.sheet.{fmt}.{columns}.{width}.{theme}"
         draw = functools.partial(tasks.sheet, many, fmt, width, theme, columns)
-        price = prices.still(_MOST_SHEET, drops)
-        return await picture_reply(request, server, name, draw, price, MANY[fmt])
+        make = drawn_by_worker(request, server, draw, prices.still(_MOST_SHEET, drops))
+        return await picture_reply(request, server, name, make, MANY[fmt])
 
     return get_sheet
 

@@ -2,7 +2,7 @@
 
 import bisect
 import functools
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
@@ -58,6 +58,10 @@ from engine import Board
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 
+Id = Annotated[str | None, Query(alias="id", description="The room of this id alone.")]
+Mode = Annotated[
+    Literal["independent", "interacting", "scene"] | None, Query(description="Rooms of one kind.")
+]
 After = Annotated[str, Query(description="The id after which the page begins.")]
 Limit = Annotated[Whole, Query(ge=1, le=1000, description="How many rooms, at most.")]
 First = Annotated[Whole, Query(ge=0, description="The number of the first drop told.")]
@@ -81,16 +85,24 @@ Token = Depends(
 
 @router.get("", summary="List the rooms", responses=documented(RoomList, 422))
 async def list_rooms(
-    request: Request, server: Server, after: After = "", limit: Limit = 1000
+    request: Request,
+    server: Server,
+    only: Id = None,
+    mode: Mode = None,
+    after: After = "",
+    limit: Limit = 1000,
 ) -> Response:
     """The open rooms, a page at a time: those of nobody, then players' own, each by their ids.
 
     `main` is always there; every preset's name is a room too, once asked for. `next` is the `after`
-    of the following page, null on the last.
+    of the following page, null on the last. With `id` the list has that room, or none if it is not
+    open.
     """
-    found = await listed(server, here=request.headers.get(HOPS) is not None)
+    found = await listed(server, here=request.headers.get(HOPS) is not None, only=only)
     public = server.rooms.public
-    order = sorted((name not in public, name) for name in found)
+    order = sorted(
+        (name not in public, name) for name, room in found.items() if mode in (None, room.mode)
+    )
     begin = bisect.bisect_right(order, (after not in public, after)) if after else 0
     names = [name for _, name in order[begin : begin + limit]]
     page = [found[name] for name in names]

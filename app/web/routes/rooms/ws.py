@@ -190,7 +190,7 @@ class RoomClient:
                 self.client.fail(AbuseError(f"too many bad messages; the last: {error}"))
                 return
             self.server.metrics.errors.labels(answer(error).code).inc()
-            ref = client_messages.ref_of(data) if isinstance(data, str) else None
+            ref = client_messages.peek(data, "ref") if isinstance(data, str) else None
             self._tell(_event(error, ref))
 
     def _keyframe(self, stream: str) -> Callable[[], WireMessage] | None:

@@ -57,7 +57,7 @@ async def test_a_room_that_lags_catches_up_by_no_more_than_its_share_of_time(
     step = heap.step
 
     def slow(*, watched: bool) -> list[messages.Event]:
-        clock.time += 0.005
+        clock.time += 0.03
         return step(watched=watched)
 
     monkeypatch.setattr(heap, "step", slow)

@@ -201,31 +201,46 @@ async def test_a_step_that_fails_in_another_thread_closes_its_room_alone(
     assert rooms.find(other.id) is other
 
 
-async def test_threads_serve_the_room_first_that_has_had_least_time(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    spent = 0.0
-    monkeypatch.setattr("app.live.ticking.step_threads.time.thread_time", lambda: spent)
-    threads, costs, order = StepThreads(1), {"dear": 4.0, "one": 1.5, "two": 1.0}, list[str]()
-    left = asyncio.Semaphore(0)
+async def test_rooms_have_equally_many_ticks_computed_whatever_they_cost() -> None:
+    threads, order, busy = StepThreads(1), list[str](), threading.Event()
+    left = {"dear": 3, "one": 3, "two": 3}
+    finished = asyncio.Semaphore(0)
 
-    def step(name: str) -> None:
-        nonlocal spent
-        order.append(name)
-        spent += costs[name]
+    def ask(name: str) -> None:
+        """As a room does: for its next tick once the one before is there."""
+        if left[name]:
+            left[name] -= 1
+            threads.submit(name, functools.partial(order.append, name), lambda: ask(name))
+        finished.release()
 
-    for _ in range(3):
-        busy = threading.Event()
-        threads.submit("busy", lambda busy=busy: busy.wait(LIMIT), left.release)  # type: ignore[misc]
-        for name in costs:
-            threads.submit(name, functools.partial(step, name), left.release)
-        busy.set()
-        for _ in ("busy", *costs):
-            async with asyncio.timeout(LIMIT):
-                await left.acquire()
+    threads.submit("busy", lambda: assert_passes(busy), lambda: None)
+    for name in left:
+        ask(name)
+    busy.set()
+    for _ in range(3 * 4):
+        async with asyncio.timeout(LIMIT):
+            await finished.acquire()
     threads.close()
-    # What others had before a room came back does not count: those two are even in the third round.
-    assert order == ["dear", "one", "two", "two", "one", "dear", "one", "two", "dear"]
+    assert order == ["dear", "one", "two"] * 3
+
+
+async def test_what_a_room_does_not_need_any_more_is_not_computed() -> None:
+    threads, computed, busy = StepThreads(1), list[str](), threading.Event()
+    finished = asyncio.Event()
+    threads.submit("busy", lambda: assert_passes(busy), lambda: None)
+    for name in ("worthless", "needed"):
+        threads.submit("room", functools.partial(computed.append, name), finished.set)
+    threads.submit("closed", functools.partial(computed.append, "closed"), finished.set)
+    threads.forget("closed")
+    busy.set()
+    async with asyncio.timeout(LIMIT):
+        await finished.wait()
+    threads.close()
+    assert computed == ["needed"]
+
+
+def assert_passes(event: threading.Event) -> None:
+    assert event.wait(LIMIT)
 
 
 async def test_an_input_that_is_kept_when_the_server_stops_harms_no_room(

@@ -4,11 +4,9 @@ import asyncio
 import math
 from collections.abc import Callable, Iterator
 
-from hypothesis import given
-from hypothesis import strategies as st
 from starlette.types import Receive, Scope, Send
 
-from app.web.edge.turns import Queue, Turns
+from app.web.edge.turns import Turns
 
 
 class Begun:
@@ -114,22 +112,3 @@ async def test_those_who_give_up_hold_up_nobody() -> None:
     asked = app.ask("192.0.2.3")
     await asyncio.sleep(0)
     assert asked.done()
-
-
-@given(st.lists(st.integers(0, 4), max_size=40))
-def test_clients_take_turns_and_each_has_its_order(came: list[int]) -> None:
-    queue: Queue[tuple[int, int]] = Queue()
-    for number, client in enumerate(came):
-        queue.put(str(client), (client, number))
-    taken = []
-    while (each := queue.take()) is not None:
-        taken.append(each)
-    assert sorted(number for _, number in taken) == list(range(len(came)))
-    rounds = [0] * 5
-    for client, _ in taken:
-        rounds[client] += 1
-        waiting = [other for other in range(5) if rounds[other] < came.count(other)]
-        assert all(rounds[client] <= rounds[other] + 1 for other in waiting)
-    for client in range(5):
-        own = [number for each, number in taken if each == client]
-        assert own == sorted(own)

@@ -1,0 +1,27 @@
+"""A signal wakes all who wait for it, and nobody who comes later."""
+
+import asyncio
+
+from app.concurrency.signal import Signal
+from tests.waiting import turns
+
+
+async def test_all_who_wait_are_woken_and_who_comes_later_waits_for_the_next() -> None:
+    signal, woken = Signal(), list[str]()
+
+    async def wait(name: str) -> None:
+        await signal.wait()
+        woken.append(name)
+
+    signal.send()
+    async with asyncio.TaskGroup() as tasks:
+        for name in ("a", "b"):
+            tasks.create_task(wait(name))
+        await turns()
+        assert woken == []
+        signal.send()
+        tasks.create_task(wait("later"))
+        await turns()
+        assert sorted(woken) == ["a", "b"]
+        signal.send()
+    assert woken[2:] == ["later"]

@@ -1,0 +1,104 @@
+"""Work is done once for all callers that ask for it while it lasts."""
+
+import asyncio
+
+import pytest
+
+from app.concurrency.single_flight import SingleFlight
+from app.errors import LedgerError
+from tests.waiting import turns
+
+
+class Ledger:
+    """Answers when it is told to."""
+
+    def __init__(self) -> None:
+        self.looks = 0
+        self.answers = asyncio.Event()
+        self.broken = False
+
+    async def look(self) -> int:
+        self.looks += 1
+        number = self.looks
+        await self.answers.wait()
+        if self.broken:
+            raise LedgerError("it is gone")
+        return number
+
+
+async def test_all_who_ask_meanwhile_have_one_look_and_who_comes_later_the_next() -> None:
+    ledger, flights = Ledger(), SingleFlight[int]()
+    asking = [asyncio.create_task(flights.do("main", ledger.look)) for _ in range(100)]
+    other = asyncio.create_task(flights.do("classic", ledger.look))
+    await turns()
+    ledger.answers.set()
+    assert await asyncio.gather(*asking) == [1] * 100
+    assert await other == 2
+    assert await flights.do("main", ledger.look) == 3
+
+
+async def test_who_leaves_takes_the_answer_from_nobody_and_all_hear_of_a_failure() -> None:
+    ledger, flights = Ledger(), SingleFlight[int]()
+    first, second, third = (asyncio.create_task(flights.do("main", ledger.look)) for _ in range(3))
+    await turns()
+    first.cancel()
+    await turns()
+    ledger.broken = True
+    ledger.answers.set()
+    for asked in (second, third):
+        with pytest.raises(LedgerError, match="it is gone"):
+            await asked
+    assert ledger.looks == 1
+
+
+class Work:
+    """Goes on until it is cancelled or told to end."""
+
+    def __init__(self) -> None:
+        self.begun = self.cancelled = 0
+        self.ends = asyncio.Event()
+
+    async def do(self) -> int:
+        self.begun += 1
+        number = self.begun
+        try:
+            await self.ends.wait()
+        except asyncio.CancelledError:
+            self.cancelled += 1
+            raise
+        return number
+
+
+async def leave(*callers: "asyncio.Task[int]") -> None:
+    for caller in callers:
+        caller.cancel()
+    await asyncio.gather(*callers, return_exceptions=True)
+    await turns()
+
+
+@pytest.mark.parametrize("abandons", [False, True])
+async def test_work_without_callers_goes_on_unless_it_is_to_be_abandoned(abandons: bool) -> None:
+    work, flights = Work(), SingleFlight[int](abandons=abandons)
+    callers = [asyncio.create_task(flights.do("a", work.do)) for _ in range(2)]
+    await turns()
+    await leave(callers[0])
+    assert work.cancelled == 0, "another caller waits"
+    await leave(callers[1])
+    assert work.cancelled == int(abandons)
+    again = asyncio.create_task(flights.do("a", work.do))
+    await turns()
+    work.ends.set()
+    assert await again == (2 if abandons else 1)
+
+
+async def test_all_work_can_be_cancelled() -> None:
+    work, flights = Work(), SingleFlight[int]()
+    callers = [asyncio.create_task(flights.do(key, work.do)) for key in "ab"]
+    await turns()
+    await flights.cancel()
+    assert work.cancelled == 2
+    for caller in callers:
+        with pytest.raises(asyncio.CancelledError):
+            await caller
+    work.ends.set()
+    assert await flights.do("a", work.do) == 3
