@@ -29,6 +29,7 @@ from playwright.sync_api import (
 
 from engine import Board
 from tests.browser.screen import Screen
+from tests.ports import free_port
 from tests.waiting import first_line
 
 ROOT = Path(__file__).parents[2]
@@ -72,7 +73,7 @@ def _folder() -> str:
 class ServerProcess:
     """`plinko serve` as a process of its own, which can be killed and started again."""
 
-    port: int = 0
+    port: int = field(default_factory=free_port)
     url: str = ""
     process: "subprocess.Popen[str] | None" = None
     folder: str = field(default_factory=_folder)
@@ -95,7 +96,6 @@ class ServerProcess:
         found = re.search(r"http://\S+", line)
         assert found, f"the server said {line!r} and no address"
         self.url = found.group().rstrip("/")
-        self.port = int(self.url.rsplit(":", 1)[1])
 
     def kill(self, how: signal.Signals = signal.SIGTERM) -> None:
         if self.process is None:

@@ -15,7 +15,7 @@ from app.cluster.membership import BEAT, LEASE, Look, Member
 from app.cluster.node import Node
 from app.live.holding import Holding
 from app.persistence.ledger.writer import Ledger
-from tests.app.persistence.server import free_port
+from tests.ports import free_port
 from tests.waiting import eventually
 
 ME = Member("a.1", "a", "http://127.0.0.1:1")
