@@ -8,8 +8,6 @@ PORTS: Final = range(20_000, 32_768)
 """Below those that a system gives to outgoing connections, on Linux from 32768 on. One of these may
 be taken before a server starts at it, or connect to itself while a test waits for that server."""
 
-_marks: list[socket.socket] = []
-
 
 def free_port() -> int:
     """A TCP port of the loopback for this process, for as long as it lives.
@@ -24,6 +22,6 @@ def free_port() -> int:
         except OSError:
             mark.close()
         else:
-            _marks.append(mark)
+            mark.detach()  # it stays bound until this process ends
             return port
     raise OSError(f"no port of {PORTS} is free")
