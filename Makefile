@@ -65,6 +65,7 @@ check: $(VENV)/.stamp-test
 
 # The page's pure modules run in Node.js. Other tests drive a real Chromium and a real PostgreSQL: the
 # machine's own, or else Debian's.
+# No result depends on how fast the machine is: `tools/busy make test` runs them beside busy loops.
 # A hundred servers and commands start: whatever the environment says, they are compiled once.
 test: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/.stamp-test node_modules/.stamp

@@ -30,7 +30,7 @@ from playwright.sync_api import (
 from engine import Board
 from tests.browser.screen import Screen
 from tests.ports import free_port
-from tests.waiting import first_line
+from tests.waiting import LIMIT, first_line
 
 ROOT = Path(__file__).parents[2]
 ARTIFACTS = ROOT / "artifacts"
@@ -101,7 +101,7 @@ class ServerProcess:
         if self.process is None:
             return
         self.process.send_signal(how)
-        self.process.communicate(timeout=30)
+        self.process.communicate(timeout=LIMIT)
         self.process = None
 
 
@@ -305,6 +305,7 @@ class Profiles:
     def new_context(self, device: dict[str, Any]) -> BrowserContext:
         """One of a test's own."""
         context = self.browser.new_context(**(BRIEF | device))
+        context.set_default_timeout(1000 * LIMIT)
         context.add_init_script(SLOW_DISPLAY)
         context.add_init_script(NO_DEMO)
         return context
