@@ -79,7 +79,7 @@ def test_surfaces_far_apart_have_coarser_cells_instead_of_more() -> None:
     "form",
     [
         pytest.param(large(), id="large"),
-        pytest.param(crowded(), id="crowded", marks=pytest.mark.long("slow without a grid")),
+        pytest.param(crowded(), id="crowded", marks=pytest.mark.long("slow to check")),
     ],
 )
 def test_the_arrays_of_a_large_board_take_little_and_its_balls_go_the_same_way(

@@ -14,6 +14,7 @@ from tests.engine.artifact.drops import cases, played
 from tests.engine.artifact.host import blocks_of
 from tests.engine.board.forms import EXAMPLE, changed
 from tests.js.conftest import Run
+from tests.long import tries
 
 _OPEN = """
 const { readFileSync } = await import("node:fs");
@@ -49,9 +50,10 @@ def test_a_page_computes_every_drop_to_the_engine_s_last_bit(run: Run) -> None:
         assert not wrong, f"{name}: seeds {wrong[:5]}"
 
 
+@pytest.mark.long
 def test_a_page_makes_the_kernels_arrays_of_a_board_as_the_engine_does(run: Run) -> None:
     boards = [board for board, _ in played()]
-    boards += [Board.from_json(form) for form in (large(), crowded())]
+    boards += [Board.from_json(form()) for form in tries([large], [large, crowded])]
     found = run(
         "solver/input/arrays.js",
         """async ({ arraysOf }, boards, load) => {
