@@ -1,4 +1,4 @@
-# The chores, one obvious way each: make play | test | bench | lint | format.
+# The chores, one obvious way each: make play | check | test | bench | lint | format.
 #
 # Needs make and Python >= 3.11 (with venv), for tests and lint Node.js >= 20.19 (with npm) too; on
 # Debian, as root or with sudo, missing ones are installed by apt. Everything else goes into .venv and
@@ -30,12 +30,13 @@ ALL := server,certify
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
-.PHONY: help play test test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels npm
+.PHONY: help play check test test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture pictures constraints clean kernels npm
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
-	@echo 'make test         run every test, browser tests included (PYTEST_ARGS=...)'
-	@echo 'make test-long    try the claims of the tests marked "long" many more times (half an hour)'
+	@echo 'make check        run the tests of CHECKED, which need only Python (a minute)'
+	@echo 'make test         run every test but the longest, browser tests included (five minutes)'
+	@echo 'make test-long    run the tests marked "long": sieges, measurements, many more tries'
 	@echo 'make test-crash   of these, a server under load killed, stalled, cut off, full (KILLS=50 FAULTS=20)'
 	@echo 'make test-attack  a server attacked, killed and stalled for long (HOURS=2), at half a core'
 	@echo 'make test-browsers compare digests in Firefox, WebKit, Chromium, Node.js and wasmtime'
@@ -56,8 +57,18 @@ help:
 play: $(VENV)/.stamp-play
 	exec $(BIN)/plinko serve --host $(HOST) --port $(PORT)
 
+# What needs no browser, no database server and nothing of Debian: physics, rules, protocol and HTTP.
+CHECKED ?= tests/engine tests/outsider tests/app/computing tests/app/conformance tests/app/fairness \
+	tests/app/ops tests/app/protocol tests/app/render tests/app/rooms tests/app/web
+
+check: export PYTHONDONTWRITEBYTECODE =
+check: $(VENV)/.stamp-test
+	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not postgresql and not long' \
+		--ignore tests/app/web/clients $(CHECKED) $(PYTEST_ARGS)
+
 # The page's pure modules run in Node.js. Other tests drive a real Chromium and a real PostgreSQL: the
 # machine's own, or else Debian's.
+# No result depends on how fast the machine is: `tools/busy make test` runs them beside busy loops.
 # A hundred servers and commands start: whatever the environment says, they are compiled once.
 test: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/.stamp-test node_modules/.stamp
@@ -78,12 +89,14 @@ test-crash: $(VENV)/.stamp-test
 test-attack: $(VENV)/.stamp-test
 	LONG=1 PLINKO_TEST_HOURS=$(HOURS) $(BIN)/python -m pytest -s -m long tests/app/persistence/crash/test_crash_attack.py
 
-# Each test that tries more with LONG=1 has the marker `long`, see tests/long.py: ten minutes of
-# soak, 10^5 malformed messages, hundreds of requests of each REST operation, every oracle file,
-# axe on every screen.
-test-long: $(VENV)/.stamp-test
+# Each test that tries more with LONG=1, or runs only then, has the marker `long`, see tests/long.py:
+# sieges, servers killed and frozen, ten minutes of soak, benchmarks, 10^5 malformed messages, hundreds
+# of requests of each REST operation, every oracle file, axe on every screen.
+test-long: $(VENV)/.stamp-test node_modules/.stamp
 	tools/postgresql
-	chromium="$$(tools/chromium shell)" && CHROMIUM="$$chromium" \
+	tools/haproxy
+	tools/redis
+	$(WITH_NODE) && chromium="$$(tools/chromium shell)" && CHROMIUM="$$chromium" \
 	LONG=1 PLINKO_TEST_KILLS=$(KILLS) PLINKO_TEST_FAULTS=$(FAULTS) $(BIN)/python -m pytest -s -m long $(PYTEST_ARGS)
 
 # The page's solver in every engine: all presets with 500 seeds, 200 random boards with 20.
@@ -197,7 +210,7 @@ $(VENV)/.stamp-venv: tools/make-venv
 	touch $@
 
 # Engines for Node.js that the benchmarks compare with, and the tests see play.
-test bench: benchmarks/node/node_modules/.stamp
+test test-long bench: benchmarks/node/node_modules/.stamp
 
 benchmarks/node/node_modules/.stamp: benchmarks/node/package.json
 	$(WITH_NODE) && cd benchmarks/node && $(NPM_INSTALL)

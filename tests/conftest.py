@@ -1,7 +1,7 @@
 """For all tests: a deterministic profile of property tests, and no files where a user has his.
 
-`make test` tries every claim; those marked `long` are tried many more times by `make test-long`,
-which sets LONG=1: see tests/long.py.
+Tests marked `long` are tried many more times, or only, by `make test-long`, which sets LONG=1: see
+tests/long.py.
 """
 
 import functools
@@ -17,7 +17,7 @@ from hypothesis import is_hypothesis_test, settings
 from engine.exact.trace import trace_many
 from engine.jit import limits, machine_code
 from engine.jit.decorator import EntryKernel
-from tests.long import tries
+from tests.long import LONG, tries
 from tests.rows import in_rows
 
 # Property tests try the same examples in every run, and a slow machine fails none of them.
@@ -46,9 +46,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Property tests try many more examples with LONG=1."""
+    """Property tests try many more examples with LONG=1; some tests run only then."""
     if is_hypothesis_test(getattr(item, "obj", None)):
         item.add_marker("long")
+    for marker in () if LONG else item.iter_markers("long"):
+        if marker.args:
+            item.add_marker(pytest.mark.skip(reason=f"left to `make test-long`: {marker.args[0]}"))
 
 
 def pytest_collection() -> None:

@@ -1,8 +1,9 @@
 """How often tests try a claim: a few times in `make test`, many times in `make test-long`.
 
-LONG=1 in the environment is the one switch. A test that tries more with it is marked
-`@pytest.mark.long`, and `make test-long` runs all that are. Its claim is the same without. Property
-tests are marked by tests/conftest.py.
+LONG=1 in the environment is the one switch, and `make test-long` runs all tests that are marked
+`long`: `@pytest.mark.long` is for a test that tries its claim a few times without it, by `tries`;
+`@pytest.mark.long("why")` for one that runs only with it: sieges, frozen processes, measurements.
+Property tests are marked by tests/conftest.py.
 """
 
 import os

@@ -38,8 +38,10 @@ def first_line(process: "subprocess.Popen[AnyStr]") -> AnyStr:
 
 def lives(pid: int) -> bool:
     """Whether there is such a process that is not only waited for."""
-    status = Path(f"/proc/{pid}/stat")
-    return status.exists() and ") Z " not in status.read_text()
+    try:
+        return ") Z " not in Path(f"/proc/{pid}/stat").read_text()
+    except (FileNotFoundError, ProcessLookupError):  # the latter if it goes while it is read
+        return False
 
 
 def until(condition: Callable[[], object], pause: Callable[[], object] | None = None) -> None:

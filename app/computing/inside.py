@@ -1,14 +1,17 @@
-"""A worker process from within: takes work from a pipe, does it, sends back what came of it."""
+"""A worker process from within: reads work from a socket, does it, sends back the outcome."""
 
 import contextlib
+import pickle
 import re
 import resource
 import signal
+import socket
 import time
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
+from app.computing.packing import BEGUN, REPLY, REQUEST
+from app.errors import CostError
 from app.ops import memory
 
 MEMORY: Final = 256 << 20
@@ -18,50 +21,54 @@ KEPT: Final = 32 << 20
 """Bytes beyond that, with which a worker ends when its work is done: what a large picture took is
 not all given back otherwise, and another worker is there within milliseconds."""
 
-WALL: Final = 6.0
-"""Times the s that something may compute after which it is ended whatever it has computed: where
-others keep the machine busy, a worker, being polite, may wait for long."""
-
-_GRACE: Final = 1  # s after that at which the system ends a worker nobody waits for
+_GRACE: Final = 1.0  # s after its real time at which the system ends a worker nobody waits for
 
 
-def serve(pipe: Connection) -> None:
-    """Do what comes through the pipe until it is closed."""
+def serve(line: socket.socket) -> None:
+    """Do what comes over the line until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends this
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     begun_with = _data()
     _limit_memory(begun_with)
-    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
-        while True:
-            work, seconds = pipe.recv()
+    with line, line.makefile("rb") as stream, contextlib.suppress(OSError):
+        ends = False
+        while not ends and len(head := stream.read(REQUEST.size)) == REQUEST.size:
+            size, core, real = REQUEST.unpack(head)
+            work = stream.read(size)
+            if len(work) < size:
+                return
+            line.sendall(BEGUN)
             # Its end is the system's business: no kernel looks at a clock.
-            signal.setitimer(signal.ITIMER_PROF, seconds)
-            signal.setitimer(signal.ITIMER_REAL, WALL * seconds + _GRACE)
+            signal.setitimer(signal.ITIMER_PROF, core)
+            signal.setitimer(signal.ITIMER_REAL, real + _GRACE)
             began = time.process_time()
-            answer = _answer(work)
+            outcome, exhausted = _outcome(work)
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.setitimer(signal.ITIMER_PROF, 0.0)
             memory.give_back()
-            ends = _data() - begun_with > KEPT
-            _send(pipe, (*answer, time.process_time() - began, ends))
-            if ends:
-                return
+            ends = exhausted or _data() - begun_with > KEPT
+            spent = time.process_time() - began
+            line.sendall(REPLY.pack(len(outcome), spent, ends) + outcome)
 
 
-def _answer(work: Any) -> tuple[bool, Any]:
+def _outcome(work: bytes) -> tuple[bytes, bool]:
+    """The pickled value or error, and whether the memory was not enough."""
     try:
-        return True, work()
-    except Exception as error:  # noqa: BLE001 - it is raised again where it was asked for
-        return False, error
-
-
-def _send(pipe: Connection, answer: tuple[bool, Any, float, bool]) -> None:
+        return _pickled(pickle.loads(work)(), None), False
+    except MemoryError:
+        return _pickled(None, CostError("it takes more memory than a request may")), True
+    except Exception as raised:  # noqa: BLE001 - it is raised again where it was asked for
+        error = raised
     try:
-        pipe.send(answer)
-    except (TypeError, AttributeError) as error:  # what cannot be pickled
-        pipe.send((False, RuntimeError(f"{answer[1]!r}: {error}"), *answer[2:]))
+        return _pickled(None, error), False
+    except (TypeError, AttributeError, pickle.PicklingError) as why:
+        return _pickled(None, RuntimeError(f"{error!r}: {why}")), False
+
+
+def _pickled(value: Any, error: Exception | None) -> bytes:
+    return pickle.dumps((value, error), pickle.HIGHEST_PROTOCOL)
 
 
 def _data() -> int:

@@ -1,27 +1,28 @@
 """The workers: a bounded queue before a few processes, quick things first, an end to everything."""
 
 import asyncio
-from collections import deque
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+import contextlib
+from collections.abc import AsyncIterator, Awaitable, Callable
+from dataclasses import dataclass, field
 from typing import Any, Final, TypeVar, cast
 
-from app.computing.process import Done, WorkerProcess, prepare
+from app.computing.packing import packed
+from app.computing.process import Done, WorkerProcess, prepare, start
 from app.errors import BusyError, EndedError
 
 T = TypeVar("T")
 
 DEADLINE: Final = 10.0  # s of a core that one thing may compute
 
+PATIENCE: Final = 6.0
+"""Times the s that something may compute after which it is ended whatever it has computed: where
+others keep the machine busy, a worker, being polite, may wait for long."""
+
 
 @dataclass(slots=True, eq=False)
 class _Job:
-    work: Callable[[], Any]
-    seconds: float
     quick: bool
-    future: "asyncio.Future[Done]"
-    worker: WorkerProcess | None = None
+    turn: asyncio.Event = field(default_factory=asyncio.Event)
 
 
 class Workers:
@@ -31,19 +32,29 @@ class Workers:
     what is quick never waits for it, unless there is only one.
     """
 
-    def __init__(self, processes: int, max_jobs: int) -> None:
+    def __init__(
+        self,
+        processes: int,
+        max_jobs: int,
+        *,
+        patience: float = PATIENCE,
+        start: Callable[[], Awaitable[WorkerProcess]] = start,
+    ) -> None:
         self.processes = processes
         self.max_jobs = max_jobs
-        self.jobs = 0  # running or waiting
-        self.seconds = 0.0  # computed so far, of one core
-        self._quick: deque[_Job] = deque()
-        self._long: deque[_Job] = deque()
-        self._running: set[_Job] = set()
+        self.seconds = 0.0  # computed until now, of one core
+        self._patience = patience
+        self._start = start
+        self._waiting: list[_Job] = []
+        self._running: list[_Job] = []
         self._idle: list[WorkerProcess] = []
-        # Each waits for one process and does little besides. They may have to start it, and it
-        # leaves a core of those that whoever starts it has: so they have all.
-        self._threads = ThreadPoolExecutor(processes, thread_name_prefix="worker")
+        self._working: list[WorkerProcess] = []
         self._closed = False
+
+    @property
+    def jobs(self) -> int:
+        """Running or waiting."""
+        return len(self._waiting) + len(self._running)
 
     @property
     def full(self) -> bool:
@@ -53,8 +64,7 @@ class Workers:
     @property
     def pids(self) -> list[int]:
         """Of the processes that compute something now."""
-        found = (job.worker.pid for job in self._running if job.worker is not None)
-        return [pid for pid in found if pid is not None]
+        return [worker.pid for worker in self._working]
 
     def prepare(self) -> None:
         """Begin to load what the processes need."""
@@ -66,9 +76,10 @@ class Workers:
     ) -> T:
         """The result of `work()`, a function of a module, done in a process.
 
-        Raises what it raises; BusyError when too much waits, DeadlineError when it computes for
-        more than so many s of a core, however long it had to wait for one. Who is cancelled
-        meanwhile ends it.
+        Raises what it raises; BusyError when too much waits; DeadlineError when it computes for
+        more than `deadline` s of a core, however long it had to wait for one, or is not done in
+        `patience` times as long; EndedError when the process ended. A caller that is cancelled
+        ends the work.
         """
         done = await self.measured(work, quick=quick, deadline=deadline)
         if done.error is not None:
@@ -81,75 +92,63 @@ class Workers:
         """`run`, with what it took; an error of the work's own is in the result."""
         if self.full or self._closed:
             raise BusyError(f"{self.jobs} jobs are computed or wait already")
-        future: asyncio.Future[Done] = asyncio.get_running_loop().create_future()
-        job = _Job(work, deadline, quick, future)
-        self.jobs += 1
-        (self._quick if quick else self._long).append(job)
-        self._dispatch()
-        try:
-            return await future
-        except asyncio.CancelledError:
-            self._drop(job)
-            raise
+        async with self._turn(quick):
+            message = packed(work)
+            while self._idle:  # one of them may have ended since its last work
+                if done := await self._by(self._idle.pop(), message, deadline):
+                    return done
+            if done := await self._by(await self._start(), message, deadline):
+                return done
+            raise EndedError("the process that was to compute it ended")
 
     def close(self) -> None:
-        """Drop what waits and end what runs."""
+        """Refuse what waits and end what runs."""
         self._closed = True
-        for job in [*self._quick, *self._long]:
-            self._drop(job)
-            job.future.set_exception(BusyError("the server is stopping"))
-        for job in self._running:
-            if job.worker is not None:
-                job.worker.end()
-        for worker in self._idle:
-            worker.end()
-        self._idle.clear()
-        self._threads.shutdown(wait=False, cancel_futures=True)
+        for job in self._waiting:
+            job.turn.set()
+        for worker in self._working:
+            worker.kill()
+        while self._idle:
+            self._idle.pop().end()
 
-    def _drop(self, job: _Job) -> None:
-        """Nobody waits for this job any more."""
-        if job in self._running:
-            if job.worker is not None:
-                job.worker.end()
-            return
-        for queue in (self._quick, self._long):
-            if job in queue:
-                queue.remove(job)
-                self.jobs -= 1
+    @contextlib.asynccontextmanager
+    async def _turn(self, quick: bool) -> AsyncIterator[None]:
+        """Wait until a process may begin this job, and keep its place until it is done."""
+        job = _Job(quick)
+        self._waiting.append(job)
+        self._admit()
+        try:
+            await job.turn.wait()
+            if self._closed:
+                raise BusyError("the server is stopping")
+            yield
+        finally:
+            (self._waiting if job in self._waiting else self._running).remove(job)
+            self._admit()
 
-    def _dispatch(self) -> None:
-        while not self._closed and (job := self._next()) is not None:
-            job.worker = self._idle.pop() if self._idle else WorkerProcess()
-            self._running.add(job)
-            loop = asyncio.get_running_loop()
-            answer = loop.run_in_executor(self._threads, job.worker.do, job.work, job.seconds)
-            answer.add_done_callback(lambda done, job=job: self._finish(job, done))  # type: ignore[misc]
+    def _admit(self) -> None:
+        """Let jobs begin, quick ones first, while there are processes for them."""
+        for job in sorted(self._waiting, key=lambda job: not job.quick):
+            long = sum(not other.quick for other in self._running)
+            free = len(self._running) < self.processes
+            if free and (job.quick or long < max(1, self.processes - 1)):
+                self._waiting.remove(job)
+                self._running.append(job)
+                job.turn.set()
 
-    def _next(self) -> _Job | None:
-        """The job whose turn it is, if there is a process for it."""
-        if len(self._running) >= self.processes:
-            return None
-        if self._quick:
-            return self._quick.popleft()
-        long = sum(not job.quick for job in self._running)
-        if self._long and long < max(1, self.processes - 1):
-            return self._long.popleft()
-        return None
-
-    def _finish(self, job: _Job, answer: "asyncio.Future[Done]") -> None:
-        self._running.discard(job)
-        self.jobs -= 1
-        error = None if answer.cancelled() else answer.exception()
-        ended = answer.cancelled() or isinstance(error, EndedError)
-        if job.worker is not None and not ended and not self._closed:
-            self._idle.append(job.worker)
-        if not answer.cancelled() and error is None:
-            self.seconds += answer.result().seconds
-        if not job.future.done():
-            if answer.cancelled():
-                job.future.cancel()
-            elif error is not None:
-                job.future.set_exception(error)
+    async def _by(self, worker: WorkerProcess, work: bytes, seconds: float) -> Done | None:
+        """What this worker makes of it; it is idle afterwards, or ended if anything went wrong."""
+        done = None
+        self._working.append(worker)
+        try:
+            if self._closed:
+                raise BusyError("the server is stopping")
+            done = await worker.do(work, seconds, self._patience * seconds)
+        finally:
+            self._working.remove(worker)
+            if done is None or worker.ends or self._closed:
+                worker.end()
             else:
-                job.future.set_result(answer.result())
-        self._dispatch()
+                self._idle.append(worker)
+        self.seconds += done.seconds if done else 0.0
+        return done

@@ -1,27 +1,41 @@
-"""One worker process as the server sees it: started when needed, ended when it takes too long."""
+"""One worker process as the server sees it: started, handed work, killed.
 
+Work is handed over in two phases. A worker that ends before it has answered BEGUN has done nothing,
+so another may be handed the same work. After that the work is not repeated.
+"""
+
+import asyncio
+import contextlib
 import multiprocessing
+import os
+import pickle
 import signal
-import threading
-from collections.abc import Callable
+import socket
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import forkserver
-from multiprocessing.connection import Connection
-from multiprocessing.context import ForkServerProcess
 from typing import Any, Final
 
-from app.computing.inside import WALL, serve
-from app.computing.packing import packed
-from app.errors import CostError, DeadlineError, EndedError
+from app.computing.inside import serve
+from app.computing.packing import BEGUN, REPLY, REQUEST
+from app.errors import DeadlineError, EndedError
 
 PRELOADED: Final = ["app.computing.polite", "app.computing.preloaded"]
 
+_AT_ONCE: Final = 1 << 18  # bytes read in one go
+
 _context = multiprocessing.get_context("forkserver")
+
+_fork_server = ThreadPoolExecutor(1, "fork-server")
+"""The only thread that waits for the fork server, which has much to load at first and is polite
+later. One thread, because an exit code can be read only once, and `multiprocessing` reads those of
+all its processes whenever it starts another."""
 
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """An answer of a worker: a value, or the error that came of it; and the s it computed."""
+    """A worker's reply: a value, or the error that the work raised; and the s it computed."""
 
     value: Any
     error: Exception | None
@@ -34,88 +48,111 @@ def prepare() -> None:
     forkserver.ensure_running()
 
 
+async def start() -> "WorkerProcess":
+    """A new worker; raises EndedError when the system has no process for it."""
+    starting = asyncio.get_running_loop().run_in_executor(_fork_server, WorkerProcess)
+    try:
+        return await asyncio.shield(starting)
+    except asyncio.CancelledError:
+        starting.add_done_callback(_unwanted)
+        raise
+    except (EOFError, OSError) as error:
+        raise EndedError("no process could be started for it") from error
+
+
+def _unwanted(starting: "asyncio.Future[WorkerProcess]") -> None:
+    if starting.exception() is None:
+        starting.result().end()
+
+
 class WorkerProcess:
-    """A process that does one thing at a time. `do` is for a thread, `end` for any."""
+    """A process that does one thing at a time. Made in a thread, used by the event loop's."""
 
     def __init__(self) -> None:
-        self._process: ForkServerProcess | None = None
-        self._pipe: Connection | None = None
-        self._ended = False
-        self._lock = threading.Lock()
+        prepare()
+        self._line, theirs = socket.socketpair()
+        self._line.setblocking(False)
+        self._process = _context.Process(target=serve, args=(theirs,), daemon=True)
+        try:
+            self._process.start()
+            self._handle = _handle(self.pid)
+        except BaseException:
+            self._line.close()
+            raise
+        finally:
+            theirs.close()
+        self.ends = False  # by itself, after its last reply
 
     @property
-    def pid(self) -> int | None:
-        """Of the process, if there is one."""
-        process = self._process
-        return None if process is None else process.pid
+    def pid(self) -> int:
+        """Its number."""
+        assert self._process.pid is not None
+        return self._process.pid
 
-    def do(self, work: Callable[[], Any], seconds: float) -> Done:
-        """What came of `work()`; blocks. `work` is a function of a module, with picklable values.
+    async def do(self, work: bytes, seconds: float, real: float) -> Done | None:
+        """What came of packed work; None when the process had ended and has done nothing for it.
 
-        Raises DeadlineError when it computes for more than so many s of a core, or does not come
-        to its end for WALL times as long; EndedError when the process ended by itself or by `end`.
-        Another is started the next time.
+        Raises DeadlineError when it computes for more than `seconds`, or takes longer than `real`
+        s; EndedError when the process ended after it had begun. It is of no use then.
         """
+        begun = False
         try:
-            pipe = self._started()
-            pipe.send_bytes(packed(work, seconds))
-            if not pipe.poll(WALL * seconds):
-                self._stop()
-                raise _too_long(seconds)
-            fine, value, spent, ends = pipe.recv()
-        except (EOFError, OSError) as error:
-            if self._stop() == -signal.SIGPROF:
-                raise _too_long(seconds) from error
-            raise EndedError("the process that computed it ended") from error
-        if ends or isinstance(value, MemoryError):
-            self._stop()
-        if isinstance(value, MemoryError):
-            raise CostError("it takes more memory than a request may")
-        return Done(value, None, spent) if fine else Done(None, value, spent)
+            async with asyncio.timeout(real):
+                request = REQUEST.pack(len(work), seconds, real) + work
+                await asyncio.get_running_loop().sock_sendall(self._line, request)
+                begun = await self._read(len(BEGUN)) == BEGUN
+                size, spent, self.ends = REPLY.unpack(await self._read(REPLY.size))
+                value, error = pickle.loads(await self._read(size))
+        except TimeoutError:
+            raise _too_long(seconds) from None
+        except (EOFError, OSError) as gone:
+            if not begun:
+                return None
+            if await self._exit_code() == -signal.SIGPROF:
+                raise _too_long(seconds) from gone
+            raise EndedError("the process that computed it ended") from gone
+        return Done(value, error, spent)
+
+    def kill(self) -> None:
+        """End the process at once, whatever it does; `do` notices."""
+        with contextlib.suppress(ProcessLookupError):
+            if self._handle is None:
+                os.kill(self.pid, signal.SIGKILL)
+            else:
+                signal.pidfd_send_signal(self._handle, signal.SIGKILL)
 
     def end(self) -> None:
-        """End the process at once, whatever it does; none is started any more."""
-        with self._lock:
-            self._ended = True
-            self._kill()
+        """Kill it and let go of it, which nobody uses any more."""
+        self.kill()
+        self._line.close()
+        if self._handle is not None:
+            os.close(self._handle)
 
-    def _started(self) -> Connection:
-        if self._process is not None and not self._process.is_alive():
-            self._stop()  # it was ended while it had nothing to do
-        if self._pipe is None:
-            prepare()
-            ours, theirs = _context.Pipe()
-            process = _context.Process(target=serve, args=(theirs,), daemon=True)
-            process.start()
-            theirs.close()
-            with self._lock:
-                self._process, self._pipe = process, ours
-        if self._ended:
-            self._stop()
-            raise EndedError("nobody waits for it any more")
-        return self._pipe
+    async def _read(self, count: int) -> bytes:
+        found = bytearray()
+        while missing := count - len(found):
+            loop = asyncio.get_running_loop()
+            part = await loop.sock_recv(self._line, min(missing, _AT_ONCE))
+            if not part:
+                raise EOFError
+            found += part
+        return bytes(found)
 
-    def _kill(self) -> None:
-        if self._process is not None:
-            self._process.kill()
+    async def _exit_code(self) -> int | None:
+        """Of the process, which has closed its end of the line."""
+        self.kill()  # it has ended; or lives on without its line, and the thread would wait for it
+        await asyncio.get_running_loop().run_in_executor(_fork_server, self._process.join)
+        return self._process.exitcode
 
-    def _stop(self) -> int | None:
-        """Let go of the process, for the thread that waits for it; how it ended, if there is one.
 
-        One that has ended by itself is not harmed.
-        """
-        with self._lock:
-            self._kill()
-            process, pipe = self._process, self._pipe
-            self._process = self._pipe = None
-        if pipe is not None:
-            pipe.close()
-        if process is None:
-            return None
-        process.join()
-        code = process.exitcode
-        process.close()
-        return code
+def _handle(pid: int) -> int | None:
+    """What stands for this process, where its number may later be another's; Linux has that."""
+    try:
+        return os.pidfd_open(pid) if sys.platform == "linux" else None
+    except ProcessLookupError:
+        raise
+    except OSError:  # before Linux 5.3, or in a sandbox without it
+        return None
 
 
 def _too_long(seconds: float) -> DeadlineError:

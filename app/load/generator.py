@@ -5,7 +5,7 @@ import contextlib
 import time
 from array import array
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,6 +16,7 @@ from app.protocol import messages
 
 _TOGETHER = 50  # handshakes under way at once
 _PING = 0.2  # s between the timekeeper's pings
+_GREETING = 30.0  # s in which a server greets, however busy
 
 
 @dataclass(slots=True)
@@ -99,10 +100,12 @@ class Load:
     drops: float = 5.0  # a second
     more: tuple[str, ...] = ()
     settle: float = 0.5  # s of watching before counting begins
+    wait: Callable[[float], Awaitable[None]] = asyncio.sleep
     on_count: Callable[[], None] = lambda: None  # called when counting begins
     on_counted: Callable[[], None] = lambda: None  # and when it has ended
     counting: bool = False
     leaving: bool = False
+    answered: asyncio.Event = field(default_factory=asyncio.Event)  # a client was greeted or ended
     counted: dict[RoomClient, Counted] = field(default_factory=dict)
     refused: Counter[str] = field(default_factory=Counter)
     errors: Counter[str] = field(default_factory=Counter)
@@ -116,12 +119,12 @@ class Load:
         first, *_ = await self._join()
         chores = [asyncio.create_task(self._ping(first)), asyncio.create_task(self._drop(first))]
         try:
-            await asyncio.sleep(self.settle)
-            self._check_welcome()
+            await self._greeted()
+            await self.wait(self.settle)
             self.on_count()
             self.counting, begin = True, time.monotonic()
             self._count_texts(-1)
-            await asyncio.sleep(seconds)
+            await self.wait(seconds)
             self._count_texts(1)
             self.counting, took = False, time.monotonic() - begin
             self.on_counted()
@@ -160,8 +163,13 @@ class Load:
             counted.texts += sign * client.texts
             counted.bytes += sign * client.text_bytes
 
-    def _check_welcome(self) -> None:
-        """Raise RefusedError unless somebody was greeted."""
+    async def _greeted(self) -> None:
+        """Wait for the hello; raises RefusedError when none can come any more, or comes in time."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(_GREETING):
+                while self.hello is None and any(c.end is None for c in self.counted.values()):
+                    self.answered.clear()
+                    await self.answered.wait()
         if self.hello is None:
             ends = {c.end for c in self.counted.values() if c.end is not None}
             said = "; ".join(sorted(f"{code} {reason}" for code, reason in ends)) or "nothing"
@@ -185,6 +193,7 @@ class Load:
         if kind == "hello" and self.hello is None:
             self.hello = event
             self.clock = Clock(event["tick_rate"])
+            self.answered.set()
         elif kind == "pong" and self.clock is not None:
             self.clock.observe(event, now)
         elif kind == "error":
@@ -208,6 +217,7 @@ class Load:
         """Note who was sent away."""
         if not self.leaving:
             self.counted.setdefault(client, Counted()).end = (code, reason)
+            self.answered.set()
 
     def _report(self, seconds: float) -> Report:
         counts = list(self.counted.values())

@@ -8,11 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.golden import check
-from tests.long import LONG
 
 
-@pytest.mark.long
-@pytest.mark.skipif(not LONG, reason="it takes minutes, and packages from the network")
+@pytest.mark.long("it takes minutes, and packages from the network")
 @pytest.mark.skipif(shutil.which("apt-get") is None, reason="it is made of Debian's packages")
 @pytest.mark.timeout(3600)
 def test_the_artifacts_give_the_golden_digests_on_arm64() -> None:

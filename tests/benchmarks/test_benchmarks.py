@@ -108,6 +108,7 @@ def test_lattices_of_any_width_give_the_same_walk(rows: int) -> None:
     assert paths[0].tolist() == paths[1].tolist()
 
 
+@pytest.mark.long("it measures")
 def test_arithmetic_is_measured_in_positive_nanoseconds() -> None:
     for job in arithmetic.jobs(sweeps=10).values():
         assert job() > 0.0
@@ -128,6 +129,7 @@ def everyone() -> list[Contestant]:
     return [Exact(), Stepped(), Naive(), Chipmunk(), *box2d]
 
 
+@pytest.mark.long("it runs every engine")
 def test_all_contestants_play_the_same_scene() -> None:
     """Until the first impact there is nothing to differ about but the step."""
     board = scenes.triangle(12, scenes.PLAIN)
@@ -164,12 +166,14 @@ def test_all_contestants_honour_restitution() -> None:
     )
 
 
+@pytest.mark.long("it measures")
 def test_timed_contestants_return_seconds() -> None:
     board = scenes.triangle(8, scenes.PLAIN)
     for contestant in everyone():
         assert contestant.seconds(board, np.array([0.1]), 1.0 / 60.0) > 0.0
 
 
+@pytest.mark.long("it runs every engine")
 @pytest.mark.parametrize("module", node.ENGINES)
 def test_node_engines_play_the_same_scene(module: str) -> None:
     node.check()
@@ -222,6 +226,7 @@ def test_random_boards_do_no_harm(solver: str) -> None:
     assert dict(found.faults) == {}, found.kept
 
 
+@pytest.mark.long("a catalogue of hard scenes")
 def test_the_torture_catalogue_does_no_harm_to_the_exact_solver() -> None:
     found = invariants.Findings()
     for scene in torture.catalogue(1):
@@ -231,6 +236,7 @@ def test_the_torture_catalogue_does_no_harm_to_the_exact_solver() -> None:
     assert dict(found.faults) == {}, found.kept
 
 
+@pytest.mark.long("it measures")
 def test_pictures_are_measured_and_their_aims_are_told() -> None:
     section = render.run(QUICK)
     assert [table.title.split()[0] for table in section.tables] == [
@@ -300,6 +306,7 @@ def test_every_cut_still_finds_what_it_cuts(feature: str, tmp_path: Path) -> Non
     assert not any("from engine." in text for text in copied)
 
 
+@pytest.mark.long("it measures")
 def test_moving_worlds_are_timed_with_and_without_what_they_can_use() -> None:
     section = Section("features")
     worlds.run(section, QUICK)
@@ -397,6 +404,7 @@ def test_the_page_is_judged_by_the_thread_that_draws() -> None:
         page.read(elsewhere[:1])
 
 
+@pytest.mark.long("it measures")
 def test_segments_take_fewer_bytes_than_snapshots() -> None:
     section = Section("stream")
     wire.compare(section, QUICK)
@@ -416,6 +424,7 @@ def test_lateness_is_read_from_a_histogram() -> None:
     assert stream.quantile(buckets, 0.99) == pytest.approx(0.0076)
 
 
+@pytest.mark.long("it measures")
 def test_the_bare_loop_sends_what_it_is_asked_to() -> None:
     with fan_out._bare(2) as bare:
         host, _, port = bare.address.rpartition(":")
@@ -429,6 +438,7 @@ def test_the_bare_loop_sends_what_it_is_asked_to() -> None:
                 assert data == bytes(12 * 700)
 
 
+@pytest.mark.long("it measures a server")
 def test_a_server_is_watched_from_outside_and_stopped() -> None:
     if not serving.can_watch():
         pytest.skip("this system tells nothing of other processes")

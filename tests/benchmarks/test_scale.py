@@ -113,6 +113,7 @@ def test_a_number_is_read_from_the_table_of_its_title() -> None:
             page.number(title, row, column)
 
 
+@pytest.mark.long("it measures")
 def test_a_run_measures_what_the_page_reads(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(units, "_postgresql", lambda: nullcontext(None))
     section = units.run(Effort(quick=True, rounds=1))

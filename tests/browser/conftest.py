@@ -29,7 +29,8 @@ from playwright.sync_api import (
 
 from engine import Board
 from tests.browser.screen import Screen
-from tests.waiting import first_line
+from tests.ports import free_port
+from tests.waiting import LIMIT, first_line
 
 ROOT = Path(__file__).parents[2]
 ARTIFACTS = ROOT / "artifacts"
@@ -72,7 +73,7 @@ def _folder() -> str:
 class ServerProcess:
     """`plinko serve` as a process of its own, which can be killed and started again."""
 
-    port: int = 0
+    port: int = field(default_factory=free_port)
     url: str = ""
     process: "subprocess.Popen[str] | None" = None
     folder: str = field(default_factory=_folder)
@@ -95,13 +96,12 @@ class ServerProcess:
         found = re.search(r"http://\S+", line)
         assert found, f"the server said {line!r} and no address"
         self.url = found.group().rstrip("/")
-        self.port = int(self.url.rsplit(":", 1)[1])
 
     def kill(self, how: signal.Signals = signal.SIGTERM) -> None:
         if self.process is None:
             return
         self.process.send_signal(how)
-        self.process.communicate(timeout=30)
+        self.process.communicate(timeout=LIMIT)
         self.process = None
 
 
@@ -305,6 +305,7 @@ class Profiles:
     def new_context(self, device: dict[str, Any]) -> BrowserContext:
         """One of a test's own."""
         context = self.browser.new_context(**(BRIEF | device))
+        context.set_default_timeout(1000 * LIMIT)
         context.add_init_script(SLOW_DISPLAY)
         context.add_init_script(NO_DEMO)
         return context

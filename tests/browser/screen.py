@@ -11,11 +11,11 @@ from urllib.parse import parse_qsl, urlsplit
 from playwright.sync_api import Locator, Page, WebSocket, expect
 
 from tests.long import LONG
-from tests.waiting import until
+from tests.waiting import LIMIT, until
 
 T = TypeVar("T")
 
-expect.set_options(timeout=30_000)
+expect.set_options(timeout=1000 * LIMIT)
 
 # To be run before the page: how late the newest picture came, ms behind the quickest of late.
 HEAR = """

@@ -21,6 +21,7 @@ from tests.browser.conftest import (
 )
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
+from tests.waiting import LIMIT
 
 LINK = "/replay.html?board=triangle-8&seed=42"
 
@@ -355,7 +356,7 @@ def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open, server: Server
     dead = {"restitution": 0.1, "friction": 0.4}
     board = {**Board.preset("triangle-8").to_dict(), "name": "dead", "peg_material": dead}
     board["ball"] = {**board["ball"], **dead}
-    digest = httpx.post(f"{server.url}/api/v1/boards", json=board).json()["digest"]
+    digest = httpx.post(f"{server.url}/api/v1/boards", json=board, timeout=LIMIT).json()["digest"]
     screen = opened(f"/replay.html?board={digest}&seed=3").state("replay")
     record = screen.api(f"drops/{digest}/3")
     assert 2 in [impact[6] for impact in record["impacts"]]
@@ -377,7 +378,7 @@ def test_a_ball_that_never_settles_is_replayed_and_lies_where_it_stopped(
         "height": 2.0,
         "bins": {"y": 2.0, "edges": [-1.5, 0.0, 1.5], "multipliers": [1.0, 2.0]},
     }
-    posted = httpx.post(f"{server.url}/api/v1/boards", json=board).json()
+    posted = httpx.post(f"{server.url}/api/v1/boards", json=board, timeout=LIMIT).json()
     screen = opened(f"/replay.html?board={posted['digest']}&seed=1").state("replay")
     record = screen.api(f"drops/{posted['digest']}/1")
     assert record["bin"] is None

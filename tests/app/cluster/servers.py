@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 
 import httpx
 
-from tests.app.persistence.server import free_port
 from tests.app.relay.redis import Redis
+from tests.ports import free_port
 from tests.waiting import LIMIT, first_line, until
 
 OPERATOR = "an operator's token for the tests of clusters"

@@ -10,7 +10,8 @@ import pytest
 
 from tests.app.cluster.servers import Servers
 from tests.app.conftest import playing
-from tests.deploy.test_proxy import CONFIGURATION, HAPROXY, free_port, needs_haproxy
+from tests.deploy.test_proxy import CONFIGURATION, HAPROXY, needs_haproxy
+from tests.ports import free_port
 from tests.waiting import LIMIT, until
 
 ROOMS = 6

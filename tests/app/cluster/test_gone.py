@@ -15,8 +15,8 @@ from app.cluster.membership import BEAT, LEASE, Look, Member
 from app.cluster.node import Node
 from app.live.holding import Holding
 from app.persistence.ledger.writer import Ledger
-from tests.app.persistence.server import free_port
-from tests.waiting import eventually
+from tests.ports import free_port
+from tests.waiting import LIMIT, eventually
 
 ME = Member("a.1", "a", "http://127.0.0.1:1")
 
@@ -77,7 +77,7 @@ async def beside(address: str) -> Any:
 async def test_where_nobody_listens_any_more_a_server_has_ended_whatever_its_lease_says() -> None:
     async with beside(f"http://127.0.0.1:{free_port()}") as node:
         other = Member("b.1", "b", "")
-        async with asyncio.timeout(60):
+        async with asyncio.timeout(LIMIT):
             await node.until_gone(other)
         assert set(node.view.members) == {ME.holder}
         await node.beat()

@@ -8,6 +8,7 @@ from starlette.types import Message
 from app.cluster.body import Body
 from app.cluster.hand_on import hops_of, room_of_body, room_of_path
 from app.cluster.line import MOST_HOPS
+from tests.waiting import LIMIT
 
 
 @pytest.mark.parametrize(
@@ -65,5 +66,5 @@ async def test_a_body_is_read_again_from_its_beginning_and_its_end_is_that_of_th
     assert await body.whole() == b"one two"
     second = body.again()
     assert [(await second())["body"] for _ in range(2)] == [b"one ", b"two"]
-    async with asyncio.timeout(60):
+    async with asyncio.timeout(LIMIT):
         await body.until_left()

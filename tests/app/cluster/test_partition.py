@@ -15,7 +15,7 @@ from tests.app.persistence import postgres
 from tests.app.relay import redis as tests_redis
 from tests.waiting import LIMIT, until
 
-pytestmark = pytest.mark.postgresql
+pytestmark = [pytest.mark.postgresql, pytest.mark.long("servers cut off until leases run out")]
 
 TAKEN = (200, 202)
 

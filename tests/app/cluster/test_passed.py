@@ -3,6 +3,7 @@
 import asyncio
 
 from app.cluster.passed import Passed
+from tests.waiting import LIMIT
 
 
 async def test_all_that_are_there_are_told_to_end_and_none_that_has_ended() -> None:
@@ -10,7 +11,7 @@ async def test_all_that_are_there_are_told_to_end_and_none_that_has_ended() -> N
     with passed.line() as over:
         pass
     with passed.line() as first, passed.line() as second:
-        async with asyncio.timeout(60):
+        async with asyncio.timeout(LIMIT):
             await passed.close()
         assert first.is_set()
         assert second.is_set()

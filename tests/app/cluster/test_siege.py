@@ -24,8 +24,9 @@ def siege_of(servers: Servers, postgresql: postgres.Cluster) -> Siege:
     return siege
 
 
-@pytest.mark.postgresql
-@pytest.mark.long
+pytestmark = [pytest.mark.postgresql, pytest.mark.long("a siege of three servers")]
+
+
 @pytest.mark.timeout(4 * 3600)
 async def test_whatever_ends_no_acknowledged_ball_is_lost_and_none_lands_twice(
     servers: Servers, postgresql: postgres.Cluster
@@ -45,8 +46,6 @@ async def test_whatever_ends_no_acknowledged_ball_is_lost_and_none_lands_twice(
     )
 
 
-@pytest.mark.postgresql
-@pytest.mark.long
 @pytest.mark.timeout(3600)
 async def test_servers_are_upgraded_one_after_another_and_all_who_watch_are_sent_on(
     servers: Servers, postgresql: postgres.Cluster

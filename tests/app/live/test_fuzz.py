@@ -15,7 +15,7 @@ from benchmarks.serving.process import Served, can_watch, serving
 from tests.app.conftest import serving as serving_here
 from tests.app.live import garbled
 from tests.long import tries
-from tests.waiting import eventually
+from tests.waiting import LIMIT, eventually
 
 MESSAGES = tries(3_000, 100_000)
 GROWTH = 8e6
@@ -111,12 +111,14 @@ def test_whatever_is_asked_the_answer_is_one_that_is_promised() -> None:
     with serving_here(wait_limit=0.2, drop_rate=1e6, creator_rooms=10_000) as server:
         found = operations_of(f"{server.url}/openapi.json")
         for operation in found:
-            room = httpx.post(f"{server.url}/api/v1/rooms", json={"board": "triangle-8"}).json()
+            room = httpx.post(
+                f"{server.url}/api/v1/rooms", json={"board": "triangle-8"}, timeout=LIMIT
+            ).json()
             try:
                 ask(operation, room)
             except WRONG as failure:
                 failures.append(f"{operation.label}: {failure}")
         assert len(found) > 15
-        assert httpx.get(f"{server.url}/readyz").status_code == 200
-        assert 'code="server-error"' not in httpx.get(f"{server.url}/metrics").text
+        assert httpx.get(f"{server.url}/readyz", timeout=LIMIT).status_code == 200
+        assert 'code="server-error"' not in httpx.get(f"{server.url}/metrics", timeout=LIMIT).text
     assert not failures, "\n\n".join(failures)

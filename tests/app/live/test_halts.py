@@ -22,7 +22,7 @@ from engine import Board
 from tests.app.conftest import TINY, Running, playing, serving
 from tests.app.live.sessions.test_fair_sessions import bearer, begun
 from tests.app.passes import run_pass
-from tests.waiting import turns, until
+from tests.waiting import LIMIT, turns, until
 
 TOKEN = "an operator's token of 32 letters"
 SETTINGS = Settings(port=0, database_url="sqlite://")
@@ -105,7 +105,7 @@ async def test_who_leaves_in_between_leaves_no_half_halted_table(rooms: Rooms) -
 
 
 def change(server: Running, **body: Any) -> httpx.Response:
-    return httpx.post(f"{server.url}/api/v1/halts", json=body, headers=bearer(TOKEN))
+    return httpx.post(f"{server.url}/api/v1/halts", json=body, headers=bearer(TOKEN), timeout=LIMIT)
 
 
 def test_a_halt_and_what_was_in_flight_outlive_the_server(tmp_path: Path) -> None:
@@ -161,11 +161,11 @@ def test_only_who_runs_the_server_may(
     monkeypatch.delenv("PLINKO_OPERATOR_TOKEN", raising=False)
     with serving(operator_token=TOKEN) as guarded:
         asked = f"{guarded.url}/api/v1/halts"
-        assert httpx.post(asked, json={"halted": True}).status_code == 401
-        wrong = httpx.post(asked, json={"halted": True}, headers=bearer("x" * 32))
+        assert httpx.post(asked, json={"halted": True}, timeout=LIMIT).status_code == 401
+        wrong = httpx.post(asked, json={"halted": True}, headers=bearer("x" * 32), timeout=LIMIT)
         assert wrong.status_code == 403
         assert change(guarded, room="nowhere", halted=True).status_code == 404
-        assert httpx.get(asked).json() == {"all_since": None, "rooms": []}
+        assert httpx.get(asked, timeout=LIMIT).json() == {"all_since": None, "rooms": []}
         # The command.
         assert main(["halt", guarded.url]) == 2
         assert "this needs the token of the operator" in capsys.readouterr().err

@@ -18,6 +18,7 @@ from app.web.returns import Returns
 from app.web.shared import Standing
 from engine import Board
 from tests.app.conftest import Running
+from tests.waiting import LIMIT
 
 DEPLOY = Path(__file__).parents[3] / "deploy"
 DASHBOARD = DEPLOY / "grafana" / "dashboard.json"
@@ -40,7 +41,9 @@ def panels() -> list[dict[str, Any]]:
 def samples(server: Running) -> dict[str, set[str]]:
     """The labels of each sample that there is, by its name, and of those once somebody staked."""
     found: dict[str, set[str]] = {}
-    for family in text_string_to_metric_families(httpx.get(f"{server.url}/metrics").text):
+    for family in text_string_to_metric_families(
+        httpx.get(f"{server.url}/metrics", timeout=LIMIT).text
+    ):
         for sample in family.samples:
             found.setdefault(sample.name, set()).update(sample.labels)
     found["up"] = set()  # Prometheus' own, of each server that it asks

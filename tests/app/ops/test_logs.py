@@ -10,6 +10,7 @@ import pytest
 
 from app.ops.logs import JsonFormatter, TextFormatter, configure
 from tests.app.conftest import serving
+from tests.waiting import LIMIT
 
 
 def record(**extra: Any) -> logging.LogRecord:
@@ -50,7 +51,7 @@ def test_a_failing_request_is_logged_without_its_query(
 
     monkeypatch.setattr("app.rooms.boards.Boards.find", fail)
     with serving() as server, caplog.at_level(logging.INFO):
-        answer = httpx.get(f"{server.url}/api/v1/drops/triangle-8/1?x=0.0625")
+        answer = httpx.get(f"{server.url}/api/v1/drops/triangle-8/1?x=0.0625", timeout=LIMIT)
     assert answer.status_code == 500
     assert "a bug" not in answer.text
     assert "ZeroDivisionError" in caplog.text

@@ -15,12 +15,12 @@ from app.web.returns import Returns
 from app.web.shared import Standing
 from engine import Board
 from tests.app.conftest import Running, playing, serving
-from tests.waiting import eventually
+from tests.waiting import LIMIT, eventually
 
 
 def scrape(server: Running) -> dict[str, float]:
     """Every sample without labels by its name, and those with a code by name and code."""
-    response = httpx.get(f"{server.url}/metrics")
+    response = httpx.get(f"{server.url}/metrics", timeout=LIMIT)
     assert response.status_code == 200
     assert response.headers["content-type"].startswith("text/plain")
     samples = {}
@@ -68,8 +68,8 @@ async def test_a_game_shows_in_every_count() -> None:
 
 def test_errors_over_http_are_counted_by_code() -> None:
     with serving() as server:
-        httpx.get(f"{server.url}/api/v1/drops/nope/1")
-        httpx.get(f"{server.url}/api/v1/drops/triangle-8/x")
+        httpx.get(f"{server.url}/api/v1/drops/nope/1", timeout=LIMIT)
+        httpx.get(f"{server.url}/api/v1/drops/triangle-8/x", timeout=LIMIT)
         found = scrape(server)
         assert found["plinko_errors_total unknown-board"] == 1
         assert found["plinko_errors_total bad-seed"] == 1
@@ -78,7 +78,7 @@ def test_errors_over_http_are_counted_by_code() -> None:
 @pytest.mark.parametrize("kind", ["direct", "public"])
 def test_the_kind_of_transport_is_visible(kind: str) -> None:
     with serving(transport=kind) as server:
-        assert f'transport="{kind}"' in httpx.get(f"{server.url}/metrics").text
+        assert f'transport="{kind}"' in httpx.get(f"{server.url}/metrics", timeout=LIMIT).text
 
 
 def test_openmetrics_is_spoken_to_those_who_ask() -> None:
@@ -99,7 +99,9 @@ def test_every_metric_is_documented_and_every_documented_one_is_there(server: Ru
     documented = set(re.findall(r"`(plinko_\w+)[`{]", text))
     there = {
         family.name + ("_total" if family.type == "counter" else "")
-        for family in text_string_to_metric_families(httpx.get(f"{server.url}/metrics").text)
+        for family in text_string_to_metric_families(
+            httpx.get(f"{server.url}/metrics", timeout=LIMIT).text
+        )
         if family.name.startswith("plinko_") and not family.name.endswith("_created")
     }
     # Those of plays are there once something was staked.

@@ -6,7 +6,6 @@ import hashlib
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -24,14 +23,13 @@ from app.fairness.check import check_session, kernel_digest_of
 from app.fairness.export import read_export
 from app.settings import page_kernels
 from tests.app.persistence.oracle import Told
-from tests.long import tries
+from tests.ports import free_port
 from tests.waiting import LIMIT, eventually, first_line
 
-KILLS = tries(1, int(os.environ.get("PLINKO_TEST_KILLS", "50")))
+KILLS = int(os.environ.get("PLINKO_TEST_KILLS", "50"))
 """How often a crash test kills its server: once as it was begun, once as it was found again."""
 
-# Kinds of database to keep a ledger in, see the fixture `url`. Crash tests kill a server over both
-# in `make test-long`; in `make test` each is over one, so that each database is killed once.
+# Kinds of database to keep a ledger in, see the fixture `url`.
 SQLITE = pytest.param("sqlite", id="sqlite")
 POSTGRESQL = pytest.param("postgresql", id="postgresql", marks=pytest.mark.postgresql)
 
@@ -39,13 +37,6 @@ _SERVE = (
     *(sys.executable, "-m", "app.cli", "serve"),
     *("--drop-rate", "1000", "--message-rate", "1000"),
 )
-
-
-def free_port() -> int:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        port: int = taken.getsockname()[1]
-        return port
 
 
 @dataclass

@@ -291,12 +291,11 @@ async def test_a_drawing_that_failed_is_tried_again() -> None:
     assert await pictures.get("c", draw) == b"now"
 
 
-def test_a_busy_server_says_when_to_come_back(server: Running, http: httpx.Client) -> None:
+def test_a_busy_server_says_when_to_come_back(
+    server: Running, http: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
     workers = server.services.workers
-    jobs, workers.jobs = workers.jobs, workers.max_jobs + workers.processes
-    try:
-        refused = http.get(f"{DROP}.gif?width=241")
-    finally:
-        workers.jobs = jobs
+    monkeypatch.setattr(workers, "max_jobs", -workers.processes)
+    refused = http.get(f"{DROP}.gif?width=241")
     assert refused.status_code == 503
     assert int(refused.headers["retry-after"]) >= 1

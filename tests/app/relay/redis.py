@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from tests.ports import free_port
 from tests.waiting import until
 
 PROGRAM = shutil.which("redis-server")
@@ -49,10 +50,7 @@ class Redis:
 @contextlib.contextmanager
 def running() -> Iterator[Redis]:
     """A new Redis, gone at the end."""
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        port = one.getsockname()[1]
-    redis = Redis(port)
+    redis = Redis(free_port())
     redis.start()
     try:
         yield redis

@@ -17,7 +17,7 @@ from tests.app.conftest import Running, playing, serving
 from tests.app.relay import redis as tests_redis
 from tests.app.relay.redis import MISSING, PROGRAM, Redis
 from tests.app.relay.relays import Relayed, relaying
-from tests.waiting import eventually
+from tests.waiting import LIMIT, eventually
 
 needs_redis = pytest.mark.skipif(PROGRAM is None, reason=MISSING)
 
@@ -59,9 +59,9 @@ async def test_who_watches_over_a_relay_sees_the_play_of_others(
         assert pong["t"] == 1.0
         assert pong["tick_time"] <= pong["server_time"]
         assert server.services.hub.count("triangle-8") == 2, "a player, and one for all far away"
-        health = httpx.get(f"{relay.url}/healthz").json()
+        health = httpx.get(f"{relay.url}/healthz", timeout=LIMIT).json()
         assert health == {"status": "ok", "clients": 1, "rooms": 1, "lines": 0}
-        assert "plinko_clients 1.0" in httpx.get(f"{relay.url}/metrics").text
+        assert "plinko_clients 1.0" in httpx.get(f"{relay.url}/metrics", timeout=LIMIT).text
 
 
 @needs_redis

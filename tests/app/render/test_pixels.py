@@ -11,7 +11,6 @@ from app.render.parts.balls import look_of, paint_balls, paint_trail
 from app.render.raster import make, pixels
 from engine.jit import machine_code, stamp
 from engine.jit.decorator import EntryKernel
-from tests.long import LONG
 
 Pixels = npt.NDArray[np.uint8]
 
@@ -22,8 +21,7 @@ def test_the_artifact_was_made_from_the_kernels_that_are_there() -> None:
     assert stamp.is_of(fresh, made_from), "kernels have changed since: `make kernels`"
 
 
-@pytest.mark.long
-@pytest.mark.skipif(not LONG, reason="numba compiles for a while")
+@pytest.mark.long("numba compiles for a while")
 def test_the_artifact_made_anew_is_the_one_that_is_there() -> None:
     assert make.made() == make.ARTIFACT.read_bytes()
 

@@ -5,12 +5,13 @@ from playwright.sync_api import expect
 
 from engine import Board
 from tests.browser.conftest import Open, Quick, ServerProcess
+from tests.waiting import LIMIT
 
 
 def test_a_long_flight_without_news_is_no_broken_line(opened: Open, server: ServerProcess) -> None:
     form = {**Board.preset("triangle-8").to_dict(), "gravity": 0.01, "name": "weightless"}
     rooms = f"{server.url}/api/v1/rooms"
-    room = httpx.post(rooms, json={"board": form}).raise_for_status().json()["id"]
+    room = httpx.post(rooms, json={"board": form}, timeout=LIMIT).raise_for_status().json()["id"]
     # Timers run twenty times as fast: what waits 8 s waits 0.4.
     screen = opened(f"/?room={room}&stream=segments", before=_HASTY).ready()
     screen.drop.click()

@@ -9,13 +9,14 @@ from PIL import Image
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Open, ServerProcess
+from tests.waiting import LIMIT
 
 
 def test_an_image_tag_shows_a_room_as_it_moves(opened: Open, server: ServerProcess) -> None:
     screen = opened().ready()
     page = screen.page
     rooms = f"{server.url}/api/v1/rooms"
-    room = httpx.post(rooms, json={"board": "triangle-8"}).json()["id"]
+    room = httpx.post(rooms, json={"board": "triangle-8"}, timeout=LIMIT).json()["id"]
     page.evaluate(
         """source => {
           const image = document.createElement("img");
@@ -30,7 +31,9 @@ def test_an_image_tag_shows_a_room_as_it_moves(opened: Open, server: ServerProce
     still = pixels(image.screenshot())
     moving: list[Any] = []
     for seed in range(8):
-        httpx.post(f"{rooms}/{room}/drops", json={"seed": str(seed)}).raise_for_status()
+        httpx.post(
+            f"{rooms}/{room}/drops", json={"seed": str(seed)}, timeout=LIMIT
+        ).raise_for_status()
         before = moving[-1] if moving else still
 
         def moved(before: Any = before) -> bool:

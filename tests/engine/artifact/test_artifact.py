@@ -15,7 +15,6 @@ from engine.exact.board_arrays import arrays_of
 from engine.jit import stamp, wasm_sections
 from tests.engine.artifact.drops import played
 from tests.engine.artifact.host import Host
-from tests.long import LONG
 
 ROOMY = (4096, 16384)  # rows of a log: events and segments, more than most of these drops have
 
@@ -49,14 +48,12 @@ def test_the_page_s_artifact_gives_the_engine_s_bits() -> None:
     assert compare(Host()) >= 390
 
 
-@pytest.mark.long
-@pytest.mark.skipif(not LONG, reason="it compiles for a minute")
+@pytest.mark.long("it compiles for a minute")
 def test_an_artifact_made_anew_gives_the_same_bits() -> None:
     assert compare(Host(make.for_pages())) >= 390
 
 
-@pytest.mark.long
-@pytest.mark.skipif(not LONG, reason="it compiles for minutes")
+@pytest.mark.long("it compiles for minutes")
 def test_artifacts_made_anew_are_those_that_are_there() -> None:
     for path, module in make.everything():
         assert path.read_bytes() == module, path.name

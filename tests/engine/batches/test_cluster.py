@@ -4,7 +4,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,6 @@ from engine.drops.digest import BLOCK
 from engine.errors import ClusterError
 from engine.parameters import Exact
 from tests.engine.batches.open_board import DROPS, OPEN
-from tests.long import LONG
 
 
 @pytest.fixture(scope="module")
@@ -148,14 +147,7 @@ def test_threads_are_not_a_cluster_s() -> None:
         workers_at("local:2", threads=3)
 
 
-# Scheduler, workers and client are killed: half a minute of processes that start.
-
-
-def kills(test: Callable[..., None]) -> Callable[..., None]:
-    """Run it in `make test-long` alone."""
-    skipped = pytest.mark.skipif(not LONG, reason="processes are killed with LONG=1")(test)
-    marked: Callable[..., None] = pytest.mark.long(skipped)
-    return marked
+kills = pytest.mark.long("scheduler, workers and client are killed")
 
 
 class Machines:

@@ -76,7 +76,13 @@ def test_surfaces_far_apart_have_coarser_cells_instead_of_more() -> None:
     assert set(cells.members.tolist()) == {0, 1}
 
 
-@pytest.mark.parametrize("form", [large(), crowded()], ids=["large", "crowded"])
+@pytest.mark.parametrize(
+    "form",
+    [
+        pytest.param(large(), id="large"),
+        pytest.param(crowded(), id="crowded", marks=pytest.mark.long("slow to check")),
+    ],
+)
 def test_the_arrays_of_a_large_board_take_little_and_its_balls_go_the_same_way(
     form: dict[str, Any],
 ) -> None:

@@ -15,7 +15,6 @@ from engine.drops import batch
 from engine.jit import accelerator
 from engine.jit.accelerator import Accelerator, State
 from engine.jit.compilation import named
-from tests.long import LONG
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 
@@ -111,8 +110,7 @@ def test_where_it_cannot_compile_the_artifact_goes_on(
     assert named(REACHES).machine_code is before
 
 
-@pytest.mark.long
-@pytest.mark.skipif(not LONG, reason="numba compiles for a quarter of a minute")
+@pytest.mark.long("numba compiles for a quarter of a minute")
 def test_a_batch_has_the_same_bits_when_numba_takes_over_in_its_midst(
     hasten: Callable[..., Accelerator], monkeypatch: pytest.MonkeyPatch
 ) -> None:

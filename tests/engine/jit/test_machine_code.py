@@ -22,7 +22,6 @@ from engine.multibody.scenes import sandbox
 from engine.physics import body
 from engine.physics.contact import new_series
 from tests.golden import check
-from tests.long import LONG
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 
@@ -137,8 +136,7 @@ def digests() -> list[str]:
     return [*found, drop_many("galton", range(40)).digest, heap.digest()]
 
 
-@pytest.mark.long
-@pytest.mark.skipif(not LONG, reason="numba compiles for a minute")
+@pytest.mark.long("numba compiles for a minute")
 def test_numba_gives_the_artifacts_bits(monkeypatch: pytest.MonkeyPatch) -> None:
     from engine.jit import kernel_compiler
 

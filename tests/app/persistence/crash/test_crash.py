@@ -13,7 +13,6 @@ import pytest
 from engine import Board
 from tests.app.persistence.oracle import hold
 from tests.app.persistence.server import KILLS, POSTGRESQL, SQLITE, Heard, Served, play, prove
-from tests.long import tries
 from tests.waiting import eventually
 
 ACKNOWLEDGED = 10  # drops at least, between one kill and the next
@@ -68,8 +67,8 @@ class Load:
         await asyncio.gather(*players, return_exceptions=True)
 
 
-@pytest.mark.parametrize("url", tries([SQLITE], [SQLITE, POSTGRESQL]), indirect=True)
-@pytest.mark.long
+@pytest.mark.parametrize("url", [SQLITE, POSTGRESQL], indirect=True)
+@pytest.mark.long("a server under load is killed")
 @pytest.mark.timeout(3600)
 async def test_no_drop_that_was_acknowledged_is_lost_and_no_digest_changes(url: str) -> None:
     seed = int(os.environ.get("PLINKO_TEST_SEED", "1"))

@@ -26,7 +26,6 @@ from engine import Board
 from tests.app.persistence.crash.siege import Siege
 from tests.app.persistence.oracle import hold
 from tests.app.persistence.server import Served
-from tests.long import LONG
 
 HOURS: Final = float(os.environ.get("PLINKO_TEST_HOURS", "0.05"))
 LONG_LOG: Final = LOGGED if HOURS >= 0.5 else 1000  # drops
@@ -42,8 +41,7 @@ def board_that_ends_at_once() -> Board:
     return Board.from_json({**hall(), "name": "fast", "walls": hall()["walls"][:2]})
 
 
-@pytest.mark.long
-@pytest.mark.skipif(not LONG, reason="takes minutes: `make test-attack`")
+@pytest.mark.long("a server is attacked for minutes")
 @pytest.mark.skipif(not can_watch(), reason="processor time is read from /proc")
 @pytest.mark.timeout(3600 * (HOURS + 2))
 async def test_whoever_attacks_every_ball_is_where_it_belongs(tmp_path: Path) -> None:
@@ -76,8 +74,7 @@ async def test_whoever_attacks_every_ball_is_where_it_belongs(tmp_path: Path) ->
     _hold_ledger(siege, f"{HOURS:g} hours")
 
 
-@pytest.mark.long
-@pytest.mark.skipif(not LONG, reason="takes minutes: `make test-attack`")
+@pytest.mark.long("a server is attacked for minutes")
 @pytest.mark.timeout(3600)
 async def test_a_hundred_readers_of_a_long_log_cost_no_room_and_no_restart(tmp_path: Path) -> None:
     file = tmp_path / "plinko.db"

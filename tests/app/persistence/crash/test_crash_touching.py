@@ -13,7 +13,6 @@ from websockets.exceptions import ConnectionClosed
 
 from app.rooms import log as roomlog
 from tests.app.persistence.server import KILLS, POSTGRESQL, SQLITE, Served
-from tests.long import tries
 from tests.waiting import eventually
 
 PLACED = 2  # balls at least, between one kill and the next
@@ -79,8 +78,8 @@ def log_of(server: Served, room: str) -> dict[str, Any]:
     return log
 
 
-@pytest.mark.parametrize("url", tries([POSTGRESQL], [SQLITE, POSTGRESQL]), indirect=True)
-@pytest.mark.long
+@pytest.mark.parametrize("url", [SQLITE, POSTGRESQL], indirect=True)
+@pytest.mark.long("a server under load is killed")
 @pytest.mark.timeout(3600)
 async def test_what_a_box_was_told_survives_every_kill_and_replays(url: str) -> None:
     chance, told = random.Random(3), Told()

@@ -14,7 +14,6 @@ from app.persistence.statements import store
 from tests.app.persistence import postgres
 from tests.app.persistence.crash.life import living, look
 from tests.app.persistence.test_sharing import sound
-from tests.long import tries
 from tests.waiting import first_line
 
 
@@ -69,6 +68,7 @@ async def frozen_at(url: str, step: int) -> tuple[str, list[str]]:
     return name, said["refused"]
 
 
+@pytest.mark.long("a process is frozen at each step")
 async def test_a_server_frozen_at_any_step_of_a_commit_harms_nothing(
     cluster: postgres.Cluster,
 ) -> None:

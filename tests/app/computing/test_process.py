@@ -1,0 +1,298 @@
+"""Workers that are real processes: what they do, what they may take, and how they end."""
+
+import asyncio
+import errno
+import functools
+import os
+import signal
+import time
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.computing import process
+from app.computing.inside import KEPT
+from app.computing.pool import Workers
+from app.computing.process import WorkerProcess
+from app.errors import CostError, DeadlineError, EndedError, InvalidValueError, answer
+from benchmarks.scenes.expensive_boards import hall
+from engine import Board, drop, drop_many
+from engine.drops.batch import LEAST_CHUNK
+from tests.waiting import eventually, lives
+
+FOR_EVER = functools.partial(time.sleep, 3600.0)
+
+
+@pytest.fixture
+async def workers() -> AsyncIterator[Workers]:
+    made = Workers(2, 4)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+async def fork_server(workers: Workers) -> AsyncIterator[int]:
+    """The process that starts and reaps workers; one that a test has stopped goes on at its end."""
+    pid = await workers.run(os.getppid)
+    yield pid
+    os.kill(pid, signal.SIGCONT)
+
+
+@pytest.fixture
+def made(monkeypatch: pytest.MonkeyPatch) -> list[WorkerProcess]:
+    """All that are started."""
+    found: list[WorkerProcess] = []
+
+    class Noted(WorkerProcess):
+        def __init__(self) -> None:
+            super().__init__()
+            found.append(self)
+
+    monkeypatch.setattr(process, "WorkerProcess", Noted)
+    return found
+
+
+def refuse() -> None:
+    raise InvalidValueError("7 is too many", field="balls")
+
+
+def spin() -> None:
+    while True:
+        pass
+
+
+def pid_once_told(fifo: Path) -> int:
+    """Wait until somebody writes to this pipe."""
+    fifo.read_bytes()
+    return os.getpid()
+
+
+async def running(workers: Workers, count: int) -> list[int]:
+    await eventually(lambda: len(workers.pids) == count)
+    return workers.pids
+
+
+async def gone(pid: int) -> None:
+    await eventually(lambda: not lives(pid))
+
+
+async def test_work_is_done_in_another_process_and_its_errors_come_back(workers: Workers) -> None:
+    assert await workers.run(os.getpid) != os.getpid()
+    with pytest.raises(InvalidValueError, match="7 is too many") as caught:
+        await workers.run(refuse)
+    assert caught.value.field == "balls"
+    assert workers.jobs == 0
+
+
+async def test_what_no_pipe_can_carry_is_an_error(workers: Workers) -> None:
+    pid = await workers.run(os.getpid)
+    with pytest.raises(TypeError, match="pickle"):
+        await workers.run(functools.partial(open, os.devnull))
+    assert await workers.run(os.getpid) == pid
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="not on this system")
+async def test_one_core_is_left_to_the_event_loop(workers: Workers) -> None:
+    cores = sorted(os.sched_getaffinity(0))
+    theirs = await workers.run(functools.partial(os.sched_getaffinity, 0))
+    assert sorted(theirs) == (cores[1:] or cores)
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="not on this system")
+async def test_a_worker_is_polite_from_its_first_instruction_on(workers: Workers) -> None:
+    """As the process is that it is a fork of."""
+    cores = sorted(os.sched_getaffinity(0))
+    maker = await workers.run(os.getppid)
+    assert sorted(os.sched_getaffinity(maker)) == (cores[1:] or cores)
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    theirs = await workers.run(functools.partial(os.getpriority, os.PRIO_PROCESS, 0))
+    assert theirs == os.getpriority(os.PRIO_PROCESS, maker) == min(own + 10, 19)
+
+
+async def test_a_drop_has_the_same_bits_there(workers: Workers) -> None:
+    board = Board.preset("triangle-16")
+    assert (await workers.run(functools.partial(drop, board, 42))).digest == drop(board, 42).digest
+
+
+_boards: list[Board] = []
+
+
+def met_before(board: Board) -> bool:
+    """Whether this very object was given the last time."""
+    met = bool(_boards) and _boards[-1] is board
+    _boards.append(board)
+    return met
+
+
+async def test_a_board_is_packed_once_and_unpacked_once(
+    workers: Workers, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    board = Board.from_json(hall())
+    assert not await workers.run(functools.partial(met_before, board))
+    monkeypatch.setattr(Board, "__reduce_ex__", refuse)
+    assert await workers.run(functools.partial(met_before, Board.from_json(hall())))
+
+
+async def test_what_takes_too_long_is_ended_and_the_next_is_done(workers: Workers) -> None:
+    for endless, seconds in ((spin, 0.1), (FOR_EVER, 0.02)):  # that one computes nothing
+        pid = await workers.run(os.getpid)
+        with pytest.raises(DeadlineError, match=rf"longer than the {seconds} s"):
+            await workers.run(endless, deadline=seconds)
+        await gone(pid)
+
+
+async def test_the_system_ends_what_computes_for_too_long() -> None:
+    """Also where a worker may take as long as it likes, as it seldom has a core."""
+    workers = Workers(1, 4, patience=1e6)
+    with pytest.raises(DeadlineError, match=r"longer than the 0\.1 s"):
+        await workers.run(spin, deadline=0.1)
+    workers.close()
+
+
+async def test_a_worker_that_gets_no_core_is_waited_for() -> None:
+    workers = Workers(1, 4, patience=1e6)
+    pid = await workers.run(os.getpid)
+    await workers.run(functools.partial(time.sleep, 0.3), deadline=0.2)
+    assert await workers.run(os.getpid) == pid
+    workers.close()
+
+
+async def test_a_board_made_to_be_expensive_takes_no_more_than_anything_else(
+    workers: Workers,
+) -> None:
+    """Balls bounce 100,000 times, in one call of machine code that takes minutes."""
+    board = Board.from_json(hall())
+    pid = await workers.run(os.getpid)
+    many = functools.partial(drop_many, board, range(LEAST_CHUNK), threads=1)
+    with pytest.raises(DeadlineError, match=r"longer than the 0\.1 s") as caught:
+        await workers.run(many, deadline=0.1)
+    assert answer(caught.value).status == 422
+    await gone(pid)
+    assert await workers.run(os.getpid) != pid
+
+
+async def test_who_goes_away_ends_the_work(workers: Workers) -> None:
+    asking = asyncio.create_task(workers.run(FOR_EVER))
+    (pid,) = await running(workers, 1)
+    asking.cancel()
+    await asyncio.wait([asking])
+    assert workers.jobs == 0
+    await gone(pid)
+
+
+async def test_who_goes_away_before_there_is_a_process_leaves_none_behind(
+    workers: Workers, fork_server: int, made: list[WorkerProcess], tmp_path: Path
+) -> None:
+    os.mkfifo(fifo := tmp_path / "fifo")
+    first = asyncio.create_task(workers.run(functools.partial(pid_once_told, fifo)))
+    await running(workers, 1)
+    os.kill(fork_server, signal.SIGSTOP)
+    asking = asyncio.create_task(workers.run(FOR_EVER, quick=True))
+    await eventually(lambda: workers.jobs == 2)
+    asking.cancel()
+    await asyncio.wait([asking])
+    assert made == []
+    os.kill(fork_server, signal.SIGCONT)
+    await eventually(lambda: made and not lives(made[0].pid))
+    fifo.write_bytes(b"go on")
+    assert await workers.run(os.getpid, quick=True) != await first
+
+
+async def test_a_process_that_cannot_be_watched_is_killed_by_its_number(
+    workers: Workers, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unknown(pid: int) -> int:
+        raise OSError(errno.ENOSYS, "no such system call")
+
+    monkeypatch.setattr(os, "pidfd_open", unknown, raising=False)
+    asking = asyncio.create_task(workers.run(FOR_EVER))
+    (pid,) = await running(workers, 1)
+    asking.cancel()
+    await asyncio.wait([asking])
+    await gone(pid)
+
+
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="not on this system")
+async def test_nothing_is_killed_by_a_number_that_another_process_may_have(
+    workers: Workers, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pid = await workers.run(os.getpid)
+    os.kill(pid, signal.SIGKILL)
+    await eventually(lambda: not Path(f"/proc/{pid}").exists())
+    killed: list[int] = []
+    monkeypatch.setattr(os, "kill", lambda pid, _: killed.append(pid))
+    workers.close()
+    assert killed == []
+
+
+async def test_memory_has_a_bound(workers: Workers) -> None:
+    with pytest.raises(CostError, match="more memory"):
+        await workers.run(functools.partial(np.ones, 10**9))
+    assert await workers.run(os.getpid) != os.getpid()
+
+
+_held: list[object] = []
+
+
+def hold(count: int) -> int:
+    """Take so many bytes and let nobody have them back."""
+    _held.append(np.ones(count, np.uint8))
+    return os.getpid()
+
+
+async def test_a_worker_that_has_grown_ends_with_its_work(workers: Workers) -> None:
+    little, much = (functools.partial(hold, part) for part in (KEPT // 4, KEPT))
+    pid = await workers.run(little)
+    assert await workers.run(little) == pid
+    assert await workers.run(much) == pid, "what came of its work is there"
+    await gone(pid)
+    assert await workers.run(little) != pid
+
+
+async def test_a_worker_that_dies_is_replaced(workers: Workers) -> None:
+    with pytest.raises(EndedError) as caught:
+        await workers.run(functools.partial(os._exit, 1))
+    assert answer(caught.value).status == 503
+    assert await workers.run(os.getpid) != os.getpid()
+
+
+async def test_a_worker_that_is_killed_while_it_waits_costs_nobody_an_answer(
+    workers: Workers, fork_server: int, tmp_path: Path
+) -> None:
+    """Even if the fork server has not noticed yet, which has no core."""
+    os.mkfifo(fifo := tmp_path / "fifo")
+    first = asyncio.create_task(workers.run(functools.partial(pid_once_told, fifo)))
+    await running(workers, 1)
+    other = await workers.run(os.getpid, quick=True)
+    fifo.write_bytes(b"go on")
+    newest = await first  # the next to be asked
+    assert newest != other
+    os.kill(fork_server, signal.SIGSTOP)
+    os.kill(newest, signal.SIGKILL)
+    await gone(newest)
+    assert await workers.run(os.getpid) == other
+
+
+def exit_after_writing(file: Path) -> None:
+    with file.open("a") as lines:
+        lines.write("begun\n")
+    os._exit(1)
+
+
+async def test_work_that_has_begun_is_never_done_twice(workers: Workers, tmp_path: Path) -> None:
+    await workers.run(os.getpid)
+    with pytest.raises(EndedError):
+        await workers.run(functools.partial(exit_after_writing, tmp_path / "lines"))
+    assert (tmp_path / "lines").read_text() == "begun\n"
+
+
+async def test_closing_ends_what_runs_and_what_waits() -> None:
+    workers = Workers(1, 4)
+    asking = [asyncio.create_task(workers.run(FOR_EVER)) for _ in range(3)]
+    (pid,) = await running(workers, 1)
+    workers.close()
+    ends = await asyncio.gather(*asking, return_exceptions=True)
+    assert [answer(end).status for end in ends if isinstance(end, Exception)] == [503] * 3
+    await gone(pid)
