@@ -12,13 +12,15 @@ from app.live.broadcast import transport
 from app.ops import memory
 from app.settings import Settings
 from app.web.edge.addresses import Connections, Proxies
-from app.web.edge.choose import choose, counted
+from app.web.edge.choose import choose
+from app.web.edge.connection import Edge
 from app.web.edge.ending import Ending
-from app.web.edge.guarded import Edge
-from app.web.edge.turns import Turns
+from app.web.edge.intake import Intake
+from app.web.edge.middleware import SecurityHeaders
 from app.web.services import Services
 
 _OWN_FILES = 100  # that the server opens besides connections: its ledger, workers, the page's
+_FRAMES = 2.0  # WebSocket frames of every kind to a message: pings, pongs and fragments are few
 _ENDS_WORK = 0.7  # of the grace at shutdown, that what is computed may go on
 
 
@@ -74,12 +76,11 @@ def _config(app: FastAPI, server: Services, settings: Settings) -> uvicorn.Confi
     proxies = Proxies(settings.trusted_proxies)
     edge = _edge(server, proxies)
     return uvicorn.Config(
-        Ending(Turns(app, server.rooms.ticker.due_in)),
+        SecurityHeaders(Ending(app)),
         host=settings.host,
         port=settings.port,
         loop="uvloop",
-        **choose(edge),  # httptools
-        ws=counted(transport.protocol_class(kind), edge.connections),  # websockets-sansio
+        **choose(edge, transport.protocol_class(kind)),  # httptools, websockets-sansio
         ws_per_message_deflate=False,  # costs five to eight times the frame
         ws_max_size=settings.max_message,
         access_log=False,
@@ -99,7 +100,9 @@ def _edge(server: Services, proxies: Proxies) -> Edge:
         head_seconds=settings.head_timeout,
         body_seconds=settings.body_timeout,
         unread_seconds=settings.unread_timeout,
+        frame_rate=_FRAMES * settings.message_rate,
         connections=Connections(settings.address_connections, proxies, raise_files(settings)),
+        intake=Intake(),
         refused=lambda code: server.metrics.errors.labels(code).inc(),
     )
 

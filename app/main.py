@@ -49,7 +49,7 @@ from app.settings import Settings, page_kernels, static_directory
 from app.web import openapi, problems
 from app.web.edge.head import HeadAsGet
 from app.web.edge.hosts import Hosts
-from app.web.edge.middleware import BodyLimit, HostCheck, OriginCheck, SecurityHeaders
+from app.web.edge.middleware import BodyLimit, HostCheck, OriginCheck
 from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.readings import readings
 from app.web.returns import Returns
@@ -154,7 +154,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.add_middleware(HeadAsGet)
     app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
-    app.add_middleware(SecurityHeaders)
     app.openapi = functools.partial(openapi.document, app)  # type: ignore[method-assign]
     return app
 
