@@ -68,7 +68,7 @@ def _sockets_fault() -> str | None:
     connection, sink = _upgraded(b"")
     connection.handshake_complete = True
     connection.conn.send_response(connection.response)
-    connection.data_received(_PING * 10)
+    connection.data_received(_PING * 100)
     if _FLOOD not in sink.written:
         return "pings are taken without end"
     return None

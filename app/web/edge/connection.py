@@ -30,7 +30,7 @@ class Edge:
 
     `head_bytes` of a request's line and headers; seconds for a head, for a body or the answer to a
     WebSocket's handshake after it, and without reading anything of an answer; WebSocket frames a
-    second, twice that at once. `refused` hears the code of each refusal.
+    second, twice that and a message in fragments at once. `refused` hears the code of each refusal.
     """
 
     head_bytes: int

@@ -25,8 +25,8 @@ from app.web.limits import TokenBucket
 _MOST_FRAGMENTS = 64  # of one message; browsers send messages of this size whole
 
 _LINGER = 1.0
-"""s in which a client can read why its connection ends. Meanwhile it is not read: to close at once
-what still sends would take from it what it was told last."""
+"""s in which a client can read why its connection ends: the system of one that is cut off while it
+sends throws away what it was told last."""
 
 _PONG = bytes([0x80 | Opcode.PONG])  # how it begins on the wire
 
@@ -40,7 +40,7 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         """Begin to wait for the answer to the handshake, whose head has come."""
         super().connection_made(transport)
         rate = self.edge.frame_rate
-        self._frames = TokenBucket(rate, 2 * rate, self.loop.time())
+        self._frames = TokenBucket(rate, 2 * rate + _MOST_FRAGMENTS, self.loop.time())
         self._handshake = self.loop.call_later(self.edge.body_seconds, self._look)
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -82,6 +82,11 @@ class GuardedSocket(WebSocketsSansIOProtocol):
             output = [each for each in output if not each.startswith(_PONG)]
         self.transport.write(b"".join(output))
 
+    def handle_parser_exception(self) -> None:
+        """Close with what the library says of it; what still comes is thrown away."""
+        if not self.close_sent and (said := self.conn.close_sent) is not None:
+            self._part(said.code, said.reason)
+
     def send_500_response(self) -> None:
         """Answer a handshake at which the application failed, in this server's own words."""
         if not (self.initial_response or self.handshake_complete):
@@ -109,14 +114,19 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         self.transport.close()
 
     def _end(self, error: MessageFloodError) -> None:
-        """Close with a reason, read nothing more, and drop the connection a little later."""
-        code, reason = answer(error).close, str(error)
+        """Close with a reason, and read nothing more."""
         self.edge.refused(answer(error).code)
-        self.queue.put_nowait({"type": "websocket.disconnect", "code": code, "reason": reason})
+        code, reason = answer(error).close, str(error)
         self.conn.fail(code, reason)
-        self.transport.write(b"".join(self.conn.data_to_send()))
-        self.close_sent, self.read_paused = True, False
+        self._part(code, reason)
+        self.read_paused = False
         self.transport.pause_reading()
+
+    def _part(self, code: int, reason: str) -> None:
+        """Send the close frame that is written already, and drop the connection a little later."""
+        self.queue.put_nowait({"type": "websocket.disconnect", "code": code, "reason": reason})
+        self.transport.write(b"".join(self.conn.data_to_send()))
+        self.close_sent = True
         self.close_timer = self.loop.call_later(_LINGER, self.transport.abort)
 
 

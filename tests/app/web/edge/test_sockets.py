@@ -92,6 +92,18 @@ def test_a_client_that_does_not_read_has_its_close_answered_all_the_same() -> No
     assert line.closed
 
 
+def test_a_message_over_the_limit_is_refused_before_it_has_come_and_the_rest_thrown_away() -> None:
+    server = Server()
+    server.config.ws_max_size = 4096
+    line = upgraded(server)
+    server.feed(line, framed(TEXT, b"x" * 100_000) * 3)
+    assert closing(line)[0] == 1009
+    assert line.written.count(b"\x88") == 1
+    assert (line.arriving, line.closed) == (b"", False)
+    server.loop.pass_(1.0)
+    assert line.aborted
+
+
 @pytest.mark.parametrize(
     ("more", "status", "said"),
     [
