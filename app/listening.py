@@ -3,9 +3,11 @@
 import asyncio
 import socket
 import threading
+from collections.abc import Callable
 
 import uvicorn
 from fastapi import FastAPI
+from starlette.types import ASGIApp
 
 from app.errors import SettingError
 from app.live.broadcast import transport
@@ -71,10 +73,38 @@ def server_over(app: FastAPI, settings: Settings) -> Server:
 
 
 def _config(app: FastAPI, server: Services, settings: Settings) -> uvicorn.Config:
-    """How uvicorn is to serve: fast parser and loop, no compression, no log line a request."""
-    server.transport = kind = transport.choose(settings.transport)
+    server.transport = transport.choose(settings.transport)
     proxies = Proxies(settings.trusted_proxies)
-    edge = _edge(server, proxies)
+    connections = Connections(settings.address_connections, proxies, raise_files(settings))
+
+    def refused(code: str) -> None:
+        server.metrics.errors.labels(code).inc()
+
+    return config_over(app, settings, server.transport, connections, refused)
+
+
+def config_over(
+    app: ASGIApp,
+    settings: Settings,
+    kind: str,
+    connections: Connections,
+    refused: Callable[[str], None],
+) -> uvicorn.Config:
+    """uvicorn with a fast parser and loop, no compression and no log line a request.
+
+    `kind` is the transport's; `refused` hears the code of each refusal by the limits of the edge.
+    """
+    proxies = Proxies(settings.trusted_proxies)
+    edge = Edge(
+        head_bytes=settings.max_head,
+        head_seconds=settings.head_timeout,
+        body_seconds=settings.body_timeout,
+        unread_seconds=settings.unread_timeout,
+        frame_rate=_FRAMES * settings.message_rate,
+        connections=connections,
+        intake=Intake(),
+        refused=refused,
+    )
     return uvicorn.Config(
         SecurityHeaders(Ending(app)),
         host=settings.host,
@@ -89,21 +119,6 @@ def _config(app: FastAPI, server: Services, settings: Settings) -> uvicorn.Confi
         proxy_headers=bool(proxies.names),
         forwarded_allow_ips=proxies.names,
         timeout_graceful_shutdown=settings.shutdown_grace,
-    )
-
-
-def _edge(server: Services, proxies: Proxies) -> Edge:
-    """The limits of connections."""
-    settings = server.settings
-    return Edge(
-        head_bytes=settings.max_head,
-        head_seconds=settings.head_timeout,
-        body_seconds=settings.body_timeout,
-        unread_seconds=settings.unread_timeout,
-        frame_rate=_FRAMES * settings.message_rate,
-        connections=Connections(settings.address_connections, proxies, raise_files(settings)),
-        intake=Intake(),
-        refused=lambda code: server.metrics.errors.labels(code).inc(),
     )
 
 
