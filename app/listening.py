@@ -3,22 +3,26 @@
 import asyncio
 import socket
 import threading
+from collections.abc import Callable
 
 import uvicorn
 from fastapi import FastAPI
+from starlette.types import ASGIApp
 
 from app.errors import SettingError
 from app.live.broadcast import transport
 from app.ops import memory
 from app.settings import Settings
 from app.web.edge.addresses import Connections, Proxies
-from app.web.edge.choose import choose, counted
+from app.web.edge.choose import choose
+from app.web.edge.connection import Edge
 from app.web.edge.ending import Ending
-from app.web.edge.guarded import Edge
-from app.web.edge.turns import Turns
+from app.web.edge.intake import Intake
+from app.web.edge.middleware import SecurityHeaders
 from app.web.services import Services
 
 _OWN_FILES = 100  # that the server opens besides connections: its ledger, workers, the page's
+_FRAMES = 2.0  # WebSocket frames of every kind to a message: pings, pongs and fragments are few
 _ENDS_WORK = 0.7  # of the grace at shutdown, that what is computed may go on
 
 
@@ -69,17 +73,44 @@ def server_over(app: FastAPI, settings: Settings) -> Server:
 
 
 def _config(app: FastAPI, server: Services, settings: Settings) -> uvicorn.Config:
-    """How uvicorn is to serve: fast parser and loop, no compression, no log line a request."""
-    server.transport = kind = transport.choose(settings.transport)
+    server.transport = transport.choose(settings.transport)
     proxies = Proxies(settings.trusted_proxies)
-    edge = _edge(server, proxies)
+    connections = Connections(settings.address_connections, proxies, raise_files(settings))
+
+    def refused(code: str) -> None:
+        server.metrics.errors.labels(code).inc()
+
+    return config_over(app, settings, server.transport, connections, refused)
+
+
+def config_over(
+    app: ASGIApp,
+    settings: Settings,
+    kind: str,
+    connections: Connections,
+    refused: Callable[[str], None],
+) -> uvicorn.Config:
+    """uvicorn with a fast parser and loop, no compression and no log line a request.
+
+    `kind` is the transport's; `refused` hears the code of each refusal by the limits of the edge.
+    """
+    proxies = Proxies(settings.trusted_proxies)
+    edge = Edge(
+        head_bytes=settings.max_head,
+        head_seconds=settings.head_timeout,
+        body_seconds=settings.body_timeout,
+        unread_seconds=settings.unread_timeout,
+        frame_rate=_FRAMES * settings.message_rate,
+        connections=connections,
+        intake=Intake(),
+        refused=refused,
+    )
     return uvicorn.Config(
-        Ending(Turns(app, server.rooms.ticker.due_in)),
+        SecurityHeaders(Ending(app)),
         host=settings.host,
         port=settings.port,
         loop="uvloop",
-        **choose(edge),  # httptools
-        ws=counted(transport.protocol_class(kind), edge.connections),  # websockets-sansio
+        **choose(edge, transport.protocol_class(kind)),  # httptools, websockets-sansio
         ws_per_message_deflate=False,  # costs five to eight times the frame
         ws_max_size=settings.max_message,
         access_log=False,
@@ -88,19 +119,6 @@ def _config(app: FastAPI, server: Services, settings: Settings) -> uvicorn.Confi
         proxy_headers=bool(proxies.names),
         forwarded_allow_ips=proxies.names,
         timeout_graceful_shutdown=settings.shutdown_grace,
-    )
-
-
-def _edge(server: Services, proxies: Proxies) -> Edge:
-    """The limits of connections."""
-    settings = server.settings
-    return Edge(
-        head_bytes=settings.max_head,
-        head_seconds=settings.head_timeout,
-        body_seconds=settings.body_timeout,
-        unread_seconds=settings.unread_timeout,
-        connections=Connections(settings.address_connections, proxies, raise_files(settings)),
-        refused=lambda code: server.metrics.errors.labels(code).inc(),
     )
 
 

@@ -50,13 +50,7 @@ from app.web import openapi, problems
 from app.web.edge.answers import AnswerHeaders
 from app.web.edge.head import HeadAsGet
 from app.web.edge.hosts import Hosts
-from app.web.edge.middleware import (
-    BodyLimit,
-    HostCheck,
-    OriginCheck,
-    SecurityHeaders,
-    WeakWhenCompressed,
-)
+from app.web.edge.middleware import BodyLimit, HostCheck, OriginCheck, WeakWhenCompressed
 from app.web.limits import Budgets, KeyedBuckets, Quota
 from app.web.readings import readings
 from app.web.returns import Returns
@@ -171,7 +165,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(WeakWhenCompressed)
     app.add_middleware(HeadAsGet)
     app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
-    app.add_middleware(SecurityHeaders)
     app.add_middleware(AnswerHeaders)
     app.openapi = functools.partial(openapi.document, app)  # type: ignore[method-assign]
     return app

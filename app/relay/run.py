@@ -5,13 +5,13 @@ import socket
 
 import uvicorn
 
-from app.listening import address_of, listen, raise_files
+from app.listening import address_of, config_over, listen, raise_files
 from app.live.broadcast import transport
 from app.ops import logs
 from app.relay.redis_at import redis_at
 from app.relay.served import create_relay
 from app.settings import Settings
-from app.web.edge.addresses import Proxies
+from app.web.edge.addresses import Connections, Proxies
 
 
 class RelayServer(uvicorn.Server):
@@ -30,21 +30,10 @@ def run(settings: Settings, redis: str, rooms: str) -> None:
     """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen."""
     logs.configure(settings.log_level, settings.log_format)
     app = create_relay(settings, redis_at(redis), rooms)
-    proxies = Proxies(settings.trusted_proxies)
-    raise_files(settings)
-    config = uvicorn.Config(
-        app,
-        loop="uvloop",
-        http="httptools",
-        ws=transport.protocol_class(transport.choose(settings.transport)),
-        ws_per_message_deflate=False,
-        ws_max_size=settings.max_message,
-        access_log=False,
-        log_config=None,
-        server_header=False,
-        proxy_headers=bool(proxies.names),
-        forwarded_allow_ips=proxies.names,
-        timeout_graceful_shutdown=settings.shutdown_grace,
-    )
+    kind = transport.choose(settings.transport)
+    total = raise_files(settings)
+    # A relay stands behind a proxy, whose address all its clients have.
+    connections = Connections(total, Proxies(("0.0.0.0/0", "::/0")), total)
+    config = config_over(app, settings, kind, connections, app.state.refused)
     with listen(settings) as listener:
         RelayServer(config).run(sockets=[listener])

@@ -68,6 +68,7 @@ def create_relay(settings: Settings, bus: Carried, rooms: str) -> Starlette:
     hosts = Hosts(settings.host, settings.hosts, socket.gethostname())
     app.add_middleware(HostCheck, hosts=hosts)
     app.state.spectators = here
+    app.state.refused = lambda code: metrics.errors.labels(code).inc()
     return app
 
 

@@ -1,40 +1,54 @@
-"""Requests that a stop of the server cuts off are answered, in the server's own words."""
+"""Requests that end before they were answered, by a stop or a failure, are answered here."""
 
 import asyncio
+import logging
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.errors import BusyError
-from app.web.edge.middleware import SecurityHeaders
 from app.web.problems import problem_response
+
+_log = logging.getLogger("plinko")
 
 
 class Ending:
-    """An ASGI application, the outermost: a request that is cancelled gets 503.
+    """An ASGI application around the framework: a request that it leaves unanswered is answered.
 
-    uvicorn cancels those that the grace was too short for, and would answer 500 in plain text.
-    One whose answer has begun is cut off.
+    uvicorn cancels those that the grace of a stop was too short for: they get 503, and what fails
+    outside of the framework's own care 500; uvicorn would answer both in plain text. A failure that
+    the framework has answered ends here, as the framework has logged it. A request whose answer has
+    begun is cut off.
     """
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on, and answer it if it is cancelled before that was done."""
+        """Pass a request on, and answer it if nobody else did."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        begun = False
+        begun = ended = False
 
         async def noting(message: Message) -> None:
-            nonlocal begun
+            nonlocal begun, ended
             begun = True
+            ended = message["type"] == "http.response.body" and not message.get("more_body", False)
             await send(message)
 
+        error: Exception
         try:
             await self._app(scope, receive, noting)
+            return
         except asyncio.CancelledError:
             if begun:
                 raise
-            answer = problem_response(BusyError("the server is stopping"), scope["path"])
-            await SecurityHeaders(answer)(scope, receive, send)
+            error = BusyError("the server is stopping")
+        except Exception as failed:
+            if ended:
+                return
+            if begun:
+                raise
+            _log.exception("request failed")
+            error = failed
+        await problem_response(error, scope["path"])(scope, receive, send)

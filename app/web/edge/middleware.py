@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.errors import AppError, HostError, OriginError, TooLargeError, shorten
+from app.errors import AppError, HeadError, HostError, OriginError, TooLargeError, shorten
 from app.web.edge.hosts import Hosts
 from app.web.problems import problem_response
 
@@ -57,7 +57,10 @@ def _authority(origin: str) -> str | None:
 
 
 class HostCheck:
-    """Refuses requests under names that are not this server's, with 421: see edge/hosts.py."""
+    """Refuses requests under names that are not this server's, with 421: see edge/hosts.py.
+
+    And under two, with 400: whatever stands before the server may have believed the other one.
+    """
 
     def __init__(self, app: ASGIApp, hosts: Hosts) -> None:
         self.app = app
@@ -66,9 +69,12 @@ class HostCheck:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on, or refuse it."""
         if scope["type"] in ("http", "websocket"):
+            named = Headers(scope=scope).getlist("host")
             try:
-                self.hosts.check(Headers(scope=scope).get("host"))
-            except HostError as error:
+                if len(named) > 1:
+                    raise HeadError(f"{len(named)} Host lines, and not one", field="host")
+                self.hosts.check(named[0] if named else None)
+            except (HeadError, HostError) as error:
                 await _refuse(scope, receive, send, error)
                 return
         await self.app(scope, receive, send)
@@ -109,19 +115,19 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, error: AppError) -
 
 
 class SecurityHeaders:
-    """Adds the security headers to every HTTP response."""
+    """Adds the security headers to every HTTP response, of a WebSocket's handshake too."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on and add the headers to its answer."""
-        if scope["type"] != "http":
+        if scope["type"] == "lifespan":
             await self.app(scope, receive, send)
             return
 
         async def send_with_headers(message: Message) -> None:
-            if message["type"] == "http.response.start":
+            if message["type"] in ("http.response.start", "websocket.http.response.start"):
                 headers = MutableHeaders(scope=message)
                 for name, value in SECURITY_HEADERS.items():
                     headers.setdefault(name, value)

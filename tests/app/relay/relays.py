@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import uvicorn
 
-from app.listening import listen
-from app.live.broadcast import transport
+from app.listening import config_over, listen
 from app.relay.redis_at import redis_at
 from app.relay.served import create_relay
 from app.relay.spectators import Spectators
 from app.settings import Settings
+from app.web.edge.addresses import Connections, Proxies
 from tests.app.relay.redis import Redis
 from tests.waiting import until
 
@@ -33,12 +33,7 @@ def relaying(redis: Redis, rooms: str) -> Iterator[Relayed]:
     """Run a relay for the server at `rooms` until the block ends."""
     settings = Settings(port=0)
     app = create_relay(settings, redis_at(redis.url), rooms)
-    config = uvicorn.Config(
-        app,
-        ws=transport.protocol_class("direct"),
-        log_config=None,
-        ws_per_message_deflate=False,
-    )
+    config = config_over(app, settings, "direct", Connections(500, Proxies(())), app.state.refused)
     with listen(settings) as listener:
         server = uvicorn.Server(config)
         thread = threading.Thread(target=server.run, args=([listener],), name="relay")

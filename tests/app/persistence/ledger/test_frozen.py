@@ -14,6 +14,7 @@ from app.persistence.statements import store
 from tests.app.persistence import postgres
 from tests.app.persistence.crash.life import living, look
 from tests.app.persistence.test_sharing import sound
+from tests.long import tries
 from tests.waiting import first_line
 
 

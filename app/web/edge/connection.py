@@ -1,0 +1,195 @@
+"""A client's connection, between its socket and uvicorn's protocols.
+
+It is counted while it is open, read in turns with all others, and cut off when its client reads
+nothing of what it is sent. It is the socket's protocol, and to uvicorn's protocol it is the socket:
+HTTP's at first, and a WebSocket's once that has taken over. It uses what asyncio documents and
+nothing of uvicorn's insides.
+"""
+
+import asyncio
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from http import HTTPStatus
+from typing import Any
+
+from app.errors import AppError, answer
+from app.web.edge.addresses import Connections, one_client
+from app.web.edge.intake import Intake
+from app.web.edge.middleware import SECURITY_HEADERS
+from app.web.problems import problem_response
+
+_HEAD_END = b"\r\n\r\n"
+
+_log = logging.getLogger("plinko")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Edge:
+    """What one connection may take, and those that are open.
+
+    `head_bytes` of a request's line and headers; seconds for a head, for a body or the answer to a
+    WebSocket's handshake after it, and without reading anything of an answer; WebSocket frames a
+    second, twice that and a message in fragments at once. `refused` hears the code of each refusal.
+    """
+
+    head_bytes: int
+    head_seconds: float
+    body_seconds: float
+    unread_seconds: float
+    frame_rate: float
+    connections: Connections
+    intake: Intake
+    refused: Callable[[str], None] = lambda code: None
+
+
+def refusal(error: Exception) -> bytes:
+    """An error as a whole HTTP response that ends its connection."""
+    made = problem_response(error)
+    made.headers.update(SECURITY_HEADERS)
+    made.headers["connection"] = "close"
+    head = f"HTTP/1.1 {made.status_code} {HTTPStatus(made.status_code).phrase}\r\n".encode()
+    fields = b"".join(b"%s: %s\r\n" % field for field in made.raw_headers)
+    return head + fields + b"\r\n" + bytes(made.body)
+
+
+class Connection(asyncio.BufferedProtocol):
+    """One client's connection; `protocol` is uvicorn's, which has its event loop."""
+
+    def __init__(self, protocol: Any, edge: Edge) -> None:
+        self._protocol = protocol
+        self._edge = edge
+        self._read = bytearray()  # and not parsed yet
+        self._wanted = True  # the protocol takes more
+        self._reading = True  # the socket is read
+        self._queued = False
+        self._written = 0  # bytes
+        self._taken = -1  # of these the system had taken at the last look
+
+    # The socket's protocol.
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Pass it on, unless this client has connections enough."""
+        self._transport = transport
+        self.close, self.abort = transport.close, transport.abort
+        self.is_closing, self.get_extra_info = transport.is_closing, transport.get_extra_info
+        self.get_write_buffer_size = transport.get_write_buffer_size
+        self.set_write_buffer_limits = transport.set_write_buffer_limits
+        edge = self._edge
+        self._host = str((transport.get_extra_info("peername") or ("",))[0])
+        self._watch()
+        refused: AppError | None = edge.connections.refusal(self._host)
+        self._counted = refused is None and edge.connections.enter(self._host)
+        if refused is not None:
+            edge.refused(answer(refused).code)
+            transport.write(refusal(refused))
+            transport.close()
+            return
+        self._protocol.connection_made(self)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Count it no more."""
+        self._looking.cancel()
+        self._read.clear()
+        if self._counted:
+            self._counted = False
+            self._edge.connections.leave(self._host)
+            self._protocol.connection_lost(exc)
+
+    def get_buffer(self, sizehint: int) -> memoryview:
+        """Where to read to, a piece at most."""
+        return self._edge.intake.buffer
+
+    def buffer_updated(self, nbytes: int) -> None:
+        """Parse what was read if there is time in this turn."""
+        self._read += self._edge.intake.buffer[:nbytes]
+        self._queue()
+        self._edge.intake.work()
+        self._continue()
+
+    def eof_received(self) -> None:
+        """The client sends no more: nobody answers those who hang up."""
+        if self._counted:
+            self._protocol.eof_received()
+
+    def pause_writing(self) -> None:
+        """Pass it on."""
+        self._protocol.pause_writing()
+
+    def resume_writing(self) -> None:
+        """Pass it on."""
+        self._protocol.resume_writing()
+
+    # A source of the intake.
+
+    def parse(self) -> int:
+        """Have the protocol parse up to the end of the first head in what was read.
+
+        So a request that comes with others waits here, unparsed, for the answer to the one before.
+        """
+        self._queued = False
+        if self._transport.is_closing() or not self._wanted:
+            return 0
+        end = self._read.find(_HEAD_END)
+        piece = bytes(self._read if end < 0 else self._read[: end + len(_HEAD_END)])
+        del self._read[: len(piece)]
+        try:
+            self._protocol.data_received(piece)
+        except Exception:  # noqa: BLE001 - as an event loop does: one connection ends, not all
+            _log.exception("connection failed")
+            self._transport.abort()
+        self._continue()
+        return len(piece)
+
+    def _continue(self) -> None:
+        """Wait for a turn, or read on, or neither while the protocol wants no more."""
+        if self._transport.is_closing():
+            return
+        self._queue()
+        reading = self._wanted and not self._read
+        if reading != self._reading:
+            self._reading = reading
+            (self._transport.resume_reading if reading else self._transport.pause_reading)()
+
+    def _queue(self) -> None:
+        if self._read and self._wanted and not self._queued:
+            self._queued = True
+            self._edge.intake.put(one_client(self._host), self)
+
+    # The protocol's transport.
+
+    def write(self, data: bytes) -> None:
+        """Send it as soon as the client reads."""
+        self._written += len(data)
+        self._transport.write(data)
+
+    def pause_reading(self) -> None:
+        """Take no more until `resume_reading`."""
+        self._wanted = False
+        self._continue()
+
+    def resume_reading(self) -> None:
+        """Take more."""
+        self._wanted = True
+        self._continue()
+
+    def set_protocol(self, protocol: Any) -> None:
+        """Have this one speak from now on."""
+        self._protocol = protocol
+
+    # Whoever does not read.
+
+    def _watch(self) -> None:
+        """Cut off a client that has read nothing of what waits for it since the last look."""
+        waiting = self._transport.get_write_buffer_size()
+        taken = self._written - waiting
+        if waiting and taken == self._taken:
+            self._edge.refused("unread")
+            self._transport.abort()
+        self._taken = taken
+        self._looking = self._protocol.loop.call_later(self._edge.unread_seconds, self._watch)
+
+
+def connection(kind: type[Any], edge: Edge) -> Callable[..., Connection]:
+    """What uvicorn makes a connection with, whose protocol is first of this kind."""
+    return lambda **options: Connection(kind(**options), edge)

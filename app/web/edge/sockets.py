@@ -1,0 +1,135 @@
+"""A WebSocket's limits before its messages reach the application.
+
+The library answers each ping, keeps each fragment and reads on for as long as a client sends, and
+uvicorn answers no handshake that the library cannot read. `GuardedSocket` limits frames of every
+kind, sends no pongs to a client that does not read, and answers every handshake, in time.
+"""
+
+import asyncio
+from typing import Any, ClassVar
+
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.exceptions import HeaderLineTooLong, RequestLineTooLong
+from websockets.frames import Frame, Opcode
+
+from app.errors import (
+    BusyError,
+    HeadError,
+    HeadTooLargeError,
+    MessageFloodError,
+    answer,
+)
+from app.web.edge.connection import Edge, refusal
+from app.web.limits import TokenBucket
+
+_MOST_FRAGMENTS = 64  # of one message; browsers send messages of this size whole
+
+_LINGER = 1.0
+"""s in which a client can read why its connection ends: the system of one that is cut off while it
+sends throws away what it was told last."""
+
+_PONG = bytes([0x80 | Opcode.PONG])  # how it begins on the wire
+
+
+class GuardedSocket(WebSocketsSansIOProtocol):
+    """uvicorn's WebSocket with limits; made by `guarded_socket`."""
+
+    edge: ClassVar[Edge]
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Begin to wait for the answer to the handshake, whose head has come."""
+        super().connection_made(transport)
+        rate = self.edge.frame_rate
+        self._frames = TokenBucket(rate, 2 * rate + _MOST_FRAGMENTS, self.loop.time())
+        self._handshake = self.loop.call_later(self.edge.body_seconds, self._look)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Wait no more."""
+        self._handshake.cancel()
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        """Take what came, and answer a handshake that the library could not read."""
+        super().data_received(data)
+        unread = self.conn.handshake_exc
+        if unread is None or self.handshake_complete:
+            return
+        if isinstance(unread, HeaderLineTooLong | RequestLineTooLong):
+            self._refuse(HeadTooLargeError(f"a WebSocket's handshake with a long line: {unread}"))
+        else:
+            self._refuse(HeadError(f"no handshake of a WebSocket: {unread.__cause__ or unread}"))
+
+    def handle_events(self) -> None:
+        """Take the frames that came, unless they are too many."""
+        count = len(self.conn.events)
+        if self._frames.left(self.loop.time()) < count:
+            self._end(MessageFloodError(f"more than {self._frames.rate:g} frames a second"))
+            return
+        self._frames.charge(count)
+        super().handle_events()
+
+    def handle_cont(self, event: Frame) -> None:
+        """Keep a fragment, unless there are too many."""
+        if len(self.frames) < _MOST_FRAGMENTS:
+            super().handle_cont(event)
+        elif not self.close_sent:
+            self._end(MessageFloodError(f"a message of more than {_MOST_FRAGMENTS} fragments"))
+
+    def handle_ping(self) -> None:
+        """Answer if the client reads: it need not have a pong to each (RFC 6455, 5.5.3)."""
+        output = self.conn.data_to_send()
+        if not self.writable.is_set():
+            output = [each for each in output if not each.startswith(_PONG)]
+        self.transport.write(b"".join(output))
+
+    def handle_parser_exception(self) -> None:
+        """Close with what the library says of it; what still comes is thrown away."""
+        if not self.close_sent and (said := self.conn.close_sent) is not None:
+            self._part(said.code, said.reason)
+
+    def send_500_response(self) -> None:
+        """Answer a handshake at which the application failed, in this server's own words."""
+        if not (self.initial_response or self.handshake_complete):
+            self._refuse(RuntimeError())
+
+    def shutdown(self) -> None:
+        """Tell the client that the server stops, unless its connection is ending already."""
+        if self.transport.is_closing():
+            return
+        if self.handshake_complete:
+            super().shutdown()
+        else:
+            self._refuse(BusyError("the server is stopping"))
+
+    def _look(self) -> None:
+        if not self.handshake_complete and not self.transport.is_closing():
+            late = f"no answer to the handshake in {self.edge.body_seconds:g} seconds"
+            self._refuse(BusyError(late))
+
+    def _refuse(self, error: Exception) -> None:
+        """Answer the handshake with an error, and close."""
+        self.edge.refused(answer(error).code)
+        self.handshake_complete = self.close_sent = True
+        self.transport.write(refusal(error))
+        self.transport.close()
+
+    def _end(self, error: MessageFloodError) -> None:
+        """Close with a reason, and read nothing more."""
+        self.edge.refused(answer(error).code)
+        code, reason = answer(error).close, str(error)
+        self.conn.fail(code, reason)
+        self._part(code, reason)
+        self.read_paused = False
+        self.transport.pause_reading()
+
+    def _part(self, code: int, reason: str) -> None:
+        """Send the close frame that is written already, and drop the connection a little later."""
+        self.queue.put_nowait({"type": "websocket.disconnect", "code": code, "reason": reason})
+        self.transport.write(b"".join(self.conn.data_to_send()))
+        self.close_sent = True
+        self.close_timer = self.loop.call_later(_LINGER, self.transport.abort)
+
+
+def guarded_socket(base: type[WebSocketsSansIOProtocol], edge: Edge) -> type[Any]:
+    """The kind of WebSocket that `uvicorn.Config(ws=…)` takes: `base` with these limits."""
+    return type("GuardedSocket", (GuardedSocket, base), {"edge": edge})

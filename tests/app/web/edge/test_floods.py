@@ -1,0 +1,167 @@
+"""What clients send to do harm, to a real server: each is told why it is refused, and only it."""
+
+import base64
+import contextlib
+import logging
+import socket
+import struct
+import threading
+from collections.abc import Iterator
+
+import httpx
+import pytest
+
+from app.web.routes import health
+from tests.app.conftest import Running, serving
+from tests.app.live.garbled import framed
+
+HANDSHAKE = (
+    b"GET /ws/rooms/main HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n"
+    b"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: "
+    + base64.b64encode(bytes(16))
+    + b"\r\n"
+)
+
+
+@pytest.fixture(scope="module")
+def flooded() -> Iterator[Running]:
+    with serving() as running:
+        yield running
+
+
+@contextlib.contextmanager
+def dialled(running: Running) -> Iterator[socket.socket]:
+    host, port = running.url.removeprefix("http://").split(":")
+    with socket.create_connection((host, int(port)), timeout=120.0) as line:
+        yield line
+
+
+def all_of(line: socket.socket) -> bytes:
+    """What comes until the server ends the connection."""
+    got = b""
+    with contextlib.suppress(ConnectionError):  # as it does not read what is still on its way
+        while some := line.recv(1 << 16):
+            got += some
+    return got
+
+
+def answer(running: Running, sent: bytes) -> bytes:
+    with dialled(running) as line:
+        line.sendall(sent)
+        return all_of(line)
+
+
+def upgraded(line: socket.socket) -> None:
+    line.sendall(HANDSHAKE + b"\r\n")
+    got = b""
+    while b"\r\n\r\n" not in got:
+        got += line.recv(1)
+    assert got.startswith(b"HTTP/1.1 101 ")
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        framed(9, b""),
+        framed(9, b"x" * 125),
+        framed(10, b""),
+        framed(0, b"", fin=False),
+        framed(1, b'{"type":"ping","t":1}'),
+        framed(2, b""),
+    ],
+    ids=["ping", "long ping", "pong", "continuation", "message", "binary"],
+)
+def test_a_flood_of_frames_is_closed_with_1008(flooded: Running, frame: bytes) -> None:
+    with dialled(flooded) as line:
+        upgraded(line)
+        start = framed(1, b"", fin=False) if not frame[0] else b""
+
+        def flood() -> None:
+            with contextlib.suppress(OSError):
+                line.sendall(start + frame * 20_000)
+
+        sender = threading.Thread(target=flood)
+        sender.start()
+        got = all_of(line)
+        sender.join()
+    assert b"\x88" in got
+    close = got[got.rindex(b"\x88") :]
+    assert struct.unpack("!H", close[2:4])[0] == 1008
+
+
+@pytest.mark.parametrize(
+    ("more", "status"),
+    [
+        (b"Content-Length: 5\r\n\r\nhello", 400),
+        (b"Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400),
+        (b"Cookie: " + b"c" * 9000 + b"\r\n\r\n", 431),
+        (b"X: \x01\r\n\r\n", 400),
+        (b"Host: other\r\n\r\n", 400),
+        (b"Sec-WebSocket-Version: 12\r\n\r\n", 400),
+    ],
+    ids=["body", "chunked body", "long line", "control character", "two hosts", "two versions"],
+)
+def test_an_upgrade_that_is_refused_is_answered(flooded: Running, more: bytes, status: int) -> None:
+    assert answer(flooded, HANDSHAKE + more).startswith(b"HTTP/1.1 %d " % status)
+
+
+def test_two_host_lines_are_refused(flooded: Running) -> None:
+    got = answer(
+        flooded,
+        b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nHost: localhost\r\nConnection: close\r\n\r\n",
+    )
+    assert got.startswith(b"HTTP/1.1 400 ")
+    assert b"2 Host lines" in got
+
+
+def test_pipelined_requests_that_are_cut_off_are_nobodys_failure(
+    flooded: Running, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.WARNING):
+        for _ in range(20):
+            with dialled(flooded) as line:
+                line.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n" * 500)
+        assert httpx.get(f"{flooded.url}/healthz").status_code == 200
+    assert [each.getMessage() for each in caplog.records] == []
+
+
+def test_pipelined_requests_are_all_answered(flooded: Running) -> None:
+    asked = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"
+    last = asked.replace(b"\r\n\r\n", b"\r\nConnection: close\r\n\r\n")
+    got = answer(flooded, asked * 500 + last)
+    assert got.count(b"HTTP/1.1 200 OK\r\n") == 501
+
+
+def test_a_failure_is_answered_with_security_headers_and_logged_once(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def failing(*_: object) -> None:
+        raise RuntimeError("a fault of the server")
+
+    with serving() as running:
+        monkeypatch.setattr(health, "Health", failing)
+        got = httpx.get(f"{running.url}/healthz")
+    assert got.status_code == 500
+    assert got.headers["content-security-policy"]
+    assert got.headers["content-type"] == "application/problem+json"
+    assert len([each for each in caplog.records if each.exc_info]) == 1
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [
+        HANDSHAKE + b"Content-Length: 5\r\n\r\nhello",
+        HANDSHAKE + b"Cookie: " + b"c" * 9000 + b"\r\n\r\n",
+        b"POST /api/v1/drops HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\n",
+    ],
+    ids=["body", "long line", "no body"],
+)
+def test_no_connection_keeps_a_server_from_an_orderly_end(sent: bytes) -> None:
+    with contextlib.ExitStack() as held:
+        with serving(shutdown_grace=1) as running:
+            line = held.enter_context(dialled(running))
+            line.sendall(sent)
+            httpx.get(f"{running.url}/healthz")
+        # A failure in the server's thread would fail this test, too.
+        assert running.services.ticking is not None
+        assert running.services.ticking.done()
