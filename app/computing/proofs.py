@@ -5,22 +5,26 @@ The certified solver is loaded when the first is asked for: it may not be instal
 
 import time
 from fractions import Fraction
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
 from app.computing.tasks import Ask
 from engine import Board
 
-MOST_BITS: Final = 1280
-"""Of a proof over HTTP: 380 digits, where the presets' drops take 50."""
-
-MOST_COMPARISONS: Final = 20_000
-"""Of a proof over HTTP, at each precision: some seconds."""
+if TYPE_CHECKING:
+    from engine.certified.certify import Effort
 
 MAX_SECONDS: Final = 8.0
-"""s of a core for many proofs, after which the rest is left undecided, well before
+"""s of a core for one proof or many, after which the rest is left undecided, well before
 `pool.DEADLINE`."""
+
+
+def effort() -> "Effort":
+    """How far the server and the command line go for one proof: they give the same answers."""
+    from engine.certified.certify import Effort  # noqa: PLC0415
+
+    return Effort(seconds=MAX_SECONDS, clock=time.process_time)
 
 
 def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
@@ -31,10 +35,9 @@ def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
 
 def certificate(ask: Ask) -> dict[str, Any]:
     """What can be proven of a drop, as JSON values with the enclosed events."""
-    from engine.certified.certify import Effort, certify  # noqa: PLC0415
+    from engine.certified.certify import certify  # noqa: PLC0415
 
-    effort = Effort(most_bits=MOST_BITS, most_comparisons=MOST_COMPARISONS)
-    found = certify(ask.board, ask.seed, x=ask.x, aim=ask.aim, effort=effort)
+    found = certify(ask.board, ask.seed, x=ask.x, aim=ask.aim, effort=effort())
     return found.to_dict() | {"events": found.event_rows()}
 
 

@@ -5,7 +5,7 @@ allow, at `flint.ctx.prec` bits. A comparison of two balls is true only if it ho
 in them, so what is neither true nor false is not known yet: more bits may tell.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import RLock
 
@@ -41,19 +41,23 @@ def precision(bits: int) -> Iterator[None]:
 class Proof:
     """The comparisons that one drop was decided by: how many, and the ties among them.
 
-    `most` is how many may be asked for; UndecidedError beyond it.
+    `most` is how many may be asked for, `patience` whether there is time for one more;
+    UndecidedError beyond them.
     """
 
-    def __init__(self, most: int = 1_000_000) -> None:
+    def __init__(self, most: int = 1_000_000, patience: Callable[[], bool] = lambda: True) -> None:
         self.comparisons = 0
         self.ties: list[str] = []
         self._most = most
+        self._patience = patience
 
     def count(self) -> None:
         """One comparison more, whose outcome is proven by whoever asks."""
         self.comparisons += 1
         if self.comparisons > self._most:
             raise UndecidedError(f"more than {self._most} comparisons")
+        if not self._patience():
+            raise UndecidedError(f"what follows the first {self.comparisons} comparisons")
 
     def is_positive(self, x: arb, what: str) -> bool:
         """Whether x > 0; UndecidedError, naming `what` was asked, if its ball does not tell."""

@@ -1,6 +1,7 @@
 """The bin of a drop as a theorem: precision is doubled until every comparison is decided."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -131,12 +132,21 @@ Start = float | int | str | Fraction
 """An explicit start in m; text and fractions are taken exactly, to any number of digits."""
 
 
+def _stopped_clock() -> float:
+    return 0.0
+
+
 class Effort(NamedTuple):
-    """How far to go: bits of precision, first and at most, and comparisons at each of them."""
+    """How far to go: bits of precision, first and at most, comparisons at each of them, and time.
+
+    `seconds` are those of `clock`; without a clock time does not count.
+    """
 
     first_bits: int = FIRST_BITS
     most_bits: int = MOST_BITS
     most_comparisons: int = MOST_COMPARISONS
+    seconds: float = inf
+    clock: Callable[[], float] = _stopped_clock
 
 
 FULL = Effort()
@@ -229,9 +239,10 @@ def prove(
     board: Board, x: Fraction, radius: Fraction = Fraction(0), effort: Effort = FULL
 ) -> Outcome:
     """Follow the ball from all starts within `radius` of x, in m, at ever more bits."""
-    bits = effort.first_bits
+    bits, clock = effort.first_bits, effort.clock
+    until = clock() + effort.seconds
     while True:
-        proof = Proof(effort.most_comparisons)
+        proof = Proof(effort.most_comparisons, lambda: clock() < until)
         try:
             with precision(bits):
                 start = _start(x, radius)
@@ -244,8 +255,11 @@ def prove(
                 return Outcome(path, proof, bits, None)
             return Outcome(None, proof, bits, REASONS[EVENT_LIMIT])
         except UndecidedError as error:
+            if clock() >= until:
+                why = f"{error.what}: not within {effort.seconds:g} s, at {bits} bits by then"
+                return Outcome(None, proof, bits, why)
             if 2 * bits > effort.most_bits:
-                return Outcome(None, proof, bits, error.what)
+                return Outcome(None, proof, bits, f"{error.what}: not with {bits} bits")
         bits *= 2
 
 

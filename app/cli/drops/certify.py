@@ -26,9 +26,10 @@ def command(board: str, seed: str | None, x: str | None, aim: float | None, as_j
     if (seed is None) == (x is None):
         raise click.UsageError("say where to start: --seed N or --x X, one of them")
     common.need_certifier()
+    from app.computing.proofs import effort
     from engine import certify
 
-    found = certify(common.load_board(board), seed, x=x, aim=aim)
+    found = certify(common.load_board(board), seed, x=x, aim=aim, effort=effort())
     if as_json:
         head = {"board": found.board.preset_name or found.board.to_dict()}
         start = {"seed": None if found.seed is None else str(found.seed)}

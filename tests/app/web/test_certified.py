@@ -1,17 +1,22 @@
 """Proofs over HTTP: what they say, what may not be asked, and what they may cost."""
 
 import io
+import json
 import logging
 
 import httpx
 import pytest
 from PIL import Image
 
+from app.cli import main
+from app.computing import proofs
+from app.computing.tasks import Ask
 from app.errors import MissingPartError
 from app.render.start_map import HEAD, LABELS, colour_of
 from app.web.routes.drops import certificates
 from app.web.schemas.drops import Proven
 from engine import Board, certify
+from engine.parameters import Exact
 from tests.app.web.test_rest import problem
 
 DROP = "/api/v1/drops/triangle-8/42"
@@ -52,8 +57,23 @@ def test_a_proof_that_costs_too_much_is_given_up() -> None:
     found = certify(Board.preset("triangle-8"), 42, effort=effort)
     assert not found.decided
     assert found.bin is None
-    assert found.undecided == "more than 20 comparisons"
+    assert found.undecided == "more than 20 comparisons: not with 128 bits"
     assert (found.bits, found.agrees, found.x_end) == (128, None, None)
+
+
+def test_the_command_line_and_the_server_go_equally_far(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from engine.certified.certify import Effort
+
+    few = Effort(most_bits=160, most_comparisons=30)
+    monkeypatch.setattr(proofs, "effort", lambda: few)
+    with pytest.raises(SystemExit, match="1"):
+        main(["certify", "triangle-8", "--seed", "42", "--json"])
+    told = json.loads(capsys.readouterr().out)["undecided"]
+    ask = Ask(Board.preset("triangle-8"), 42, None, Exact())
+    assert told == proofs.certificate(ask)["undecided"]
+    assert told == "more than 30 comparisons: not with 160 bits"
 
 
 TILE = "/api/v1/boards/triangle-8/map?x=1/100&level=40&first=4&count=2"

@@ -1,6 +1,7 @@
 """What a certificate claims, and that a wrong law or a tie would not pass for a theorem."""
 
 from fractions import Fraction
+from itertools import count
 from typing import Any
 
 import pytest
@@ -42,6 +43,14 @@ def test_precision_is_doubled_until_all_is_decided() -> None:
     starved = certify(TRIANGLE, 42, effort=Effort(first_bits=30, most_bits=30))
     assert (starved.decided, starved.bin, starved.x_end, starved.agrees) == (False,) + (None,) * 3
     assert starved.undecided
+
+
+def test_a_proof_ends_when_its_time_is_over_and_says_so() -> None:
+    looks = count()
+    found = certify(TRIANGLE, 42, effort=Effort(seconds=50.0, clock=lambda: float(next(looks))))
+    assert found.undecided is not None
+    assert found.undecided.endswith(": not within 50 s, at 160 bits by then")
+    assert found.comparisons == 50
 
 
 def test_a_start_is_taken_to_all_its_digits() -> None:
