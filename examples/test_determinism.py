@@ -11,9 +11,9 @@ import plinko
 
 BOARD = "triangle-16"  # or plinko.Board.from_json("my-board.json")
 
-PHYSICS_VERSION = 4
-BATCH = "fe7e7d23dbab73d18db8dffdada6f635e9f5d237bdaadb7f515d6a4ee4021afc"
-DROP = "eb08ec9d78eec828c8f6783c584f3c0975baba52402591a2532a88b03d23a4a7"
+PHYSICS_VERSION = 5
+BATCH = "77cb35b5b80511adbebeb5d997ee9e7cbfb5153eba05b2b675d71369e54cf400"
+DROP = "0bcca89cdbe71bcc82efe9b0c878864cb535fbf5015e893390ec476bdb5393a7"
 
 
 def test_the_physics_is_the_one_that_these_digests_are_of():

@@ -7,10 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.billiards.repeat import Repeat
-from engine.exact import event_log, free_flight, next_impact
+from engine.exact import event_log, free_flight, initial_state, next_impact
 from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
 from engine.exact.event_log import Log
-from engine.exact.initial_state import NONE
 from engine.jit.decorator import inner_kernel, kernel
 from engine.physics import body, tangent
 from engine.physics.flight import advance_flight
@@ -164,11 +163,11 @@ def _follow_to_impact(
     """
     limit = log.counts[event_log.EVENTS] + 1
     cause, item, side, met, met_side, how, _ = free_flight.follow_flight(
-        board, state, item, side, how, NONE, False, limit, end, log
+        board, state, item, side, how, initial_state.NONE, False, limit, end, log
     )
     if cause == free_flight.MET_ANOTHER:
         cause, item, side, _, _, how, _ = free_flight.follow_flight(
-            board, state, met, met_side, how, NONE, True, limit, end, log
+            board, state, met, met_side, how, initial_state.NONE, True, limit, end, log
         )
     return cause, item, side, how
 

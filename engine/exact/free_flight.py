@@ -9,10 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_PEG, KIND_WALL
-from engine.exact import event_log
+from engine.exact import event_log, initial_state
 from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
 from engine.exact.event_log import Log, write_event, write_segment
-from engine.exact.initial_state import NONE
 from engine.exact.next_impact import (
     BINS,
     BOUNCED,
@@ -122,7 +121,7 @@ def follow_flight(
     theta = state[body.THETA]
     omega = state[body.OMEGA]
     sticks = False
-    met = NONE
+    met = initial_state.NONE
     met_side = 0.0
     cause = ON_SURFACE
     while True:
@@ -172,7 +171,7 @@ def follow_flight(
             side = hit_side
         touching = False
         how = BOUNCED
-        beside = NONE
+        beside = initial_state.NONE
         x, y, vx, vy, omega, nx, ny, sticks = rebound(
             items, item, side, x, y, vx, vy, omega, board.radius,
             restitution_of(board, item), friction_of(board, item),

@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_CONTACT_CHANGE
-from engine.exact import event_log
+from engine.exact import event_log, initial_state
 from engine.exact.board_arrays import BoardArrays, cell_of, friction_of, surface_index
 from engine.exact.contact_end import (
     landing_time,
@@ -17,7 +17,6 @@ from engine.exact.contact_end import (
     touch_time,
 )
 from engine.exact.event_log import Log, note_event, note_segment
-from engine.exact.initial_state import NONE
 from engine.jit.decorator import inner_kernel
 from engine.physics import body, contact, surface
 from engine.physics.contact import choose_mode, expand, hold, step_length
@@ -254,7 +253,7 @@ def follow_contact(
         advance_contact(board, series, state, item, s)
         skip = 1 if mode == contact.ROLLING else 0
         if s > 0.0:
-            beside = NONE
+            beside = initial_state.NONE
         fresh = cause == MODE_CHANGED and s == 0.0
         if cause == MODE_CHANGED:
             note_event(log, state, KIND_CONTACT_CHANGE, surface_index(board, item))

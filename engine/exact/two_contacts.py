@@ -15,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
+from engine.exact import initial_state
 from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of, surface_index
 from engine.exact.event_log import Log, note_event, note_impact, note_segment
 from engine.exact.free_flight import DYING_BOUNCE, PLACE_ROUNDING, rebound
-from engine.exact.initial_state import NONE
 from engine.jit.decorator import inner_kernel
 from engine.physics import body, contact
 from engine.physics.surface import curvature, touch
@@ -186,7 +186,7 @@ def _rest(
         state[body.OMEGA] = 0.0
         rest, _ = rest_in_notch(gravity, 0.0, ax, ay, friction_a, bx, by, friction_b)
     if rest == RESTS:
-        return LIES_STILL, b, b_side, NONE, 0
+        return LIES_STILL, b, b_side, initial_state.NONE, 0
     if rest == FALLS:
         return LIFTS, b, b_side, a, 0
     stays = a if rest == GOES_ON_A else b

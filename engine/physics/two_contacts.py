@@ -1,14 +1,11 @@
-r"""A ball at rest in a notch: it touches two surfaces a and b, and only its spin is left.
+"""A ball at rest in a notch: it touches two surfaces a and b, and only its spin is left.
 
-              n_a        n_b            Both surfaces are seen from the ball: n points from the
-                \   __   /              surface to the centre, t = (-n_y, n_x). The centre does
-                 \ /  \ /               not move, so that both contacts slip at -omega R, and
-         a  - - - ( o  ) - - -  b       friction pulls at them in one sense:
-                   \__/
-                    | g                     N n + s mu N t,   s = sign(omega)
+n points from a surface to the ball's centre, t = (-n_y, n_x). The centre does not move, so that
+both contacts slip at -omega R, and friction pulls at both in the sense of s = sign(omega):
 
-Nothing moves the centre if g + N_a (n_a + s mu_a t_a) + N_b (n_b + s mu_b t_b) = 0. Where both
-forces are positive, the ball spins in the notch, and friction brakes it evenly,
+    g + N_a (n_a + s mu_a t_a) + N_b (n_b + s mu_b t_b) = 0
+
+Where both forces are positive, the ball spins in the notch, and friction brakes it evenly,
 
     omega' = -s (2 / R) (mu_a N_a + mu_b N_b),
 

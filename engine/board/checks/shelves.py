@@ -24,7 +24,9 @@ def check_shelves(board: BoardFields, obs: Obstacles) -> None:
     The starts are clear of all obstacles: `check_starts` has seen to that.
     """
     zone = board.drop
-    starts = [(zone.x - zone.span, zone.x + zone.span), *((x, x) for x in zone.slots)]
+    # Starts closer together than rounding are one.
+    span = zone.span if zone.span > SLACK * obs.radius else 0.0
+    starts = [(zone.x - span, zone.x + span), *((x, x) for x in zone.slots)]
     level = np.abs(obs.ty) <= LEAN
     level &= (obs.y1 > zone.y) & (obs.y1 - obs.radius < board.bins.y)
     for k in np.flatnonzero(level).tolist():
