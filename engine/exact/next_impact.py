@@ -232,12 +232,6 @@ def next_impact(
     straight = NEGLIGIBLE * radius * k * k
     start = 0.0
     for _ in range(MAX_WINDOWS):
-        if k > 0.0 and length_bound(ax, ay) <= straight:
-            vx += ax / k
-            vy += ay / k
-            ax, ay, k = 0.0, 0.0, 0.0
-            if vx != 0.0 or vy != 0.0:
-                rise = 0.0
         vv = vx * vx + vy * vy
         va = vx * ax + vy * ay
         aa = ax * ax + ay * ay
@@ -272,7 +266,7 @@ def next_impact(
                     side = other_side
         for j in range(starts[cell], starts[cell + 1]):
             other = int(members[j])
-            if other in (skipped, beside):
+            if other == skipped:
                 continue
             d2 = centres[other, 2]
             if d2 == 0.0:
@@ -305,7 +299,11 @@ def next_impact(
                     )  # fmt: skip
                 else:
                     s = circle_hit(qx, qy, vx, vy, ax, ay, k, d2, horizon, best)
-            if s != NO_HIT and (s < best or item == NOWHERE or (s == best and other < item)):
+            if (
+                s != NO_HIT
+                and other != beside
+                and (s < best or item == NOWHERE or (s == best and other < item))
+            ):
                 best = s
                 item = other
                 side = other_side
@@ -329,4 +327,10 @@ def next_impact(
         vy = vy0 + ay0 * phi
         ax = ax0 * decay
         ay = ay0 * decay
+        if k > 0.0 and length_bound(ax, ay) <= straight:
+            vx += ax / k
+            vy += ay / k
+            ax, ay, k = 0.0, 0.0, 0.0
+            if vx != 0.0 or vy != 0.0:
+                rise = 0.0
     return start, OUT_OF_WINDOWS, 0.0
