@@ -21,8 +21,15 @@ def test_every_error_a_client_can_meet_has_its_own_answer() -> None:
 
 
 def test_codes_are_told_apart() -> None:
-    shared = {errors.InvalidValueError, engine.errors.EngineError}  # both: a value is wrong
-    codes = [answer.code for kind, answer in errors.ANSWERS.items() if kind not in shared]
+    # What the engine finds wrong in a text or a value is no other thing than what the server finds.
+    same: dict[type[Exception], type[Exception]] = {
+        engine.errors.EngineError: errors.InvalidValueError,
+        engine.errors.JsonValueError: errors.InvalidValueError,
+        engine.errors.JsonSyntaxError: errors.MalformedError,
+    }
+    for kind, other in same.items():
+        assert errors.ANSWERS[kind] == errors.ANSWERS[other]
+    codes = [answer.code for kind, answer in errors.ANSWERS.items() if kind not in same]
     assert len(codes) == len(set(codes))
 
 

@@ -24,8 +24,17 @@ _EXPORT = re.compile(r"^export (?=(?:async )?(?:function\*?|class|const) (\w+))"
 _DATA = re.compile(r'^import (?P<name>\w+) from "(?P<path>[^"]+)" with \{ type: "json" \};$', re.M)
 _LEFT = re.compile(r"^(?:import|export)\b.*$", re.M)
 _BESIDE = re.compile(r'new URL\("([^"]+)", import\.meta\.url\)')
-# Only comments that stand alone: nothing else of the text is touched.
+# Comments that stand alone, and those that end a line: nothing else of the text is touched.
 _COMMENT = re.compile(r"^[ \t]*(?:/\*\*(?:[^*]|\*(?!/))*\*/[ \t]*|//[^\n]*)\n", re.M)
+# What is quoted ahead of it is passed over whole; a line whose quotes do not pair stays as it is.
+_ENDING = re.compile(
+    r"""
+    ^((?: [^"'`/\n] | /(?!/)
+        | "(?:[^"\\\n]|\\.)*" | '(?:[^'\\\n]|\\.)*' | `(?:[^`\\\n]|\\.)*` )*?)
+    [ \t]+//[^\n]*$
+    """,
+    re.M | re.X,
+)
 _INDENT = re.compile(r"^[ \t]+|\n(?=\n)", re.M)
 _NOTE = re.compile(r"/\*.*?\*/", re.S)  # of a sheet
 _SHEET = re.compile(r'    <link rel="stylesheet" href="(css/[^"]+)">\n')
@@ -52,6 +61,7 @@ def _modules(static: Path, entry: str) -> dict[str, str]:
 
 def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
     text = _COMMENT.sub("", (static / path).read_text(encoding="utf-8"))
+    text = _ENDING.sub(r"\1", text)
     for line in text.splitlines():
         if line.count("`") % 2:  # its indentation would be a part of it
             raise ValueError(f"{path} has a template over several lines: {line.strip()!r}")

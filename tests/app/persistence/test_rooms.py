@@ -184,7 +184,7 @@ async def test_a_ball_in_flight_lands_and_is_paid_whatever_the_owner_of_its_room
     assert landed["payout"] == payout_of(300, alone.score)
     assert reply["landed"]["digest"] == alone.digest
     http.post(f"/sessions/{session}/end", headers=shown).raise_for_status()
-    export = http.get(f"/sessions/{session}/export").json()
+    export = http.get(f"/sessions/{session}/export", headers=shown).raise_for_status().json()
     assert export["drops"][0]["result"]["payout"] == landed["payout"]
     if how == "DELETE":
         log = http.get(f"/rooms/{room}/log").json()

@@ -9,6 +9,7 @@ import pytest
 
 from app.rooms.log import verify_log
 from app.rooms.touching.story import MOST_INPUTS
+from engine.constants import PHYSICS_VERSION
 from tests.app.conftest import Running, serving
 from tests.js.solver.test_touching import SCENES, told_by_room
 
@@ -20,7 +21,7 @@ def story(name: str = NAME, **changed: Any) -> dict[str, Any]:
     told = {
         "scene": scene.to_dict(),
         "tick_rate": 60,
-        "physics_version": 4,
+        "physics_version": PHYSICS_VERSION,
         "tick": tick,
         "inputs": [{"tick": at, "input": asked} for at, asked in inputs],
     }
@@ -89,7 +90,7 @@ def test_a_room_of_a_story_is_there_after_a_restart(tmp_path: Path) -> None:
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "another rate": ({"tick_rate": 50}, "tick_rate"),
-    "another physics": ({"physics_version": 3}, "physics_version"),
+    "another physics": ({"physics_version": PHYSICS_VERSION - 1}, "physics_version"),
     "no scene": ({"scene": {"scene": "moonbase"}}, "scene"),
     "an end before the last input": ({"tick": 100}, "inputs[5].tick"),
     "inputs in disorder": (

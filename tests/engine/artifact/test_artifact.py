@@ -1,6 +1,7 @@
 """The artifacts: made from the kernels that are there, small, needing nothing, right to the bit."""
 
 import gzip
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,10 @@ from engine.artifact import make
 from engine.artifact.plays import PLAYS
 from engine.drops.digest import drop_digest
 from engine.drops.trajectory import start_row
+from engine.exact import event_log, initial_state
 from engine.exact.board_arrays import arrays_of
 from engine.jit import stamp, wasm_sections
+from engine.physics import body, contact
 from tests.engine.artifact.drops import played
 from tests.engine.artifact.host import Host
 
@@ -105,3 +108,18 @@ def test_many_balls_go_as_each_alone() -> None:
     assert run.bins.tolist() == [each.bin for each in drops]
     assert run.states[:, 0].tolist() == [each.duration for each in drops]
     assert run.states[:, 1].tolist() == [each.x_end for each in drops]
+
+
+def test_the_page_leaves_room_for_all_columns_that_the_kernels_write() -> None:
+    """With one too few of `initial`, many drops overwrote each other, and then crashed the page."""
+    text = make.PAGE.with_suffix(".js").read_text("utf-8")
+    columns = dict(
+        re.findall(r"^const (STATE|EVENT|SEGMENT|INITIAL|SERIES) = ([^;]+);", text, re.M)
+    )
+    assert columns == {
+        "STATE": str(body.SIZE),
+        "EVENT": str(event_log.EVENT_SIZE),
+        "SEGMENT": str(event_log.SEGMENT_SIZE),
+        "INITIAL": str(initial_state.COLUMNS),
+        "SERIES": f"{contact.ROWS} * {contact.ORDER + 1}",
+    }

@@ -1,5 +1,6 @@
 """Sessions as players have them: over REST and WebSocket, several balls, many players."""
 
+import asyncio
 import copy
 import hashlib
 from typing import Any
@@ -214,6 +215,17 @@ async def test_a_session_that_broke_off_goes_on_where_it_was(
     until(lambda: all(drop["result"] for drop in drops_of(http, session, bearer(token))))
     verdict = checked(http, session, bearer(token))
     assert (verdict.failed, verdict.drops) == ([], 2)
+
+
+async def test_all_who_end_a_session_at_once_get_the_same_answer(
+    server: Running, http: httpx.Client, tiny: str
+) -> None:
+    session, shown = begun(http, tiny)
+    path = f"/api/v1/sessions/{session['session']}/end"
+    async with httpx.AsyncClient(base_url=server.url, timeout=60.0, headers=shown) as client:
+        answers = await asyncio.gather(*(client.post(path) for _ in range(10)))
+    assert [answer.status_code for answer in answers] == [200] * 10
+    assert len({answer.content for answer in answers}) == 1
 
 
 def test_a_session_is_exported_to_its_player_alone(http: httpx.Client, tiny: str) -> None:

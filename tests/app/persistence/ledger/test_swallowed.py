@@ -40,7 +40,8 @@ class Spy:
     """Asks for the log and for exports ten times a second, and keeps what it gets."""
 
     url: str
-    sessions: list[str] = field(default_factory=list)
+    sessions: list[tuple[str, dict[str, str]]] = field(default_factory=list)
+    """The id of each, and what shows its token: nobody else is given an export."""
     heads: list[dict[str, Any]] = field(default_factory=list)
     exports: list[dict[str, Any]] = field(default_factory=list)
     over: threading.Event = field(default_factory=threading.Event)
@@ -48,11 +49,16 @@ class Spy:
     def run(self) -> None:
         with httpx.Client(base_url=f"{self.url}/api/v1", timeout=60.0) as http:
             while not self.over.wait(_POLL):
-                for path in ("/log", *(f"/sessions/{each}/export" for each in self.sessions[-2:])):
-                    reply = http.get(path)
-                    if reply.status_code == 200:
-                        found = reply.json()
-                        (self.heads if path == "/log" else self.exports).append(found)
+                self._ask(http)
+            self._ask(http)  # once when all is over, however little was answered meanwhile
+
+    def _ask(self, http: httpx.Client) -> None:
+        exports = [(f"/sessions/{each}/export", own) for each, own in self.sessions[-2:]]
+        for path, shown in [("/log", None), *exports]:
+            reply = http.get(path, headers=shown)
+            assert reply.status_code in (200, 503), reply.text
+            if reply.status_code == 200:
+                (self.heads if path == "/log" else self.exports).append(reply.json())
 
     def hold(self, url: str) -> None:
         """Everything that was told is so in the ledger."""
@@ -117,7 +123,7 @@ class Attack:
         if opened:
             path = f"/sessions/{made['session']}/opening"
             self.http.post(path, json={"seed": SEED.hex()}, headers=shown).raise_for_status()
-        self.spy.sessions.append(made["session"])
+        self.spy.sessions.append((made["session"], shown))
         return made["session"], shown
 
     def still(self, room: str) -> dict[str, Any]:
@@ -157,7 +163,8 @@ def end(attack: Attack) -> None:
     ended = attack.swallowed("POST", f"/sessions/{session}/end", headers=shown).json()
     refused = attack.http.post(f"/rooms/{room}/drops", json=form, headers=shown)
     assert (refused.status_code, refused.json()["code"]) == (409, "session-state")
-    export = attack.http.get(f"/sessions/{session}/export").json()
+    reply = attack.http.get(f"/sessions/{session}/export", headers=shown)
+    export = reply.raise_for_status().json()
     assert export["server_seed"] == ended["server_seed"]
     assert export["end"]["signature"] == ended["signature"]
 
@@ -222,5 +229,6 @@ def test_a_commit_without_an_answer_is_neither_lost_nor_taken_back(
             spy.over.set()
             polling.join()
     assert spy.heads
+    assert bool(spy.exports) == bool(spy.sessions), "a session's player is given its exports"
     spy.hold(url)
     assert look(url, store.last_number) > 0

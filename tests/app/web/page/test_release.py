@@ -48,6 +48,21 @@ def test_a_comment_ends_where_it_ends(tmp_path: Path) -> None:
     assert told.stdout == b"1\n"
 
 
+def test_comments_are_left_out_and_what_only_looks_like_one_is_kept(tmp_path: Path) -> None:
+    written(
+        tmp_path,
+        main='const where = "a // b"; // it\'s a "place"\n'
+        "const there = `${where} // c`; // `there`\n"
+        'const quoted = /["]/.test(where); // no "\n'
+        "console.log([where, there, 8 / 2 / 2, quoted].join()); // http://site // twice\n",
+    )
+    text = script(tmp_path, "main.js")
+    assert not [each for each in ("place", "`there`", "http://site") if each in text]
+    (tmp_path / "all.mjs").write_text(text)
+    told = subprocess.run(["node", tmp_path / "all.mjs"], capture_output=True, check=True)
+    assert told.stdout == b"a // b,a // b // c,2,false\n"
+
+
 def test_an_export_without_a_name_is_refused_with_its_file(tmp_path: Path) -> None:
     written(tmp_path, main="export default 7;\n")
     with pytest.raises(ValueError, match=r"main\.js has 'export default 7;'"):
