@@ -282,9 +282,8 @@ class TestShelves:
         elif direct == 0:  # there is one, in between those tried
             told = str(refusal(form))
             at = told.split("at x = ")[1].split(",", maxsplit=1)[0]
-            named = int(
-                told.split("walls[")[1].split("]", maxsplit=1)[0]
-            )  # another may be level, too
+            # Another wall may be level, too.
+            named = int(told.split("walls[")[1].split("]", maxsplit=1)[0])
             first = follow(board, at_start(board, float(at)), Exact(), max_events=1)
             # It may touch a peg at the same instant, which counts first.
             rest = board.walls[named].y1 - board.ball.radius
