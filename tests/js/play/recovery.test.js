@@ -23,7 +23,8 @@ function exported(results, end = null) {
 }
 
 /** A tab whose questions are answered one after the other. */
-function tab(storage, replies) {
+function tab(storage, replies, token = "t1") {
+  if (token) keepToken(storage, "s1", token);
   const wallet = new Wallet(storage);
   const told = { paths: [], shown: [], gone: [], found: [] };
   const quiet = {};
@@ -75,9 +76,10 @@ test("a session is asked for by the token that this browser was given", async ()
 test("a stake in a session whose token is lost is back, as the server tells nobody else of it", async () => {
   const storage = browser();
   stakedOne(new Wallet(storage));
-  const { wallet, recovery, told, done } = tab(storage, [new ApiError("whose?", 401)]);
+  const { wallet, recovery, told, done } = tab(storage, [], null);
   recovery.seekAllBut("new");
   await done;
+  assert.deepEqual(told.paths, [], "a question that can only be refused is not asked");
   assert.equal(wallet.balance, GRANT);
   assert.equal(told.gone.length, 1);
 });

@@ -81,8 +81,10 @@ export class Recovery {
   async #look(session, wait) {
     try {
       const path = `sessions/${encodeURIComponent(session)}/export`;
-      const found = await this.ask(path, showingToken(this.wallet.storage, session));
-      this.#take(session, /** @type {SessionExport} */ (found));
+      const shown = showingToken(this.wallet.storage, session);
+      // Without its token the server would only refuse.
+      if (shown.headers) this.#take(session, /** @type {SessionExport} */ (await this.ask(path, shown)));
+      else this.#refund(session);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       if (GONE.includes(error.status)) this.#refund(session);
