@@ -69,9 +69,9 @@ def number(text: str) -> float:
 
 
 def test_a_stopped_auto_drop_has_one_truth_in_panel_statistics_balance_and_history(
-    opened: Open,
+    opened: Open, server: ServerProcess
 ) -> None:
-    screen = opened("/?room=triangle-8-high").ready()
+    screen = opened(quick_table(server, "triangle-8", pays=0.4).page).ready()
     screen.page.get_by_role("radio", name="Instant").check()
     auto(screen, count="", rate="16", loss="5")
     screen.drop.click()

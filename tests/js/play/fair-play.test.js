@@ -112,6 +112,70 @@ test("several drops into a session that is over begin one other", async () => {
   assert.deepEqual(at.sent.map(({ type }) => type), ["session"]);
 });
 
+/** The table took a drop: the number `drop` of its session. */
+function accepted(drop, ref = `d${drop}`) {
+  return { ref, receipt: { receipt: { session: "s1", drop }, index: drop, root: "aa", signature: "bb" } };
+}
+
+const kinds = ({ sent }) => sent.map(({ type, ref }) => (type === "drop" ? ref : type));
+
+test("a drop waits for the next session while one ends", async () => {
+  const at = await begun();
+  at.sent.length = 0;
+  at.fair.drop("d0", { stake: 100 });
+  at.fair.end();
+  at.fair.end();
+  at.fair.drop("d1", { stake: 100 });
+  assert.deepEqual(kinds(at), ["d0"], "it ends once all its drops are answered");
+  at.fair.accepted(accepted(0));
+  at.fair.refused({ ref: "other", code: "rate-limited" });
+  assert.deepEqual(kinds(at), ["d0", "end"]);
+  at.fair.ended({ session: "s1", statement: { drops: 1 } });
+  const commitment = await asked(at);
+  const next = { session: "s2", statement: { session: "s2" } };
+  at.fair.told(state(commitment, next));
+  at.fair.told(state(commitment, { ...next, open: true, token: null }));
+  assert.deepEqual(kinds(at), ["d0", "end", "session", "open", "d1"]);
+  assert.equal(at.sent.at(-1).session, "s2");
+});
+
+test("a session takes a thousand drops and no more, however many are asked for at once", async () => {
+  const at = await begun();
+  at.fair.accepted(accepted(996));
+  at.sent.length = 0;
+  for (const ref of ["a", "b", "c", "d", "e"]) at.fair.drop(ref, { stake: 100 });
+  assert.deepEqual(kinds(at), ["a", "b", "c"]);
+  at.fair.accepted(accepted(997, "a"));
+  at.fair.refused({ ref: "b", code: "rate-limited" });
+  assert.deepEqual(kinds(at), ["a", "b", "c", "d"], "one that was refused leaves its place");
+  at.fair.accepted(accepted(998, "c"));
+  assert.deepEqual(kinds(at), ["a", "b", "c", "d"]);
+  at.fair.accepted(accepted(999, "d"));
+  assert.deepEqual(kinds(at), ["a", "b", "c", "d", "end"]);
+});
+
+test("a full session that a page comes back to is ended, and another begun", async () => {
+  const kept = storage();
+  const { commitment } = await begun(visit(kept));
+  const again = visit(kept);
+  again.fair.greeted(HELLO);
+  again.fair.told(state(commitment, { open: true, token: null, drops: 1000 }));
+  assert.deepEqual(kinds(again), ["session", "end"]);
+});
+
+test("the end of a session that a refused drop told of begins no second one", async () => {
+  const at = await begun();
+  at.sent.length = 0;
+  at.fair.drop("d0", { stake: 100 });
+  at.fair.refused({ ref: "d0", code: "session-state" });
+  const commitment = await asked(at);
+  at.fair.ended({ session: "s1", statement: { drops: 0 } });
+  await new Promise(setImmediate);
+  at.fair.told(state(commitment));
+  assert.deepEqual(kinds(at), ["d0", "session", "open"]);
+  assert.deepEqual(at.told.faults, []);
+});
+
 test("a page that can draw no secret says so, and its drops are practice", async (t) => {
   const { subtle } = crypto;
   t.after(() => Object.defineProperty(crypto, "subtle", { value: subtle, configurable: true }));

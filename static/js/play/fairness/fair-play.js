@@ -32,8 +32,12 @@ export class FairPlay {
   state = null;
   /** @type {Kept | null} */
   #kept = null;
-  /** @type {{ref: string, message: object}[]} until both secrets are there */
+  /** @type {{ref: string, message: object}[]} until both secrets are there, or for the next session */
   #waiting = [];
+  /** Drops that the session has been sent and has not answered. @type {Set<string>} */
+  #unanswered = new Set();
+  /** @type {"no" | "due" | "asked"} it is due until all drops of the session are answered */
+  #end = "no";
   #secret = "";
   #commitment = "";
   #beginning = false;
@@ -54,7 +58,7 @@ export class FairPlay {
   }
 
   get open() {
-    return this.state?.open === true && !this.state.ended;
+    return this.state?.open === true && !this.state.ended && this.#end === "no";
   }
 
   /** @returns {string} what the server has committed to, "" before it has */
@@ -71,6 +75,7 @@ export class FairPlay {
   greeted({ board_digest: board, mode }) {
     this.state = null;
     this.#waiting = [];
+    this.#leave();
     this.#beginning = false;
     this.#board = board;
     this.failed = mode !== "independent";
@@ -87,7 +92,7 @@ export class FairPlay {
   }
 
   /**
-   * A drop into the session: at once, or as soon as it is open.
+   * A drop into the session: at once, or as soon as one is open that takes it.
    * @param {string} ref
    * @param {{stake: number, aim?: number}} drop
    * @returns {boolean} false where there will be no session
@@ -95,14 +100,49 @@ export class FairPlay {
   drop(ref, drop) {
     if (this.failed) return false;
     const message = { type: "drop", ref, ...drop };
-    if (this.open) return this.send({ ...message, session: this.state?.session });
+    if (this.#takesMore) return this.#send(ref, message);
     this.#waiting.push({ ref, message });
     return true;
   }
 
-  /** Ends the session, so that it can be checked; another begins by itself. */
+  /** Ends the session, so that it can be checked; another begins by itself, and drops wait for it. */
   end() {
-    if (this.state) this.send({ type: "end", session: this.state.session, ref: REF });
+    if (!this.open) return;
+    this.#end = "due";
+    this.#goOn();
+  }
+
+  get #takesMore() {
+    return this.open && this.state !== null && this.state.drops + this.#unanswered.size < MOST_DROPS;
+  }
+
+  /** @param {string} ref @param {object} message @returns {boolean} */
+  #send(ref, message) {
+    const sent = this.send({ ...message, session: this.state?.session });
+    if (sent) this.#unanswered.add(ref);
+    return sent;
+  }
+
+  /** Sends what waits, as far as the session takes it; ends a session that is full, or is to end. */
+  #goOn() {
+    const waiting = this.#waiting;
+    this.#waiting = [];
+    for (const { ref, message } of waiting) {
+      if (this.#takesMore) this.#send(ref, message);
+      else this.#waiting.push({ ref, message });
+    }
+    const { state } = this;
+    if (!state || this.#unanswered.size > 0) return;
+    if (this.#end === "due" || (this.open && state.drops >= MOST_DROPS)) {
+      this.#end = "asked";
+      this.send({ type: "end", session: state.session, ref: REF });
+    }
+  }
+
+  /** Nothing more is to be heard of the session before. */
+  #leave() {
+    this.#unanswered.clear();
+    this.#end = "no";
   }
 
   /** @param {SessionState} state */
@@ -126,7 +166,7 @@ export class FairPlay {
     if (state.ended) this.#begin();
     else if (!state.open) {
       this.send({ type: "open", session: state.session, seed: this.#secret, ref: REF });
-    } else this.#flush();
+    } else this.#goOn();
     this.news.tell("room", null);
   }
 
@@ -134,18 +174,20 @@ export class FairPlay {
   ended(ended) {
     const { heard } = this;
     this.news.tell("over", { session: ended.session, total: Number(ended.statement.drops) });
-    this.#begin();
+    // Where a refused drop told us first that it is over, the next one has begun.
+    if (ended.session === this.state?.session) this.#begin();
     this.news.tell("ended", { ended, heard });
     this.news.tell("room", null);
   }
 
   /** @param {Accepted | BriefAccepted} event whosever */
-  accepted({ receipt }) {
+  accepted({ receipt, ref }) {
     if (!receipt || !this.#kept || receipt.receipt.session !== this.#kept.session) return;
     this.#keep({ ...this.#kept, heard: [...this.#kept.heard, receipt].slice(-HEARD) });
     this.news.tell("staked", /** @type {Receipt} */ (receipt.receipt));
     if (this.state) this.state.drops = receipt.receipt.drop + 1;
-    if (this.state && this.state.drops >= MOST_DROPS) this.end();
+    this.#unanswered.delete(ref ?? "");
+    this.#goOn();
     this.news.tell("room", null);
   }
 
@@ -155,6 +197,7 @@ export class FairPlay {
     // Several drops may have gone into a session that was over.
     if (lost && !this.#beginning) this.#begin();
     else if (ref === REF) this.#give();
+    else if (this.#unanswered.delete(ref ?? "")) this.#goOn();
     return ref === REF && lost;
   }
 
@@ -165,6 +208,7 @@ export class FairPlay {
       return;
     }
     this.#beginning = true;
+    this.#leave();
     this.state = null;
     this.#kept = null;
     this.#save(this.#saved().filter((each) => each.room !== this.room));
@@ -181,14 +225,6 @@ export class FairPlay {
     if (!token) return canonical(statement) === canonical(this.#kept?.given.statement ?? null);
     return statement.client_commitment === this.#commitment && statement.room === this.room
       && statement.board_digest === this.#board;
-  }
-
-  #flush() {
-    const waiting = this.#waiting;
-    this.#waiting = [];
-    for (const { message } of waiting) {
-      this.send({ ...message, session: this.state?.session });
-    }
   }
 
   /** No session can be had: what waited for one goes nowhere. */
