@@ -89,7 +89,9 @@ export class OddsNote {
 
   #show() {
     const { hello } = this.game.room;
-    const odds = hello && oddsAt(this.#odds, this.game.choice.aim, hello.board.drop.x);
+    // Those of the table before may come late, when another is there already.
+    const here = hello?.board_digest === this.#digest;
+    const odds = here ? oddsAt(this.#odds, this.game.choice.aim, hello.board.drop.x) : null;
     byId("odds-note").textContent = odds ? oddsWords(odds) : "";
     if (odds !== this.game.odds) this.#tell(odds);
   }
