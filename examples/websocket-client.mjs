@@ -18,7 +18,7 @@ function follow(stream) {
   return new Promise((resolve, reject) => {
     const socket = new WebSocket(`${server}/ws/rooms/main?stream=${stream}`);
     socket.binaryType = "arraybuffer";
-    let extent, mine, last;
+    let extent, mine, last = "nothing";
     socket.onopen = () => socket.send(JSON.stringify({ type: "drop", ref: "mine" }));
     socket.onmessage = ({ data }) => {
       const binary = typeof data !== "string";

@@ -100,13 +100,14 @@ def test_the_digests_of_the_determinism_test_are_those_of_this_release() -> None
 
 
 def test_a_worksheet_has_its_pictures_its_table_and_its_questions(tmp_path: Path) -> None:
-    said = run(sys.executable, "worksheet.py", tmp_path)
+    lesson = tmp_path / "lesson"
+    said = run(sys.executable, "worksheet.py", lesson)
     assert "bin  6" in said
-    with Image.open(tmp_path / "histogram.png") as picture:
+    with Image.open(lesson / "histogram.png") as picture:
         assert picture.format == "PNG"
-    with Image.open(tmp_path / "fall.gif") as film:
+    with Image.open(lesson / "fall.gif") as film:
         assert getattr(film, "n_frames", 1) > 10
-    with open(tmp_path / "drops.csv", encoding="utf-8") as file:
+    with open(lesson / "drops.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 2000
     assert {"seed", "bin", "impact_count"} <= set(rows[0])
