@@ -1,8 +1,6 @@
 // Drop a ball over the WebSocket and follow it, in each of the three streams: in a browser, or
-//
-//     node websocket-client.mjs [ws://127.0.0.1:8000]
-//
-// with Node.js 22 (20 with --experimental-websocket). docs/protocol.md has every byte.
+// node websocket-client.mjs [ws://127.0.0.1:8000] with Node.js 22 (20: --experimental-websocket).
+// docs/protocol.md has every byte; docs/solver.md computes the paths that `seeds` does not send.
 
 const server = (globalThis.process?.argv[2] ?? "ws://127.0.0.1:8000").replace(/\/$/, "");
 
@@ -16,30 +14,23 @@ function places(frame, { x_min, x_max, y_min, y_max }) {
   }));
 }
 
-/** Drop a ball, count what is seen of it, and return its landing. */
-function follow(stream, room = "main") {
+function follow(stream) {
   return new Promise((resolve, reject) => {
-    const socket = new WebSocket(`${server}/ws/rooms/${room}?stream=${stream}`);
+    const socket = new WebSocket(`${server}/ws/rooms/main?stream=${stream}`);
     socket.binaryType = "arraybuffer";
-    let hello, mine, seen = 0;
+    let extent, mine, last = "nothing";
+    socket.onopen = () => socket.send(JSON.stringify({ type: "drop", ref: "mine" }));
     socket.onmessage = ({ data }) => {
-      if (typeof data !== "string") { // what is lossy: where the balls are
-        seen += stream === "snapshots" ? places(data, hello.extent).length : 1;
-        return;
-      }
-      for (const event of [JSON.parse(data)].flat()) {
-        if (event.type === "hello") {
-          hello = event;
-          socket.send(JSON.stringify({ type: "drop", ref: "mine" }));
-        } else if (event.type === "error") {
-          reject(new Error(event.detail));
-        } else if (event.type === "accepted" && event.ref === "mine") {
-          mine = event.ball; // in the stream `seeds`, compute the path from event.seed: docs/solver.md
-        } else if (event.type === "landed" && event.ball === mine) {
-          console.log(`${stream}: ball ${mine} has landed, seen ${seen} times`);
-          socket.close();
-          resolve(event);
-        }
+      const binary = typeof data !== "string";
+      if (binary) last = stream === "snapshots" ? places(data, extent) : data;
+      for (const event of binary ? [] : [JSON.parse(data)].flat()) {
+        if (event.type === "hello") extent = event.extent;
+        if (event.type === "error") reject(new Error(event.detail));
+        if (event.type === "accepted" && event.ref === "mine") mine = event.ball;
+        if (event.type !== "landed" || event.ball !== mine) continue;
+        console.log(`${stream}: ${JSON.stringify(event)}, last seen:`, last);
+        socket.close();
+        resolve();
       }
     };
     socket.onerror = () => reject(new Error(`no server at ${server}`));

@@ -14,6 +14,7 @@ from pathlib import Path
 import plinko
 
 FOLDER = Path((sys.argv[1:] or ["."])[0])
+FOLDER.mkdir(parents=True, exist_ok=True)
 ROWS, DROPS = 12, 2000
 
 board = plinko.Board.triangle(ROWS)

@@ -30,6 +30,10 @@ class Faults:
             self.found += [fault for fault in error.faults if fault not in self.found]
             return None
 
+    def add(self, field: str, message: str) -> None:
+        """Note what is wrong at `field`, a path in the JSON form."""
+        self.found.append(Fault(field, message))
+
     def end(self) -> None:
         """Raise a BoardError that names all faults, if there are any."""
         faults = tuple(self.found[:MOST])

@@ -20,7 +20,7 @@ from engine.board.faults import Faults
 from engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH, BoardFields
 from engine.board.materials import Material
 from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
-from engine.errors import BoardError, Fault, JsonSyntaxError, JsonValueError
+from engine.errors import BoardError, JsonSyntaxError, JsonValueError
 
 MAX_TEXT: Final = 16_000_000
 """Characters; three times what the largest board allowed needs."""
@@ -146,7 +146,7 @@ def _known(form: Mapping[str, Any], keys: tuple[str, ...], prefix: str, faults: 
         if key not in keys and not faults.full:
             path = f"{prefix}{key}"[:100]
             message = f"{path} is unknown: {prefix.rstrip('.') or 'a board'} has {', '.join(keys)}"
-            faults.found.append(Fault(path, message))
+            faults.add(path, message)
 
 
 def _part(
@@ -159,8 +159,9 @@ def _part(
     form = _object(value, path)
     faults = Faults()
     _known(form, keys, f"{path}.", faults)
-    missing = [f"{path}.{key}" for key in required if key not in form]
-    faults.found += [Fault(key, f"{key} is missing") for key in missing]
+    for key in required:
+        if key not in form:
+            faults.add(f"{path}.{key}", f"{path}.{key} is missing")
     faults.end()
     return kind(**form)
 

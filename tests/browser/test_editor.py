@@ -427,6 +427,14 @@ def test_a_board_is_registered_and_played_in_a_room(bench: Bench) -> None:
     screen.landed(screen.api(f"drops/{board.digest}/42")["bin"])
 
 
+def test_payouts_that_too_few_drops_tell_are_solved_with_a_warning(opened: Open) -> None:
+    bench = Bench(opened("/editor.html?board=triangle-16"))
+    bench.page.get_by_role("button", name="Solve payouts").click()
+    result = bench.page.locator("#result")
+    expect(result).to_contain_text("Payouts solved by")
+    expect(result).to_contain_text("drops cannot tell how often bins 0, ")
+
+
 def test_any_preset_is_a_start(bench: Bench) -> None:
     bench.page.get_by_label("Start from").select_option("classic")
     bench.becomes("name", "classic")

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -72,16 +73,21 @@ def test_a_rest_client_replays_verifies_and_plays(
     assert "seed 7 landed in bin " in said
 
 
-@pytest.mark.parametrize(
-    ("program", "name"),
-    [(lambda *c: run(sys.executable, *c), "websocket_client.py"), (node, "websocket-client.mjs")],
-)
-def test_a_websocket_client_follows_its_ball_in_all_three_streams(
-    server: Running, program: Callable[..., str], name: str
-) -> None:
-    lines = program(name, server.url.replace("http", "ws", 1)).splitlines()
-    assert [line.split(":")[0] for line in lines] == ["snapshots", "segments", "seeds"]
-    assert lines[0] != lines[2]
+def test_a_websocket_client_follows_its_ball_in_all_three_streams(server: Running) -> None:
+    said = run(sys.executable, "websocket_client.py", server.url.replace("http", "ws", 1))
+    snapshots, places, segments, seeds, digest = said.splitlines()
+    assert re.match(r"snapshots: \d+ binary messages, then {'type': 'landed', ", snapshots)
+    assert len(json.loads(places)) > 10
+    assert all(0.0 < x < 1.0 for x in json.loads(places))
+    assert re.match(r"segments: [1-9]\d* binary messages, then {'type': 'landed', ", segments)
+    assert seeds.startswith("seeds: 0 binary messages, then {'type': 'landed', ")
+    assert f"'digest': '{digest[:12]}'" in seeds
+
+
+def test_a_websocket_client_in_javascript_does_so_too(server: Running) -> None:
+    said = node("websocket-client.mjs", server.url.replace("http", "ws", 1))
+    assert re.findall(r'(\w+): {"type":"landed"', said) == ["snapshots", "segments", "seeds"]
+    assert re.search(r"last seen: \[\s*{ ball: \d+, x: -?\d", said)
 
 
 def test_the_digests_of_the_determinism_test_are_those_of_this_release() -> None:
@@ -94,13 +100,14 @@ def test_the_digests_of_the_determinism_test_are_those_of_this_release() -> None
 
 
 def test_a_worksheet_has_its_pictures_its_table_and_its_questions(tmp_path: Path) -> None:
-    said = run(sys.executable, "worksheet.py", tmp_path)
+    lesson = tmp_path / "lesson"
+    said = run(sys.executable, "worksheet.py", lesson)
     assert "bin  6" in said
-    with Image.open(tmp_path / "histogram.png") as picture:
+    with Image.open(lesson / "histogram.png") as picture:
         assert picture.format == "PNG"
-    with Image.open(tmp_path / "fall.gif") as film:
+    with Image.open(lesson / "fall.gif") as film:
         assert getattr(film, "n_frames", 1) > 10
-    with open(tmp_path / "drops.csv", encoding="utf-8") as file:
+    with open(lesson / "drops.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 2000
     assert {"seed", "bin", "impact_count"} <= set(rows[0])

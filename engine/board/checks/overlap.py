@@ -7,7 +7,7 @@ import numpy as np
 from engine.board.checks.obstacles import Floats, Ints, Obstacles, distance
 from engine.board.faults import MOST, Faults
 from engine.board.fields import BoardFields
-from engine.errors import BoardError, Fault
+from engine.errors import BoardError
 
 TOUCH: Final = 1e-9
 """Relative gap below which a start counts as touching. Above rounding, which a drop's first instant
@@ -41,7 +41,7 @@ def check_overlaps(board: BoardFields, pairs: tuple[Ints, Ints, Floats]) -> None
             f"pegs[{b}] at {_at(board, b)} overlaps pegs[{a}] at {_at(board, a)}: centres must be "
             f"at least {radii[a] + radii[b]:g} m apart, and are {apart[k]:g} m"
         )
-        faults.found.append(Fault(f"pegs[{b}]", message))
+        faults.add(f"pegs[{b}]", message)
     faults.end()
 
 

@@ -1,14 +1,14 @@
 """Checks a board as a whole, once its values are right: the order of the checks, and nothing else.
 
-Errors come in the order in which they are easiest to understand: what overlaps, where a ball
-starts, where it can get, where it would stick. The first two are named together; the others only
-mean something on a board without them.
+One error names all faults, in the order in which they are easiest to understand: what overlaps and
+where a ball starts; then, on a board without such faults, whether a ball can land in time, where it
+can get, and where it would stick.
 """
 
 from engine.board.checks.fall_time import check_fall_time
 from engine.board.checks.obstacles import close_discs, obstacles
 from engine.board.checks.overlap import check_overlaps, check_start_above_bins, check_starts
-from engine.board.checks.reach import check_reach
+from engine.board.checks.reach import check_hits_bins, check_passes, find_reach
 from engine.board.checks.separators import separators
 from engine.board.checks.shelves import check_shelves
 from engine.board.checks.traps import check_traps
@@ -25,7 +25,12 @@ def check(board: BoardFields) -> None:
     faults.take(check_overlaps, board, pairs)
     faults.take(check_starts, board, obs)
     faults.end()
-    check_fall_time(board)
-    reach = check_reach(board, obs, separators(obs, pairs, board.drop.y, board.bins.y))
-    check_traps(board, obs, pairs, reach)
-    check_shelves(board, obs)
+    faults.take(check_fall_time, board)
+    lines = separators(obs, pairs, board.drop.y, board.bins.y)
+    reach = faults.take(find_reach, board, obs, lines)
+    if reach is not None:
+        faults.take(check_passes, board, reach)
+        faults.take(check_hits_bins, board, obs, reach)
+        faults.take(check_traps, board, obs, pairs, reach)
+    faults.take(check_shelves, board, obs)
+    faults.end()

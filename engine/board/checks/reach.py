@@ -14,6 +14,7 @@ import numpy as np
 from engine.board.checks.components import Bools, Components, connected_components
 from engine.board.checks.obstacles import Floats, Ints, Obstacles
 from engine.board.checks.side_bounds import side_limits
+from engine.board.faults import MOST, Faults
 from engine.board.fields import BoardFields
 from engine.errors import BoardError
 
@@ -37,12 +38,22 @@ _GENERIC: Final = 0.381966011250105  # the golden section: keeps grid lines off 
 class Reach:
     """What is connected to the starts: the grid's components and the labels of those reached.
 
-    separators: (k, 4), from `separators`.
+    separators: (k, 4), from `separators`. starts: x in m, both ends of the zone first, then slots.
+    start_labels: the label of each start. gaps: (n, 2) from `free_intervals` on the bins' line.
+    gap_labels: the label of each gap.
     """
 
     components: Components
     separators: Floats
-    reached: frozenset[int]
+    starts: Floats
+    start_labels: Ints
+    gaps: Floats
+    gap_labels: Ints
+
+    @property
+    def reached(self) -> Ints:
+        """Labels that are connected to a start."""
+        return np.unique(self.start_labels)
 
     def is_near(self, x: Floats, y: Floats) -> Bools:
         """Tell of each place (x, y) in m if a reached node is within WINDOW rows and columns.
@@ -51,7 +62,7 @@ class Reach:
         """
         xs, ys = self.components.xs, self.components.ys
         columns, rows = np.searchsorted(xs, x), np.searchsorted(ys, y)
-        is_reached = np.isin(np.arange(int(self.components.label.max()) + 1), list(self.reached))
+        is_reached = np.isin(np.arange(int(self.components.label.max()) + 1), self.reached)
         near = np.zeros(len(x), dtype=np.bool_)
         for i in range(-WINDOW, WINDOW):
             for j in range(-WINDOW, WINDOW):
@@ -70,7 +81,7 @@ class Reach:
         columns = slice(max(column - WINDOW, 0), column + WINDOW)
         rows = slice(max(row - WINDOW, 0), row + WINDOW)
         labels = self.components.label[rows, columns]
-        good = np.isin(labels, list(self.reached))
+        good = np.isin(labels, self.reached)
         if not good.any():
             return False
         at_x, at_y = np.meshgrid(xs[columns], ys[rows])
@@ -94,8 +105,8 @@ def _sees(x: float, y: float, at_x: Floats, at_y: Floats, segments: Floats) -> B
     return result
 
 
-def check_reach(board: BoardFields, obs: Obstacles, separators: Floats) -> Reach:
-    """Return what can be reached; BoardError if bins cannot be, or can be missed.
+def find_reach(board: BoardFields, obs: Obstacles, separators: Floats) -> Reach:
+    """Return what can be reached; BoardError if the ball is too small to tell.
 
     separators: from `separators` with the heights of the start and of the bins.
     """
@@ -107,50 +118,51 @@ def check_reach(board: BoardFields, obs: Obstacles, separators: Floats) -> Reach
     components = connected_components(xs, ys, separators)
     start_labels = components.label[0, np.searchsorted(xs, starts)]
     gap_labels = components.label[-1, np.searchsorted(xs, probes)]
-    _check_passes(board, start_labels, gap_labels)
-    reached = frozenset(start_labels.tolist())
-    landing = gaps[np.isin(gap_labels, start_labels)]
-    _check_hits_bins(board, obs, starts, landing)
-    return Reach(components, separators, reached)
+    return Reach(components, separators, starts, start_labels, gaps, gap_labels)
 
 
-def _check_passes(board: BoardFields, start_labels: Ints, gap_labels: Ints) -> None:
-    """Raise BoardError naming the first start from which no bin can be reached."""
-    stuck = np.flatnonzero(~np.isin(start_labels, gap_labels))
-    if len(stuck) == 0:
-        return
-    first = int(stuck[0])
-    where = "the start" if first < 2 else f"drop.slots[{first - 2}] = {board.slots[first - 2]!r}"
-    raise BoardError(
-        f"ball.radius is {board.ball.radius!r}: the ball (diameter {2 * board.ball.radius:g} m) "
-        f"cannot pass from {where} to the bins, every way is narrower",
-        field="ball.radius",
-    )
+def check_passes(board: BoardFields, reach: Reach) -> None:
+    """Raise BoardError naming the starts from which no bin can be reached."""
+    stuck = ~np.isin(reach.start_labels, reach.gap_labels)
+    places = ["the start"] if stuck[:2].any() else []
+    slots = np.flatnonzero(stuck[2:]).tolist()
+    places += [f"drop.slots[{i}] = {board.slots[i]!r}" for i in slots]
+    faults = Faults()
+    for where in places[:MOST]:
+        faults.add(
+            "ball.radius",
+            f"ball.radius is {board.ball.radius!r}: the ball (diameter "
+            f"{2 * board.ball.radius:g} m) cannot pass from {where} to the bins, every way is "
+            "narrower",
+        )
+    faults.end()
 
 
-def _check_hits_bins(board: BoardFields, obs: Obstacles, starts: Floats, landing: Floats) -> None:
-    """Raise BoardError if a ball can come down on the bins' line outside of the outermost edges.
-
-    landing: (n, 2) intervals of the line that are connected to the start.
-    """
+def check_hits_bins(board: BoardFields, obs: Obstacles, reach: Reach) -> None:
+    """Raise BoardError if a ball can come down on the bins' line outside of the outermost edges."""
     bins = board.bins
     left, right = bins.edges[0], bins.edges[-1]
     slack = 1e-9 * board.ball.radius
-    if landing[:, 0].min() >= left - slack and landing[:, 1].max() <= right + slack:
+    landing = reach.gaps[np.isin(reach.gap_labels, reach.start_labels)]
+    if np.all((landing[:, 0] >= left - slack) & (landing[:, 1] <= right + slack)):
         return
-    low, high = side_limits(obs, starts, board.drop.y, bins.y)
-    for a, b in np.clip(landing, low, high).tolist():
-        missed_left = a < b and a < left - slack
-        missed_right = a < b and b > right + slack
-        if missed_left or missed_right:
-            edge = 0 if missed_left else len(bins.edges) - 1
-            x = a if missed_left else b
-            raise BoardError(
+    low, high = side_limits(obs, reach.starts, board.drop.y, bins.y)
+    a, b = np.clip(landing, low, high).T
+    a, b = a[a < b], b[a < b]
+    first, last = float(np.min(a, initial=left)), float(np.max(b, initial=right))
+    faults = Faults()
+    for missed, edge, x in (
+        (first < left - slack, 0, first),
+        (last > right + slack, len(bins.edges) - 1, last),
+    ):
+        if missed:
+            faults.add(
+                f"bins.edges[{edge}]",
                 f"bins.edges[{edge}] is {bins.edges[edge]!r}: a ball can miss the bins, and come "
                 f"down on bins.y = {bins.y!r} as far out as x = {x:.6g}; bins must reach from "
                 "wall to wall",
-                field=f"bins.edges[{edge}]",
             )
+    faults.end()
 
 
 def free_intervals(obs: Obstacles, y: float) -> Floats:

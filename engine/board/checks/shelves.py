@@ -11,15 +11,15 @@ import numpy as np
 
 from engine.board.checks.obstacles import Floats, Obstacles
 from engine.board.checks.traps import LEAN
+from engine.board.faults import Faults
 from engine.board.fields import BoardFields
-from engine.errors import BoardError
 
 SLACK: Final = 1e-9
 """Part of the starts over a wall, and of the ball's radius above it: what is less is rounding."""
 
 
 def check_shelves(board: BoardFields, obs: Obstacles) -> None:
-    """Raise BoardError naming the first level wall onto which a ball falls straight from a start.
+    """Raise BoardError naming the level walls onto which a ball falls straight from a start.
 
     The starts are clear of all obstacles: `check_starts` has seen to that.
     """
@@ -29,18 +29,23 @@ def check_shelves(board: BoardFields, obs: Obstacles) -> None:
     starts = [(zone.x - span, zone.x + span), *((x, x) for x in zone.slots)]
     level = np.abs(obs.ty) <= LEAN
     level &= (obs.y1 > zone.y) & (obs.y1 - obs.radius < board.bins.y)
+    faults = Faults()
     for k in np.flatnonzero(level).tolist():
+        if faults.full:
+            break
         rest = float(obs.y1[k]) - obs.radius
         covered = _covered(obs, zone.y, rest - SLACK * obs.radius)
         left, right = sorted((float(obs.x1[k]), float(obs.x2[k])))
         for first, last in starts:
             x = _uncovered(covered, max(left, first), min(right, last), SLACK * obs.radius)
             if x is not None:
-                raise BoardError(
+                faults.add(
+                    f"walls[{k}]",
                     f"walls[{k}] is level: a ball that starts above it, at x = {x:.6g}, can come "
                     "to rest there; a wall under a start must slope",
-                    field=f"walls[{k}]",
                 )
+                break
+    faults.end()
 
 
 def _covered(obs: Obstacles, top: float, bottom: float) -> Floats:

@@ -17,8 +17,8 @@ import numpy as np
 from engine.board.checks.components import Bools
 from engine.board.checks.obstacles import Floats, Ints, Obstacles, distance, near_walls
 from engine.board.checks.reach import Reach
+from engine.board.faults import Faults
 from engine.board.fields import BoardFields
-from engine.errors import BoardError
 
 LEAN: Final = 1e-9
 """How far, in radians, normals must lean to either side: a ball in the corner of a level wall and
@@ -53,19 +53,23 @@ class DoubleContacts:
 def check_traps(
     board: BoardFields, obs: Obstacles, pairs: tuple[Ints, Ints, Floats], reach: Reach
 ) -> None:
-    """Raise BoardError at the first place, reached and above the bins, where a ball is trapped."""
+    """Raise BoardError naming the places, reached and above the bins, where a ball is trapped."""
     above_bins = (board.drop.y, board.bins.y)
     traps = _joined(_traps(some, *above_bins) for some in _touching_two(obs, pairs))
     traps = traps.where(reach.is_near(traps.x, traps.y))
+    faults = Faults()
     for k in range(len(traps.x)):
+        if faults.full:
+            break
         x, y = float(traps.x[k]), float(traps.y[k])
         if _is_free(obs, x, y) and reach.includes(x, y):
             a, b = _name(obs, int(traps.a[k])), _name(obs, int(traps.b[k]))
-            raise BoardError(
+            faults.add(
+                a.split("'")[0],
                 f"the gap between {a} and {b} is one that a ball can wedge in: a ball of "
                 f"radius {obs.radius:g} m at ({x:.6g}, {y:.6g}) rests there for good",
-                field=a.split("'")[0],
             )
+    faults.end()
 
 
 def _joined(parts: Iterable[DoubleContacts]) -> DoubleContacts:

@@ -32,10 +32,12 @@ export class PayoutSolver {
       if (board !== this.board()) return;
       this.change({ ...board, bins: { ...board.bins, multipliers: reply.multipliers } });
       const [{ return: returned, doubt }] = reply.aims;
-      this.say(t("editor.solved", {
+      const solved = t("editor.solved", {
         chosen: reply.chosen_by, judged: reply.drops, returned: percent(returned),
         doubt: percent(doubt), least: percent(reply.least.return),
-      }));
+      });
+      const warnings = reply.warnings.map((why) => t("editor.payouts-warning", { why }));
+      this.say([solved, ...warnings].join(" "));
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       this.say(t("editor.no-payouts", { why: error.message }));

@@ -12,6 +12,6 @@
  * @typedef {{drops: number, histogram: number[], unsettled: number, mean_duration: number}} Simulation
  * @typedef {{board_digest: string, aims: Odds[]}} OddsReply of GET boards/…/odds
  * @typedef {{multipliers: number[], drops: number, chosen_by: number, least: {aim: number | null, return: number},
- *   aims: Odds[]}} PayoutsReply of POST payouts
+ *   aims: Odds[], warnings: string[]}} PayoutsReply of POST payouts
  * @typedef {{ok: boolean, field?: string, expected?: unknown, actual?: unknown}} Verification
  */

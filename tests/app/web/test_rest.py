@@ -766,6 +766,10 @@ def test_all_faults_of_a_board_are_named_at_once(http: httpx.Client) -> None:
         faults = refused.json()["faults"]
         assert [fault["field"] for fault in faults] == ["pegs[0].radius", "gravity", "drag"]
         assert refused.json()["field"] == "pegs[0].radius"
+    wedged = [{"x": x, "y": 2.0, "radius": 0.2} for x in (-1.25, -0.8, 0.8, 1.25)]
+    refused = http.post("/api/v1/boards", json={**TINY, "ball": {"radius": 0.1}, "pegs": wedged})
+    fields = [fault["field"] for fault in refused.json()["faults"]]
+    assert fields == ["pegs[0]", "pegs[2]", "pegs[0]", "pegs[3]"]  # with each other, with a side
     alone = http.post("/api/v1/boards", json={"gravity": -1.0})
     assert "faults" not in alone.json()
 

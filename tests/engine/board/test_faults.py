@@ -84,3 +84,21 @@ def test_a_board_made_of_fields_names_all_faults_too() -> None:
 def test_of_thousands_of_faults_the_first_are_named() -> None:
     named = faults({"pegs": [{"x": 0.0, "y": 1.0, "radius": -1.0}] * 20_000})
     assert named == [f"pegs[{i}].radius" for i in range(MOST)]
+
+
+def test_everywhere_a_ball_sticks_misses_or_cannot_pass_is_named() -> None:
+    pairs = [{"x": x, "y": 1.0, "radius": 0.2} for x in (-0.6, -0.15, 0.25, 0.7)]
+    shaft = [(1.0, -1.0, 1.0, 0.6), (1.0, 0.6, 1.4, 0.6), (1.4, 0.6, 1.4, -1.0)]
+    shelf = (-1.4, 1.5, -1.0, 1.5)
+    walls = [dict(zip(("x1", "y1", "x2", "y2"), wall, strict=True)) for wall in (*shaft, shelf)]
+    zone = {"x": 0.0, "y": 0.0, "jitter": 0.5, "slots": [1.2, -1.2, 0.0]}
+    assert faults({"ball": {"radius": 0.1}, "pegs": pairs, "walls": walls, "drop": zone}) == [
+        "ball.radius",
+        "bins.edges[0]",
+        "bins.edges[2]",
+        "pegs[0]",
+        "pegs[1]",
+        "pegs[2]",
+        "walls[1]",
+        "walls[3]",
+    ]
