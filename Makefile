@@ -74,7 +74,7 @@ test: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/.stamp-test node_modules/.stamp
 	$(WITH_NODE) && node --test --test-reporter=spec $$(find tests/js -name '*.test.js' | sort)
 	tools/postgresql
-	tools/haproxy
+	tools/proxies
 	tools/redis
 	chromium="$$(tools/chromium shell)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
@@ -94,7 +94,7 @@ test-attack: $(VENV)/.stamp-test
 # of requests of each REST operation, every oracle file, axe on every screen.
 test-long: $(VENV)/.stamp-test node_modules/.stamp
 	tools/postgresql
-	tools/haproxy
+	tools/proxies
 	tools/redis
 	$(WITH_NODE) && chromium="$$(tools/chromium shell)" && CHROMIUM="$$chromium" \
 	LONG=1 PLINKO_TEST_KILLS=$(KILLS) PLINKO_TEST_FAULTS=$(FAULTS) $(BIN)/python -m pytest -s -m long $(PYTEST_ARGS)

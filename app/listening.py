@@ -4,10 +4,12 @@ import asyncio
 import socket
 import threading
 from collections.abc import Callable
+from typing import Any, cast
 
 import uvicorn
 from fastapi import FastAPI
 from starlette.types import ASGIApp
+from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 from app.errors import SettingError
 from app.live.broadcast import transport
@@ -18,7 +20,7 @@ from app.web.edge.choose import choose
 from app.web.edge.connection import Edge
 from app.web.edge.ending import Ending
 from app.web.edge.intake import Intake
-from app.web.edge.middleware import SecurityHeaders
+from app.web.edge.middleware import ForwardedCheck, SecurityHeaders
 from app.web.services import Services
 
 _OWN_FILES = 100  # that the server opens besides connections: its ledger, workers, the page's
@@ -105,8 +107,12 @@ def config_over(
         intake=Intake(),
         refused=refused,
     )
+    served: ASGIApp = SecurityHeaders(Ending(app))
+    if proxies.names:
+        # uvicorn's own types of ASGI, which are Starlette's with every message spelt out
+        served = ProxyHeadersMiddleware(cast(Any, served), proxies.names)  # type: ignore[assignment]
     return uvicorn.Config(
-        SecurityHeaders(Ending(app)),
+        ForwardedCheck(served, proxies),
         host=settings.host,
         port=settings.port,
         loop="uvloop",
@@ -116,8 +122,7 @@ def config_over(
         access_log=False,
         log_config=None,  # app.ops.logs has it
         server_header=False,
-        proxy_headers=bool(proxies.names),
-        forwarded_allow_ips=proxies.names,
+        proxy_headers=False,  # done above, where who forwards is still known
         timeout_graceful_shutdown=settings.shutdown_grace,
     )
 

@@ -7,6 +7,7 @@ import secrets
 import signal
 import socket
 import sys
+import tempfile
 from collections.abc import AsyncIterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -165,7 +166,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(WeakWhenCompressed)
     app.add_middleware(HeadAsGet)
     app.add_middleware(HostCheck, hosts=Hosts(settings.host, settings.hosts, machine))
-    app.add_middleware(AnswerHeaders)
+    app.add_middleware(AnswerHeaders, root_path=settings.root_path)
     app.openapi = functools.partial(openapi.document, app)  # type: ignore[method-assign]
     return app
 
@@ -245,10 +246,10 @@ def _cluster(app: FastAPI) -> Any:
     try:
         from app.cluster.start import Cluster  # noqa: PLC0415 - for those who have one
     except ModuleNotFoundError as error:
-        if error.name not in ("redis", "httpx"):
+        if error.name != "redis":
             raise
         raise MissingPartError(
-            "a cluster needs clients of Redis and HTTP: pip install 'plinko-server[cluster]'"
+            "a cluster needs the Redis client: pip install 'plinko-server[redis]'"
         ) from None
     return Cluster(server)
 
@@ -376,6 +377,18 @@ def work_out_routes(app: FastAPI) -> None:
             route.matches(nowhere)
 
 
+def _check_temporary() -> None:
+    """Raise SettingError where no file can be made for a while: workers are reached by one."""
+    try:
+        tempfile.gettempdir()
+    except FileNotFoundError:
+        raise SettingError(
+            "no directory for temporary files can be written, and the server's worker processes "
+            "need one: mount a file system at /tmp (`--tmpfs /tmp`), or name a directory in TMPDIR",
+            field="tmpdir",
+        ) from None
+
+
 _SWITCH = 0.0005
 """s for which a worker's thread may keep the interpreter to itself while the loop waits for it.
 Python's own 5 ms are more than a tick may be late; shorter ones would cost the workers more."""
@@ -388,6 +401,7 @@ def run(settings: Settings | None = None) -> None:
     sys.setswitchinterval(_SWITCH)
     accelerator.forbid()  # numba would take 150 MB more
     limits.limit_calls()  # all rooms share one thread
+    _check_temporary()
     app = create_app(settings)
     with listen(settings) as listener:
         ledger: Ledger = app.state.services.ledger

@@ -1,6 +1,7 @@
 """All settings of the server in one table: default, range, environment name, flag, meaning."""
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
@@ -10,6 +11,7 @@ from app.errors import SettingError
 
 ENV_PREFIX = "PLINKO_"
 
+_ROOT_PATH = re.compile(r"(?!/(api|ws)(/|$))(/[\w.~-]+)+")  # none that the server's own begin with
 _SECRET = 32  # characters: 128 bits even of a secret written in hexadecimal
 
 
@@ -45,6 +47,11 @@ class Settings:
     trusted_proxies: tuple[str, ...] = _setting(
         (),
         "comma-separated addresses or networks of proxies whose `X-Forwarded-For` says who asks",
+    )
+    root_path: str = _setting(
+        "",
+        "path below which a proxy shows the site and which it takes off, such as `/plinko`: for "
+        "addresses that the server writes out",
     )
     data: str = _setting(
         "",
@@ -212,6 +219,12 @@ class Settings:
     def __post_init__(self) -> None:
         for entry in fields(self):
             _check(entry, getattr(self, entry.name))
+        if self.root_path and not _ROOT_PATH.fullmatch(self.root_path):
+            raise SettingError(
+                f"root_path={self.root_path!r} is not a path such as /plinko, which begins with a "
+                "slash and ends without one",
+                field="root_path",
+            )
         for name in ("secret", "operator_token"):
             if 0 < len(given := getattr(self, name)) < _SECRET:
                 raise SettingError(

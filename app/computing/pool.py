@@ -2,13 +2,15 @@
 
 import asyncio
 import contextlib
+import os
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass, field
 from typing import Any, Final, TypeVar, cast
 
 from app.computing.packing import packed
 from app.computing.process import Done, WorkerProcess, prepare, start
-from app.errors import BusyError, EndedError
+from app.concurrency.single_flight import SingleFlight
+from app.errors import AppError, BusyError, EndedError
 
 T = TypeVar("T")
 
@@ -50,6 +52,7 @@ class Workers:
         self._idle: list[WorkerProcess] = []
         self._working: list[WorkerProcess] = []
         self._closed = False
+        self._trial = SingleFlight[bool]()
 
     @property
     def jobs(self) -> int:
@@ -70,6 +73,16 @@ class Workers:
         """Begin to load what the processes need."""
         if not self._closed:
             prepare()
+
+    async def compute(self) -> bool:
+        """Whether a process starts and computes something now: tried, once for all who ask."""
+        return await self._trial.do("compute", self._try)
+
+    async def _try(self) -> bool:
+        try:
+            return bool(await self.run(os.getpid, quick=True))
+        except AppError:
+            return False
 
     async def run(
         self, work: Callable[[], T], *, quick: bool = False, deadline: float = DEADLINE

@@ -68,7 +68,7 @@ def opened(address: str) -> Iterator["Cluster"]:
     count = local_workers(address)
     if find_spec("distributed") is None:
         raise ClusterError(
-            "a cluster needs Dask, which is not installed: pip install 'plinko-server[cluster]'",
+            "a cluster needs Dask, which is not installed: pip install 'plinko-server[batches]'",
             field="cluster",
         )
     with ExitStack() as stack:

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import urllib.request
 from collections.abc import Iterator
 from typing import Any
@@ -18,7 +19,7 @@ from websockets.sync.client import connect
 
 from app.errors import SettingError
 from app.listening import listen
-from app.main import create_app, work_out_routes
+from app.main import create_app, run, work_out_routes
 from app.settings import Settings
 from tests.waiting import LIMIT, first_line
 
@@ -79,6 +80,17 @@ def test_a_taken_port_is_named() -> None:
 def test_an_unknown_host_is_named() -> None:
     with pytest.raises(SettingError, match=r"no\.such\.host\.invalid"):
         listen(Settings(host="no.such.host.invalid", port=0))
+
+
+def test_a_server_that_can_make_no_temporary_file_says_so_before_it_listens(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse() -> str:
+        raise FileNotFoundError("No usable temporary directory found")
+
+    monkeypatch.setattr(tempfile, "gettempdir", refuse)
+    with pytest.raises(SettingError, match=r"no directory for temporary files .* TMPDIR"):
+        run(Settings(port=0))
 
 
 @pytest.mark.parametrize("board", ["nope", "nope.json", "."])

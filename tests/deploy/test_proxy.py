@@ -1,8 +1,7 @@
-"""HAProxy accepts its configuration, and sends all that is of one room to one server."""
+"""Each proxy tells the server who asks; HAProxy sends all that is of one room to one server."""
 
 import contextlib
 import os
-import shutil
 import subprocess
 import threading
 from collections import Counter
@@ -14,11 +13,12 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.ports import free_port
-from tests.waiting import until
+from tests.app.conftest import TINY, playing, serving
+from tests.deploy.proxies import DEPLOY, NAME, PROXIES, before, program
+from tests.waiting import LIMIT
 
-CONFIGURATION = Path(__file__).parents[2] / "deploy" / "haproxy.cfg"
-HAPROXY = shutil.which("haproxy", path=f"{os.environ.get('PATH', '')}:/usr/sbin")
+CONFIGURATION = DEPLOY / "haproxy.cfg"
+HAPROXY = program("haproxy")
 SERVERS = 3
 
 needs_haproxy = pytest.mark.skipif(HAPROXY is None, reason="no HAProxy: apt-get install haproxy")
@@ -48,7 +48,8 @@ class Answer(BaseHTTPRequestHandler):
     server: Named
 
     def do_GET(self) -> None:
-        body = f"{self.server.name} {self.headers['X-Forwarded-For']}".encode()
+        told = (self.headers[each] for each in ("X-Forwarded-For", "plinko-hops"))
+        body = " ".join(map(str, (self.server.name, *told))).encode()
         self.send_response(200)
         self.send_header("content-length", str(len(body)))
         self.end_headers()
@@ -67,36 +68,19 @@ def proxy() -> Iterator[tuple[httpx.Client, list[Named]]]:
 
 @contextlib.contextmanager
 def proxying(relays: int = 0) -> Iterator[tuple[httpx.Client, list[Named]]]:
-    assert HAPROXY is not None
     with contextlib.ExitStack() as stack:
         names = {f"PLINKO_{k + 1}": f"plinko{k + 1}" for k in range(SERVERS)}
         names |= {f"PLINKO_RELAY_{k + 1}": f"relay{k + 1}" for k in range(relays)}
         servers = [stack.enter_context(Named(name)) for name in names.values()]
-        port = free_port()
         places = {
             variable: f"127.0.0.1:{server.server_port}"
             for variable, server in zip(names, servers, strict=True)
         }
-        process = subprocess.Popen(
-            [HAPROXY, "-db", "-f", str(CONFIGURATION)],
-            env=os.environ | places | {"PLINKO_BIND": f"127.0.0.1:{port}"},
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+        port = stack.enter_context(before("haproxy", places, DEPLOY))
+        yield (
+            stack.enter_context(httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=60.0)),
+            servers,
         )
-        stack.callback(process.wait)
-        stack.callback(process.terminate)
-        client = stack.enter_context(
-            httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=60.0)
-        )
-
-        def answers() -> bool:
-            assert process.poll() is None
-            with contextlib.suppress(httpx.ConnectError):
-                return client.get("/").status_code == 200
-            return False
-
-        until(answers)
-        yield client, servers
 
 
 def who(client: httpx.Client, path: str, **headers: str) -> str:
@@ -104,6 +88,54 @@ def who(client: httpx.Client, path: str, **headers: str) -> str:
     answer = client.get(path, headers=headers)
     assert answer.status_code == 200, path
     return answer.text.split()[0]
+
+
+@pytest.fixture(params=PROXIES)
+def name(request: pytest.FixtureRequest) -> str:
+    """Of each proxy of which `deploy/` has a configuration."""
+    found: str = request.param
+    if program(found) is None:
+        pytest.skip(f"no {found}: apt-get install {found}")
+    return found
+
+
+@pytest.fixture(scope="module")
+def behind() -> Iterator[str]:
+    """HOST:PORT of a server that stands behind a proxy."""
+    with serving(hosts=(NAME,), trusted_proxies=("127.0.0.1",)) as server:
+        yield server.url.removeprefix("http://")
+
+
+async def test_a_page_plays_over_the_proxy_whatever_its_port(
+    name: str, behind: str, tmp_path: Path
+) -> None:
+    with before(name, {"PLINKO_1": behind}, tmp_path) as port:
+        site = f"http://{NAME}:{port}"
+        here = {"host": f"{NAME}:{port}", "origin": site}
+        address = f"http://127.0.0.1:{port}"
+        async with httpx.AsyncClient(base_url=address, headers=here, timeout=LIMIT) as http:
+            shown = await http.get("/replay.html?board=triangle-8&seed=1")
+            assert f'content="{site}/replay.html?board=triangle-8' in shown.text
+            made = await http.post("/api/v1/rooms", json={"board": TINY})
+            assert made.status_code == 201, made.text
+        room = f"ws://{NAME}:{port}/ws/rooms/{made.json()['id']}"
+        async with playing(room, host="127.0.0.1", port=port, origin=site) as player:
+            await player.send(type="drop", seed=1)
+            await player.until("landed")
+
+
+def test_a_proxy_says_who_asks_and_keeps_to_itself_what_is_not_for_clients(
+    name: str, tmp_path: Path
+) -> None:
+    told = {"x-forwarded-for": "203.0.113.9", "plinko-hops": "3"}
+    with (
+        Named("plinko1") as server,
+        before(name, {"PLINKO_1": f"127.0.0.1:{server.server_port}"}, tmp_path) as port,
+        httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=60.0) as http,
+    ):
+        http.headers = told | {"host": f"{NAME}:{port}"}
+        assert http.get("/").text == "plinko1 127.0.0.1 None"
+        assert http.get("/metrics").status_code == 404
 
 
 @needs_haproxy
@@ -165,16 +197,6 @@ def test_what_is_of_no_room_goes_to_whoever_is_free(
             "plinko2",
             "plinko3",
         }, path
-
-
-@needs_haproxy
-def test_a_client_s_address_is_told_and_cannot_be_made_up(
-    proxy: tuple[httpx.Client, list[Named]],
-) -> None:
-    client, _ = proxy
-    answer = client.get("/", headers={"X-Forwarded-For": "203.0.113.9"})
-    assert answer.text.split()[1] == "127.0.0.1"
-    assert client.get("/metrics").status_code == 404
 
 
 @needs_haproxy

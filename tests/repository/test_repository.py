@@ -114,7 +114,7 @@ def test_a_wheel_carries_the_page_where_the_server_looks_for_it() -> None:
         ".ci/run",
         "tools/make-venv",
         "tools/chromium",
-        "tools/haproxy",
+        "tools/proxies",
         "tools/node",
         "tools/npm-package",
         "tools/postgresql",

@@ -16,17 +16,20 @@ _ID = re.compile(r"[A-Za-z0-9._~-]{1,64}")
 class AnswerHeaders:
     """Adds `X-Request-Id` to every answer, and `RateLimit` where a limit was counted against.
 
-    A client or a proxy may choose the id, so that its log and the server's name one request alike.
+    `Location` of a server below a path (`--root-path`) begins with that path. A client or a proxy
+    may choose the id, so that its log and the server's name one request alike.
     """
 
-    def __init__(self, app: ASGIApp) -> None:
+    def __init__(self, app: ASGIApp, root_path: str = "") -> None:
         self.app = app
+        self._root_path = root_path
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on and add the headers to its answer."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
+        scope["root_path"] = self._root_path
         given = Headers(scope=scope).get(REQUEST_ID, "")
         chosen = given if _ID.fullmatch(given) else secrets.token_hex(16)
         allowances: dict[str, Allowance] = {}
@@ -36,6 +39,8 @@ class AnswerHeaders:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
                 headers[REQUEST_ID] = chosen
+                if headers.get("location", "").startswith("/"):
+                    headers["location"] = self._root_path + headers["location"]
                 if allowances:
                     told = allowances.values()
                     headers["ratelimit-policy"] = ", ".join(each.policy for each in told)

@@ -1,6 +1,7 @@
 """What holds for every request, as plain ASGI: host, origin, body limit, security headers."""
 
 import asyncio
+import logging
 import re
 from collections.abc import Iterable, Mapping
 
@@ -8,6 +9,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.errors import AppError, HeadError, HostError, OriginError, TooLargeError, shorten
+from app.web.edge.addresses import Proxies
 from app.web.edge.hosts import Hosts
 from app.web.problems import problem_response
 
@@ -38,6 +40,10 @@ _SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 # that sends its whole body before it listens gets to see the answer instead of a broken pipe.
 _DISCARD_BYTES = 32 << 20
 _DISCARD_SECONDS = 5.0
+
+_FORWARDERS_NAMED = 8
+
+_log = logging.getLogger("plinko")
 
 
 def check_origin(headers: Mapping[str, str], allowed: Iterable[str]) -> None:
@@ -112,6 +118,36 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, error: AppError) -
     start = {"status": response.status_code, "headers": response.raw_headers}
     await send({"type": "websocket.http.response.start", **start})
     await send({"type": "websocket.http.response.body", "body": response.body})
+
+
+class ForwardedCheck:
+    """Warns of a proxy that is not trusted: all its clients count as one.
+
+    Anybody can send the header, so a few addresses are named, each once.
+    """
+
+    def __init__(self, app: ASGIApp, proxies: Proxies) -> None:
+        self.app = app
+        self._proxies = proxies
+        self._named: set[str] = set()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on."""
+        if scope["type"] != "lifespan" and len(self._named) < _FORWARDERS_NAMED:
+            self._check(scope)
+        await self.app(scope, receive, send)
+
+    def _check(self, scope: Scope) -> None:
+        host = (scope.get("client") or ("",))[0]
+        if host in self._named or host in self._proxies:
+            return
+        if "x-forwarded-for" in Headers(scope=scope):
+            self._named.add(host)
+            _log.warning(
+                "X-Forwarded-For from %s is ignored: if that is a proxy of yours, name it in "
+                "--trusted-proxies; until then all its clients share the limits of one",
+                host,
+            )
 
 
 class SecurityHeaders:

@@ -45,6 +45,8 @@ async def healthz(server: Server) -> Response:
 async def readyz(server: Server) -> Response:
     """200 when the physics is compiled, the ticker runs, work and drops are taken; else 503.
 
+    Ledger and workers are tried: a page's worth is written, and a process computes something.
+
     `rooms` tells how the last server's rooms come back. One that is not back yet, or is set aside,
     keeps nobody from playing in the others, so it makes the server no less ready. Nor does a lease
     store that is away (`cluster.leases`): rooms go on where they are.
@@ -53,7 +55,7 @@ async def readyz(server: Server) -> Response:
         "ledger": await _writable(server),
         "physics": server.warm,
         "ticker": server.ticker_runs,
-        "workers": not server.workers.full,
+        "workers": await server.workers.compute(),
     }
     if server.others is not None:
         checks["cluster"] = server.others.joined

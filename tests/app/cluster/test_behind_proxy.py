@@ -1,8 +1,6 @@
 """HAProxy, as `deploy/` has it, before three servers: clients know one address."""
 
-import os
 import signal
-import subprocess
 from collections.abc import Iterator
 
 import httpx
@@ -10,9 +8,9 @@ import pytest
 
 from tests.app.cluster.servers import Servers
 from tests.app.conftest import playing
-from tests.deploy.test_proxy import CONFIGURATION, HAPROXY, needs_haproxy
-from tests.ports import free_port
-from tests.waiting import LIMIT, until
+from tests.deploy.proxies import DEPLOY, before
+from tests.deploy.test_proxy import needs_haproxy
+from tests.waiting import LIMIT
 
 ROOMS = 6
 
@@ -22,29 +20,9 @@ pytestmark = [needs_haproxy, pytest.mark.postgresql]
 @pytest.fixture
 def proxy(servers: Servers) -> Iterator[str]:
     """HAProxy's address, without the scheme."""
-    assert HAPROXY is not None
-    here = f"127.0.0.1:{free_port()}"
     places = {f"PLINKO_{k + 1}": f"127.0.0.1:{one.port}" for k, one in enumerate(servers)}
-    process = subprocess.Popen(
-        [HAPROXY, "-db", "-f", str(CONFIGURATION)],
-        env=os.environ | places | {"PLINKO_BIND": here},
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        with httpx.Client() as client:
-            until(lambda: _answers(client, f"http://{here}/healthz"))
-        yield here
-    finally:
-        process.terminate()
-        process.wait()
-
-
-def _answers(client: httpx.Client, url: str) -> bool:
-    try:
-        return client.get(url).status_code == 200
-    except httpx.TransportError:
-        return False
+    with before("haproxy", places, DEPLOY) as port:
+        yield f"127.0.0.1:{port}"
 
 
 async def test_who_asks_the_proxy_notices_nothing_of_a_server_that_was_killed(

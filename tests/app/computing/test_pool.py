@@ -227,3 +227,20 @@ async def test_a_worker_that_has_started_after_the_end_is_ended() -> None:
         await asking
     assert worker.ended
     assert worker.asked == []
+
+
+async def test_a_trial_computes_something_once_for_all_who_ask() -> None:
+    pool = Pool(1, 1)
+    asking = [asyncio.create_task(pool.compute()) for _ in range(5)]
+    await turns()
+    (worker,) = pool.made
+    assert len(worker.asked) == 1
+    worker.says(4711)
+    assert await asyncio.gather(*asking) == [True] * 5
+
+
+async def test_a_trial_says_no_where_no_process_starts() -> None:
+    async def fails() -> WorkerProcess:
+        raise EndedError("no process could be started for it")
+
+    assert not await Workers(1, 1, start=fails).compute()

@@ -8,6 +8,8 @@ import httpx
 import pytest
 
 from app.web.page.unfurl import card
+from tests.app.conftest import serving
+from tests.waiting import LIMIT
 
 BASE = "https://plinko.example/"
 
@@ -68,3 +70,16 @@ def test_one_page_may_be_framed_by_other_sites_and_no_other(http: httpx.Client) 
         headers = http.get(path).headers
         assert "frame-ancestors 'none'" in headers["content-security-policy"], path
         assert headers["x-frame-options"] == "DENY"
+
+
+def test_a_site_below_a_path_names_itself_by_that_path() -> None:
+    with (
+        serving(root_path="/games/plinko") as below,
+        httpx.Client(base_url=below.url, timeout=LIMIT) as http,
+    ):
+        about = properties(http.get("/replay.html?board=triangle-8&seed=1").text)
+        assert about["og:url"].startswith(f"{below.url}/games/plinko/replay.html?")
+        assert about["og:image"].startswith(f"{below.url}/games/plinko/api/v1/drops/")
+        made = http.post("/api/v1/rooms", json={"board": "triangle-8"})
+        assert made.headers["location"] == f"/games/plinko/api/v1/rooms/{made.json()['id']}"
+        assert 'href="/games/plinko/' in http.get("/nowhere", headers={"accept": "text/html"}).text

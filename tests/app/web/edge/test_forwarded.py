@@ -1,0 +1,35 @@
+"""A proxy that the server was not told of is named in its log, before players share one limit."""
+
+import logging
+
+import httpx
+import pytest
+
+from tests.app.conftest import serving
+from tests.waiting import LIMIT
+
+WHO = {"x-forwarded-for": "203.0.113.9"}
+
+
+def warnings(caplog: pytest.LogCaptureFixture) -> list[str]:
+    told = [each.getMessage() for each in caplog.records if each.levelno == logging.WARNING]
+    return [each for each in told if "X-Forwarded-For" in each]
+
+
+def asked_twice(**settings: object) -> None:
+    with serving(**settings) as server:
+        for _ in range(2):
+            assert httpx.get(f"{server.url}/healthz", headers=WHO, timeout=LIMIT).is_success
+        assert httpx.get(f"{server.url}/healthz", timeout=LIMIT).is_success
+
+
+def test_a_proxy_that_is_not_trusted_is_named_once(caplog: pytest.LogCaptureFixture) -> None:
+    asked_twice()
+    (told,) = warnings(caplog)
+    assert "from 127.0.0.1 is ignored" in told
+    assert "--trusted-proxies" in told
+
+
+def test_a_trusted_proxy_is_not(caplog: pytest.LogCaptureFixture) -> None:
+    asked_twice(trusted_proxies=("127.0.0.1",))
+    assert warnings(caplog) == []
