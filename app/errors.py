@@ -51,7 +51,9 @@ AppError                  `code` is its stable slug, `field` names the bad value
 Errors of the engine (`engine.errors`) pass through unchanged and are assigned here beside these.
 """
 
+from collections.abc import Awaitable
 from dataclasses import dataclass
+from typing import Any
 
 from engine.errors import (
     BoardError,
@@ -231,7 +233,21 @@ class LedgerError(AppError):
 
 
 class UndecidedError(AppError):
-    """It is not known yet whether what was asked has been done; it is neither refused nor lost."""
+    """It is not known yet whether what was asked has been done; it is neither refused nor lost.
+
+    `outcome`: where somebody may wait on for what comes of it.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        field: str = "",
+        retry_after: float | None = None,
+        outcome: Awaitable[Any] | None = None,
+    ) -> None:
+        super().__init__(message, field=field, retry_after=retry_after)
+        self.outcome = outcome
 
 
 class DamagedRoomError(LedgerError):

@@ -62,7 +62,7 @@ def _end_work(server: Services) -> None:
     """Let those go who wait for what is computed, or for a ball to land."""
     server.workers.close()
     server.readers.close()
-    server.rooms.landings.stop()
+    server.rooms.stop_waiting()
 
 
 def server_over(app: FastAPI, settings: Settings) -> Server:

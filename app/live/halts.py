@@ -6,34 +6,29 @@ A halt is in the ledger before it is answered, and outlives the server.
 import asyncio
 import logging
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 from app.errors import DamagedRoomError, HaltedError, LedgerError
-from app.live.broadcast.broadcaster import Broadcaster
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
 from app.persistence.statements import halt_store
 from app.rooms.records import EVERY_ROOM, Halt, Release
-from app.rooms.room import Room
 
 _log = logging.getLogger("plinko")
 
 
 class Halts:
-    """For the event loop's thread. `rooms` gives those in memory; `now` gives Unix time, in s."""
+    """For the event loop's thread. `tell` has who watches rooms told; `now` is Unix time, in s."""
 
     def __init__(
         self,
         ledger: Ledger | NullLedger,
-        broadcaster: Broadcaster,
-        rooms: Callable[[], Iterable[Room]],
+        tell: Callable[[], None],
         now: Callable[[], float] = time.time,
     ) -> None:
         self._ledger = ledger
-        self._broadcaster = broadcaster
-        self._rooms = rooms
+        self._tell_all = tell
         self._now = now
-        broadcaster.halted = self.holds
         self._since: dict[str, float] = {}
         self._turn = asyncio.Lock()
 
@@ -70,7 +65,7 @@ class Halts:
             found = await self._ledger.read(halt_store.halts)
             if found != self._since:
                 self._since = found
-                self._broadcaster.tell_halts(self._rooms())
+                self._tell_all()
 
     async def halt(self, room_id: str) -> None:
         """Take nothing more in a room; raises LedgerError, and then it goes on."""
@@ -102,4 +97,4 @@ class Halts:
 
     def _tell(self, what: str, room_id: str) -> None:
         _log.warning(what, extra={"room": "all" if room_id == EVERY_ROOM else room_id})
-        self._broadcaster.tell_halts(self._rooms())
+        self._tell_all()

@@ -15,6 +15,7 @@ from typing import Any, Final, Protocol
 
 from app.concurrency.single_flight import SingleFlight
 from app.errors import AppError, HoldLostError, LedgerError, UnknownRoomError
+from app.live.live_room import LiveRoom
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import PublicTables
 from app.live.to_the_end import to_the_end
@@ -43,10 +44,10 @@ _log = logging.getLogger("plinko")
 class Memory(Protocol):
     """What is done with rooms in memory, by `Rooms`."""
 
-    def add(self, room: Room) -> Room:
+    def add(self, room: Room) -> LiveRoom:
         """Take a room into memory."""
 
-    def drop_from_memory(self, room: Room, error: HoldLostError) -> None:
+    def drop_from_memory(self, live: LiveRoom, error: HoldLostError) -> None:
         """Have a room no more: it ticks no more, and all who wait for something get `error`."""
 
     def send_away(self, room_id: str, error: HoldLostError) -> None:
@@ -88,7 +89,7 @@ class Holding:
         self._public = public
         self._memory = memory
         self._make = make
-        self._coming: dict[str, asyncio.Task[Room | None]] = {}
+        self._coming: dict[str, asyncio.Task[LiveRoom | None]] = {}
         self._leaving: dict[str, asyncio.Future[None]] = {}
         self._looks = SingleFlight[tuple[bool, int | None]]()  # for rooms that are not here
         self._confirming = SingleFlight[None]()  # that rooms are here still
@@ -157,15 +158,15 @@ class Holding:
         """What there is to say of a public room that is not in memory."""
         return HoldLostError(f"room {room_id!r} is not at this server", field="room")
 
-    async def take_over(self, room_id: str, after: int | None = None) -> Room | None:
+    async def take_over(self, room_id: str, after: int | None = None) -> LiveRoom | None:
         """Have a room here from now on, whoever had it; None where there is no such room.
 
         `after` as for `Holds.take`. Raises HoldLostError, LedgerError, DamagedRoomError, and
         RebuildingError when it takes too long to wait.
         """
-        room = self._rooms.in_memory.get(room_id)
-        if room is not None:
-            return room
+        live = self._rooms.in_memory.get(room_id)
+        if live is not None:
+            return live
         if room_id not in self._coming:
             self._begin(room_id, self._bring(room_id, after))
         try:
@@ -174,12 +175,12 @@ class Holding:
         except TimeoutError:
             raise rebuilding(room_id) from None
 
-    def _begin(self, room_id: str, work: Coroutine[Any, Any, Room | None]) -> None:
+    def _begin(self, room_id: str, work: Coroutine[Any, Any, LiveRoom | None]) -> None:
         """Do something with a room that is not in memory; whoever asks for it waits meanwhile."""
         task = self._coming[room_id] = asyncio.create_task(work, name=room_id)
         task.add_done_callback(functools.partial(self._came, room_id))
 
-    async def _bring(self, room_id: str, after: int | None) -> Room | None:
+    async def _bring(self, room_id: str, after: int | None) -> LiveRoom | None:
         await self.holds.take(room_id, after)
         try:
             async with self._places:
@@ -192,8 +193,7 @@ class Holding:
         if room is None:
             self.let_go(room_id)
             return None
-        self._memory.add(room)
-        return room
+        return self._memory.add(room)
 
     async def _load(self, room_id: str) -> Room | None:
         ground = self._public.ground(room_id)
@@ -202,7 +202,7 @@ class Holding:
             room = await self._make(room_id, *self._public.find(room_id))
         return room
 
-    def _came(self, room_id: str, task: "asyncio.Task[Room | None]") -> None:
+    def _came(self, room_id: str, task: "asyncio.Task[LiveRoom | None]") -> None:
         del self._coming[room_id]
         if not task.cancelled() and task.exception() is not None:
             _log.info("room stays away: %s", task.exception(), extra={"room": room_id})
@@ -286,7 +286,10 @@ class Holding:
     def check(self, room_id: str) -> None:
         """Raise HoldLostError for a room that takes nothing more here."""
         if room_id in self._leaving:
-            raise HoldLostError(f"room {room_id!r} is going to another server", field="room")
+            raise self._going(room_id)
+
+    def _going(self, room_id: str) -> HoldLostError:
+        return HoldLostError(f"room {room_id!r} is going to another server", field="room")
 
     def is_leaving(self, room_id: str) -> bool:
         """Whether a room is on its way to another server."""
@@ -325,13 +328,16 @@ class Holding:
         away = HoldLostError(f"room {room_id!r} goes on at another server", field="room")
         gone = self._leaving[room_id] = asyncio.get_running_loop().create_future()
         try:
-            await self._settle(room_id)
-            room = self._rooms.in_memory.get(room_id)
-            if room is None:
+            live = self._rooms.in_memory.get(room_id)
+            if live is None:
                 return
-            self._persistence.leave([room] if room.awake else [])
+            with live.taking_nothing(self._going(room_id)):
+                await self._settle(live)
+            if live.gone is not None:
+                return
+            self._persistence.leave([live.room] if live.room.awake else [])
             hold = self.holds.drop(room_id)
-            self._memory.drop_from_memory(room, away)
+            self._memory.drop_from_memory(live, away)
             if hold is not None:
                 await self.holds.release(hold)
             await receive()
@@ -342,14 +348,11 @@ class Holding:
             self._tell_gone(room_id)
             gone.set_result(None)
 
-    async def _settle(self, room_id: str) -> None:
+    async def _settle(self, live: LiveRoom) -> None:
         """Wait until what was taken has entered; what has not is in the ledger all the same."""
         clock = asyncio.get_running_loop().time
         end = clock() + _SETTLING
-        while clock() < end:
-            room = self._rooms.in_memory.get(room_id)
-            if room is None or not room.planned:
-                return
+        while clock() < end and live.gone is None and live.room.planned:
             await asyncio.sleep(_LOOK)
 
     def let_go(self, room_id: str) -> None:
@@ -370,11 +373,11 @@ class Holding:
     def put_away(self, room_id: str) -> None:
         """A room is another server's: nothing more is told of it, nor written."""
         self.holds.drop(room_id)
-        room = self._rooms.in_memory.get(room_id)
-        if room is not None:
+        live = self._rooms.in_memory.get(room_id)
+        if live is not None:
             away = HoldLostError(f"room {room_id!r} is at another server now", field="room")
             self._memory.send_away(room_id, away)
-            self._memory.drop_from_memory(room, away)
+            self._memory.drop_from_memory(live, away)
         self._tell_gone(room_id)
 
     def _lose(self, room_id: str) -> None:

@@ -9,10 +9,11 @@ import logging
 from collections import OrderedDict
 from collections.abc import Callable
 
-from app.errors import RoomLimitError
+from app.errors import ClosedRoomError, RoomLimitError
+from app.live.live_room import LiveRoom
+from app.live.public_tables import MAIN
 from app.persistence.service import PersistenceService
 from app.rooms.records import Parked, RoomRow
-from app.rooms.room import Room
 from app.settings import Settings
 
 _IN_MEMORY = 256  # rooms; beyond that, those that nobody needs now are parked
@@ -21,22 +22,10 @@ _log = logging.getLogger("plinko")
 
 
 class OpenRooms:
-    """Rooms by id, the longest unused first.
+    """Rooms by id, the longest unused first."""
 
-    `runs` says whether a room ticks, `needed` whether somebody needs one that does not now;
-    `forget` hears of one that leaves the memory.
-    """
-
-    def __init__(
-        self,
-        settings: Settings,
-        persistence: PersistenceService,
-        *,
-        runs: Callable[[Room], bool],
-        needed: Callable[[Room], bool],
-        forget: Callable[[str], None],
-    ) -> None:
-        self.in_memory: OrderedDict[str, Room] = OrderedDict()
+    def __init__(self, settings: Settings, persistence: PersistenceService) -> None:
+        self.in_memory: OrderedDict[str, LiveRoom] = OrderedDict()
         self.parked: OrderedDict[str, Parked] = OrderedDict()  # those with owners
         self.parked_public: dict[str, RoomRow] = {}
         # Where several servers share the ledger nothing is parked: whoever leaves the memory is
@@ -47,28 +36,25 @@ class OpenRooms:
         self._idle_seconds = settings.room_idle
         self._rest_seconds = settings.room_rest
         self._persistence = persistence
-        self._runs = runs
-        self._needed = needed
-        self._forget = forget
 
     def __contains__(self, room_id: str) -> bool:
         """Whether there is a room of this id, in memory or parked."""
         return room_id in self.in_memory or room_id in self.parked
 
-    def get(self, room_id: str) -> Room | None:
+    def get(self, room_id: str) -> LiveRoom | None:
         """The room of this id if it is in memory; it counts as used."""
-        room = self.in_memory.get(room_id)
-        if room is not None:
+        live = self.in_memory.get(room_id)
+        if live is not None:
             self.in_memory.move_to_end(room_id)
-            self._persistence.touch(room)
-        return room
+            self._persistence.touch(live.room)
+        return live
 
-    def add(self, room: Room) -> None:
+    def add(self, live: LiveRoom) -> None:
         """Take a room into memory; park another if that makes too many."""
-        self.in_memory[room.id] = room
-        self._persistence.touch(room)
+        self.in_memory[live.id] = live
+        self._persistence.touch(live.room)
         if self._persistence.ledger.keeps and len(self.in_memory) > _IN_MEMORY:
-            unneeded = self._unneeded(lambda other: other is not room)
+            unneeded = self._unneeded(lambda other: other is not live)
             if unneeded is not None:
                 self._park(unneeded)
 
@@ -84,10 +70,10 @@ class OpenRooms:
         if self.parked and next(iter(self.parked.values())).used < before:
             self._end(self.parked.popitem(last=False)[1], "room for another")
             return
-        room = self._unneeded(functools.partial(self._idle, before))
-        if room is None:
+        live = self._unneeded(functools.partial(self._idle, before))
+        if live is None:
             raise RoomLimitError(f"all {self._max_rooms} rooms are in use")
-        self._retire(room, "room for another")
+        self._retire(live, "room for another")
 
     @property
     def free(self) -> int:
@@ -97,39 +83,36 @@ class OpenRooms:
     @property
     def owned(self) -> int:
         """How many rooms in memory are players' own."""
-        return sum(map(self._owned, self.in_memory.values()))
+        return sum(live.owned for live in self.in_memory.values())
 
     def close_idle(self) -> None:
         """Close the rooms with owners that nobody has used for too long."""
         before = self._persistence.now() - self._idle_seconds
         while self.parked and next(iter(self.parked.values())).used < before:
             self._end(self.parked.popitem(last=False)[1], "unused")
-        while (room := self._unneeded(functools.partial(self._idle, before))) is not None:
-            self._retire(room, "unused")
+        while (live := self._unneeded(functools.partial(self._idle, before))) is not None:
+            self._retire(live, "unused")
 
-    def _idle(self, before: float, room: Room) -> bool:
-        record = self._persistence.runs.of(room)
+    def _idle(self, before: float, live: LiveRoom) -> bool:
+        record = self._persistence.runs.of(live.room)
         return record.owned and record.used < before
 
-    def _owned(self, room: Room) -> bool:
-        return self._persistence.runs.of(room).owned
-
-    def _unneeded(self, also: Callable[[Room], bool]) -> Room | None:
+    def _unneeded(self, also: Callable[[LiveRoom], bool]) -> LiveRoom | None:
         """The longest unused room that can be had again without loss, of those that fit."""
-        for room in self.in_memory.values():
+        for live in self.in_memory.values():
             # Every request asks this, of all rooms: what tells most of them apart comes first.
-            if also(room) and self._persistence.parkable(room) and not self._is_used(room):
-                return room
+            if also(live) and self._persistence.parkable(live.room) and not self._is_used(live):
+                return live
         return None
 
-    def _is_used(self, room: Room) -> bool:
-        return self._runs(room) or bool(room.planned) or self._needed(room)
+    def _is_used(self, live: LiveRoom) -> bool:
+        return live.ticks or bool(live.room.planned) or live.id == MAIN or live.watched
 
-    def _park(self, room: Room, closing: str = "") -> None:
+    def _park(self, live: LiveRoom, closing: str = "") -> None:
         """Let the ledger have a sleeping room; one with an owner is closed where there is a why."""
+        room, owned = live.room, live.owned
         del self.in_memory[room.id]
-        self._forget(room.id)
-        owned = self._owned(room)
+        live.leave(ClosedRoomError(f"room {room.id!r} was put away, as nobody used it"))
         row = self._persistence.park(room)
         if row is not None and owned:
             parked = Parked.of(row, room.origin.name)
@@ -142,9 +125,9 @@ class OpenRooms:
         if self.left is not None:
             self.left(room.id)
 
-    def _retire(self, room: Room, why: str) -> None:
+    def _retire(self, live: LiveRoom, why: str) -> None:
         """Close a room with an owner; park one without, as it opens again when asked for."""
-        self._park(room, why)
+        self._park(live, why)
 
     def _end(self, room: Parked, why: str) -> None:
         self._persistence.close(room)

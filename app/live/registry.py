@@ -2,12 +2,11 @@
 
 import asyncio
 import contextlib
-import functools
 import logging
 import secrets
 import time
 from collections import OrderedDict
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import Callable, Sequence
 
 from app.errors import (
     AppError,
@@ -19,15 +18,15 @@ from app.errors import (
     ResetError,
     UndecidedError,
 )
-from app.live.broadcast.broadcaster import Broadcaster
+from app.live.broadcast.audience import Means
 from app.live.broadcast.hub import Client, Hub
+from app.live.broadcast.presence import Presence
 from app.live.halts import Halts
 from app.live.holding import Holding
-from app.live.inputs import Inputs
+from app.live.live_room import Around, LiveRoom
 from app.live.open_rooms import OpenRooms
 from app.live.public_tables import MAIN, PublicTables
-from app.live.ticking.landings import Landings
-from app.live.ticking.runner import Runner
+from app.live.ticking.runner import Runner, Running
 from app.live.ticking.ticker import Watcher
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.recovery.rebuild_queue import RebuildQueue, Turn, rebuilding
@@ -37,7 +36,6 @@ from app.rooms.boards import Boards
 from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room
 from app.rooms.records import Parked
 from app.rooms.room import Ground, Room
-from app.rooms.settling import Settled, settle
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.story import Retold
 from app.settings import Settings
@@ -76,34 +74,19 @@ class Rooms:
     ) -> None:
         self.settings = settings
         self.hub = hub
-        self._filmed = filmed
+        self.draw = draw
         self.limits = BallLimits(settings.max_balls, settings.max_touching)
         self.persistence = persistence or PersistenceService(
             NullLedger(), tick_rate=settings.tick_rate, limits=self.limits
         )
-        self.broadcaster = Broadcaster(hub, settings, clock)
-        self.halts = Halts(self.persistence.ledger, self.broadcaster, self.all)
-        self.landings = Landings()
+        self.halts = Halts(self.persistence.ledger, self._tell_halts)
         self.runner = Runner(
-            settings,
-            hub,
-            self.broadcaster,
-            self.persistence,
-            self.landings,
-            clock=clock,
-            watchers=watchers,
-            failed=self._close,
-            renewed=self._renew,
-            watched=self._is_watched,
+            settings, self.persistence, clock=clock, watchers=watchers, failed=self._close
         )
         self.ticker = self.runner.ticker
-        self._open = OpenRooms(
-            settings,
-            self.persistence,
-            runs=self.runner.runs,
-            needed=self._needed,
-            forget=self.broadcaster.forget,
-        )
+        audiences = Means.of(hub, settings, clock, self.halts.holds, Presence(clock))
+        self._around = Around(audiences, self.persistence, self.halts, self.runner, new_id, filmed)
+        self._open = OpenRooms(settings, self.persistence)
         self.rebuilding = RebuildQueue(self._rebuild)
         self.public = PublicTables(boards, main_board, self.scene)
         holds = self.persistence.holds
@@ -112,25 +95,15 @@ class Rooms:
             self.holding = Holding(
                 settings, holds, self.persistence, self._open, self.public, self, self._new_aside
             )
-        inputs = Inputs(
-            self.persistence,
-            self.runner,
-            self.halts,
-            self._open.in_memory,
-            check_here=self._check_here,
-            draw=draw,
-        )
-        self.drop, self.change, self.asked_before = inputs.drop, inputs.change, inputs.asked_before
         self._new_id = new_id
         self._loading = asyncio.Lock()
         self._making: set[str | None] = set()  # keys of requests for rooms that are being opened
-        self._ended: set[str] = set()  # rooms that are being closed or begun anew
         if not self.persistence.ledger.keeps:
             self.find(MAIN)
 
     # Finding.
 
-    def all(self) -> list[Room]:
+    def all(self) -> list[LiveRoom]:
         """Every open room in memory, the longest unused first."""
         self._open.close_idle()
         return list(self._open.in_memory.values())
@@ -149,14 +122,14 @@ class Rooms:
         """How many more rooms players may open before one must make way."""
         return self._open.free
 
-    def find(self, room_id: str) -> Room:
+    def find(self, room_id: str) -> LiveRoom:
         """The room of this id; a preset's name opens its public table. Raises UnknownRoomError.
 
         RebuildingError for one that is on its way back, DamagedRoomError for one set aside.
         """
-        room = self._open.get(room_id)
-        if room is not None:
-            return room
+        live = self._open.get(room_id)
+        if live is not None:
+            return live
         self.persistence.recovery.check(room_id)
         if room_id in self.rebuilding:
             raise rebuilding(room_id)
@@ -166,16 +139,15 @@ class Rooms:
         if self.holding is not None:
             raise self.holding.away(room_id)
         row = self._open.parked_public.pop(room_id, None)
-        if row is not None:
-            room = self.persistence.recovery.restore(row, ground)
-        return self.add(room or self._new(room_id, ground, mode))
+        back = None if row is None else self.persistence.recovery.restore(row, ground)
+        return self.add(back or self._new(room_id, ground, mode))
 
     def scene(self, values: object) -> Scene:
         """The scene of a JSON object; raises InvalidValueError, SeedError."""
         most = self.settings.max_touching
         return Scene.of(values, tick_rate=self.settings.tick_rate, max_balls=most)
 
-    async def seek(self, room_id: str) -> Room:
+    async def seek(self, room_id: str) -> LiveRoom:
         """`find`, in the ledger too. Raises UnknownRoomError, or LedgerError where it cannot tell.
 
         RoomLimitError when all rooms in memory are in use, DamagedRoomError for one set aside,
@@ -208,16 +180,6 @@ class Rooms:
         room = await self.persistence.recovery.load(room_id, ground_now=ground, turn=turn)
         if room is not None:
             self.add(room)
-
-    def owned(self, room: Room) -> bool:
-        """Whether the room has a creator, who alone may change it."""
-        return self.persistence.runs.of(room).owned
-
-    def _needed(self, room: Room) -> bool:
-        return room.id == MAIN or self._is_watched(room.id)
-
-    def _is_watched(self, room_id: str) -> bool:
-        return self.hub.count(room_id) > 0 or self._filmed(room_id)
 
     # Opening and closing.
 
@@ -256,7 +218,7 @@ class Rooms:
         """
         return None if self.holding is None else await self.holding.made_by(creator)
 
-    async def begun_by(self, key: str) -> Room | None:
+    async def begun_by(self, key: str) -> LiveRoom | None:
         """The room that the request with this key has opened, if it is open still.
 
         Raises LedgerError, and UndecidedError while it is being opened.
@@ -265,8 +227,9 @@ class Rooms:
             raise UndecidedError("the room is being opened", retry_after=1.0)
         if not self.persistence.ledger.keeps:
             return None
-        read = functools.partial(store.begun_by, key=key)
-        room_id = await self.persistence.ledger.read(read)
+        room_id = await self.persistence.ledger.read(
+            lambda connection: store.begun_by(connection, key=key)
+        )
         return None if room_id is None else await self.seek(room_id)
 
     async def create(
@@ -275,7 +238,7 @@ class Rooms:
         mode: str = INDEPENDENT,
         creator: str | None = None,
         key: str | None = None,
-    ) -> Room:
+    ) -> LiveRoom:
         """Open a room of its own over a board or a scene, with a mark of who made it, and a key.
 
         Raises RoomLimitError when all rooms are in use, LedgerError when it cannot be kept.
@@ -284,24 +247,26 @@ class Rooms:
 
     async def create_retold(
         self, retold: Retold, creator: str | None = None, key: str | None = None
-    ) -> Room:
+    ) -> LiveRoom:
         """Open a room of its own where a story ends; raises what `create` raises."""
         work = self._create(retold.scene, SCENE, creator, key, retold)
         return await self.persistence.ledger.decided(work)
 
-    async def delete(self, room: Room) -> None:
+    async def delete(self, live: LiveRoom) -> None:
         """Close a room for good, with whatever falls in it; raises LedgerError, nothing done."""
-        await self.persistence.ledger.decided(self._delete(room))
+        await self.persistence.ledger.decided(self._delete(live))
 
-    async def reset(self, room: Room, board: Board | None = None, key: str | None = None) -> Room:
+    async def reset(
+        self, live: LiveRoom, board: Board | None = None, key: str | None = None
+    ) -> None:
         """Begin a room anew, on another board if one is given; everyone there starts over.
 
         Raises LedgerError, InvalidValueError where no board can be, and ClosedRoomError where it
         was closed meanwhile; nothing is done then. Nor is it where it was begun with this `key`.
         """
-        if key is not None and self.persistence.runs.of(room).key == key:
-            return room
-        return await self.persistence.ledger.decided(self._reset(room, board, key))
+        if key is not None and self.persistence.runs.of(live.room).key == key:
+            return
+        await self.persistence.ledger.decided(self._reset(live, board, key))
 
     async def _create(
         self,
@@ -310,7 +275,7 @@ class Rooms:
         creator: str | None,
         key: str | None,
         retold: Retold | None = None,
-    ) -> Room:
+    ) -> LiveRoom:
         if self.holding is not None:
             await self.holding.make_place()
         self._open.make_place()
@@ -328,118 +293,58 @@ class Rooms:
             self._making.discard(key)
         return self.add(room)
 
-    async def _delete(self, room: Room) -> None:
-        async with self._ending(room) as settled:
-            await self.persistence.end(room, settled)
-        if self._open.in_memory.get(room.id) is not room:
+    async def _delete(self, live: LiveRoom) -> None:
+        async with live.ending() as settled:
+            await self.persistence.end(live.room, settled)
+        if live.gone is not None:
             return
-        self._tell_settled(room, settled)
-        del self._open.in_memory[room.id]
-        error = ClosedRoomError(f"room {room.id!r} was closed by its creator")
-        self._leave_behind(room, error)
-        self.broadcaster.forget(room.id)
-        self.hub.close(room.id, error)
+        live.tell_settled(settled)
+        error = ClosedRoomError(f"room {live.id!r} was closed by its creator")
+        self._forget(live, error)
+        self.hub.close(live.id, error)
         if self.holding is not None:
-            self.holding.let_go(room.id)
-        _log.info("room closed", extra={"room": room.id, "why": "its creator"})
+            self.holding.let_go(live.id)
+        _log.info("room closed", extra={"room": live.id, "why": "its creator"})
 
-    async def _reset(self, room: Room, board: Board | None, key: str | None) -> Room:
-        new = await self._new_aside(room.id, room.ground_after_reset(board), room.mode)
-        async with self._ending(room) as settled:
-            await self.persistence.replace(room, new, settled, key)
-        if self._open.in_memory.get(room.id) is not room:
-            raise HoldLostError(f"room {room.id!r} went to another server meanwhile", field="room")
-        self._tell_settled(room, settled)
-        self._leave_behind(room, ResetError(f"room {room.id!r} was reset by its creator"))
-        self._open.in_memory[room.id] = new
-        self._begin(new)
-        self.broadcaster.greet_all(new)
-        return new
+    async def _reset(self, live: LiveRoom, board: Board | None, key: str | None) -> None:
+        old = live.room
+        new = await self._new_aside(live.id, old.ground_after_reset(board), old.mode)
+        async with live.ending() as settled:
+            await self.persistence.replace(old, new, settled, key)
+        if live.gone is not None:
+            raise HoldLostError(f"room {live.id!r} went to another server meanwhile", field="room")
+        live.tell_settled(settled)
+        live.begin_anew(new, ResetError(f"room {live.id!r} was reset by its creator"))
 
-    @contextlib.asynccontextmanager
-    async def _ending(self, room: Room) -> AsyncIterator[Settled | None]:
-        """Take nothing more into a room, and find out how what falls in it ends.
-
-        None where no ball has an end of its own. Raises LedgerError while what was taken cannot be
-        written, and then the room goes on; ClosedRoomError where it has ended meanwhile.
-        """
-        if room.id in self._ended:
-            raise UndecidedError(
-                f"room {room.id!r} is being closed or begun anew", field="room", retry_after=1.0
-            )
-        self._check_here(room)
-        self._ended.add(room.id)
-        try:
-            settled = None
-            if room.format.has_results:
-                await self.persistence.ledger.commit()  # what was taken before is decided then
-                saved, planned = room.checkpoint(), list(room.planned)
-                settled = await asyncio.to_thread(settle, room, saved, planned)
-            if self._open.in_memory.get(room.id) is not room:
-                raise ClosedRoomError(f"room {room.id!r} was closed or begun anew meanwhile")
-            yield settled
-        finally:
-            self._ended.discard(room.id)
-
-    def _tell_settled(self, room: Room, settled: Settled | None) -> None:
-        """Tell everyone how the balls end that were in flight when the room did."""
-        if settled is None:
-            return
-        for entered in settled.entered:
-            if entered.pending in room.planned:
-                self.runner.tell(room, entered, room.seq + 1)
-                room.seq += len(entered.events)
-        flying = {ball.ball for ball in room.balls} | {each.number for each in room.planned}
-        landed = [event for event in settled.landed if event.ball in flying]
-        room.planned.clear()
-        room.seq += len(landed)
-        self.runner.pass_on(room, list(landed), kept=True)
-
-    def _renew(self, room: Room) -> None:
-        """A room has begun anew: its events have another life, and everyone there starts over."""
-        self.broadcaster.begin(room, self._new_id())
-        self.broadcaster.greet_all(room)
-
-    def _close(self, room: Room, why: Exception) -> None:
+    def _close(self, failed: Running, why: Exception) -> None:
         """A room failed: what was in flight gets its stake back, and everyone is told."""
+        live = self._open.in_memory[failed.id]
         reason = f": {why}" if isinstance(why, EffortError) else ""
-        error = AppError(f"room {room.id!r} failed and was closed{reason}")
-        self._open.in_memory.pop(room.id, None)
-        self.broadcaster.broadcast(room, list(room.give_up(_FAILED)), with_snapshot=False)
-        self.broadcaster.forget(room.id)
-        self.persistence.abandon(room, _FAILED)
-        self._leave_behind(room, error)
-        self.hub.close(room.id, error)
+        error = AppError(f"room {live.id!r} failed and was closed{reason}")
+        live.give_up(_FAILED)
+        self._forget(live, error)
+        self.persistence.abandon(live.room, _FAILED)
+        self.hub.close(live.id, error)
         if self.holding is not None:
-            self.holding.let_go(room.id)
+            self.holding.let_go(live.id)
 
-    def drop_from_memory(self, room: Room, error: HoldLostError) -> None:
+    def drop_from_memory(self, live: LiveRoom, error: HoldLostError) -> None:
         """Have a room no more that is another server's."""
-        del self._open.in_memory[room.id]
-        self.landings.leave(room.id)
-        self._leave_behind(room, error)
-        self.broadcaster.forget(room.id)
-        self.persistence.runs.forget(room)
+        live.landings.leave()
+        self._forget(live, error)
+        self.persistence.runs.forget(live.room)
 
-    def _check_here(self, room: Room) -> None:
-        """Raise HoldLostError, ResetError for a room that is about to go or to end."""
-        if room.id in self._ended:
-            raise ResetError(
-                f"room {room.id!r} is being closed or begun anew", field="room", retry_after=1.0
-            )
-        if self.holding is not None:
-            self.holding.check(room.id)
+    def _forget(self, live: LiveRoom, error: AppError) -> None:
+        del self._open.in_memory[live.id]
+        live.leave(error)
 
     def send_away(self, room_id: str, error: HoldLostError) -> None:
         """Have all who watch a room look for it elsewhere; nothing more is told them before."""
         self.hub.cut(room_id, error)
 
-    def _leave_behind(self, room: Room, error: AppError) -> None:
-        """Tell all who wait for something in this room that it will not come."""
-        self.runner.drop_out(room)
-        self.landings.end(room, error)
-        for pending in room.planned:
-            pending.requester.refused(error)
+    def _tell_halts(self) -> None:
+        for live in self.all():
+            live.audience.tell_halt()
 
     def _new(self, room_id: str, ground: Ground, mode: str) -> Room:
         rate = self.settings.tick_rate
@@ -449,30 +354,26 @@ class Rooms:
         """`_new` on another thread: five hundred balls, or a large board, take some 5 ms."""
         return await asyncio.to_thread(self._new, room_id, ground, mode)
 
-    def add(self, room: Room) -> Room:
+    def add(self, room: Room) -> LiveRoom:
         """Take a room into memory, and let it tick where something moves."""
-        self._begin(room)
-        self._open.add(room)
+        live = LiveRoom(room, self._around)
+        self._open.add(live)
         _log.info("room opened", extra={"room": room.id, "board": room.origin.digest})
-        return room
-
-    def _begin(self, room: Room) -> None:
-        room.owned = self.owned(room)
-        self.broadcaster.begin(room, self._new_id())
-        self.runner.wake(room)
+        return live
 
     # Those who watch.
 
-    def enter(self, room: Room, client: Client) -> None:
+    def enter(self, live: LiveRoom, client: Client) -> None:
         """Let a client watch: the full state first, then all that happens. Raises RoomFullError."""
-        self.broadcaster.release(room.id)
-        self.hub.join(room.id, client)
-        self.broadcaster.greet(room, client)
-        self.runner.wake(room)
+        live.audience.enter(client)
+        live.wake()
 
-    def exit(self, room_id: str, client: Client) -> None:
+    def exit(self, live: LiveRoom, client: Client) -> None:
         """A client watches no more."""
-        self.hub.leave(room_id, client)
-        self.broadcaster.unwatch(room_id, client.id)
-        self.broadcaster.presence.leave(room_id, client.id)
-        self._open.get(room_id)  # it was used until now
+        live.audience.leave(client)
+        self._open.get(live.id)  # it was used until now
+
+    def stop_waiting(self) -> None:
+        """The server stops: who waits for a ball to land is told that it takes too long."""
+        for live in self._open.in_memory.values():
+            live.landings.leave()

@@ -4,15 +4,15 @@ How far a room may tick is written down ahead, half a second at a time. A room t
 on from there, so it never shows a tick, nor takes a drop for one, that was shown before the crash.
 """
 
+import asyncio
 import functools
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Sequence
 from typing import Any, Final
 
 from app.errors import LedgerError
 from app.persistence.holds import Holds
-from app.persistence.ledger.commit_queue import Done
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.ledger.writer import Ledger
 from app.persistence.recovery.recovery import Recovery
@@ -163,48 +163,34 @@ class PersistenceService:
     # What happens in rooms.
 
     def submit(
-        self, room: Room, pending: PendingInput[Any], done: Done, leaf: LogLeaf | None = None
-    ) -> None:
-        """Have a planned input written down; `done` hears when it is. Raises LedgerError.
+        self, room: Room, pending: PendingInput[Any], leaf: LogLeaf | None = None
+    ) -> Coroutine[Any, Any, None]:
+        """Have a planned input written down; what this returns ends when it is. Raises LedgerError.
 
-        `leaf`: the receipt that goes into the log with it.
+        So may what it returns: then all that the room has planned and that is not durable is
+        refused, the latest first. `leaf`: the receipt that goes into the log with the input.
         """
         record = self.runs.of(room)
         now = self.now()
         tick = record.marked = max(record.marked, pending.tick + self._ahead)
         rows = [] if record.known else self.runs.rows(room, record)
-        self.ledger.submit(
-            [
-                *rows,
-                Mark(record.number, tick, True, now),
-                room.format.row(record.number, pending),
-                *([] if leaf is None else [leaf]),
-            ],
-            functools.partial(self._submitted, room, record.number, tick, bool(rows), done),
+        kept = self.ledger.submit(
+            *rows,
+            Mark(record.number, tick, True, now),
+            room.format.row(record.number, pending),
+            *([] if leaf is None else [leaf]),
             line=record.number,
         )
         record.known = True
         record.clean = False
         record.used = now
         record.version += 1
+        return _noted(record, kept, tick, first=bool(rows))
 
-    def _submitted(
-        self,
-        room: Room,
-        number: int,
-        tick: int,
-        first: bool,
-        done: Done,
-        error: LedgerError | None,
-    ) -> None:
-        record = self.runs.find(room, number)
-        if record is not None:
-            if error is None:
-                record.horizon = max(record.horizon, tick)
-            elif first:
-                record.known = False  # the next drop brings its row
-        done(error)
-        if error is not None and record is not None and not room.awake:
+    def taken_back(self, room: Room, number: int) -> None:
+        """The room has taken back all that the ledger has refused of its session `number`."""
+        self.ledger.mend(number)
+        if self.runs.find(room, number) is not None and not room.awake:
             self.slept(room)  # what was refused may have told the ledger that it is awake
 
     def may_step(self, room: Room) -> bool:
@@ -260,3 +246,14 @@ class PersistenceService:
         record.underway -= 1
         if error is None and record.version == version:
             record.horizon = max(record.horizon, tick)
+
+
+async def _noted(record: RoomRun, kept: "asyncio.Future[None]", tick: int, *, first: bool) -> None:
+    """Wait until an input is kept, and note how far its room may then tick; raises LedgerError."""
+    try:
+        await kept
+    except LedgerError:
+        if first:
+            record.known = False  # the next drop brings its row
+        raise
+    record.horizon = max(record.horizon, tick)

@@ -15,12 +15,12 @@ from typing import Final
 
 from app.errors import AppError, HoldLostError, MalformedError
 from app.live.broadcast.hub import Client, Mailbox
+from app.live.live_room import LiveRoom
 from app.live.registry import Rooms
 from app.protocol.messages import SEEDS
 from app.protocol.wire import WireMessage
 from app.relay.bus import Bus, Carried
 from app.relay.letter import END, WISHES, Letter, channel_of, kind_of, payload_of, wish, wished
-from app.rooms.room import Room
 
 KEPT: Final = 3.0
 """s for which a feed goes on after the last wish; relays wish once a second."""
@@ -64,8 +64,8 @@ class Feed:
         self._number += 1
         tick, tick_time = 0, 0.0
         with contextlib.suppress(AppError):  # a room that was closed has no time
-            room = self._rooms.find(self._room_id)
-            tick, tick_time = room.world.tick, room.tick_time
+            live = self._rooms.find(self._room_id)
+            tick, tick_time = live.room.world.tick, live.tick_time
         letter = Letter(kind, self._name, self._number, tick, tick_time, self._clock(), payload)
         self._bus.publish(self._channel, letter.encode())
 
@@ -147,9 +147,9 @@ class Feeds:
     async def _run(self, room_id: str, feed: Feed) -> None:
         """Feed a room until nobody wishes for it, or it ends."""
         try:
-            room = await self._rooms.seek(room_id)
-            if room.stream_of(SEEDS) == SEEDS:
-                await self._watch(room, feed)
+            live = await self._rooms.seek(room_id)
+            if live.room.stream_of(SEEDS) == SEEDS:
+                await self._watch(live, feed)
             else:
                 feed.end()
         except HoldLostError:
@@ -160,10 +160,10 @@ class Feeds:
         finally:
             del self._feeds[room_id]
 
-    async def _watch(self, room: Room, feed: Feed) -> None:
+    async def _watch(self, live: LiveRoom, feed: Feed) -> None:
         # Nothing ever waits for the bus, so its mailbox is never used.
         client = Client(self._new_client(), feed, Mailbox(1, 1), self._kept, stream=SEEDS)
-        self._rooms.enter(room, client)
+        self._rooms.enter(live, client)
         feed.client = client
         writing = asyncio.create_task(client.run())
         try:
@@ -173,7 +173,7 @@ class Feeds:
                 writing.result()  # why the room sent everyone away
         finally:
             feed.client = None
-            self._rooms.exit(room.id, client)
+            self._rooms.exit(live, client)
             writing.cancel()
             with contextlib.suppress(asyncio.CancelledError, AppError):
                 await writing
@@ -184,6 +184,6 @@ class Feeds:
         if feed.client is None:
             return  # it is about to be greeted as everyone who comes
         with contextlib.suppress(AppError):
-            room = self._rooms.find(room_id)
-            self._rooms.broadcaster.release(room_id)
-            self._rooms.broadcaster.greet(room, feed.client)
+            audience = self._rooms.find(room_id).audience
+            audience.release()
+            audience.greet(feed.client)

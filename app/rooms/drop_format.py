@@ -48,7 +48,7 @@ class DropFormat(InputFormat[DropCommand, DropRow]):
             drop.who,
             drop.aim,
             drop.practice,
-            pending.requester.again,
+            pending.again,
         )
 
     def entry(self, row: DropRow, result: ResultRow | None, tick: int) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from app.errors import AppError, BallLimitError
 from app.protocol import messages, snapshots
 from app.protocol.segments import Scale, SegmentStream
 from app.rooms.drop_format import DropFormat
-from app.rooms.pending import NOBODY, DropCommand, Entered, PendingInput, Requester
+from app.rooms.pending import DropCommand, Entered, PendingInput
 from app.rooms.room import QUIET, Room, decode_checkpoint
 from app.rooms.stakes import payout_of
 from engine import Board, World
@@ -102,7 +102,7 @@ class IndependentRoom(Room):
     # Inputs.
 
     def plan_drop(
-        self, command: DropCommand, lead: int = 0, requester: Requester = NOBODY
+        self, command: DropCommand, lead: int = 0, again: str | None = None
     ) -> PendingInput[DropCommand]:
         """Plan a drop `lead` ticks from now, or for this very tick where nothing moves.
 
@@ -117,7 +117,7 @@ class IndependentRoom(Room):
                 f"the balls in room {self.id!r} have {behind} events behind them, of which it "
                 f"keeps {MOST_EVENTS} before it takes another"
             )
-        return self._plan(self._placed(command), lead, requester)
+        return self._plan(self._placed(command), lead, again)
 
     def _placed(self, command: DropCommand) -> DropCommand:
         return replace(command, start=start_of(self.board, command.seed, command.x, command.aim))

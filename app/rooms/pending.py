@@ -1,4 +1,4 @@
-"""What a room was asked for and has not carried out yet, and who asked."""
+"""What a room was asked for and has not carried out yet."""
 
 import hashlib
 from dataclasses import dataclass
@@ -28,29 +28,6 @@ class DropCommand:
     practice: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
-class Requester:
-    """Who asked for an input, and by what note `ref` they know it; this one waits for nothing.
-
-    client: the connection that alone is told the note; key: by which it is known should it come
-    back; again: by which the same input may be asked for again, unique in its room run.
-    """
-
-    client: int | None = None
-    key: str = ""
-    ref: Any = None  # JSON, as it came
-    again: str | None = None
-
-    def carried_out(self, event: messages.Event | None) -> None:
-        """Hear the first event that came of the input, if any did."""
-
-    def refused(self, error: Exception) -> None:
-        """Hear why the input will not be carried out."""
-
-
-NOBODY = Requester()
-
-
 def again_of(kind: str, *parts: str) -> str:
     """What the ledger has in place of a client's own key: 64 hex digits."""
     return hashlib.sha256("\0".join((kind, *parts)).encode()).hexdigest()
@@ -60,6 +37,7 @@ def again_of(kind: str, *parts: str) -> str:
 class PendingInput(Generic[Command]):
     """A drop or a change that will be number `number` of its room, carried out at `tick`.
 
+    again: by which the same input may be asked for again, unique in its room run.
     receipt: that of a drop of a session, once it is in the log.
     """
 
@@ -67,7 +45,7 @@ class PendingInput(Generic[Command]):
     tick: int
     command: Command
     durable: bool = False
-    requester: Requester = NOBODY
+    again: str | None = None
     receipt: messages.SignedReceipt | None = None
 
 

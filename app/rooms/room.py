@@ -21,7 +21,7 @@ from app.errors import InvalidValueError
 from app.protocol import messages, snapshots
 from app.protocol.touching_messages import Change
 from app.rooms.input_format import InputFormat
-from app.rooms.pending import NOBODY, Command, DropCommand, Entered, PendingInput, Requester
+from app.rooms.pending import Command, DropCommand, Entered, PendingInput
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.world import Box
 from engine import PHYSICS_VERSION, Board
@@ -81,7 +81,6 @@ class Room(ABC):
         self.mode = mode  # as the ledger calls its kind
         self.tick_rate = tick_rate
         self.max_balls = max_balls
-        self.tick_time = 0.0  # server time of the last tick, for whoever holds the room to set
         self.owned = False  # for whoever holds the room to set
         self.seq = 0
         self.touched = False  # changed since the last snapshot, and not by a tick
@@ -141,7 +140,7 @@ class Room(ABC):
 
     @abstractmethod
     def plan_drop(
-        self, command: DropCommand, lead: int = 0, requester: Requester = NOBODY
+        self, command: DropCommand, lead: int = 0, again: str | None = None
     ) -> PendingInput[Any]:
         """Plan a drop `lead` ticks from now, or for this very tick where nothing moves.
 
@@ -149,9 +148,7 @@ class Room(ABC):
         dropped, the engine's errors for a bad start; the room is then as it was.
         """
 
-    def plan_change(
-        self, change: Change, lead: int = 0, requester: Requester = NOBODY
-    ) -> PendingInput[Any]:
+    def plan_change(self, change: Change, lead: int = 0) -> PendingInput[Any]:
         """Plan a change as `plan_drop` plans a drop; raises InvalidValueError where none can be."""
         raise self._unchangeable()
 
@@ -166,12 +163,12 @@ class Room(ABC):
             field="type",
         )
 
-    def _plan(self, command: Command, lead: int, requester: Requester) -> PendingInput[Command]:
+    def _plan(self, command: Command, lead: int, again: str | None = None) -> PendingInput[Command]:
         tick = self.world.tick + lead if self._runs else self.world.tick
         if self.planned:
             tick = max(tick, self.planned[-1].tick)
         number = self.taken + len(self.planned)
-        pending = PendingInput(number, tick, command, requester=requester)
+        pending = PendingInput(number, tick, command, again=again)
         self.planned.append(pending)
         return pending
 

@@ -6,6 +6,7 @@ from urllib.parse import quote
 import msgspec
 
 from app.errors import LedgerError
+from app.live.live_room import LiveRoom
 from app.rooms.records import Parked
 from app.rooms.room import Room
 from app.web.schemas.rooms import RoomSummary
@@ -21,7 +22,7 @@ async def listed(
     With `here` those that this server has, which others ask it for.
     """
 
-    def wanted(room: Parked | Room) -> bool:
+    def wanted(room: Parked | LiveRoom) -> bool:
         return only is None or room.id == only
 
     rooms = server.rooms
@@ -30,7 +31,7 @@ async def listed(
         found[room.id] = _parked(room, awake=True)
     if server.others is not None and not here:
         found |= await _elsewhere(server, server.others, only)
-    return found | {room.id: _in_memory(server, room) for room in filter(wanted, rooms.all())}
+    return found | {each.id: _in_memory(server, each.room) for each in filter(wanted, rooms.all())}
 
 
 async def _elsewhere(server: Services, others: Others, only: str | None) -> dict[str, RoomSummary]:

@@ -54,9 +54,9 @@ def _clock(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "ticks_skipped_total", "Ticks given up after a pause.", ticker.schedule.skipped
     runner = server.rooms.runner
     text = "Ticks of rooms given up because a pass had no time for them."
-    yield "room_ticks_skipped_total", text, runner.skipped
+    yield "room_ticks_skipped_total", text, runner.counts.skipped
     text = "Ticks that rooms missed which had not ticked for a second before."
-    yield "room_late_ticks_total", text, runner.lateness.late
+    yield "room_late_ticks_total", text, runner.counts.late
 
 
 def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
@@ -65,8 +65,8 @@ def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "rooms", "Open rooms.", len(rooms.all()) + len(rooms.parked()) + coming
     yield "rooms_awake", "Rooms in which something moves.", len(rooms.runner.awake)
     yield "balls", "Balls in flight.", sum(room.world.count for room in rooms.runner.awake)
-    yield "drops_total", "Drops accepted in rooms.", rooms.runner.accepted
-    yield "landings_total", "Balls in rooms whose drop has ended.", rooms.runner.landed
+    yield "drops_total", "Drops accepted in rooms.", rooms.runner.counts.accepted
+    yield "landings_total", "Balls in rooms whose drop has ended.", rooms.runner.counts.landed
     yield "jobs", "Drops, pictures and checks computed or waiting.", server.workers.jobs
 
 

@@ -39,16 +39,6 @@ from engine import PHYSICS_VERSION, Board, merkle
 _HELD: Final = 10_000  # sessions in memory; the others are in the ledger
 
 
-def check_stake(stake: int, session: object | None) -> None:
-    """Raise InvalidValueError for a stake on a drop whose start somebody may have chosen."""
-    if stake and session is None:
-        raise InvalidValueError(
-            f"stake {stake}: a stake needs a session, in which nobody can choose a start; with a "
-            "seed or x of one's own, and without a session, a drop is practice",
-            field="stake",
-        )
-
-
 @contextlib.asynccontextmanager
 async def here(room_id: str) -> AsyncIterator[None]:
     """Every room is here."""

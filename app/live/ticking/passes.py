@@ -50,22 +50,3 @@ class Pass:
             return None
         self._others += 1
         return Turn(self.coming.popleft(), now + max(0.0, left) / (len(self.coming) + 1))
-
-
-class Lateness:
-    """Counts ticks of rooms that had not ticked for more than `patience` ticks before."""
-
-    def __init__(self, patience: int) -> None:
-        self.late = 0
-        self._patience = patience
-        self._missed: dict[str, int] = {}  # ticks in a row that were due and did not run
-
-    def missed(self, room_id: str, ticks: int) -> None:
-        """Ticks of this room were due and none of them ran."""
-        before = self._missed.get(room_id, 0)
-        self._missed[room_id] = before + ticks
-        self.late += max(0, before + ticks - max(before, self._patience))
-
-    def ran(self, room_id: str) -> None:
-        """The room ticked, or does not run any more."""
-        self._missed.pop(room_id, None)

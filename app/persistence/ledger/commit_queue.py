@@ -87,7 +87,7 @@ class CommitQueue:
         self._reads: deque[Job] = deque()
         self._taken: list[Job] = []  # in the thread's hands
         self._put_in = 0
-        self._broken: dict[int, LedgerError] = {}  # lines of which not all refusals are told
+        self._broken: dict[int, LedgerError] = {}  # lines of which not all is taken back
 
     # The event loop's side.
 
@@ -130,7 +130,7 @@ class CommitQueue:
                 self.failure = None
 
     def mend(self, line: int) -> None:
-        """Let jobs of this line in: the owners of its refused ones were told."""
+        """Let jobs of this line in: what was refused of it is taken back."""
         with self._changed:
             self._broken.pop(line, None)
 

@@ -20,9 +20,14 @@ class NullLedger:
     lag = 0.0
     up = True
 
-    def submit(self, writes: Sequence[Write], done: Done, *, line: int | None = None) -> None:
-        """Call `done` at once."""
-        done(None)
+    def submit(self, *writes: Write, line: int | None = None) -> "asyncio.Future[None]":
+        """All is done."""
+        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        future.set_result(None)
+        return future
+
+    def mend(self, line: int) -> None:
+        """Do nothing."""
 
     def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
         """Call `done` at once."""

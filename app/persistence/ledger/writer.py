@@ -126,20 +126,24 @@ class Ledger:
         """Whether nothing waits for the committer."""
         return self._queue.empty
 
-    def submit(self, writes: Sequence[Write], done: Done, *, line: int | None = None) -> None:
-        """Have `writes` made durable in one transaction, then call `done(None)`, or with why not.
+    def submit(self, *writes: Write, line: int | None = None) -> "asyncio.Future[None]":
+        """Have `writes` made durable in one transaction; the future says when, or why they are not.
 
         Of what is submitted for the same `line`, a room run's number, a refusal takes all that is
-        not durable yet, and the latest hears of it first. Raises LedgerError when the ledger cannot
-        be written now; `done` is then not called.
+        not durable yet, and the latest hears of it first; then `mend` lets more in. Raises
+        LedgerError when the ledger cannot be written now.
         """
-        self._put(Job(writes, done, self._holds(writes), line))
+        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self._put(Job(writes, _settle(future), self._holds(writes), line))
+        return future
+
+    def mend(self, line: int) -> None:
+        """Take writes of a line again: what was refused of it is taken back."""
+        self._queue.mend(line)
 
     async def commit(self, *writes: Write) -> None:
         """Return once `writes` are durable; raises LedgerError when they never will be."""
-        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        self.submit(writes, _settle(future))
-        await future
+        await self.submit(*writes)
 
     async def keep(self, *writes: Write) -> None:
         """Return once `writes` are durable, however long that takes; raises HoldLostError."""
@@ -169,6 +173,7 @@ class Ledger:
             "the ledger does not answer, and it is not known yet whether this was done; it is not "
             "lost: ask again with the same key",
             retry_after=self.patience,
+            outcome=doing,
         )
 
     def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
@@ -262,8 +267,6 @@ class Ledger:
         """Tell the owners, the latest first: numbers are given back as they were given."""
         self.failures += 1
         _tell(jobs[::-1], failure)
-        for line in {job.line for job in jobs if job.line is not None}:
-            self._queue.mend(line)
         if not self.up:
             for outage in self._outages:
                 if not outage.done():

@@ -168,8 +168,8 @@ class ChangeFormat(InputFormat[TouchingCommand, InputRow]):
     def row(self, session: int, pending: PendingInput[TouchingCommand]) -> InputRow:
         """What the ledger keeps of an input."""
         data = msgspec.json.encode(pending.command.input).decode()
-        who, again = pending.command.who, pending.requester.again
-        return InputRow(session, pending.number, pending.tick, data, who, again)
+        who = pending.command.who
+        return InputRow(session, pending.number, pending.tick, data, who, pending.again)
 
     def entry(self, row: InputRow, result: ResultRow | None, tick: int) -> dict[str, Any]:
         """One input of a log."""

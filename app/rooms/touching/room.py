@@ -14,7 +14,7 @@ import numpy.typing as npt
 from app.errors import InvalidValueError
 from app.protocol import messages
 from app.protocol.touching_messages import Change
-from app.rooms.pending import NOBODY, DropCommand, Entered, PendingInput, Requester
+from app.rooms.pending import DropCommand, Entered, PendingInput
 from app.rooms.room import Ground, Room, decode_checkpoint
 from app.rooms.touching import inputs, values
 from app.rooms.touching.checks import BALL_NAMES, InputCheck, no_such_ball
@@ -119,7 +119,7 @@ class TouchingRoom(Room):
     # Inputs.
 
     def plan_drop(
-        self, command: DropCommand, lead: int = 0, requester: Requester = NOBODY
+        self, command: DropCommand, lead: int = 0, again: str | None = None
     ) -> PendingInput[TouchingCommand]:
         """Plan a drop `lead` ticks from now, or for this very tick where nothing moves.
 
@@ -127,17 +127,15 @@ class TouchingRoom(Room):
         something is staked, the engine's errors for a bad start; the room is then as it was.
         """
         checked = TouchingCommand(self._check().drop(command), command.who)
-        return self._plan(checked, lead, requester)
+        return self._plan(checked, lead, again)
 
-    def plan_change(
-        self, change: Change, lead: int = 0, requester: Requester = NOBODY
-    ) -> PendingInput[TouchingCommand]:
+    def plan_change(self, change: Change, lead: int = 0) -> PendingInput[TouchingCommand]:
         """Plan a change as `plan_drop` plans a drop.
 
         Raises InvalidValueError for what cannot be done here, MissingBallError, and BallLimitError
         when the room is full.
         """
-        return self._plan(TouchingCommand(self._check().change(change)), lead, requester)
+        return self._plan(TouchingCommand(self._check().change(change)), lead)
 
     def check_changeable(self) -> None:
         """It is."""

@@ -19,6 +19,7 @@ from app.rooms.kinds import BallLimits
 from app.rooms.records import EVERY_ROOM, Write
 from app.settings import Settings
 from engine import Board
+from tests.app.asking import ask
 from tests.app.conftest import TINY, Running, playing, serving
 from tests.app.live.sessions.test_fair_sessions import bearer, begun
 from tests.app.passes import run_pass
@@ -53,17 +54,17 @@ def rooms(ledger: Refusing) -> Rooms:
 
 
 async def test_a_halted_table_takes_nothing_and_what_flies_lands(rooms: Rooms) -> None:
-    room = rooms.find("main")
-    accepted = await rooms.drop(room, 7, None)
+    live = rooms.find("main")
+    accepted = await ask(live, 7)
     await rooms.halts.halt("main")
     with pytest.raises(HaltedError, match="'main' is halted by who runs this server"):
-        rooms.drop(room, 8, None)
-    await rooms.drop(rooms.find("triangle-8"), 8, None)
+        await ask(live, 8)
+    await ask(rooms.find("triangle-8"), 8)
     while run_pass(rooms.runner):
         pass
-    assert (room.drops, sum(room.histogram), accepted.ball) == (1, 1, 0)
+    assert (live.room.drops, sum(live.room.histogram), accepted.ball) == (1, 1, 0)
     await rooms.halts.release("main")
-    await rooms.drop(room, 8, None)
+    await ask(live, 8)
 
 
 async def test_all_tables_halt_at_once_and_one_stays_that_was_halted_by_itself(
@@ -73,11 +74,11 @@ async def test_all_tables_halt_at_once_and_one_stays_that_was_halted_by_itself(
     await rooms.halts.halt(EVERY_ROOM)
     for name in ("main", "triangle-8", "interacting-triangle-8"):
         with pytest.raises(HaltedError):
-            rooms.drop(rooms.find(name), 1, None)
+            await ask(rooms.find(name), 1)
     await rooms.halts.release(EVERY_ROOM)
-    await rooms.drop(rooms.find("main"), 1, None)
+    await ask(rooms.find("main"), 1)
     with pytest.raises(HaltedError):
-        rooms.drop(rooms.find("triangle-8"), 1, None)
+        await ask(rooms.find("triangle-8"), 1)
 
 
 async def test_what_the_ledger_does_not_keep_is_not_so(rooms: Rooms, ledger: Refusing) -> None:

@@ -137,7 +137,7 @@ async def ticks(server: Running, count: int) -> None:
     async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
         room = await new_room(server)
         (await http.post(f"/api/v1/rooms/{room}/drops")).raise_for_status()
-    world = server.services.rooms.find(room).world
+    world = server.services.rooms.find(room).room.world
     await eventually(lambda: world.tick >= count)
 
 
@@ -174,10 +174,10 @@ async def test_a_room_without_clients_finishes_its_balls(server: Running) -> Non
     async with httpx.AsyncClient(base_url=server.url, timeout=60.0) as http:
         assert (await http.post(f"/api/v1/rooms/{room}/drops")).status_code == 202
         found = server.services.rooms.find(room)
-        await eventually(lambda: not found.awake)
+        await eventually(lambda: not found.room.awake)
         view = (await http.get(f"/api/v1/rooms/{room}")).json()
     assert sum(view["stats"]["histogram"]) == 1
-    assert found.seq == 2, "the acceptance and the landing; contacts had no listener"
+    assert found.room.seq == 2, "the acceptance and the landing; contacts had no listener"
 
 
 async def test_a_client_that_comes_back_mid_flight_gets_the_full_state(server: Running) -> None:

@@ -204,7 +204,7 @@ async def test_a_stopped_clock_shows_what_is_changed_and_sends_nothing_else(
 
 async def test_a_hand_that_goes_away_lets_go(server: Running) -> None:
     room = await opened(server, scene={"scene": "sandbox", "balls": 1, "seed": "3"})
-    live: Any = server.services.rooms.find(room["id"])
+    live: Any = server.services.rooms.find(room["id"]).room
     async with playing(server.socket(room["id"])) as player:
         await mine(player, room)
         await player.send(type="drag", ball=0, x=0.0, y=1.0)

@@ -64,7 +64,7 @@ async def test_a_room_that_was_watched_until_now_makes_way_for_none() -> None:
     clock.now += 3000
     held.find(other.id)
     clock.now += 3000
-    held.exit(watched.id, viewer)
+    held.exit(watched, viewer)
     clock.now += 3601
     await held.create(BOARD)
     assert (held.is_open(watched.id), held.is_open(other.id)) == (True, False)

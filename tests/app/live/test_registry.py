@@ -10,13 +10,16 @@ import pytest
 from app.errors import AppError, MissingBallError
 from app.live.broadcast.hub import Client, Hub, Mailbox
 from app.live.registry import Rooms
+from app.protocol.client_messages import DropMessage
 from app.protocol.touching_messages import Change
 from app.protocol.wire import WireMessage
 from app.rooms.boards import Boards
 from app.rooms.independent import IndependentRoom
 from app.rooms.kinds import SCENE
 from app.settings import Settings
+from app.web.drops import drop_command
 from engine import Board, World, drop
+from tests.app.asking import ask, change
 from tests.app.passes import run_pass
 from tests.waiting import turns
 
@@ -56,8 +59,7 @@ class Watcher:
 
 async def test_a_drop_without_a_seed_gets_the_one_drawn() -> None:
     held = Rooms(Settings(), Boards(8), Hub(8), BOARD, draw=lambda: 42)
-    accepted = await held.drop(held.find("main"), None, None)
-    assert accepted.seed == "42"
+    assert drop_command(DropMessage(), held.draw).seed == 42
 
 
 @pytest.mark.parametrize(
@@ -68,13 +70,14 @@ async def test_who_acts_on_a_ball_that_has_gone_hears_of_it(
 ) -> None:
     held = rooms()
     room = await held.create(held.scene({"scene": "sandbox", "balls": 1}), SCENE)
-    held.change(room, message("remove", ball=0))
-    asked = held.change(room, message(kind, ball=0, **values))  # it is still there
+    change(room, message("remove", ball=0))
+    asked = change(room, message(kind, ball=0, **values))  # it is still there
+    await turns()
     await finish(held)
     with pytest.raises(MissingBallError, match="no ball 0"):
         await asked
     with pytest.raises(MissingBallError, match="no ball 0"):
-        held.change(room, message(kind, ball=0, **values))
+        await change(room, message(kind, ball=0, **values))
 
 
 def message(kind: str, **values: Any) -> Change:
@@ -85,22 +88,22 @@ def message(kind: str, **values: Any) -> Change:
 async def test_waiting_for_a_landing_gives_the_drops_own_end() -> None:
     held = rooms()
     room = held.find("main")
-    accepted = await held.drop(room, 42, None)
-    waits = [asyncio.create_task(held.landings.wait(room, accepted.ball, 60.0)) for _ in range(2)]
+    accepted = await ask(room, 42)
+    waits = [asyncio.create_task(room.landings.wait(accepted.ball, 60.0)) for _ in range(2)]
     await asyncio.sleep(0)
     await finish(held)
     for landed in await asyncio.gather(*waits):
         assert landed is not None
         assert landed.digest == drop(BOARD, 42).digest
-    assert held.landings.waiting == 0
+    assert room.landings.waiting == 0
 
 
 async def test_a_wait_that_takes_too_long_gives_up_and_leaves_nothing_behind() -> None:
     held = rooms()
     room = held.find("main")
-    accepted = await held.drop(room, 42, None)
-    assert await held.landings.wait(room, accepted.ball, 0.01) is None
-    assert held.landings.waiting == 0
+    accepted = await ask(room, 42)
+    assert await room.landings.wait(accepted.ball, 0.01) is None
+    assert room.landings.waiting == 0
     await finish(held)
 
 
@@ -113,9 +116,9 @@ async def test_nothing_is_encoded_when_nobody_watches(monkeypatch: pytest.Monkey
     monkeypatch.setattr("app.protocol.snapshots.encode_snapshot", forbidden)
     monkeypatch.setattr("app.protocol.messages.encode_events", forbidden)
     monkeypatch.setattr("app.protocol.messages.encode_event", forbidden)
-    await held.drop(held.find("main"), 1, None)
+    await ask(held.find("main"), 1)
     await finish(held)
-    assert held.find("main").stats().drops == 1
+    assert held.find("main").room.stats().drops == 1
 
 
 async def test_who_asked_for_what_a_room_failed_at_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,7 +130,7 @@ async def test_who_asked_for_what_a_room_failed_at_is_told(monkeypatch: pytest.M
 
     monkeypatch.setattr(IndependentRoom, "_carry_out", fail)
     with pytest.raises(AppError, match="failed and was closed"):
-        await held.drop(room, 42, None)
+        await ask(room, 42)
     assert not held.is_open("triangle-8")
 
 
@@ -139,10 +142,10 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
     watcher = Watcher()
     held.enter(broken, watcher.client)
     writer = asyncio.create_task(watcher.client.run())
-    lost = await held.drop(broken, 42, None, stake=5)
-    kept = await held.drop(sound, 42, None)
+    lost = await ask(broken, 42, stake=5)
+    kept = await ask(sound, 42)
     waits = [
-        asyncio.create_task(held.landings.wait(room, ball.ball, 60.0))
+        asyncio.create_task(room.landings.wait(ball.ball, 60.0))
         for room, ball in ((broken, lost), (sound, kept))
     ]
     await asyncio.sleep(0)
@@ -150,7 +153,7 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
     step = World.step
 
     def fail(world: World, *, contacts: bool) -> None:
-        if world is broken.world:
+        if world is broken.room.world:
             raise ZeroDivisionError("a bug")
         step(world, contacts=contacts)
 
@@ -169,8 +172,8 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
         await waits[0]
     landed = await waits[1]
     assert landed is not None
-    assert isinstance(sound.origin, Board)
-    assert landed.digest == drop(sound.origin, 42).digest
+    assert isinstance(sound.room.origin, Board)
+    assert landed.digest == drop(sound.room.origin, 42).digest
     assert held.find("triangle-8") is not broken, "asked for again, it opens afresh"
 
 
@@ -183,35 +186,35 @@ async def test_a_scene_that_moves_for_nobody_stands_still_until_somebody_comes()
     held.enter(room, watcher.client)
     for _ in range(700):
         run_pass(held.runner)
-    assert held.runner.runs(room), "somebody watches"
-    before = room.world.tick
-    held.exit(room.id, watcher.client)
+    assert room.ticks, "somebody watches"
+    before = room.room.world.tick
+    held.exit(room, watcher.client)
     for _ in range(700):
         run_pass(held.runner)
-    assert (room.awake, held.runner.runs(room)) == (True, False)
-    left = room.world.tick
+    assert (room.room.awake, room.ticks) == (True, False)
+    left = room.room.world.tick
     assert before + 600 <= left <= before + 602
     assert not run_pass(held.runner), "no clock runs"
     held.enter(room, watcher.client)
     for _ in range(30):  # the ledger hears of it first
         run_pass(held.runner)
-    assert room.world.tick > left
+    assert room.room.world.tick > left
 
 
 async def test_a_table_goes_on_for_nobody_as_drops_are_to_land() -> None:
     held = rooms(tick_rate=60)
     room = held.find("interacting-triangle-8")
-    await held.drop(room, 1, None)
+    await ask(room, 1)
     await finish(held)
-    stats = room.stats()
+    stats = room.room.stats()
     assert stats.drops == sum(stats.histogram) + stats.unsettled == 1
 
 
 async def test_who_waits_for_a_ball_is_let_go_when_the_server_stops() -> None:
     held = rooms()
     main = held.find("main")
-    accepted = await held.drop(main, 1, None)
-    waiting = asyncio.create_task(held.landings.wait(main, accepted.ball, 3600.0))
+    accepted = await ask(main, 1)
+    waiting = asyncio.create_task(main.landings.wait(accepted.ball, 3600.0))
     await turns()
-    held.landings.stop()
+    held.stop_waiting()
     assert await waiting is None

@@ -119,7 +119,9 @@ async def test_nothing_of_a_room_is_written_that_is_another_server_s(
         if kept:
             older.ledger.defer(writes, heard.set_result)
         else:
-            older.ledger.submit(writes, heard.set_result)
+            older.ledger.submit(*writes).add_done_callback(
+                lambda it: heard.set_result(it.exception())
+            )
         assert isinstance(await heard, HoldLostError)
         assert await newer.all_rows() == before
         assert (older.lost, older.holds.rooms, older.ledger.problem) == (["r"], [], None)
@@ -136,10 +138,15 @@ async def test_what_is_of_other_rooms_is_written_all_the_same(address: str) -> N
         await older.ledger.commit(*BEFORE, replace(ROOM, number=3, id="other"))
         await newer.takes("r")
         told: list[tuple[str, object]] = []
+
+        def note(name: str, asked: "asyncio.Future[None]") -> None:
+            told.append((name, asked.exception()))
+
         drops = [DropRow(3, 0, 5, 7), DropRow(1, 1, 5, 7), DropRow(3, 1, 5, 7)]
         for drop in drops:
             name = f"{drop.room}-{drop.ball}"
-            older.ledger.submit([drop], functools.partial(_note, told, name), line=drop.room)
+            asked = older.ledger.submit(drop, line=drop.room)
+            asked.add_done_callback(functools.partial(note, name))
         marks = [Mark(1, 50, True, 9.0), Mark(3, 50, True, 9.0)]
         older.ledger.defer(marks)
         await older.ledger.read(lambda connection: None)
@@ -147,10 +154,6 @@ async def test_what_is_of_other_rooms_is_written_all_the_same(address: str) -> N
         assert [name for name, error in told if isinstance(error, HoldLostError)] == ["1-1"]
         read = [functools.partial(store.session, number=number) for number in (1, 3)]
         assert [(await older.ledger.read(each)).tick for each in read] == [0, 50]
-
-
-def _note(told: list[tuple[str, object]], name: str, error: object) -> None:
-    told.append((name, error))
 
 
 async def test_the_number_of_a_hold_only_grows(address: str) -> None:
@@ -225,16 +228,14 @@ class _Taken:
             )
 
 
-async def test_a_room_taken_at_any_step_of_a_commit_keeps_just_what_was_told(
-    address: str,
-) -> None:
+def test_a_room_taken_at_any_step_of_a_commit_keeps_just_what_was_told(address: str) -> None:
     met, step = [], 0
     while True:
         step += 1
         table = Table(address, {"main": Told("main")}, holder=f"older-{step}")
         other = _Taken(address, step)
-        await table.until(table.rooms.resume())
-        await table.until(table.rooms.seek("main"))
+        table.until(table.rooms.resume())
+        table.until(table.rooms.seek("main"))
         before = other.drops()
         asked = [table.asks("main", 100 * step + seed) for seed in (1, 2)]
         table.database.at = other.at
@@ -254,7 +255,7 @@ async def test_a_room_taken_at_any_step_of_a_commit_keeps_just_what_was_told(
             assert isinstance(late.exception(), HoldLostError)
             assert other.drops() == kept
         assert table.rooms.all() == []
-        table.ledger.database.close()
+        table.end()
         other.other.close()
         if not other.met:
             break

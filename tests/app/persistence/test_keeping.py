@@ -1,5 +1,6 @@
 """When a drop starts and what a rebuilt room is, with a ledger that answers when the test says."""
 
+import asyncio
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,7 +15,7 @@ from app.persistence.ledger.commit_queue import Done
 from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.recovery.rebuild import Taken, rebuild
 from app.persistence.service import PersistenceService
-from app.protocol.messages import Landed
+from app.protocol.messages import Accepted, Landed
 from app.rooms.boards import Boards
 from app.rooms.independent import IndependentRoom
 from app.rooms.kinds import BallLimits
@@ -22,7 +23,9 @@ from app.rooms.pending import DropCommand
 from app.rooms.records import DropRow, Mark, ResultRow, RoomRow, Write
 from app.settings import Settings
 from engine import PHYSICS_VERSION, Board, drop
+from tests.app.asking import ask
 from tests.app.passes import run_pass
+from tests.waiting import turns
 
 BOARD = Board.preset("triangle-8")
 LIMITS = BallLimits(200, 200)
@@ -32,29 +35,27 @@ class Patient(NullLedger):
     """Keeps what is submitted until the test lets it through or refuses it."""
 
     def __init__(self) -> None:
-        self.waiting: list[tuple[Sequence[Write], Done]] = []
+        self.waiting: list[tuple[Sequence[Write], asyncio.Future[None]]] = []
         self.written: list[Write] = []
 
-    def submit(
-        self,
-        writes: Sequence[Write],
-        done: Done,
-        *,
-        undo: Sequence[Write] = (),
-        line: int | None = None,
-    ) -> None:
-        self.waiting.append((writes, done))
+    def submit(self, *writes: Write, line: int | None = None) -> "asyncio.Future[None]":
+        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self.waiting.append((writes, future))
+        return future
 
     def defer(self, writes: Sequence[Write], done: Done | None = None) -> None:
         self.written += writes
         if done is not None:
             done(None)
 
-    def answer(self, error: LedgerError | None = None) -> None:
-        writes, done = self.waiting.pop(0)
+    async def answer(self, error: LedgerError | None = None) -> None:
+        writes, asked = self.waiting.pop(0)
         if error is None:
             self.written += writes
-        done(error)
+            asked.set_result(None)
+        else:
+            asked.set_exception(error)
+        await turns()
 
 
 class Table:
@@ -64,23 +65,26 @@ class Table:
         self.ledger = Patient()
         persistence = PersistenceService(self.ledger, tick_rate=60, limits=LIMITS)
         self.rooms = Rooms(Settings(), Boards(8), Hub(8), BOARD, persistence=persistence)
-        self.room = self.rooms.find("main")
+        self.live = self.rooms.find("main")
+        self.room = self.live.room
 
     def tick(self, times: int = 1) -> None:
         for _ in range(times):
             run_pass(self.rooms.runner)
 
-    def ask(self, seed: int) -> Any:
-        return self.rooms.drop(self.room, seed, None)
+    async def ask(self, seed: int) -> "asyncio.Task[Accepted]":
+        asked = ask(self.live, seed)
+        await turns()
+        return asked
 
 
 async def test_a_drop_is_told_once_it_is_durable_and_not_before() -> None:
     table = Table()
-    asked = table.ask(1)
+    asked = await table.ask(1)
     table.tick(5)
     assert not asked.done()
     assert (table.room.world.tick, table.room.world.count) == (0, 0), "a sleeping room sleeps on"
-    table.ledger.answer()
+    await table.ledger.answer()
     assert (await asked).tick == 0
 
 
@@ -89,12 +93,12 @@ async def test_the_tick_of_a_start_does_not_depend_on_how_long_the_ledger_took(
     latency: int,
 ) -> None:
     table = Table()
-    table.ask(1)
-    table.ledger.answer()
+    await table.ask(1)
+    await table.ledger.answer()
     table.tick(10)
-    asked = table.ask(2)
+    asked = await table.ask(2)
     table.tick(latency)
-    table.ledger.answer()
+    await table.ledger.answer()
     table.tick(3)
     assert (await asked).tick == 11
     (row,) = [row for row in table.ledger.written if isinstance(row, DropRow) and row.seed == 2]
@@ -104,13 +108,13 @@ async def test_the_tick_of_a_start_does_not_depend_on_how_long_the_ledger_took(
 
 async def test_while_a_start_is_undecided_the_others_fall_on() -> None:
     table = Table()
-    table.ask(1)
-    table.ledger.answer()
+    await table.ask(1)
+    await table.ledger.answer()
     table.tick(10)
-    asked = table.ask(2)
+    asked = await table.ask(2)
     table.tick(20)
     assert table.room.world.tick == 30
-    table.ledger.answer(LedgerError("lost"))
+    await table.ledger.answer(LedgerError("lost"))
     with pytest.raises(LedgerError, match="lost"):
         await asked
     table.tick(5)
@@ -121,8 +125,8 @@ async def test_while_a_start_is_undecided_the_others_fall_on() -> None:
 async def test_no_tick_is_shown_that_the_ledger_has_not_heard_of() -> None:
     table = Table()
     defer = table.ledger.defer
-    table.ask(1)
-    table.ledger.answer()
+    await table.ask(1)
+    await table.ledger.answer()
     table.ledger.defer = lambda writes, done=None: None  # type: ignore[method-assign]
     table.tick(100)
     assert table.room.world.tick == 30, "half a second was written ahead with the drop"
@@ -142,8 +146,8 @@ async def test_no_tick_is_shown_that_the_ledger_has_not_heard_of() -> None:
 
 async def test_a_slow_ledger_is_not_given_more_marks_than_it_needs() -> None:
     table = Table()
-    asked = table.ask(1)
-    table.ledger.answer()
+    asked = await table.ask(1)
+    await table.ledger.answer()
     await asked
     unanswered: list[Any] = []
 
@@ -168,8 +172,8 @@ async def test_a_slow_ledger_is_not_given_more_marks_than_it_needs() -> None:
 async def test_a_room_that_falls_asleep_leaves_all_that_its_next_life_needs() -> None:
     table = Table()
     for seed in range(3):
-        table.ask(seed)
-        table.ledger.answer()
+        await table.ask(seed)
+        await table.ledger.answer()
     while table.room.awake:
         table.tick()
     mark = table.ledger.written[-1]

@@ -405,9 +405,9 @@ async def test_a_client_that_comes_back_hears_what_it_missed(
         await player.until("accepted")
         hello, heard = player.hello, [*player.events]
         await player.send(type="drop", seed=2, ref="two")
-        await eventually(lambda: server.services.rooms.find(room).drops == 2)
+        await eventually(lambda: server.services.rooms.find(room).room.drops == 2)
     since = hello["seq"] + len([e for e in heard if e["type"] in ("accepted", "contact", "landed")])
-    await eventually(lambda: not server.services.rooms.find(room).awake)
+    await eventually(lambda: not server.services.rooms.find(room).room.awake)
     async with playing(server.socket(room)) as again:
         assert (again.hello["run"], again.hello["seq"] > since) == (hello["run"], True)
         assert again.hello["key"] != hello["key"]

@@ -21,6 +21,7 @@ from app.persistence.statements import store
 from app.protocol.wire import WireMessage
 from app.rooms.kinds import INTERACTING
 from app.rooms.records import EVERY_ROOM, HoldRow
+from tests.app.asking import ask
 from tests.app.persistence import postgres
 from tests.app.persistence.crash.life import BOARD, Life, living
 from tests.waiting import turns
@@ -80,16 +81,16 @@ async def test_a_room_goes_on_at_the_server_that_takes_it_over(address: str) -> 
         for seed in range(5):
             await a.drop(room, seed)
         await a.run(room, 20)
-        shown = room.world.tick
+        shown = room.room.world.tick
         taken = await b.holding.take_over("main")
         assert taken is not None
-        assert (taken.taken, taken.world.count) == (5, room.world.count)
-        assert shown <= taken.world.tick <= shown + 40
+        assert (taken.room.taken, taken.room.world.count) == (5, room.room.world.count)
+        assert shown <= taken.room.world.tick <= shown + 40
         await b.run(taken, 20)
-        while room.world.tick < taken.world.tick:
-            room.look_ahead()
-            room.step(watched=True)  # as if it had stayed where it was
-        assert taken.world.digest() == room.world.digest()
+        while room.room.world.tick < taken.room.world.tick:
+            room.room.look_ahead()
+            room.room.step(watched=True)  # as if it had stayed where it was
+        assert taken.room.world.digest() == room.room.world.digest()
         await b.rest()
         await b.leave()
     assert (sound(address).drops, sound(address).results) == (5, 5)
@@ -103,9 +104,9 @@ async def test_who_lost_a_room_shows_no_tick_that_its_next_holder_did_not_begin_
         await a.drop(room, 7)
         taken = await b.holding.take_over("main")
         assert taken is not None
-        begun = taken.world.tick
+        begun = taken.room.world.tick
         a.tick(600)  # a process that wakes up ticks before it hears of anything
-        assert 0 < room.world.tick <= begun
+        assert 0 < room.room.world.tick <= begun
 
 
 async def test_who_watches_a_lost_room_is_sent_away_and_told_nothing_more(address: str) -> None:
@@ -114,9 +115,10 @@ async def test_who_watches_a_lost_room_is_sent_away_and_told_nothing_more(addres
         await a.drop(room, 7)
         watcher = Watcher(a, "main")
         await b.holding.take_over("main")
-        waiting = asyncio.create_task(a.rooms.landings.wait(room, 0, 60.0))
+        waiting = asyncio.create_task(room.landings.wait(0, 60.0))
         await turns()
-        asked = a.rooms.drop(room, 8, None, client=1)
+        asked = ask(room, 8, client=1)
+        await turns()
         heard = len(watcher.heard)
         with pytest.raises(HoldLostError, match="at another server"):
             await watcher.running
@@ -131,7 +133,7 @@ async def test_who_watches_a_lost_room_is_sent_away_and_told_nothing_more(addres
         await a.heard()
         assert (await b.row("main")).id == "main"
         back = await a.rooms.seek("main")  # nobody keeps it from coming back
-        assert back.taken == 1
+        assert back.room.taken == 1
 
 
 async def test_nobody_comes_to_a_room_at_the_server_that_lost_it(address: str) -> None:
@@ -156,23 +158,24 @@ async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> 
         for mode in ("independent", INTERACTING):
             room = await a.rooms.create(BOARD, mode)
             await a.drop(room, 3)
-            asked = a.rooms.drop(room, 4, None)
+            asked = ask(room, 4)
+            await turns()
             leaving = asyncio.create_task(a.holding.hand_over(room.id))
             await turns()
             with pytest.raises(HoldLostError):
-                a.rooms.drop(room, 5, None)
+                await ask(room, 5)
             while not leaving.done():
                 a.tick(1)
                 await asyncio.sleep(0)
             await leaving
             accepted = await asked  # what was taken is told before the room goes
             assert accepted.ball == 1
-            at = room.world.tick
+            at = room.room.world.tick
             assert await a.holding.holds.holder_of(room.id) is not None
             taken = await b.rooms.seek(room.id)
-            assert taken.world.tick == at
-            assert taken.taken == room.taken
-            assert taken.world.digest() == room.world.digest()
+            assert taken.room.world.tick == at
+            assert taken.room.taken == room.room.taken
+            assert taken.room.world.digest() == room.room.world.digest()
         await b.rest()
         await b.leave()
     assert sound(address).sessions == 2
@@ -193,7 +196,7 @@ async def test_who_watches_is_sent_on_only_once_the_next_server_has_the_room(add
                 a.rooms.find(room.id)  # whatever they ask for meanwhile
 
         await a.holding.hand_over(room.id, receive)
-        assert [each.world.tick for each in taken] == [room.world.tick]
+        assert [each.room.world.tick for each in taken] == [room.room.world.tick]
         with pytest.raises(HoldLostError):
             await watcher.running
         assert not a.holding.is_leaving(room.id)
@@ -225,7 +228,7 @@ async def test_all_rooms_are_handed_over_at_the_end(address: str) -> None:
         assert (a.rooms.all(), a.holding.holds.rooms) == ([], [])
         assert await b.holding.holds.listing() == []
         for room in rooms:
-            assert (await b.rooms.seek(room.id)).world.tick == room.world.tick
+            assert (await b.rooms.seek(room.id)).room.world.tick == room.room.world.tick
 
 
 async def test_a_claim_that_is_refused_brings_nothing_here(address: str) -> None:
@@ -281,7 +284,7 @@ async def test_a_take_over_that_is_overtaken_is_no_damage(
             await b.holding.take_over("main")
         assert overtaken.is_set()
         assert (recovery.set_aside, b.rooms.all(), b.holding.holds.rooms) == ({}, [], [])
-        assert [each.taken for each in a.rooms.all()] == [2]
+        assert [each.room.taken for each in a.rooms.all()] == [2]
 
 
 async def test_a_halt_at_one_server_is_one_at_all(address: str) -> None:
@@ -290,7 +293,7 @@ async def test_a_halt_at_one_server_is_one_at_all(address: str) -> None:
         await a.rooms.halts.halt(EVERY_ROOM)
         await b.rooms.halts.follow()
         with pytest.raises(HaltedError):
-            b.rooms.drop(room, 3, None)
+            await ask(room, 3)
         await b.rooms.halts.release(EVERY_ROOM)
         await a.rooms.halts.follow()
         assert a.rooms.halts.since == {}
@@ -363,18 +366,18 @@ async def test_a_player_s_session_goes_on_where_its_room_does(address: str) -> N
     async with two(address) as (a, b):
         at_a, at_b = fair(a), fair(b)
         room = await a.rooms.create(BOARD)
-        session = await at_a.begin(room, hashlib.sha256(SECRET).hexdigest())
+        session = await at_a.begin(room.room, hashlib.sha256(SECRET).hexdigest())
         await at_a.open(session, SECRET.hex())
         for _ in range(3):
-            await a.drop(room, None, session=session, stake=10)  # type: ignore[arg-type]
+            await a.drop(room, None, session=session, stake=10)
         moved = await b.holding.take_over(room.id)
         assert moved is not None
-        stale = a.rooms.drop(room, None, None, session=session, stake=10)
+        stale = ask(room, None, session=session, stake=10)
         with pytest.raises(HoldLostError):
             await stale
         there = await at_b.find(session.id)
         for _ in range(2):
-            await b.drop(moved, None, session=there, stake=10)  # type: ignore[arg-type]
+            await b.drop(moved, None, session=there, stake=10)
         await b.rest()
         # Back again: what was known of it here was let go with the room.
         await b.holding.hand_over(room.id)

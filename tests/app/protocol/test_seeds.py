@@ -3,12 +3,13 @@
 import json
 from typing import Any
 
-from app.live.broadcast.broadcaster import Broadcaster
+from app.live.broadcast.audience import Audience, Means, Player
 from app.live.broadcast.hub import Client, Hub, Mailbox
+from app.live.broadcast.presence import Presence
 from app.protocol import messages
 from app.protocol.seeds import DIGITS
 from app.rooms.independent import IndependentRoom
-from app.rooms.pending import DropCommand, Requester
+from app.rooms.pending import DropCommand
 from app.settings import Settings
 from engine import Board, drop
 from tests.app.conftest import TINY
@@ -49,31 +50,28 @@ class Ear:
 class Watched:
     """A room that some clients watch by seeds, ticked by hand."""
 
-    def __init__(self) -> None:
+    def __init__(self, presence: Presence | None = None) -> None:
         self.hub = Hub(10)
-        self.broadcaster = Broadcaster(self.hub, Settings(), lambda: 0.0)
         self.room = IndependentRoom("r", BOARD, tick_rate=RATE, max_balls=100)
-        self.broadcaster.begin(self.room, "a")
+        means = Means.of(self.hub, Settings(), lambda: 0.0, presence=presence)
+        self.audience = Audience(means, self.room, "a")
 
     def join(self, number: int = 1, stream: str = messages.SEEDS) -> Ear:
         ear = Ear()
         client = Client(number, ear, Mailbox(9, 9999), 1.0, stream=stream)
-        self.broadcaster.release(self.room.id)
-        self.hub.join(self.room.id, client)
-        self.broadcaster.greet(self.room, client)
+        self.audience.enter(client)
         return ear
 
     def drop(self, seed: int, x: float | None = None, client: int | None = None) -> None:
-        requester = Requester(client=client, ref="mine")
-        self.room.plan_drop(DropCommand(seed, x), requester=requester).durable = True
+        self.room.plan_drop(DropCommand(seed, x)).durable = True
         for entered in self.room.enter():
             (event,) = entered.events
-            self.broadcaster.announce(self.room, self.room.seq, requester, event)
+            self.audience.announce(self.room.seq, Player(client=client, ref="mine"), event)
 
     def tick(self, times: int = 1) -> None:
         for _ in range(times):
             events = self.room.step(watched=False)
-            self.broadcaster.broadcast(self.room, events, with_snapshot=True)
+            self.audience.broadcast(events, with_snapshot=True)
 
     def run(self) -> None:
         while self.room.awake:
@@ -117,7 +115,7 @@ def test_landings_wait_for_company_but_no_longer_than_a_tenth_of_a_second() -> N
         before = len(ear.wire)
         events = watched.room.step(watched=False)
         ends |= {e.ball: e.tick for e in events if isinstance(e, messages.Landed)}
-        watched.broadcaster.broadcast(watched.room, events)
+        watched.audience.broadcast(events)
         for told in (told for message in ear.messages[before:] for told in message):
             if told["type"] == "landed":
                 assert watched.room.world.tick - ends.pop(told["ball"]) <= RATE // 10
@@ -168,8 +166,8 @@ def test_drops_that_are_given_up_with_their_room_are_told_before_it_is_gone() ->
     ear = watched.join()
     watched.drop(7)
     watched.tick()
-    watched.broadcaster.broadcast(watched.room, list(watched.room.give_up("the room failed")))
-    watched.broadcaster.forget(watched.room.id)
+    watched.audience.broadcast(list(watched.room.give_up("the room failed")))
+    watched.audience.release()
     landed = ear.events[-1]
     assert (landed["ball"], landed["bin"], landed["score"]) == (0, None, 1.0)
     assert (landed["digest"], landed["unsettled"]) == (None, "the room failed")

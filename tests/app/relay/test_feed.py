@@ -20,6 +20,7 @@ from app.relay.replica import Replica
 from app.rooms.boards import Boards
 from app.settings import Settings
 from engine import Board
+from tests.app.asking import ask
 from tests.app.live.test_registry import finish
 from tests.app.passes import run_pass
 from tests.waiting import eventually, turns
@@ -110,7 +111,7 @@ def scene(kept: float = KEPT) -> Iterator[Scene]:
 
 async def dropped(one: Scene, seed: int) -> None:
     """Drop into `main`, and tick until the ball is in it."""
-    asked = one.rooms.drop(one.rooms.find("main"), seed, None)
+    asked = ask(one.rooms.find("main"), seed)
     while not asked.done():
         run_pass(one.rooms.runner)
         await asyncio.sleep(0)

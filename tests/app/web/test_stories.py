@@ -37,7 +37,7 @@ def opened(http: httpx.Client, told: dict[str, Any]) -> dict[str, Any]:
 
 def positions(running: Running, room: str) -> list[float]:
     """Of a room that is paused, so that it stays as it is."""
-    found: list[float] = running.services.rooms.find(room).world.bodies["x"].tolist()
+    found: list[float] = running.services.rooms.find(room).room.world.bodies["x"].tolist()
     return found
 
 

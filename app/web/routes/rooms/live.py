@@ -29,12 +29,12 @@ def _frame(fmt: str) -> Callable[..., object]:
     ) -> Response:
         """The room as it is now. The ETag changes when something has moved."""
         found = await server.rooms.seek(room)
-        etag = f"{moment_of(found)}.{fmt}.{width}.{theme}.{look()}"
+        etag = f"{moment_of(found.room)}.{fmt}.{width}.{theme}.{look()}"
         headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
         if is_current(request, etag):
             return Response(status_code=304, headers=headers)
-        work = functools.partial(draw, still_of(found), fmt, width, theme)
-        price = prices.still(pixels_of(found, width), 0)
+        work = functools.partial(draw, still_of(found.room), fmt, width, theme)
+        price = prices.still(pixels_of(found.room, width), 0)
         make = functools.partial(charged, server, address_of(request), work, price)
         picture = await attended(request, server.moments.get(etag, make))
         return Response(picture, headers=headers, media_type=STILLS[fmt])
@@ -78,8 +78,8 @@ async def get_room_stream(
     found = await server.rooms.seek(room)
     shot = Shot(found.id, width, theme, fps)
     address = address_of(request)
-    camera, seen, part = await server.cameras.open(found, shot, address)
-    server.rooms.runner.wake(found)
+    camera, seen, part = await server.cameras.open(found.room, shot, address)
+    found.wake()
     return _Stream(server.cameras, camera, address, seen, part)
 
 

@@ -1,12 +1,12 @@
 """What one client may change in a room whose balls touch each other, and how often."""
 
-import asyncio
 import contextlib
 import time
-from collections.abc import Callable
-from typing import Any
 
-from app.errors import AppError, TokenError
+from app.errors import AppError, InvalidValueError, MissingBallError, TokenError
+from app.live.broadcast.audience import Player
+from app.live.broadcast.hub import Client
+from app.live.live_room import LiveRoom
 from app.protocol import messages
 from app.protocol.touching_messages import (
     Change,
@@ -15,11 +15,8 @@ from app.protocol.touching_messages import (
     ReleaseMessage,
     WatchMessage,
 )
-from app.rooms.room import Room
 from app.web.limits import TokenBucket, spend
 from app.web.services import Services
-
-Failed = Callable[["asyncio.Future[Any]"], None]
 
 
 class Changes:
@@ -29,9 +26,9 @@ class Changes:
     its token. A client that goes away lets go of the balls it held.
     """
 
-    def __init__(self, server: Services, room_id: str, client: int) -> None:
+    def __init__(self, server: Services, live: LiveRoom, client: Client) -> None:
         self._server = server
-        self._room_id = room_id
+        self._live = live
         self._client = client
         self._claimed = False
         self._holding: set[int] = set()
@@ -40,40 +37,44 @@ class Changes:
 
     def claim(self, message: ClaimMessage) -> messages.Claimed:
         """Check the room's token; raises TokenError."""
-        self._server.tokens.check(self._room_id, f"Bearer {message.token}")
+        self._server.tokens.check(self._live.id, f"Bearer {message.token}")
         self._claimed = True
         return messages.Claimed(ref=message.ref)
 
-    def watch(self, room: Room, message: WatchMessage) -> None:
+    def watch(self, message: WatchMessage) -> None:
         """Subscribe to diagnostics, or end that."""
-        wanted = message.diagnostics
-        self._server.rooms.broadcaster.watch_diagnostics(room, self._client, wanted)
+        self._live.audience.watch_diagnostics(self._client.id, message.diagnostics)
 
-    def take(self, room: Room, message: Change) -> "asyncio.Future[messages.Event | None]":
-        """Give the room an input.
+    async def take(self, message: Change) -> messages.Event | None:
+        """Give the room an input; returns the first event that came of it.
 
         Raises TokenError, RateLimitError, InvalidValueError, MissingBallError, BallLimitError,
         LedgerError.
         """
-        room.check_changeable()
-        if self._server.rooms.owned(room) and not self._claimed:
+        live = self._live
+        live.room.check_changeable()
+        if live.owned and not self._claimed:
             raise TokenError(
-                f"room {room.id!r} is changed by its creator: send `claim` with its token",
+                f"room {live.id!r} is changed by its creator: send `claim` with its token",
                 field="type",
             )
         spend(self._bucket, time.monotonic(), "changes")
         if isinstance(message, ReleaseMessage):
             self._holding.discard(message.ball)  # even one that has gone is not held any more
-        asked = self._server.rooms.change(room, message, client=self._client, ref=message.ref)
-        if isinstance(message, DragMessage):
-            self._holding.add(message.ball)
-        return asked
+        player = Player(client=self._client.id, ref=message.ref)
+        if not isinstance(message, DragMessage):
+            return await live.change(message, player)
+        self._holding.add(message.ball)
+        try:
+            return await live.change(message, player)
+        except (InvalidValueError, MissingBallError):
+            self._holding.discard(message.ball)
+            raise
 
-    def let_go(self) -> None:
+    async def let_go(self) -> None:
         """The client has gone; what it held falls."""
         for ball in sorted(self._holding):
             # A room that has gone too, or a ledger that is lost: the hand lapses by itself.
             with contextlib.suppress(AppError):
-                room = self._server.rooms.find(self._room_id)
-                self._server.rooms.change(room, ReleaseMessage(ball=ball))
+                await self._live.change(ReleaseMessage(ball=ball))
         self._holding.clear()

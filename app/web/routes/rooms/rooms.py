@@ -10,18 +10,18 @@ from fastapi.security import HTTPBearer
 
 from app.computing import prices
 from app.errors import InvalidValueError, TokenError, UnknownRoomError
-from app.live.sessions.fair_sessions import check_stake
+from app.live.broadcast.audience import Player
+from app.live.live_room import LiveRoom
 from app.persistence.room_log import LogPart
-from app.protocol.client_messages import parse_aim, parse_x
 from app.protocol.messages import Accepted
 from app.rooms.kinds import SCENE
 from app.rooms.outcome import Outcome
 from app.rooms.pending import again_of
 from app.rooms.room import Ground, Room
-from app.rooms.stakes import parse_stake, parse_who
 from app.rooms.touching.scene import Scene
 from app.rooms.touching.story import Retold, retell, story_of
 from app.web.directory import listed
+from app.web.drops import drop_command
 from app.web.routes.common import (
     Server,
     address_of,
@@ -33,7 +33,6 @@ from app.web.routes.common import (
     is_current,
     limit_drops,
     next_page,
-    optional_seed,
     read,
     reply,
     resolve_board,
@@ -148,11 +147,11 @@ async def open_room(request: Request, server: Server, key: Key = None) -> Respon
     return _opened(server, room)
 
 
-def _opened(server: Services, room: Room) -> Response:
+def _opened(server: Services, live: LiveRoom) -> Response:
     """What the creator of a room is told of it."""
-    view = msgspec.structs.asdict(_view(server, room))
-    opened = RoomOpened(**view, token=server.tokens.of(room.id))
-    headers = {"location": f"/api/v1/rooms/{room.id}", "cache-control": "no-store"}
+    view = msgspec.structs.asdict(_view(server, live))
+    opened = RoomOpened(**view, token=server.tokens.of(live.id))
+    headers = {"location": f"/api/v1/rooms/{live.id}", "cache-control": "no-store"}
     return reply(opened, 201, headers)
 
 
@@ -174,7 +173,8 @@ async def change_room(room: str, request: Request, server: Server, key: Key = No
     found = await _own_room(room, request, server)
     body = await read(request, RoomChange)
     board = await _board_of_room(request, server, body.board)
-    return reply(_view(server, await server.rooms.reset(found, board, _again(room, key))))
+    await server.rooms.reset(found, board, _again(room, key))
+    return reply(_view(server, found))
 
 
 @router.post(
@@ -186,7 +186,8 @@ async def change_room(room: str, request: Request, server: Server, key: Key = No
 async def reset_room(room: str, request: Request, server: Server, key: Key = None) -> Response:
     """Take all balls out and count from zero; for its creator alone."""
     found = await _own_room(room, request, server)
-    return reply(_view(server, await server.rooms.reset(found, key=_again(room, key))))
+    await server.rooms.reset(found, key=_again(room, key))
+    return reply(_view(server, found))
 
 
 def _again(room: str, key: str | None) -> str | None:
@@ -282,12 +283,12 @@ async def drop_into_room(
     body = await read(request, RoomDropRequest, empty=RoomDropRequest())
     found = await server.rooms.seek(room)
     again = None if key is None else again_of("rest", key)
-    outcome = None if again is None else await server.rooms.asked_before(found, again)
+    outcome = None if again is None else await found.dropped(again)
     if outcome is None:
         outcome = Outcome(await _drop(found, body, request, server, again), None)
     accepted, landed = outcome.accepted, outcome.landed if wait else None
     if wait and landed is None:
-        landed = await server.rooms.landings.wait(found, accepted.ball, server.settings.wait_limit)
+        landed = await found.landings.wait(accepted.ball, server.settings.wait_limit)
     drop = RoomDrop(
         found.id,
         accepted.ball,
@@ -302,23 +303,12 @@ async def drop_into_room(
 
 
 async def _drop(
-    room: Room, body: RoomDropRequest, request: Request, server: Services, again: str | None
+    live: LiveRoom, body: RoomDropRequest, request: Request, server: Services, again: str | None
 ) -> Accepted:
     """Have a ball dropped; `again` is the mark of its key."""
-    stake = parse_stake(body.stake)
-    check_stake(stake, body.session)
+    command = drop_command(body, server.rooms.draw)
     session = None if body.session is None else await own_session(body.session, request, server)
-    asked = server.rooms.drop(
-        room,
-        optional_seed(body.seed),
-        parse_x(body.x),
-        aim=parse_aim(body.aim),
-        stake=stake,
-        who=parse_who(body.who),
-        session=session,
-        again=again,
-    )
-    return await server.ledger.decided(asked)
+    return await live.drop(command, Player(again=again), session)
 
 
 async def _ground(request: Request, server: Services, body: RoomRequest) -> tuple[Ground, str]:
@@ -353,26 +343,27 @@ async def _logged(server: Services, room_id: str) -> tuple[str, Room]:
     """
     persistence = server.rooms.persistence
     try:
-        room = await server.rooms.seek(room_id)
+        live = await server.rooms.seek(room_id)
     except UnknownRoomError:
         closed = await persistence.recovery.closed(room_id)
         if closed is None:
             raise
         return f"{closed[0]}-closed", closed[1]
-    record = persistence.runs.of(room)
-    return f"{record.number}-{record.opened:.6f}", room
+    record = persistence.runs.of(live.room)
+    return f"{record.number}-{record.opened:.6f}", live.room
 
 
-async def _own_room(room_id: str, request: Request, server: Services) -> Room:
+async def _own_room(room_id: str, request: Request, server: Services) -> LiveRoom:
     """The room, if the request bears its token; raises what stands in the way."""
-    room = await server.rooms.seek(room_id)
-    if not server.rooms.owned(room):
-        raise TokenError(f"room {room.id!r} belongs to nobody and cannot be changed", field="room")
-    server.tokens.check(room.id, request.headers.get("authorization"))
-    return room
+    live = await server.rooms.seek(room_id)
+    if not live.owned:
+        raise TokenError(f"room {live.id!r} belongs to nobody and cannot be changed", field="room")
+    server.tokens.check(live.id, request.headers.get("authorization"))
+    return live
 
 
-def _view(server: Services, room: Room) -> RoomView:
+def _view(server: Services, live: LiveRoom) -> RoomView:
+    room = live.room
     return RoomView(
         id=room.id,
         board_name=room.origin.name,
@@ -383,7 +374,7 @@ def _view(server: Services, room: Room) -> RoomView:
         tick_rate=room.tick_rate,
         awake=room.awake,
         clients=server.hub.count(room.id),
-        owned=server.rooms.owned(room),
+        owned=live.owned,
         extent=room.extent,
         balls=room.balls,
         stats=room.stats(),

@@ -50,8 +50,8 @@ async def begin_session(request: Request, server: Server) -> Response:
     """
     limit_drops(request, server)
     body = await read(request, SessionRequest)
-    room = await server.rooms.seek(body.room)
-    session = await server.fair.begin(room, body.commitment)
+    live = await server.rooms.seek(body.room)
+    session = await server.fair.begin(live.room, body.commitment)
     token = server.session_tokens.of(session.id)
     headers = {"location": f"/api/v1/sessions/{session.id}", "cache-control": "no-store"}
     return reply(SessionBegun(**_fields(session), token=token), 201, headers)

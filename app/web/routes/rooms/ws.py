@@ -5,7 +5,7 @@ import contextlib
 import logging
 import secrets
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import TypeVar
 
 import msgspec
@@ -30,16 +30,16 @@ from app.errors import (
     shorten,
     told,
 )
+from app.live.broadcast.audience import Player
 from app.live.broadcast.hub import Client, Mailbox
 from app.live.broadcast.transport import connection_of, sever
-from app.live.sessions.fair_sessions import check_stake
+from app.live.live_room import LiveRoom
 from app.protocol import asyncapi, client_messages, messages
 from app.protocol.touching_messages import ClaimMessage, WatchMessage
 from app.protocol.visitors import AppearMessage, parse_colour, parse_name
 from app.protocol.wire import WireMessage
 from app.rooms.pending import again_of
-from app.rooms.room import Room
-from app.rooms.stakes import parse_stake, parse_who
+from app.web.drops import drop_command
 from app.web.limits import TokenBucket, spend
 from app.web.routes.common import Server
 from app.web.routes.queries import check_queries
@@ -47,7 +47,6 @@ from app.web.routes.rooms.joined_sessions import JoinedSessions
 from app.web.routes.rooms.room_changes import Changes
 from app.web.services import Services
 from engine.errors import EngineError
-from engine.seeding import parse_seed
 
 router = APIRouter()
 
@@ -80,8 +79,8 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
         check_queries(socket.query_params, asyncapi.QUERY)
         stream = client_messages.parse_stream(socket.query_params.get("stream"))
         client_messages.parse_watch(socket.query_params.get("watch"))  # which is for relays
-        room = await server.rooms.seek(room_id)
-        error = await RoomClient(socket, server, room, stream).run()
+        live = await server.rooms.seek(room_id)
+        error = await RoomClient(socket, server, live, stream).run()
     except AppError as refused:
         error = refused
         if not isinstance(refused, HoldLostError):  # who comes again is brought to the room
@@ -116,46 +115,41 @@ def _again(key: str, ref: object) -> str:
 class RoomClient:
     """One client in one room."""
 
-    def __init__(self, socket: WebSocket, server: Services, room: Room, stream: str) -> None:
+    def __init__(self, socket: WebSocket, server: Services, live: LiveRoom, stream: str) -> None:
         settings = server.settings
         now = time.monotonic()
         self.socket = socket
         self.server = server
-        self.room_id = room.id
+        self.live = live
         self.client = Client(
             next(server.client_ids),
             connection_of(socket),
             Mailbox(settings.max_queue, settings.max_queue_bytes, self._keyframe(stream)),
             settings.client_grace,
-            stream=room.stream_of(stream),
+            stream=live.room.stream_of(stream),
             traffic=server.hub.traffic,
             key=secrets.token_hex(8),
         )
         self._messages = TokenBucket(settings.message_rate, 2 * settings.message_rate, now)
         self._drops = TokenBucket(settings.drop_rate, 2 * settings.drop_rate, now)
         self._appearances = TokenBucket(_APPEARANCES, _APPEARANCES_AT_ONCE, now)
-        self._changes = Changes(server, room.id, self.client.id)
+        self._changes = Changes(server, live, self.client)
         self._sessions = JoinedSessions(server)
         self._served: set[asyncio.Task[None]] = set()  # held, or they would be collected
         self._strikes = TokenBucket(_STRIKES_FORGIVEN, _STRIKES, now)
 
-    @property
-    def room(self) -> Room:
-        """The room as it is now: its creator may have begun it anew."""
-        return self.server.rooms.find(self.room_id)
-
     async def run(self) -> AppError | None:
         """Serve the client until it leaves, or return why it must; raises RoomFullError."""
-        self.server.rooms.enter(self.room, self.client)
+        self.server.rooms.enter(self.live, self.client)
         tasks = [asyncio.create_task(self._read()), asyncio.create_task(self.client.run())]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self._changes.let_go()
-            self.server.rooms.exit(self.room_id, self.client)
+            self.server.rooms.exit(self.live, self.client)
             for task in tasks:
                 task.cancel()
             ended = await asyncio.gather(*tasks, return_exceptions=True)
+            await self._changes.let_go()
         for outcome in ended:
             if isinstance(outcome, AppError):
                 return outcome
@@ -195,9 +189,9 @@ class RoomClient:
 
     def _keyframe(self, stream: str) -> Callable[[], WireMessage] | None:
         """Pieces of paths add up: one message makes good those that could not be sent."""
-        if self.room.stream_of(stream) != messages.SEGMENTS:
+        if self.live.room.stream_of(stream) != messages.SEGMENTS:
             return None
-        return lambda: WireMessage.of_bytes(self.room.keyframe())
+        return lambda: WireMessage.of_bytes(self.live.room.keyframe())
 
     async def _carry_out(self, data: str | None) -> None:
         """Do what a message asks for and tell its sender; raises what stands in the way."""
@@ -210,8 +204,7 @@ class RoomClient:
             case client_messages.PingMessage():
                 self._tell(self._pong(message))
             case client_messages.ResumeMessage(run=run, since=since, key=key):
-                broadcaster = self.server.rooms.broadcaster
-                self._tell(broadcaster.missed(self.room, self.client, run, since, key))
+                self._tell(self.live.audience.missed(self.client, run, since, key))
             case client_messages.DropMessage():
                 spend(self._drops, time.monotonic(), "drops")
                 await self._drop(message)
@@ -221,73 +214,58 @@ class RoomClient:
                 | client_messages.EndMessage()
             ):
                 spend(self._drops, time.monotonic(), "drops")
-                work = asyncio.ensure_future(self._sessions.take(self.room, message))
+                work = self._sessions.take(self.live.room, message)
                 self._tell(await self._decided(work, message.ref))
             case AppearMessage():
                 self._appear(message)
             case ClaimMessage():
                 self._tell(self._changes.claim(message))
             case WatchMessage():
-                self._changes.watch(self.room, message)
+                self._changes.watch(message)
             case _:
-                asked = self._changes.take(self.room, message)
-                event = await self._decided(asked, message.ref)
+                event = await self._decided(self._changes.take(message), message.ref)
                 if message.ref is not None and not messages.has_ref(event):
-                    self._tell(messages.Done(tick=self.room.world.tick, ref=message.ref))
+                    self._tell(messages.Done(tick=self.live.room.world.tick, ref=message.ref))
 
-    async def _decided(self, asked: "asyncio.Future[T]", ref: object) -> T:
+    async def _decided(self, asked: Awaitable[T], ref: object) -> T:
         """What comes of something that the ledger keeps, however long it takes.
 
         Where that is not known for a while, the client is told so meanwhile.
         """
         try:
-            return await self.server.ledger.decided(asked)
-        except UndecidedError as undecided:
-            self._tell(_event(undecided, ref))
             return await asked
+        except UndecidedError as undecided:
+            if undecided.outcome is None:
+                raise
+            self._tell(_event(undecided, ref))
+            outcome: T = await undecided.outcome
+            return outcome
 
     async def _drop(self, message: client_messages.DropMessage) -> None:
         """Drop a ball, unless it was asked for before, over another connection."""
-        seed = None if message.seed is None else parse_seed(message.seed)
-        x = client_messages.parse_x(message.x)
-        aim = client_messages.parse_aim(message.aim)
-        stake, who = parse_stake(message.stake), parse_who(message.who)
-        check_stake(stake, message.session)
+        command = drop_command(message, self.server.rooms.draw)
         session = None if message.session is None else self._sessions.of(message.session)
         known = message.key or self.client.key
         again = None if message.ref is None else _again(known, message.ref)
         if message.key is not None:
             if again is None:
                 raise InvalidValueError("a drop is asked for again by its `ref`", field="ref")
-            before = await self.server.rooms.asked_before(self.room, again)
+            before = await self.live.dropped(again)
             if before is not None:
                 self._tell(msgspec.structs.replace(before.accepted, ref=message.ref))
                 if before.landed is not None:
                     self._tell(before.landed)
                 return
-        asked = self.server.rooms.drop(
-            self.room,
-            seed,
-            x,
-            aim=aim,
-            stake=stake,
-            who=who,
-            session=session,
-            client=self.client.id,
-            key=self.client.key,
-            ref=message.ref,
-            again=again,
-        )
-        await self._decided(asked, message.ref)
+        player = Player(client=self.client.id, key=self.client.key, ref=message.ref, again=again)
+        await self._decided(self.live.drop(command, player, session), message.ref)
 
     def _appear(self, message: AppearMessage) -> None:
         spend(self._appearances, time.monotonic(), "changes of name")
         name, colour = parse_name(message.name), parse_colour(message.colour)
-        presence = self.server.rooms.broadcaster.presence
-        self._tell(presence.appear(self.room_id, self.client, name, colour))
+        self._tell(self.live.audience.appear(self.client, name, colour))
 
     def _pong(self, ping: client_messages.PingMessage) -> messages.Pong:
-        tick, at = self.room.world.tick, self.room.tick_time
+        tick, at = self.live.room.world.tick, self.live.tick_time
         return messages.Pong(t=ping.t, tick=tick, tick_time=at, server_time=time.monotonic())
 
     def _tell(self, event: messages.Event) -> None:

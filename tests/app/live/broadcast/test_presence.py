@@ -130,10 +130,9 @@ def test_a_room_is_forgotten_with_its_last_visitor_and_tells_no_other_room() -> 
 
 @pytest.mark.parametrize("stream", messages.STREAMS)
 def test_a_ball_has_its_visitor_and_who_is_none_is_told_of_balls_alone(stream: str) -> None:
-    watched = Watched()
-    ear = watched.join(1, stream)
     salon = Salon()
-    watched.broadcaster.presence = salon.presence
+    watched = Watched(salon.presence)
+    ear = watched.join(1, stream)
     watched.drop(1, client=1)
     salon.appear(5)
     watched.drop(2, client=5)

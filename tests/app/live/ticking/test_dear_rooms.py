@@ -22,7 +22,9 @@ from engine import Board, World, drop
 from engine.drops import sliced
 from engine.physics import body
 from engine.world.exact_path import KEPT, SLICE
+from tests.app.asking import ask
 from tests.app.passes import run_pass
+from tests.waiting import turns
 
 MAIN = Board.preset("triangle-8")
 HALL = Board.from_json(hall())
@@ -52,18 +54,22 @@ async def test_a_room_that_lags_catches_up_by_no_more_than_its_share_of_time(
     clock = Clock()
     rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
     heap = await rooms.create(MAIN, INTERACTING)
-    asked = [rooms.drop(room, 1, None) for room in (heap, rooms.find("main"))]
+    asked = [ask(room, 1) for room in (heap, rooms.find("main"))]
+    await turns()
     run_pass(rooms.runner)
-    step = heap.step
+    step = heap.room.step
 
     def slow(*, watched: bool) -> list[messages.Event]:
         clock.time += 0.03
         return step(watched=watched)
 
-    monkeypatch.setattr(heap, "step", slow)
-    before = heap.world.tick, rooms.find("main").world.tick
+    monkeypatch.setattr(heap.room, "step", slow)
+    before = heap.room.world.tick, rooms.find("main").room.world.tick
     run_pass(rooms.runner, 5)
-    assert (heap.world.tick, rooms.find("main").world.tick) == (before[0] + 2, before[1] + 5)
+    assert (heap.room.world.tick, rooms.find("main").room.world.tick) == (
+        before[0] + 2,
+        before[1] + 5,
+    )
     assert all(each.done() for each in asked)
 
 
@@ -74,20 +80,21 @@ async def test_frames_of_main_leave_and_requests_are_heard_before_a_dear_room_ti
     rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
     main = rooms.find("main")
     dear = [await rooms.create(MAIN, INTERACTING) for _ in range(2)]
-    asked = [rooms.drop(room, 0, None) for room in (main, *dear)]
+    asked = [ask(room, 0) for room in (main, *dear)]
+    await turns()
     run_pass(rooms.runner)
-    before = [room.world.tick for room in (main, *dear)]
+    before = [room.room.world.tick for room in (main, *dear)]
 
     def slow(*, watched: bool) -> list[messages.Event]:
         clock.time += 0.003
         return []
 
     for room in dear:
-        monkeypatch.setattr(room, "step", slow)
+        monkeypatch.setattr(room.room, "step", slow)
     times = [clock.time]
     for awake in rooms.runner.tick(1):
         if len(times) == 1:
-            now = [room.world.tick for room in (main, *dear)]
+            now = [room.room.world.tick for room in (main, *dear)]
             assert now == [before[0] + 1, *before[1:]]
         times.append(clock.time)
         assert awake
@@ -100,15 +107,16 @@ async def test_requests_heard_between_rooms_do_not_make_the_next_tick_late() -> 
     clock = Clock()
     rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
     others = [await rooms.create(MAIN, INTERACTING) for _ in range(4)]
-    asked = [rooms.drop(room, 0, None) for room in (rooms.find("main"), *others)]
+    asked = [ask(room, 0) for room in (rooms.find("main"), *others)]
+    await turns()
     run_pass(rooms.runner)
 
     def ticked(requests: float) -> int:
         """Rooms that tick in a pass with requests that take so many s each time."""
-        before = [room.world.tick for room in others]
+        before = [room.room.world.tick for room in others]
         for _ in rooms.runner.tick(1):
             clock.time += requests
-        return sum(a < room.world.tick for a, room in zip(before, others, strict=True))
+        return sum(a < room.room.world.tick for a, room in zip(before, others, strict=True))
 
     assert ticked(0.0) == 4
     # Main's turn is over, and half of the time to its next one; then only whose turn it is anyway.
@@ -123,29 +131,32 @@ async def test_rooms_together_keep_no_more_events_than_there_is_memory_for(
     monkeypatch.setattr(runner, "MOST_EVENTS", 600)
     rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=Clock())
     dear = [await rooms.create(HALL) for _ in range(2)]
-    asked = [rooms.drop(room, 0, None) for room in dear]
-    while sum(room.events_kept for room in dear) <= 600:
+    asked = [ask(room, 0) for room in dear]
+    await turns()
+    while sum(room.room.events_kept for room in dear) <= 600:
         run_pass(rooms.runner)
     with pytest.raises(BusyError, match=r"in all rooms have \d+ events"):
-        rooms.drop(rooms.find("main"), 0, None)
+        await ask(rooms.find("main"), 0)
     assert all(each.done() for each in asked)
 
 
 async def test_forty_drops_of_a_dear_board_are_computed_in_turns() -> None:
     rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=Clock())
     dear, main = await rooms.create(HALL), rooms.find("main")
-    asked = [rooms.drop(dear, seed, None) for seed in range(40)]
-    asked.append(rooms.drop(main, 1, None))
+    asked = [ask(dear, seed) for seed in range(40)]
+    await turns()
+    asked.append(ask(main, 1))
+    await turns()
     for _ in range(60):
-        before, tick = followed(dear), main.world.tick
+        before, tick = followed(dear.room), main.room.world.tick
         run_pass(rooms.runner)
         # A turn has 2 ms: some twenty slices of 64 events and the few that end one.
-        assert followed(dear) - before <= 20 * (64 + 8)
-        assert main.world.tick == tick + 1
+        assert followed(dear.room) - before <= 20 * (64 + 8)
+        assert main.room.world.tick == tick + 1
         if tick % 20 == 0:
-            asked.append(rooms.drop(main, tick, None))
+            asked.append(ask(main, tick))
         await asyncio.sleep(0)
-    assert 0 < dear.world.tick < 60
+    assert 0 < dear.room.world.tick < 60
     assert all(each.done() for each in asked[:41])
 
 
@@ -230,14 +241,15 @@ async def test_a_board_on_which_one_impact_takes_too_long_closes_its_room_and_sa
     monkeypatch.setattr(sliced, "EFFORT", 50_000)
     rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=Clock())
     main, dear = rooms.find("main"), await rooms.create(Board.from_json(SHAFT))
-    asked = [rooms.drop(room, 1, None) for room in (main, dear)]
+    asked = [ask(room, 1) for room in (main, dear)]
+    await turns()
     accepted = [await each for each in asked]
-    landing = asyncio.ensure_future(rooms.landings.wait(dear, accepted[1].ball, 60.0))
+    landing = asyncio.ensure_future(dear.landings.wait(accepted[1].ball, 60.0))
     await asyncio.sleep(0)
     while rooms.is_open(dear.id):
         run_pass(rooms.runner)
     with pytest.raises(AppError, match="was closed: too much to compute"):
         await landing
-    before = main.world.tick
+    before = main.room.world.tick
     run_pass(rooms.runner)
-    assert main.world.tick == before + 1
+    assert main.room.world.tick == before + 1

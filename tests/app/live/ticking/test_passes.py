@@ -6,7 +6,7 @@ from collections import Counter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.live.ticking.passes import Lateness, Pass, Turn
+from app.live.ticking.passes import Pass, Turn
 
 BUDGET = 0.008
 MAIN = "main"
@@ -98,17 +98,3 @@ def test_a_pass_ends_at_its_budget_unless_a_turn_ends_later(
         now += rooms[turn.room_id]
         assert before <= turn.until <= max(before, began + BUDGET) + 1e-9
     assert before <= began + BUDGET
-
-
-def test_the_first_second_without_a_tick_is_not_late_and_all_after_it_is() -> None:
-    lateness = Lateness(60)
-    for _ in range(13):
-        lateness.missed("a", 5)
-        lateness.missed("b", 3)
-    assert lateness.late == 5
-    lateness.ran("a")
-    for _ in range(12):
-        lateness.missed("a", 5)
-    assert lateness.late == 5
-    lateness.missed("a", 5)
-    assert lateness.late == 10

@@ -3,14 +3,16 @@
 import pytest
 
 from app.live.broadcast.hub import Hub
+from app.live.live_room import LiveRoom
 from app.live.registry import Rooms
 from app.protocol import messages
 from app.rooms.boards import Boards
 from app.rooms.kinds import INTERACTING
-from app.rooms.room import Room
 from app.settings import Settings
 from engine import Board
+from tests.app.asking import ask
 from tests.app.passes import run_pass
+from tests.waiting import turns
 
 MAIN = Board.preset("triangle-8")
 
@@ -26,25 +28,26 @@ class Clock:
         return self.time
 
 
-async def seven_rooms(clock: Clock) -> tuple[Rooms, list[Room]]:
+async def seven_rooms(clock: Clock) -> tuple[Rooms, list[LiveRoom]]:
     """`main` and six others, in each of which a ball falls."""
     rooms = Rooms(Settings(), Boards(8), Hub(8), MAIN, clock=clock)
     others = [await rooms.create(MAIN, INTERACTING) for _ in range(6)]
-    asked = [rooms.drop(room, 0, None) for room in (rooms.find("main"), *others)]
+    asked = [ask(room, 0) for room in (rooms.find("main"), *others)]
+    await turns()
     run_pass(rooms.runner)
     assert all(each.done() for each in asked)
     return rooms, others
 
 
-def slow(room: Room, clock: Clock, seconds: float, patch: pytest.MonkeyPatch) -> None:
+def slow(room: LiveRoom, clock: Clock, seconds: float, patch: pytest.MonkeyPatch) -> None:
     """Have each tick of a room take so long from here on, in which nothing moves."""
 
     def step(*, watched: bool) -> list[messages.Event]:
         clock.time += seconds
-        room.world.tick += 1
+        room.room.world.tick += 1
         return []
 
-    patch.setattr(room, "step", step)
+    patch.setattr(room.room, "step", step)
 
 
 @pytest.mark.parametrize("seconds", [0.02, 0.05, 1.0, 60.0])
@@ -59,9 +62,9 @@ async def test_after_one_slow_tick_of_a_room_every_room_ticks_in_the_next_pass(
         with monkeypatch.context() as once:
             slow(room, clock, seconds, once)
             run_pass(rooms.runner)
-        before = [each.world.tick for each in others]
+        before = [each.room.world.tick for each in others]
         run_pass(rooms.runner)
-        assert [each.world.tick for each in others] == [tick + 1 for tick in before]
+        assert [each.room.world.tick for each in others] == [tick + 1 for tick in before]
 
 
 async def test_where_passes_are_too_short_for_all_no_room_waits_longer_than_its_round(
@@ -73,10 +76,10 @@ async def test_where_passes_are_too_short_for_all_no_room_waits_longer_than_its_
         slow(room, clock, cost, monkeypatch)
     silent = dict.fromkeys(others, 0)
     for _ in range(200):
-        before = {room: room.world.tick for room in others}
+        before = {room: room.room.world.tick for room in others}
         run_pass(rooms.runner)
         for room in others:
-            silent[room] = 0 if room.world.tick > before[room] else silent[room] + 1
+            silent[room] = 0 if room.room.world.tick > before[room] else silent[room] + 1
             assert silent[room] < len(others)
 
 
@@ -88,15 +91,15 @@ async def test_ticks_that_do_not_fit_into_a_pass_are_counted(
     for room in others:
         slow(room, clock, 0.0, monkeypatch)
     run_pass(rooms.runner)
-    assert rooms.runner.skipped == 0
+    assert rooms.runner.counts.skipped == 0
     for room in others:
         slow(room, clock, 0.02, monkeypatch)
-    before = sum(room.world.tick for room in others)
+    before = sum(room.room.world.tick for room in others)
     for _ in range(60):
         run_pass(rooms.runner)
-    ran = sum(room.world.tick for room in others) - before
+    ran = sum(room.room.world.tick for room in others) - before
     assert ran == 60
-    assert rooms.runner.skipped == 60 * len(others) - ran
+    assert rooms.runner.counts.skipped == 60 * len(others) - ran
 
 
 async def test_a_room_that_has_not_ticked_for_a_second_is_late(
@@ -104,27 +107,29 @@ async def test_a_room_that_has_not_ticked_for_a_second_is_late(
 ) -> None:
     rooms, others = await seven_rooms(Clock())
     held = others[0]
-    monkeypatch.setattr(rooms.persistence, "may_step", lambda room: room is not held)
+    monkeypatch.setattr(rooms.persistence, "may_step", lambda room: room is not held.room)
     for _ in range(60):
         run_pass(rooms.runner)
-    assert rooms.runner.lateness.late == 0
+    assert rooms.runner.counts.late == 0
     for _ in range(30):
         run_pass(rooms.runner, 2)
-    assert rooms.runner.lateness.late == 60
+    assert rooms.runner.counts.late == 60
     monkeypatch.undo()
     for _ in range(60):
         run_pass(rooms.runner)
-    assert rooms.runner.lateness.late == 60
-    assert rooms.runner.skipped == 0, "there was time"
+    assert rooms.runner.counts.late == 60
+    assert rooms.runner.counts.skipped == 0, "there was time"
 
 
 async def test_a_room_that_is_closed_is_not_late(monkeypatch: pytest.MonkeyPatch) -> None:
     rooms, others = await seven_rooms(Clock())
-    monkeypatch.setattr(rooms.persistence, "may_step", lambda room: room not in others)
+    monkeypatch.setattr(
+        rooms.persistence, "may_step", lambda room: room.id not in {each.id for each in others}
+    )
     for _ in range(60):
         run_pass(rooms.runner)
     for room in others:
         await rooms.delete(room)
     for _ in range(60):
         run_pass(rooms.runner)
-    assert rooms.runner.lateness.late == 0
+    assert rooms.runner.counts.late == 0

@@ -10,19 +10,20 @@ import pytest
 
 from app.errors import AppError, ClosedRoomError
 from app.live.broadcast.hub import Hub
+from app.live.live_room import LiveRoom
 from app.live.registry import Rooms
 from app.live.ticking.step_threads import StepThreads
 from app.protocol.touching_messages import AddMessage
 from app.rooms.boards import Boards
 from app.rooms.kinds import SCENE
-from app.rooms.room import Room
 from app.rooms.touching.next_tick import NextTick
 from app.rooms.touching.room import TouchingRoom
 from app.settings import Settings
 from benchmarks.scenes.expensive_boards import large
 from engine import Board, World, drop
+from tests.app.asking import ask, change
 from tests.app.passes import run_pass
-from tests.waiting import LIMIT, eventually
+from tests.waiting import LIMIT, eventually, turns
 
 MAIN = Board.preset("triangle-8")
 HEAP = {"scene": "sandbox", "balls": 60, "substeps": 8}
@@ -64,11 +65,11 @@ async def rooms() -> AsyncIterator[Rooms]:
     await asyncio.to_thread(held.runner.close)
 
 
-async def heap_of(rooms: Rooms) -> Room:
-    room = await rooms.create(rooms.scene(HEAP), SCENE)
-    assert room.steps_aside
-    rooms.persistence.ticked(60, [room])  # the ledger has heard how far it may tick
-    return room
+async def heap_of(rooms: Rooms) -> LiveRoom:
+    live = await rooms.create(rooms.scene(HEAP), SCENE)
+    assert live.room.steps_aside
+    rooms.persistence.ticked(60, [live.room])  # the ledger has heard how far it may tick
+    return live
 
 
 def alone(ticks: int, *, ball_at: int | None = None) -> TouchingRoom:
@@ -87,15 +88,16 @@ async def test_others_tick_while_a_step_is_computed_and_its_room_catches_up(
     rooms: Rooms, gate: Gate
 ) -> None:
     heap, main = await heap_of(rooms), rooms.find("main")
-    drop = rooms.drop(main, 1, None)
+    drop = ask(main, 1)
+    await turns()
     for tick in range(4):
         run_pass(rooms.runner)
-        assert (heap.world.tick, main.world.tick) == (0, tick + 1)
+        assert (heap.room.world.tick, main.room.world.tick) == (0, tick + 1)
     assert drop.done()
-    assert heap.checkpoint(), "it is read while another thread computes"
+    assert heap.room.checkpoint(), "it is read while another thread computes"
     gate.open(4)  # the ticks that it has missed; it needs no pass of the ticker for them
-    await eventually(lambda: heap.world.tick == 4)
-    assert heap.world.digest() == alone(4).world.digest()
+    await eventually(lambda: heap.room.world.tick == 4)
+    assert heap.room.world.digest() == alone(4).world.digest()
 
 
 async def test_what_the_first_ball_on_a_large_board_needs_is_made_by_another_thread(
@@ -110,19 +112,21 @@ async def test_what_the_first_ball_on_a_large_board_needs_is_made_by_another_thr
     monkeypatch.setattr(World, "prepare", waiting)
     board = Board.from_json(large())
     room, main = await rooms.create(board), rooms.find("main")
-    dropped = [rooms.drop(each, 4, None) for each in (room, main)]
+    dropped = [ask(each, 4) for each in (room, main)]
+    await turns()
     for tick in range(3):
         run_pass(rooms.runner)
-        assert (room.world.tick, main.world.tick) == (0, tick + 1)
+        assert (room.room.world.tick, main.room.world.tick) == (0, tick + 1)
     assert all(each.done() for each in dropped), "a drop is taken meanwhile"
-    rooms.drop(room, 5, None)
+    ask(room, 5)
+    await turns()
     gate.open()
-    await eventually(lambda: room.world.tick == 3)
+    await eventually(lambda: room.room.world.tick == 3)
     assert gate.came == 1
-    while room.awake:
+    while room.room.awake:
         run_pass(rooms.runner)
         await asyncio.sleep(0)
-    assert room.stats().histogram == [
+    assert room.room.stats().histogram == [
         sum(drop(board, seed).bin == number for seed in (4, 5))
         for number in range(board.bins.count)
     ]
@@ -133,9 +137,9 @@ async def test_a_room_that_is_slow_for_long_gives_ticks_up(rooms: Rooms, gate: G
     run_pass(rooms.runner, 5)
     run_pass(rooms.runner, 5)
     gate.open(100)
-    await eventually(lambda: heap.world.tick == 5 and heap.ready)
+    await eventually(lambda: heap.room.world.tick == 5 and heap.room.ready)
     run_pass(rooms.runner)
-    assert heap.world.tick == 6
+    assert heap.room.world.tick == 6
 
 
 async def test_an_input_enters_at_its_tick_though_the_next_is_being_computed(
@@ -143,15 +147,18 @@ async def test_an_input_enters_at_its_tick_though_the_next_is_being_computed(
 ) -> None:
     heap = await heap_of(rooms)
     gate.open(100)
-    await eventually(lambda: run_pass(rooms.runner) and heap.world.tick >= 3)
-    tick = heap.world.tick
-    placed: Any = rooms.change(heap, AddMessage(x=0.0, y=0.5))
-    (planned,) = heap.planned
+    await eventually(lambda: run_pass(rooms.runner) and heap.room.world.tick >= 3)
+    tick = heap.room.world.tick
+    placed: Any = change(heap, AddMessage(x=0.0, y=0.5))
+    await turns()
+    (planned,) = heap.room.planned
     assert planned.tick == tick + rooms.persistence.lead
-    await eventually(lambda: run_pass(rooms.runner) and heap.world.tick >= tick + 8)
+    await eventually(lambda: run_pass(rooms.runner) and heap.room.world.tick >= tick + 8)
     assert placed.done()
     assert placed.result().tick == planned.tick
-    assert heap.world.digest() == alone(heap.world.tick, ball_at=planned.tick).world.digest()
+    assert (
+        heap.room.world.digest() == alone(heap.room.world.tick, ball_at=planned.tick).world.digest()
+    )
 
 
 async def test_a_room_is_closed_or_begun_anew_while_its_step_is_computed(
@@ -159,12 +166,13 @@ async def test_a_room_is_closed_or_begun_anew_while_its_step_is_computed(
 ) -> None:
     gone, anew = await heap_of(rooms), await heap_of(rooms)
     run_pass(rooms.runner)
+    old = anew.room
     await rooms.delete(gone)
-    again = await rooms.reset(anew)
+    await rooms.reset(anew)
     gate.open(100)
-    await eventually(lambda: run_pass(rooms.runner) and again.world.tick >= 3)
-    assert (gone.world.tick, anew.world.tick) == (0, 0), "nobody ticks what is gone"
-    assert again.world.digest() == alone(again.world.tick).world.digest()
+    await eventually(lambda: run_pass(rooms.runner) and anew.room.world.tick >= 3)
+    assert (gone.room.world.tick, old.world.tick) == (0, 0), "nobody ticks what is gone"
+    assert anew.room.world.digest() == alone(anew.room.world.tick).world.digest()
 
 
 async def test_a_room_that_is_deleted_while_it_is_begun_anew_stays_deleted(rooms: Rooms) -> None:
@@ -186,15 +194,15 @@ async def test_a_step_that_fails_in_another_thread_closes_its_room_alone(
     def bad() -> None:
         raise ZeroDivisionError("a heap")
 
-    copy = heap.world.copy  # type: ignore[attr-defined]
+    copy = heap.room.world.copy  # type: ignore[attr-defined]
 
     def broken() -> Any:
         world = copy()
         world.step = bad
         return world
 
-    monkeypatch.setattr(heap.world, "copy", broken)
-    await eventually(lambda: run_pass(rooms.runner) and other.world.tick >= 3)
+    monkeypatch.setattr(heap.room.world, "copy", broken)
+    await eventually(lambda: run_pass(rooms.runner) and other.room.world.tick >= 3)
     with pytest.raises(AppError):
         rooms.find(heap.id)
     assert "room failed and is closed" in caplog.text
@@ -247,13 +255,15 @@ async def test_an_input_that_is_kept_when_the_server_stops_harms_no_room(
     rooms: Rooms, caplog: pytest.LogCaptureFixture
 ) -> None:
     heap = await heap_of(rooms)
-    await eventually(lambda: run_pass(rooms.runner) and heap.world.tick >= 1)
-    placed = rooms.change(heap, AddMessage(x=0.0, y=0.5))
+    await eventually(lambda: run_pass(rooms.runner) and heap.room.world.tick >= 1)
+    placed = change(heap, AddMessage(x=0.0, y=0.5))
+    await turns()
     rooms.leave()
-    while heap.planned:
+    while heap.room.planned:
         run_pass(rooms.runner)
-        heap.step(watched=False)
-    rooms.runner.admit_now(heap)
+        heap.room.step(watched=False)
+    rooms.runner.admit(heap)
+    await turns()
     assert placed.done()
     assert rooms.find(heap.id) is heap
     assert caplog.text == ""

@@ -248,7 +248,7 @@ def test_a_room_that_is_given_up_returns_what_was_staked(
     async def again() -> tuple[int, int]:
         async with living(url) as life:
             room = await life.rooms.seek("main")
-            return room.taken, (await life.drop(room, 1)).ball
+            return room.room.taken, (await life.drop(room, 1)).ball
 
     assert asyncio.run(again()) == (0, 0)
 

@@ -4,7 +4,6 @@
 once it goes on, it plays on and prints what its players were told, as JSON.
 """
 
-import asyncio
 import json
 import os
 import signal
@@ -14,11 +13,11 @@ from tests.app.persistence.ledger.stepped import Table
 from tests.app.persistence.oracle import Told
 
 
-async def play(url: str, stop: int) -> None:
+def play(url: str, stop: int) -> None:
     told = {"main": Told("main")}
     table = Table(url, told, holder="older")
-    await table.until(table.rooms.resume())
-    await table.until(table.rooms.seek("main"))
+    table.until(table.rooms.resume())
+    table.until(table.rooms.seek("main"))
     table.asks("main", 1)
     table.work()
     table.tick(30)
@@ -37,14 +36,12 @@ async def play(url: str, stop: int) -> None:
             table.asks("main", seed)
         table.work()
         table.tick(30)
-        await asyncio.sleep(0)
     if left > 0:
         print("", flush=True)  # noqa: T201
     for _ in range(20):
         table.loop.pass_time(1.0)
         table.work()
         table.tick(30)
-        await asyncio.sleep(0)
     found = told["main"]
     said = {
         "accepted": list(found.accepted.values()),
@@ -55,4 +52,4 @@ async def play(url: str, stop: int) -> None:
     print(json.dumps(said), flush=True)  # noqa: T201
 
 
-asyncio.run(play(sys.argv[1], int(sys.argv[2])))
+play(sys.argv[1], int(sys.argv[2]))

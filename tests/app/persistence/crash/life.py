@@ -12,6 +12,7 @@ import sqlalchemy as sa
 
 from app.live.broadcast.hub import Hub
 from app.live.holding import Holding
+from app.live.live_room import LiveRoom
 from app.live.registry import Rooms
 from app.persistence.holds import Holds
 from app.persistence.ledger.database import Database
@@ -22,11 +23,11 @@ from app.protocol import messages
 from app.rooms.boards import Boards
 from app.rooms.kinds import BallLimits
 from app.rooms.records import RoomRow
-from app.rooms.room import Room
 from app.settings import Settings
 from engine import Board
+from tests.app.asking import ask
 from tests.app.passes import run_pass
-from tests.waiting import LIMIT, eventually
+from tests.waiting import LIMIT, eventually, turns
 
 BOARD = Board.preset("triangle-8")
 
@@ -38,9 +39,10 @@ class Life:
     rooms: Rooms
     ledger: Ledger
 
-    async def drop(self, room: Room, seed: int, **values: Any) -> messages.Accepted:
+    async def drop(self, live: LiveRoom, seed: int | None, **values: Any) -> messages.Accepted:
         """Drop a ball, ticking until it is in."""
-        asked = self.rooms.drop(room, seed, None, **values)
+        asked = ask(live, seed, **values)
+        await turns()
         await self.heard()
         await self.until(asked.done, 1)
         return await asked
@@ -60,8 +62,9 @@ class Life:
                 self.tick(ticks)
                 await self.heard()
 
-    async def run(self, room: Room, ticks: int) -> None:
+    async def run(self, live: LiveRoom, ticks: int) -> None:
         """Tick until the room has come so far or sleeps."""
+        room = live.room
         last = room.world.tick + ticks
         await self.until(lambda: room.world.tick + 20 > last or not room.awake)
         await self.until(lambda: room.world.tick >= last or not room.awake, 1)

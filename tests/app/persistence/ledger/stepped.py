@@ -1,7 +1,8 @@
 """A whole table whose ledger works step by step in the test's own thread, by a clock of the test's.
 
 Between any two steps of a commit anything may happen: time passes, players drop, rooms tick, the
-database fails, the process ends. So every interleaving of the two threads can be had again.
+database fails, the process ends. So every interleaving of the two threads can be had again. The
+event loop is the test's as well: it goes round when it is told to, in between.
 """
 
 import asyncio
@@ -11,14 +12,14 @@ import heapq
 import itertools
 import sqlite3
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from typing import Any, TypeVar
 
 import msgspec
 import sqlalchemy as sa
 from sqlalchemy import Connection
 
-from app.errors import LedgerError
+from app.errors import LedgerError, UndecidedError
 from app.live.broadcast.hub import Hub
 from app.live.registry import Rooms
 from app.persistence.holds import Holds
@@ -29,6 +30,7 @@ from app.persistence.service import PersistenceService
 from app.protocol import messages
 from app.rooms.boards import Boards
 from app.rooms.kinds import BallLimits
+from app.rooms.pending import DropCommand
 from app.rooms.room import Room
 from app.settings import Settings
 from engine import Board
@@ -38,6 +40,7 @@ from tests.app.persistence.oracle import Told
 T = TypeVar("T")
 
 PATIENCE = 2.0  # s
+_ROUNDS = 12  # of the event loop, more than any chain of awaits that needs no time has
 LIMITS = BallLimits(200, 200)
 
 
@@ -73,10 +76,11 @@ class Steps(Database):
 
 
 class Clockwork:
-    """An event loop's timers and messages, by hand."""
+    """An event loop's timers and messages, by hand; `within` runs something on the loop."""
 
-    def __init__(self) -> None:
+    def __init__(self, within: Callable[[Callable[[], None]], None]) -> None:
         self.now = 0.0
+        self._within = within
         self._order = itertools.count()
         self._timers: list[tuple[float, int, Callable[[], None]]] = []
         self._inbox: deque[Callable[[], None]] = deque()
@@ -93,7 +97,7 @@ class Clockwork:
     def deliver(self) -> None:
         """Let the loop hear what the ledger's thread has said."""
         while self._inbox:
-            self._inbox.popleft()()
+            self._within(self._inbox.popleft())
 
     def pass_time(self, seconds: float) -> None:
         """So much time passes, and the loop runs all the while."""
@@ -101,7 +105,7 @@ class Clockwork:
         while self._timers and self._timers[0][0] <= end:
             due, _, callback = heapq.heappop(self._timers)
             self.now = max(self.now, due)
-            callback()
+            self._within(callback)
             self.deliver()
         self.now = end
 
@@ -129,7 +133,8 @@ class Table:
 
     def __init__(self, url: str, told: dict[str, Told], holder: str = "") -> None:
         self.told = told
-        self.loop = Clockwork()
+        self._aio = asyncio.new_event_loop()
+        self.loop = Clockwork(self.within)
         self.database = Steps(url, shared=bool(holder))
         self.ledger = Ledger(
             self.database, period=1 / 60, patience=PATIENCE, clock=lambda: self.loop.now
@@ -155,21 +160,40 @@ class Table:
         )
         self.ledger.start = lambda: None  # type: ignore[method-assign]
 
-    def asks(self, room_id: str, seed: int, stake: int = 0) -> "asyncio.Future[Any] | None":
+    def within(self, call: Callable[[], T]) -> T:
+        """What `call()` returns on the event loop, once all has happened that needs no time."""
+        called: asyncio.Future[T] = self._aio.create_future()
+
+        def run() -> None:
+            try:
+                called.set_result(call())
+            except Exception as error:  # noqa: BLE001 - it is raised below
+                called.set_exception(error)
+
+        self._aio.call_soon(run)
+        self._go_round()
+        return called.result()
+
+    def _go_round(self) -> None:
+        for _ in range(_ROUNDS):
+            self._aio.call_soon(self._aio.stop)
+            self._aio.run_forever()
+
+    def asks(self, room_id: str, seed: int, stake: int = 0) -> "asyncio.Task[Any] | None":
         """A player drops; None when that is refused at once."""
-        room = self.rooms.find(room_id)
-        try:
-            asked = self.rooms.drop(room, seed, None, stake=stake)
-        except LedgerError:
-            self.told[room_id].refused.add(str(seed))
-            return None
+        live = self.within(lambda: self.rooms.find(room_id))
+        command = DropCommand(seed, stake=stake, practice=True)
+        asked = self._aio.create_task(_decided(live.drop(command)))
         asked.add_done_callback(functools.partial(self._answered, room_id, seed))
-        return asked
+        self._go_round()
+        return None if asked.done() and asked.exception() is not None else asked
 
     def _answered(self, room_id: str, seed: int, asked: "asyncio.Future[Any]") -> None:
-        if asked.exception() is None:
+        error = asked.exception()
+        if error is None:
             self.told[room_id].hear(msgspec.to_builtins(asked.result()))
         else:
+            assert isinstance(error, LedgerError), error
             self.told[room_id].refused.add(str(seed))
 
     def turn(self) -> None:
@@ -184,38 +208,55 @@ class Table:
             self.turn()
             self.loop.deliver()
 
-    async def until(self, wanted: Awaitable[T]) -> T:
+    def until(self, wanted: Coroutine[Any, Any, T]) -> T:
         """What comes of something that waits for the ledger."""
-        task = asyncio.ensure_future(wanted)
+        task = self._aio.create_task(_decided(wanted))
         try:
             while not task.done():
-                await asyncio.sleep(0)
+                self._go_round()
                 self.work()
-            return await task
+            return task.result()
         finally:
             task.cancel()
 
-    def tick(self, times: int) -> None:
+    def tick(self, times: int) -> bool:
+        """Tick so often; whether something still moves."""
+        moves = False
         for _ in range(times):
-            run_pass(self.rooms.runner)
+            moves = self.within(lambda: run_pass(self.rooms.runner))
+        return moves
 
-    async def until_still(self) -> None:
+    def until_still(self) -> None:
         """Let all that moves land, and the ledger hear of it."""
-        while run_pass(self.rooms.runner) or not self.ledger.idle:
+        while self.tick(1) or not self.ledger.idle:
             self.work()
-            await asyncio.sleep(0)
 
-    async def log(self, room_id: str) -> dict[str, Any]:
+    def log(self, room_id: str) -> dict[str, Any]:
         """A room's log, as a client gets it."""
 
         async def read() -> bytes:
-            room = await self.rooms.seek(room_id)
-            pieces = await RoomLogs(self.persistence.runs).read(room, "", marks=True)
+            live = await self.rooms.seek(room_id)
+            pieces = await RoomLogs(self.persistence.runs).read(live.room, "", marks=True)
             return b"".join([piece async for piece in pieces])
 
-        log: dict[str, Any] = msgspec.json.decode(await self.until(read()))
+        log: dict[str, Any] = msgspec.json.decode(self.until(read()))
         return log
 
     def end(self) -> None:
         """The process ends, as if it were killed."""
         self.database.close()
+        for task in asyncio.all_tasks(self._aio):
+            task.cancel()
+        self._go_round()
+        self._aio.close()
+
+
+async def _decided(wanted: Coroutine[Any, Any, T]) -> T:
+    """What comes of something in the end, however long that is undecided."""
+    try:
+        return await wanted
+    except UndecidedError as undecided:
+        if undecided.outcome is None:
+            raise
+        outcome: T = await undecided.outcome
+        return outcome

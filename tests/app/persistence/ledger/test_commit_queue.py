@@ -1,6 +1,5 @@
 """Who is told what of a commit: once, all that hangs together, and nobody for another's fault."""
 
-import asyncio
 import shutil
 import threading
 from pathlib import Path
@@ -13,12 +12,12 @@ from app.persistence.ledger.commit_queue import CommitQueue, Fate, Job, RevokedE
 from app.persistence.ledger.writer import Ledger
 from app.persistence.statements.store import last_number
 from app.rooms.log import verify_log
-from app.rooms.records import DropRow
+from app.rooms.records import DropRow, Halt
 from engine import Board
 from tests.app.conftest import TINY
 from tests.app.persistence.ledger.stepped import PATIENCE, Steps, Table
 from tests.app.persistence.oracle import Told
-from tests.waiting import LIMIT, eventually, turns
+from tests.waiting import LIMIT, eventually
 
 GONE = LedgerError("gone")
 
@@ -39,12 +38,12 @@ def row(number: int) -> DropRow:
     return DropRow(1, number, 0, number)
 
 
-async def table_over(empty: Path, folder: Path) -> Table:
+def table_over(empty: Path, folder: Path) -> Table:
     file = folder / "plinko.db"
     if not file.exists():
         shutil.copy(empty, file)
     table = Table(f"sqlite:///{file}", {"main": Told("main"), "triangle-8": Told("triangle-8")})
-    await table.until(table.rooms.resume())
+    table.until(table.rooms.resume())
     return table
 
 
@@ -151,16 +150,16 @@ def test_while_writes_fail_what_is_there_can_be_read() -> None:
 # With rooms over it.
 
 
-async def test_an_input_that_the_database_will_never_take_takes_the_later_ones_of_its_room_along(
+def test_an_input_that_the_database_will_never_take_takes_the_later_ones_of_its_room_along(
     empty: Path, tmp_path: Path
 ) -> None:
     """A later one that stayed would leave a gap; other rooms' drops have nothing to do with it."""
-    table = await table_over(empty, tmp_path)
+    table = table_over(empty, tmp_path)
     for seed in range(3):
         table.asks("main", seed)
         table.asks("triangle-8", 10 + seed)
         table.work()
-    main = table.persistence.runs.of(table.rooms.find("main")).number
+    main = table.persistence.runs.of(table.rooms.find("main").room).number
     with table.database.transaction() as connection:
         connection.exec_driver_sql(
             f"INSERT INTO drops VALUES ({main}, 4, 0, '99', NULL, 0, NULL, NULL, 0, NULL)"
@@ -172,24 +171,23 @@ async def test_an_input_that_the_database_will_never_take_takes_the_later_ones_o
     table.work()
     assert table.ledger.up
     table.tick(3)
-    await asyncio.sleep(0)
     assert [each is not None and each.exception() is None for each in others] == [True] * 3
     outcome = {seed: None if each is None else each.exception() for seed, each in asked.items()}
     assert outcome[3] is None
     assert all(isinstance(outcome[seed], LedgerError) for seed in (4, 5))
-    assert len(table.rooms.find("main").planned) == 0
+    assert len(table.rooms.find("main").room.planned) == 0
     table.end()
 
 
 @pytest.mark.parametrize("change", ["reset", "delete"])
-async def test_a_room_s_end_that_was_sent_stays_however_long_its_answer_takes(
+def test_a_room_s_end_that_was_sent_stays_however_long_its_answer_takes(
     change: str, empty: Path, tmp_path: Path
 ) -> None:
-    table = await table_over(empty, tmp_path)
-    room = await table.until(table.rooms.create(Board.from_json(TINY)))
+    table = table_over(empty, tmp_path)
+    room = table.until(table.rooms.create(Board.from_json(TINY)))
     table.told[room.id] = Told(room.id)
     table.asks(room.id, 1, 100)
-    await table.until_still()
+    table.until_still()
     closing: list[str] = []
 
     def stall(step: str) -> None:
@@ -199,45 +197,44 @@ async def test_a_room_s_end_that_was_sent_stays_however_long_its_answer_takes(
             table.loop.pass_time(2.0 * PATIENCE)
 
     table.database.at = stall
-    await table.until(getattr(table.rooms, change)(room))
+    table.until(getattr(table.rooms, change)(room))
     table.database.at = lambda step: None
     table.work()
-    await turns()
     assert table.ledger.up
     if change == "delete":
         with pytest.raises(UnknownRoomError):
             table.rooms.find(room.id)
     else:
-        assert table.rooms.find(room.id).drops == 0
+        assert table.rooms.find(room.id).room.drops == 0
     table.end()
-    again = await table_over(empty, tmp_path)
+    again = table_over(empty, tmp_path)
     again.told[room.id] = table.told[room.id]
     if change == "reset":
-        assert (await again.until(again.rooms.seek(room.id))).drops == 0
+        assert again.until(again.rooms.seek(room.id)).room.drops == 0
     again.end()
 
 
-async def test_a_frozen_process_with_a_drop_waiting_refuses_nothing_and_is_ready_again(
+def test_a_frozen_process_with_a_drop_waiting_refuses_nothing_and_is_ready_again(
     empty: Path, tmp_path: Path
 ) -> None:
-    table = await table_over(empty, tmp_path)
+    table = table_over(empty, tmp_path)
     asked = table.asks("main", 1)
     table.loop.freeze(2.3)
-    await table.until(table.ledger.probe())
+    table.until(table.ledger.probe())
     assert asked is not None
-    assert (await asked).ball == 0
+    assert asked.result().ball == 0
     table.end()
 
 
-async def test_an_owner_that_fails_keeps_its_news_from_nobody(empty: Path, tmp_path: Path) -> None:
-    table = await table_over(empty, tmp_path)
+def test_an_owner_that_fails_keeps_its_news_from_nobody(empty: Path, tmp_path: Path) -> None:
+    table = table_over(empty, tmp_path)
 
     def fail(error: LedgerError | None) -> None:
         raise ZeroDivisionError
 
     told: list[Any] = []
-    table.ledger.submit([], fail)
-    table.ledger.submit([], told.append)
+    table.ledger.defer([Halt("a", 1.0)], fail)
+    table.ledger.defer([Halt("b", 1.0)], told.append)
     table.work()
     assert told == [None]
     table.end()
@@ -264,17 +261,17 @@ def _wait(on: threading.Event) -> None:
     assert on.wait(LIMIT)
 
 
-async def test_while_nobody_knows_what_became_of_a_drop_balls_fall_on_and_it_enters_late(
+def test_while_nobody_knows_what_became_of_a_drop_balls_fall_on_and_it_enters_late(
     empty: Path, tmp_path: Path
 ) -> None:
-    table = await table_over(empty, tmp_path)
+    table = table_over(empty, tmp_path)
     table.asks("main", 1)
     table.work()
     room = table.rooms.find("main")
     table.tick(10)
     asked = table.asks("main", 2)
     assert asked is not None
-    planned = room.planned[0].tick
+    planned = room.room.planned[0].tick
 
     def stall(step: str) -> None:
         if step == "committed":
@@ -284,10 +281,10 @@ async def test_while_nobody_knows_what_became_of_a_drop_balls_fall_on_and_it_ent
     table.database.at = stall
     table.turn()
     table.database.at = lambda step: None
-    assert room.world.tick == 40, "the room did not wait"
+    assert room.room.world.tick == 40, "the room did not wait"
     assert not asked.done()
     table.work()
-    assert (await asked).tick == planned < 40
-    await table.until_still()
-    assert verify_log(await table.log("main")).ok
+    assert asked.result().tick == planned < 40
+    table.until_still()
+    assert verify_log(table.log("main")).ok
     table.end()

@@ -52,12 +52,12 @@ class Play:
     met: str = ""
     seed: int = 0
 
-    async def begin(self) -> None:
+    def begin(self) -> None:
         self.told[PUBLIC] = Told(PUBLIC)
         self.table = Table(self.url, self.told)
-        await self.table.until(self.table.rooms.resume())
+        self.table.until(self.table.rooms.resume())
         for mode in ("independent", INTERACTING):
-            room = await self.table.until(self.table.rooms.create(BOARD, mode))
+            room = self.table.until(self.table.rooms.create(BOARD, mode))
             self.told[room.id] = Told(room.id)
         self.own, self.touching = list(self.told)[1:]
         self.table.database.at = self.at
@@ -69,17 +69,17 @@ class Play:
             self.met = step
             self.fault(self)
 
-    def ask(self, *rooms: str) -> list["asyncio.Future[Any] | None"]:
+    def ask(self, *rooms: str) -> list["asyncio.Task[Any] | None"]:
         return [self._ask(room) for room in rooms]
 
-    def _ask(self, room: str) -> "asyncio.Future[Any] | None":
+    def _ask(self, room: str) -> "asyncio.Task[Any] | None":
         self.seed += 1
         return self.table.asks(room, self.seed, 0 if room == self.touching else 10 * self.seed)
 
     def drop_everywhere(self) -> None:
         self.ask(self.own, PUBLIC, self.touching, self.own, self.touching)
 
-    async def amid_faults(self) -> None:
+    def amid_faults(self) -> None:
         """All that makes the ledger work, with the fault somewhere on the way."""
         table = self.table
         self.drop_everywhere()
@@ -93,17 +93,17 @@ class Play:
         table.tick(40)  # balls land, marks are written ahead
         self.drop_everywhere()
         with contextlib.suppress(LedgerError):
-            await table.until(self._own_room())
+            table.until(self._own_room())
         table.tick(30)
         table.work()
 
     async def _own_room(self) -> None:
         """A room that is opened, begun anew and closed; raises LedgerError."""
         room = await self.table.rooms.create(BOARD)
-        again = await self.table.rooms.reset(room)
-        await self.table.rooms.delete(again)
+        await self.table.rooms.reset(room)
+        await self.table.rooms.delete(room)
 
-    async def calm(self) -> None:
+    def calm(self) -> None:
         """The fault is over: drops are taken again, everywhere."""
         table = self.table
         self.armed = False
@@ -117,12 +117,11 @@ class Play:
             table.work()
             assert asked.done()
             assert asked.exception() is None, f"{room} after a fault at {self.met}"
-        await table.until_still()
+        table.until_still()
 
-    async def check(self, *, killed: bool = False) -> None:
+    def check(self, *, killed: bool = False) -> None:
         """Told, stored and computed are the same in every room."""
-        await asyncio.sleep(0)
-        logs = {room: await self.table.log(room) for room in self.told}
+        logs = {room: self.table.log(room) for room in self.told}
         assert all(verify_log(log).ok for log in logs.values())
         touching = self.told[self.touching]
         kept = [(each["input"]["seed"], each["tick"]) for each in logs[self.touching]["inputs"]]
@@ -133,13 +132,13 @@ class Play:
         hold(self.url, self.told[PUBLIC], Board.preset(PUBLIC), killed=killed)
         hold(self.url, self.told[self.own], BOARD, killed=killed)
 
-    async def again(self) -> None:
+    def again(self) -> None:
         """Another server over the same ledger."""
         self.table.end()
         self.table = Table(self.url, self.told)
-        await self.table.until(self.table.rooms.resume())
+        self.table.until(self.table.rooms.resume())
         for room in self.told:
-            await self.table.until(self.table.rooms.seek(room))
+            self.table.until(self.table.rooms.seek(room))
 
 
 def error(play: Play) -> None:
@@ -158,7 +157,7 @@ def stall(seconds: float) -> Callable[[Play], None]:
         if not table.ledger.up:
             assert play.ask(play.own, PUBLIC, play.touching) == [None] * 3
             with pytest.raises(LedgerError, match="not answered for 2 seconds"):
-                table.ledger.submit([], lambda error: None)
+                table.within(table.ledger.submit)
         table.tick(5)
 
     return fault
@@ -194,18 +193,18 @@ FAULTS = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", FAULTS)
-async def test_whatever_happens_at_whatever_step_nothing_is_lost(
+def test_whatever_happens_at_whatever_step_nothing_is_lost(
     name: str, empty: Path, tmp_path: Path
 ) -> None:
-    await at_each_step(empty, tmp_path, FAULTS[name], killed=False)
+    at_each_step(empty, tmp_path, FAULTS[name], killed=False)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("fault", [end, end_after_a_stall])
-async def test_wherever_the_process_ends_the_next_one_has_all_that_was_told(
+def test_wherever_the_process_ends_the_next_one_has_all_that_was_told(
     fault: Callable[[Play], None], empty: Path, tmp_path: Path
 ) -> None:
-    await at_each_step(empty, tmp_path, fault, killed=True)
+    at_each_step(empty, tmp_path, fault, killed=True)
 
 
 SECONDS = tries((1.7, 10.0), (0.5, 1.0, 1.7, 2.0, 2.2, 2.5, 3.0, 4.0, 6.0, 8.0, 10.0))
@@ -223,9 +222,7 @@ STALLED = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", STALLED)
-async def test_however_long_it_stalls_nothing_is_lost(
-    name: str, empty: Path, tmp_path: Path
-) -> None:
+def test_however_long_it_stalls_nothing_is_lost(name: str, empty: Path, tmp_path: Path) -> None:
     step, cut = STALLED[name]
     for seconds in SECONDS:
 
@@ -237,21 +234,19 @@ async def test_however_long_it_stalls_nothing_is_lost(
         file = tmp_path / f"{seconds}.db"
         shutil.copy(empty, file)
         play = Play(f"sqlite:///{file}", fault, 1, only=(step,))
-        await play.begin()
-        await play.amid_faults()
+        play.begin()
+        play.amid_faults()
         assert play.met == step
         refused = bool(play.told[PUBLIC].refused)
         lost = cut and step != "committed"  # what came through is found, whatever was cut
         # The thread is looked at four times in one patience, so that it may have a fourth more.
         assert refused or not (lost or seconds > 1.25 * PATIENCE)
         assert cut or not (refused and seconds < PATIENCE)
-        await play.calm()
-        await play.check()
+        play.calm()
+        play.check()
 
 
-async def at_each_step(
-    empty: Path, folder: Path, fault: Callable[[Play], None], *, killed: bool
-) -> None:
+def at_each_step(empty: Path, folder: Path, fault: Callable[[Play], None], *, killed: bool) -> None:
     """The play with the fault at one step after the other, or at the two ends of a commit."""
     step, met = 0, ""
     while step == 0 or met:
@@ -259,14 +254,14 @@ async def at_each_step(
         file = folder / f"{step}.db"
         shutil.copy(empty, file)
         play = Play(f"sqlite:///{file}", fault, step, only=tries(("commit", "committed"), ()))
-        await play.begin()
+        play.begin()
         with contextlib.suppress(EndError):
-            await play.amid_faults()
+            play.amid_faults()
         met, step = play.met, play.steps
         if killed and met:
-            await play.again()
-        await play.calm()
-        await play.check(killed=killed)
+            play.again()
+        play.calm()
+        play.check(killed=killed)
         if met == tries("committed", ""):
             break
     assert step > tries(5, 50)
@@ -282,10 +277,10 @@ def test_in_whatever_order_the_two_threads_do_it_nothing_is_lost(
     for left in tmp_path.iterdir():
         left.unlink()
     shutil.copy(empty, file)
-    asyncio.run(_at_random(chance, f"sqlite:///{file}"))
+    _at_random(chance, f"sqlite:///{file}")
 
 
-async def _at_random(chance: random.Random, url: str) -> None:
+def _at_random(chance: random.Random, url: str) -> None:
     """Players, clock and database do what they like, the latter at every step."""
 
     def anything(play: Play) -> None:
@@ -308,7 +303,7 @@ async def _at_random(chance: random.Random, url: str) -> None:
         play.met = "between two steps"
 
     play = Play(url, anything, 0)
-    await play.begin()
+    play.begin()
     table = play.table
     table.database.at = lambda step: anything(play)
     play.met = "between two steps"
@@ -323,5 +318,5 @@ async def _at_random(chance: random.Random, url: str) -> None:
             case 3:
                 table.tick(chance.randrange(20))
     play.met = ""
-    await play.calm()
-    await play.check()
+    play.calm()
+    play.check()

@@ -34,6 +34,11 @@ TIMES = tries(2, 200)
 SEED = b"\x33" * 32
 _POLL = 0.1  # s
 
+_PATIENT = 60.0
+"""s: a line that is cut is noticed at once, and a slow machine loses nobody's patience."""
+
+_IMPATIENT = 1.0  # s: nothing but its patience tells a server that a line is silent
+
 
 @dataclass
 class Spy:
@@ -212,7 +217,7 @@ def test_a_commit_without_an_answer_is_neither_lost_nor_taken_back(
         rates = {"drop_rate": 1e6, "message_rate": 1e6, "creator_rooms": 10**6}
         server = stack.enter_context(serving(database_url=address, max_rooms=10**6, **rates))
         ledger = server.services.ledger
-        ledger.patience = 0.3
+        ledger.patience = _PATIENT if cut else _IMPATIENT
         if proxy is None:
             swallower: Swallower = SQLiteSwallower(ledger.database)
         else:

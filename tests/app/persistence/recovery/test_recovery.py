@@ -14,13 +14,13 @@ import sqlalchemy as sa
 from websockets.exceptions import ConnectionClosed
 
 from app.errors import DamagedRoomError, RebuildingError
+from app.live.live_room import LiveRoom
 from app.persistence import room_runs
 from app.persistence.room_log import RoomLogs
 from app.persistence.statements import store
 from app.rooms.kinds import INDEPENDENT, INTERACTING
 from app.rooms.log import verify_log
 from app.rooms.records import DropRow, Parked, ResultRow, RoomRow
-from app.rooms.room import Room
 from app.rooms.stakes import payout_of
 from engine import PHYSICS_VERSION, Board, drop
 from tests.app.conftest import playing, serving
@@ -33,11 +33,11 @@ on_sqlite = pytest.mark.parametrize("url", ["sqlite"], indirect=True)
 """For what is the same over every database."""
 
 
-async def busy(life: Life, room: Room, seeds: range, ticks: int = 20) -> None:
+async def busy(life: Life, live: LiveRoom, seeds: range, ticks: int = 20) -> None:
     """Balls one after another, and some ticks after the last."""
     for seed in seeds:
-        await life.drop(room, seed, stake=100 + seed)
-    await life.run(room, ticks)
+        await life.drop(live, seed, stake=100 + seed)
+    await life.run(live, ticks)
 
 
 def kept(url: str, session: int) -> list[tuple[DropRow, ResultRow | None]]:
@@ -58,15 +58,15 @@ async def test_a_touching_room_without_a_ball_comes_back_and_takes_the_next(
         room = life.rooms.find(name)
         await life.drop(room, 1)
         await life.rest()
-        was = room.world.digest()
+        was = room.room.world.digest()
         if orderly:
             await life.leave()
     async with living(url) as life:
         room = await life.rooms.seek(name)
-        assert (room.world.count, room.taken, room.world.digest()) == (0, 1, was)
+        assert (room.room.world.count, room.room.taken, room.room.world.digest()) == (0, 1, was)
         await life.drop(room, 2)
         await life.rest()
-        assert room.stats().drops == 2
+        assert room.room.stats().drops == 2
 
 
 # Promises.
@@ -80,7 +80,7 @@ async def test_drops_that_another_physics_cannot_land_get_their_stake_back(
         own = await life.rooms.create(BOARD, INDEPENDENT)
         await busy(life, own, range(4))
         numbers = {
-            room.id: life.rooms.persistence.runs.of(room).number
+            room.id: life.rooms.persistence.runs.of(room.room).number
             for room in (own, life.rooms.find("main"))
         }
         await busy(life, life.rooms.find("main"), range(3))
@@ -89,10 +89,10 @@ async def test_drops_that_another_physics_cannot_land_get_their_stake_back(
     async with living(url) as life:
         await life.back()
         again = await life.rooms.seek(own.id)
-        assert life.rooms.owned(again), "who has its token still may change it"
-        assert (again.world.tick, again.taken) == (0, 0), "it begins anew"
+        assert again.owned, "who has its token still may change it"
+        assert (again.room.world.tick, again.room.taken) == (0, 0), "it begins anew"
         assert (await life.row(own.id)).physics_version == PHYSICS_VERSION
-        assert life.rooms.find("main").taken == 0
+        assert life.rooms.find("main").room.taken == 0
         assert (await life.drop(again, 9, stake=5)).ball == 0
     for number in numbers.values():
         drops = kept(url, number)
@@ -107,11 +107,11 @@ async def test_drops_of_another_tick_rate_land_and_their_room_begins_anew(url: s
     async with living(url) as life:
         own = await life.rooms.create(BOARD, INDEPENDENT)
         await busy(life, own, range(4))
-        number = life.rooms.persistence.runs.of(own).number
+        number = life.rooms.persistence.runs.of(own.room).number
     async with living(url, tick_rate=50) as life:
         again = await life.rooms.seek(own.id)
-        assert life.rooms.owned(again)
-        assert (again.tick_rate, again.taken) == (50, 0)
+        assert again.owned
+        assert (again.room.tick_rate, again.room.taken) == (50, 0)
     for row, result in kept(url, number):
         assert result is not None
         alone = drop(BOARD, row.seed)
@@ -124,10 +124,10 @@ async def test_main_with_another_board_lets_its_balls_land_and_begins_anew(url: 
     async with living(url) as life:
         main = life.rooms.find("main")
         await busy(life, main, range(3))
-        number = life.rooms.persistence.runs.of(main).number
+        number = life.rooms.persistence.runs.of(main.room).number
     async with living(url, board=OTHER) as life:
         main = await life.rooms.seek("main")
-        assert (main.origin.digest, main.taken) == (OTHER.digest, 0)
+        assert (main.room.origin.digest, main.room.taken) == (OTHER.digest, 0)
         await life.drop(main, 1)
     assert all(result is not None and result.digest for _, result in kept(url, number))
 
@@ -141,7 +141,7 @@ async def test_a_ball_in_flight_for_long_gets_its_stake_back_however_many_came_a
         main = life.rooms.find("main")
         await busy(life, main, range(6), 600)
         await busy(life, main, range(6, 9))
-        number = life.rooms.persistence.runs.of(main).number
+        number = life.rooms.persistence.runs.of(main.room).number
         await life.leave()
     change(
         url,
@@ -201,8 +201,8 @@ async def test_a_rebuild_that_is_cut_short_is_not_begun_again(
     async with living(url) as life:
         again = await life.rooms.seek("main")
         await life.rest()
-        assert (again.taken, again.stats().drops) == (16, 16)
-        number = life.rooms.persistence.runs.of(again).number
+        assert (again.room.taken, again.room.stats().drops) == (16, 16)
+        number = life.rooms.persistence.runs.of(again.room).number
     for row, result in kept(url, number):
         assert result is not None
         assert result.digest == drop(BOARD, row.seed).digest
@@ -221,7 +221,7 @@ async def test_a_start_waits_for_no_room_and_lists_those_to_come(url: str) -> No
         with pytest.raises(RebuildingError, match="not lost"):
             held.find(own.id)
         back = await held.seek(own.id)
-        assert (back.taken, back.awake) == (2, True)
+        assert (back.room.taken, back.room.awake) == (2, True)
         assert [each.id for each in held.rebuilding.waiting] == ["main"], "what is asked for first"
         await life.drop(held.find("triangle-9"), 1)
 
@@ -277,7 +277,7 @@ def played(tmp_path_factory: pytest.TempPathFactory) -> Played:
             await busy(life, life.rooms.find("main"), range(3), 1)
             for seed in range(6):
                 await busy(life, own, range(seed, seed + 1), 50)
-            assert own.stats().drops > own.world.count, "some have landed"
+            assert own.room.stats().drops > own.room.world.count, "some have landed"
             assert (await life.row(own.id)).checkpoint is None, "all of it is replayed"
             return own.id
 
@@ -299,7 +299,7 @@ async def test_one_damaged_room_is_set_aside_and_the_rest_play(
                     await life.rooms.seek(played.own)
             assert list(life.rooms.persistence.recovery.set_aside) == [played.own]
             main = await life.rooms.seek("main")
-            assert (main.taken, (await life.drop(main, 1)).ball) == (3, 3)
+            assert (main.room.taken, (await life.drop(main, 1)).ball) == (3, 3)
             await life.leave()
     (line,) = [each for each in caplog.records if each.levelno == logging.ERROR]
     assert vars(line)["room"] == played.own
@@ -360,7 +360,7 @@ async def test_of_a_damaged_list_of_rooms_what_can_be_read_goes_on(
     monkeypatch.setattr(store, "_parked", parked)
     async with living(url) as life:
         main = await life.rooms.seek("main")
-        assert (main.taken, (await life.drop(main, 1)).ball) == (3, 3)
+        assert (main.room.taken, (await life.drop(main, 1)).ball) == (3, 3)
         with pytest.raises(DamagedRoomError, match="list of rooms is damaged"):
             await life.rooms.seek(played.own)
         new = await life.rooms.create(BOARD, INDEPENDENT)
@@ -370,7 +370,7 @@ async def test_of_a_damaged_list_of_rooms_what_can_be_read_goes_on(
     async with living(url) as life:
         await life.back()
         for room, taken in ((played.own, 6), ("main", 4), (new.id, 1)):
-            assert (await life.rooms.seek(room)).taken == taken, "nothing of it was changed"
+            assert (await life.rooms.seek(room)).room.taken == taken, "nothing of it was changed"
 
 
 @on_sqlite
@@ -383,12 +383,12 @@ async def test_drops_of_a_room_that_failed_get_their_stake_back(
         await life.rest()
         for seed in (2, 3):
             await life.drop(room, seed, stake=seed)
-        number = life.rooms.persistence.runs.of(room).number
+        number = life.rooms.persistence.runs.of(room.room).number
 
         def fail(world: Any) -> None:
             raise ZeroDivisionError("a bug")
 
-        monkeypatch.setattr(type(room.world), "step", fail)
+        monkeypatch.setattr(type(room.room.world), "step", fail)
         life.tick(1)
         assert not life.rooms.is_open(room.id)
         await life.leave()
@@ -426,7 +426,7 @@ async def test_who_goes_away_leaves_no_room_half_made(url: str) -> None:
         await life.heard()
 
         def owned() -> list[str]:
-            return [room.id for room in life.rooms.all() if life.rooms.owned(room)]
+            return [room.id for room in life.rooms.all() if room.owned]
 
         await eventually(lambda: kept_rooms.id not in owned() and owned())
         (made,) = owned()
