@@ -156,9 +156,7 @@ class LiveRoom:
         """
         number = self._persistence.runs.of(self.room).number
         if again not in self._under_way:
-            found = await self._persistence.ledger.read(
-                lambda connection: store.keyed(connection, room=number, key=again)
-            )
+            found = await self._persistence.ledger.read(store.keyed, room=number, key=again)
             if isinstance(found, InputRow):
                 raise RepeatedError(
                     "a drop with this key was taken before: the room's log has it", field="key"

@@ -4,7 +4,6 @@ A room that sleeps and that nobody needs now can be had again without loss: memo
 list shows of it, the ledger the rest.
 """
 
-import functools
 import logging
 from collections import OrderedDict
 from collections.abc import Callable
@@ -70,7 +69,7 @@ class OpenRooms:
         if self.parked and next(iter(self.parked.values())).used < before:
             self._end(self.parked.popitem(last=False)[1], "room for another")
             return
-        live = self._unneeded(functools.partial(self._idle, before))
+        live = self._unneeded(lambda live: self._idle(live, before))
         if live is None:
             raise RoomLimitError(f"all {self._max_rooms} rooms are in use")
         self._retire(live, "room for another")
@@ -90,10 +89,10 @@ class OpenRooms:
         before = self._persistence.now() - self._idle_seconds
         while self.parked and next(iter(self.parked.values())).used < before:
             self._end(self.parked.popitem(last=False)[1], "unused")
-        while (live := self._unneeded(functools.partial(self._idle, before))) is not None:
+        while (live := self._unneeded(lambda live: self._idle(live, before))) is not None:
             self._retire(live, "unused")
 
-    def _idle(self, before: float, live: LiveRoom) -> bool:
+    def _idle(self, live: LiveRoom, before: float) -> bool:
         record = self._persistence.runs.of(live.room)
         return record.owned and record.used < before
 

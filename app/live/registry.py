@@ -227,9 +227,7 @@ class Rooms:
             raise UndecidedError("the room is being opened", retry_after=1.0)
         if not self.persistence.ledger.keeps:
             return None
-        room_id = await self.persistence.ledger.read(
-            lambda connection: store.begun_by(connection, key=key)
-        )
+        room_id = await self.persistence.ledger.read(store.begun_by, key=key)
         return None if room_id is None else await self.seek(room_id)
 
     async def create(

@@ -7,7 +7,6 @@ it any more, however late it wakes up.
 """
 
 import asyncio
-import functools
 import logging
 import time
 from collections.abc import Callable, Sequence
@@ -85,16 +84,16 @@ class Holds:
         With `after`, raises HoldLostError unless that is still the number of the former hold, 0
         where there was none.
         """
-        taking = functools.partial(
-            hold_store.take,
-            room=room_id,
-            holder=self.holder,
-            address=self.address,
-            now=self._now(),
-            after=after,
-        )
+        now = self._now()
         for _ in range(int(_PATIENCE / _PAUSE)):
-            number = await self._ledger.read(taking)
+            number = await self._ledger.read(
+                hold_store.take,
+                room=room_id,
+                holder=self.holder,
+                address=self.address,
+                now=now,
+                after=after,
+            )
             if number is not None:
                 return self._taken(room_id, number)
             await asyncio.sleep(_PAUSE)
@@ -128,11 +127,11 @@ class Holds:
 
         Raises LedgerError; others can then take the room all the same.
         """
-        await self._ledger.read(functools.partial(hold_store.release, hold=hold))
+        await self._ledger.read(hold_store.release, hold=hold)
 
     async def holder_of(self, room_id: str) -> HoldRow | None:
         """Who has a room, as the ledger knows it; raises LedgerError."""
-        return await self._ledger.read(functools.partial(hold_store.holder_of, room=room_id))
+        return await self._ledger.read(hold_store.holder_of, room=room_id)
 
     async def listing(self) -> list[HoldRow]:
         """Every room that some server has; raises LedgerError."""

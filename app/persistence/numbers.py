@@ -1,7 +1,6 @@
 """Numbers of sessions where several servers share the ledger: taken from it a block at a time."""
 
 import asyncio
-import functools
 import logging
 from collections import deque
 from typing import Final
@@ -27,8 +26,7 @@ class SharedNumbers:
 
     async def fill(self) -> None:
         """Have a block more; raises LedgerError."""
-        reserving = functools.partial(hold_store.reserve, count=_BLOCK)
-        first = await self._ledger.read(reserving)
+        first = await self._ledger.read(hold_store.reserve, count=_BLOCK)
         self._left.extend(range(first, first + _BLOCK))
 
     def next(self) -> int:

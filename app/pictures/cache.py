@@ -32,7 +32,7 @@ class Pictures:
         if name in self._kept:
             self._kept.move_to_end(name)
             return self._kept[name]
-        return await self._drawing.do(name, functools.partial(self._draw, name, make))
+        return await self._drawing.do(name, lambda: self._draw(name, make))
 
     async def _draw(self, name: str, make: Callable[[], Coroutine[Any, Any, bytes]]) -> bytes:
         picture = await make()

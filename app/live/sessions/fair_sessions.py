@@ -6,7 +6,6 @@ stay in memory and the server; one that nobody uses ends by itself when somebody
 
 import asyncio
 import contextlib
-import functools
 import time
 from collections import OrderedDict
 from collections.abc import AsyncIterator, Callable
@@ -176,8 +175,7 @@ class FairSessions:
         return session
 
     async def _read(self, session_id: str) -> tuple[FairSessionRow, int, float]:
-        read = functools.partial(fair_store.session, session_id=session_id)
-        found = await self._ledger.read(read)
+        found = await self._ledger.read(fair_store.session, session_id=session_id)
         if found is None:
             raise self._unknown(session_id)
         return found
@@ -221,8 +219,7 @@ class FairSessions:
     async def export(self, session: FairSession) -> bytes:
         """The session as JSON; its server seed is null until it is over. Raises LedgerError."""
         self._persistence.runs.report([])
-        read = functools.partial(fair_store.exported, session_id=session.id)
-        found = await self._ledger.read(read)
+        found = await self._ledger.read(fair_store.exported, session_id=session.id)
         if found is None:
             raise self._unknown(session.id)
         head = TreeHead(
@@ -237,7 +234,7 @@ class FairSessions:
 
         Raises InvalidValueError for a size that it has not had, LedgerError.
         """
-        count, nodes = await self._ledger.read(functools.partial(fair_store.grown, since=since))
+        count, nodes = await self._ledger.read(fair_store.grown, since=since)
         if since > count:
             raise InvalidValueError(
                 f"since {since} is more than the {count} receipts of the log", field="since"

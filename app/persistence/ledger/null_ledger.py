@@ -4,8 +4,6 @@ import asyncio
 from collections.abc import Callable, Coroutine, Sequence
 from typing import Any, NoReturn, TypeVar
 
-from sqlalchemy import Connection
-
 from app.errors import LedgerError
 from app.persistence.ledger.commit_queue import Done
 from app.rooms.records import Write
@@ -44,6 +42,6 @@ class NullLedger:
         """What comes of `work`."""
         return await asyncio.shield(work)
 
-    async def read(self, read: Callable[[Connection], Any]) -> NoReturn:
+    async def read(self, read: Callable[..., Any], *args: Any, **values: Any) -> NoReturn:
         """Raise LedgerError: nothing was kept."""
         raise LedgerError("this server keeps no ledger")

@@ -13,7 +13,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Coroutine, Sequence
-from typing import Any, Final, Protocol, TypeVar
+from typing import Any, Concatenate, Final, ParamSpec, Protocol, TypeVar
 
 from sqlalchemy import Connection
 
@@ -24,6 +24,7 @@ from app.persistence.ledger.database import Database
 from app.rooms.records import Hold, Write
 
 T = TypeVar("T")
+P = ParamSpec("P")
 
 Part = tuple[Hold | None, Sequence[Write]]
 """Writes that are made under a hold of their room; None: they are of no room."""
@@ -188,10 +189,12 @@ class Ledger:
             own = done if part[-1] is writes[-1] else None
             self._put(Job(part, done=own, holds=() if hold is None else (hold,), keep=True))
 
-    async def read(self, read: Callable[[Connection], T]) -> T:
+    async def read(
+        self, read: Callable[Concatenate[Connection, P], T], *args: P.args, **values: P.kwargs
+    ) -> T:
         """What `read` finds after all that was submitted before; raises LedgerError."""
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        job = Job(read=read, done=_settle(future))
+        job = Job(read=lambda connection: read(connection, *args, **values), done=_settle(future))
         self._put(job)
         await future
         result: T = job.result

@@ -1,7 +1,6 @@
 """Reading a ledger of which some pages may be damaged, and what can be had of its list of rooms."""
 
 import contextlib
-import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, TypeVar
@@ -38,7 +37,7 @@ async def read_sound(ledger: Ledger | NullLedger, read: Callable[..., T], **valu
 
     Raises LedgerError when the ledger cannot be read at all.
     """
-    return await ledger.read(functools.partial(_sound, read, **values))
+    return await ledger.read(_sound, read, **values)
 
 
 async def salvage(ledger: Ledger | NullLedger) -> Salvaged:
@@ -60,7 +59,7 @@ async def salvage(ledger: Ledger | NullLedger) -> Salvaged:
     return Salvaged(rows, lost, highest + _UNREADABLE)
 
 
-def _sound(read: Callable[..., T], connection: Connection, **values: Any) -> T:
+def _sound(connection: Connection, read: Callable[..., T], /, **values: Any) -> T:
     try:
         return read(connection, **values)
     except sa.exc.DatabaseError as error:

@@ -1,7 +1,6 @@
 """A player's last plays, recalled from the ledger with their paths: as JSON, or as CSV."""
 
 import csv
-import functools
 import io
 import re
 import urllib.parse
@@ -62,9 +61,7 @@ async def list_plays(
     limit_drops(request, server)
     who, place = str(parse_who(key)), None if before is None else _place(before)
     server.rooms.persistence.runs.report([])  # what has landed just now is among them
-    found = await server.ledger.read(
-        functools.partial(ledger.plays, who=who, before=place, limit=limit + 1)
-    )
+    found = await server.ledger.read(ledger.plays, who=who, before=place, limit=limit + 1)
     await _know_boards(request, server, {play.board_digest for play in found[:limit]})
     views = [_view(play) for play in found[:limit]]
     page = PlayList(views, views[-1].play if len(found) > limit else None)
@@ -91,7 +88,7 @@ async def _know_boards(request: Request, server: Services, digests: set[str]) ->
         try:
             server.boards.find(digest)
         except UnknownBoardError:
-            text = await server.ledger.read(functools.partial(store.board, digest=digest))
+            text = await server.ledger.read(store.board, digest=digest)
             server.boards.register(await checked_board(request, (text or "{}").encode()))
 
 
