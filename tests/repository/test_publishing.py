@@ -101,6 +101,14 @@ def test_the_pages_own_example_runs_as_it_stands() -> None:
     assert names["batch"] == drop_many("triangle-16", range(1000))
 
 
+def test_a_board_is_made_in_python_as_its_page_says() -> None:
+    page = (DOCS / "boards.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(code, "boards.md", "exec"), names)
+    assert len(names["board"].walls) == len(Board.triangle(6).walls) + 3
+
+
 # The tutorial.
 
 TUTORIAL = DOCS / "tutorial.ipynb"

@@ -4,7 +4,8 @@ What all pages share stands once, in parts/<name>.part: a page says `{{> head ti
 and the part has `{{$title}}` where the page's own text goes.
 
 Nothing is translated or renamed: each module becomes a function that gives its exports, in an order
-in which what it imports is there. The texts are those of one language: see languages.py.
+in which what it imports is there. Comments and blanks are left out. The texts are those of one
+language: see languages.py.
 """
 
 import json
@@ -12,6 +13,9 @@ import posixpath
 import re
 from collections.abc import Mapping
 from pathlib import Path
+
+from rcssmin import cssmin
+from rjsmin import jsmin
 
 from app.web.page.languages import ENGLISH, Texts, filled, path_of, used_in
 
@@ -24,19 +28,6 @@ _EXPORT = re.compile(r"^export (?=(?:async )?(?:function\*?|class|const) (\w+))"
 _DATA = re.compile(r'^import (?P<name>\w+) from "(?P<path>[^"]+)" with \{ type: "json" \};$', re.M)
 _LEFT = re.compile(r"^(?:import|export)\b.*$", re.M)
 _BESIDE = re.compile(r'new URL\("([^"]+)", import\.meta\.url\)')
-# Comments that stand alone, and those that end a line: nothing else of the text is touched.
-_COMMENT = re.compile(r"^[ \t]*(?:/\*\*(?:[^*]|\*(?!/))*\*/[ \t]*|//[^\n]*)\n", re.M)
-# What is quoted ahead of it is passed over whole; a line whose quotes do not pair stays as it is.
-_ENDING = re.compile(
-    r"""
-    ^((?: [^"'`/\n] | /(?!/)
-        | "(?:[^"\\\n]|\\.)*" | '(?:[^'\\\n]|\\.)*' | `(?:[^`\\\n]|\\.)*` )*?)
-    [ \t]+//[^\n]*$
-    """,
-    re.M | re.X,
-)
-_INDENT = re.compile(r"^[ \t]+|\n(?=\n)", re.M)
-_NOTE = re.compile(r"/\*.*?\*/", re.S)  # of a sheet
 _SHEET = re.compile(r'    <link rel="stylesheet" href="(css/[^"]+)">\n')
 # The colours are here: nothing waits for the script that sets them, as css/base.css has it.
 _SHOWN = 'html:not([style*="--page"]) body {\n  visibility: visible;\n}\n'
@@ -60,12 +51,7 @@ def _modules(static: Path, entry: str) -> dict[str, str]:
 
 
 def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
-    text = _COMMENT.sub("", (static / path).read_text(encoding="utf-8"))
-    text = _ENDING.sub(r"\1", text)
-    for line in text.splitlines():
-        if line.count("`") % 2:  # its indentation would be a part of it
-            raise ValueError(f"{path} has a template over several lines: {line.strip()!r}")
-    text = _INDENT.sub("", text)
+    text = (static / path).read_text(encoding="utf-8")
     modules[path] = ""  # its place, should it be met again on the way
     exports = _EXPORT.findall(text)
 
@@ -102,7 +88,8 @@ def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
     )
     modules.pop(path)
     gives = f"return {{ {', '.join(exports)} }};"
-    modules[path] = f"// {path}\nconst {_name(path)} = (() => {{\n{text}{gives}\n}})();\n"
+    code = jsmin(f"const {_name(path)} = (() => {{\n{text}{gives}\n}})();")
+    modules[path] = f"// {path}\n{code}\n"
 
 
 def _constant(path: str, value: str) -> str:
@@ -121,7 +108,7 @@ def sheet(static: Path, styles: list[str]) -> str:
     dark += _colours(theme["dark"], ':root[data-scheme="dark"]')  # as page.py says of who chose it
     texts = [(static / style).read_text(encoding="utf-8") for style in styles]
     whole = "".join([_colours(theme["light"], ":root"), dark, *texts, _SHOWN])
-    return _INDENT.sub("", _NOTE.sub("", whole))
+    return str(cssmin(whole))
 
 
 def _colours(palette: dict[str, str], selector: str) -> str:
