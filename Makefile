@@ -137,7 +137,7 @@ links: $(VENV)/.stamp-docs
 bench: $(VENV)/.stamp-bench
 	chromium="$$(tools/chromium)" && \
 	CHROMIUM="$$chromium" $(BIN)/plinko bench all --plots docs/images --page docs/benchmarks.md \
-		--page docs/validation.md --page docs/scale.md --page docs/operations.md --readme README.md $(BENCH_ARGS)
+		--page docs/validation.md --page docs/scale.md --page docs/measurements.md --readme README.md $(BENCH_ARGS)
 	$(BIN)/python -m benchmarks.scale
 
 format: $(VENV)/.stamp-lint

@@ -3,6 +3,8 @@
 import asyncio
 import contextlib
 import functools
+import logging
+import os
 import secrets
 import signal
 import socket
@@ -22,7 +24,7 @@ from starlette.types import Scope
 from app.computing.pool import Workers
 from app.conformance import inventory
 from app.conformance.self_check import SelfCheck
-from app.errors import MissingPartError, SettingError, shorten
+from app.errors import SettingError, shorten
 from app.fairness.check import kernel_digest_of
 from app.fairness.signing import Signer
 from app.listening import listen, server_over
@@ -46,7 +48,7 @@ from app.rooms.boards import Boards
 from app.rooms.kinds import BallLimits
 from app.rooms.pending import DropCommand
 from app.rooms.touching.room import TouchingRoom
-from app.settings import Settings, page_kernels, static_directory
+from app.settings import Settings, not_settings, page_kernels, static_directory
 from app.web import openapi, problems
 from app.web.edge.answers import AnswerHeaders
 from app.web.edge.head import HeadAsGet
@@ -64,6 +66,8 @@ from app.web.tokens import Tokens, secret_of, signing_key_of
 from engine import Board, World, __version__, preset_names
 from engine.errors import BoardError
 from engine.jit import accelerator, limits
+
+_log = logging.getLogger("plinko")
 
 _MOMENTS = 1 << 22  # bytes of single frames of rooms that are kept for who asks at the same moment
 _QUIET_START = 5.0  # s after which the workers are prepared, unless somebody asked before
@@ -177,7 +181,7 @@ def _services(settings: Settings) -> Services:
     metrics = Metrics()
     workers = Workers(settings.workers, settings.max_jobs)
     readers = Workers(1, MOST_READERS)
-    database = Database(settings.ledger_url, shared=bool(settings.cluster))
+    database = Database(settings.ledger_url, shared=bool(settings.name))
     budgets = Budgets(settings.compute_rate, settings.compute_burst)
     cameras = Cameras(settings.max_cameras, settings.max_viewers, purse=budgets)
     ledger = Ledger(
@@ -187,7 +191,7 @@ def _services(settings: Settings) -> Services:
         on_commit=metrics.ledger_commit.observe,
     )
     limits = BallLimits(settings.max_balls, settings.max_touching)
-    holds = Holds(ledger, _holder(settings)) if settings.cluster else None
+    holds = Holds(ledger, _holder(settings)) if settings.name else None
     persistence = PersistenceService(
         ledger, tick_rate=settings.tick_rate, limits=limits, holds=holds
     )
@@ -235,22 +239,16 @@ def _services(settings: Settings) -> Services:
 
 def _holder(settings: Settings) -> str:
     """What this server is called in the ledger: another name at each start."""
-    return f"{settings.name or settings.port}.{secrets.token_hex(4)}"
+    return f"{settings.name}.{secrets.token_hex(4)}"
 
 
 def _cluster(app: FastAPI) -> Any:
     """This server among others over the same ledger; None, and nothing imported, without."""
     server: Services = app.state.services
-    if not server.settings.cluster:
+    if not server.settings.name:
         return None
-    try:
-        from app.cluster.start import Cluster  # noqa: PLC0415 - for those who have one
-    except ModuleNotFoundError as error:
-        if error.name != "redis":
-            raise
-        raise MissingPartError(
-            "a cluster needs the Redis client: pip install 'plinko-server[redis]'"
-        ) from None
+    from app.cluster.start import Cluster  # noqa: PLC0415 - for those who have one
+
     return Cluster(server)
 
 
@@ -313,7 +311,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     cluster = app.state.cluster
     being = asyncio.create_task(cluster.run() if cluster else asyncio.sleep(0), name="cluster")
     if cluster is not None:
-        await cluster.joined()
+        await cluster.until_joined()
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
     rebuilding = asyncio.create_task(server.rooms.rebuilding.run(), name="rebuilding")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
@@ -398,6 +396,8 @@ def run(settings: Settings | None = None) -> None:
     """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen or has no board."""
     settings = settings or Settings()
     logs.configure(settings.log_level, settings.log_format)
+    for line in not_settings(os.environ):
+        _log.warning(line)
     sys.setswitchinterval(_SWITCH)
     accelerator.forbid()  # numba would take 150 MB more
     limits.limit_calls()  # all rooms share one thread
@@ -412,4 +412,7 @@ def run(settings: Settings | None = None) -> None:
         # uvicorn raises the signal that stopped it once more at the end; an orderly end is none.
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: None)
+        if not sys.stdin or not sys.stdin.isatty():
+            # Log rotation sends it; on a terminal it says that the terminal is gone.
+            signal.signal(signal.SIGHUP, signal.SIG_IGN)
         server.run(sockets=[listener])

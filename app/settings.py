@@ -1,5 +1,6 @@
 """All settings of the server in one table: default, range, environment name, flag, meaning."""
 
+import difflib
 import os
 import re
 from collections.abc import Mapping
@@ -68,20 +69,14 @@ class Settings:
         "Redis by which relays hear what happens in rooms: `redis://HOST:6379`; none when not "
         "given",
     )
-    cluster: str = _setting(
-        "",
-        "Redis by which several servers over one PostgreSQL agree on who has which room: "
-        "`redis://HOST:6379`; one server has all rooms when not given",
-    )
     name: str = _setting(
         "",
-        "what this server is called among those of a cluster; its host's name and port when not "
-        "given",
+        "what this server is called among several that share one ledger on PostgreSQL; when not "
+        "given it has its ledger alone",
     )
     address: str = _setting(
         "",
-        "where the other servers of a cluster reach this one: `http://HOST:PORT`; where it listens "
-        "when not given",
+        "where those servers reach this one: `http://HOST:PORT`; where it listens when not given",
     )
     ledger_patience: float = _setting(
         2.0, "seconds that the ledger may take for a commit before drops get 503", 0.05, 3600
@@ -258,8 +253,8 @@ class Settings:
     ) -> "Settings":
         """Settings from PLINKO_* variables, then from flags; an override of None leaves it as is.
 
-        Raises SettingError naming the variable or flag. Other PLINKO_* variables are left alone:
-        orchestrators put their own there (a service called plinko gets PLINKO_SERVICE_HOST).
+        Raises SettingError naming the variable or flag. Other PLINKO_* variables are left alone,
+        see `not_settings`.
         """
         environ = os.environ if environ is None else environ
         known = {entry.name: entry for entry in fields(cls)}
@@ -310,6 +305,27 @@ def _wanted(entry: "Field[Any]") -> str:
     wanted = names[type(entry.default)]
     low, high = entry.metadata["low"], entry.metadata["high"]
     return wanted if low is None else f"{wanted} from {low:,g} to {high:,g}"
+
+
+_ORCHESTRATORS = re.compile(
+    r"SERVICE_(HOST|PORT\w*)|PORT_\d+_\w+|PORT_(TCP|UDP)\w*|ENV_\w+|TEST_\w+"
+)
+"""What containers find of a service called plinko, and the tests' own."""
+
+
+def not_settings(environ: Mapping[str, str]) -> list[str]:
+    """A line for each PLINKO_ variable that nothing reads, with the setting that may be meant."""
+    known = [row.variable for row in options()]
+    found = []
+    for variable in sorted(environ):
+        name = variable.removeprefix(ENV_PREFIX)
+        if not variable.startswith(ENV_PREFIX) or variable in known:
+            continue
+        if _ORCHESTRATORS.fullmatch(name) is None:
+            meant = difflib.get_close_matches(variable, known, 1, 0.85)
+            hint = f": did you mean {meant[0]}?" if meant else ", and has no effect"
+            found.append(f"{variable} in the environment is no setting{hint}")
+    return found
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,8 +67,8 @@ class HandOn:
     async def _anywhere(self, scope: Scope, body: Body, send: Send, hops: int) -> None:
         """Answer what is of no room: here, but rooms are made where they can stay."""
         made = scope["method"] == "POST" and scope["path"] == "/api/v1/rooms"
-        if made and self.node.leaving and hops < MOST_HOPS:
-            for member in self.node.others:
+        if made and self.node.alive.leaving and hops < MOST_HOPS:
+            for member in self.node.alive.others:
                 if await pass_http(self.node, member, scope, body, send, hops) is Outcome.DONE:
                     return
         await self.app(scope, body.again(), send)
@@ -129,7 +129,7 @@ class HandOn:
                 member = await self._locate(room_id, hops)
                 if member is None:
                     break
-                if hops and self.node.leaving:
+                if hops and self.node.alive.leaving:
                     # A line over this server would end with it: the other one looks again.
                     await send({"type": "websocket.close", "code": RESTART, "reason": ""})
                     return
@@ -143,7 +143,7 @@ class HandOn:
     async def _pause(self, outcome: Outcome) -> None:
         """Until it is tried again: of a server that is silent, not before more is known."""
         if outcome is Outcome.SILENT:
-            await self.node.until_looked()
+            await self.node.alive.until_looked()
         elif outcome is Outcome.AGAIN:
             await asyncio.sleep(_PAUSE)
 

@@ -58,7 +58,7 @@ async def pass_http(
     )
     asking = asyncio.create_task(node.line.http.send(request, stream=True))
     leaving = asyncio.create_task(body.until_left())
-    ending = asyncio.create_task(node.until_gone(member))
+    ending = asyncio.create_task(node.alive.until_gone(member))
     try:
         await asyncio.wait((asking, leaving, ending), return_when=asyncio.FIRST_COMPLETED)
         if leaving.done() and not asking.done():

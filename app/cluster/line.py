@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 from typing import Any, Final
-from urllib.parse import quote, urlsplit
+from urllib.parse import quote
 
 import httpx
 
@@ -35,23 +35,6 @@ class Line:
     async def close(self) -> None:
         """Close them all."""
         await self.http.aclose()
-
-    async def is_refused_by(self, member: Member) -> bool:
-        """Whether nobody listens where a server did, as its machine says when it has ended.
-
-        No answer is no refusal, and behind a proxy it is the proxy that listens.
-        """
-        at = urlsplit(member.address)
-        port = at.port or (443 if at.scheme == "https" else 80)
-        try:
-            async with asyncio.timeout(_CONNECT):
-                _, writer = await asyncio.open_connection(at.hostname, port)
-        except ConnectionRefusedError:
-            return True
-        except (OSError, TimeoutError):
-            return False
-        writer.close()
-        return False
 
     async def have_taken(self, member: Member, room_id: str) -> None:
         """Have another server take a room that nobody has; if it does not, somebody else will."""

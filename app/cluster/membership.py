@@ -20,8 +20,8 @@ BEAT: Final = 0.4
 """s between two times that a server says so: four may be lost."""
 
 LATE: Final = 1.5 * BEAT
-"""s of silence after which it is looked whether a server still takes connections. Where its process
-has ended the system refuses them at once; the rest of the lease is for one that stands still, or is
+"""s that a server without a connection to PostgreSQL counts as alive. Where its process has ended
+the system closes its connections at once; the rest of the lease is for one that stands still, or is
 cut off, of which nothing else can be known."""
 
 NEXT: Final = 1.5
@@ -32,88 +32,66 @@ class Member(msgspec.Struct, frozen=True):
     """A server as the others know it.
 
     `holder` is its name in the ledger, which is new at each start; `name` is what people call it;
-    `leaving` once it hands its rooms over; `beats` how often it has said that it is alive.
+    `leaving` once it hands its rooms over.
     """
 
     holder: str
     name: str
     address: str
     leaving: bool = False
-    beats: int = 0
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
-    """What one look at the lease store found.
+class Seen:
+    """A server in the table of members: `age` in s since it last said that it is alive."""
 
-    `store` differs once the store has lost what was in it.
-    """
+    member: Member
+    age: float
+    connected: bool
 
-    store: str
-    members: tuple[Member, ...]
+    @property
+    def alive(self) -> bool:
+        """Whether its lease has not run out."""
+        return self.age < (LEASE if self.connected else LATE)
 
 
 class View:
     """What a server knows of the others.
 
-    That somebody is gone is only believed once the store has been seen for a whole lease without a
-    gap: after it was away, or this process was frozen, those who live need time to say so. Then who
-    is silent and refuses connections is gone at once, unless it is heard of again.
+    That somebody is gone is only believed once the table has been seen for a whole lease without a
+    gap: after it was away, or this process was frozen, those who live need time to say so.
     """
 
     def __init__(self, lease: float = LEASE) -> None:
         self.members: dict[str, Member] = {}
         self.up = False
         self._lease = lease
-        self._store = ""
-        self._began = self._last = -lease
-        self._ever = False
-        self._heard: dict[str, tuple[int, float]] = {}  # beats of each, and when they were news
-        self._refused: dict[str, int] = {}  # beats of those that refuse connections
+        self._began: float | None = None  # since when it was seen without a gap; None: in a gap
+        self._last = -lease
+        self._sure = False
 
     @property
     def sure(self) -> bool:
-        """Whether who is not among the members is gone."""
-        return self._ever and self._last - self._began >= self._lease
+        """Whether a server that is not among the members is gone."""
+        return self._sure
 
-    def look(self, now: float, look: Look) -> None:
+    def look(self, now: float, found: Iterable[Seen]) -> None:
         """Take in what was seen at `now`."""
-        if not self._ever or now - self._last > self._lease or look.store != self._store:
+        if self._began is None or now - self._last > self._lease:
             self._began = now
-        self._ever, self._last, self._store, self.up = True, now, look.store, True
-        said = {member.holder: member for member in look.members}
-        self._refused = {
-            holder: beats
-            for holder, beats in self._refused.items()
-            if holder in said and said[holder].beats == beats
-        }
-        seen = {holder: each for holder, each in said.items() if holder not in self._refused}
-        self.members = seen if self.sure else {**self.members, **seen}
-        for holder, member in seen.items():
-            if holder not in self._heard or self._heard[holder][0] != member.beats:
-                self._heard[holder] = member.beats, now
-        self._heard = {holder: self._heard[holder] for holder in self.members}
+        self._last, self.up = now, True
+        self._sure = now - self._began >= self._lease
+        alive = {each.member.holder: each.member for each in found if each.alive}
+        self.members = alive if self._sure else {**self.members, **alive}
 
     def failed(self) -> None:
-        """The store could not be reached: all stays as it was known."""
+        """The table could not be read: all stays as it was known."""
         self.up = False
-
-    def late(self, now: float) -> list[Member]:
-        """Servers that should have been heard of since; those that leave have closed their door."""
-        if not self.sure:
-            return []
-        silent = (each for each in self.members.values() if not each.leaving)
-        return [each for each in silent if now - self._heard[each.holder][1] >= LATE]
-
-    def refused(self, member: Member) -> None:
-        """A server that was late refuses connections: it is gone, if nothing was heard of it."""
-        if self.members.get(member.holder) == member:
-            self._refused[member.holder] = member.beats
-            del self.members[member.holder], self._heard[member.holder]
+        self._began = None
 
     def is_gone(self, holder: str) -> bool:
         """Whether this server has ended, or its lease has run out."""
-        return holder not in self.members and self.sure
+        return holder not in self.members and self._sure
 
     def named(self, name: str) -> Member | None:
         """The server that people call so, or by its name in the ledger; never one that leaves."""

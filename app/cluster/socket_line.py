@@ -61,7 +61,7 @@ async def pass_socket(
     except (OSError, InvalidHandshake, ConnectionClosed, TimeoutError):
         return Outcome.AGAIN
     async with room:
-        with node.passed.line() as closing:
+        with node.hand_over.passed.line() as closing:
             await _talk(node, member, WebSocket(scope, receive, send), room, closing)
     return Outcome.DONE
 
@@ -72,7 +72,7 @@ async def _talk(
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):
         await client.accept()
         talking = asyncio.create_task(both_ways(client, room))
-        ending = asyncio.create_task(node.until_gone(member))
+        ending = asyncio.create_task(node.alive.until_gone(member))
         leaving = asyncio.create_task(closing.wait())
         tasks = (talking, ending, leaving)
         try:

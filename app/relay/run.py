@@ -1,6 +1,8 @@
 """Runs a relay: its socket, uvicorn over it, and the line that says where it is."""
 
 import gc
+import logging
+import os
 import socket
 
 import uvicorn
@@ -10,8 +12,10 @@ from app.live.broadcast import transport
 from app.ops import logs
 from app.relay.redis_at import redis_at
 from app.relay.served import create_relay
-from app.settings import Settings
+from app.settings import Settings, not_settings
 from app.web.edge.addresses import Connections, Proxies
+
+_log = logging.getLogger("plinko")
 
 
 class RelayServer(uvicorn.Server):
@@ -29,6 +33,8 @@ class RelayServer(uvicorn.Server):
 def run(settings: Settings, redis: str, rooms: str) -> None:
     """Serve until SIGINT or SIGTERM; raises SettingError when it cannot listen."""
     logs.configure(settings.log_level, settings.log_format)
+    for line in not_settings(os.environ):
+        _log.warning(line)
     app = create_relay(settings, redis_at(redis), rooms)
     kind = transport.choose(settings.transport)
     total = raise_files(settings)

@@ -35,7 +35,7 @@ def readings(server: Services) -> Iterator[Reading]:
 def standing_readings(stands: Standing) -> Iterator[Reading]:
     """How this server stands among others."""
     process = {"process": stands.name}
-    yield "plinko_cluster_leases_up", "1 while the lease store answers.", stands.leases, process
+    yield "plinko_cluster_leases_up", "1 while it sees the others.", stands.leases, process
     yield "plinko_cluster_members", "Servers that are alive.", len(stands.members), process
     yield "plinko_cluster_rooms", "Rooms that are this server's.", stands.rooms, process
     text = "Rooms taken from servers that were gone."

@@ -11,7 +11,7 @@ HOPS: Final = "plinko-hops"
 class Standing:
     """How a server stands among the others.
 
-    `leases` is whether the lease store answers, `rooms` how many rooms are this server's;
+    `leases` is whether it sees who is alive, `rooms` how many rooms are this server's;
     `taken_over` and `handed_over` count rooms since the start, `handed_on` requests.
     """
 

@@ -32,6 +32,7 @@ def process(**environ: str) -> Iterator[tuple["subprocess.Popen[str]", str]]:
     running = subprocess.Popen(
         [sys.executable, "-c", PROGRAM],
         env={**os.environ, "PLINKO_PORT": "0", **environ},
+        stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -63,6 +64,17 @@ def test_it_prints_its_address_and_stops_in_order(number: signal.Signals) -> Non
             assert socket.close_code in (1001, 1012)
         out, err = running.communicate(timeout=LIMIT)
         assert (running.returncode, out, err) == (0, "", "")
+
+
+def test_sighup_does_not_end_it_and_a_misspelt_variable_is_named() -> None:
+    with process(PLINKO_SECRETS="x", PLINKO_DATABASE_URL="sqlite://") as (running, url):
+        running.send_signal(signal.SIGHUP)
+        with urllib.request.urlopen(f"{url}/healthz") as response:
+            assert response.status == 200
+        running.send_signal(signal.SIGTERM)
+        _, err = running.communicate(timeout=LIMIT)
+        assert running.returncode == 0
+        assert "PLINKO_SECRETS in the environment is no setting: did you mean" in err
 
 
 def test_a_taken_port_is_named() -> None:

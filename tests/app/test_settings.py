@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.errors import SettingError
-from app.settings import Settings, options, static_directory, table
+from app.settings import Settings, not_settings, options, static_directory, table
 from engine import Board, drop
 
 DOCS = Path(__file__).parents[2] / "docs" / "api.md"
@@ -26,6 +26,15 @@ def test_lists_are_comma_separated() -> None:
 
 def test_an_orchestrators_own_variables_are_left_alone() -> None:
     assert Settings.load({"PLINKO_SERVICE_HOST": "10.0.0.1"}) == Settings()
+
+
+def test_a_misspelt_variable_is_named_and_an_orchestrator_s_is_not() -> None:
+    theirs = ("SERVICE_HOST", "SERVICE_PORT_HTTP", "PORT_8000_TCP", "PORT_8000_TCP_ADDR")
+    environ = {f"PLINKO_{name}": "x" for name in (*theirs, "HOST", "SECRET", "SECRETS", "COLOUR")}
+    assert not_settings(environ) == [
+        "PLINKO_COLOUR in the environment is no setting, and has no effect",
+        "PLINKO_SECRETS in the environment is no setting: did you mean PLINKO_SECRET?",
+    ]
 
 
 @pytest.mark.parametrize(

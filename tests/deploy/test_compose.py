@@ -77,13 +77,12 @@ def test_a_cluster_is_three_servers_that_differ_in_their_names_alone() -> None:
     first, *others = SERVERS.values()
     assert len(SERVERS) == 3
     assert set(CLUSTERED) == set(SERVERS) - {"plinko1"}, "one server needs no profile"
-    assert "cluster" in SERVICES["redis"]["profiles"]
+    assert SERVICES["redis"]["profiles"] == ["relays"], "and these servers need none"
     for name, each in SERVERS.items():
         assert each["hostname"] == each["environment"]["PLINKO_NAME"] == name
     for other in others:
         assert other["command"] == first["command"]
         assert other["environment"] | {"PLINKO_NAME": "plinko1"} == first["environment"]
-    assert first["environment"]["PLINKO_CLUSTER"] == "${PLINKO_CLUSTER:-}", "alone unless asked"
 
 
 def test_the_proxy_and_prometheus_ask_what_is_started() -> None:

@@ -11,7 +11,7 @@ thread takes them out and commits them. A job's fate is decided under the one lo
 A failure refuses every open job at one stroke and shuts the gate: nothing is put in any more. The
 gate opens after a later commit has succeeded and the owners of the refused jobs were told. So of
 each line's jobs, which bear consecutive numbers, the database always has the first ones, and the
-next job that is put in follows the last one that is durable. docs/operations.md has the proof.
+next job that is put in follows the last one that is durable. docs/ledger.md has the proof.
 """
 
 import enum

@@ -75,7 +75,8 @@ class Database:
             self._engine = _postgres(self.url, shared=shared)
         if shared and self._engine.dialect.name != "postgresql":
             raise SettingError(
-                f"servers cannot share {self.name}: a ledger that several use is on PostgreSQL",
+                f"servers cannot share {self.name}: a ledger that several use is on "
+                "PostgreSQL, and a server that has its ledger alone has no --name",
                 field="database_url",
             )
         self._connection: Connection | None = None

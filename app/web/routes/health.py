@@ -48,8 +48,7 @@ async def readyz(server: Server) -> Response:
     Ledger and workers are tried: a page's worth is written, and a process computes something.
 
     `rooms` tells how the last server's rooms come back. One that is not back yet, or is set aside,
-    keeps nobody from playing in the others, so it makes the server no less ready. Nor does a lease
-    store that is away (`cluster.leases`): rooms go on where they are.
+    keeps nobody from playing in the others, so it makes the server no less ready.
     """
     checks = {
         "ledger": await _writable(server),
@@ -109,7 +108,7 @@ def _may_read(request: Request, server: Server) -> None:
     dependencies=[Depends(_may_read)],
 )
 async def metrics(request: Request, server: Server) -> Response:
-    """Counts and times for Prometheus; docs/operations.md says what each means."""
+    """Counts and times for Prometheus; docs/server.md says what each means."""
     await server.returns.refresh()
     body, media_type = server.metrics.exposition(request.headers.get("accept", ""))
     return Response(body, media_type=media_type, headers={"cache-control": "no-store"})

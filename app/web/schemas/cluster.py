@@ -23,6 +23,6 @@ class ClusterView(msgspec.Struct, frozen=True):
     """How a server stands among the others."""
 
     name: str
-    leases: Annotated[bool, Meta(description="Whether the lease store answers.")]
+    leases: Annotated[bool, Meta(description="Whether it sees the other servers.")]
     servers: Annotated[list[str], Meta(description="Those that are alive, by name.")]
     rooms: Annotated[int, Meta(description="Rooms that are this server's.")]

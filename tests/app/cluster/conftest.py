@@ -1,4 +1,4 @@
-"""Three servers over a real Redis and a real PostgreSQL, which all tests here share."""
+"""Three servers over a real PostgreSQL, which all tests here share."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,6 @@ import pytest
 from tests.app.cluster import servers as processes
 from tests.app.cluster.servers import Servers
 from tests.app.persistence import postgres
-from tests.app.relay import redis as tests_redis
 
 
 @pytest.fixture(scope="session")
@@ -23,12 +22,7 @@ def postgresql() -> Iterator[postgres.Cluster]:
 
 @pytest.fixture(scope="session")
 def shared(postgresql: postgres.Cluster) -> Iterator[Servers]:
-    if tests_redis.PROGRAM is None:
-        pytest.skip(tests_redis.MISSING)
-    with (
-        tests_redis.running() as redis,
-        processes.running(redis, postgresql.new_database()) as servers,
-    ):
+    with processes.running(postgresql.new_database()) as servers:
         yield servers
 
 

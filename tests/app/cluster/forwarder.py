@@ -105,11 +105,6 @@ def forwarding(dial: Dial) -> Iterator[Forwarder]:
         thread.join()
 
 
-def over_tcp(port: int) -> Dial:
-    """Behind is a port of the loopback."""
-    return lambda: socket.create_connection(("127.0.0.1", port))
-
-
 def over_file(path: str) -> Dial:
     """Behind is a Unix socket."""
 

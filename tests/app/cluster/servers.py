@@ -1,4 +1,4 @@
-"""Several `plinko serve` processes over one PostgreSQL and one Redis, that can be killed."""
+"""Several `plinko serve` processes over one PostgreSQL, that can be killed."""
 
 import contextlib
 import os
@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 
 import httpx
 
-from tests.app.relay.redis import Redis
 from tests.ports import free_port
 from tests.waiting import LIMIT, first_line, until
 
@@ -28,13 +27,12 @@ _SERVE = (
 class One:
     """One server; it can be started again.
 
-    redis, database: what it reaches these by, where that is not as for the others; more: options.
+    database: what it reaches the ledger by, where that is not as for the others; more: options.
     """
 
     name: str
     port: int = field(default_factory=free_port)
     process: "subprocess.Popen[str] | None" = None
-    redis: str = ""
     database: str = ""
     more: tuple[str, ...] = ()
 
@@ -50,7 +48,7 @@ class One:
     def socket(self, room: str) -> str:
         return f"ws://127.0.0.1:{self.port}/ws/rooms/{room}"
 
-    def begin(self, redis: str, database: str) -> None:
+    def begin(self, database: str) -> None:
         """Start it, without waiting for it."""
         ledger = self.database or database
         own = {"PLINKO_OPERATOR_TOKEN": OPERATOR, "PLINKO_DATABASE_URL": ledger}
@@ -61,7 +59,6 @@ class One:
                 str(self.port),
                 "--name",
                 self.name,
-                *("--cluster", self.redis or redis),
                 *self.more,
             ],
             env=os.environ | own,
@@ -101,7 +98,6 @@ class One:
 class Servers:
     """Servers that share a ledger, and what they share."""
 
-    redis: Redis
     database: str
     all: tuple[One, ...]
 
@@ -116,7 +112,7 @@ class Servers:
         """Start all that are not running, and return once each knows all."""
         down = [one for one in self.all if one.process is None]
         for one in down:
-            one.begin(self.redis.url, self.database)
+            one.begin(self.database)
         for one in down:
             one.started()
         until(lambda: all(self.known_to(one) == {each.name for each in self.all} for one in self))
@@ -152,9 +148,9 @@ def one_s_rooms(one: One) -> set[str]:
 
 
 @contextlib.contextmanager
-def running(redis: Redis, database: str, count: int = 3) -> Iterator[Servers]:
+def running(database: str, count: int = 3) -> Iterator[Servers]:
     """So many servers, gone at the end."""
-    servers = Servers(redis, database, tuple(One(f"plinko{k + 1}") for k in range(count)))
+    servers = Servers(database, tuple(One(f"plinko{k + 1}") for k in range(count)))
     with kept(servers):
         yield servers
 

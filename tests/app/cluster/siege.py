@@ -26,7 +26,7 @@ BOARD: Final = "triangle-8"
 ROOMS: Final = 30
 CLIENTS: Final = 300
 KILLS: Final = int(os.environ.get("PLINKO_TEST_KILLS", "100"))
-FAULTS: Final = ("end", "freeze", "redis", "postgresql")
+FAULTS: Final = ("end", "freeze", "postgresql")
 """What is done beside kills, in turn: one for every five of them."""
 
 ACKNOWLEDGED: Final = 3  # drops at least in each room, between one fault and the next
@@ -132,10 +132,6 @@ class Siege:
                 one.send(signal.SIGSTOP)
                 await asyncio.sleep(FROZEN)  # no wait: how long it is frozen
                 one.send(signal.SIGCONT)
-            case "redis":
-                self.servers.redis.stop()
-                await self.until_all_take_drops()
-                self.servers.redis.start()
             case "postgresql":
                 await asyncio.to_thread(self.postgresql.stop, signal.SIGQUIT)
                 await asyncio.to_thread(self.postgresql.start)

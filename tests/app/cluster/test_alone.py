@@ -2,14 +2,16 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import httpx
 import pytest
 from click.testing import CliRunner
 
 from app.cli import plinko
-from app.cluster.leases import Leases
 from app.errors import SettingError
+from app.main import create_app
+from app.settings import Settings
 from tests.app.conftest import Running
 
 _IMPORTED = """
@@ -18,7 +20,8 @@ from app.main import create_app
 from app.settings import Settings
 app = create_app(Settings(database_url="sqlite://"))
 names = {name.partition(".")[0] for name in sys.modules}
-print(sorted(names & {"redis", "httpx"}), "app.cluster" in sys.modules, app.state.cluster)
+needed = sorted(names & {"psycopg", "redis", "httpx"})
+print(needed, "app.cluster" in sys.modules, app.state.cluster)
 """
 
 
@@ -37,9 +40,9 @@ def test_a_server_alone_moves_no_rooms_and_says_so(http: httpx.Client, server: R
     assert "plinko_cluster" not in http.get("/metrics").text
 
 
-def test_what_is_no_redis_is_named() -> None:
-    with pytest.raises(SettingError, match="cluster='http://here'"):
-        Leases("http://here")
+def test_a_name_is_for_servers_that_share_a_ledger_on_postgresql(tmp_path: Path) -> None:
+    with pytest.raises(SettingError, match=r"PostgreSQL, .* has no --name"):
+        create_app(Settings(name="a", data=str(tmp_path)))
 
 
 def test_rooms_are_moved_with_the_operator_s_token_alone(server: Running) -> None:

@@ -1,14 +1,18 @@
 """Who has a room, as a server finds it: few looks at the ledger, however many ask."""
 
 import asyncio
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, cast
 
-from app.cluster.leases import Leases
+from app.cluster.alive import Alive
+from app.cluster.beats import Beats
+from app.cluster.hand_over import HandOver
 from app.cluster.line import Line
 from app.cluster.membership import Member
 from app.cluster.node import Node
 from app.live.holding import Holding
+from app.persistence.holds import Holds
 from app.persistence.ledger.writer import Ledger
 from app.rooms.records import HoldRow
 from tests.waiting import turns
@@ -45,17 +49,12 @@ class Desk:
         return HoldRow(room=room, number=1, holder=OTHER.holder, address=OTHER.address, taken=0.0)
 
 
-def node_over(desk: Desk, *, has: bool = False) -> Node:
-    node = Node(
-        cast(Leases, SimpleNamespace()),
-        cast(Holding, desk),
-        cast(Ledger, SimpleNamespace()),
-        cast(Line, SimpleNamespace()),
-        "a",
-        has=lambda _: has,
-        watched=lambda _: 0,
-    )
-    node.view.members = {OTHER.holder: OTHER}
+def node_over(desk: Desk, *, has: Callable[[str], bool] = lambda _: False) -> Node:
+    holding, line = cast(Holding, desk), cast(Line, SimpleNamespace())
+    alive = Alive(cast(Beats, SimpleNamespace()), cast(Holds, desk), "a")
+    hand_over = HandOver(alive, holding, line, watched=lambda _: 0)
+    node = Node(alive, hand_over, holding, cast(Ledger, SimpleNamespace()), line, has=has)
+    alive.view.members = {OTHER.holder: OTHER}
     return node
 
 
@@ -86,13 +85,14 @@ async def test_who_comes_to_a_room_that_is_leaving_waits_and_is_brought_where_it
     desk = Desk()
     desk.answers.set()
     desk.leaving = {"main"}
-    node = node_over(desk, has=True)
+    here = {"main"}
+    node = node_over(desk, has=here.__contains__)
     assert not node.has("main")
     asked = asyncio.create_task(node.locate("main"))
     await turns()
     assert not asked.done()
     assert desk.looks == 0
-    node._in_memory = lambda _: False
+    here.clear()
     desk.leaving = set()
     desk.left.set()
     assert await asked == OTHER
@@ -103,6 +103,6 @@ async def test_one_that_leaves_sends_on_who_asks_for_a_room_that_nobody_has() ->
     desk.answers.set()
     desk.free = True
     node = node_over(desk)
-    node.leaving = True
+    node.alive.leaving = True
     assert await node.locate("main") == OTHER
     assert desk.looks == 1

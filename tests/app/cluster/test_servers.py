@@ -5,13 +5,11 @@ import contextlib
 import functools
 import hashlib
 import signal
-from collections.abc import Iterator
 from typing import Any
 
 import httpx
 import pytest
 from click.testing import CliRunner
-from redis import Redis
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
@@ -19,6 +17,7 @@ from app.cli import plinko
 from engine import Board, drop
 from tests.app.cluster.servers import OPERATOR, One, Servers
 from tests.app.conftest import Player, playing
+from tests.app.persistence import postgres
 from tests.app.persistence.server import CLIENT_SEED, Heard, prove
 from tests.waiting import LIMIT, eventually, until
 
@@ -207,33 +206,6 @@ async def test_a_ball_of_a_server_that_is_killed_lands_where_it_would_have(
     assert drop_at(second, unwatched, 23)["ball"] == 1
 
 
-async def test_rooms_of_a_server_whose_process_has_ended_need_not_wait_for_its_lease(
-    servers: Servers,
-) -> None:
-    first, second, third = servers.all
-    room = new_room(first)
-    drop_at(first, room, 25)
-    with Redis.from_url(servers.redis.url) as redis, lease_without_end(redis, first):
-        first.end(signal.SIGKILL)
-        until(lambda: any(servers.has(one, room) for one in (second, third)))
-    until_still(third, room)
-    assert same_as_alone(results(second, room)[0], 25)
-
-
-@contextlib.contextmanager
-def lease_without_end(redis: "Redis", one: One) -> Iterator[None]:
-    """A server's lease lasts while the block does, whatever becomes of the server."""
-    keys = redis.keys(f"plinko:cluster:member:{one.name}.*")
-    key = max(keys, key=redis.pttl)  # of lives before this one nothing is said any more
-    said = redis.get(key) or b""
-    one.send(signal.SIGSTOP)
-    redis.set(key, said)
-    try:
-        yield
-    finally:
-        redis.delete(key)
-
-
 def until_still(one: One, room: str) -> None:
     """Return once nothing moves in the room."""
     until(lambda: not room_at(one, room)["awake"])
@@ -295,25 +267,26 @@ async def test_whoever_plays_over_a_server_that_is_told_to_end_is_sent_to_anothe
     assert await ending == 0
 
 
-async def test_without_redis_play_goes_on_and_rooms_of_the_dead_wait(servers: Servers) -> None:
+async def test_while_postgresql_is_away_rooms_stay_and_are_taken_over_once_it_is_back(
+    servers: Servers, postgresql: postgres.Cluster
+) -> None:
     first, second, third = servers.all
     staying, waiting = new_room(second), new_room(first)
-    servers.redis.stop()
+    drop_at(third, waiting, 40)
+    await asyncio.to_thread(postgresql.stop, signal.SIGQUIT)
     try:
-        await eventually(lambda: not second.get("/readyz").json()["cluster"]["leases"])
-        assert second.get("/readyz").status_code == 200, "it can be played at"
-        landed = await asyncio.to_thread(drop_at, third, staying, 40, wait=True)
-        assert same_as_alone(landed["landed"], 40)
         first.end(signal.SIGKILL)
-        asked = asyncio.create_task(asyncio.to_thread(drop_at, third, staying, 41))
-        assert (await asked)["ball"] == 1
+        await eventually(lambda: not second.get("/readyz").json()["cluster"]["leases"])
         refused = await asyncio.to_thread(second.get, f"/api/v1/rooms/{waiting}")
         assert refused.status_code == 503
-        assert refused.json()["code"] == "room-moved"
+        assert (await asyncio.to_thread(room_at, second, staying))["id"] == staying
     finally:
-        servers.redis.start()
+        await asyncio.to_thread(postgresql.start)
     await eventually(lambda: second.get("/readyz").json()["cluster"]["leases"])
     until(lambda: third.get(f"/api/v1/rooms/{waiting}").status_code == 200)
+    until_still(third, waiting)
+    assert same_as_alone(results(second, waiting)[0], 40)
+    assert servers.holder(staying) is second, "nobody took it from a server that lived"
 
 
 async def test_a_server_that_was_frozen_and_comes_back_harms_nothing(servers: Servers) -> None:
@@ -347,7 +320,7 @@ def test_each_server_s_metrics_name_it(servers: Servers) -> None:
         found = one.get("/metrics").text
         process = f'{{process="{one.name}"}}'
         members = f"plinko_cluster_members{process} 3.0" in found
-        # A Redis that takes its time on a busy machine counts as away for a moment.
+        # A PostgreSQL that takes its time on a busy machine counts as away for a moment.
         return members and f"plinko_cluster_leases_up{process} 1.0" in found
 
     for one in servers:

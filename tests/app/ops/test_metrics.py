@@ -95,7 +95,7 @@ def test_two_servers_in_one_process_count_apart() -> None:
 
 
 def test_every_metric_is_documented_and_every_documented_one_is_there(server: Running) -> None:
-    text = (Path(__file__).parents[3] / "docs" / "operations.md").read_text()
+    text = (Path(__file__).parents[3] / "docs" / "server.md").read_text()
     documented = set(re.findall(r"`(plinko_\w+)[`{]", text))
     there = {
         family.name + ("_total" if family.type == "counter" else "")

@@ -30,7 +30,7 @@ async def test_a_room_is_followed_from_server_to_server_also_when_one_is_killed(
     with tests_redis.running() as redis:
         relays = ("--relays", redis.url)
         first, second = One("relayed1", more=relays), One("relayed2", more=relays)
-        both = Servers(redis, postgresql.new_database(), (first, second))
+        both = Servers(postgresql.new_database(), (first, second))
         with processes.kept(both), relaying(redis, first.url) as relay:
             room = new_room(second)
             async with playing(relay.socket(room)) as far:

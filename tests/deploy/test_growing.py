@@ -1,0 +1,150 @@
+"""The commands of `docs/growing.md`, run as they stand but for addresses and how much there is."""
+
+import contextlib
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+
+from engine import Board, drop_many
+from tests.app.cluster.conftest import postgresql  # noqa: F401 - a fixture
+from tests.app.persistence import postgres
+from tests.app.relay import redis as tests_redis
+from tests.deploy.proxies import DEPLOY
+from tests.ports import free_port
+from tests.waiting import LIMIT, until
+
+PAGE = (DEPLOY.parent / "docs" / "growing.md").read_text()
+OPERATOR = "an operator's token for the tests of growing"
+BIN = Path(sys.executable).parent
+
+
+def commands(name: str, **replaced: str) -> list[list[str]]:
+    """The commands of a block of the page; `replaced` by what here is at another place."""
+    (block,) = re.findall(rf"<!-- run: {name} -->\n```text\n(.*?)```", PAGE, re.DOTALL)
+    for old, new in replaced.items():
+        place = old.replace("__", ":").replace("_", ".")
+        assert place in block, place
+        block = block.replace(place, new)
+    return [shlex.split(line) for line in block.splitlines()]
+
+
+@contextlib.contextmanager
+def running(command: list[str], **environment: str) -> Iterator[None]:
+    process = subprocess.Popen(
+        [BIN / command[0], *command[1:]],
+        env=os.environ | environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.wait(LIMIT)
+
+
+def at(port: int, path: str) -> httpx.Response | None:
+    with contextlib.suppress(httpx.TransportError):
+        return httpx.get(f"http://127.0.0.1:{port}{path}", timeout=LIMIT)
+    return None
+
+
+def is_up(port: int, path: str = "/healthz") -> Callable[[], bool]:
+    def up() -> bool:
+        answer = at(port, path)
+        return answer is not None and answer.status_code == 200
+
+    return up
+
+
+@pytest.mark.postgresql
+def test_three_servers_are_one(
+    postgresql: postgres.Cluster,  # noqa: F811 - the fixture itself
+) -> None:
+    ports = [free_port() for _ in range(3)]
+    places = {f"port {8000 + k}": f"port {port}" for k, port in enumerate(ports)}
+    places["http://127_0_0_1__8000"] = f"http://127.0.0.1:{ports[0]}"
+    install, export, *serving, moving = commands("rooms", **places)
+    assert install[:2] == ["pip", "install"]
+    assert export[1].startswith("PLINKO_DATABASE_URL=postgresql://")
+    own = {"PLINKO_DATABASE_URL": postgresql.new_database(), "PLINKO_OPERATOR_TOKEN": OPERATOR}
+    with contextlib.ExitStack() as stack:
+        for command in serving:
+            stack.enter_context(running(command, **own))
+        until(lambda: all(known(port) == ["a", "b", "c"] for port in ports))
+        done = subprocess.run(
+            [BIN / moving[0], *moving[1:]],
+            env=os.environ | own,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert (done.returncode, "b" in done.stdout) == (0, True), done.stderr
+        for port in ports:
+            made = httpx.post(
+                f"http://127.0.0.1:{port}/api/v1/rooms/main/drops", json={}, timeout=LIMIT
+            )
+            assert made.status_code == 202, made.text
+
+
+def known(port: int) -> list[str]:
+    answer = at(port, "/readyz")
+    return answer.json()["cluster"]["servers"] if answer is not None else []
+
+
+@pytest.mark.skipif(tests_redis.PROGRAM is None, reason=tests_redis.MISSING)
+def test_relays_are_before_a_server() -> None:
+    server, *relays = ports = [free_port() for _ in range(3)]
+    with tests_redis.running() as redis, contextlib.ExitStack() as stack:
+        block = commands(
+            "relays",
+            **{
+                "redis://redis_example__6379": redis.url,
+                "http://server_example__8000": f"http://127.0.0.1:{server}",
+                "port 8000": f"port {server}",
+                "port 8001": f"port {relays[0]}",
+                "port 8002": f"port {relays[1]}",
+            },
+        )
+        for command in block[1:]:
+            stack.enter_context(running(command, PLINKO_DATABASE_URL="sqlite://"))
+        until(lambda: all(is_up(port)() for port in ports))
+
+
+def test_a_batch_on_workers_has_the_digest_that_it_has_here(tmp_path: Path) -> None:
+    port, result = free_port(), tmp_path / "result.json"
+    block = commands(
+        "batches",
+        **{
+            "tcp://scheduler_example__8786": f"tcp://127.0.0.1:{port}",
+            "--port 8786": f"--port {port} --no-dashboard --host 127.0.0.1",
+            "--drops 1e9": "--drops 1000",
+            "result_json": str(result),
+            "--nworkers 2": "--nworkers 1 --no-dashboard",
+        },
+    )
+    _, scheduler, worker, simulate = block
+    with running(scheduler), running(worker):
+        done: list[subprocess.CompletedProcess[str]] = []
+
+        def computed() -> bool:
+            done[:] = [
+                subprocess.run(
+                    [BIN / simulate[0], *simulate[1:], "--json"],
+                    capture_output=True,
+                    text=True,
+                    check=False,
+                )
+            ]
+            return done[0].returncode == 0  # before, there was no worker yet
+
+        until(computed)
+    histogram = drop_many(Board.preset("triangle-16"), 1000).histogram
+    assert f'"histogram": {list(map(int, histogram))}' in done[0].stdout

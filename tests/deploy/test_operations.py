@@ -1,0 +1,109 @@
+"""The operator's page: its unit file starts, its backup comes back, its alerts are all there."""
+
+import configparser
+import os
+import re
+import shutil
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import httpx
+import yaml
+from click.testing import CliRunner
+
+from app.cli import plinko
+from app.settings import Settings, not_settings
+from tests.app.conftest import TINY, Running, serving
+from tests.deploy.proxies import DEPLOY
+from tests.waiting import LIMIT
+
+PAGE = (DEPLOY.parent / "docs" / "operations.md").read_text()
+WORDS_A_MINUTE = 200
+
+
+def unit() -> dict[str, str]:
+    parser = configparser.ConfigParser(strict=False)
+    parser.optionxform = str  # type: ignore[assignment,method-assign]
+    parser.read(DEPLOY / "plinko.service")
+    return dict(parser["Service"])
+
+
+def test_the_page_is_read_in_ten_minutes() -> None:
+    words = re.findall(r"[A-Za-z][\w'-]*", re.sub(r"```.*?```", "", PAGE, flags=re.DOTALL))
+    assert len(words) <= 10 * WORDS_A_MINUTE
+
+
+def test_the_unit_starts_a_server_that_ends_in_order_and_writes_where_it_may() -> None:
+    service = unit()
+    program, *command = service["ExecStart"].split()
+    assert program == "/opt/plinko/bin/plinko"
+    done = CliRunner().invoke(plinko, [*command, "--help"])
+    assert done.exit_code == 0, done.output
+    data = command[command.index("--data") + 1]
+    assert data == f"/var/lib/{service['StateDirectory']}"
+    assert int(service["TimeoutStopSec"]) > Settings().shutdown_grace
+    assert service["PrivateTmp"] == "yes", "its workers need a directory for temporary files"
+
+
+def test_the_environment_of_the_page_is_of_settings() -> None:
+    (block,) = re.findall(r"```text\n(PLINKO_HOSTS.*?)```", PAGE, re.DOTALL)
+    given = dict(line.split("=", 1) for line in block.splitlines())
+    assert not_settings(given) == []
+    filled = {name: value.replace("…", "x" * 32) for name, value in given.items()}
+    assert Settings.load(filled).hosts == ("plinko.example",)
+
+
+def test_what_to_do_is_said_for_each_alert_and_for_nothing_else() -> None:
+    groups = yaml.safe_load((DEPLOY / "alerts.yml").read_text())["groups"]
+    there = [rule["alert"] for group in groups for rule in group["rules"]]
+    said = re.findall(r"^\| `(Plinko\w+)` \|", PAGE, re.MULTILINE)
+    assert sorted(said) == sorted(there)
+
+
+def test_every_file_of_deploy_that_the_page_names_is_there() -> None:
+    named = set(re.findall(r"`(deploy/[\w./-]+)`", PAGE))
+    assert {"deploy/plinko.service", "deploy/nginx.conf", "deploy/Caddyfile"} <= named
+    assert [each for each in named if not (DEPLOY.parent / each).exists()] == []
+
+
+def at(server: Running, path: str, **options: Any) -> httpx.Response:
+    return httpx.request(
+        options.pop("method", "GET"), f"{server.url}/api/v1{path}", timeout=LIMIT, **options
+    )
+
+
+def test_a_backup_by_the_page_s_commands_brings_rooms_tokens_and_signatures_back(
+    tmp_path: Path,
+) -> None:
+    home, backup = tmp_path / "home", tmp_path / "home" / "backup"
+    backup.mkdir(parents=True)
+    (sql,) = re.findall(r'sqlite3 plinko\.db "(VACUUM INTO [^"]+)"', PAGE)
+    (secrets,) = re.findall(r"cp -p (.+) backup/", PAGE)
+    ledger = {"data": str(home), "database_url": ""}
+    with serving(**ledger) as server:
+        made = at(server, "/rooms", method="POST", json={"board": TINY}).json()
+        shown = {"authorization": f"Bearer {made['token']}"}
+        room = f"/rooms/{made['id']}"
+        landed = at(server, f"{room}/drops?wait=1", method="POST", json={"seed": "1"}).json()
+        key = signing_key(home)
+        connection = sqlite3.connect(home / "plinko.db")
+        connection.execute(sql.replace("backup/", f"{backup}/"))
+        connection.close()
+        for name in secrets.split():
+            shutil.copy2(home / name, backup)
+        at(server, f"{room}/drops?wait=1", method="POST", json={"seed": "2"})
+    (gone,) = re.findall(r"delete ((?:`plinko\.db[\w-]*`(?:, | and )?)+)", PAGE)
+    for name in (*re.findall(r"`([^`]+)`", gone), *secrets.split()):
+        (home / name).unlink(missing_ok=True)
+    shutil.copytree(backup, home, dirs_exist_ok=True)
+    with serving(**ledger) as server:
+        drops = at(server, f"{room}/log").json()["drops"]
+        assert [each["result"]["digest"] for each in drops] == [landed["landed"]["digest"]]
+        assert at(server, f"{room}/reset", method="POST", headers=shown).is_success
+        assert signing_key(home) == key
+    assert sorted(os.listdir(backup)) == sorted(["plinko.db", *secrets.split()])
+
+
+def signing_key(home: Path) -> bytes:
+    return (home / "plinko.db-secret-signing-key").read_bytes()
