@@ -230,7 +230,7 @@ class LiveRoom:
         for entered in self.room.enter():
             self._tell(entered, number)
             number += len(entered.events)
-            self._runner.wake(self)
+            self._runner.run(self)
         self._begin_step()
 
     def _tell(self, entered: Entered, number: int) -> None:

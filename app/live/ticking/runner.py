@@ -115,8 +115,12 @@ class Runner:
     def wake(self, live: Running) -> None:
         """See to it that a room ticks in which something moves."""
         if live.room.awake:
-            self._awake[live.id] = live
-            self.ticker.wake()
+            self.run(live)
+
+    def run(self, live: Running) -> None:
+        """Give a room a turn, even one whose clock stands still: it has something to show."""
+        self._awake[live.id] = live
+        self.ticker.wake()
 
     def runs(self, live: Running) -> bool:
         """Whether the room ticks."""

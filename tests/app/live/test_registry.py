@@ -201,6 +201,24 @@ async def test_a_scene_that_moves_for_nobody_stands_still_until_somebody_comes()
     assert room.room.world.tick > left
 
 
+async def test_what_is_changed_while_the_clock_stands_is_shown() -> None:
+    held = rooms(tick_rate=60)
+    room = await held.create(held.scene({"scene": "sandbox", "balls": 1}), SCENE)
+    paused = change(room, message("pause", paused=True))
+    await turns()
+    await finish(held)
+    assert paused.done()
+    assert (room.room.awake, room.ticks) == (False, False)
+    watcher = Watcher()
+    held.enter(room, watcher.client)
+    added = change(room, message("add", x=0.0, y=2.0))
+    await turns()
+    assert added.done()
+    shown = watcher.client.mailbox.replaced
+    run_pass(held.runner)
+    assert watcher.client.mailbox.replaced == shown + 1, "a snapshot after that of the hello"
+
+
 async def test_a_table_goes_on_for_nobody_as_drops_are_to_land() -> None:
     held = rooms(tick_rate=60)
     room = held.find("interacting-triangle-8")

@@ -221,10 +221,11 @@ class Table:
 
     def tick(self, times: int) -> bool:
         """Tick so often; whether something still moves."""
-        moves = False
-        for _ in range(times):
-            moves = self.within(lambda: run_pass(self.rooms.runner))
-        return moves
+
+        def passes() -> bool:
+            return [run_pass(self.rooms.runner) for _ in range(times)][-1:] == [True]
+
+        return self.within(passes)
 
     def until_still(self) -> None:
         """Let all that moves land, and the ledger hear of it."""
