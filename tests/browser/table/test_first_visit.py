@@ -7,7 +7,7 @@ from playwright.sync_api import Browser, expect
 
 from tests.browser.conftest import NO_DEMO, Complaints, ServerProcess
 
-SCREENS = [(360, 640), (1280, 800)]
+SCREENS = [(360, 640), (390, 844), (700, 900), (1280, 800)]
 
 # To be run before the page: how far its parts move once they are painted, as browsers count it
 # (https://wicg.github.io/layout-instability).
