@@ -1,6 +1,6 @@
 // The compare page: two drops at once, both paths, the distance between them and when they part.
 
-import { fillBoards, openPage, showState, tableLink } from "../board/page.js";
+import { DEFAULT_BOARD, DEFAULT_SEED, fillBoards, openPage, showState, tableLink } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { partingWords } from "../model/certificate.js";
@@ -30,8 +30,6 @@ import { readShift, secondDrop } from "./second-start.js";
 /** @import { Key } from "../texts/text.js" */
 
 const BITS = 12; // shown of a start's 64
-const DEFAULT_BOARD = "triangle-16"; // as on the table
-const DEFAULT_SEED = "42";
 const TRIES = 40; // seeds looked at for one that parts
 
 /**

@@ -1,6 +1,6 @@
 // A drop that another site shows in a frame: guess where it lands, let it fall, see.
 
-import { DEFAULT_BOARD, openPage, showState } from "../board/page.js";
+import { DEFAULT_BOARD, DEFAULT_SEED, openPage, showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { replayLink, readDrop } from "../net/drop-address.js";
 import { paintPath } from "../paint/marks.js";
@@ -14,7 +14,6 @@ import { FrameLoop } from "../util/frame-loop.js";
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
-const DEFAULT_SEED = "42";
 
 class EmbeddedDrop {
   /** @type {Replay | null} */

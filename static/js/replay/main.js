@@ -1,6 +1,6 @@
 // The replay page: loads the drop that the address names, plays it, shows what each impact did.
 
-import { DEFAULT_BOARD, fillBoards, openPage, showState, tableLink } from "../board/page.js";
+import { DEFAULT_BOARD, DEFAULT_SEED, fillBoards, openPage, showState, tableLink } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { provenWords } from "../model/certificate.js";
@@ -31,7 +31,6 @@ import { Verifier } from "./verify.js";
 /** @import { Fact } from "../util/dom.js" */
 
 const PICK_REACH = 24; // CSS pixels within which a click finds an impact
-const DEFAULT_SEED = "42";
 
 class ReplayPage {
   /** @type {Replay | null} */
