@@ -8,7 +8,7 @@ const BOARDS = "api/v1/boards";
 // What a page, a style sheet or a module names: its parts.
 const PARTS = {
   html: /(?:href|src)="([^":?#]+\.(?:css|js|json|svg))"/g,
-  js: /^(?:import|export|\}) [^"\n]*"(\.[^"]+)"|new URL\("([^"]+)", import\.meta\.url\)/gm,
+  js: /^(?:import|export|\}) [^"\n]*"(\.[^"]+)"|new URL\("([^"]+)", ?import\.meta\.url\)/gm,
 };
 
 /** @param {string} path below the pages' own folder */

@@ -1,6 +1,6 @@
 // What the pages that look at drops share: start-up, failures told, links, the form's board list.
 
-import { MAIN_ROOM, readBoardName } from "../model/presets.js";
+import { MAIN_BOARD, MAIN_ROOM, readBoardName } from "../model/presets.js";
 import { Visited } from "../model/player/visited.js";
 import { ApiError, getJson, messageOf } from "../net/api.js";
 import { LinkError } from "../net/board-link.js";
@@ -11,8 +11,9 @@ import { keepOffline } from "../util/offline.js";
 
 /** @import { BoardList } from "../net/replies.js" */
 
-/** Nothing was asked for: something that shows what the page can do. */
-export const DEFAULT_BOARD = "triangle-12";
+/** What is shown where an address names nothing. */
+export const DEFAULT_BOARD = MAIN_BOARD;
+export const DEFAULT_SEED = "42";
 
 /**
  * Runs a page and shows what stops it.

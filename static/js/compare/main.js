@@ -1,19 +1,18 @@
 // The compare page: two drops at once, both paths, the distance between them and when they part.
 
-import { fillBoards, openPage, showState, tableLink } from "../board/page.js";
+import { DEFAULT_BOARD, DEFAULT_SEED, fillBoards, openPage, showState, tableLink } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { partingWords } from "../model/certificate.js";
-import { upTo } from "../model/motion/drop.js";
 import { emptyScene } from "../model/scene.js";
 import { complaintOf, MAX_SEED, readSeed } from "../model/seed.js";
-import { ApiError, getJson } from "../net/api.js";
-import { dropPath, dropSearch, readDrop, replayLink } from "../net/drop-address.js";
+import { ApiError } from "../net/api.js";
+import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath } from "../paint/marks.js";
-import { boardOf, Replay } from "../replay/replay.js";
+import { boardOf, certificateOf, Replay } from "../replay/replay.js";
 import { Transport } from "../replay/transport.js";
 import { t as words } from "../texts/text.js";
-import { byId, factId, fieldOf, inputOf, make, radiosOf, radioValue } from "../util/dom.js";
+import { byId, factId, fieldOf, inputOf, make, radiosOf, radioValue, say } from "../util/dom.js";
 import { bitsOf } from "../util/doubles.js";
 import { fixed, multiplier, rounded, seconds } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
@@ -25,25 +24,13 @@ import { openingPair } from "./opening-pair.js";
 import { readShift, secondDrop } from "./second-start.js";
 
 /** @import { Board } from "../model/board.js" */
-/** @import { Certificate } from "../model/certificate.js" */
-/** @import { State } from "../model/motion/flight.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Key } from "../texts/text.js" */
 
-const PATH_RATE = 120;
 const BITS = 12; // shown of a start's 64
-const DEFAULT_BOARD = "triangle-16"; // as on the table
-const DEFAULT_SEED = "42";
 const TRIES = 40; // seeds looked at for one that parts
-
-/** @param {DropAddress} drop @returns {Promise<Certificate>} */
-async function certificateOf(drop) {
-  const path = dropPath(drop, "", new URLSearchParams({ certified: "true" }));
-  const { certificate } = /** @type {{certificate: Certificate}} */ (await getJson(path));
-  return certificate;
-}
 
 /**
  * Both drops and what is measured of them.
@@ -55,7 +42,6 @@ async function certificateOf(drop) {
  * @property {number} end seconds until one has landed
  * @property {ReturnType<typeof distances>} rows
  * @property {ReturnType<typeof distancesAtHits>} hits
- * @property {[State[], State[]]} paths
  */
 
 class ComparePage {
@@ -82,14 +68,12 @@ class ComparePage {
     const { seed, shift } = pairAsked(search, asked);
     const first = { ...asked, board: address, seed };
     const { one, two, second } = await loadBoth(board, first, shift, search.get("with"));
-    const line = (/** @type {Replay} */ { motion, duration }) => motion.line(0, duration, PATH_RATE);
     /** @type {Pair} */
     const pair = {
       board, one, two, drops: [first, second],
       end: together(one.motion, two.motion),
       rows: distances(one.motion, two.motion),
       hits: distancesAtHits(one.motion, two.motion),
-      paths: [line(one), line(two)],
     };
     this.#pair = pair;
     this.stage.setBoard(board);
@@ -151,17 +135,16 @@ class ComparePage {
    * @param {Pair} pair
    * @param {number} t
    */
-  #paintPaths(ctx, geometry, { board, one, two, paths }, t) {
+  #paintPaths(ctx, geometry, { board, one, two }, t) {
     const { palette } = this.theme;
     const width = Math.max(2, 0.3 * board.ball.radius * geometry.scale);
     const both = [
-      { replay: two, path: paths[1], colour: palette.other, wide: 1.7 * width },
-      { replay: one, path: paths[0], colour: palette.ball, wide: 0.8 * width },
+      { replay: two, colour: palette.other, wide: 1.7 * width },
+      { replay: one, colour: palette.ball, wide: 0.8 * width },
     ];
-    for (const { replay, path, colour, wide } of both) {
-      paintPath(ctx, geometry, path, { colour, width: wide, alpha: 0.22 });
-      const past = upTo(path, replay.motion.stateAt(Math.min(t, replay.duration)));
-      paintPath(ctx, geometry, past, { colour, width: wide, alpha: 0.95 });
+    for (const { replay, colour, wide } of both) {
+      paintPath(ctx, geometry, replay.path, { colour, width: wide, alpha: 0.22 });
+      paintPath(ctx, geometry, replay.pathTo(t), { colour, width: wide, alpha: 0.95 });
     }
   }
 
@@ -295,8 +278,7 @@ class ComparePage {
       field.setAttribute("aria-invalid", String(!good));
       if (good) continue;
       note.hidden = false;
-      note.dataset.tone = "bad";
-      note.textContent = complaintOf(reading, words("compare.needs-seed"));
+      say(note, "bad", complaintOf(reading, words("compare.needs-seed")));
       field.focus();
       return;
     }

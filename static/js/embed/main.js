@@ -1,8 +1,7 @@
 // A drop that another site shows in a frame: guess where it lands, let it fall, see.
 
-import { DEFAULT_BOARD, openPage, showState } from "../board/page.js";
+import { DEFAULT_BOARD, DEFAULT_SEED, openPage, showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
-import { upTo } from "../model/motion/drop.js";
 import { replayLink, readDrop } from "../net/drop-address.js";
 import { paintPath } from "../paint/marks.js";
 import { boardOf, Replay } from "../replay/replay.js";
@@ -11,19 +10,14 @@ import { byId } from "../util/dom.js";
 import { multiplier } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 
-/** @import { State } from "../model/motion/flight.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
-const PATH_RATE = 120; // points a second of the drawn path
-const DEFAULT_SEED = "42";
 
 class EmbeddedDrop {
   /** @type {Replay | null} */
   #replay = null;
-  /** @type {State[]} */
-  #path = [];
   #t = 0;
   #lastMs = 0;
   #falling = false;
@@ -43,7 +37,6 @@ class EmbeddedDrop {
     const drop = { ...asked, board: address, seed: asked.seed || DEFAULT_SEED };
     const replay = await Replay.load(board, drop);
     this.#replay = replay;
-    this.#path = replay.motion.line(0, replay.duration, PATH_RATE);
     this.stage.setBoard(board);
     byId("more", HTMLAnchorElement).href = hash ? `replay.html?seed=${drop.seed}${hash}` : replayLink(drop);
     document.title = t("replay.title-seed", { seed: drop.seed, board: board.name });
@@ -94,8 +87,7 @@ class EmbeddedDrop {
    */
   #paintPath(ctx, geometry, replay) {
     const width = Math.max(1.5, 0.2 * replay.board.ball.radius * geometry.scale);
-    const past = upTo(this.#path, replay.motion.stateAt(Math.min(this.#t, replay.duration)));
-    paintPath(ctx, geometry, past, { colour: this.theme.palette.trayMark, width, alpha: 0.8 });
+    paintPath(ctx, geometry, replay.pathTo(this.#t), { colour: this.theme.palette.trayMark, width, alpha: 0.8 });
   }
 }
 

@@ -1,7 +1,7 @@
 // The steps of a check on the page: which hold, with both values of each to copy, and what it proves.
 
 import { t } from "../texts/text.js";
-import { make } from "../util/dom.js";
+import { make, say } from "../util/dom.js";
 import { canonical } from "./canonical.js";
 import { checkSession } from "./check.js";
 
@@ -33,12 +33,6 @@ export async function report(session, tools, { verdict, list }) {
   // Without what the player was given at the beginning, a server could have chosen its secret late.
   else say(verdict, "good", session.heard_session ? t("check.proven") : t("check.proven-late"));
   return failed;
-}
-
-/** @param {HTMLElement} note @param {"" | "good" | "bad"} tone @param {string} text */
-export function say(note, tone, text) {
-  note.dataset.tone = tone;
-  note.textContent = text;
 }
 
 /** @param {number | null} drop @param {Step[]} steps */

@@ -1,6 +1,7 @@
 // Names of the preset boards and of the public tables they are played at. Pure.
 
 export const MAIN_ROOM = "main";
+export const MAIN_BOARD = "triangle-16"; // as a server has it unless it was set up otherwise
 const KNOCKING = "interacting-"; // before a preset's name: its table on which balls knock each other
 
 /**

@@ -1,7 +1,7 @@
 // One room through all its connections: line, clock, balls, our drops, the fair session and the players.
 
 import { Company } from "../model/table/company.js";
-import { MAIN_ROOM, readBoardName } from "../model/presets.js";
+import { MAIN_BOARD, MAIN_ROOM, readBoardName } from "../model/presets.js";
 import { MINOR_UNITS } from "../model/player/account.js";
 import { Table } from "../model/table/table.js";
 import { getJson, socketUrl } from "../net/api.js";
@@ -36,7 +36,6 @@ import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 
 const SEGMENTS = "segments"; // a segment of a path a bounce, from which the page draws the rest
 const COUNTED = new Set(["accepted", "contact", "landed"]); // events that a room numbers
-const MAIN_BOARD = "triangle-16"; // as a server has it unless it was set up otherwise
 
 /** What panels know of a room. `news` tells them when something of it is other than before. */
 export class Room {

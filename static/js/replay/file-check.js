@@ -7,7 +7,7 @@ import { readJson } from "../solver/log/canonical.js";
 import { compareLog, isLog } from "../solver/log/log.js";
 import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";
-import { byId } from "../util/dom.js";
+import { byId, say } from "../util/dom.js";
 import { toldOf } from "./verify.js";
 
 /** @import { BoardReply } from "../net/replies.js" */
@@ -48,17 +48,17 @@ export class FileCheck {
   /** @param {File | undefined} file */
   async #check(file) {
     if (!file) return;
-    say("", t("replay.check-file", { file: file.name }));
+    say(byId("check-note"), "", t("replay.check-file", { file: file.name }));
     try {
       const solver = await this.#solving;
       const value = readJson(await file.text());
       const check = isLog(value) ? checkLog : checkRecord;
       const { difference, words } = await check(solver, value, file.name);
-      if (difference) say("bad", t("replay.check-differs", { file: file.name, ...toldOf(difference) }));
-      else say("good", words);
+      if (difference) say(byId("check-note"), "bad", t("replay.check-differs", { file: file.name, ...toldOf(difference) }));
+      else say(byId("check-note"), "good", words);
     } catch (error) {
       const why = error instanceof SyntaxError ? t("replay.not-json", { why: error.message }) : messageOf(error);
-      say("bad", t("replay.check-fails", { file: file.name, why }));
+      say(byId("check-note"), "bad", t("replay.check-fails", { file: file.name, why }));
     }
   }
 }
@@ -70,7 +70,7 @@ async function checkLog(solver, value, file) {
   const log = /** @type {Log} */ (value);
   const board = await boardOf(log.board);
   const difference = await compareLog(solver, log, board, async (done) => {
-    say("", t("replay.check-drops", { n: done }));
+    say(byId("check-note"), "", t("replay.check-drops", { n: done }));
     await new Promise(requestAnimationFrame);
   });
   return { difference, words: t("replay.check-log", { file, n: log.drops.length, digest: String(log.digest) }) };
@@ -100,11 +100,4 @@ async function boardOf(board) {
   if (typeof board !== "string") return board;
   const reply = await getJson(`boards/${encodeURIComponent(board)}`);
   return /** @type {BoardReply} */ (reply).board;
-}
-
-/** @param {"" | "good" | "bad"} tone @param {string} text */
-function say(tone, text) {
-  const note = byId("check-note");
-  note.dataset.tone = tone;
-  note.textContent = text;
 }

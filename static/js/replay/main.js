@@ -1,16 +1,15 @@
 // The replay page: loads the drop that the address names, plays it, shows what each impact did.
 
-import { DEFAULT_BOARD, fillBoards, openPage, showState, tableLink } from "../board/page.js";
+import { DEFAULT_BOARD, DEFAULT_SEED, fillBoards, openPage, showState, tableLink } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { provenWords } from "../model/certificate.js";
-import { upTo } from "../model/motion/drop.js";
 import { complaintOf, readSeed } from "../model/seed.js";
-import { ApiError, getJson } from "../net/api.js";
-import { dropPath, dropSearch, readDrop, replayLink } from "../net/drop-address.js";
+import { ApiError } from "../net/api.js";
+import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath, paintRing } from "../paint/marks.js";
 import { t } from "../texts/text.js";
-import { byId, fieldOf, fillFacts, inputOf } from "../util/dom.js";
+import { byId, fieldOf, fillFacts, inputOf, say } from "../util/dom.js";
 import { metric, multiplier, seconds } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
@@ -19,29 +18,23 @@ import { describeEnergy, energyPlot } from "./energy-plot.js";
 import { FileCheck } from "./file-check.js";
 import { Guess } from "./guess.js";
 import { ImpactList } from "./impact-list.js";
-import { boardOf, Replay } from "./replay.js";
+import { boardOf, certificateOf, Replay } from "./replay.js";
 import { dropOfDay, guessWords } from "./riddles.js";
 import { Share } from "./share.js";
 import { Transport } from "./transport.js";
 import { Verifier } from "./verify.js";
 
-/** @import { Certificate } from "../model/certificate.js" */
 /** @import { DropRecord } from "../model/motion/drop.js" */
-/** @import { State } from "../model/motion/flight.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Fact } from "../util/dom.js" */
 
-const PATH_RATE = 120; // points a second of the drawn path
 const PICK_REACH = 24; // CSS pixels within which a click finds an impact
-const DEFAULT_SEED = "42";
 
 class ReplayPage {
   /** @type {Replay | null} */
   #replay = null;
-  /** @type {State[]} */
-  #path = [];
   /** @type {DropAddress | null} */
   #drop = null;
 
@@ -83,7 +76,6 @@ class ReplayPage {
     this.#replay = replay;
     this.#drop = drop;
     byId("certify").hidden = drop.solver === "stepped";
-    this.#path = replay.motion.line(0, replay.duration, PATH_RATE);
     this.stage.setBoard(board);
     this.list.load(replay);
     this.closeUp.load(replay);
@@ -153,10 +145,9 @@ class ReplayPage {
     const { palette } = this.theme;
     const width = Math.max(1.25, 0.16 * replay.board.ball.radius * geometry.scale);
     if (!this.guess.open) {
-      paintPath(ctx, geometry, this.#path, { colour: palette.trayMark, width, alpha: 0.3, dash: [2, 4] });
+      paintPath(ctx, geometry, replay.path, { colour: palette.trayMark, width, alpha: 0.3, dash: [2, 4] });
     }
-    const past = upTo(this.#path, replay.motion.stateAt(Math.min(t, replay.duration)));
-    paintPath(ctx, geometry, past, { colour: palette.trayMark, width: 1.4 * width, alpha: 0.85 });
+    paintPath(ctx, geometry, replay.pathTo(t), { colour: palette.trayMark, width: 1.4 * width, alpha: 0.85 });
   }
 
   /**
@@ -188,7 +179,7 @@ class ReplayPage {
     const state = replay.motion.stateAt(t);
     const impact = this.list.chosen >= 0 ? this.list.impacts[this.list.chosen] : null;
     this.closeUp.avoid({ x: geometry.px(state.x), y: geometry.py(state.y) });
-    this.closeUp.draw(state, this.#path, impact, this.list.strongest);
+    this.closeUp.draw(state, replay.path, impact, this.list.strongest);
   }
 
   /** @param {number} index */
@@ -264,8 +255,7 @@ class ReplayPage {
       const wanted = reading.ok ? reading.seed : null;
       const note = byId("other-note");
       note.hidden = wanted !== null;
-      note.dataset.tone = "bad";
-      note.textContent = wanted !== null ? "" : complaintOf(reading, t("replay.needs-seed"));
+      say(note, "bad", wanted !== null ? "" : complaintOf(reading, t("replay.needs-seed")));
       seed.setAttribute("aria-invalid", String(wanted === null));
       if (wanted === null) {
         seed.focus();
@@ -281,17 +271,13 @@ class ReplayPage {
   async #certify() {
     if (!this.#drop) return;
     const note = byId("verdict");
-    note.dataset.tone = "";
-    note.textContent = t("replay.certifying");
+    say(note, "", t("replay.certifying"));
     try {
-      const path = dropPath(this.#drop, "", new URLSearchParams({ certified: "true" }));
-      const { certificate } = /** @type {{certificate: Certificate}} */ (await getJson(path));
-      note.dataset.tone = certificate.certified && certificate.agrees ? "good" : "bad";
-      note.textContent = provenWords(certificate);
+      const certificate = await certificateOf(this.#drop);
+      say(note, certificate.certified && certificate.agrees ? "good" : "bad", provenWords(certificate));
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      note.dataset.tone = "bad";
-      note.textContent = error.message;
+      say(note, "bad", error.message);
     }
   }
 }

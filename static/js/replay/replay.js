@@ -1,6 +1,6 @@
 // One drop again: its record and states, its motion, the scene at each moment.
 
-import { Motion, PEG, samplesNeeded } from "../model/motion/drop.js";
+import { Motion, PEG, samplesNeeded, upTo } from "../model/motion/drop.js";
 import { emptyScene } from "../model/scene.js";
 import { ApiError, getJson, postJson, request } from "../net/api.js";
 import { boardInHash, unpackBoard } from "../net/board-link.js";
@@ -10,6 +10,7 @@ import { BoardError, ParameterError } from "../solver/errors.js";
 import { openSolver } from "../solver/solver.js";
 
 /** @import { Board } from "../model/board.js" */
+/** @import { Certificate } from "../model/certificate.js" */
 /** @import { Scene } from "../model/scene.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { State } from "../model/motion/flight.js" */
@@ -18,6 +19,7 @@ import { openSolver } from "../solver/solver.js";
 
 const FLASH_SECONDS = 0.35;
 const HIT_SECONDS = 1.4;
+const PATH_RATE = 120; // points a second of the drawn path
 const TRAIL_POINTS = 14;
 const TRAIL_STEP = 1 / 90;
 const LOUD = 3; // m/s
@@ -28,6 +30,8 @@ const solving = openSolver().catch(() => null);
 /** A drop's record, and the scene at each of its moments. */
 export class Replay {
   #trail = new Float64Array(2 * TRAIL_POINTS);
+  /** @type {State[] | null} */
+  #path = null;
 
   /**
    * @param {Board} board
@@ -95,6 +99,17 @@ export class Replay {
     const fps = String(samplesNeeded(record));
     const sampled = await getJson(dropPath(drop, "/frames", new URLSearchParams({ fps })));
     return new Replay(board, record, text, /** @type {Sampled} */ (sampled));
+  }
+
+  /** Its whole path. */
+  get path() {
+    this.#path ??= this.motion.line(0, this.duration, PATH_RATE);
+    return this.#path;
+  }
+
+  /** @param {number} t s @returns {State[]} its path until then */
+  pathTo(t) {
+    return upTo(this.path, this.motion.stateAt(Math.min(t, this.duration)));
   }
 
   /** Time for the bin's light to fade after the landing, s. */
@@ -169,6 +184,13 @@ export async function boardOf(name, hash) {
     const board = told(() => solver.read(form));
     return { board, address: boardDigest(board) };
   }
+}
+
+/** @param {DropAddress} drop @returns {Promise<Certificate>} the server's proof of its bin */
+export async function certificateOf(drop) {
+  const path = dropPath(drop, "", new URLSearchParams({ certified: "true" }));
+  const { certificate } = /** @type {{certificate: Certificate}} */ (await getJson(path));
+  return certificate;
 }
 
 /** @param {unknown} error @returns {boolean} whether it says that the server does not answer */

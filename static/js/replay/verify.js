@@ -4,7 +4,7 @@ import { ApiError, messageOf, postJson } from "../net/api.js";
 import { compareRecords } from "../solver/log/difference.js";
 import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";
-import { byId } from "../util/dom.js";
+import { byId, say } from "../util/dom.js";
 
 /** @import { Verification } from "../net/replies.js" */
 /** @import { Difference } from "../solver/log/difference.js" */
@@ -22,15 +22,13 @@ export class Verifier {
 
   /** @param {Replay} replay */
   async verify(replay) {
-    show("", t("page.computing"));
+    const note = byId("verdict");
+    say(note, "", t("page.computing"));
     const here = await this.#here(replay);
-    if (here.tone === "bad") {
-      show("bad", here.text);
-      return;
-    }
-    show(here.tone, here.text);
+    say(note, here.tone, here.text);
+    if (here.tone === "bad") return;
     const { tone, text } = await atServer(replay);
-    show(tone === "" ? here.tone : tone, `${here.text} ${text}`);
+    say(note, tone === "" ? here.tone : tone, `${here.text} ${text}`);
   }
 
   /** @param {Replay} replay @returns {Promise<Said>} */
@@ -73,11 +71,4 @@ async function atServer({ text, record, board }) {
 /** @param {Difference} difference @returns {{field: string, expected: string, actual: string}} */
 export function toldOf({ field, expected, actual }) {
   return { field, expected: String(expected), actual: String(actual) };
-}
-
-/** @param {string} tone @param {string} text */
-function show(tone, text) {
-  const note = byId("verdict");
-  note.dataset.tone = tone;
-  note.textContent = text;
 }

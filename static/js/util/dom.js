@@ -69,6 +69,12 @@ export function inputOf(form, name) {
   return field;
 }
 
+/** @param {HTMLElement} note @param {"" | "good" | "bad"} tone @param {string} text */
+export function say(note, tone, text) {
+  note.dataset.tone = tone;
+  note.textContent = text;
+}
+
 /** @param {Event} event @param {string} selector @returns {boolean} whether it happened in such an element */
 export function isWithin(event, selector) {
   return event.target instanceof Element && event.target.closest(selector) !== null;

@@ -1,10 +1,10 @@
 // The page that checks a session's export, from a file or a link, by itself: no server decides it.
 
 import { openTools } from "../fairness/tools.js";
-import { report, say } from "../fairness/report.js";
+import { report } from "../fairness/report.js";
 import { ExportError, readExport } from "../fairness/export.js";
 import { t } from "../texts/text.js";
-import { byId, inputOf } from "../util/dom.js";
+import { byId, inputOf, say } from "../util/dom.js";
 import { messageOf } from "../net/api.js";
 import { showingToken } from "../net/session-token.js";
 import { Theme } from "../paint/theme.js";

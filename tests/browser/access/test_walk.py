@@ -90,4 +90,6 @@ def test_the_board_keeps_its_size_beside_the_desk(opened: Open, width: int, heig
     box = screen.page.locator("#board").bounding_box()
     assert box is not None
     assert box["width"] >= min(0.55 * width, 0.6 * height)
-    expect(screen.page.locator("#balance")).to_have_text(re.compile(r"[\d.,]+"))
+    balance = screen.page.locator("#balance")
+    expect(balance).to_have_text(re.compile(r"[\d.,]+"))
+    expect(balance).to_be_in_viewport(ratio=1)

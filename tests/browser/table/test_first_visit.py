@@ -7,7 +7,8 @@ from playwright.sync_api import Browser, expect
 
 from tests.browser.conftest import NO_DEMO, Complaints, ServerProcess
 
-SCREENS = [(360, 640), (1280, 800)]
+PAGES = ["", "compare.html", "replay.html", "editor.html", "sandbox.html"]
+SCREENS = [(360, 640), (390, 844), (700, 900), (1280, 800)]
 
 # To be run before the page: how far its parts move once they are painted, as browsers count it
 # (https://wicg.github.io/layout-instability).
@@ -42,4 +43,20 @@ def test_little_comes_before_the_first_drop_and_nothing_moves_about(
     context.close()
     assert len(sizes) > 3, "the browser counts what it fetches"
     assert 50_000 < sum(sizes) <= 150_000
+    assert shifted <= 0.02
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_no_page_moves_about_while_it_opens(
+    browser: Browser, server: ServerProcess, complaints: Complaints, path: str
+) -> None:
+    context = browser.new_context(service_workers="block", viewport={"width": 1280, "height": 800})
+    context.add_init_script(NO_DEMO)
+    context.add_init_script(WATCH)
+    page = context.new_page()
+    complaints.watch(page)
+    page.goto(f"{server.url}/{path}")
+    page.wait_for_load_state("networkidle")
+    shifted = page.evaluate("shifted")
+    context.close()
     assert shifted <= 0.02

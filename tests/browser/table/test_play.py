@@ -82,6 +82,32 @@ def test_statistics_count_each_stake_and_what_came_back(opened: Open, quick: Qui
     expect(screen.rows).to_have_count(3)
 
 
+# To be run before the page: what each ticket says that rises from a bin.
+TICKETS = """
+window.tickets = [];
+new MutationObserver((changes) => {
+  for (const node of changes.flatMap(({ addedNodes }) => [...addedNodes])) {
+    if (node.className === "ticket") window.tickets.push(node.textContent);
+  }
+}).observe(document, { childList: true, subtree: true });
+"""
+
+
+def test_each_amount_rises_from_its_bin_and_the_last_five_results_stay_as_chips(
+    opened: Open, quick: Quick
+) -> None:
+    screen = opened(quick.page, before=TICKETS).ready()
+    scores = []
+    for count in range(1, 7):
+        screen.drop.click()
+        expect(screen.rows).to_have_count(count)
+        scores.append(screen.last_dropped()["score"])
+    newest = [f"{score:g}x" for score in reversed(scores[1:])]
+    expect(screen.page.locator("#last .paid")).to_have_text(newest)
+    told = screen.page.evaluate("tickets")
+    assert told == [f"+{score:.2f}" for score in scores if score > 0.0]
+
+
 def test_without_a_seed_the_table_draws_one_that_replays(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     screen.drop.click()

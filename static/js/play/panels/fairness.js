@@ -1,12 +1,12 @@
 // The padlock: what was committed to before a drop, and after it the check of all of it.
 
 import { readExport } from "../../fairness/export.js";
-import { report, say, value } from "../../fairness/report.js";
+import { report, value } from "../../fairness/report.js";
 import { openTools } from "../../fairness/tools.js";
 import { messageOf, request } from "../../net/api.js";
 import { showingToken } from "../../net/session-token.js";
 import { t } from "../../texts/text.js";
-import { byId } from "../../util/dom.js";
+import { byId, say } from "../../util/dom.js";
 import { saveFile } from "../../util/file.js";
 
 /** @import { Tools } from "../../fairness/check.js" */
