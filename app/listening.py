@@ -14,6 +14,7 @@ from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 from app.errors import SettingError
 from app.live.broadcast import transport
 from app.ops import memory
+from app.protocol.messages import MESSAGE_BYTES
 from app.settings import Settings
 from app.web.edge.addresses import Connections, Proxies
 from app.web.edge.choose import choose
@@ -22,6 +23,12 @@ from app.web.edge.ending import Ending
 from app.web.edge.intake import Intake
 from app.web.edge.middleware import ForwardedCheck, SecurityHeaders
 from app.web.services import Services
+
+HEAD_BYTES = 1 << 14  # of a request's line and its headers
+HEAD_SECONDS = 10.0  # in which a request's head must arrive, a WebSocket's handshake too
+BODY_SECONDS = 30.0  # in which a request's body must arrive after its head
+UNREAD_SECONDS = 30.0  # after which a client that reads nothing of its answer is cut off
+SEND_BUFFER = 1 << 16  # bytes that the kernel holds for a connection
 
 _OWN_FILES = 100  # that the server opens besides connections: its ledger, workers, the page's
 _FRAMES = 2.0  # WebSocket frames of every kind to a message: pings, pongs and fragments are few
@@ -98,10 +105,10 @@ def config_over(
     """
     proxies = Proxies(settings.trusted_proxies)
     edge = Edge(
-        head_bytes=settings.max_head,
-        head_seconds=settings.head_timeout,
-        body_seconds=settings.body_timeout,
-        unread_seconds=settings.unread_timeout,
+        head_bytes=HEAD_BYTES,
+        head_seconds=HEAD_SECONDS,
+        body_seconds=BODY_SECONDS,
+        unread_seconds=UNREAD_SECONDS,
         frame_rate=_FRAMES * settings.message_rate,
         connections=connections,
         intake=Intake(),
@@ -118,7 +125,7 @@ def config_over(
         loop="uvloop",
         **choose(edge, transport.protocol_class(kind)),  # httptools, websockets-sansio
         ws_per_message_deflate=False,  # costs five to eight times the frame
-        ws_max_size=settings.max_message,
+        ws_max_size=MESSAGE_BYTES,
         access_log=False,
         log_config=None,  # app.ops.logs has it
         server_header=False,
@@ -148,9 +155,8 @@ def listen(settings: Settings) -> socket.socket:
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        if settings.send_buffer:
-            # Connections inherit it. What the kernel holds for a client is as stale as it is long.
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, settings.send_buffer)
+        # Connections inherit it. What the kernel holds for a client is as stale as it is long.
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         listener.bind((settings.host, settings.port))
         listener.listen(2048)
         listener.setblocking(False)

@@ -21,7 +21,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.types import Scope
 
-from app.computing.pool import Workers
+from app.computing.pool import MAX_JOBS, Workers
 from app.conformance import inventory
 from app.conformance.self_check import SelfCheck
 from app.errors import SettingError, shorten
@@ -37,15 +37,15 @@ from app.persistence.checks.integrity import Integrity
 from app.persistence.holds import Holds
 from app.persistence.ledger.common_secrets import STATEMENTS, TOKENS, common_secret
 from app.persistence.ledger.database import Database
-from app.persistence.ledger.writer import Ledger
+from app.persistence.ledger.writer import COMMIT_PATIENCE, Ledger
 from app.persistence.room_log import MOST_READERS, RoomLogs
 from app.persistence.service import PersistenceService
-from app.pictures.cache import Pictures
-from app.pictures.film import Cameras
+from app.pictures.cache import PICTURE_BYTES, Pictures
+from app.pictures.film import MAX_CAMERAS, MAX_VIEWERS, Cameras
 from app.relay.feed import feed_relays
 from app.relay.redis_at import redis_at
-from app.rooms.boards import Boards
-from app.rooms.kinds import BallLimits
+from app.rooms import kinds
+from app.rooms.boards import MAX_BOARDS, Boards
 from app.rooms.pending import DropCommand
 from app.rooms.touching.room import TouchingRoom
 from app.settings import Settings, not_settings, page_kernels, static_directory
@@ -53,8 +53,8 @@ from app.web import openapi, problems
 from app.web.edge.answers import AnswerHeaders
 from app.web.edge.head import HeadAsGet
 from app.web.edge.hosts import Hosts
-from app.web.edge.middleware import BodyLimit, HostCheck, OriginCheck, WeakWhenCompressed
-from app.web.limits import Budgets, KeyedBuckets, Quota
+from app.web.edge.middleware import MAX_BODY, BodyLimit, HostCheck, OriginCheck, WeakWhenCompressed
+from app.web.limits import COMPUTE_RATE, Budgets, KeyedBuckets, Quota
 from app.web.readings import readings
 from app.web.returns import Returns
 from app.web.routes import api_docs, boards, health, page, payouts
@@ -141,7 +141,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     # The last one added is the first to see a request.
     if app.state.cluster is not None:
         app.add_middleware(app.state.cluster.middleware)
-    app.add_middleware(BodyLimit, max_body=settings.max_body)
+    app.add_middleware(BodyLimit, max_body=MAX_BODY)
     if settings.allowed_origins:
         app.add_middleware(
             CORSMiddleware,
@@ -176,21 +176,21 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
 
 def _services(settings: Settings) -> Services:
-    known = Boards(settings.max_boards)
+    known = Boards(MAX_BOARDS)
     hub = Hub(settings.max_clients)
     metrics = Metrics()
-    workers = Workers(settings.workers, settings.max_jobs)
+    workers = Workers(settings.workers, MAX_JOBS)
     readers = Workers(1, MOST_READERS)
     database = Database(settings.ledger_url, shared=bool(settings.name))
-    budgets = Budgets(settings.compute_rate, settings.compute_burst)
-    cameras = Cameras(settings.max_cameras, settings.max_viewers, purse=budgets)
+    budgets = Budgets(COMPUTE_RATE, settings.compute_burst)
+    cameras = Cameras(MAX_CAMERAS, MAX_VIEWERS, purse=budgets)
     ledger = Ledger(
         database,
         period=1.0 / settings.tick_rate,
-        patience=settings.ledger_patience,
+        patience=COMMIT_PATIENCE,
         on_commit=metrics.ledger_commit.observe,
     )
-    limits = BallLimits(settings.max_balls, settings.max_touching)
+    limits = kinds.BallLimits(settings.max_balls, kinds.MAX_TOUCHING)
     holds = Holds(ledger, _holder(settings)) if settings.name else None
     persistence = PersistenceService(
         ledger, tick_rate=settings.tick_rate, limits=limits, holds=holds
@@ -224,7 +224,7 @@ def _services(settings: Settings) -> Services:
         session_tokens=Tokens(secret, "session"),
         workers=workers,
         readers=readers,
-        pictures=Pictures(settings.max_picture_bytes),
+        pictures=Pictures(PICTURE_BYTES),
         moments=Pictures(_MOMENTS),
         cameras=cameras,
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),

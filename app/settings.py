@@ -78,9 +78,6 @@ class Settings:
         "",
         "where those servers reach this one: `http://HOST:PORT`; where it listens when not given",
     )
-    ledger_patience: float = _setting(
-        2.0, "seconds that the ledger may take for a commit before drops get 503", 0.05, 3600
-    )
     secret: str = _setting(
         "",
         "what rooms' tokens are signed with, 32 characters or more; when not given one is made and "
@@ -100,20 +97,6 @@ class Settings:
         secret=True,
     )
     tick_rate: int = _setting(60, "ticks and snapshots a second, in Hz", 1, 1000)
-    max_catch_up: int = _setting(5, "ticks run at once after a pause; the rest is given up", 1, 60)
-    max_body: int = _setting(1 << 20, "largest request body, in bytes", 1024, 1 << 30)
-    max_head: int = _setting(
-        1 << 14, "largest head of a request: its line and its headers, in bytes", 1024, 1 << 20
-    )
-    head_timeout: float = _setting(
-        10.0, "seconds in which a request's head must arrive, a WebSocket's too", 0.1, 3600
-    )
-    body_timeout: float = _setting(
-        30.0, "seconds in which a request's body must arrive after its head", 0.1, 3600
-    )
-    unread_timeout: float = _setting(
-        30.0, "seconds after which a client that reads nothing of its answer is cut off", 0.1, 3600
-    )
     address_connections: int = _setting(
         500, "connections that one address may have open; a trusted proxy any", 1, 1_000_000
     )
@@ -124,14 +107,9 @@ class Settings:
         1,
         1_000_000,
     )
-    max_message: int = _setting(4096, "largest WebSocket message taken, in bytes", 256, 1 << 20)
     message_rate: float = _setting(60.0, "messages a second from one client", 0.1, 1e6)
     drop_rate: float = _setting(20.0, "drops a second from one client", 0.1, 1e6)
     max_balls: int = _setting(200, "balls in flight in one room", 1, 65535)
-    max_touching: int = _setting(500, "balls in one room whose balls touch each other", 1, 1000)
-    change_rate: float = _setting(
-        40.0, "changes a second from one client of a room whose balls touch each other", 0.1, 1e6
-    )
     max_clients: int = _setting(1000, "clients in one room", 1, 1_000_000)
     max_rooms: int = _setting(
         1000,
@@ -157,49 +135,14 @@ class Settings:
         1.0,
         1e9,
     )
-    max_boards: int = _setting(256, "registered boards held; the least used make way", 1, 1_000_000)
-    max_surfaces: int = _setting(
-        5000, "pegs and walls of a board that a client sends; bounds the work", 1, 22_000
-    )
-    max_queue: int = _setting(256, "event frames waiting for one client", 8, 1_000_000)
-    max_queue_bytes: int = _setting(1 << 20, "event bytes waiting for one client", 1 << 16, 1 << 30)
-    send_buffer: int = _setting(
-        1 << 16, "kernel's send buffer of a connection, in bytes; 0 leaves it", 0, 1 << 30
-    )
     transport: str = _setting(
         "auto",
         "how clients are written to: `direct`, `public` (slower), or `auto`, what works",
         choices=("auto", "direct", "public"),
     )
-    client_grace: float = _setting(
-        5.0, "seconds that a client may leave unread what it is sent", 0.1, 3600
-    )
-    client_linger: float = _setting(
-        5.0, "seconds that a client closed for slowness has to read why", 0.0, 3600
-    )
     workers: int = _setting(2, "processes for drops, pictures and board checks", 1, 256)
-    max_jobs: int = _setting(64, "jobs waiting for those processes before 503", 1, 1_000_000)
-    compute_rate: float = _setting(
-        0.5, "seconds that they compute for one address in each second", 0.001, 1e6
-    )
     compute_burst: float = _setting(
         30.0, "seconds that they compute for one address at once", 0.1, 1e6
-    )
-    min_step: float = _setting(
-        1e-4, "shortest substep of a stepped drop, in seconds; bounds the work", 1e-9, 0.1
-    )
-    max_simulation: int = _setting(
-        10_000, "drops of one `POST simulate`; the command line takes more", 1, 10_000_000
-    )
-    max_picture_bytes: int = _setting(
-        1 << 25, "bytes of pictures kept for who asks again", 0, 1 << 40
-    )
-    max_cameras: int = _setting(
-        8, "live picture streams drawn at once; those of one room and look share one", 0, 1000
-    )
-    max_viewers: int = _setting(200, "viewers of live picture streams, in all", 0, 100_000)
-    wait_limit: float = _setting(
-        30.0, "longest wait of `?wait=1` for a landing, in seconds", 0.1, 3600
     )
     log_format: str = _setting(
         "text", "`text` for people or `json`, one object a line", choices=("text", "json")

@@ -69,7 +69,7 @@ class Alive:
     async def beat(self) -> None:
         """Say that this server is alive, and see who else is."""
         try:
-            found = await self._beats.beat(self.me)
+            look = await self._beats.beat(self.me)
         except FAILURES as error:
             if self.view.up:
                 _log.warning("servers do not see each other: rooms stay where they are: %s", error)
@@ -79,7 +79,7 @@ class Alive:
         now = self._clock()
         self._doubtful = self._doubtful or now - self._beaten > LEASE
         self._beaten = now
-        self.view.look(now, found)
+        self.view.look(now, look)
         before, self._seen = self._seen, set(self.view.members)
         self._looked.send()
         if before - self._seen:

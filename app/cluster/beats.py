@@ -15,7 +15,7 @@ from typing import Any, Final, TypeVar
 import psycopg
 from sqlalchemy.engine import URL
 
-from app.cluster.membership import Member, Seen
+from app.cluster.membership import Look, Member, Seen
 
 T = TypeVar("T")
 
@@ -61,10 +61,11 @@ class Beats:
         plain = database.set(drivername="postgresql")
         self._address = plain.render_as_string(hide_password=False)
         self._connection: psycopg.Connection[tuple[Any, ...]] | None = None
+        self._connections = 0  # until now
         self._thread = ThreadPoolExecutor(1, "beats")
         self._working: asyncio.Future[Any] | None = None
 
-    async def beat(self, me: Member) -> list[Seen]:
+    async def beat(self, me: Member) -> Look:
         """Say that `me` is alive, and see who else is; raises FAILURES."""
         return await self._do(lambda: self._beat(me), _SECONDS)
 
@@ -95,13 +96,21 @@ class Beats:
 
     # In the thread.
 
-    def _beat(self, me: Member) -> list[Seen]:
+    def _beat(self, me: Member) -> Look:
+        """Over a new connection where the one that there was has ended."""
+        if self._connection is not None:
+            with contextlib.suppress(psycopg.OperationalError):
+                return self._said(me)
+        return self._said(me)
+
+    def _said(self, me: Member) -> Look:
         with self._connected() as connection:
             connection.execute(_SAY, (me.holder, me.name, me.address, me.leaving))
             if me.leaving:
                 connection.execute("NOTIFY members")
             rows = connection.execute(_LOOK).fetchall()
-        return [Seen(Member(*row[:4]), age=row[4], connected=row[5]) for row in rows]
+        found = (Seen(Member(*row[:4]), age=row[4], connected=row[5]) for row in rows)
+        return Look(self._connections, tuple(found))
 
     def _wait(self, seconds: float) -> None:
         with self._connected() as connection:
@@ -132,6 +141,7 @@ class Beats:
                 made.close()
                 raise
             self._connection = made
+            self._connections += 1
         try:
             yield self._connection
         except psycopg.Error:

@@ -19,7 +19,7 @@ loses its rooms; longer, and the balls of one that has ended hang in the air for
 BEAT: Final = 0.4
 """s between two times that a server says so: four may be lost."""
 
-LATE: Final = 1.5 * BEAT
+LATE: Final = 2 * BEAT
 """s that a server without a connection to PostgreSQL counts as alive. Where its process has ended
 the system closes its connections at once; the rest of the lease is for one that stands still, or is
 cut off, of which nothing else can be known."""
@@ -55,19 +55,28 @@ class Seen:
         return self.age < (LEASE if self.connected else LATE)
 
 
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What one look at the table found, over which of this server's connections."""
+
+    connection: int
+    found: tuple[Seen, ...]
+
+
 class View:
     """What a server knows of the others.
 
-    That somebody is gone is only believed once the table has been seen for a whole lease without a
-    gap: after it was away, or this process was frozen, those who live need time to say so.
+    That somebody is gone is only believed once the table has been seen for a whole lease over one
+    connection and without a gap: after a restart of PostgreSQL, or where this process was frozen,
+    those who live need time to say so.
     """
 
     def __init__(self, lease: float = LEASE) -> None:
         self.members: dict[str, Member] = {}
         self.up = False
         self._lease = lease
-        self._began: float | None = None  # since when it was seen without a gap; None: in a gap
-        self._last = -lease
+        self._connection = 0
+        self._began = self._last = -lease  # when it was seen, at first without a gap and of late
         self._sure = False
 
     @property
@@ -75,19 +84,18 @@ class View:
         """Whether a server that is not among the members is gone."""
         return self._sure
 
-    def look(self, now: float, found: Iterable[Seen]) -> None:
+    def look(self, now: float, look: Look) -> None:
         """Take in what was seen at `now`."""
-        if self._began is None or now - self._last > self._lease:
+        if look.connection != self._connection or now - self._last > self._lease:
             self._began = now
-        self._last, self.up = now, True
+        self._last, self._connection, self.up = now, look.connection, True
         self._sure = now - self._began >= self._lease
-        alive = {each.member.holder: each.member for each in found if each.alive}
+        alive = {each.member.holder: each.member for each in look.found if each.alive}
         self.members = alive if self._sure else {**self.members, **alive}
 
     def failed(self) -> None:
         """The table could not be read: all stays as it was known."""
         self.up = False
-        self._began = None
 
     def is_gone(self, holder: str) -> bool:
         """Whether this server has ended, or its lease has run out."""

@@ -16,6 +16,8 @@ T = TypeVar("T")
 
 DEADLINE: Final = 10.0  # s of a core that one thing may compute
 
+MAX_JOBS: Final = 64  # that wait for the processes, before more are refused with 503
+
 PATIENCE: Final = 6.0
 """Times the s that something may compute after which it is ended whatever it has computed: where
 others keep the machine busy, a worker, being polite, may wait for long."""

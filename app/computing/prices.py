@@ -27,6 +27,9 @@ SUBSTEPS: Final = 1e6
 DROP_SUBSTEPS: Final = 3e8
 """Of many stepped drops together, whose paths are not kept: some 10 s."""
 
+MAX_DROPS: Final = 10_000
+"""Of one request; the command line takes more."""
+
 DROP_EVENTS: Final = 1e7
 """Of many exact drops, by estimate; a board on which they have more runs into its deadline."""
 

@@ -32,6 +32,7 @@ from app.persistence.ledger.null_ledger import NullLedger
 from app.persistence.recovery.rebuild_queue import RebuildQueue, Turn, rebuilding
 from app.persistence.service import PersistenceService
 from app.persistence.statements import store
+from app.rooms import kinds
 from app.rooms.boards import Boards
 from app.rooms.kinds import INDEPENDENT, SCENE, BallLimits, make_room
 from app.rooms.records import Parked
@@ -75,7 +76,7 @@ class Rooms:
         self.settings = settings
         self.hub = hub
         self.draw = draw
-        self.limits = BallLimits(settings.max_balls, settings.max_touching)
+        self.limits = BallLimits(settings.max_balls, kinds.MAX_TOUCHING)
         self.persistence = persistence or PersistenceService(
             NullLedger(), tick_rate=settings.tick_rate, limits=self.limits
         )
@@ -144,7 +145,7 @@ class Rooms:
 
     def scene(self, values: object) -> Scene:
         """The scene of a JSON object; raises InvalidValueError, SeedError."""
-        most = self.settings.max_touching
+        most = kinds.MAX_TOUCHING
         return Scene.of(values, tick_rate=self.settings.tick_rate, max_balls=most)
 
     async def seek(self, room_id: str) -> LiveRoom:

@@ -10,6 +10,8 @@ from typing import Any
 from app.concurrency.single_flight import SingleFlight
 from app.settings import static_directory
 
+PICTURE_BYTES = 1 << 25  # of pictures that are kept for whoever asks again
+
 
 class Pictures:
     """Pictures by name, the longest unused making way when they take too many bytes.

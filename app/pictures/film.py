@@ -216,6 +216,10 @@ def _part(picture: bytes) -> bytes:
     return b"".join([picture, b"\r\n", PART_HEAD])
 
 
+MAX_CAMERAS = 8  # that film at once; those of one room and appearance are one
+MAX_VIEWERS = 200  # of all cameras
+
+
 class Cameras:
     """The cameras that film now; a watcher of the ticker. For the event loop's thread only."""
 

@@ -4,7 +4,7 @@ docs/protocol.md describes every field; tests/golden/ holds examples that other 
 too. What clients say is in client_messages.py, the binary messages in snapshots.py and segments.py.
 """
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import msgspec
 from msgspec import Meta
@@ -60,6 +60,10 @@ class SignedReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     index: Annotated[int, Meta(ge=0, le=(1 << 63) - 1)]
     root: str
     signature: str
+
+
+MESSAGE_BYTES: Final = 4096
+"""Of a WebSocket message that a client sends, at most."""
 
 
 class Limits(msgspec.Struct, frozen=True):

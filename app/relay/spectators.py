@@ -19,7 +19,7 @@ from app.relay.bus import Bus
 from app.relay.letter import WISHES, channel_of, wish
 from app.relay.replica import Replica
 from app.settings import Settings
-from app.web.limits import TokenBucket
+from app.web.limits import LINGER, READING_GRACE, UNREAD_BYTES, UNREAD_EVENTS, TokenBucket
 from engine.errors import EngineError
 
 
@@ -60,7 +60,7 @@ class Spectators:
         except WebSocketDisconnect:
             return
         except AppError as error:
-            await _close(socket, error, self.settings.client_linger)
+            await _close(socket, error, LINGER)
 
     async def _talk(self, socket: WebSocket, url: str, first: str | None) -> None:
         self.lines += 1
@@ -71,12 +71,11 @@ class Spectators:
 
     def next_client(self, socket: WebSocket) -> Client:
         """One who watches by seeds."""
-        settings = self.settings
         return Client(
             next(self._numbers),
             connection_of(socket),
-            Mailbox(settings.max_queue, settings.max_queue_bytes),
-            settings.client_grace,
+            Mailbox(UNREAD_EVENTS, UNREAD_BYTES),
+            READING_GRACE,
             stream=messages.SEEDS,
             key=secrets.token_hex(8),
             traffic=self.hub.traffic,

@@ -14,6 +14,9 @@ MOST_SURFACES: Final = 50_000
 """Pegs and walls of all registered boards: some 6 MB."""
 
 
+MAX_BOARDS: Final = 256  # registered ones that are kept; the least used make way
+
+
 class Boards:
     """Presets by name, any known board by digest; registered ones are bounded.
 

@@ -16,6 +16,9 @@ from engine import Board
 MODES: Final = (INDEPENDENT, INTERACTING)  # of rooms with boards
 
 
+MAX_TOUCHING = 500  # balls in one room whose balls touch each other
+
+
 @dataclass(frozen=True, slots=True)
 class BallLimits:
     """How many balls a room may hold: on their own, or touching each other, which costs more."""

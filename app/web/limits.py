@@ -109,6 +109,15 @@ class KeyedBuckets:
         return bucket
 
 
+UNREAD_EVENTS = 256  # frames that may wait for one client
+UNREAD_BYTES = 1 << 20  # of them
+READING_GRACE = 5.0  # s for which a client may leave unread what it is sent
+LINGER = 5.0  # s that a client which was closed for slowness has to read why
+
+COMPUTE_RATE = 0.5
+"""s of a core that one address may have computed in each second, beyond what it may at once."""
+
+
 class Budgets:
     """How many seconds of a core each key (a client's address) may have computed, as they come.
 

@@ -27,7 +27,7 @@ def watch(section: Section, effort: Effort) -> None:
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / "slow.json"
         path.write_text(json.dumps(_slow_board()))
-        limits = ("--max-balls", str(balls), "--max-queue", "100000")
+        limits = ("--max-balls", str(balls))
         with serving([*OPTIONS, *limits, "--board", str(path)]) as server:
             pinned(server.process, core_for_server())
             found = asyncio.run(_Watch(server, balls).run(seconds))

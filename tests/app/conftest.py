@@ -92,6 +92,15 @@ def serving(**settings: Any) -> Iterator[Running]:
         listener.close()  # one that failed to start has left it open
 
 
+@contextlib.contextmanager
+def constants(**values: Any) -> Iterator[None]:
+    """Constants of modules have these values: `{"app.listening.HEAD_SECONDS": 0.2}`."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in values.items():
+            patch.setattr(name, value)
+        yield
+
+
 @pytest.fixture(scope="session")
 def server() -> Iterator[Running]:
     with serving(

@@ -93,10 +93,16 @@ def test_a_backup_by_the_page_s_commands_brings_rooms_tokens_and_signatures_back
         for name in secrets.split():
             shutil.copy2(home / name, backup)
         at(server, f"{room}/drops?wait=1", method="POST", json={"seed": "2"})
+    left = {path.name for path in home.iterdir() if path.is_file()} - {
+        *secrets.split(),
+        "plinko.db-lock",
+    }
     (gone,) = re.findall(r"delete ((?:`plinko\.db[\w-]*`(?:, | and )?)+)", PAGE)
-    for name in (*re.findall(r"`([^`]+)`", gone), *secrets.split()):
-        (home / name).unlink(missing_ok=True)
-    shutil.copytree(backup, home, dirs_exist_ok=True)
+    assert left <= set(re.findall(r"`([^`]+)`", gone)), "nothing of the former ledger stays"
+    shutil.move(backup, tmp_path / "backup")
+    shutil.rmtree(home)  # all that the backup has not is gone
+    backup = tmp_path / "backup"
+    shutil.copytree(backup, home)
     with serving(**ledger) as server:
         drops = at(server, f"{room}/log").json()["drops"]
         assert [each["result"]["digest"] for each in drops] == [landed["landed"]["digest"]]

@@ -58,7 +58,7 @@ class Means:
     ) -> "Means":
         """With the limits that the settings state."""
         every = max(1, settings.tick_rate // _DIAGNOSED)
-        limits = messages.Limits(settings.max_balls, settings.drop_rate, settings.max_message)
+        limits = messages.Limits(settings.max_balls, settings.drop_rate, messages.MESSAGE_BYTES)
         return cls(hub, presence or Presence(clock), clock, halted, every, limits)
 
 

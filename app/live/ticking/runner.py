@@ -16,6 +16,8 @@ from app.persistence.service import PersistenceService
 from app.rooms.room import Room
 from app.settings import Settings
 
+CATCH_UP: Final = 5  # ticks run at once after a pause; the rest is given up
+
 _SHARE: Final = 0.5
 """Of the time that the due ticks stand for, for all rooms together and the requests that are heard
 between them; other requests have the rest. A turn that has begun by then may end later. A late pass
@@ -81,9 +83,9 @@ class Runner:
     ) -> None:
         self.counts = Counts()
         self.clock = clock
-        self.catch_up = settings.max_catch_up
+        self.catch_up = CATCH_UP
         self.patience = math.ceil(_SILENT * settings.tick_rate)
-        schedule = Schedule(1.0 / settings.tick_rate, settings.max_catch_up)
+        schedule = Schedule(1.0 / settings.tick_rate, CATCH_UP)
         self.ticker = Ticker(schedule, self.tick, clock=clock, watchers=watchers)
         self._awake: OrderedDict[str, Running] = OrderedDict()  # the longest without a turn first
         self._events_kept: int | None = None  # as of the last tick, once somebody asked

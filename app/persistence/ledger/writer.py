@@ -30,6 +30,8 @@ Part = tuple[Hold | None, Sequence[Write]]
 """Writes that are made under a hold of their room; None: they are of no room."""
 
 _FORGET: Final = 0.9  # what a commit leaves of the longest latency before it
+COMMIT_PATIENCE: Final = 2.0  # s that a commit may take before drops get 503
+
 _LOOKS: Final = 4  # at the thread within one patience; a process that was stopped counts as one
 _FAREWELL: Final = 10.0  # s to write what waits at the end; the next start computes it again
 

@@ -43,6 +43,8 @@ _DISCARD_SECONDS = 5.0
 
 _FORWARDERS_NAMED = 8
 
+MAX_BODY = 1 << 20  # bytes of a request
+
 _log = logging.getLogger("plinko")
 
 

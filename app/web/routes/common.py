@@ -34,6 +34,9 @@ from engine.seeding import parse_seed
 
 T = TypeVar("T")
 
+MAX_SURFACES = 5000  # pegs and walls of a board that a client sends; bounds the work
+SHORTEST_SUBSTEP = 1e-4  # s, of a stepped drop; bounds the work
+
 _INLINE_BODY = 1 << 12  # bytes; a body up to this is read in less than a millisecond
 _CACHE_SECONDS = 86_400
 
@@ -223,7 +226,7 @@ async def resolve_board(request: Request, board: msgspec.Raw) -> Board:
     )
 
 
-def chosen_solver(server: Services, name: str, dt: float | None, substeps: int | None) -> Solver:
+def chosen_solver(name: str, dt: float | None, substeps: int | None) -> Solver:
     """The solver of a request; what is None was not given.
 
     Raises InvalidValueError for a parameter of the stepped solver beside another, as it would not
@@ -237,20 +240,19 @@ def chosen_solver(server: Services, name: str, dt: float | None, substeps: int |
             )
     dt = DEFAULT_DT if dt is None else dt
     substeps = DEFAULT_SUBSTEPS if substeps is None else substeps
-    check_step(server, name, dt, substeps)
+    check_step(name, dt, substeps)
     return make_solver(name, dt, substeps)
 
 
-def check_step(server: Services, solver: Any, dt: Any, substeps: Any) -> None:
+def check_step(solver: Any, dt: Any, substeps: Any) -> None:
     """Raise InvalidValueError for steps so short that the drop would keep a thread for minutes.
 
     Anything else about the values is the engine's to judge.
     """
     numbers = isinstance(dt, int | float) and isinstance(substeps, int)
-    shortest = server.settings.min_step
-    if solver == "stepped" and numbers and 0.0 < dt < shortest * substeps:
+    if solver == "stepped" and numbers and 0.0 < dt < SHORTEST_SUBSTEP * substeps:
         raise InvalidValueError(
-            f"dt {dt!r} in {substeps} substeps makes steps shorter than {shortest:g} s; "
+            f"dt {dt!r} in {substeps} substeps makes steps shorter than {SHORTEST_SUBSTEP:g} s; "
             "compute it with the command line",
             field="dt",
         )
@@ -268,12 +270,10 @@ async def board_task(request: Request, text: bytes, task: Callable[[bytes], T]) 
     cannot be played, JsonSyntaxError, JsonValueError and InvalidValueError for what is no JSON
     object, and what `compute` raises.
     """
-    server = services(request)
     surfaces = _surfaces(text)
-    if surfaces > server.settings.max_surfaces:
+    if surfaces > MAX_SURFACES:
         raise TooLargeError(
-            f"a board of {surfaces} pegs and walls is over the limit of "
-            f"{server.settings.max_surfaces}",
+            f"a board of {surfaces} pegs and walls is over the limit of {MAX_SURFACES}",
             field="board",
         )
     work = functools.partial(task, text)

@@ -27,7 +27,7 @@ async def solve_payouts(request: Request, server: Server) -> Response:
     percent or so; each aim says its interval. `plinko payouts` goes on until it is known to 0.1 %.
     """
     body = await read(request, PayoutsRequest)
-    most = server.settings.max_simulation
+    most = prices.MAX_DROPS
     if not 1 <= body.drops <= most:
         raise InvalidValueError(
             f"drops {body.drops} is not from 1 to {most}; plinko payouts takes more", field="drops"

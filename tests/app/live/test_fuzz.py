@@ -12,6 +12,7 @@ import httpx
 import pytest
 
 from benchmarks.serving.process import Served, can_watch, serving
+from tests.app.conftest import constants
 from tests.app.conftest import serving as serving_here
 from tests.app.live import garbled
 from tests.long import tries
@@ -108,7 +109,10 @@ def test_whatever_is_asked_the_answer_is_one_that_is_promised() -> None:
     from tests.app.live.rest_requests import WRONG, ask, operations_of
 
     failures = []
-    with serving_here(wait_limit=0.2, drop_rate=1e6, creator_rooms=10_000) as server:
+    with (
+        constants(**{"app.web.routes.rooms.rooms.WAIT_SECONDS": 0.2}),
+        serving_here(drop_rate=1e6, creator_rooms=10_000) as server,
+    ):
         found = operations_of(f"{server.url}/openapi.json")
         for operation in found:
             room = httpx.post(

@@ -1,11 +1,13 @@
 """A live room over a real WebSocket: true drops, the same bytes to all, silence when still."""
 
 import asyncio
+import contextlib
 import itertools
 import json
 import re
 import socket
 import time
+from collections.abc import Iterator
 from typing import Any
 
 import httpx
@@ -14,7 +16,7 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from engine import Board, drop
-from tests.app.conftest import TINY, Player, Running, playing, serving
+from tests.app.conftest import TINY, Player, Running, constants, playing, serving
 from tests.waiting import eventually
 
 BOARD = Board.from_json(TINY)
@@ -402,10 +404,21 @@ def deaf_socket(server: Running) -> socket.socket:
     return connection
 
 
+@contextlib.contextmanager
+def slow_reading(grace: float, linger: float) -> Iterator[Running]:
+    """A server with little patience for clients that do not read, and a small send buffer."""
+    changed = {
+        "app.listening.SEND_BUFFER": 4096,
+        "app.web.routes.rooms.ws.READING_GRACE": grace,
+        "app.web.routes.rooms.ws.LINGER": linger,
+    }
+    with constants(**changed), serving(drop_rate=1e4, message_rate=1e4) as server:
+        yield server
+
+
 async def test_a_stalled_client_delays_nobody_and_is_closed_with_the_reason() -> None:
     """One client stops reading while balls fall; the other sees every event of them."""
-    options = {"drop_rate": 1e4, "message_rate": 1e4, "send_buffer": 4096}
-    with serving(client_grace=0.3, client_linger=60.0, **options) as server:
+    with slow_reading(grace=0.3, linger=60.0) as server:
         room = await new_room(server)
         deaf = {"sock": deaf_socket(server), "max_queue": 1, "ping_interval": None}
         async with (
@@ -428,8 +441,7 @@ async def test_a_stalled_client_delays_nobody_and_is_closed_with_the_reason() ->
 
 
 async def test_a_stalled_client_that_never_reads_again_is_dropped() -> None:
-    options = {"drop_rate": 1e4, "message_rate": 1e4, "send_buffer": 4096}
-    with serving(client_grace=0.1, client_linger=0.1, **options) as server:
+    with slow_reading(grace=0.1, linger=0.1) as server:
         room = await new_room(server)
         deaf = {"sock": deaf_socket(server), "max_queue": 1, "ping_interval": None}
         async with (

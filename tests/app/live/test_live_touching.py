@@ -8,7 +8,7 @@ import pytest
 
 from app.rooms import log as roomlog
 from app.rooms.touching.room import TouchingRoom
-from tests.app.conftest import Player, Running, playing, serving
+from tests.app.conftest import Player, Running, constants, playing, serving
 from tests.waiting import eventually
 
 
@@ -239,7 +239,11 @@ async def test_the_log_of_a_played_room_verifies(server: Running) -> None:
 
 
 async def test_changes_too_fast_and_balls_too_many_are_refused() -> None:
-    with serving(change_rate=5.0, max_touching=3, message_rate=1000.0) as server:
+    changed = {
+        "app.web.routes.rooms.room_changes.CHANGE_RATE": 5.0,
+        "app.rooms.kinds.MAX_TOUCHING": 3,
+    }
+    with constants(**changed), serving(message_rate=1000.0) as server:
         async with playing(server.socket("interacting-triangle-8")) as player:
             for ref in range(100):  # at once: more than 5 a second, however slow the machine
                 y = 0.5 + 0.1 * (ref % 12)

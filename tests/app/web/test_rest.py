@@ -15,7 +15,7 @@ from engine import Board, drop, drop_many, preset_names
 from engine.parameters import Exact
 from engine.payouts.landings import aims_of
 from engine.payouts.record import odds_of_record
-from tests.app.conftest import TINY, Running, serving
+from tests.app.conftest import TINY, Running, constants, serving
 
 BOARD = Board.preset("triangle-16")
 
@@ -117,7 +117,11 @@ def test_registering_a_preset_adds_nothing(http: httpx.Client) -> None:
 
 
 def test_too_many_boards_push_out_the_longest_unused() -> None:
-    with serving(max_boards=2) as server, httpx.Client(base_url=server.url, timeout=60.0) as http:
+    with (
+        constants(**{"app.main.MAX_BOARDS": 2}),
+        serving() as server,
+        httpx.Client(base_url=server.url, timeout=60.0) as http,
+    ):
         digests = [
             http.post("/api/v1/boards", json={**TINY, "name": name}).json()["digest"]
             for name in ("a", "b")
@@ -726,7 +730,8 @@ def test_an_address_may_have_so_many_rooms_and_no_more() -> None:
 def test_a_board_of_too_many_parts_is_refused_before_it_is_looked_at() -> None:
     board: dict[str, Any] = {"pegs": [{}] * 7, "walls": [{}] * 4}
     with (
-        serving(max_surfaces=10) as server,
+        constants(**{"app.web.routes.common.MAX_SURFACES": 10}),
+        serving() as server,
         httpx.Client(base_url=server.url, timeout=60.0) as http,
     ):
         for path, body in (

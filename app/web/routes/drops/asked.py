@@ -34,7 +34,7 @@ async def asked(
     substeps: Substeps = None,
 ) -> Ask:
     """The drop of a request; raises the errors of what cannot be found or computed."""
-    how = chosen_solver(server, solver, dt, substeps)
+    how = chosen_solver(solver, dt, substeps)
     found, number = server.boards.find(board), parse_seed(seed)
     start_of(found, number, x, aim)  # what cannot start has no name either
     return Ask(found, number, x, how, aim)

@@ -52,7 +52,7 @@ async def compute_drop(request: Request, server: Server) -> Response:
     Without a seed the server draws one; the record names it, so the drop can be replayed.
     """
     body = await read(request, DropRequest)
-    solver = chosen_solver(server, body.solver, body.dt, body.substeps)
+    solver = chosen_solver(body.solver, body.dt, body.substeps)
     seed = optional_seed(body.seed)
     ask = Ask(
         await resolve_board(request, body.board),
@@ -119,7 +119,6 @@ async def verify_record(request: Request, server: Server) -> Response:
         work = functools.partial(tasks.log_verdict, record)
         return reply(await compute(request, work, prices.verification()))
     check_step(
-        server,
         record.get("solver"),
         record.get("dt", DEFAULT_DT),
         record.get("substeps", DEFAULT_SUBSTEPS),

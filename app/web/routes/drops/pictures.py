@@ -175,13 +175,11 @@ def _name_of(many: Many) -> str:
 async def _many(
     board: str,
     server: Server,
-    drops: Annotated[
-        Whole | None, Query(description="How many; at most `--max-simulation`.")
-    ] = None,
+    drops: Annotated[Whole | None, Query(description="How many; at most 10,000.")] = None,
     seed: Annotated[str, Query(description="Of the first drop; then one more each.")] = "0",
 ) -> Many:
     """The drops of a request; raises the errors of what cannot be."""
-    most = server.settings.max_simulation
+    most = prices.MAX_DROPS
     count = min(DEFAULT_DROPS, most) if drops is None else drops
     if not 1 <= count <= most:
         raise InvalidValueError(

@@ -31,16 +31,16 @@ router = APIRouter(prefix="/api/v1", tags=["drops"])
 async def simulate(request: Request, server: Server) -> Response:
     """Drop balls with the seeds `seed`, `seed` + 1, … and count where they land.
 
-    Up to the server's `--max-simulation`; for more there is `plinko simulate`, whose numbers are
+    Up to 10,000; for more there is `plinko simulate`, whose numbers are
     the same.
     """
     body = await read(request, SimulationRequest)
-    most = server.settings.max_simulation
+    most = prices.MAX_DROPS
     if not 1 <= body.drops <= most:
         raise InvalidValueError(
             f"drops {body.drops} is not from 1 to {most}; plinko simulate takes more", field="drops"
         )
-    solver = chosen_solver(server, body.solver, body.dt, body.substeps)
+    solver = chosen_solver(body.solver, body.dt, body.substeps)
     first = parse_seed(body.seed)
     parse_seed(first + body.drops - 1)
     board = await resolve_board(request, body.board)

@@ -18,6 +18,8 @@ from app.protocol.touching_messages import (
 from app.web.limits import TokenBucket, spend
 from app.web.services import Services
 
+CHANGE_RATE = 40.0  # changes a second from one client of a room whose balls touch each other
+
 
 class Changes:
     """The changes that come over one connection.
@@ -32,8 +34,7 @@ class Changes:
         self._client = client
         self._claimed = False
         self._holding: set[int] = set()
-        rate = server.settings.change_rate
-        self._bucket = TokenBucket(rate, 2 * rate, time.monotonic())
+        self._bucket = TokenBucket(CHANGE_RATE, 2 * CHANGE_RATE, time.monotonic())
 
     def claim(self, message: ClaimMessage) -> messages.Claimed:
         """Check the room's token; raises TokenError."""

@@ -57,6 +57,8 @@ from engine import Board
 
 router = APIRouter(prefix="/api/v1/rooms", tags=["rooms"])
 
+WAIT_SECONDS = 30.0  # that `?wait=1` waits for a landing
+
 Id = Annotated[str | None, Query(alias="id", description="The room of this id alone.")]
 Mode = Annotated[
     Literal["independent", "interacting", "scene"] | None, Query(description="Rooms of one kind.")
@@ -288,7 +290,7 @@ async def drop_into_room(
         outcome = Outcome(await _drop(found, body, request, server, again), None)
     accepted, landed = outcome.accepted, outcome.landed if wait else None
     if wait and landed is None:
-        landed = await found.landings.wait(accepted.ball, server.settings.wait_limit)
+        landed = await found.landings.wait(accepted.ball, WAIT_SECONDS)
     drop = RoomDrop(
         found.id,
         accepted.ball,

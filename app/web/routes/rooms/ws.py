@@ -40,7 +40,14 @@ from app.protocol.visitors import AppearMessage, parse_colour, parse_name
 from app.protocol.wire import WireMessage
 from app.rooms.pending import again_of
 from app.web.drops import drop_command
-from app.web.limits import TokenBucket, spend
+from app.web.limits import (
+    LINGER,
+    READING_GRACE,
+    UNREAD_BYTES,
+    UNREAD_EVENTS,
+    TokenBucket,
+    spend,
+)
 from app.web.routes.common import Server
 from app.web.routes.queries import check_queries
 from app.web.routes.rooms.joined_sessions import JoinedSessions
@@ -89,7 +96,7 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
     if error is not None:
         server.metrics.errors.labels(answer(error).code).inc()
         _log.info("client closed", extra={"room": shorten(room_id), "why": str(error)})
-        await _close(socket, error, server.settings.client_linger)
+        await _close(socket, error, LINGER)
 
 
 async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
@@ -124,8 +131,8 @@ class RoomClient:
         self.client = Client(
             next(server.client_ids),
             connection_of(socket),
-            Mailbox(settings.max_queue, settings.max_queue_bytes, self._keyframe(stream)),
-            settings.client_grace,
+            Mailbox(UNREAD_EVENTS, UNREAD_BYTES, self._keyframe(stream)),
+            READING_GRACE,
             stream=live.room.stream_of(stream),
             traffic=server.hub.traffic,
             key=secrets.token_hex(8),

@@ -21,7 +21,7 @@ from app.persistence.service import PersistenceService
 from app.persistence.statements import store
 from app.protocol import messages
 from app.rooms.boards import Boards
-from app.rooms.kinds import BallLimits
+from app.rooms.kinds import MAX_TOUCHING, BallLimits
 from app.rooms.records import RoomRow
 from app.settings import Settings
 from engine import Board
@@ -104,7 +104,7 @@ async def living(
     A `holder` is the name of one of several servers that share the ledger.
     """
     chosen = Settings(**settings)
-    limits = BallLimits(chosen.max_balls, chosen.max_touching)
+    limits = BallLimits(chosen.max_balls, MAX_TOUCHING)
     ledger = Ledger(Database(url, shared=bool(holder)), period=0.0, patience=60.0)
     holds = Holds(ledger, holder) if holder else None
     service = PersistenceService(ledger, tick_rate=chosen.tick_rate, limits=limits, holds=holds)

@@ -9,6 +9,7 @@ import pytest
 from app.errors import ANSWERS
 from app.web.limits import TokenBucket
 from tests.app.conftest import TINY, serving
+from tests.waiting import LIMIT
 
 ROOT = Path(__file__).parents[4]
 
@@ -46,7 +47,7 @@ def test_an_answer_tells_what_is_left_of_the_limits_that_it_counted_against() ->
             '"drops";r=0;t=2',
             '"drops";r=0;t=1',
         }
-        computed = httpx.get(f"{running.url}/api/v1/drops/triangle-8/1")
+        computed = httpx.get(f"{running.url}/api/v1/drops/triangle-8/1", timeout=LIMIT)
         assert computed.headers["ratelimit-policy"] == '"computing-ms";q=30000;w=60'
         left = re.fullmatch(r'"computing-ms";r=(\d+);t=\d+', computed.headers["ratelimit"])
         assert left is not None

@@ -17,7 +17,7 @@ from websockets.sync.client import connect
 from app.errors import LedgerError, told
 from app.persistence.ledger.database import Database
 from app.web.problems import problem_of
-from tests.app.conftest import Running, serving
+from tests.app.conftest import Running, constants, serving
 from tests.waiting import until
 
 TOKEN = "scrape" * 6
@@ -26,9 +26,10 @@ TOKEN = "scrape" * 6
 @pytest.fixture(scope="module")
 def edge() -> Iterator[Running]:
     """A server with little patience, and a token for its metrics."""
-    with serving(
-        address_connections=8, head_timeout=0.2, metrics_token=TOKEN, hosts=("plinko.example",)
-    ) as running:
+    with (
+        constants(**{"app.listening.HEAD_SECONDS": 0.2}),
+        serving(address_connections=8, metrics_token=TOKEN, hosts=("plinko.example",)) as running,
+    ):
         yield running
 
 
