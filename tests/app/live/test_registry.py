@@ -207,7 +207,7 @@ async def test_what_is_changed_while_the_clock_stands_is_shown() -> None:
     paused = change(room, message("pause", paused=True))
     await turns()
     await finish(held)
-    assert paused.done()
+    await paused
     assert (room.room.awake, room.ticks) == (False, False)
     watcher = Watcher()
     held.enter(room, watcher.client)
