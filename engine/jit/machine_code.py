@@ -19,7 +19,7 @@ import numpy as np
 import wasmtime
 
 from engine.errors import EffortError
-from engine.jit import limits, stamp
+from engine.jit import code_cache, limits, native, stamp
 from engine.jit.calls import BLOCK, HEAP, STATUS, Call, Kind, Kinds, block_format, flat, leaves
 from engine.jit.decorator import EntryKernel
 
@@ -106,6 +106,14 @@ def _let_go() -> None:
     _compiler.cache_clear()
 
 
+def _compiled(code: bytes) -> wasmtime.Module:
+    """A module for wasmtime; a process that computes for others keeps none on disk."""
+    engine = _compiler().engine
+    return (
+        wasmtime.Module(engine, code) if native.is_forbidden() else code_cache.module(engine, code)
+    )
+
+
 class Module:
     """A file of machine code, and the machines that run it. Compiled when it is first needed."""
 
@@ -124,7 +132,7 @@ class Module:
         except IndexError:
             with _alone:
                 if self._compiled is None:
-                    self._compiled = wasmtime.Module(_compiler().engine, self._code)
+                    self._compiled = _compiled(self._code)
             return Machine(self._compiled, self.begin)
 
     def give(self, machine: "Machine") -> None:
