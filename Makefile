@@ -49,7 +49,7 @@ help:
 	@echo 'make readme       run the examples of the pages and write what they print'
 	@echo 'make architecture draw the packages and what they may import'
 	@echo 'make pictures     take and draw the pictures of the documentation anew'
-	@echo 'make kernels      compile the kernels to WebAssembly, when one changed (four minutes)'
+	@echo 'make kernels      compile the kernels, to WebAssembly and native code, when one changed (six minutes)'
 	@echo 'make constraints  pin the newest versions that work together'
 	@echo 'make npm          make the npm package of the page'"'"'s solver in build/npm'
 	@echo 'make clean        remove the environment and all caches'
@@ -158,9 +158,9 @@ pictures: $(VENV)/.stamp-test
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.photographs
 	$(BIN)/python -m tests.repository.readme docs/pictures.md
 
-# engine/artifact/*.wasm, the page's static/js/solver/kernels.wasm and app/render/raster/pixels.wasm; a
-# test says when they are stale.
-kernels: $(VENV)/.stamp-test
+# engine/artifact/*.wasm and native/*, the page's static/js/solver/kernels.wasm and
+# app/render/raster/pixels.wasm; a test says when they are stale.
+kernels: $(VENV)/.stamp-kernels
 	$(BIN)/python -m engine.artifact.make
 	$(BIN)/python -m app.render.raster.make
 
@@ -169,7 +169,7 @@ constraints:
 	rm -rf .cache/constraints
 	mkdir -p .cache
 	tools/make-venv $(PYTHON) .cache/constraints
-	.cache/constraints/bin/python -m pip --quiet install '.[$(ALL),test,lint,bench,docs]'
+	.cache/constraints/bin/python -m pip --quiet install '.[$(ALL),test,lint,bench,docs,kernels]'
 	{ head -n 1 constraints.txt; \
 	  .cache/constraints/bin/python -m pip freeze --exclude plinko-server; } > .cache/constraints.txt
 	mv .cache/constraints.txt constraints.txt
@@ -195,6 +195,10 @@ $(VENV)/.stamp-test: $(PINS) | $(VENV)/.stamp-venv
 # The types of the tests' own libraries are checked too, hence both extras.
 $(VENV)/.stamp-lint: $(PINS) | $(VENV)/.stamp-venv
 	$(PIP) install -c constraints.txt -e '.[$(ALL),test,lint]'
+	touch $@ $(VENV)/.stamp-test $(VENV)/.stamp-play
+
+$(VENV)/.stamp-kernels: $(PINS) | $(VENV)/.stamp-venv
+	$(PIP) install -c constraints.txt -e '.[$(ALL),test,kernels]'
 	touch $@ $(VENV)/.stamp-test $(VENV)/.stamp-play
 
 $(VENV)/.stamp-docs: $(PINS) | $(VENV)/.stamp-venv

@@ -65,7 +65,7 @@ from app.web.services import Services
 from app.web.tokens import Tokens, secret_of, signing_key_of
 from engine import Board, World, __version__, preset_names
 from engine.errors import BoardError
-from engine.jit import accelerator, limits
+from engine.jit import limits, native
 
 _log = logging.getLogger("plinko")
 
@@ -399,7 +399,7 @@ def run(settings: Settings | None = None) -> None:
     for line in not_settings(os.environ):
         _log.warning(line)
     sys.setswitchinterval(_SWITCH)
-    accelerator.forbid()  # numba would take 150 MB more
+    native.forbid()
     limits.limit_calls()  # all rooms share one thread
     _check_temporary()
     app = create_app(settings)

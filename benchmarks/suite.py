@@ -11,6 +11,7 @@ MODULES = {
     "accuracy": "accuracy.accuracy",
     "certified": "accuracy.certified",
     "throughput": "speed.throughput",
+    "lanes": "speed.lanes",
     "stability": "stability.stability",
     "batches": "speed.batches",
     "features": "speed.features",

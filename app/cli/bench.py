@@ -19,6 +19,7 @@ WHAT = (
     "accuracy",
     "certified",
     "throughput",
+    "lanes",
     "stability",
     "batches",
     "features",

@@ -18,7 +18,7 @@ from app.render import (  # noqa: F401 - to have their modules, Pillow and its f
     histogram_picture,
 )
 from engine import Board, drop, drop_many, occupancy
-from engine.jit import accelerator
+from engine.jit import native
 
 
 def warm_up() -> None:
@@ -47,7 +47,7 @@ _SMOOTH: Final = {
 }
 """A board without drag and friction, whose drops go by kernels of their own."""
 
-accelerator.forbid()  # what a request may compute is over before numba has compiled
+native.forbid()  # it has no limits, and requests have
 warm_up()
 gc.collect()
 gc.freeze()  # what is there now stays shared: a collection would write to all of it

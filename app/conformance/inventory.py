@@ -17,8 +17,8 @@ from app.errors import InvalidValueError, shorten
 from app.rooms.canonical import canonical
 from app.settings import Settings, static_directory
 
-KERNELS: Final = ".wasm"
-"""Ends the names of kernels that come compiled; whatever else is compiled, is so from the code."""
+KERNELS: Final = (".wasm", ".so")
+"""End the names of kernels that come compiled; whatever else is compiled, is so from the code."""
 
 _UNTOLD: Final = frozenset({"data", "database_url", "host", "port", "relays"})
 """Settings that say where the server is and keeps its ledger, not how it plays. Secrets aside."""

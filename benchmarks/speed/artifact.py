@@ -17,7 +17,7 @@ from benchmarks.harness.machine import describe
 from benchmarks.harness.markers import fill
 from benchmarks.harness.report import Section, Table, spread
 from engine import Board, drop, drop_many, occupancy
-from engine.exact.lockstep import trace as lockstep
+from engine.exact.lanes.trace import trace_lanes, trace_plain_lanes
 from engine.exact.occupancy import occupy
 from engine.exact.trace import trace_many
 from engine.jit import kernel_compiler, machine_code
@@ -48,17 +48,17 @@ def density(drops: int) -> str:
 
 
 WORK: dict[str, tuple[tuple[Any, ...], Callable[[], str]]] = {
-    "4,000 drops, one after the other": (
-        (trace_many,),
+    "4,000 drops": (
+        (trace_lanes,),
         lambda: drop_many(BOARD, range(4000), threads=1).digest,
     ),
     "`drop` called 2,000 times": (
         (trace_many,),
         lambda: "".join(drop(BOARD, seed).digest for seed in range(2000)),
     ),
-    "20,000 drops without drag and friction, in lockstep": (
-        (trace_many, lockstep._trace_lanes),
-        lambda: drop_many(SMOOTH, range(20_000), threads=1).digest,
+    "9,000 drops without drag and friction": (
+        (trace_plain_lanes,),
+        lambda: drop_many(SMOOTH, range(9000), threads=1).digest,
     ),
     "where 1,500 drops are": ((trace_many, occupy), lambda: density(1500)),
     "200 drops of the stepped solver": (

@@ -1,9 +1,8 @@
-"""The same drops by each machine code that the kernels become: a page's, the server's, numba's."""
+"""The same drops by each machine code of the kernels: a page's, wasmtime's, a batch's."""
 
 import contextlib
 import shutil
-from collections.abc import Iterator
-from importlib.util import find_spec
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,12 @@ from benchmarks.contestants.node import NodeProcess
 from benchmarks.harness.clock import Job, Sample, in_turns, seconds_of
 from benchmarks.harness.effort import Effort
 from benchmarks.harness.report import Section, Table, spread
+from benchmarks.speed.batch_code import side_by_side
 from engine import Board, drop_many
 from engine.drops.batch import DropBatch
-from engine.exact.trace import trace_many
+from engine.exact.lanes import trial
+from engine.exact.lanes.trace import Code
+from engine.exact.outcome import Results
 
 BOARDS = ("triangle-8", "triangle-16", "classic")
 DROPS = 32_768
@@ -22,9 +24,9 @@ DROPS = 32_768
 
 
 def compare(section: Section, effort: Effort) -> None:
-    """A table of drops a second on one core: a page's own code, the artifact by wasmtime, numba."""
-    if shutil.which("node") is None or find_spec("numba") is None:
-        section.absent.append("a page's drops beside numba's: Node.js and numba are needed")
+    """A table of drops a second on one core: a page's own code, WebAssembly by wasmtime, native."""
+    if shutil.which("node") is None or not trial.trusted():
+        section.absent.append("a page's drops: Node.js and native code are needed")
         return
     drops = effort.size(DROPS, 500)
     rows = []
@@ -37,14 +39,14 @@ def compare(section: Section, effort: Effort) -> None:
             }
     section.tables.append(
         Table(
-            "A page beside the server and numba: drops per second, one core",
-            ["board", "page (V8)", "artifact (wasmtime)", "numba", "page to numba"],
+            "A page beside wasmtime and native code: drops per second, one core",
+            ["board", "page (V8)", "wasmtime", "native", "page to wasmtime"],
             rows,
             [
                 f"Median (smallest to largest) of {effort.rounds} round(s) of {drops:,} drops in "
                 "turns; the ratio is the median of the rounds' ratios. The page's are what its "
                 "worker computes, on Node.js, board and seeds read by its own code. Bins and ends "
-                "were compared, and are the same to the last bit. Aim: half of numba's."
+                "were compared, and are the same to the last bit."
             ],
         )
     )
@@ -60,17 +62,20 @@ def _times(board: Board, drops: int, page: NodeProcess, effort: Effort) -> dict[
         _same(true, np.array(found["bins"]), np.array(found["x_ends"]))
         return float(found["seconds"])
 
-    def here() -> float:
-        batches: list[DropBatch] = []
-        seconds = seconds_of(lambda: batches.append(drop_many(board, range(drops), threads=1)))
-        _same(true, batches[0].bin, batches[0].x_end)
-        return seconds
+    def by(code: Mapping[str, Code]) -> Job:
+        work = side_by_side(board, true.x_start, code)
 
-    def by_numba() -> float:
-        with _numba():
-            return here()
+        def run() -> float:
+            found: list[Results] = []
+            seconds = seconds_of(lambda: found.append(work()))
+            _same(true, found[0].bins, found[0].x_ends)
+            return seconds
 
-    jobs: dict[str, Job] = {"page": in_page, "wasmtime": here, "numba": by_numba}
+        return run
+
+    jobs: dict[str, Job] = {
+        "page": in_page, "wasmtime": by(trial.NONE), "native": by(trial.trusted()),
+    }  # fmt: skip
     return in_turns(jobs, effort.rounds, lambda: effort.step(f"page, {board.name}"))
 
 
@@ -79,24 +84,10 @@ def _same(true: DropBatch, bins: Any, ends: Any) -> None:
         raise AssertionError("not the same drops")
 
 
-@contextlib.contextmanager
-def _numba() -> Iterator[None]:
-    """Within it batches run by what numba compiles of the same kernel."""
-    from engine.jit.kernel_compiler import compiled
-
-    kernel: Any = trace_many
-    artifact = kernel.machine_code
-    kernel.machine_code = compiled(kernel)
-    try:
-        yield
-    finally:
-        kernel.machine_code = artifact
-
-
 def _row(name: str, drops: int, times: dict[str, Sample]) -> list[str]:
     speeds = {who: sample.map(lambda seconds: drops / seconds) for who, sample in times.items()}
     return [
         name,
-        *(spread(speeds[who], "{:,.0f}") for who in ("page", "wasmtime", "numba")),
-        spread(speeds["page"].over(speeds["numba"]), "{:.2f}"),
+        *(spread(speeds[who], "{:,.0f}") for who in ("page", "wasmtime", "native")),
+        spread(speeds["page"].over(speeds["wasmtime"]), "{:.2f}"),
     ]

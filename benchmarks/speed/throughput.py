@@ -175,9 +175,8 @@ def _limit_table(
             "Operations per impact, flights and searches included, counted by running the "
             "solver's own code on numbers that count. Limit: the time these operations take when "
             "all are independent and all vector lanes are full. A root search is a chain of "
-            "dependent steps with branches, so a single ball cannot reach the limit. On the boards "
-            "without drag and friction 104 balls go in lockstep; what that computes beside a "
-            "single ball's operations is not counted."
+            "dependent steps with branches, so a single ball cannot reach the limit. 104 balls go "
+            "side by side; what that computes beside a single ball's operations is not counted."
         ],
     )
 

@@ -19,6 +19,8 @@ from engine.jit import stamp
 MOST_GZIPPED: Final = 40_000
 """Bytes that a page may have to load for it."""
 
+_UNCHANGED: Final = {**os.environ, "NUMBA_OPT": "0"}
+
 FOLDER: Final = Path(__file__).parent
 PAGE: Final = FOLDER.parents[1] / "static" / "js" / "solver" / "kernels.wasm"
 
@@ -43,13 +45,8 @@ def made(name: str) -> bytes:
 
 def made_by(code: str) -> bytes:
     """What a program of its own leaves in `made`, in which numba leaves its code as it is."""
-    done = subprocess.run(
-        [sys.executable, "-c", f"{code}; import sys; sys.stdout.buffer.write(made)"],
-        env={**os.environ, "NUMBA_OPT": "0"},
-        stdout=subprocess.PIPE,
-        check=True,
-    )
-    return done.stdout
+    command = [sys.executable, "-c", f"{code}; import sys; sys.stdout.buffer.write(made)"]
+    return subprocess.run(command, env=_UNCHANGED, stdout=subprocess.PIPE, check=True).stdout
 
 
 def everything() -> Iterator[tuple[Path, bytes]]:
@@ -73,7 +70,8 @@ def main() -> int:
             return 1
         path.write_bytes(module)
         print(f"{path.name}: {len(module)} bytes, {packed} gzipped")  # noqa: T201
-    return 0
+    libraries = [sys.executable, "-m", "engine.artifact.libraries"]
+    return subprocess.run(libraries, env=_UNCHANGED, check=False).returncode
 
 
 if __name__ == "__main__":

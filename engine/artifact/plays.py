@@ -24,7 +24,8 @@ def exact() -> None:
 
 
 def many() -> None:
-    """Many drops in lockstep, and where they are."""
+    """Many drops side by side, on both kinds of boards, and where they are."""
+    drop_many(Board.preset("triangle-8"), [0, 1], threads=1)
     drop_many(_smooth(), [0, 1], threads=1)
     occupancy(_smooth(), [0], left=0.0, top=0.0, cells_per_metre=1.0, shape=(2, 2), threads=1)
 
@@ -69,6 +70,6 @@ PLAYS: Final[Mapping[str, Callable[[], None]]] = MappingProxyType(
 """Name of each artifact of this machine's own, and what its kernels do in it."""
 
 VECTORS: Final = ("many",)
-"""Artifacts with instructions for two numbers at a time. Lockstep is made for them and takes half
-the time; what follows one ball after the other takes as long as without.
+"""Artifacts with instructions for two numbers at a time. The lanes are made for them; what follows
+one ball after the other takes as long as without.
 """

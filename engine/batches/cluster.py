@@ -9,7 +9,7 @@ import pickle
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from functools import cache, lru_cache
+from functools import lru_cache
 from importlib.util import find_spec
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from engine.batches import local_worker
 from engine.drops.threads import thread_count
 from engine.errors import ClusterError, ParameterError
-from engine.jit import accelerator, stamp
+from engine.jit import stamp
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -109,12 +109,6 @@ def _remote(address: str) -> "Client":
 
 def who() -> dict[str, Any]:
     """What all workers must have in common: the physics, and the sources of the kernels."""
-    accelerator.forbid()  # a worker stays small
-    return _who()
-
-
-@cache
-def _who() -> dict[str, Any]:
     return stamp.current()
 
 
@@ -136,7 +130,7 @@ def check(address: str, told: dict[str, Any]) -> None:
 
 
 def _compare(worker: str, theirs: dict[str, Any], ours: dict[str, Any] | None = None) -> None:
-    ours = _who() if ours is None else ours
+    ours = who() if ours is None else ours
     names = {"physics_version": "PHYSICS_VERSION", "sources": "kernels of the digest"}
     for key, name in names.items():
         if theirs.get(key) != ours[key]:
@@ -185,7 +179,7 @@ class Cluster:
         ready = as_completed(with_results=True, raise_errors=False, loop=self._client.loop)
 
         def submit(some: Sequence[A], lost: int = 0) -> None:
-            future = self._client.submit(call, _who(), packed, some, pure=False)
+            future = self._client.submit(call, who(), packed, some, pure=False)
             waiting[future] = some, lost
             ready.add(future)
 

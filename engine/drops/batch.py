@@ -1,6 +1,6 @@
 """Many drops on all cores: the outcome of each depends on its own start alone."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from operator import index as as_index
@@ -19,23 +19,20 @@ from engine.drops.threads import share, thread_count
 from engine.errors import ParameterError, SeedError
 from engine.exact.board_arrays import BoardArrays, arrays_of
 from engine.exact.event_log import new_log
-from engine.exact.initial_state import Ints, at_rest, in_flight
-from engine.exact.lockstep.trace import has_only_bounces, trace_bounces
+from engine.exact.initial_state import at_rest
+from engine.exact.lanes import trial
+from engine.exact.lanes.trace import Code, Drops, trace_drops
 from engine.exact.outcome import LANDED, MAX_EVENTS, Results
-from engine.exact.trace import trace_many
-from engine.jit.accelerator import Accelerator
 from engine.notebooks import figure, png
 from engine.parameters import (
     DEFAULT_CORRECTION,
     DEFAULT_DT,
     DEFAULT_SUBSTEPS,
-    Exact,
     Solver,
     Stepped,
     make_solver,
 )
 from engine.physics import body
-from engine.physics.contact import new_series
 from engine.seeding import SEED_LIMIT, parse_seed, start_xs
 from engine.stepped.step import trace_stepped_many
 
@@ -53,12 +50,11 @@ CHUNK = 4096
 LEAST_CHUNK = 256
 """The least: enough to hide what Python does around it."""
 
+WORTH_A_TRIAL: Final = 10_000
+"""Drops in a batch from which on native code is used: fewer are done before it has been tried."""
+
 PARTS = 2
 """A thread takes at most one in so many of the drops that are left for each: all end together."""
-
-
-LOCKSTEP: Final = Accelerator("engine.exact.lockstep.trace._trace_lanes", "many", enough=1e8)
-"""What is told of impacts: so many take a minute of a core, and to compile a fifth of one."""
 
 _OF_ALL = ("board", "solver", "explicit_x", "aim")
 """Fields of a batch that are one for all its drops."""
@@ -284,9 +280,10 @@ def _fill(batch: DropBatch, threads: int, progress: Callable[[int], None] | None
         impacts=batch.impact_count,
         outcomes=batch.outcome,
     )
+    code = trial.trusted() if len(batch) >= WORTH_A_TRIAL else trial.NONE
     share(
         _parts(len(batch), threads),
-        lambda part, _: _run_part(batch, arrays, part, results),
+        lambda part, _: _run_part(batch, arrays, part, results, code),
         threads,
         progress,
     )
@@ -303,7 +300,13 @@ def _parts(count: int, threads: int) -> list[slice]:
     return parts
 
 
-def _run_part(batch: DropBatch, arrays: BoardArrays, part: slice, results: Results) -> int:
+def _run_part(
+    batch: DropBatch,
+    arrays: BoardArrays,
+    part: slice,
+    results: Results,
+    code: Mapping[str, Code],
+) -> int:
     """Simulate a part of the drops into the batch's arrays; how many they are."""
     zone = batch.board.drop
     if not batch.explicit_x:
@@ -312,32 +315,19 @@ def _run_part(batch: DropBatch, arrays: BoardArrays, part: slice, results: Resul
     xs = batch.x_start[part]
     y = zone.y
     some = results.at(part)
-    if isinstance(batch.solver, Exact) and has_only_bounces(arrays):
-        rest = trace_bounces(arrays, xs, y, MAX_EVENTS, MAX_TIME, some)
-        LOCKSTEP.did(float(some.impacts.sum()))
-        if len(rest.drops):
-            traced = some.at(rest.drops)
-            _trace(arrays, batch.solver, rest.states, rest.initial, traced)
-            some.put(rest.drops, traced)
+    if isinstance(batch.solver, Stepped):
+        _step(arrays, batch.solver, at_rest(xs, y), some)
     else:
-        _trace(arrays, batch.solver, at_rest(xs, y), in_flight(len(xs)), some)
+        trace_drops(arrays, Drops(xs, y, MAX_EVENTS, MAX_TIME), some, code)
     return len(xs)
 
 
-def _trace(
-    arrays: BoardArrays, solver: Solver, states: Floats, initial: Ints, results: Results
-) -> None:
-    """Follow the balls one after the other to their ends; the stepped solver's from their start."""
+def _step(arrays: BoardArrays, solver: Stepped, states: Floats, results: Results) -> None:
+    """Step the balls one after the other from their start to their ends."""
     bins, durations, x_ends, impacts, outcomes = results
-    log = new_log(0, 0)
-    if isinstance(solver, Stepped):
-        trace_stepped_many(
-            arrays, states, solver.h, solver.correction, MAX_EVENTS, log, outcomes, bins, impacts
-        )
-    else:
-        trace_many(
-            arrays, states, initial, MAX_EVENTS, MAX_TIME, new_series(), log, outcomes, bins,
-            impacts,
-        )  # fmt: skip
+    trace_stepped_many(
+        arrays, states, solver.h, solver.correction, MAX_EVENTS, new_log(0, 0), outcomes, bins,
+        impacts,
+    )  # fmt: skip
     durations[:] = states[:, body.T]
     x_ends[:] = states[:, body.X]

@@ -11,15 +11,14 @@ Ints = npt.NDArray[np.int64]
 # Columns of `initial`, beside the rows of `states`.
 HIT = 0  # the surface that the ball is just hitting, NONE if it hits none
 HIT_SIDE = 1  # of a line, 1 or -1
-IMPACTS_BEFORE = 2
 # Where nothing is being hit, what follows says how a ball goes on that was left in between.
-SURFACE = 3  # that it left last or lies on, NONE if it has touched nothing yet
-SIDE = 4  # of a line, 1 or -1
-PHASE = 5  # in flight, by how it left (FREE, BOUNCED … of next_impact), or LYING
-SLIP_ROOTS = 6  # of a ball that lies: what `follow_contact` knows of its slip
-SLIP_SIGN = 7
-BESIDE = 8  # another surface that it touches, NONE if it touches no other
-COLUMNS = 9
+SURFACE = 2  # that it left last or lies on, NONE if it has touched nothing yet
+SIDE = 3  # of a line, 1 or -1
+PHASE = 4  # in flight, by how it left (FREE, BOUNCED … of next_impact), or LYING
+SLIP_ROOTS = 5  # of a ball that lies: what `follow_contact` knows of its slip
+SLIP_SIGN = 6
+BESIDE = 7  # another surface that it touches, NONE if it touches no other
+COLUMNS = 8
 
 NONE = -1
 LYING = 4

@@ -48,10 +48,13 @@ class Results(NamedTuple):
             self.outcomes[rows],
         )
 
-    def put(self, rows: npt.NDArray[np.int64], given: "Results") -> None:
-        """Write those of some drops."""
-        self.bins[rows] = given.bins
-        self.durations[rows] = given.durations
-        self.x_ends[rows] = given.x_ends
-        self.impacts[rows] = given.impacts
-        self.outcomes[rows] = given.outcomes
+
+def new_results(count: int) -> Results:
+    """Room for the results of so many drops."""
+    return Results(
+        bins=np.empty(count, np.int32),
+        durations=np.empty(count),
+        x_ends=np.empty(count),
+        impacts=np.empty(count, np.int32),
+        outcomes=np.empty(count, np.int8),
+    )

@@ -46,93 +46,104 @@ def trace_many(
 ) -> None:
     """Follow each ball from its row of `states`, shape (n, 7), changed in place, until it ends.
 
-    initial, shape (n, COLUMNS), says where in its drop the ball is by then; nothing but impacts
-    may have gone before. Writes down how each drop ended, its bin, -1 if it did not land, and its
-    number of impacts, all of shape (n,). `series` is work space. One function for one ball and for
-    many: the machine code of all of a drop is then made once.
-
-    A ball that ended with EVENT_LIMIT can be gone on with: its row of `initial` says from where,
-    and the bits are those of a drop that was never interrupted.
+    initial, shape (n, COLUMNS), says where in its drop the ball is by then. Writes down how each
+    drop ended, its bin, -1 if it did not land, and its number of impacts, all of shape (n,).
+    `series` is work space. One function for one ball and for many: the machine code of all of a
+    drop is then made once.
     """
     for i in range(len(states)):
-        state = states[i]
-        before = initial[i, initial_state.IMPACTS_BEFORE]
-        event_limit = log.counts[event_log.EVENTS] + max_events - before
-        impacts_before = log.counts[event_log.IMPACTS] - before
-        item = int(initial[i, initial_state.HIT])
-        side = float(initial[i, initial_state.HIT_SIDE])
-        hits = item != initial_state.NONE
-        how = int(initial[i, initial_state.PHASE])
-        if not hits:
-            item = int(initial[i, initial_state.SURFACE])
-            side = float(initial[i, initial_state.SIDE])
-        beside = int(initial[i, initial_state.BESIDE])
-        roots = int(initial[i, initial_state.SLIP_ROOTS])
-        slip_sign = float(initial[i, initial_state.SLIP_SIGN])
-        met = initial_state.NONE
-        met_side = 0.0
-        outcome = RUNNING
-        bins[i] = -1
-        while outcome == RUNNING:
-            if how == initial_state.LYING:
-                cause, item, side, met, met_side, beside = sustained_contact.follow_contact(
-                    board, series, state, item, side, roots, slip_sign, beside, max_time,
-                    event_limit, log,
-                )  # fmt: skip
-                outcome = _ends_in_contact(cause)
-                if outcome == EVENT_LIMIT:
-                    roots = met
-                    slip_sign = met_side
-                if outcome != RUNNING:
-                    break
-                if cause != sustained_contact.HIT:
-                    rolled_off = cause == sustained_contact.LEFT
-                    how = next_impact.ROLLED_OFF if rolled_off else next_impact.LIFTED
-                    note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
-                    continue
-            else:
-                cause, item, side, met, met_side, how, sticks = free_flight.follow_flight(
-                    board, state, item, side, how, beside, hits, event_limit, max_time, log
-                )
-                hits = False
-                beside = initial_state.NONE
-                roots = 1 if sticks else 0
-                slip_sign = 0.0
-                if cause == free_flight.ON_SURFACE:
-                    how = initial_state.LYING
-                    note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
-                    continue
-                outcome = _ends_in_flight(cause)
-                if outcome != RUNNING:
-                    beside = met
-                    break
-            noted = log.counts[event_log.EVENTS]
-            end, item, side, beside, roots = two_contacts.meet(
-                board, state, item, side, met, met_side, log
-            )
-            slip_sign = 0.0
-            how = initial_state.LYING
-            if end == two_contacts.FLIES:
-                how = next_impact.BOUNCED
-            elif end == two_contacts.LIFTS:
-                how = next_impact.LIFTED
-                if log.counts[event_log.EVENTS] == noted:  # an impact ends a contact by itself
-                    note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
-            elif end == two_contacts.LIES_STILL:
-                outcome = WEDGED
-        if outcome == LANDED:
-            bins[i] = land(board, state, log)
-        if outcome == EVENT_LIMIT:
-            initial[i, initial_state.HIT] = initial_state.NONE
-            initial[i, initial_state.SURFACE] = item
-            initial[i, initial_state.SIDE] = int(side)
-            initial[i, initial_state.PHASE] = how
-            initial[i, initial_state.SLIP_ROOTS] = roots
-            initial[i, initial_state.SLIP_SIGN] = int(slip_sign)
-            initial[i, initial_state.BESIDE] = beside
-        outcomes[i] = outcome
+        event_limit = log.counts[event_log.EVENTS] + max_events
+        impacts_before = log.counts[event_log.IMPACTS]
+        outcomes[i] = follow(board, states[i], initial[i], event_limit, max_time, series, log)
+        bins[i] = land(board, states[i], log) if outcomes[i] == LANDED else -1
         impacts[i] = log.counts[event_log.IMPACTS] - impacts_before
         end_ball(log, i)
+
+
+@inner_kernel
+def follow(
+    board: BoardArrays,
+    state: State,
+    place: Ints,
+    event_limit: int,
+    max_time: float,
+    series: Series,
+    log: Log,
+) -> int:
+    """Follow one ball from `state`, changed in place, and from `place`, its row of `initial`.
+
+    Returns how its drop ended. One that ended with EVENT_LIMIT can be gone on with: `place` says
+    from where, and the bits are those of a drop that was never interrupted.
+    """
+    item = int(place[initial_state.HIT])
+    side = float(place[initial_state.HIT_SIDE])
+    hits = item != initial_state.NONE
+    how = int(place[initial_state.PHASE])
+    if not hits:
+        item = int(place[initial_state.SURFACE])
+        side = float(place[initial_state.SIDE])
+    beside = int(place[initial_state.BESIDE])
+    roots = int(place[initial_state.SLIP_ROOTS])
+    slip_sign = float(place[initial_state.SLIP_SIGN])
+    met = initial_state.NONE
+    met_side = 0.0
+    outcome = RUNNING
+    while outcome == RUNNING:
+        if how == initial_state.LYING:
+            cause, item, side, met, met_side, beside = sustained_contact.follow_contact(
+                board, series, state, item, side, roots, slip_sign, beside, max_time,
+                event_limit, log,
+            )  # fmt: skip
+            outcome = _ends_in_contact(cause)
+            if outcome == EVENT_LIMIT:
+                roots = met
+                slip_sign = met_side
+            if outcome != RUNNING:
+                break
+            if cause != sustained_contact.HIT:
+                rolled_off = cause == sustained_contact.LEFT
+                how = next_impact.ROLLED_OFF if rolled_off else next_impact.LIFTED
+                note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
+                continue
+        else:
+            cause, item, side, met, met_side, how, sticks = free_flight.follow_flight(
+                board, state, item, side, how, beside, hits, event_limit, max_time, log
+            )
+            hits = False
+            beside = initial_state.NONE
+            roots = 1 if sticks else 0
+            slip_sign = 0.0
+            if cause == free_flight.ON_SURFACE:
+                how = initial_state.LYING
+                note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
+                continue
+            outcome = _ends_in_flight(cause)
+            if outcome != RUNNING:
+                beside = met
+                break
+        noted = log.counts[event_log.EVENTS]
+        end, item, side, beside, roots = two_contacts.meet(
+            board, state, item, side, met, met_side, log
+        )
+        slip_sign = 0.0
+        how = initial_state.LYING
+        if end == two_contacts.FLIES:
+            how = next_impact.BOUNCED
+        elif end == two_contacts.LIFTS:
+            how = next_impact.LIFTED
+            if log.counts[event_log.EVENTS] == noted:  # an impact ends a contact by itself
+                note_event(log, state, KIND_CONTACT_END, surface_index(board, item))
+        elif end == two_contacts.LIES_STILL:
+            outcome = WEDGED
+    if outcome == EVENT_LIMIT:
+        place[initial_state.HIT] = initial_state.NONE
+        place[initial_state.SURFACE] = item
+        place[initial_state.SIDE] = int(side)
+        place[initial_state.PHASE] = how
+        place[initial_state.SLIP_ROOTS] = roots
+        place[initial_state.SLIP_SIGN] = int(slip_sign)
+        place[initial_state.BESIDE] = beside
+    return outcome
 
 
 @inner_kernel

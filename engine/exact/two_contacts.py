@@ -18,10 +18,10 @@ from engine.constants import KIND_CONTACT_BEGIN, KIND_CONTACT_END
 from engine.exact import initial_state
 from engine.exact.board_arrays import BoardArrays, friction_of, restitution_of, surface_index
 from engine.exact.event_log import Log, note_event, note_impact, note_segment
-from engine.exact.free_flight import DYING_BOUNCE, PLACE_ROUNDING, rebound
+from engine.exact.free_flight import DYING_BOUNCE, PLACE_ROUNDING, is_pressed_on, rebound
 from engine.jit.decorator import inner_kernel
 from engine.physics import body, contact
-from engine.physics.surface import curvature, touch
+from engine.physics.surface import touch
 from engine.physics.two_contacts import (
     FALLS,
     GOES_ON_A,
@@ -157,10 +157,11 @@ def _stay(
 ) -> tuple[int, int, float, int, int]:
     """The ball moves along `item` alone: it stays there if it is pressed on, else it lifts off."""
     nx, ny = _normal(board, state, item, side)
-    u = state[body.VY] * nx - state[body.VX] * ny
+    vx, vy = state[body.VX], state[body.VY]
+    u = vy * nx - vx * ny
     state[body.VX] = -u * ny
     state[body.VY] = u * nx
-    if -board.gravity * ny - curvature(board.items, item) * u * u > 0.0:
+    if is_pressed_on(board.items, item, vx, vy, nx, ny, board.gravity):
         note_event(log, state, KIND_CONTACT_BEGIN, surface_index(board, item))
         return STAYS, item, side, other, roots
     return LIFTS, item, side, other, 0

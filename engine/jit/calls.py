@@ -1,6 +1,6 @@
 """What a kernel's machine code takes and gives, kind by kind, as an artifact says it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, TypeAlias
 
@@ -73,3 +73,23 @@ def leaves(kinds: Kinds) -> Iterator[Kind]:
         return
     for each in kinds:
         yield from leaves(each)
+
+
+def flat(values: Sequence[Any]) -> Iterator[Any]:
+    """All that is in a tuple, and in tuples in it, in order."""
+    for each in values:
+        if isinstance(each, tuple):
+            yield from flat(each)
+        else:
+            yield each
+
+
+def block_format(takes: tuple[Kinds, ...]) -> str:
+    """Of the numbers in a block, as `struct` has it."""
+    return "<" + "".join(map(_format, leaves(takes)))
+
+
+def _format(kind: Kind) -> str:
+    if kind.dimensions is not None:
+        return f"{ARRAY + 2 * kind.dimensions}q"
+    return "d" if kind.name == "f8" else "q"

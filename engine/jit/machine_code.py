@@ -19,8 +19,8 @@ import numpy as np
 import wasmtime
 
 from engine.errors import EffortError
-from engine.jit import limits, stamp
-from engine.jit.calls import ARRAY, BLOCK, HEAP, STATUS, Call, Kind, Kinds, leaves
+from engine.jit import code_cache, limits, native, stamp
+from engine.jit.calls import BLOCK, HEAP, STATUS, Call, Kind, Kinds, block_format, flat, leaves
 from engine.jit.decorator import EntryKernel
 
 ENGINE: Final = Path(__file__).parents[1]
@@ -106,6 +106,14 @@ def _let_go() -> None:
     _compiler.cache_clear()
 
 
+def _compiled(code: bytes) -> wasmtime.Module:
+    """A module for wasmtime; a process that computes for others keeps none on disk."""
+    engine = _compiler().engine
+    return (
+        wasmtime.Module(engine, code) if native.is_forbidden() else code_cache.module(engine, code)
+    )
+
+
 class Module:
     """A file of machine code, and the machines that run it. Compiled when it is first needed."""
 
@@ -124,7 +132,7 @@ class Module:
         except IndexError:
             with _alone:
                 if self._compiled is None:
-                    self._compiled = wasmtime.Module(_compiler().engine, self._code)
+                    self._compiled = _compiled(self._code)
             return Machine(self._compiled, self.begin)
 
     def give(self, machine: "Machine") -> None:
@@ -158,15 +166,6 @@ class Entry:
         return None if self._form is None else self._form(iter(found))
 
 
-def _flat(values: Sequence[Any]) -> Iterator[Any]:
-    """All that is in a tuple, and in tuples in it, in order."""
-    for each in values:
-        if isinstance(each, tuple):
-            yield from _flat(each)
-        else:
-            yield each
-
-
 def _form(kinds: Kinds, hint: Any) -> Callable[[Iterator[Any]], Any]:
     """What makes a result of its values, its tuples named as the function says."""
     if isinstance(kinds, Kind):
@@ -188,19 +187,12 @@ def _dtypes(kinds: tuple[Kinds, ...]) -> list[tuple[Kind, Any]]:
 
 
 def _block(takes: tuple[Kinds, ...]) -> struct.Struct:
-    return struct.Struct("<" + "".join(map(_format, leaves(takes))))
+    return struct.Struct(block_format(takes))
 
 
 def _room(gives: "Kinds | None") -> int:
     """Bytes of a result; for nothing numba leaves an address of nothing."""
     return 8 if gives is None else sum(map(_size_given, leaves(gives)))
-
-
-def _format(kind: Kind) -> str:
-    """Of a kind's numbers in a block, as `struct` has it."""
-    if kind.dimensions is not None:
-        return f"{ARRAY + 2 * kind.dimensions}q"
-    return "d" if kind.name == "f8" else "q"
 
 
 # An array that is returned, in bytes: two addresses, two counts, its own address, shape, strides.
@@ -250,7 +242,7 @@ class Machine:
     def run(self, entry: Entry, args: Sequence[Any]) -> list[Any]:
         """The kernel's results, one by one; arrays that it may write to are as it left them."""
         first = self._placed_first(entry, args[0])
-        rest = _placed(entry.name, entry.rest, _flat(args[1:]), first.end)
+        rest = _placed(entry.name, entry.rest, flat(args[1:]), first.end)
         copies = first.copies + rest.copies
         memory = self._all_memory(rest.end)
         for copy in copies:
@@ -288,7 +280,7 @@ class Machine:
         """The first argument; a tuple of locked arrays, as a board is, stays for the next call."""
         if value is self._board:
             return self._kept
-        placed = _placed(entry.name, entry.first, _flat((value,)), self._begin)
+        placed = _placed(entry.name, entry.first, flat((value,)), self._begin)
         locked = not any(copy.given.flags.writeable for copy in placed.copies)
         if locked and isinstance(value, tuple):
             self._board, self._kept = value, placed._replace(copies=[])

@@ -19,6 +19,7 @@ _MAKERS: Final = (
     ENGINE / "artifact" / "rehearsal.py",
     ENGINE / "jit" / "calls.py",
     ENGINE / "jit" / "kernel_compiler.py",
+    ENGINE / "jit" / "llvm_module.py",
     ENGINE / "jit" / "webassembly.py",
     ENGINE / "jit" / "wasm_sections.py",
 )
@@ -28,7 +29,8 @@ _MAKERS: Final = (
 def sources() -> list[Path]:
     """All files of Python that the engine's machine code is made of."""
     found = [*_MAKERS, ENGINE / "constants.py", ENGINE / "certified" / "reach.py"]
-    found += [ENGINE / "artifact" / name for name in ("entries.py", "plays.py")]
+    found += [ENGINE / "artifact" / name for name in ("entries.py", "libraries.py", "plays.py")]
+    found += [ENGINE / "jit" / "native_code.py"]
     for package in ("physics", "exact", "stepped", "multibody/solver", "billiards"):
         found += (ENGINE / package).rglob("*.py")
     return sorted(found)

@@ -20,8 +20,9 @@ def test_the_artifacts_give_the_golden_digests_on_arm64() -> None:
         text=True,
         check=True,
     )
-    system, by_artifacts, as_python = done.stdout.splitlines()
+    system, by_artifacts, by_native_code, as_python = done.stdout.splitlines()
     assert "aarch64" in system
     quick = len(check.names()) * len(check.SOLVERS)
     assert by_artifacts == f"{quick * len(check.SEEDS)} drops have the golden digests"
+    assert by_native_code == "native code of 2 kernels has the same bits"
     assert as_python == f"{quick} drops have the golden digests"

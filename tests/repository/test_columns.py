@@ -13,8 +13,10 @@ FOLDERS = ("app", "benchmarks", "engine", "tests")
 COLUMN_MODULES = (
     "engine.exact.event_log",
     "engine.exact.initial_state",
-    "engine.exact.lockstep.lanes",
-    "engine.exact.lockstep.search",
+    "engine.exact.lanes.flight",
+    "engine.exact.lanes.impact",
+    "engine.exact.lanes.lane",
+    "engine.exact.lanes.search",
     "engine.exact.sensitivity",
     "engine.multibody.solver.layout.body",
     "engine.multibody.solver.layout.contact",

@@ -71,7 +71,7 @@ def test_what_is_started_and_tested_has_the_server_and_its_proofs() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     assert "ALL := server,certify\n" in makefile
     installs = re.findall(r"-c constraints\.txt -e (.+)", makefile)
-    assert len(installs) == 5
+    assert len(installs) == 6
     assert all(re.match(r"'\.\[\$\(ALL\)[],]", each) for each in installs)
     assert "'.[server,certify," in (ROOT / "Dockerfile").read_text(encoding="utf-8")
 

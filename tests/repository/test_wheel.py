@@ -15,6 +15,7 @@ import pytest
 
 import engine
 from app.conformance import inventory
+from engine.jit import native
 from tests.golden.check import golden
 from tests.repository.test_repository import PROJECT, ROOT
 
@@ -77,6 +78,7 @@ def test_the_wheel_has_the_engine_the_server_and_the_page_and_nothing_else(
         "plinko",
     }
     assert {"engine/py.typed", "plinko/py.typed", "app/py.typed", "app/static/index.html"} <= names
+    assert {f"engine/artifact/native/{path.name}" for path in native.FOLDER.iterdir()} <= names
     assert (told["Name"], told["Version"]) == ("plinko-server", engine.__version__)
     assert told["License-Expression"] == "MIT"
 

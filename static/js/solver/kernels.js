@@ -19,7 +19,7 @@ const STACK = PAGE; // bytes below all blocks
 const STATE = 7; // columns
 const EVENT = 6;
 const SEGMENT = 11;
-const INITIAL = 9;
+const INITIAL = 8;
 const SERIES = 8 * 21; // numbers
 const ROOM = 256; // events of a first log; a longer drop is traced again with the room it asked for
 

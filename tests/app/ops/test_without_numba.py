@@ -17,6 +17,8 @@ PathFinder.find_spec = lambda name, path=None, target=None: (
 MAKERS = (
     "engine.artifact.",
     "engine.jit.webassembly",
+    "engine.jit.native_code",
+    "engine.jit.llvm_module",
     "engine.jit.kernel_compiler",
     "app.cli.__main",
 )

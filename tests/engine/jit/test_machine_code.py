@@ -126,7 +126,7 @@ def test_another_kind_of_array_is_refused() -> None:
 
 
 def digests() -> list[str]:
-    """Of drops by both solvers, of many in lockstep, and of a heap of balls."""
+    """Of drops by both solvers, of many in lanes, and of a heap of balls."""
     names = ("triangle-8", "classic", "scene:comb")
     boards = [check.board_of(name) for name in names]
     found = [drop(each, 3, solver=s).digest for each in boards for s in ("exact", "stepped")]

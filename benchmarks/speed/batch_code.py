@@ -1,0 +1,40 @@
+"""A batch by one machine code or another, as benchmarks compare them."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from engine import Board
+from engine.constants import MAX_TIME
+from engine.exact.board_arrays import arrays_of
+from engine.exact.event_log import new_log
+from engine.exact.initial_state import at_rest, in_flight
+from engine.exact.lanes.trace import Code, Drops, trace_drops
+from engine.exact.outcome import MAX_EVENTS, Results, new_results
+from engine.exact.trace import trace_many
+from engine.physics.contact import new_series
+
+
+def alone(board: Board, xs: Any) -> Callable[[], Results]:
+    """One ball after the other, by the solver for one ball."""
+    arrays, found = arrays_of(board), new_results(len(xs))
+
+    def work() -> Results:
+        trace_many(
+            arrays, at_rest(xs, board.drop.y), in_flight(len(xs)), MAX_EVENTS, MAX_TIME,
+            new_series(), new_log(0, 0), found.outcomes, found.bins, found.impacts,
+        )  # fmt: skip
+        return found
+
+    return work
+
+
+def side_by_side(board: Board, xs: Any, code: Mapping[str, Code]) -> Callable[[], Results]:
+    """In lanes, by this machine code."""
+    arrays, found = arrays_of(board), new_results(len(xs))
+    drops = Drops(xs, board.drop.y, MAX_EVENTS, MAX_TIME)
+
+    def work() -> Results:
+        trace_drops(arrays, drops, found, code)
+        return found
+
+    return work

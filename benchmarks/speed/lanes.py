@@ -1,0 +1,159 @@
+"""Batches as they run: balls one by one and side by side, in WebAssembly and in native code.
+
+`python -m benchmarks.speed.lanes --page docs/benchmarks.md` runs it alone.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from benchmarks.contestants.chipmunk import Chipmunk
+from benchmarks.contestants.common import AbsentError
+from benchmarks.harness import machine
+from benchmarks.harness.clock import Job, Sample, in_turns, timed
+from benchmarks.harness.effort import Effort
+from benchmarks.harness.machine import describe
+from benchmarks.harness.markers import fill
+from benchmarks.harness.report import Section, Table, spread
+from benchmarks.scenes import boards as scenes
+from benchmarks.speed import arithmetic, operations
+from benchmarks.speed.batch_code import alone, side_by_side
+from benchmarks.speed.throughput import least_time
+from engine import Board, drop_many
+from engine.exact.lanes import trial
+
+DROPS = 16_384
+"""In a round, but for pymunk, which has a hundredth."""
+
+STEP = 1 / 240
+"""s; pymunk's."""
+
+BOARDS: dict[str, Board] = {
+    "triangle-16": Board.preset("triangle-16"),
+    "triangle-8": Board.preset("triangle-8"),
+    "classic": Board.preset("classic"),
+    "galton": Board.preset("galton"),
+    "12 rows, no friction, no drag": scenes.triangle(12, scenes.PLAIN),
+}
+
+
+def run(effort: Effort) -> Section:
+    """The table."""
+    section = Section("lanes")
+    drops = effort.size(DROPS, 512)
+    times, impacts = _measured(section, drops, effort)
+    section.tables += [
+        _speed_table(times, drops, effort.rounds),
+        _limit_table(times, impacts, drops, effort),
+    ]
+    section.data["seconds"] = {name: sample.to_dict() for name, sample in times.items()}
+    return section
+
+
+def _measured(
+    section: Section, drops: int, effort: Effort
+) -> tuple[dict[str, Sample], dict[str, float]]:
+    """Seconds of each contestant on each board, and each board's impacts a drop."""
+    jobs: dict[str, Job] = dict(arithmetic.jobs(effort.size(arithmetic.SWEEPS, 500)))
+    impacts = {}
+    native = trial.trusted()
+    if not native:
+        section.absent.append("native code: this machine runs none")
+    for name, board in BOARDS.items():
+        batch = drop_many(board, range(drops))
+        xs = batch.x_start
+        impacts[name] = float(batch.impact_count.mean())
+        jobs[f"{name}/alone"] = timed(alone(board, xs))
+        jobs[f"{name}/lanes"] = timed(side_by_side(board, xs, trial.NONE))
+        if native:
+            jobs[f"{name}/native"] = timed(side_by_side(board, xs, native))
+        cores = machine.cores()
+        jobs[f"{name}/cores"] = timed(_many(board, cores * drops, cores))
+        try:
+            jobs[f"{name}/pymunk"] = _pymunk(board, xs[: max(drops // 100, 20)], drops)
+        except AbsentError as absent:
+            section.absent.append(str(absent))
+    return in_turns(jobs, effort.rounds, lambda: effort.step("lanes")), impacts
+
+
+def _many(board: Board, drops: int, threads: int) -> Callable[[], object]:
+    return lambda: drop_many(board, range(drops), threads=threads)
+
+
+def _pymunk(board: Board, xs: Any, drops: int) -> Job:
+    """Seconds for `drops`, by the few that are made."""
+    contestant = Chipmunk()
+    return lambda: contestant.seconds(board, xs, STEP) * drops / len(xs)
+
+
+def _speed_table(times: dict[str, Sample], drops: int, rounds: int) -> Table:
+    rows = []
+    for name in BOARDS:
+        own = {who: times.get(f"{name}/{who}") for who in ("alone", "lanes", "native", "pymunk")}
+        best = own["native"] or own["lanes"]
+        scalar = times[f"{name}/alone"]
+        assert best is not None
+        rows.append(
+            [
+                name,
+                *(_speed(own[who], drops) for who in ("alone", "lanes", "native")),
+                spread(scalar.over(best), "{:.2f}"),
+                _speed(times[f"{name}/cores"], machine.cores() * drops),
+                "" if own["pymunk"] is None else spread(own["pymunk"].over(best), "{:,.0f}"),
+            ]
+        )
+    return Table(
+        "Batches: drops per second, one core",
+        [
+            "board", "one by one, WebAssembly", "lanes, WebAssembly", "lanes, native", "ratio",
+            f"{machine.cores()} cores", "times pymunk",
+        ],
+        rows,
+        [
+            f"Median (smallest to largest) of {rounds} round(s) of {drops:,} drops in turns; "
+            "ratios are medians of the rounds' ratios, the first of the fastest lanes to one ball "
+            "after the other. All give the same bits. pymunk: at 1/240 s a step, the same boards."
+        ],
+    )  # fmt: skip
+
+
+def _speed(sample: Sample | None, drops: int) -> str:
+    return "" if sample is None else spread(sample.map(lambda s: drops / s), "{:,.0f}")
+
+
+def _limit_table(
+    times: dict[str, Sample], impacts: dict[str, float], drops: int, effort: Effort
+) -> Table:
+    rows = []
+    for name, board in BOARDS.items():
+        count = operations.count_apart(board.to_json(), effort.size(100, 2))
+        best = times.get(f"{name}/native") or times[f"{name}/lanes"]
+        each = best.map(lambda s, many=drops * impacts[name]: s * 1e9 / many)  # type: ignore[misc]
+        limit = least_time(count, times)
+        rows.append(
+            [name, f"{impacts[name]:.1f}", spread(each, "{:,.0f}"), f"{limit:.0f}",
+             f"{each.median / limit:.1f}"]
+        )  # fmt: skip
+    return Table(
+        "Batches: nanoseconds per impact, the fastest lanes, one core",
+        ["board", "impacts a drop", "ns", "limit", "times the limit"],
+        rows,
+        ["Limit: as in the table of the exact solver, of the operations of one ball."],
+    )
+
+
+@click.command()
+@click.option("--page", type=Path, help="Put the tables into this page, between their markers.")
+@click.option("--quick", is_flag=True, help="One round, to see that it works.")
+def main(page: Path | None, quick: bool) -> None:
+    """Print the tables."""
+    section = run(Effort(quick=quick))
+    print(section.text())
+    if page is not None:
+        fill(page, describe(), [section], page.parent)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""Writes the lanes as native libraries: python -m engine.artifact.libraries, by make.py.
+
+LLVM makes the objects, one a kind of processor; zig's linker makes libraries of them.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from hashlib import sha256
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+from engine.artifact import rehearsal
+from engine.artifact.plays import PLAYS
+from engine.exact.lanes.trace import trace_lanes, trace_plain_lanes
+from engine.jit import elf, native, stamp
+from engine.jit.native_code import NativeEntry, Processor, compile_object
+
+MOST: Final = 150_000
+"""Bytes of a library."""
+
+PROCESSORS: Final[Mapping[str, Processor]] = MappingProxyType(
+    {
+        "x86-64-v3": Processor("x86_64-unknown-linux-gnu", "x86-64-v3"),
+        # All eight numbers of a vector: the loops are long enough to be worth the wider registers.
+        "x86-64-v4": Processor("x86_64-unknown-linux-gnu", "x86-64-v4", "-prefer-256-bit"),
+        "aarch64": Processor("aarch64-unknown-linux-gnu", "generic"),
+    }
+)
+"""Name of each library: what it is made for."""
+
+_ZIG_TARGETS: Final = {
+    "x86_64-unknown-linux-gnu": "x86_64-linux-gnu.2.17",
+    "aarch64-unknown-linux-gnu": "aarch64-linux-gnu.2.17",
+}
+
+
+def made() -> dict[str, bytes]:
+    """The content of each file, made now; ValueError if a library asks for anything, or is large.
+
+    Beside the libraries there is what engine/jit/native.py reads before it loads one: the stamp,
+    what the kernels take, and each library's hash.
+    """
+    parts = rehearsal.rehearse(PLAYS["many"])
+    names = [f"{each.__module__}.{each.__name__}" for each in (trace_lanes, trace_plain_lanes)]
+    kernels = {name: parts[name] for name in names}
+    exports = {name: NativeEntry(p.kernel.function, p.takes) for name, p in kernels.items()}
+    libraries = {name: _library(exports, each) for name, each in PROCESSORS.items()}
+    index = {
+        **stamp.current(),
+        "calls": {name: part.call.to_dict() for name, part in kernels.items()},
+        "libraries": {name: sha256(code).hexdigest() for name, code in libraries.items()},
+    }
+    files = {native.INDEX.name: (json.dumps(index, indent=1) + "\n").encode()}
+    return files | {f"{name}.so": code for name, code in libraries.items()}
+
+
+def _library(exports: Mapping[str, NativeEntry], processor: Processor) -> bytes:
+    """A shared library with these functions."""
+    with tempfile.TemporaryDirectory() as folder:
+        given, found = Path(folder, "kernels.o"), Path(folder, "kernels.so")
+        given.write_bytes(compile_object(exports, processor))
+        command = [sys.executable, "-m", "ziglang", "cc", "-target", _ZIG_TARGETS[processor.triple]]
+        subprocess.run(
+            [*command, "-shared", "-nostdlib", "-s", "-o", str(found), str(given)], check=True
+        )
+        library = found.read_bytes()
+    asked = elf.asks_for(library)
+    if asked or len(library) > MOST:
+        raise ValueError(f"{processor}: {len(library)} bytes, of at most {MOST}; asks for {asked}")
+    return library
+
+
+def main() -> None:
+    """Write all of them."""
+    native.FOLDER.mkdir(exist_ok=True)
+    for name, content in made().items():
+        (native.FOLDER / name).write_bytes(content)
+        print(f"{name}: {len(content)} bytes")  # noqa: T201 - a command prints
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,473 @@
+"""What the balls hit first in their windows: candidates, and a search for each, side by side.
+
+Most candidates are turned down by the chord test, for all balls at once. The others are searched.
+
+Each loop's body is that of the search in `circle_impact` that it names, with all cases computed and
+none branched on: a search that has ended is computed on, and nothing of it is kept.
+"""
+
+import numpy as np
+
+from engine.exact.board_arrays import BoardArrays
+from engine.exact.lanes import lane
+from engine.exact.lanes.flight import dot, look_at
+from engine.exact.lanes.lane import Floats, Indices, Ints, Space
+from engine.exact.next_impact import BINS, BOUNCED, FREE, NOWHERE, origin_line_hit, wall_hit
+from engine.jit.decorator import lean_kernel
+from engine.physics import surface
+from engine.physics.flight import phi2
+from engine.physics.line_impact import line_hit
+from engine.physics.time_of_impact import (
+    MAX_STEPS,
+    NEGLIGIBLE,
+    NO_HIT,
+    SIXTH,
+    THIRD,
+    stays_positive,
+)
+
+RARE = 8
+"""A slot that fewer than one ball in so many has a member in is not worth a look for all."""
+
+LOW = 1 << lane.SLOTS
+"""The mark of a ball that may reach the bins in this window."""
+
+BEYOND = 2 << lane.SLOTS
+"""The mark of a ball whose cell has more members than were looked at for all."""
+
+FIRST_STEPS = 4
+"""Steps for all searches of a list; those that take more go on by themselves."""
+
+# Where values begin in `r`, shape (SEARCH_COLUMNS * SEARCHES,): the window's length,
+# the motion seen from the circle's centre, bounds of f''', …
+SEARCHED = 0 * lane.SEARCHES
+FROM_X = 1 * lane.SEARCHES
+FROM_Y = 2 * lane.SEARCHES
+SPEED_X = 3 * lane.SEARCHES
+SPEED_Y = 4 * lane.SEARCHES
+ACC_X = 5 * lane.SEARCHES
+ACC_Y = 6 * lane.SEARCHES
+SQUARE = 7 * lane.SEARCHES  # D^2; 0 for a line
+LOW3 = 8 * lane.SEARCHES
+SIZE3 = 9 * lane.SEARCHES
+# … how far a search has come, …
+S = 10 * lane.SEARCHES
+F = 11 * lane.SEARCHES  # f, f' and f''; of what has just been left g(0), g and g'
+FD = 12 * lane.SEARCHES
+FDD = 13 * lane.SEARCHES
+TRUST = 14 * lane.SEARCHES
+STATUS = 15 * lane.SEARCHES  # … and how it stands:
+
+SEARCHING = 0.0  # and after MAX_STEPS within rounding of what is hit
+HIT = 1.0
+MISS = 2.0
+ALONE = 3.0  # for the solver for one ball: it touches, moves away at first, or does not leave
+
+
+@lean_kernel
+def bound3(va: float, aa: float, qa: float, k: float, horizon: float, drags: bool) -> float:
+    """`third_derivative_bound`, in which no case is branched on."""
+    bound = 6.0 * va if va < 0.0 else 0.0
+    if drags:
+        rise = qa + 0.5 * aa * horizon * horizon
+        rise = rise + va * horizon if va > 0.0 else rise
+        bound = bound - 2.0 * k * rise if rise > 0.0 else bound
+    return bound
+
+
+@lean_kernel
+def is_far(w: Floats, i: int, x: float, y: float, d2: float, k: float, drags: bool) -> bool:
+    """Whether the chord test of `next_impact` turns down a circle at (x, y) for ball i."""
+    qx = w[lane.WX + i] - x
+    qy = w[lane.WY + i] - y
+    horizon = w[lane.HORIZON + i]
+    f = qx * qx + qy * qy - d2
+    b = qx * w[lane.WVX + i] + qy * w[lane.WVY + i]
+    qa = dot(qx, qy, w[lane.WAX + i], w[lane.WAY + i], drags)
+    c = w[lane.VV + i] + qa
+    low3 = bound3(w[lane.VA + i], w[lane.AA + i], qa, k, horizon, drags)
+    return stays_positive(f, b, c + low3 * horizon * SIXTH, horizon)
+
+
+@lean_kernel
+def _mark_slot(w: Floats, m: Ints, n: int, slot: int, k: float, drags: bool) -> None:
+    """Mark which balls may hit the candidate that is looked at, the slot-th of their cells."""
+    bit = 1 << slot
+    for i in range(n):
+        d2 = w[lane.CD2 + i]
+        far = is_far(w, i, w[lane.CX + i], w[lane.CY + i], d2, k, drags)
+        may_hit = (d2 == 0.0) | (not far)
+        may_hit &= (m[lane.MORE + i] > slot) & (m[lane.MEMBER + i] != m[lane.ORIGIN + i])
+        m[lane.MARK + i] |= bit if may_hit else 0
+
+
+@lean_kernel
+def _slots_of(m: Ints, n: int) -> int:
+    """How many members of their cells are worth a look for all balls together."""
+    slots = 1  # the first are there already
+    while slots < lane.SLOTS:
+        longer = 0
+        for i in range(n):
+            longer += int(m[lane.MORE + i] > slots)
+        if RARE * longer < n:
+            break
+        slots += 1
+    return slots
+
+
+@lean_kernel
+def mark(board: BoardArrays, space: Space, n: int, drags: bool) -> tuple[int, int]:
+    """Mark what the balls may hit in their windows; list the lanes with any mark.
+
+    Returns how many members of the cells were looked at for all balls, and how many lanes are
+    listed.
+    """
+    w, m, members, marked = space.w, space.m, space.members, space.marked
+    starts, centres = board.starts, board.centres
+    slots = _slots_of(m, n)
+    for i in range(n):
+        beyond = BEYOND if m[lane.MORE + i] > slots else 0
+        is_low = w[lane.WY + i] + board.travel >= board.bins_y
+        m[lane.MARK + i] = beyond | (LOW if is_low else 0)
+    for slot in range(slots):
+        if slot > 0:
+            for i in range(n):
+                member = members[starts[np.uint32(m[lane.CELL + i])] + slot]
+                look_at(w, m, i, member, centres)
+        _mark_slot(w, m, n, slot, board.drag, drags)
+    found = 0
+    for i in range(n):
+        marked[np.uint32(found)] = i
+        found += int(m[lane.MARK + i] != 0)
+    return slots, found
+
+
+@lean_kernel
+def reach_bins(board: BoardArrays, w: Floats, m: Ints, marked: Indices, count: int) -> None:
+    """Note which of the balls marked[:count] land before they hit anything else known."""
+    for c in range(count):
+        i = int(marked[c])
+        if m[lane.MARK + i] & LOW:
+            best = w[lane.BEST + i]
+            y, vy, ay = w[lane.WY + i], w[lane.WVY + i], w[lane.WAY + i]
+            s = line_hit(board.bins_y - y, -vy, -ay, board.drag, w[lane.HORIZON + i], best)
+            if s != NO_HIT and (s < best or m[lane.ITEM + i] == NOWHERE):
+                w[lane.BEST + i] = s
+                m[lane.ITEM + i] = BINS
+
+
+@lean_kernel
+def _set_search(r: Floats, p: int, w: Floats, i: int, x: float, y: float, d2: float) -> None:
+    """Search p is that of ball i for a circle at (x, y)."""
+    r[FROM_X + p] = w[lane.WX + i] - x
+    r[FROM_Y + p] = w[lane.WY + i] - y
+    r[SPEED_X + p] = w[lane.WVX + i]
+    r[SPEED_Y + p] = w[lane.WVY + i]
+    r[ACC_X + p] = w[lane.WAX + i]
+    r[ACC_Y + p] = w[lane.WAY + i]
+    r[SEARCHED + p] = w[lane.HORIZON + i]
+    r[SQUARE + p] = d2
+
+
+@lean_kernel
+def open_searches(r: Floats, count: int, k: float, drags: bool) -> int:
+    """What `circle_search` knows ahead of its first step; how many searches fill the vectors."""
+    for p in range(count):
+        qx, qy = r[FROM_X + p], r[FROM_Y + p]
+        vx, vy = r[SPEED_X + p], r[SPEED_Y + p]
+        ax, ay = r[ACC_X + p], r[ACC_Y + p]
+        horizon = r[SEARCHED + p]
+        va = dot(vx, vy, ax, ay, drags)
+        aa = dot(ax, ay, ax, ay, drags)
+        qa = dot(qx, qy, ax, ay, drags)
+        f = qx * qx + qy * qy - r[SQUARE + p]
+        size3 = 6.0 * (abs(va) + aa * horizon)
+        if drags:
+            size3 += 2.0 * k * (abs(qa) + (abs(va) + 0.5 * aa * horizon) * horizon)
+        r[S + p] = 0.0
+        r[F + p] = f
+        r[FD + p] = 2.0 * (qx * vx + qy * vy)
+        r[FDD + p] = 2.0 * (vx * vx + vy * vy + qa)
+        r[TRUST + p] = horizon
+        r[LOW3 + p] = bound3(va, aa, qa, k, horizon, drags)
+        r[SIZE3 + p] = size3
+        r[STATUS + p] = ALONE if f <= 0.0 else SEARCHING
+    return _fill_up(r, count)
+
+
+@lean_kernel
+def _fill_up(r: Floats, count: int) -> int:
+    """Add searches that have ended, until all fill vectors; how many they are then."""
+    full = (count + lane.WIDTH - 1) // lane.WIDTH * lane.WIDTH
+    for p in range(count, full):
+        r[STATUS + p] = MISS
+    return full
+
+
+@lean_kernel
+def _some_go_on(r: Floats, count: int) -> bool:
+    """Whether one of the searches has not ended."""
+    left = 0.0
+    for p in range(count):
+        left += 1.0 if r[STATUS + p] == SEARCHING else 0.0
+    return left > 0.0
+
+
+@lean_kernel
+def _gather(r: Floats, few: Floats, back: Indices, count: int) -> int:
+    """Copy the searches that go on to `few`; their number."""
+    found = 0
+    for p in range(count):
+        back[np.uint32(found)] = p
+        found += int(r[STATUS + p] == SEARCHING)
+    for column in range(lane.SEARCH_COLUMNS):
+        for q in range(found):
+            few[column * lane.SEARCHES + q] = r[column * lane.SEARCHES + int(back[q])]
+    return found
+
+
+@lean_kernel
+def _put_back(r: Floats, few: Floats, back: Indices, found: int) -> None:
+    """How the searches in `few` have ended."""
+    for q in range(found):
+        p = int(back[q])
+        r[S + p] = few[S + q]
+        r[STATUS + p] = few[STATUS + q]
+
+
+@lean_kernel
+def open_again(r: Floats, count: int) -> None:
+    """From `open_searches` to `circle_hit_again`: g(0) = f'(0), g'(0) = f''(0) / 2."""
+    for p in range(count):
+        g = r[FD + p]
+        gd = 0.5 * r[FDD + p]
+        far = stays_positive(g, 0.5 * gd, 0.5 * (r[LOW3 + p] * THIRD), r[SEARCHED + p])
+        r[F + p] = g
+        r[FDD + p] = gd
+        r[STATUS + p] = ALONE if g <= 0.0 else (MISS if far else SEARCHING)
+
+
+@lean_kernel
+def step_again(r: Floats, count: int, k: float, drags: bool) -> bool:
+    """One step of each `circle_hit_again` that goes on; whether one still does."""
+    for p in range(count):
+        g0 = r[F + p]
+        g, gd = r[FD + p], r[FDD + p]
+        m = r[LOW3 + p] * THIRD
+        vx, vy = r[SPEED_X + p], r[SPEED_Y + p]
+        ax, ay = r[ACC_X + p], r[ACC_Y + p]
+        qa = dot(r[FROM_X + p], r[FROM_Y + p], ax, ay, drags)
+        before, status = r[S + p], r[STATUS + p]
+        # `halley_step`, and `minorant_root` in both of its forms
+        square = gd * gd
+        gm = g * m
+        discriminant = square - 2.0 * m * g
+        root = np.sqrt(discriminant if discriminant > 0.0 else 0.0)
+        falls = gd < 0.0
+        rises = gd > 0.0
+        divisor = root - gd
+        nears = 2.0 * g * gd / (gm - (square + square))
+        turns = (gd + root) / -m if rises else 2.0 * g / divisor
+        step = nears if falls else turns
+        has_none = (discriminant < 0.0) | (rises & (m >= 0.0)) | ((not rises) & (divisor <= 0.0))
+        is_out = square < gm + gm if falls else has_none
+        s = before + step
+        is_out |= s > r[SEARCHED + p]
+        is_near = 2.0 * (r[SIZE3 + p] * THIRD) * step * step <= NEGLIGIBLE * g0
+        is_near = (s == before) | (is_near & (-m * g <= 4.0 * gd * gd))
+        c = phi2(k * s) if drags else 0.5
+        c1 = s * c
+        c1d = 1.0 - k * c1 - c if drags else 0.5
+        wx = vx + ax * c1 if drags else vx
+        wy = vy + ay * c1
+        ww = wx * wx + wy * wy
+        g = g0 + 2.0 * qa * c1 + s * ww
+        found = MISS if is_out else (HIT if is_near | (g <= 0.0) else SEARCHING)
+        goes_on = status == SEARCHING
+        r[S + p] = s if goes_on else before
+        r[STATUS + p] = found if goes_on else status
+        r[FD + p] = g
+        r[FDD + p] = 2.0 * qa * c1d + ww + 2.0 * s * c1d * dot(wx, wy, ax, ay, drags)
+    return _some_go_on(r, count)
+
+
+@lean_kernel
+def search_again(board: BoardArrays, space: Space, fresh: int, active: int, drags: bool) -> None:
+    """Note which of the balls in the lanes ended[:fresh] hit what they have just left again."""
+    w, m, r, few, back, whose = space.w, space.m, space.r, space.few, space.back, space.whose
+    items = board.items
+    k = board.drag
+    count = 0
+    for c in range(fresh):
+        i = int(space.ended[c])
+        origin = m[lane.ORIGIN + i]
+        if i >= active or origin < 0:
+            continue
+        if items[origin, surface.DISTANCE] > 0.0:
+            x, y = items[origin, surface.X], items[origin, surface.Y]
+            whose[np.uint32(count)] = i
+            _set_search(r, count, w, i, x, y, items[origin, surface.DISTANCE2])
+            count += 1
+        else:
+            x, y, vx, vy, ax, ay, _ = lane.motion_of(w, i, k)
+            side, horizon = w[lane.ORIGIN_SIDE + i], w[lane.HORIZON + i]
+            s = origin_line_hit(items, origin, side, x, y, vx, vy, ax, ay, k, horizon)
+            _note_again(w, m, i, s)
+    open_searches(r, count, k, drags)
+    open_again(r, count)
+    found = _gather(r, few, back, count)
+    full = _fill_up(few, found)
+    for _ in range(MAX_STEPS):
+        if not step_again(few, full, k, drags):
+            break
+    _put_back(r, few, back, found)
+    for p in range(count):
+        i = int(whose[p])
+        m[lane.ODD + i] |= int(r[STATUS + p] == ALONE)
+        _note_again(w, m, i, r[S + p] if r[STATUS + p] <= HIT else NO_HIT)
+
+
+@lean_kernel
+def _note_again(w: Floats, m: Ints, i: int, s: float) -> None:
+    """Ball i hits what it has just left after s, unless that is NO_HIT."""
+    if s != NO_HIT:
+        w[lane.BEST + i] = s
+        m[lane.ITEM + i] = m[lane.ORIGIN + i]
+        w[lane.HIT_SIDE + i] = w[lane.ORIGIN_SIDE + i]
+
+
+@lean_kernel
+def _list_marked(
+    board: BoardArrays, space: Space, at: int, count: int, slots: int, drags: bool
+) -> tuple[int, int]:
+    """List the candidates of the lanes marked[at:count] as searches, until half are full.
+
+    The first `slots` members of each cell have their marks; the others are looked at here. Returns
+    the next lane's place in `marked`, and the number of candidates.
+    """
+    w, m, whose, which, members = space.w, space.m, space.whose, space.which, space.members
+    starts, centres = board.starts, board.centres
+    length = 0
+    while at < count and length < lane.SEARCHES // 2:
+        i = int(space.marked[at])
+        at += 1
+        cell = np.uint32(m[lane.CELL + i])
+        first = starts[cell]
+        more = starts[cell + 1] - first
+        for slot in range(slots):
+            which[np.uint32(length)] = members[first + slot]
+            whose[np.uint32(length)] = i
+            length += (m[lane.MARK + i] >> slot) & 1
+        for slot in range(slots, more):
+            if length == lane.SEARCHES - lane.WIDTH:
+                m[lane.ODD + i] = 1
+                break
+            other = members[first + slot]
+            x, y, d2 = centres[other, 0], centres[other, 1], centres[other, 2]
+            may_hit = (d2 == 0.0) | (not is_far(w, i, x, y, d2, board.drag, drags))
+            which[np.uint32(length)] = other
+            whose[np.uint32(length)] = i
+            length += int(may_hit & (other != m[lane.ORIGIN + i]))
+    for p in range(length):
+        other = which[p]
+        x, y, d2 = centres[other, 0], centres[other, 1], centres[other, 2]
+        _set_search(space.r, p, w, int(whose[p]), x, y, d2)
+    return at, length
+
+
+@lean_kernel
+def step_searches(r: Floats, count: int, k: float, drags: bool) -> bool:
+    """One step of each `circle_search` that goes on; whether one still does."""
+    for p in range(count):
+        f, fd = r[F + p], r[FD + p]
+        h, low3 = r[TRUST + p], r[LOW3 + p]
+        d2, horizon = r[SQUARE + p], r[SEARCHED + p]
+        before, status = r[S + p], r[STATUS + p]
+        vx, vy = r[SPEED_X + p], r[SPEED_Y + p]
+        ax, ay = r[ACC_X + p], r[ACC_Y + p]
+        m = r[FDD + p] + low3 * h * THIRD
+        square = fd * fd
+        fm = f * m
+        step = 2.0 * f * fd / (fm - (square + square))
+        is_free = (square < fm + fm) | (step > h)
+        is_out = is_free & (before + h >= horizon)
+        enough = NEGLIGIBLE * d2
+        change = r[SIZE3 + p] * step - low3 * h
+        is_near = (change * step * step <= 3.0 * enough) & (f * fm * fm <= enough * square * square)
+        step = h if is_free else step
+        h = h + h if is_free else step
+        s = before + step
+        psi = s * s * phi2(k * s) if drags else 0.5 * s * s
+        phi = s - k * psi if drags else s
+        px = r[FROM_X + p] + vx * s
+        px = px + ax * psi if drags else px
+        py = r[FROM_Y + p] + vy * s + ay * psi
+        ux = vx + ax * phi if drags else vx
+        uy = vy + ay * phi
+        f = px * px + py * py - d2
+        pull = dot(px, py, ax, ay, drags)
+        pull = (1.0 - k * phi) * pull if drags else pull
+        rest = horizon - s
+        is_hit = ((not is_free) & is_near) | (s == before) | (f <= 0.0)
+        is_over = is_out | ((not is_hit) & (h > rest) & (rest <= 0.0))
+        found = MISS if is_over else (HIT if is_hit else SEARCHING)
+        found = ALONE if fd >= 0.0 else found
+        goes_on = status == SEARCHING
+        r[S + p] = s if goes_on else before
+        r[STATUS + p] = found if goes_on else status
+        r[F + p] = f
+        r[FD + p] = 2.0 * (px * ux + py * uy)
+        r[FDD + p] = 2.0 * (ux * ux + uy * uy + pull)
+        r[TRUST + p] = rest if h > rest else h
+    return _some_go_on(r, count)
+
+
+@lean_kernel
+def _keep_first(board: BoardArrays, space: Space, count: int) -> None:
+    """Of all that the balls would hit, note what each hits first."""
+    w, m, r = space.w, space.m, space.r
+    for p in range(count):
+        i = int(space.whose[p])
+        other = int(space.which[p])
+        status = r[STATUS + p]
+        best = w[lane.BEST + i]
+        s = r[S + p] if status <= HIT else NO_HIT
+        side = 0.0
+        if r[SQUARE + p] == 0.0:
+            origin = m[lane.ORIGIN + i]
+            how = FREE if origin < 0 else BOUNCED
+            motion = lane.motion_of(w, i, board.drag)
+            horizon = w[lane.HORIZON + i]
+            s, side = wall_hit(
+                board.items, other, origin, how, board.radius, motion, horizon, best
+            )  # fmt: skip
+        elif status == ALONE:
+            m[lane.ODD + i] = 1
+        item = m[lane.ITEM + i]
+        if s != NO_HIT and (s < best or item == NOWHERE or (s == best and other < item)):
+            w[lane.BEST + i] = s
+            m[lane.ITEM + i] = other
+            w[lane.HIT_SIDE + i] = side
+
+
+@lean_kernel
+def search_marked(board: BoardArrays, space: Space, count: int, slots: int, drags: bool) -> None:
+    """Note what the balls in the lanes marked[:count] hit first of the surfaces of their cells."""
+    r, few, back = space.r, space.few, space.back
+    k = board.drag
+    at = 0
+    while at < count:
+        at, length = _list_marked(board, space, at, count, slots, drags)
+        full = open_searches(r, length, k, drags)
+        goes_on = True
+        for _ in range(FIRST_STEPS):
+            if goes_on:
+                goes_on = step_searches(r, full, k, drags)
+        if goes_on:
+            found = _gather(r, few, back, full)
+            wide = _fill_up(few, found)
+            for _ in range(FIRST_STEPS, MAX_STEPS):
+                if not step_searches(few, wide, k, drags):
+                    break
+            _put_back(r, few, back, found)
+        _keep_first(board, space, length)

@@ -1,0 +1,75 @@
+"""Whether native code is to be trusted here: its drops are compared with WebAssembly's."""
+
+import logging
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from threading import Lock
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from engine.board.model import Board
+from engine.constants import MAX_TIME
+from engine.exact.board_arrays import arrays_of
+from engine.exact.lanes.trace import Code, Drops, trace_drops
+from engine.exact.outcome import MAX_EVENTS, new_results
+from engine.jit import native
+from engine.seeding import start_xs
+
+DROPS: Final = 2000
+"""On each board: some 30,000 impacts, a tenth of a second in all."""
+
+NONE: Final[Mapping[str, Code]] = {}
+
+_log = logging.getLogger(__name__)
+_alone: Final = Lock()
+
+
+def trusted() -> Mapping[str, Code]:
+    """Native code of the lanes, for `trace_drops`; none where WebAssembly is to go on.
+
+    The first call in a process tries it, and says in the log if it is not to run.
+    """
+    if native.is_forbidden():
+        return NONE
+    with _alone:
+        return _tried()
+
+
+@cache
+def _tried() -> Mapping[str, Code]:
+    try:
+        code = native.load()
+    except native.NoNativeCodeError as reason:
+        _log.info("batches are computed by WebAssembly: %s", reason)
+        return NONE
+    for board in _boards():
+        if not agree(board, code):
+            _log.warning(
+                "batches are computed by WebAssembly: native code gives other bits on %s",
+                board.name,
+            )
+            return NONE
+    return code
+
+
+def _boards() -> tuple[Board, ...]:
+    """With drag and friction, with much contact, and with neither drag nor friction."""
+    board = Board.preset("triangle-12")
+    plain = replace(board, drag=0.0, ball=replace(board.ball, friction=0.0))
+    return Board.preset("triangle-16"), Board.preset("classic"), plain
+
+
+def agree(board: Board, code: Mapping[str, Code]) -> bool:
+    """Whether native code has WebAssembly's bits in all outcomes of DROPS drops on a board."""
+    return _outcomes(board, NONE) == _outcomes(board, code)
+
+
+def _outcomes(board: Board, code: Mapping[str, Code]) -> list[bytes]:
+    xs = start_xs(np.arange(DROPS, dtype=np.uint64), board.drop.x, board.drop.jitter)
+    results = new_results(DROPS)
+    trace_drops(arrays_of(board), Drops(xs, board.drop.y, MAX_EVENTS, MAX_TIME), results, code)
+    columns: tuple[npt.NDArray[Any], ...] = results
+    return [column.tobytes() for column in columns]

@@ -1,0 +1,50 @@
+"""What a shared library of Linux asks of others and of its loader: these must ask for nothing."""
+
+import struct
+from collections.abc import Iterator
+from typing import NamedTuple
+
+_HEADER = struct.Struct("<16sHHIQQQIHHHHHH")
+_SECTION = struct.Struct("<IIQQQQIIQQ")
+_SYMBOL = struct.Struct("<IBBHQQ")
+_ENTRY = struct.Struct("<qQ")
+
+_RELOCATIONS = {4, 9, 19}  # kinds of sections: RELA, REL, RELR
+_DYNAMIC = 6
+_DYNAMIC_SYMBOLS = 11
+_NEEDED = 1  # an entry of the dynamic section: another library
+_FUNCTIONS_CALLED = {12, 13, 25, 26}  # and those that run when it is loaded, or unloaded
+
+
+class Section(NamedTuple):
+    """Kind and content of a section."""
+
+    kind: int
+    content: bytes
+
+
+def sections(library: bytes) -> Iterator[Section]:
+    """All sections of a 64-bit little-endian ELF file; ValueError if it is none."""
+    if library[:6] != b"\x7fELF\x02\x01":
+        raise ValueError(f"{library[:6]!r} is not how a library of 64 bits begins")
+    header = _HEADER.unpack_from(library)
+    at, count = header[6], header[12]
+    for number in range(count):
+        _, kind, _, _, begin, size, *_ = _SECTION.unpack_from(library, at + number * _SECTION.size)
+        yield Section(kind, library[begin : begin + size])
+
+
+def asks_for(library: bytes) -> list[str]:
+    """What the library needs besides its own bytes: relocations, imports, other libraries."""
+    found = []
+    for kind, content in sections(library):
+        if kind in _RELOCATIONS and content:
+            found.append(f"{len(content)} bytes of relocations")
+        elif kind == _DYNAMIC_SYMBOLS:
+            undefined = [s for s in _SYMBOL.iter_unpack(content) if s[3] == 0][1:]
+            found += [f"{len(undefined)} imports"] if undefined else []
+        elif kind == _DYNAMIC:
+            tags = {tag for tag, _ in _ENTRY.iter_unpack(content)}
+            found += ["other libraries"] if _NEEDED in tags else []
+            found += ["functions to run as it is loaded"] if tags & _FUNCTIONS_CALLED else []
+    return found

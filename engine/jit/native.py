@@ -1,0 +1,128 @@
+"""Native code of kernels, from the libraries in engine/artifact/native, if this machine can run it.
+
+It takes half the time of WebAssembly, and has neither its walls nor a count of instructions: so it
+is for batches that a person asked for, and for no process that serves others. Arrays stay where
+they are. engine/exact/lanes/trial.py says whether the code is to be trusted here.
+"""
+
+import ctypes
+import json
+import os
+import platform
+import struct
+import sys
+from collections.abc import Callable
+from hashlib import sha256
+from pathlib import Path
+from threading import Event
+from typing import Any, Final
+
+from engine.jit import limits, stamp
+from engine.jit.calls import Call, Kind, block_format, flat, leaves
+from engine.jit.decorator import IS_OFF
+from engine.jit.decorator import SWITCH as JIT_SWITCH
+
+FOLDER: Final = Path(__file__).parents[1] / "artifact" / "native"
+INDEX: Final = FOLDER / "index.json"
+
+SWITCH: Final = "PLINKO_NATIVE"
+"""An environment variable: with 0 in it no native code is run."""
+
+_V3 = {"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"}
+_V4 = {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
+
+_FINE: Final = (0, -2)  # of numba's codes: a result, or none
+
+_forbidden: Final = Event()
+
+
+class NoNativeCodeError(Exception):
+    """Native code does not run in this process; the message says why."""
+
+
+def forbid() -> None:
+    """Run no native code from now on: this process computes for others."""
+    _forbidden.set()
+
+
+def is_forbidden() -> bool:
+    """Whether this process is to run no native code, because it computes for others."""
+    return _forbidden.is_set() or limits.are_limited()
+
+
+def _library() -> str:
+    """Name of the library for this machine; raises NoNativeCodeError."""
+    if os.environ.get(SWITCH) == "0" or IS_OFF:
+        raise NoNativeCodeError(f"{SWITCH if not IS_OFF else JIT_SWITCH} says so")
+    machine = platform.machine()
+    if sys.platform == "linux" and machine == "aarch64":
+        return machine
+    flags = _flags() if sys.platform == "linux" and machine == "x86_64" else set()
+    if not flags >= _V3:
+        raise NoNativeCodeError(
+            f"there is no native code for this processor, {machine} of {sys.platform}"
+        )
+    return "x86-64-v4" if flags >= _V4 else "x86-64-v3"
+
+
+def _flags() -> set[str]:
+    """What Linux says that the processor can do."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return set()
+    for line in text.splitlines():
+        name, _, value = line.partition(":")
+        if name.strip() == "flags":
+            return set(value.split())
+    return set()
+
+
+class NativeKernel:
+    """A kernel that returns nothing, to be called as the function is that it was made of."""
+
+    def __init__(self, name: str, function: Any, call: Call) -> None:
+        self.name = name
+        self._function = function
+        self._kinds = [kind for each in call.takes for kind in leaves(each)]
+        self._block = struct.Struct(block_format(call.takes))
+
+    def __call__(self, *args: Any) -> None:
+        """Run it; TypeError for arrays of other types than its own, or with gaps."""
+        numbers: list[Any] = []
+        for kind, value in zip(self._kinds, flat(args), strict=True):
+            numbers += [value] if kind.dimensions is None else _array(self.name, kind, value)
+        status = self._function(self._block.pack(*numbers))
+        if status not in _FINE:
+            raise RuntimeError(f"{self.name} ended with numba's code {status}")
+
+
+def _array(name: str, kind: Kind, value: Any) -> list[int]:
+    """An array as numba's code takes it."""
+    fits = value.dtype == kind.name and value.ndim == kind.dimensions
+    if not fits or not value.flags.c_contiguous:
+        raise TypeError(f"{name} takes an array {kind} without gaps, no {value.dtype}")
+    address: int = value.ctypes.data
+    return [0, 0, value.size, value.itemsize, address, *value.shape, *value.strides]
+
+
+def load() -> dict[str, Callable[..., None]]:
+    """Each kernel in this machine's library by its name; raises NoNativeCodeError."""
+    name = _library()
+    path = FOLDER / f"{name}.so"
+    try:
+        said = json.loads(INDEX.read_bytes())
+        if not stamp.is_of(stamp.current(), said):
+            raise NoNativeCodeError("native code is made of other sources: `make kernels`")
+        if sha256(path.read_bytes()).hexdigest() != said["libraries"][name]:
+            raise NoNativeCodeError(f"{path.name} is not the one that was made")
+        library = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise NoNativeCodeError(f"{path.name} cannot be loaded: {error}") from None
+    found: dict[str, Callable[..., None]] = {}
+    for kernel, call in said["calls"].items():
+        function = library[kernel]
+        function.argtypes = [ctypes.c_char_p]
+        function.restype = ctypes.c_int32
+        found[kernel] = NativeKernel(kernel, function, Call.read(call))
+    return found

@@ -1,0 +1,65 @@
+"""Kernels as native code: the same LLVM code as WebAssembly's, for a named processor.
+
+A listing is made beside it, and read for what would change bits: a fused multiply-add rounds once
+where all other machines round twice.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from engine.jit.llvm_module import Export, loads, optimized, target_machine
+
+FUSED = re.compile(r"^\s*(vfn?m(?:add|sub)\w*|fn?m(?:add|sub)\w*|fml[as]\w*)\s", re.MULTILINE)
+"""Instructions that multiply and add in one rounding, of x86-64 and of aarch64."""
+
+
+class Processor(NamedTuple):
+    """What code is made for, in LLVM's names."""
+
+    triple: str
+    cpu: str
+    features: str = ""
+
+
+class NativeEntry(Export):
+    """A kernel that returns nothing: its function takes the address of a block, gives its status.
+
+    In the block there are eight bytes for each number that numba's code takes, as in WebAssembly.
+    """
+
+    def entry(self, name: str, native: Any) -> str:
+        """Code of a function by this name that calls numba's."""
+        kinds = [str(each.type) for each in native.arguments][2:]
+        places = "".join(
+            f"\n%p{i} = getelementptr i64, ptr %block, i64 {i}" for i in range(len(kinds))
+        )
+        given = "".join(f", {kind} %a{i}" for i, kind in enumerate(kinds))
+        return f"""
+        declare i32 @"{native.name}"(ptr, ptr{"".join(f", {kind}" for kind in kinds)})
+        define i32 @"{name}"(ptr %block) {{
+          %result = alloca ptr
+          %error = alloca ptr{places}{loads(kinds, lambda i: f"ptr %p{i}")}
+          %status = call i32 @"{native.name}"(ptr %result, ptr %error{given})
+          ret i32 %status
+        }}
+        """
+
+
+def compile_object(exports: Mapping[str, NativeEntry], processor: Processor) -> bytes:
+    """An object file with these functions; ValueError if it would round once for twice."""
+    machine = target_machine(
+        processor.triple, cpu=processor.cpu, features=processor.features, reloc="pic",
+        codemodel="default",
+    )  # fmt: skip
+    module = optimized(exports, machine, "", simd=True)
+    check_listing(machine.emit_assembly(module))
+    code: bytes = machine.emit_object(module)
+    return code
+
+
+def check_listing(listing: str) -> None:
+    """Raise ValueError if there is a fused instruction in an assembler's listing."""
+    fused = FUSED.search(listing)
+    if fused is not None:
+        raise ValueError(f"the code fuses: {fused.group(1)}")

@@ -1,0 +1,404 @@
+"""Drops side by side: each has the bits it has alone, on any board, and so has each stage."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from benchmarks.scenes import boards
+from benchmarks.scenes.random_boards import random_board
+from benchmarks.speed import throughput
+from engine import Board, drop_many
+from engine.board.parts import Peg
+from engine.constants import MAX_TIME
+from engine.exact.board_arrays import BoardArrays, arrays_of, friction_of, restitution_of
+from engine.exact.event_log import new_log
+from engine.exact.free_flight import rebound
+from engine.exact.grid import cells_of
+from engine.exact.initial_state import at_rest, in_flight
+from engine.exact.lanes import flight, impact, lane, search
+from engine.exact.lanes.lane import Space, new_space
+from engine.exact.lanes.trace import Drops, is_plain, trace_drops
+from engine.exact.lanes.trial import NONE
+from engine.exact.next_impact import length_bound
+from engine.exact.outcome import (
+    EVENT_LIMIT,
+    MAX_EVENTS,
+    SEARCH_LIMIT,
+    TIME_LIMIT,
+    Results,
+    new_results,
+)
+from engine.exact.trace import trace_many
+from engine.physics import body, surface
+from engine.physics.circle_impact import (
+    Motion,
+    circle_hit_again,
+    circle_search,
+    third_derivative_bound,
+)
+from engine.physics.contact import new_series
+from engine.physics.flight import SERIES_LIMIT, advance_flight, basis
+from engine.physics.time_of_impact import MAX_STEPS, NO_HIT
+from engine.seeding import start_xs
+from tests.engine.hard_boards import KINDS, HardBoard, hard_boards, numbered
+from tests.engine.test_determinism import run_python
+from tests.long import tries
+
+Array = npt.NDArray[Any]
+
+DROPS = tries(500, 10_000)
+
+CASES = Path(__file__).parents[2] / "regressions" / "contacts"
+
+
+def plain(board: Board) -> Board:
+    """The board without its drag and friction."""
+    return replace(board, drag=0.0, ball=replace(board.ball, friction=0.0))
+
+
+def lossy(board: Board) -> Board:
+    """The board with bounces that die at once: balls roll a lot."""
+    dull = replace(board.ball.material, restitution=0.05)
+    return replace(board, ball=replace(board.ball, restitution=0.05), peg_material=dull)
+
+
+BOARDS = {
+    "thin pegs": boards.lattice(12, 24, throughput.THIN),
+    "a triangle": boards.triangle(8, boards.PLAIN),
+    "elastic": boards.lattice(6, 12, boards.PLAIN._replace(restitution=1.0)),
+    "dead": boards.lattice(6, 12, boards.PLAIN._replace(restitution=0.0)),
+    "bouncy": boards.triangle(10, boards.PLAIN._replace(restitution=0.9)),
+    "triangle-16": Board.preset("triangle-16"),
+    "triangle-8": Board.preset("triangle-8"),
+    "classic": Board.preset("classic"),
+    "galton": Board.preset("galton"),
+    "plain triangle-12": plain(Board.preset("triangle-12")),
+    "drag of 0.1/s": replace(Board.preset("triangle-12"), drag=0.1),
+    "drag of 20/s": replace(Board.preset("triangle-12"), drag=20.0),
+    "restitution of 0.05": lossy(Board.preset("triangle-12")),
+    "friction without drag": replace(Board.preset("triangle-12"), drag=0.0),
+}
+
+
+def starts(board: Board, count: int) -> Array:
+    """Places over all of the drop zone."""
+    return board.drop.x + np.linspace(-0.99, 0.99, count) * board.drop.jitter
+
+
+def alone(
+    arrays: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
+) -> Results:
+    """Outcomes of drops traced one by one."""
+    states, found = at_rest(xs, y), new_results(len(xs))
+    trace_many(
+        arrays, states, in_flight(len(xs)), events, time, new_series(), new_log(0, 0),
+        found.outcomes, found.bins, found.impacts,
+    )  # fmt: skip
+    return found._replace(durations=states[:, body.T], x_ends=states[:, body.X])
+
+
+def agree(
+    arrays: BoardArrays, xs: Array, y: float, events: int = MAX_EVENTS, time: float = MAX_TIME
+) -> Results:
+    """Asserts that drops side by side have the bits they have alone."""
+    expected, found = alone(arrays, xs, y, events, time), new_results(len(xs))
+    trace_drops(arrays, Drops(xs, y, events, time), found, NONE)
+    assert bits(found) == bits(expected)
+    return found
+
+
+def bits(results: Results) -> list[bytes]:
+    """Those of each column."""
+    columns: tuple[Array, ...] = results
+    return [column.tobytes() for column in columns]
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_drops_side_by_side_are_those_one_by_one(name: str) -> None:
+    board = BOARDS[name]
+    xs = start_xs(np.arange(DROPS, dtype=np.uint64), board.drop.x, board.drop.jitter)
+    agree(arrays_of(board), xs, board.drop.y)
+
+
+@pytest.mark.parametrize("name", ["thin pegs", "triangle-8"])
+@pytest.mark.parametrize(
+    "count", [1, lane.LANES - 1, lane.LANES, lane.LANES + 1, 5 * lane.LANES + 3]
+)
+def test_they_are_however_many_there_are(name: str, count: int) -> None:
+    board = BOARDS[name]
+    agree(arrays_of(board), starts(board, count), board.drop.y)
+
+
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_they_are_on_any_board(seed: int, is_smooth: bool) -> None:
+    board = plain(random_board(seed)) if is_smooth else random_board(seed)
+    assert is_plain(arrays_of(board)) or not is_smooth
+    agree(arrays_of(board), starts(board, 2 * lane.LANES), board.drop.y)
+
+
+@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
+@given(hard_boards)
+def test_they_are_on_any_hard_board(hard: HardBoard) -> None:
+    board = hard.playable()
+    assume(board is not None)
+    assert board is not None
+    agree(arrays_of(board), np.append(starts(board, 20), hard.starts), board.drop.y)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_they_are_on_hard_boards_of_each_kind(kind: str) -> None:
+    made = 0
+    for hard in numbered(kind):
+        if (board := hard.playable()) is not None:
+            made += 1
+            agree(arrays_of(board), np.append(starts(board, 20), hard.starts), board.drop.y)
+        if made == tries(3, 40):
+            break
+
+
+@pytest.mark.parametrize("file", sorted(CASES.glob("*.json")), ids=lambda file: file.stem)
+def test_they_are_on_the_boards_that_once_held_a_ball_for_ever(file: Path) -> None:
+    for case in json.loads(file.read_text(encoding="utf-8")):
+        board = Board.from_json(case["board"])
+        seed = np.array([case["seed"]], np.uint64)
+        xs = start_xs(seed, board.drop.x, board.drop.jitter)
+        agree(arrays_of(board), np.append(xs, starts(board, 10)), board.drop.y)
+
+
+@pytest.mark.parametrize("cells_per_metre", [0.1, 1.0, 30.0])
+def test_how_many_surfaces_a_cell_lists_changes_no_bit(cells_per_metre: float) -> None:
+    """All of the board's in one cell, too: the searches' list runs over, and is taken in parts."""
+    board = BOARDS["thin pegs"]
+    fine = arrays_of(board)
+    cells = cells_of(fine.items, board.ball.radius, fine.travel, cells_per_metre)
+    arrays = fine._replace(**cells._asdict())
+    if cells_per_metre < 1.0:
+        assert np.diff(cells.starts.astype(np.int64)).max() > 4 * lane.SLOTS
+    xs = starts(board, 3 * lane.LANES)
+    assert bits(alone(fine, xs, board.drop.y)) == bits(agree(arrays, xs, board.drop.y))
+
+
+def test_on_a_board_without_any_surface_balls_fall_into_the_bins() -> None:
+    bare = boards.unchecked(restitution=0.5, start=(0.0, 0.0), jitter=0.5, floor=3.0)
+    arrays = arrays_of(bare)
+    agree(arrays, starts(bare, 3 * lane.LANES), bare.drop.y)
+    assert (arrays.heads & flight.FIRST_ITEM).max() < len(arrays.centres)  # it is read all the same
+
+
+@pytest.mark.parametrize("name", ["thin pegs", "triangle-16", "restitution of 0.05"])
+def test_a_drop_that_comes_to_a_limit_ends_there(name: str) -> None:
+    board = BOARDS[name]
+    xs = starts(board, 500)
+    for events in (1, 2, 12):
+        ended = agree(arrays_of(board), xs, board.drop.y, events=events)
+        assert EVENT_LIMIT in ended.outcomes
+    ended = agree(arrays_of(board), xs, board.drop.y, time=2.5)
+    assert TIME_LIMIT in ended.outcomes
+
+
+def test_a_ball_that_misses_the_board_holds_nobody_up() -> None:
+    board = boards.unchecked(
+        pegs=(Peg(0.0, 1.0, 0.1),), restitution=0.5, start=(0.0, 0.0), jitter=0.5
+    )
+    arrays = arrays_of(board)._replace(bins_y=1e12)
+    xs = starts(board, 4)  # none in the middle: it would come to rest on the peg
+    ended = agree(arrays, xs, board.drop.y, time=1e9)
+    assert set(ended.outcomes) == {SEARCH_LIMIT}
+    assert flight.PATIENCE * arrays.travel < 1e12
+
+
+def test_plain_python_gives_the_same_bits() -> None:
+    code = (
+        "from benchmarks.scenes import boards as scenes\n"
+        "from benchmarks.speed import throughput\n"
+        "from engine import drop_many\n"
+        "print(drop_many(scenes.lattice(12, 24, throughput.THIN), range(12)).digest)\n"
+        "print(drop_many('triangle-8', range(12)).digest)\n"
+    )
+    compiled = [drop_many(each, range(12)).digest for each in (BOARDS["thin pegs"], "triangle-8")]
+    assert run_python(code, NUMBA_DISABLE_JIT="1").split() == compiled
+
+
+# Each stage by itself, run by Python, beside the solver for one ball.
+
+
+@pytest.fixture
+def _like_machine_code() -> Iterator[None]:
+    """Searches that have ended are computed on with the others: numpy would tell."""
+    with np.errstate(all="ignore"):
+        yield
+
+
+KINDS_OF_BOARD = pytest.mark.parametrize("name", ["triangle-16", "drag of 20/s", "thin pegs"])
+
+
+def flying(board: Board, count: int) -> tuple[BoardArrays, Space, bool]:
+    """Balls all over a board, flying anywhere, at any time of their flights; whether any drags."""
+    arrays = arrays_of(board)
+    space = new_space(arrays)
+    longest = min(0.2, flight.LONGEST / arrays.drag) if arrays.drag > 0.0 else 0.2
+    choice = np.random.default_rng(7)
+    places = {
+        lane.X0: choice.uniform(-0.5, 0.5, count) * board.width,
+        lane.Y0: choice.uniform(0.0, board.bins.y, count),
+        lane.VX0: choice.normal(0.0, 2.0, count),
+        lane.VY0: choice.normal(0.0, 2.0, count),
+        lane.OMEGA: choice.normal(0.0, 10.0, count),
+    }
+    for column, values in places.items():
+        space.w[column : column + count] = values
+    for i in range(count):
+        space.m[lane.SURFACE + i] = -1
+        flight.begin_flight(arrays, space.w, space.m, i)
+    space.w[lane.START : lane.START + count] = longest * choice.uniform(0.0, 1.0, count)
+    return arrays, space, not is_plain(arrays)
+
+
+@pytest.mark.parametrize("drag", [0.0, 0.3, 3.0, 20.0])
+def test_bases_are_those_of_one_time(drag: float) -> None:
+    longest = flight.LONGEST / drag if drag > 0.0 else 10.0
+    times = np.concatenate([[0.0], np.geomspace(1e-6, longest, lane.LANES - 1)])
+    b = np.zeros(4 * lane.LANES)
+    b[: lane.LANES] = times
+    flight.bases(b, 0, lane.LANES, drag)
+    for i, s in enumerate(times.tolist()):
+        decay, phi, psi = basis(drag, s)
+        found = (b[flight.DECAY + i], b[flight.PHI + i], b[flight.PSI + i])
+        assert found == (decay, phi, psi)
+
+
+@KINDS_OF_BOARD
+def test_windows_open_where_and_as_long_as_one_does(name: str) -> None:
+    arrays, space, drags = flying(BOARDS[name], lane.LANES)
+    w, k = space.w, arrays.drag
+    flight.open_windows(arrays, w, space.m, lane.LANES, drags)
+    for i in range(lane.LANES):
+        x, y, vx, vy, start = (
+            float(w[column + i]) for column in (lane.X0, lane.Y0, lane.VX0, lane.VY0, lane.START)
+        )
+        ax, ay = -k * vx, arrays.gravity - k * vy
+        decay, phi, psi = basis(k, start)
+        rise = arrays.travel / arrays.fall + 0.5 * arrays.fall * length_bound(ax, ay)
+        speed = length_bound(vx + ax * phi, vy + ay * phi)
+        horizon = 2.0 * arrays.travel / (speed + length_bound(speed, rise))
+        if k * horizon > SERIES_LIMIT:
+            horizon = SERIES_LIMIT / k
+        motion = (
+            x + vx * start + ax * psi, y + vy * start + ay * psi,
+            vx + ax * phi, vy + ay * phi, ax * decay, ay * decay, k,
+        )  # fmt: skip
+        assert tuple(lane.motion_of(w, i, k)) == motion
+        assert w[lane.HORIZON + i] == horizon
+
+
+def searches(name: str) -> tuple[BoardArrays, Space, list[tuple[Motion, float, float]], bool]:
+    """Flights past a circle each, at about its distance; as searches, and as motions with D^2."""
+    arrays, space, drags = flying(BOARDS[name], lane.LANES)
+    flight.open_windows(arrays, space.w, space.m, lane.LANES, drags)
+    choice = np.random.default_rng(11)
+    found = []
+    for p in range(lane.LANES):
+        motion = lane.motion_of(space.w, p, arrays.drag)
+        distance, angle = choice.uniform(1.0, 1.6) * 0.1, choice.uniform(0.0, 6.3)
+        centre = motion.x - distance * np.cos(angle), motion.y - distance * np.sin(angle)
+        search._set_search(space.r, p, space.w, p, *centre, 0.01)
+        seen = motion._replace(x=float(motion.x - centre[0]), y=float(motion.y - centre[1]))
+        found.append((seen, 0.01, float(space.w[lane.HORIZON + p])))
+    return arrays, space, found, drags
+
+
+@KINDS_OF_BOARD
+@pytest.mark.usefixtures("_like_machine_code")
+def test_searches_find_what_one_search_finds(name: str) -> None:
+    arrays, space, motions, drags = searches(name)
+    r = space.r
+    full = search.open_searches(r, lane.LANES, arrays.drag, drags)
+    for _ in range(MAX_STEPS):
+        if not search.step_searches(r, full, arrays.drag, drags):
+            break
+    seen = set()
+    for p, (motion, d2, horizon) in enumerate(motions):
+        x, y, vx, vy, ax, ay, k = motion
+        f, qa, vv = x * x + y * y - d2, x * ax + y * ay, vx * vx + vy * vy
+        low3 = third_derivative_bound(vx * ax + vy * ay, ax * ax + ay * ay, qa, k, horizon)
+        assert r[search.LOW3 + p] == low3
+        status = r[search.STATUS + p]
+        seen.add(status)
+        if status in {search.HIT, search.MISS}:
+            expected = circle_search(
+                motion, d2, horizon, horizon, 0.0, f, 2.0 * (x * vx + y * vy), 2.0 * (vv + qa), low3
+            )
+            assert (r[search.S + p] if status == search.HIT else NO_HIT) == expected
+    assert seen >= {search.HIT, search.MISS}
+
+
+@KINDS_OF_BOARD
+@pytest.mark.usefixtures("_like_machine_code")
+def test_searches_for_what_was_just_left_find_what_one_search_finds(name: str) -> None:
+    arrays, space, motions, drags = searches(name)
+    r = space.r
+    full = search.open_searches(r, lane.LANES, arrays.drag, drags)
+    search.open_again(r, lane.LANES)
+    for _ in range(MAX_STEPS):
+        if not search.step_again(r, full, arrays.drag, drags):
+            break
+    seen = set()
+    for p, (motion, _, horizon) in enumerate(motions):
+        status = r[search.STATUS + p]
+        seen.add(status)
+        if status != search.ALONE:
+            expected = circle_hit_again(*motion, horizon, horizon)
+            assert (r[search.S + p] if status == search.HIT else NO_HIT) == expected
+    assert seen >= {search.MISS, search.ALONE}
+
+
+@KINDS_OF_BOARD
+def test_no_circle_is_turned_down_that_is_hit(name: str) -> None:
+    arrays, space, motions, drags = searches(name)
+    for i, (motion, d2, horizon) in enumerate(motions):
+        w = space.w
+        x, y = w[lane.WX + i] - motion.x, w[lane.WY + i] - motion.y
+        if search.is_far(w, i, x, y, d2, arrays.drag, drags):
+            qx, qy, vx, vy, ax, ay, k = motion
+            f, qa, vv = qx * qx + qy * qy - d2, qx * ax + qy * ay, vx * vx + vy * vy
+            low3 = third_derivative_bound(vx * ax + vy * ay, ax * ax + ay * ay, qa, k, horizon)
+            fd, fdd = 2.0 * (qx * vx + qy * vy), 2.0 * (vv + qa)
+            s = circle_search(motion, d2, horizon, horizon, 0.0, f, fd, fdd, low3)
+            assert f > 0.0
+            assert s == NO_HIT
+
+
+@KINDS_OF_BOARD
+def test_impacts_are_those_of_one_ball(name: str) -> None:
+    arrays, space, drags = flying(BOARDS[name], lane.LANES)
+    choice = np.random.default_rng(13)
+    items = choice.integers(0, len(arrays.items), lane.LANES)
+    space.m[lane.ITEM : lane.ITEM + lane.LANES] = items
+    is_line = arrays.items[items, surface.DISTANCE] == 0.0
+    sides = np.where(is_line, choice.choice([-1.0, 1.0], lane.LANES), 0.0)
+    space.w[lane.HIT_SIDE : lane.HIT_SIDE + lane.LANES] = sides
+    space.ended[: lane.LANES] = np.arange(lane.LANES)
+    impact.arrive(arrays, space, lane.LANES, drags)
+    impact.rebound_all(space.e, lane.LANES, arrays.radius, drags)
+    for c, (item, side) in enumerate(zip(items.tolist(), sides.tolist(), strict=True)):
+        ends = (space.e[impact.END + column * lane.LANES + c] for column in range(body.SIZE))
+        state = np.array([space.w[column * lane.LANES + c] for column in range(body.SIZE)])
+        advance_flight(state, arrays.gravity, arrays.drag, float(space.w[lane.START + c]))
+        t, x, y, vx, vy, _, omega = map(float, ends)
+        assert (t, x, y, vx, vy, omega) == tuple(state[[*range(body.THETA), body.OMEGA]])
+        expected = rebound(
+            arrays.items, item, side, x, y, vx, vy, omega, arrays.radius,
+            restitution_of(arrays, item), friction_of(arrays, item),
+        )  # fmt: skip
+        after = [
+            float(space.e[impact.AFTER + column * lane.LANES + c]) for column in range(body.SIZE)
+        ]
+        assert (*after[body.X : body.VY + 1], after[body.OMEGA]) == expected[:5]

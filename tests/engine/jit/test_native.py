@@ -1,0 +1,205 @@
+"""Native code asks for nothing, fuses nothing, and runs only with WebAssembly's bits."""
+
+import json
+import logging
+import os
+import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from hashlib import sha256
+from threading import Event
+from typing import Any
+
+import pytest
+
+from engine import Board, drop_many
+from engine.drops import batch
+from engine.exact.lanes import trial
+from engine.exact.lanes.trace import Code
+from engine.jit import elf, native, stamp
+from tests.engine.test_determinism import run_python
+
+LIBRARIES = sorted(native.FOLDER.glob("*.so"))
+
+
+@pytest.fixture(autouse=True)
+def _fresh(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A process in which nothing has been tried or forbidden."""
+    monkeypatch.setattr(native, "_forbidden", Event())
+    trial._tried.cache_clear()
+    yield
+    trial._tried.cache_clear()
+
+
+@pytest.fixture
+def code() -> Mapping[str, Code]:
+    """This machine's native code."""
+    try:
+        return native.load()
+    except native.NoNativeCodeError as reason:
+        pytest.skip(str(reason))
+
+
+def test_there_is_a_library_for_each_kind_of_processor() -> None:
+    assert {path.stem for path in LIBRARIES} == {"x86-64-v3", "x86-64-v4", "aarch64"}
+    said = json.loads(native.INDEX.read_bytes())
+    assert stamp.is_of(stamp.current(), said)
+    for path in LIBRARIES:
+        assert said["libraries"][path.stem] == sha256(path.read_bytes()).hexdigest()
+        assert path.stat().st_size <= 150_000
+
+
+@pytest.mark.parametrize("path", LIBRARIES, ids=lambda path: path.stem)
+def test_a_library_asks_for_nothing(path: Any) -> None:
+    assert elf.asks_for(path.read_bytes()) == []
+
+
+def test_what_a_library_asks_for_is_seen() -> None:
+    """A file of four sections: relocations, an undefined symbol, and a library that is needed."""
+    symbols = bytes(24) + struct.pack("<IBBHQQ", 1, 0x12, 0, 0, 0, 0)
+    contents = [(4, bytes(48)), (11, symbols), (6, struct.pack("<qQ", 1, 7)), (1, b"code")]
+    table, body = b"", b""
+    for kind, content in contents:
+        begin = 64 + 64 * len(contents) + len(body)
+        table += struct.pack("<IIQQQQIIQQ", 0, kind, 0, 0, begin, len(content), 0, 0, 1, 0)
+        body += content
+    ident = b"\x7fELF\x02\x01" + bytes(10)
+    header = struct.pack("<16sHHIQQQIHHHHHH", ident, 3, 62, 1, 0, 0, 64, 0, 64, 0, 0, 64, 4, 0)
+    asked = elf.asks_for(header + table + body)
+    assert asked == ["48 bytes of relocations", "1 imports", "other libraries"]
+    with pytest.raises(ValueError, match="not how a library"):
+        elf.asks_for(b"#!/bin/sh")
+
+
+@pytest.mark.parametrize(
+    "line", ["\tvfmadd213sd\t%xmm0, %xmm1, %xmm2", "\tvfnmsub231pd %zmm0, %zmm1, %zmm2",
+             "\tfmadd\td0, d1, d2, d3", "\tfmla\tv0.2d, v1.2d, v2.2d", "\tfnmsub d0, d1, d2, d3"],
+)  # fmt: skip
+def test_a_fused_instruction_is_seen(line: str) -> None:
+    from engine.jit.native_code import check_listing
+
+    harmless = "\tvmulpd\t%ymm0, %ymm1, %ymm2\n\tfmul\td0, d1, d2\nfmadd_label:\n"
+    check_listing(harmless)
+    with pytest.raises(ValueError, match="fuses"):
+        check_listing(f"{harmless}{line}\n")
+
+
+def test_native_code_gives_webassembly_s_bits(code: Mapping[str, Code]) -> None:
+    dull = replace(Board.preset("triangle-8"), drag=20.0)
+    for board in (*trial._boards(), Board.preset("galton"), dull):
+        assert trial.agree(board, code)
+
+
+def test_a_long_batch_runs_by_it_and_a_short_one_does_not(
+    code: Mapping[str, Code], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = []
+
+    def counted(name: str, kernel: Code) -> Code:
+        def run(*args: Any) -> None:
+            calls.append(name)
+            kernel(*args)
+
+        return run
+
+    spied = {name: counted(name, kernel) for name, kernel in code.items()}
+    expected = drop_many("triangle-8", range(batch.WORTH_A_TRIAL - 1)).digest
+    monkeypatch.setattr(native, "load", lambda: spied)
+    assert drop_many("triangle-8", range(batch.WORTH_A_TRIAL - 1)).digest == expected
+    assert not calls
+    found = drop_many("triangle-8", range(batch.WORTH_A_TRIAL))
+    assert found[:-1].digest == expected
+    assert len(calls) > len(trial._boards())
+
+
+def test_code_with_another_bit_is_not_trusted(
+    code: Mapping[str, Code], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def off(kernel: Code) -> Code:
+        def run(board: Any, drops: Any, space: Any, results: Any) -> None:
+            kernel(board, drops, space, results)
+            results.durations.view("i8")[-1] ^= 1
+
+        return run
+
+    monkeypatch.setattr(native, "load", lambda: {name: off(code[name]) for name in code})
+    assert trial.trusted() == {}
+    assert trial.trusted() == {}
+    assert [record.message for record in caplog.records] == [
+        "batches are computed by WebAssembly: native code gives other bits on triangle-16"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "reason"),
+    [
+        ("switch", lambda patch: patch.setenv(native.SWITCH, "0"), "PLINKO_NATIVE says so"),
+        ("system", lambda patch: patch.setattr("sys.platform", "plan9"), "no native code for this"),
+        ("flags", lambda patch: patch.setattr(native, "_flags", set), "no native code for this"),
+        ("stamp", lambda patch: patch.setattr(stamp, "current", lambda: {"sources": "others"}),
+         "other sources"),
+        ("folder", lambda patch: patch.setattr(native, "INDEX", native.FOLDER / "none.json"),
+         "cannot be loaded"),
+    ],
+)  # fmt: skip
+def test_webassembly_goes_on_and_one_line_says_why(
+    name: str,
+    change: Any,
+    reason: str,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    monkeypatch.setattr("platform.machine", lambda: "x86_64")
+    caplog.set_level(logging.INFO)
+    change(monkeypatch)
+    for _ in range(2):
+        assert trial.trusted() == {}
+    if "NUMBA_DISABLE_JIT" not in os.environ:
+        (line,) = caplog.records
+        assert reason in line.message, name
+
+
+def test_a_library_that_has_changed_is_not_loaded(
+    code: Mapping[str, Code], monkeypatch: pytest.MonkeyPatch, tmp_path: Any
+) -> None:
+    for path in LIBRARIES:
+        (tmp_path / path.name).write_bytes(path.read_bytes() + b"\0")
+    monkeypatch.setattr(native, "FOLDER", tmp_path)
+    with pytest.raises(native.NoNativeCodeError, match="not the one that was made"):
+        native.load()
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "from engine.jit import native as said; said.forbid()",
+        "from engine.jit import limits as said; said.limit_calls()",
+        "import app.computing.preloaded",
+    ],
+)
+def test_a_process_that_computes_for_others_runs_none(program: str) -> None:
+    code = (
+        f"{program}\n"
+        "from engine.exact.lanes import trial\n"
+        "from engine.jit import native\n"
+        "native.load = None\n"  # to call it would fail
+        "print(len(trial.trusted()))\n"
+    )
+    assert run_python(code) == "0\n"
+
+
+def test_arrays_are_taken_as_they_are_or_refused(code: Mapping[str, Code]) -> None:
+    from engine.constants import MAX_TIME
+    from engine.exact.board_arrays import arrays_of
+    from engine.exact.lanes.lane import new_space
+    from engine.exact.lanes.trace import Drops
+    from engine.exact.outcome import MAX_EVENTS, new_results
+    from tests.engine.exact.test_lanes import starts
+
+    board = Board.preset("triangle-8")
+    arrays = arrays_of(board)
+    with_gaps = starts(board, 20)[::2]
+    (kernel, _) = code.values()
+    drops = Drops(with_gaps, board.drop.y, MAX_EVENTS, MAX_TIME)
+    with pytest.raises(TypeError, match="takes an array f8:1 without gaps"):
+        kernel(arrays, drops, new_space(arrays), new_results(10))
