@@ -1,10 +1,13 @@
 """HAProxy, as `deploy/` has it, before three servers: clients know one address."""
 
+import asyncio
+import contextlib
 import signal
 from collections.abc import Iterator
 
 import httpx
 import pytest
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
 from tests.app.cluster.servers import Servers
 from tests.app.conftest import playing
@@ -46,3 +49,31 @@ async def test_who_asks_the_proxy_notices_nothing_of_a_server_that_was_killed(
         assert player.hello["room"] == rooms[0]
         await player.send(type="drop", seed=62)  # the ones before may have landed by now
         await player.until("landed", ball=2)
+
+
+async def test_whoever_plays_at_a_server_that_stands_still_is_sent_to_another(
+    proxy: str, servers: Servers
+) -> None:
+    made = httpx.post(f"http://{proxy}/api/v1/rooms", json={"board": "triangle-8"}, timeout=LIMIT)
+    room = f"ws://{proxy}/ws/rooms/{made.json()['id']}"
+    async with playing(room) as player:
+        frozen = await asyncio.to_thread(servers.holder, player.hello["room"])
+        frozen.send(signal.SIGSTOP)
+        try:
+            with contextlib.suppress(ConnectionClosed):
+                while True:
+                    await player.step()
+            await lands_for_whoever_comes_again(room)
+        finally:
+            frozen.send(signal.SIGCONT)
+
+
+async def lands_for_whoever_comes_again(room: str) -> None:
+    """Drop a ball as a page does, which comes again where its line ends."""
+    async with asyncio.timeout(LIMIT):
+        while True:
+            with contextlib.suppress(ConnectionClosed, InvalidHandshake):
+                async with playing(room, open_timeout=LIMIT) as again:
+                    await again.send(type="drop", seed=63)
+                    await again.until("landed")
+                    return
