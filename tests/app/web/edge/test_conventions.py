@@ -38,9 +38,9 @@ def test_a_bucket_tells_what_is_left_of_it_and_when_all_of_it_is_there_again() -
 def test_an_answer_tells_what_is_left_of_the_limits_that_it_counted_against() -> None:
     with serving(drop_rate=0.5, compute_burst=30.0) as running:
         at = f"{running.url}/api/v1/rooms/main/drops"
-        answers = [httpx.post(at)]
+        answers = [httpx.post(at, timeout=LIMIT)]
         while answers[-1].status_code == 202:  # a slow machine may send few in two seconds
-            answers.append(httpx.post(at))
+            answers.append(httpx.post(at, timeout=LIMIT))
         assert answers[-1].status_code == 429
         assert {answer.headers["ratelimit-policy"] for answer in answers} == {'"drops";q=1;w=2'}
         assert {answer.headers["ratelimit"] for answer in answers} <= {
@@ -52,7 +52,7 @@ def test_an_answer_tells_what_is_left_of_the_limits_that_it_counted_against() ->
         left = re.fullmatch(r'"computing-ms";r=(\d+);t=\d+', computed.headers["ratelimit"])
         assert left is not None
         assert 29_000 < int(left[1]) <= 30_000
-        assert "ratelimit" not in httpx.get(f"{running.url}/healthz").headers
+        assert "ratelimit" not in httpx.get(f"{running.url}/healthz", timeout=LIMIT).headers
 
 
 @pytest.mark.parametrize(
