@@ -1,5 +1,7 @@
 """What the page does about time that nobody watches: long flights, hidden tabs."""
 
+import re
+
 import httpx
 from playwright.sync_api import expect
 
@@ -88,7 +90,8 @@ def test_a_hidden_tab_catches_up_without_a_burst(opened: Open, quick: Quick) -> 
         }}"""
     )
     assert painted == [0] * 5
-    expect(screen.page.locator("#tray-count")).to_have_text("12 drops landed at this table")
+    # Seeds by chance may fill a bin so high that one disc stands for two balls: then it says so.
+    expect(screen.page.locator("#tray-count")).to_have_text(re.compile("^12 drops"))
 
     # Watched from before the drop: a quick ball may be down before a busy machine looks again.
     screen.page.evaluate(
