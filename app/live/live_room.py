@@ -6,7 +6,7 @@ is planned, kept, carried out at its tick and told, in this order, whoever asks.
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Final, cast
 
@@ -78,7 +78,7 @@ class LiveRoom:
         self._runner = around.runner
         self._asked: dict[PendingInput[Any], _Asked] = {}
         # Drops under way that may be asked for again, by key.
-        self._under_way: dict[str, asyncio.Task[messages.Accepted]] = {}
+        self._under_way: dict[str, asyncio.Task[Outcome]] = {}
         self._shut: list[AppError] = []  # why nothing is taken for now
         self.gone: AppError | None = None  # why it is not here any more
         self._alone = 0  # ticks for which nobody watched a scene
@@ -114,16 +114,57 @@ class LiveRoom:
         Raises HaltedError, BallLimitError, BusyError, SessionStateError, InvalidValueError,
         LedgerError, UndecidedError and the engine's errors.
         """
-        work = asyncio.create_task(self._drop(command, player, session))
-        if player.again is not None:
-            again = player.again
+        work = self._begin_drop(player.again, self._drop(command, player, session))
+        return (await self._persistence.ledger.decided(work)).accepted
+
+    async def drop_once(
+        self,
+        command: DropCommand,
+        player: Player,
+        session: FairSession | None = None,
+    ) -> Outcome:
+        """What came of the last drop that `player.again` names; takes a drop if there is none.
+
+        Raises what `drop` raises, and RepeatedError where only the room's log can say.
+        """
+        decided, work = self._persistence.ledger.decided, self._under_way.get(player.again or "")
+        if work is not None:
+            return await decided(_earlier(work))
+        work = self._begin_drop(player.again, self._drop_unless_kept(command, player, session))
+        return await decided(work)
+
+    def _begin_drop(
+        self, again: str | None, drop: Coroutine[Any, Any, Outcome]
+    ) -> "asyncio.Task[Outcome]":
+        """Begin a drop, which goes on to its end whoever waits for it."""
+        work = asyncio.create_task(drop)
+        if again is not None:
             self._under_way[again] = work
-            work.add_done_callback(lambda _: self._under_way.pop(again))
-        return await self._persistence.ledger.decided(work)
+
+            def ended(_: object) -> None:
+                if self._under_way.get(again) is work:
+                    del self._under_way[again]
+
+            work.add_done_callback(ended)
+        return work
+
+    async def _drop_unless_kept(
+        self, command: DropCommand, player: Player, session: FairSession | None
+    ) -> Outcome:
+        number = self._persistence.runs.of(self.room).number
+        read = self._persistence.ledger.read
+        found = await read(store.keyed, room=number, key=player.again or "")
+        if isinstance(found, InputRow):
+            raise RepeatedError(
+                "a drop with this key was taken before: the room's log has it", field="key"
+            )
+        if found is not None:
+            return outcome_of(self.room.ground, *found)
+        return await self._drop(command, player, session)
 
     async def _drop(
         self, command: DropCommand, player: Player, session: FairSession | None
-    ) -> messages.Accepted:
+    ) -> Outcome:
         self._check()
         self._runner.check_memory()
         if session is not None:
@@ -134,7 +175,8 @@ class LiveRoom:
         if session is not None:
             number = self._persistence.runs.of(self.room).number
             taken = session.take(pending, number, self._persistence.now())
-        return cast(messages.Accepted, await self._carry_out(pending, player, taken))
+        accepted = cast(messages.Accepted, await self._carry_out(pending, player, taken))
+        return Outcome(accepted)
 
     async def change(self, change: Change, player: Player = NOBODY) -> messages.Event | None:
         """Take an input of a room whose balls touch each other, as `drop` takes a drop.
@@ -148,24 +190,6 @@ class LiveRoom:
         self._check()
         pending = self.room.plan_change(change, self._persistence.lead)
         return await self._carry_out(pending, player, None)
-
-    async def dropped(self, again: str) -> Outcome | None:
-        """What came of the drop that bears this key, if there is one; raises what it raised.
-
-        Also LedgerError, UndecidedError, and RepeatedError where only the room's log can say.
-        """
-        number = self._persistence.runs.of(self.room).number
-        if again not in self._under_way:
-            found = await self._persistence.ledger.read(store.keyed, room=number, key=again)
-            if isinstance(found, InputRow):
-                raise RepeatedError(
-                    "a drop with this key was taken before: the room's log has it", field="key"
-                )
-            if found is not None:
-                return outcome_of(self.room.ground, *found)
-        if again not in self._under_way:
-            return None
-        return Outcome(await self._persistence.ledger.decided(self._under_way[again]), None)
 
     def _check(self) -> None:
         """Raise what stands in the way of everything that is asked now."""
@@ -438,3 +462,8 @@ class LiveRoom:
             asked.left = error
             if pending.durable and not asked.entered.done():
                 asked.entered.set_exception(error)
+
+
+async def _earlier(drop: "asyncio.Task[Outcome]") -> Outcome:
+    """What comes of a drop that somebody else waits for."""
+    return replace(await asyncio.shield(drop), earlier=True)

@@ -13,10 +13,14 @@ from engine.drops.start import start_of
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """A drop that was taken, and how it ended; None while it falls."""
+    """A drop that was taken, and how it ended; `landed` is None while it falls.
+
+    `earlier`: it was asked for before.
+    """
 
     accepted: messages.Accepted
-    landed: messages.Landed | None
+    landed: messages.Landed | None = None
+    earlier: bool = False
 
 
 def signed(row: ReceiptRow) -> messages.SignedReceipt:
@@ -42,7 +46,7 @@ def outcome_of(
         receipt=msgspec.UNSET if receipt is None else signed(receipt),
     )
     if result is None:
-        return Outcome(accepted, None)
+        return Outcome(accepted, earlier=True)
     landed = messages.Landed(
         ball=row.ball,
         seed=str(row.seed),
@@ -56,4 +60,4 @@ def outcome_of(
         payout=result.payout if row.stake else msgspec.UNSET,
         practice=row.practice or msgspec.UNSET,
     )
-    return Outcome(accepted, landed)
+    return Outcome(accepted, landed, earlier=True)

@@ -208,15 +208,18 @@ def drops(
 def keyed(
     connection: Connection, room: int, key: str
 ) -> tuple[DropRow, ReceiptRow | None, ResultRow | None] | InputRow | None:
-    """The input of a room run that bears this key: a drop with its receipt and its result."""
+    """The last input of a room run that bears this key: a drop with its receipt and its result."""
     inputs, chosen = tables.inputs, tables.drops
     found = connection.execute(
-        select(inputs).where(inputs.c.room == room, inputs.c.key == key)
+        select(inputs)
+        .where(inputs.c.room == room, inputs.c.key == key)
+        .order_by(inputs.c.number.desc())
+        .limit(1)
     ).mappings()
     for row in found:
         return InputRow(**row)
     ball = connection.scalar(
-        select(chosen.c.ball).where(chosen.c.room == room, chosen.c.key == key)
+        select(func.max(chosen.c.ball)).where(chosen.c.room == room, chosen.c.key == key)
     )
     if ball is None:
         return None

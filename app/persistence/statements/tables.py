@@ -101,9 +101,10 @@ drops = Table(
     Column("who", String(64)),
     Column("aim", Double),  # m, where the player chose the middle of what the seed draws
     Column("practice", Boolean, nullable=False),  # chosen seed or x
-    Column("key", String(64)),  # by which it may be asked for again
+    # By which it may be asked for again; a client may use one again, and the last counts.
+    Column("key", String(64)),
     CheckConstraint("stake >= 0", name="drops_stake"),
-    Index("drops_key", "room", "key", unique=True, sqlite_where=text("key IS NOT NULL"),
+    Index("drops_key", "room", "key", sqlite_where=text("key IS NOT NULL"),
           postgresql_where=text("key IS NOT NULL")),
     Index("drops_who", "who", sqlite_where=text("who IS NOT NULL"),
           postgresql_where=text("who IS NOT NULL")),
@@ -118,8 +119,9 @@ inputs = Table(
     Column("tick", BigInteger, nullable=False),
     Column("data", Text, nullable=False),  # JSON
     Column("who", String(64)),
-    Column("key", String(64)),  # by which it may be asked for again
-    Index("inputs_key", "room", "key", unique=True, sqlite_where=text("key IS NOT NULL"),
+    # By which it may be asked for again; a client may use one again, and the last counts.
+    Column("key", String(64)),
+    Index("inputs_key", "room", "key", sqlite_where=text("key IS NOT NULL"),
           postgresql_where=text("key IS NOT NULL")),
 )  # fmt: skip
 

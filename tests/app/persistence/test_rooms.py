@@ -236,6 +236,20 @@ async def test_a_drop_whose_line_broke_is_asked_for_again_over_another(
     assert (again, second["ball"]) == (first, 1)
 
 
+async def test_a_ref_may_be_used_again_and_then_means_the_last_drop(
+    server: Running, http: httpx.Client
+) -> None:
+    room, _ = opened(http, "triangle-8")
+    async with playing(server.socket(room)) as player:
+        key = player.hello["key"]
+        for ball in range(3):
+            await player.send(type="drop", ref="same")
+            last = await player.until("accepted", ref="same", ball=ball)
+    async with playing(server.socket(room)) as player:
+        await player.send(type="drop", ref="same", key=key)
+        assert await player.until("accepted") == last
+
+
 def test_a_room_can_be_given_another_board(http: httpx.Client) -> None:
     room, own = opened(http)
     changed = http.patch(f"/rooms/{room}", json={"board": "triangle-8"}, headers=own).json()

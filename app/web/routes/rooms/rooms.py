@@ -13,7 +13,6 @@ from app.errors import InvalidValueError, TokenError, UnknownRoomError
 from app.live.broadcast.audience import Player
 from app.live.live_room import LiveRoom
 from app.persistence.room_log import LogPart
-from app.protocol.messages import Accepted
 from app.rooms.kinds import SCENE
 from app.rooms.outcome import Outcome
 from app.rooms.pending import again_of
@@ -284,10 +283,13 @@ async def drop_into_room(
     limit_drops(request, server)
     body = await read(request, RoomDropRequest, empty=RoomDropRequest())
     found = await server.rooms.seek(room)
-    again = None if key is None else again_of("rest", key)
-    outcome = None if again is None else await found.dropped(again)
-    if outcome is None:
-        outcome = Outcome(await _drop(found, body, request, server, again), None)
+    command = drop_command(body, server.rooms.draw)
+    session = None if body.session is None else await own_session(body.session, request, server)
+    if key is None:
+        outcome = Outcome(await found.drop(command, session=session))
+    else:
+        player = Player(again=again_of("rest", key))
+        outcome = await found.drop_once(command, player, session)
     accepted, landed = outcome.accepted, outcome.landed if wait else None
     if wait and landed is None:
         landed = await found.landings.wait(accepted.ball, WAIT_SECONDS)
@@ -302,15 +304,6 @@ async def drop_into_room(
         receipt=accepted.receipt or None,
     )
     return reply(drop, 202 if landed is None else 200)
-
-
-async def _drop(
-    live: LiveRoom, body: RoomDropRequest, request: Request, server: Services, again: str | None
-) -> Accepted:
-    """Have a ball dropped; `again` is the mark of its key."""
-    command = drop_command(body, server.rooms.draw)
-    session = None if body.session is None else await own_session(body.session, request, server)
-    return await live.drop(command, Player(again=again), session)
 
 
 async def _ground(request: Request, server: Services, body: RoomRequest) -> tuple[Ground, str]:

@@ -254,17 +254,17 @@ class RoomClient:
         session = None if message.session is None else self._sessions.of(message.session)
         known = message.key or self.client.key
         again = None if message.ref is None else _again(known, message.ref)
-        if message.key is not None:
-            if again is None:
-                raise InvalidValueError("a drop is asked for again by its `ref`", field="ref")
-            before = await self.live.dropped(again)
-            if before is not None:
-                self._tell(msgspec.structs.replace(before.accepted, ref=message.ref))
-                if before.landed is not None:
-                    self._tell(before.landed)
-                return
         player = Player(client=self.client.id, key=self.client.key, ref=message.ref, again=again)
-        await self._decided(self.live.drop(command, player, session), message.ref)
+        if message.key is None:
+            await self._decided(self.live.drop(command, player, session), message.ref)
+            return
+        if again is None:
+            raise InvalidValueError("a drop is asked for again by its `ref`", field="ref")
+        found = await self._decided(self.live.drop_once(command, player, session), message.ref)
+        if found.earlier:
+            self._tell(msgspec.structs.replace(found.accepted, ref=message.ref))
+            if found.landed is not None:
+                self._tell(found.landed)
 
     def _appear(self, message: AppearMessage) -> None:
         spend(self._appearances, time.monotonic(), "changes of name")

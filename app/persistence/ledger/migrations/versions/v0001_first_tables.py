@@ -173,7 +173,7 @@ def upgrade() -> None:
         "drops_key",
         "drops",
         ["room", "key"],
-        unique=True,
+        unique=False,
         sqlite_where=sa.text("key IS NOT NULL"),
         postgresql_where=sa.text("key IS NOT NULL"),
     )
@@ -203,7 +203,7 @@ def upgrade() -> None:
         "inputs_key",
         "inputs",
         ["room", "key"],
-        unique=True,
+        unique=False,
         sqlite_where=sa.text("key IS NOT NULL"),
         postgresql_where=sa.text("key IS NOT NULL"),
     )
