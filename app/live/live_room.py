@@ -8,7 +8,7 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Final, cast
+from typing import Any, Final, TypeVar, cast
 
 from app.errors import (
     AppError,
@@ -32,6 +32,9 @@ from app.rooms.pending import DropCommand, Entered, PendingInput
 from app.rooms.records import InputRow
 from app.rooms.room import Room
 from app.rooms.settling import Settled, settle
+
+Taken = TypeVar("Taken", messages.Accepted, Outcome)
+"""What comes of a drop, for who asks anew and for who asks again."""
 
 _ALONE: Final = 10.0  # s; who reloads the page finds the scene going on
 
@@ -78,7 +81,7 @@ class LiveRoom:
         self._runner = around.runner
         self._asked: dict[PendingInput[Any], _Asked] = {}
         # Drops under way that may be asked for again, by key.
-        self._under_way: dict[str, asyncio.Task[Outcome]] = {}
+        self._under_way: dict[str, asyncio.Task[Any]] = {}
         self._shut: list[AppError] = []  # why nothing is taken for now
         self.gone: AppError | None = None  # why it is not here any more
         self._alone = 0  # ticks for which nobody watched a scene
@@ -115,7 +118,7 @@ class LiveRoom:
         LedgerError, UndecidedError and the engine's errors.
         """
         work = self._begin_drop(player.again, self._drop(command, player, session))
-        return (await self._persistence.ledger.decided(work)).accepted
+        return await self._persistence.ledger.decided(work)
 
     async def drop_once(
         self,
@@ -127,15 +130,21 @@ class LiveRoom:
 
         Raises what `drop` raises, and RepeatedError where only the room's log can say.
         """
-        decided, work = self._persistence.ledger.decided, self._under_way.get(player.again or "")
-        if work is not None:
-            return await decided(_earlier(work))
-        work = self._begin_drop(player.again, self._drop_unless_kept(command, player, session))
-        return await decided(work)
+        decided, before = self._persistence.ledger.decided, self._under_way.get(player.again or "")
+        if before is None:
+            drop = self._drop_unless_kept(command, player, session)
+            return await decided(self._begin_drop(player.again, drop))
+        try:
+            found: messages.Accepted | Outcome = await decided(before)
+        except UndecidedError as undecided:
+            undecided.outcome = None  # it is for who asked first; who asks again may do so again
+            raise
+        outcome = found if isinstance(found, Outcome) else Outcome(found)
+        return replace(outcome, earlier=True)
 
     def _begin_drop(
-        self, again: str | None, drop: Coroutine[Any, Any, Outcome]
-    ) -> "asyncio.Task[Outcome]":
+        self, again: str | None, drop: Coroutine[Any, Any, Taken]
+    ) -> "asyncio.Task[Taken]":
         """Begin a drop, which goes on to its end whoever waits for it."""
         work = asyncio.create_task(drop)
         if again is not None:
@@ -160,11 +169,11 @@ class LiveRoom:
             )
         if found is not None:
             return outcome_of(self.room.ground, *found)
-        return await self._drop(command, player, session)
+        return Outcome(await self._drop(command, player, session))
 
     async def _drop(
         self, command: DropCommand, player: Player, session: FairSession | None
-    ) -> Outcome:
+    ) -> messages.Accepted:
         self._check()
         self._runner.check_memory()
         if session is not None:
@@ -175,8 +184,7 @@ class LiveRoom:
         if session is not None:
             number = self._persistence.runs.of(self.room).number
             taken = session.take(pending, number, self._persistence.now())
-        accepted = cast(messages.Accepted, await self._carry_out(pending, player, taken))
-        return Outcome(accepted)
+        return cast(messages.Accepted, await self._carry_out(pending, player, taken))
 
     async def change(self, change: Change, player: Player = NOBODY) -> messages.Event | None:
         """Take an input of a room whose balls touch each other, as `drop` takes a drop.
@@ -462,8 +470,3 @@ class LiveRoom:
             asked.left = error
             if pending.durable and not asked.entered.done():
                 asked.entered.set_exception(error)
-
-
-async def _earlier(drop: "asyncio.Task[Outcome]") -> Outcome:
-    """What comes of a drop that somebody else waits for."""
-    return replace(await asyncio.shield(drop), earlier=True)

@@ -199,7 +199,8 @@ class Table:
     def turn(self) -> None:
         """The ledger's thread does one piece of work; what it says waits to be heard."""
         self.loop.pass_time(self.ledger.committer.pause())
-        self.ledger.committer.turn()
+        if not self.ledger.idle:  # what the loop heard meanwhile may have left nothing to do
+            self.ledger.committer.turn()
 
     def work(self) -> None:
         """The ledger's thread does all that waits, and the loop hears of it."""
