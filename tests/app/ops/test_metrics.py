@@ -42,6 +42,8 @@ async def test_a_game_shows_in_every_count() -> None:
             await player.send(type="drop", seed=42)
             await player.send(type="fly")
             await player.until("error")
+            while not player.binaries:  # a snapshot is what a tick shows
+                await player.step()
             during = scrape(server)
             assert during["plinko_clients"] == during["plinko_rooms_awake"] == 1
             assert during["plinko_balls"] == 1
