@@ -64,7 +64,7 @@ class _Asked:
     taken: TakenDrop | None
     entered: "asyncio.Future[messages.Event | None]"
     left: AppError | None = None
-    """Why it will not enter, kept or not: its room has ended or gone meanwhile."""
+    """The error for who waits, once its room has ended or gone: then it does not enter."""
 
 
 class LiveRoom:
@@ -202,9 +202,9 @@ class LiveRoom:
     def _check(self) -> None:
         """Raise what stands in the way of everything that is asked now."""
         self._around.halts.check(self.id)
-        self.check_here()
+        self._check_here()
 
-    def check_here(self) -> None:
+    def _check_here(self) -> None:
         """Raise what stands in the way while the room goes or ends, and once it has."""
         if self.gone is not None:
             raise self.gone
@@ -415,7 +415,7 @@ class LiveRoom:
         written, and then the room goes on; ClosedRoomError where it has gone meanwhile.
         """
         try:
-            self.check_here()
+            self._check_here()
         except ResetError as ending:
             raise UndecidedError(str(ending), field="room", retry_after=1.0) from ending
         what = f"room {self.id!r} is being closed or begun anew"
@@ -456,7 +456,7 @@ class LiveRoom:
         self.audience.broadcast(list(self.room.give_up(why)), with_snapshot=False)
 
     def leave(self, error: AppError) -> None:
-        """Be here no more; who asks for something hears why, and who waits."""
+        """The room is here no more: `error` goes to all who wait for it or still ask it."""
         self.gone = error
         self._leave_behind(error)
         self.audience.release()

@@ -23,8 +23,8 @@ _DIAGNOSED: Final = 5  # times a second, for those who watch a room's diagnostic
 class Player:
     """Who asks something of a room, and by what note `ref` they know it.
 
-    client: the connection that alone is told the note; key: by which it is known should it come
-    back; again: by which the same drop may be asked for again, unique in its room run.
+    client: the connection, which alone is told the note; key: names it if it comes back; again:
+    names the drop if it is asked for again, in this room run.
     """
 
     client: int | None = None
@@ -63,7 +63,7 @@ class Means:
 
 
 class Audience:
-    """Those who watch one room, by the hub; what was told is remembered for who lost their line.
+    """The clients that watch one room. It remembers what it told, for those who lost their line.
 
     `run` names the room's present life.
     """
@@ -132,7 +132,7 @@ class Audience:
             client.post(WireMessage.of_text(messages.encode_event(messages.Halted(halted=True))))
 
     def appear(self, client: Client, name: str | None, colour: str | None) -> messages.Presence:
-        """A client is seen by the others from now on; what it is told at once, they soon."""
+        """Show a client to the others; returns what to tell it now. The others hear it soon."""
         return self._means.presence.appear(self.room.id, client, name, colour)
 
     def tell_halt(self) -> None:
@@ -158,7 +158,7 @@ class Audience:
         return own
 
     def _encoder(self, stream: str) -> Callable[[messages.Event], bytes]:
-        """How an event becomes a message of this stream, with what is told before it."""
+        """What makes a message of this stream from an event; held landings go before it."""
         if stream != messages.SEEDS:
             return messages.encode_event
         seeds = self._seed_stream()
@@ -201,7 +201,7 @@ class Audience:
         self._tell_seeds(seeds.take(room.world.tick, room.seq, awake=room.awake))
 
     def _seed_stream(self) -> SeedStream:
-        """What those are told who watch by seeds; the room must be one of independent balls."""
+        """The stream for clients that watch by seeds. The room must be one of independent balls."""
         if self._seeds is None:
             zone = cast(Board, self.room.ground).drop
             self._seeds = SeedStream(self.room.tick_rate, self.room.world.tick, zone)
