@@ -14,6 +14,7 @@ each line's jobs, which bear consecutive numbers, the database always has the fi
 next job that is put in follows the last one that is durable. docs/ledger.md has the proof.
 """
 
+import asyncio
 import enum
 import threading
 from collections import deque
@@ -45,6 +46,7 @@ class Job:
     done: called on the event loop with the fate.
     holds: of the rooms that are written; where one of them is another server's, it is refused.
     line: the room run in which the writes are an input with a number; its jobs share a refusal.
+    task: of whoever asked; None where nobody waits for it there.
     keep: never refused for a failure, but tried until the database has it.
     asked: when it was put in, s of a monotonic clock.
     number: how many were put in before it.
@@ -54,6 +56,7 @@ class Job:
     done: Done | None = None
     holds: tuple[Hold, ...] = ()
     line: int | None = None
+    task: "asyncio.Task[Any] | None" = None
     keep: bool = False
     read: Callable[[Connection], Any] | None = None
     result: Any = None

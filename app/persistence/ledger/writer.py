@@ -13,6 +13,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Coroutine, Sequence
+from dataclasses import dataclass
 from typing import Any, Concatenate, Final, ParamSpec, Protocol, TypeVar
 
 from sqlalchemy import Connection
@@ -36,6 +37,14 @@ _LOOKS: Final = 4  # at the thread within one patience; a process that was stopp
 _FAREWELL: Final = 10.0  # s to write what waits at the end; the next start computes it again
 
 _log = logging.getLogger("plinko")
+
+
+@dataclass(eq=False, slots=True)
+class _Decided:
+    """Somebody waits for what a task comes to, or for the ledger to fail first."""
+
+    doing: "asyncio.Future[Any]"
+    outage: "asyncio.Future[None]"
 
 
 class Loop(Protocol):
@@ -86,7 +95,7 @@ class Ledger:
         self._seen = 0  # progress at the last look
         self._silence = 0  # looks since then
         self._loop: Loop | None = None
-        self._outages: set[asyncio.Future[None]] = set()  # of those who wait for the next one
+        self._decided: set[_Decided] = set()
         answers = Answers(
             call=self._call,
             committed=self._committed,
@@ -137,7 +146,8 @@ class Ledger:
         LedgerError when the ledger cannot be written now.
         """
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        self._put(Job(writes, _settle(future), self._holds(writes), line))
+        task = asyncio.current_task()
+        self._put(Job(writes, _settle(future), self._holds(writes), line, task=task))
         return future
 
     def mend(self, line: int) -> None:
@@ -157,17 +167,19 @@ class Ledger:
     async def decided(self, work: "Coroutine[Any, Any, T] | asyncio.Future[T]") -> T:
         """What comes of `work`, which goes on whoever waits for it.
 
-        Raises UndecidedError when the ledger fails while it is under way.
+        Raises UndecidedError when the ledger fails while it is under way, unless what it wrote is
+        refused: then it raises that.
         """
         doing = asyncio.ensure_future(work)
         outage = asyncio.get_running_loop().create_future()
-        self._outages.add(outage)
+        waits = _Decided(doing, outage)
+        self._decided.add(waits)
         try:
             # Where it has failed already, what can be refused is refused at once.
             limit = None if self.up else self.patience
             await asyncio.wait((doing, outage), timeout=limit, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self._outages.discard(outage)
+            self._decided.discard(waits)
             if not doing.done():
                 doing.add_done_callback(_log_failure)
         if doing.done():
@@ -196,7 +208,8 @@ class Ledger:
     ) -> T:
         """What `read` finds after all that was submitted before; raises LedgerError."""
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        job = Job(read=lambda connection: read(connection, *args, **values), done=_settle(future))
+        task = asyncio.current_task()
+        job = Job(read=lambda line: read(line, *args, **values), done=_settle(future), task=task)
         self._put(job)
         await future
         result: T = job.result
@@ -272,10 +285,12 @@ class Ledger:
         """Tell the owners, the latest first: numbers are given back as they were given."""
         self.failures += 1
         _tell(jobs[::-1], failure)
+        refused = {job.task for job in jobs}
+        self._decided = {each for each in self._decided if each.doing not in refused}
         if not self.up:
-            for outage in self._outages:
-                if not outage.done():
-                    outage.set_result(None)
+            for each in self._decided:
+                if not each.outage.done():
+                    each.outage.set_result(None)
 
     def _lost(self, holds: Sequence[Hold], jobs: Sequence[Job], failure: HoldLostError) -> None:
         """The rooms go before anybody hears of a refusal: whoever watched them hears of nothing."""
