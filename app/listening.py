@@ -12,16 +12,17 @@ from starlette.types import ASGIApp
 from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 from app.errors import SettingError
-from app.live.broadcast import transport
+from app.live.broadcast.transport import DirectProtocol
 from app.ops import memory
 from app.protocol.messages import MESSAGE_BYTES
 from app.settings import Settings
 from app.web.edge.addresses import Connections, Proxies
-from app.web.edge.choose import choose
-from app.web.edge.connection import Edge
+from app.web.edge.connection import Edge, connection
 from app.web.edge.ending import Ending
+from app.web.edge.guarded import guarded
 from app.web.edge.intake import Intake
 from app.web.edge.middleware import ForwardedCheck, SecurityHeaders
+from app.web.edge.sockets import guarded_socket
 from app.web.services import Services
 
 HEAD_BYTES = 1 << 14  # of a request's line and its headers
@@ -73,35 +74,30 @@ def _end_work(server: Services) -> None:
 
 
 def server_over(app: FastAPI, settings: Settings) -> Server:
-    """uvicorn with the application, ready to run.
-
-    Raises SettingError when the transport that the settings demand does not work.
-    """
+    """uvicorn with the application, ready to run."""
     services: Services = app.state.services
     return Server(services, _config(app, services, settings))
 
 
 def _config(app: FastAPI, server: Services, settings: Settings) -> uvicorn.Config:
-    server.transport = transport.choose(settings.transport)
     proxies = Proxies(settings.trusted_proxies)
     connections = Connections(settings.address_connections, proxies, raise_files(settings))
 
     def refused(code: str) -> None:
         server.metrics.errors.labels(code).inc()
 
-    return config_over(app, settings, server.transport, connections, refused)
+    return config_over(app, settings, connections, refused)
 
 
 def config_over(
     app: ASGIApp,
     settings: Settings,
-    kind: str,
     connections: Connections,
     refused: Callable[[str], None],
 ) -> uvicorn.Config:
     """uvicorn with a fast parser and loop, no compression and no log line a request.
 
-    `kind` is the transport's; `refused` hears the code of each refusal by the limits of the edge.
+    `refused` hears the code of each refusal by the limits of the edge.
     """
     proxies = Proxies(settings.trusted_proxies)
     edge = Edge(
@@ -123,7 +119,8 @@ def config_over(
         host=settings.host,
         port=settings.port,
         loop="uvloop",
-        **choose(edge, transport.protocol_class(kind)),  # httptools, websockets-sansio
+        http=cast(Any, connection(guarded(edge), edge)),
+        ws=guarded_socket(DirectProtocol, edge),
         ws_per_message_deflate=False,  # costs five to eight times the frame
         ws_max_size=MESSAGE_BYTES,
         access_log=False,

@@ -135,11 +135,6 @@ class Settings:
         1.0,
         1e9,
     )
-    transport: str = _setting(
-        "auto",
-        "how clients are written to: `direct`, `public` (slower), or `auto`, what works",
-        choices=("auto", "direct", "public"),
-    )
     workers: int = _setting(2, "processes for drops, pictures and board checks", 1, 256)
     compute_burst: float = _setting(
         30.0, "seconds that they compute for one address at once", 0.1, 1e6

@@ -8,7 +8,6 @@ import socket
 import uvicorn
 
 from app.listening import address_of, config_over, listen, raise_files
-from app.live.broadcast import transport
 from app.ops import logs
 from app.relay.redis_at import redis_at
 from app.relay.served import create_relay
@@ -36,10 +35,9 @@ def run(settings: Settings, redis: str, rooms: str) -> None:
     for line in not_settings(os.environ):
         _log.warning(line)
     app = create_relay(settings, redis_at(redis), rooms)
-    kind = transport.choose(settings.transport)
     total = raise_files(settings)
     # A relay stands behind a proxy, whose address all its clients have.
     connections = Connections(total, Proxies(("0.0.0.0/0", "::/0")), total)
-    config = config_over(app, settings, kind, connections, app.state.refused)
+    config = config_over(app, settings, connections, app.state.refused)
     with listen(settings) as listener:
         RelayServer(config).run(sockets=[listener])

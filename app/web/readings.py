@@ -13,9 +13,8 @@ def readings(server: Services) -> Iterator[Reading]:
     info = {
         "version": server.version,
         "physics_version": str(PHYSICS_VERSION),
-        "transport": server.transport,
     }
-    yield "plinko_info", "What runs here; `transport` is how clients are written to.", 1, info
+    yield "plinko_info", "What runs here.", 1, info
     unchanged = server.self_check.sound
     yield "plinko_program_unchanged", "0 once its files differ from the start's.", unchanged, {}
     yield from server.returns.readings()

@@ -53,7 +53,6 @@ class Services:
     metrics: Metrics
     others: Others | None = None  # servers that share the ledger, where there are any
     warm: bool = False
-    transport: str = "public"  # how clients are written to; see app.live.transport
     ticking: "asyncio.Task[None] | None" = None
     client_ids: Iterator[int] = field(default_factory=count)
 

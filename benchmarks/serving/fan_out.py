@@ -19,35 +19,31 @@ HZ = 60.0
 SETTLE = 0.3
 """s after the drops before counting: their acceptance is told, and the ticker is awake."""
 
-KINDS = ("direct", "public")
-"""How clients are written to, as `--transport` names it."""
-
+SERVER = "the server"
 BARE = "send(2) in a C loop"
 
 
 def compare(section: Section, effort: Effort) -> None:
-    """The bare loop, and the server with each of its transports."""
-
+    """The bare loop and the server."""
     clients = effort.size(400, 10)
     window = 3.0 if not effort.quick else 0.5
     core = core_for_server()
     with contextlib.ExitStack() as stack:
         loop = stack.enter_context(contextlib.closing(asyncio.new_event_loop()))
-        jobs: dict[str, Job] = {}
-        crowds = []
-        for kind in KINDS:
-            server = stack.enter_context(serving([*OPTIONS, "--transport", kind]))
-            pinned(server.process, core)
-            crowds.append(_Crowd(server, loop, window))
-            loop.run_until_complete(crowds[-1].join(clients))
-            jobs[kind] = crowds[-1].measure
+        server = stack.enter_context(serving(OPTIONS))
+        pinned(server.process, core)
+        crowd = _Crowd(server, loop, window)
+        loop.run_until_complete(crowd.join(clients))
         bare = stack.enter_context(_bare(clients))
         pinned(bare.process, core)
         loop.run_until_complete(_connect(bare, clients))
-        jobs[BARE] = lambda: loop.run_until_complete(_send(bare, crowds[0].size, window))
-        crowds[0].measure()  # for the size of what the bare loop is to send
+        crowd.measure()  # for the size of what the bare loop is to send
+        jobs: dict[str, Job] = {
+            SERVER: crowd.measure,
+            BARE: lambda: loop.run_until_complete(_send(bare, crowd.size, window)),
+        }
         times = in_turns(jobs, effort.rounds, lambda: effort.step("fan-out"))
-        loop.run_until_complete(_leave(crowds))
+        loop.run_until_complete(_leave(crowd))
     base = times[BARE]
     section.data["fan_out"] = {name: sample.to_dict() for name, sample in times.items()}
     section.tables.append(
@@ -60,10 +56,10 @@ def compare(section: Section, effort: Effort) -> None:
             ],
             [
                 f"A frame is all that a client gets in a tick: the snapshot of {BALLS} balls and "
-                f"the events before it, {crowds[0].size:,} bytes on average, {HZ:.0f} times a "
+                f"the events before it, {crowd.size:,} bytes on average, {HZ:.0f} times a "
                 "second. The server's time includes physics, encoding and everything else it does; "
                 "the bare loop sends as many bytes as often and does nothing else. Both run on the "
-                "same core in turns, the clients on another. Aim: at most 2.2 for `direct`."
+                "same core in turns, the clients on another. Aim: at most 2.2."
             ],
         )
     )
@@ -124,10 +120,9 @@ class _Crowd:
         """Nothing: that it misses shows in the count."""
 
 
-async def _leave(crowds: list[_Crowd]) -> None:
-    for crowd in crowds:
-        for client in crowd.clients:
-            client.close()
+async def _leave(crowd: _Crowd) -> None:
+    for client in crowd.clients:
+        client.close()
     await asyncio.sleep(0.1)
 
 

@@ -51,7 +51,6 @@ def test_a_misspelt_variable_is_named_and_an_orchestrator_s_is_not() -> None:
         ("PLINKO_ROOT_PATH", "plinko", "root_path='plinko' is not a path such as /plinko"),
         ("PLINKO_ROOT_PATH", "/plinko/", "root_path='/plinko/'"),
         ("PLINKO_ROOT_PATH", "/api", "root_path='/api'"),
-        ("PLINKO_TRANSPORT", "fast", "transport='fast' is not one of: auto, direct, public"),
         ("PLINKO_LOG_FORMAT", "xml", "log_format='xml' is not one of: text, json"),
     ],
 )

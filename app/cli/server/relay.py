@@ -15,7 +15,6 @@ SETTINGS: Final = (
     "trusted_proxies",
     "max_clients",
     "message_rate",
-    "transport",
     "log_format",
     "log_level",
     "shutdown_grace",

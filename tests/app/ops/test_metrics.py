@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 import httpx
-import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from app.ops.metrics import Metrics
@@ -75,12 +74,6 @@ def test_errors_over_http_are_counted_by_code() -> None:
         found = scrape(server)
         assert found["plinko_errors_total unknown-board"] == 1
         assert found["plinko_errors_total bad-seed"] == 1
-
-
-@pytest.mark.parametrize("kind", ["direct", "public"])
-def test_the_kind_of_transport_is_visible(kind: str) -> None:
-    with serving(transport=kind) as server:
-        assert f'transport="{kind}"' in httpx.get(f"{server.url}/metrics", timeout=LIMIT).text
 
 
 def test_openmetrics_is_spoken_to_those_who_ask() -> None:

@@ -33,7 +33,7 @@ def relaying(redis: Redis, rooms: str) -> Iterator[Relayed]:
     """Run a relay for the server at `rooms` until the block ends."""
     settings = Settings(port=0)
     app = create_relay(settings, redis_at(redis.url), rooms)
-    config = config_over(app, settings, "direct", Connections(500, Proxies(())), app.state.refused)
+    config = config_over(app, settings, Connections(500, Proxies(())), app.state.refused)
     with listen(settings) as listener:
         server = uvicorn.Server(config)
         thread = threading.Thread(target=server.run, args=([listener],), name="relay")

@@ -1,16 +1,19 @@
-"""Frames written straight to the transport: the same bytes as uvicorn's own, or not used at all."""
+"""Frames written straight to the transport are the same bytes as uvicorn's own."""
 
-import logging
+import asyncio
+from collections.abc import Callable
+from typing import Any, cast
 
 import pytest
+import uvicorn
 from hypothesis import given
 from hypothesis import strategies as st
-from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from uvicorn.server import ServerState
 from websockets.frames import Frame as ReferenceFrame
 from websockets.frames import Opcode
+from websockets.protocol import State
 
-from app.errors import SettingError
-from app.live.broadcast import transport
+from app.live.broadcast.transport import DirectConnection, DirectProtocol
 from app.protocol.wire import WireMessage
 from engine import Board, drop
 from tests.app.conftest import playing, serving
@@ -25,42 +28,24 @@ def test_a_frame_is_what_the_websockets_library_makes_of_it(payload: bytes) -> N
         assert frame.wire == ReferenceFrame(opcode, payload).serialize(mask=False)
 
 
-def test_writing_directly_works_with_the_installed_uvicorn() -> None:
-    assert transport.self_test() is None
-    assert transport.choose("auto") == "direct"
-    assert transport.choose("public") == "public"
-
-
-@pytest.mark.parametrize("missing", ["transport", "close_sent"])
-def test_a_uvicorn_that_changed_inside_is_served_through_public_calls(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, missing: str
+@pytest.mark.parametrize("size", [0, 125, 126, 65535, 65536])
+@pytest.mark.parametrize("make", [WireMessage.of_text, WireMessage.of_bytes])
+def test_a_frame_written_directly_is_what_uvicorn_would_have_sent(
+    make: Callable[[bytes], WireMessage], size: int
 ) -> None:
-    made = transport.DirectProtocol.connection_made
-
-    def renamed(connection: transport.DirectProtocol, sink: object) -> None:
-        made(connection, sink)  # type: ignore[arg-type]
-        connection.__dict__.pop(missing)
-
-    monkeypatch.setattr(transport.DirectProtocol, "connection_made", renamed)
-    fault = transport.self_test()
-    assert fault is not None
-    assert missing in fault
-    with caplog.at_level(logging.WARNING):
-        assert transport.choose("auto") == "public"
-    assert missing in caplog.text
-    with pytest.raises(SettingError, match=missing):
-        transport.choose("direct")
+    message = make(b"x" * size)
+    connection, sink = _open_connection()
+    asked: Any = {"type": "websocket.send"}
+    asked |= {"text": message.payload.decode()} if message.text else {"bytes": message.payload}
+    with pytest.raises(StopIteration):  # an open connection makes nobody wait
+        connection.send(asked).send(None)
+    public, sink.written = sink.written, b""
+    assert DirectConnection(connection).write(message.wire)
+    assert sink.written == public
 
 
-def test_other_bytes_than_uvicorns_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.protocol.wire._BINARY", 0x81)
-    assert transport.self_test() == "a binary frame of 0 bytes comes out differently"
-
-
-@pytest.mark.parametrize("kind", ["direct", "public"])
-async def test_a_game_is_the_same_over_either_kind(kind: str) -> None:
-    with serving(transport=kind) as server:
-        assert server.services.transport == kind
+async def test_a_game_is_streamed_over_it() -> None:
+    with serving() as server:
         async with playing(server.socket("triangle-8")) as player:
             await player.send(type="drop", seed=42)
             landed = await player.until("landed")
@@ -71,7 +56,34 @@ async def test_a_game_is_the_same_over_either_kind(kind: str) -> None:
     assert len(ticks) > 60
 
 
-@pytest.mark.parametrize("kind", ["direct", "public"])
-def test_the_kind_is_what_uvicorn_speaks_with(kind: str) -> None:
-    assert issubclass(transport.protocol_class(kind), WebSocketsSansIOProtocol)
-    assert (transport.protocol_class(kind) is transport.DirectProtocol) == (kind == "direct")
+class _Sink:
+    """A transport that keeps what is written to it."""
+
+    def __init__(self) -> None:
+        self.written = b""
+
+    def write(self, data: bytes) -> None:
+        self.written += data
+
+    def is_closing(self) -> bool:
+        return False
+
+    def get_write_buffer_size(self) -> int:
+        return 0
+
+    def get_extra_info(self, name: str, default: Any = None) -> Any:
+        return default
+
+
+def _open_connection() -> tuple[DirectProtocol, _Sink]:
+    """An open WebSocket of uvicorn's over a sink."""
+    config = uvicorn.Config(
+        lambda: None, interface="asgi3", log_config=None, ws_per_message_deflate=False
+    )
+    config.loaded, config.loaded_app = True, None  # it is not going to run anything
+    loop = cast(asyncio.AbstractEventLoop, object())
+    connection, sink = DirectProtocol(config, ServerState(), {}, _loop=loop), _Sink()
+    connection.connection_made(cast(asyncio.Transport, sink))
+    connection.handshake_complete = True
+    connection.conn.state = State.OPEN
+    return connection, sink

@@ -2,10 +2,6 @@
 
 import pytest
 
-from app.live.broadcast.transport import DirectProtocol
-from app.web.edge import choose
-from app.web.edge.guarded import GuardedProtocol
-from app.web.edge.sockets import GuardedSocket
 from tests.app.web.edge.lines import Server, problem
 
 HEAD = b"GET /there HTTP/1.1\r\nHost: localhost\r\n"
@@ -234,18 +230,3 @@ def test_an_upgrade_to_something_else_with_a_body_is_refused() -> None:
     line = server.dial()
     server.feed(line, POST.replace(b"\r\n\r\n", b"\r\n" + H2C + b"\r\n") + b"x" * 10)
     assert problem(line)["detail"] == "a request to upgrade has no body"
-
-
-def test_where_uvicorn_is_not_as_known_other_protocols_do_with_fewer_limits(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    edge = Server().edge
-    assert choose.self_test() is None
-    options = choose.choose(edge, DirectProtocol)
-    assert issubclass(options["ws"], GuardedSocket)
-    monkeypatch.setattr(GuardedProtocol, "on_headers_complete", lambda _: None)
-    monkeypatch.setattr(GuardedSocket, "handle_events", lambda _: None)
-    assert choose.self_test() is not None
-    options = choose.choose(edge, DirectProtocol)
-    assert options["ws"] is DirectProtocol
-    assert options["h11_max_incomplete_event_size"] == 1024
