@@ -4,7 +4,7 @@ What is said only where balls touch each other is in touching_messages.py.
 """
 
 import math
-from typing import Any
+from typing import Any, Final, get_args
 
 import msgspec
 
@@ -83,10 +83,17 @@ Message = (
     | WatchMessage
     | ClaimMessage
 )
-_types = (
-    "drop", "ping", "resume", "session", "open", "end", "appear", "add", "kick", "drag",
-    "release", "remove", "clear", "edit", "settings", "pause", "step", "reset", "watch", "claim",
-)  # fmt: skip
+
+
+class _Typed(msgspec.Struct):
+    """What every message is."""
+
+    type: str
+
+
+_KINDS: Final[dict[object, type[Message]]] = {
+    kind.__struct_config__.tag: kind for kind in get_args(Message)
+}
 
 
 def decode_message(data: str | bytes) -> Message:
@@ -96,15 +103,15 @@ def decode_message(data: str | bytes) -> Message:
     shape, UnknownMessageError for a `type` that the protocol does not have.
     """
     value = json_text.parse(data)
+    kind = value.get("type") if isinstance(value, dict) else None
+    if isinstance(kind, str) and kind not in _KINDS:
+        known = ", ".join(map(str, _KINDS))
+        raise UnknownMessageError(f"type {shorten(kind)} is not one of: {known}", field="type")
     try:
-        message: Message = msgspec.convert(value, Message)
+        if not isinstance(kind, str):
+            msgspec.convert(value, _Typed)  # which says what is missing
+        message: Message = msgspec.convert(value, _KINDS[kind])
     except msgspec.ValidationError as error:
-        kind = value.get("type") if isinstance(value, dict) else None
-        if isinstance(kind, str) and kind not in _types:
-            known = ", ".join(_types)
-            raise UnknownMessageError(
-                f"type {shorten(kind)} is not one of: {known}", field="type"
-            ) from None
         raise MalformedError(str(error)) from None
     return message
 

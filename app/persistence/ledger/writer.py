@@ -13,7 +13,6 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Coroutine, Sequence
-from dataclasses import dataclass
 from typing import Any, Concatenate, Final, ParamSpec, Protocol, TypeVar
 
 from sqlalchemy import Connection
@@ -39,12 +38,18 @@ _FAREWELL: Final = 10.0  # s to write what waits at the end; the next start comp
 _log = logging.getLogger("plinko")
 
 
-@dataclass(eq=False, slots=True)
-class _Decided:
+class _Waiter:
     """Somebody waits for what a task comes to, or for the ledger to fail first."""
 
-    doing: "asyncio.Future[Any]"
-    outage: "asyncio.Future[None]"
+    def __init__(self, doing: "asyncio.Future[Any]") -> None:
+        self.doing = doing
+        self.told: asyncio.Future[None] = doing.get_loop().create_future()
+        doing.add_done_callback(self.tell)
+
+    def tell(self, _: object = None) -> None:
+        """It has come to an end, or the ledger has failed."""
+        if not self.told.done():
+            self.told.set_result(None)
 
 
 class Loop(Protocol):
@@ -95,7 +100,7 @@ class Ledger:
         self._seen = 0  # progress at the last look
         self._silence = 0  # looks since then
         self._loop: Loop | None = None
-        self._decided: set[_Decided] = set()
+        self._waiters: set[_Waiter] = set()
         answers = Answers(
             call=self._call,
             committed=self._committed,
@@ -171,15 +176,15 @@ class Ledger:
         refused: then it raises that.
         """
         doing = asyncio.ensure_future(work)
-        outage = asyncio.get_running_loop().create_future()
-        waits = _Decided(doing, outage)
-        self._decided.add(waits)
+        waits = _Waiter(doing)
+        self._waiters.add(waits)
         try:
-            # Where it has failed already, what can be refused is refused at once.
-            limit = None if self.up else self.patience
-            await asyncio.wait((doing, outage), timeout=limit, return_when=asyncio.FIRST_COMPLETED)
+            if self.up:
+                await waits.told
+            else:  # what can be refused is refused at once
+                await asyncio.wait((waits.told,), timeout=self.patience)
         finally:
-            self._decided.discard(waits)
+            self._waiters.discard(waits)
             if not doing.done():
                 doing.add_done_callback(_log_failure)
         if doing.done():
@@ -286,11 +291,10 @@ class Ledger:
         self.failures += 1
         _tell(jobs[::-1], failure)
         refused = {job.task for job in jobs}
-        self._decided = {each for each in self._decided if each.doing not in refused}
+        self._waiters = {each for each in self._waiters if each.doing not in refused}
         if not self.up:
-            for each in self._decided:
-                if not each.outage.done():
-                    each.outage.set_result(None)
+            for each in self._waiters:
+                each.tell()
 
     def _lost(self, holds: Sequence[Hold], jobs: Sequence[Job], failure: HoldLostError) -> None:
         """The rooms go before anybody hears of a refusal: whoever watched them hears of nothing."""

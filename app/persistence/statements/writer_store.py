@@ -7,9 +7,10 @@ is locked for as long as the batch may still come true, and shows afterwards whe
 
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Final
 
 import sqlalchemy as sa
-from sqlalchemy import Connection, delete, insert, select, update
+from sqlalchemy import Connection, bindparam, delete, insert, select, update
 
 from app.errors import LedgerError
 from app.persistence.statements import tables
@@ -30,11 +31,17 @@ def enter(connection: Connection, name: str, *, alone: bool) -> None:
     connection.execute(insert(tables.writers).values(name=name, batch=0, epoch=0))
 
 
+_COUNT: Final = (
+    update(tables.writers)
+    .where(tables.writers.c.name == bindparam("mine"), tables.writers.c.epoch == bindparam("since"))
+    .values(batch=bindparam("number"))
+)
+
+
 def count(connection: Connection, name: str, epoch: int, batch: int) -> None:
     """Begin this batch; raises LedgerError over a connection of an earlier epoch."""
-    row = tables.writers
-    mine = (row.c.name == name) & (row.c.epoch == epoch)
-    if connection.execute(update(row).where(mine).values(batch=batch)).rowcount != 1:
+    values = {"mine": name, "since": epoch, "number": batch}
+    if connection.execute(_COUNT, values).rowcount != 1:
         raise LedgerError("this connection was given up: the ledger's writer has another one")
 
 

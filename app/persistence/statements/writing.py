@@ -109,12 +109,16 @@ def _mark_all(connection: Connection, rows: list[Mark], types: dict[str, str]) -
         numbers = [row.room for row in latest]
         connection.execute(_marked_at_once(tuple(types.items())), {"room": numbers, **lists})
         return
-    new: dict[str, Any] = {name: bindparam(f"new_{name}") for name in types}
+    values = [{"room": m.room} | {f"new_{n}": getattr(m, n) for n in types} for m in rows]
+    connection.execute(_marked(tuple(types)), values)
+
+
+@functools.cache
+def _marked(names: tuple[str, ...]) -> sa.Update:
     row = tables.rooms
     going_on = (row.c.number == bindparam("room")) & row.c.closed.is_(None)
-    marked = update(row).where(going_on).values(new)
-    values = [{"room": m.room} | {f"new_{n}": getattr(m, n) for n in types} for m in rows]
-    connection.execute(marked, values)
+    new: dict[str, Any] = {name: bindparam(f"new_{name}") for name in names}
+    return update(row).where(going_on).values(new)
 
 
 @functools.cache

@@ -77,6 +77,7 @@ class Connection(asyncio.BufferedProtocol):
         self.set_write_buffer_limits = transport.set_write_buffer_limits
         edge = self._edge
         self._host = str((transport.get_extra_info("peername") or ("",))[0])
+        self._client = one_client(self._host)
         self._watch()
         refused: AppError | None = edge.connections.refusal(self._host)
         self._counted = refused is None and edge.connections.enter(self._host)
@@ -154,7 +155,7 @@ class Connection(asyncio.BufferedProtocol):
     def _queue(self) -> None:
         if self._read and self._wanted and not self._queued:
             self._queued = True
-            self._edge.intake.put(one_client(self._host), self)
+            self._edge.intake.put(self._client, self)
 
     # The protocol's transport.
 
