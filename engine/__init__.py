@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from engine.board.making import polygon
 from engine.board.materials import Material
 from engine.board.model import Board
-from engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
 from engine.board.presets import preset_names
 from engine.constants import PHYSICS_VERSION
 from engine.drops.batch import DropBatch, drop_many
@@ -40,6 +40,7 @@ __all__ = [
     "DropZone",
     "EngineError",
     "Fault",
+    "Label",
     "Material",
     "Occupancy",
     "ParameterError",

@@ -15,8 +15,8 @@ import plinko
 PAGE = Path(__file__).parents[2] / "docs" / "python-reference.md"
 
 GROUPS = {
-    "Boards": ["Board", "BallSpec", "Material", "Peg", "Wall", "Bins", "DropZone", "polygon",
-               "preset_names"],
+    "Boards": ["Board", "BallSpec", "Material", "Peg", "Wall", "Bins", "Label", "DropZone",
+               "polygon", "preset_names"],
     "Drops": ["drop", "Drop", "drop_many", "DropBatch", "occupancy", "Occupancy"],
     "Proofs and records": ["certify", "Certificate", "verify", "Verification"],
     "Live worlds": ["World", "Arena", "ArenaSettings", "Place"],

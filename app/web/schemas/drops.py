@@ -88,6 +88,9 @@ class DropRecord(msgspec.Struct, frozen=True):
         Meta(description="[t, x, y, vx, vy, omega, kind, index] right after each impact."),
     ]
     digest: Digest
+    label: Annotated[
+        str | None, Meta(description="The prize: the text of the bin's label, only if it has one.")
+    ] = None
     x: Annotated[float | None, Meta(description="Only when the start was explicit.")] = None
     aim: Annotated[
         float | None, Meta(description="Middle of what the seed draws, m; only when it was chosen.")

@@ -548,6 +548,23 @@ def test_a_ball_dropped_into_a_room_can_be_waited_for(http: httpx.Client) -> Non
     assert (stats["drops"], sum(stats["histogram"])) == (1, 1)
 
 
+def test_a_prize_is_in_the_landing_the_record_and_the_board(http: httpx.Client) -> None:
+    labels = [{"text": f"<b>prize {n}</b>", "colour": "#ff0088"} for n in range(2)]
+    bins = Board.from_json(TINY).to_dict()["bins"]
+    board = TINY | {"bins": bins | {"labels": labels}}
+    digest = http.post("/api/v1/boards", json=board).json()["digest"]
+    assert http.get(f"/api/v1/boards/{digest}").json()["board"]["bins"]["labels"] == labels
+    record = http.get(f"/api/v1/drops/{digest}/42").json()
+    assert record["label"] == labels[record["bin"]]["text"]
+    assert http.post("/api/v1/verify", json=record).json()["ok"]
+    room = http.post("/api/v1/rooms", json={"board": digest}).json()["id"]
+    reply = http.post(f"/api/v1/rooms/{room}/drops?wait=1", json={"seed": "42"}).json()
+    assert reply["landed"]["label"] == record["label"]
+    wrong = board | {"bins": bins | {"labels": [{"text": "a\u202eb"}, *labels[1:]]}}
+    refused = http.post("/api/v1/boards/check", json=wrong)
+    assert (refused.status_code, refused.json()["field"]) == (422, "bins.labels[0].text")
+
+
 def test_a_ball_dropped_into_a_room_is_accepted_at_once(http: httpx.Client) -> None:
     room = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
     response = http.post(f"/api/v1/rooms/{room}/drops")
