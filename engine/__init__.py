@@ -13,6 +13,7 @@ from engine.constants import PHYSICS_VERSION
 from engine.drops.batch import DropBatch, drop_many
 from engine.drops.drop import Drop, drop
 from engine.drops.occupancy import Occupancy, occupancy
+from engine.drops.seeds import seeds_landing_in
 from engine.drops.verify import Verification, verify
 from engine.errors import BoardError, EngineError, Fault, ParameterError, RecordError, SeedError
 
@@ -58,6 +59,7 @@ __all__ = [
     "occupancy",
     "polygon",
     "preset_names",
+    "seeds_landing_in",
     "verify",
 ]
 

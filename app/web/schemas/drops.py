@@ -180,6 +180,34 @@ class SimulationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     substeps: Substeps = None
 
 
+class SeedsRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A bin for which seeds are looked for."""
+
+    board: BoardIn
+    bin: Annotated[int, Meta(description="Its number from the left, from 0.")]
+    count: Annotated[int, Meta(description="Seeds wanted, at least 1.")] = 1
+    after: Annotated[
+        Any,
+        Meta(
+            description="Begin with the seed after this one; from 0 on if left out.",
+            extra_json_schema={
+                "anyOf": [{"type": "string"}, {"type": "integer"}, {"type": "null"}]
+            },
+        ),
+    ] = None
+    drops: Annotated[int, Meta(description="Seeds to drop at most.")] = 10_000
+    aim: Annotated[float | None, Meta(description="Middle of what the seeds draw, m.")] = None
+
+
+class SeedsFound(msgspec.Struct, frozen=True):
+    """The next seeds that land in a bin."""
+
+    board_digest: Digest
+    bin: int
+    seeds: Annotated[list[str], Meta(description="In rising order, none left out up to `last`.")]
+    last: Annotated[str, Meta(description="Last seed that was looked at: `after`, to go on.")]
+
+
 class Simulation(msgspec.Struct, frozen=True):
     """What came of many drops: the fields of `plinko simulate --json`, but for its times."""
 

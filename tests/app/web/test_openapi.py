@@ -58,6 +58,7 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/drops/{board}/{seed}.mp4", "get"),
         ("/api/v1/drops/{board}/{seed}/frames", "get"),
         ("/api/v1/simulate", "post"),
+        ("/api/v1/seeds", "post"),
         ("/api/v1/verify", "post"),
         ("/api/v1/rooms", "get"),
         ("/api/v1/rooms", "post"),
